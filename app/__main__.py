@@ -51,6 +51,8 @@ def _guide(arguments: argparse.Namespace) -> int:
 
 
 def _screenshot(arguments: argparse.Namespace) -> int:
+    if arguments.figure is not None:
+        return _figure(arguments)
     from app.cli.scenes import scene_from_arguments
     from widgets.window.application import screenshot
 
@@ -69,6 +71,30 @@ def _screenshot(arguments: argparse.Namespace) -> int:
         print_json({"file": arguments.output, "width": width, "height": height, "at_s": arguments.at})
     else:
         print_fields({"Written to": arguments.output, "Size": f"{width} x {height}"})
+    return 0
+
+
+def _figure(arguments: argparse.Namespace) -> int:
+    from app.cli.scenes import scene_from_arguments
+    from widgets.window.application import figure
+
+    report, (width, height) = progress_line(), arguments.mm
+    figure(
+        scene_from_arguments(arguments),
+        arguments.output,
+        part=arguments.figure,
+        at=arguments.at,
+        size=arguments.mm,
+        dpi=arguments.dpi,
+        colours=arguments.colours,
+        progress=report,
+    )
+    report("", 1.0)
+    if arguments.json:
+        facts = {"file": arguments.output, "width_mm": width, "height_mm": height, "dpi": arguments.dpi}
+        print_json(facts | {"at_s": arguments.at})
+    else:
+        print_fields({"Written to": arguments.output, "Size": f"{width:g} x {height:g} mm, {arguments.dpi} dpi"})
     return 0
 
 

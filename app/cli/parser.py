@@ -67,7 +67,17 @@ def _add_window_commands(commands: argparse._SubParsersAction) -> None:  # type:
     shot.add_argument("--at", type=_not_negative, default=2.0, metavar="SECONDS", help="simulated seconds (default 2)")
     shot.add_argument("--theme", choices=("dark", "light"), default="dark")
     shot.add_argument("--size", type=_size, default=(1400, 900), metavar="WxH", help="in pixels (default 1400x900)")
-    shot.add_argument("-o", "--output", required=True, metavar="FILE.png")
+    shot.add_argument("-o", "--output", required=True, metavar="FILE", help=".png; of a figure .svg or .pdf too")
+    shot.add_argument(
+        "--figure", choices=("views", "robot", "map"), help="of robot, map or both for a paper, instead of the window"
+    )
+    shot.add_argument(
+        "--mm", type=_millimetres, default=(170.0, 85.0), metavar="WxH", help="of a figure (default 170x85)"
+    )
+    shot.add_argument("--dpi", type=int, default=300, help="of a figure's pixels (default 300)")
+    shot.add_argument(
+        "--colours", choices=("paper", "light", "dark"), default="paper", help="of a figure (default paper)"
+    )
     _json(shot)
     film = commands.add_parser("film", help="body and map of a recording as a film, without a display")
     film.add_argument("input", metavar="FILE.mcap")
@@ -353,6 +363,14 @@ def _size(text: str) -> tuple[int, int]:
     if len(parts) != 2 or not all(part.isdecimal() and 400 <= int(part) <= 8000 for part in parts):
         raise argparse.ArgumentTypeError(f"must be like 1400x900, each side 400 to 8000: {text}")
     return int(parts[0]), int(parts[1])
+
+
+def _millimetres(text: str) -> tuple[float, float]:
+    try:
+        width, height = (float(part) for part in text.lower().split("x"))
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(f"must be like 170x85: {text}") from error
+    return width, height
 
 
 def _grid(text: str) -> tuple[int, int]:

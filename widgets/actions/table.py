@@ -257,6 +257,12 @@ def _file_menu() -> Menu:
                 "Copy the command line that opens what the window shows",
                 enabled=has_scene,
             ),
+            ActionSpec(
+                "save_figure",
+                "Save figure…",
+                ("Ctrl+Alt+F",),
+                "Save robot, map or plots for a paper: SVG, PDF or PNG at a stated size and resolution",
+            ),
             ActionSpec("save_picture", "Save picture…", ("Ctrl+Alt+P",), "Save the window as a picture"),
             LINE,
             ActionSpec("quit", "Quit", ("Ctrl+Q",), "Close the window"),

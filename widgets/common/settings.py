@@ -206,6 +206,15 @@ class Settings:
         self._store.setValue("folded", " ".join(names))
 
     @property
+    def figure(self) -> str:
+        """Part, size, resolution and colours of the last figure; empty before."""
+        return str(self._store.value("figure", ""))
+
+    @figure.setter
+    def figure(self, choice: str) -> None:
+        self._store.setValue("figure", choice)
+
+    @property
     def plots(self) -> str:
         """Which plots are shown, as ``PlotChoice`` writes it; empty if that was never chosen."""
         return str(self._store.value("plots", ""))

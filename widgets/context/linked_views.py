@@ -69,9 +69,12 @@ class LinkedViews(QWidget):
         parent: QWidget | None = None,
         *,
         layers: Sequence[LayerSpec] = LAYERS,
+        off_screen: bool = False,
     ) -> None:
         super().__init__(parent)
-        self.robot = RobotView(theme, scale, layers=body_layers(layers))
+        if off_screen:  # for pictures that no display shows
+            self.setAttribute(Qt.WidgetAttribute.WA_DontShowOnScreen)
+        self.robot = RobotView(theme, scale, layers=body_layers(layers), off_screen=off_screen)
         self.map = MapView(theme, scale, layers=map_layers(layers))
         self.bar = ColourBar(theme, scale)
         self.scale, self.selection, self.tool = scale, TaxelSelection(self), POKE
@@ -103,7 +106,7 @@ class LinkedViews(QWidget):
             view.hovered.connect(self._on_hovered)
 
     def _lay_out(self) -> None:
-        right = QWidget()
+        right = self._right = QWidget()
         row = QHBoxLayout(right)
         row.setContentsMargins(0, 0, 0, 0)
         row.setSpacing(0)
@@ -119,6 +122,15 @@ class LinkedViews(QWidget):
         column.setContentsMargins(0, 0, 0, 0)
         column.addWidget(self._splitter)
         self.level()
+
+    def show_only(self, *, robot: bool, map_: bool) -> None:
+        """Without one of the views, and however narrow; the scale of pressures stays. For pictures."""
+        self.robot.setVisible(robot)
+        self.map.setVisible(map_)
+        for side in (self.robot, self._right):
+            side.setMinimumWidth(0)
+        if not map_:
+            self._right.setFixedWidth(self.bar.sizeHint().width())
 
     def level(self) -> None:
         """Give both sides the same width."""

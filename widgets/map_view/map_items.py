@@ -11,8 +11,8 @@ from enum import IntEnum
 from typing import Any
 
 import numpy as np
-from PySide6.QtCore import QLineF, QRectF, Qt
-from PySide6.QtGui import QBrush, QColor, QPainter, QPainterPath, QPen, QPolygonF, QTransform
+from PySide6.QtCore import QLineF, QRectF, QSize, Qt
+from PySide6.QtGui import QBrush, QColor, QImage, QPaintEngine, QPainter, QPainterPath, QPen, QPolygonF, QTransform
 from PySide6.QtWidgets import QGraphicsItem, QStyleOptionGraphicsItem, QWidget
 from shiboken6 import VoidPtr, wrapInstance
 
@@ -108,6 +108,10 @@ def padded_bounds(places: FloatArray) -> QRectF:
     return QRectF(left, top, right - left, bottom - top).adjusted(-room, -room, room, room)
 
 
+_PICTURE_PIXELS = 4.0
+"""Of touch in an SVG, to a unit of 1/96 inch."""
+
+
 class PatchItem(QGraphicsItem):
     """One patch: the live image cut out along its outline. Mutable.
 
@@ -146,6 +150,7 @@ class PatchItem(QGraphicsItem):
     def show_wireframe(self, shape: ChartShape, scale: float, net: Wireframe) -> None:
         """Draw a chart by the lines of a ``net``, on a plain ground. Cost: 2 ms for 3000."""
         self._outline(shape, scale)
+        self._live = None
         self._net = to_lines(scale * shape.lines(net))
         self._brush = QBrush(QColor(*BETWEEN_DOTS))
 
@@ -163,9 +168,27 @@ class PatchItem(QGraphicsItem):
     def paint(self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None) -> None:
         """Qt: draw the image, or the net."""
         painter.setRenderHints(QPainter.RenderHint.Antialiasing | QPainter.RenderHint.SmoothPixmapTransform)
-        painter.fillPath(self._area, self._brush)
+        if self._live is not None and painter.paintEngine().type() is QPaintEngine.Type.SVG:
+            self._paint_picture(painter)
+        else:
+            painter.fillPath(self._area, self._brush)
         if self._net:
             self._paint_net(painter)
+
+    def _paint_picture(self, painter: QPainter) -> None:
+        """As a picture by itself: SVG has no brushes that are moved."""
+        bounds = self._area.boundingRect()
+        view = painter.worldTransform()
+        fine = _PICTURE_PIXELS * abs(view.determinant()) ** 0.5
+        picture = QImage(bounds.size().toSize() * fine + QSize(1, 1), QImage.Format.Format_ARGB32_Premultiplied)
+        picture.fill(Qt.GlobalColor.transparent)
+        pen = QPainter(picture)
+        pen.setRenderHints(QPainter.RenderHint.Antialiasing | QPainter.RenderHint.SmoothPixmapTransform)
+        pen.scale(picture.width() / bounds.width(), picture.height() / bounds.height())
+        pen.translate(-bounds.topLeft())
+        pen.fillPath(self._area, self._brush)
+        pen.end()
+        painter.drawImage(bounds, picture)
 
     def _outline(self, shape: ChartShape, scale: float) -> None:
         self.prepareGeometryChange()

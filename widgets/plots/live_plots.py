@@ -205,6 +205,20 @@ class LivePlots(QWidget):
             if key in self.shown_keys:
                 self.board.open_window(key, where)
 
+    @property
+    def theme(self) -> Theme:
+        """In force."""
+        return self._theme
+
+    def content(self, key: PlotKey) -> QWidget | None:
+        """The plot itself; None for one that there is not."""
+        cell = self.board.cell(key)
+        return None if cell is None else cell.content
+
+    def draw(self) -> None:
+        """Draw what is shown, seen or not."""
+        self._redraw()
+
     def add_plot(self, key: PlotKey) -> None:
         """Show one more."""
         self._take(self._choice.with_plot(key, self._called_for))

@@ -11,6 +11,7 @@ from widgets.presenters.control.comparison_presenter import ComparisonPresenter
 from widgets.presenters.control.control_presenter import ControlPresenter, ControlToolsPresenter
 from widgets.presenters.control.posture_presenter import PosturePresenter
 from widgets.presenters.files.export_presenter import ExportPresenter
+from widgets.presenters.files.figure_presenter import FigurePresenter
 from widgets.presenters.files.file_presenter import FilePresenter
 from widgets.presenters.files.map_file_presenter import MapFilePresenter
 from widgets.presenters.files.recordings_presenter import RecordingsPresenter
@@ -53,6 +54,7 @@ class Presenters:
     replay_past: ReplayPast
     notification: NotificationPresenter
     plots: PlotsPresenter
+    figure: FigurePresenter
     pointing: PointingPresenter
     touch_script: TouchScriptPresenter
     control_tools: ControlToolsPresenter
@@ -87,7 +89,7 @@ def build(context: AppContext, parent: QWidget) -> Presenters:
     map_files = MapFilePresenter(context, parent)
     map_edit = MapEditPresenter(context, tools, map_files, parent)
     files = FilePresenter(context, effects, map_files, tools.get(GridTool), parent)
-    plots = PlotsPresenter(context, parent)
+    plots, figure = PlotsPresenter(context, parent), FigurePresenter(context, parent)
     overlay = OverlayPresenter(context, parent)
     return Presenters(
         tools=tools,
@@ -106,7 +108,8 @@ def build(context: AppContext, parent: QWidget) -> Presenters:
         replay_past=ReplayPast(context, parent),
         notification=NotificationPresenter(context, parent),
         plots=plots,
-        pointing=PointingPresenter(context, tools, plots, parent),
+        figure=figure,
+        pointing=PointingPresenter(context, tools, plots, figure, parent),
         touch_script=TouchScriptPresenter(context, effects, parent),
         control_tools=ControlToolsPresenter(context, tools, parent),
         control=ControlPresenter(context, parent),

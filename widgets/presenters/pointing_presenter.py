@@ -31,6 +31,7 @@ from widgets.map_view.map_coordinates import nearest_taxel
 from widgets.panels.touch.contacts_panel import ContactsPanel
 from widgets.panels.touch.held_fingers import FIRST_HELD
 from widgets.plots.plot_choice import PlotKey, PlotKind
+from widgets.presenters.files.figure_presenter import FigurePresenter
 from widgets.presenters.plots_presenter import PlotsPresenter
 from widgets.tools.control.drawn_path import as_points
 from widgets.tools.control.path_tool import PathTool
@@ -91,12 +92,15 @@ class PointingPresenter(QObject):
         context: What it works on.
         tools: Path, target and pins.
         plots: What can be plotted.
+        figure: Saves pictures of plots.
         parent: Qt parent; the menu opens over it.
     """
 
-    def __init__(self, context: AppContext, tools: Tools, plots: PlotsPresenter, parent: QWidget) -> None:
+    def __init__(
+        self, context: AppContext, tools: Tools, plots: PlotsPresenter, figure: FigurePresenter, parent: QWidget
+    ) -> None:
         super().__init__(parent)
-        self.context, self.tools, self.plots, self._window = context, tools, plots, parent
+        self.context, self.tools, self.plots, self.figure, self._window = context, tools, plots, figure, parent
         self.fingers = context.panels.get(ContactsPanel).fingers
         self.menu: QMenu | None = None
         context.views.menu_requested.connect(self.open_menu)
@@ -425,6 +429,15 @@ def _unpin(presenter: PointingPresenter, pointed: Pointed) -> None:
         presenter.tools.get(PinTool).remove_at(pointed.pin)
 
 
+def _figure_words(_presenter: PointingPresenter, pointed: Pointed) -> str:
+    return "" if pointed.plot is None else "Save figure…"
+
+
+def _figure(presenter: PointingPresenter, pointed: Pointed) -> None:
+    if pointed.plot is not None:
+        presenter.figure.ask((pointed.plot,))
+
+
 def _copy_words(_presenter: PointingPresenter, pointed: Pointed) -> str:
     return "Copy values" if pointed.name or pointed.plot is not None else ""
 
@@ -486,6 +499,7 @@ POINTED_ACTIONS = (
     PointedAction("later", partial(_move_words, 1), partial(_move, 1)),
     PointedAction("hide-plot", _hide_plot_words, _hide_plot),
     PointedAction("save-plot", _save_plot_words, _save_plot),
+    PointedAction("figure", _figure_words, _figure),
     PointedAction("copy", _copy_words, _copy),
 )
 """In the order of the menu, the same in both views and on plots."""

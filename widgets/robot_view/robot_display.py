@@ -23,7 +23,7 @@ from widgets.overlays.task_overlay import NO_TASK, TaskOverlay
 from widgets.robot_view.camera import Viewpoint, framing, look_from
 from widgets.robot_view.caption_overlay import CaptionOverlay, Captions, ForceCaption
 from widgets.robot_view.contact_marks import arrow_legend, ring_radius
-from widgets.robot_view.plotter_widget import RenderScheduler, make_canvas
+from widgets.robot_view.plotter_widget import Canvas, ImageCanvas, RenderScheduler, make_canvas
 from widgets.robot_view.robot_scene import BodyLayerFactory, RobotScene
 
 
@@ -35,6 +35,7 @@ class RobotDisplay(QObject):
         theme: Colours of everything that is not skin.
         scale: Colours of pressure.
         layers: Makes each layer that is drawn on the body, by name.
+        off_screen: Whether it is for pictures that no display shows.
 
     Attributes:
         canvas: Shows the plotter, in the view.
@@ -53,6 +54,7 @@ class RobotDisplay(QObject):
         scale: PressureScale,
         *,
         layers: Mapping[str, BodyLayerFactory] | None = None,
+        off_screen: bool = False,
     ) -> None:
         super().__init__(view)
         self._view, self._covered = view, False
@@ -61,7 +63,7 @@ class RobotDisplay(QObject):
         self._mark: SurfacePoint | None = None
         self._captions, self._framed, self._marks = Captions(), True, NO_MARKS
         self._task, self._task_is_new = NO_TASK, False
-        self.canvas = make_canvas(view)
+        self.canvas: Canvas = ImageCanvas(view) if off_screen else make_canvas(view)
         self.scene = RobotScene(self.canvas.plotter, theme, scale, layers)
         self.overlay = CaptionOverlay(theme, view)
         self._drawing = RenderScheduler(self.canvas, self)
@@ -155,6 +157,11 @@ class RobotDisplay(QObject):
         self._framed = True
         self.scene.frame_all(aspect=self.size[0] / max(self.size[1], 1))
         self.request()
+
+    @property
+    def framed(self) -> bool:
+        """Whether the whole robot is kept in sight; no longer once the user has moved the eye."""
+        return self._framed
 
     def look(self, viewpoint: Viewpoint) -> None:
         """Look from where the user moved the eye."""

@@ -108,6 +108,7 @@ class RobotView(QWidget):
         scale: Colours of pressure.
         parent: Qt parent.
         layers: Makes each layer that is drawn on the body, by name.
+        off_screen: Whether it is for pictures that no display shows.
 
     Attributes:
         display: What is drawn.
@@ -125,11 +126,12 @@ class RobotView(QWidget):
         parent: QWidget | None = None,
         *,
         layers: Mapping[str, BodyLayerFactory] | None = None,
+        off_screen: bool = False,
     ) -> None:
         super().__init__(parent)
         self._picker: SkinPicker | None = None
         self._taxels: BodyTaxels | None = None
-        self.display = RobotDisplay(self, theme, scale, layers=layers)
+        self.display = RobotDisplay(self, theme, scale, layers=layers, off_screen=off_screen)
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.addWidget(self.display.canvas.widget)

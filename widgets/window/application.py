@@ -26,6 +26,7 @@ from PySide6.QtWidgets import QApplication
 from widgets.common.colours import THEMES
 from widgets.common.guide_window import GuideWindow
 from widgets.common.settings import Settings
+from widgets.figures.figure_file import FigureColours, FigurePart, FigureSpec, check_figure_kind
 from widgets.session.backends import INLINE
 from widgets.session.session_runner import InlineRunner
 from widgets.theme.application_theme import apply_theme
@@ -98,6 +99,47 @@ def screenshot(
         window.live.show_prepared(prepared)
         _play(window, at)
         save_window_picture(window, path)
+    finally:
+        window.close()
+
+
+def figure(
+    scene: Scene,
+    path: str | Path,
+    *,
+    part: str = "views",
+    at: float = 2.0,
+    size: tuple[float, float] = (170.0, 85.0),
+    dpi: int = 300,
+    colours: str = "paper",
+    progress: Progress = no_progress,
+) -> None:
+    """Save a figure for a paper after ``at`` simulated seconds of the scene; needs no display.
+
+    Args:
+        scene: What is shown.
+        path: Ending in ``.svg``, ``.pdf`` or ``.png``.
+        part: ``views``, ``robot`` or ``map``.
+        at: Simulated [s].
+        size: Width and height [mm].
+        dpi: Of what is pixels.
+        colours: ``paper``, ``light`` or ``dark``.
+        progress: Told how far it is.
+
+    Raises:
+        TactileMapsError: The scene cannot be prepared, or the figure not be written.
+    """
+    spec = FigureSpec(*size, dpi, FigureColours(colours))  # said before anything is prepared
+    check_figure_kind(path)
+    os.environ["QT_QPA_PLATFORM"] = "offscreen"
+    prepared = prepare(scene, progress=progress)
+    app = make_application()
+    apply_theme(app, THEMES["dark" if colours == "dark" else "light"])
+    window = picture_window("dark" if colours == "dark" else "light", (1400, 900))
+    try:
+        window.live.show_prepared(prepared)
+        _play(window, at)
+        window.presenters.figure.save(FigurePart(part), Path(path), spec)
     finally:
         window.close()
 

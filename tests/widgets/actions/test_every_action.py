@@ -385,6 +385,7 @@ EFFECTS: dict[str, Effect] = {
     "connect": Effect(LIVE, windows),
     "disconnect": Effect(measuring, of_state("measured")),
     **dict.fromkeys(("save_map", "export_map", "save_scene", "save_picture"), Effect(LIVE, files)),
+    "save_figure": Effect(LIVE, windows),
     "save_map_as": Effect(LIVE, asked),
     "share_live": Effect(LIVE, of_state("sharing")),
     "copy_command": Effect(LIVE, lambda _bench: QGuiApplication.clipboard().text()),

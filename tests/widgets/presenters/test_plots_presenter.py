@@ -86,7 +86,7 @@ def choose(menu, name):
 def test_a_right_click_on_a_plot_offers_what_can_be_done_with_it(window):
     run(window, 0.1)
     names = [entry.objectName().removeprefix("pointed-") for entry in plot_menu(window, FORCE).actions()]
-    assert names == ["enlarge", "pop-out", "later", "hide-plot", "save-plot", "copy"]
+    assert names == ["enlarge", "pop-out", "later", "hide-plot", "save-plot", "figure", "copy"]
     choose(plot_menu(window, FORCE), "later")
     assert window.plots.shown[:2] == ("pressure", "force")
     choose(plot_menu(window, FORCE), "earlier")

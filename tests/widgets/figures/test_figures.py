@@ -1,0 +1,112 @@
+"""Figures for papers: of the size asked for, vectors where there are vectors, and the window left as it was."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+from PIL import Image
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication, QFileDialog
+
+from app.__main__ import main
+from app.core.errors import DisplayError
+from tests.widgets.support.window_driver import press_map, run
+from widgets.figures.figure_file import FigureColours, FigurePart, FigureSpec, write_figure
+
+LEFT = Qt.MouseButton.LeftButton
+SMALL = FigureSpec(80.0, 60.0, 96, FigureColours.PAPER)
+pytestmark = pytest.mark.qt_log_ignore("This plugin does not support")
+
+
+@pytest.fixture
+def window(window_again):
+    """Nothing that a figure does outlives it."""
+    return window_again
+
+
+@pytest.mark.parametrize(("width", "height", "dpi"), [(5, 50, 300), (50, 2000, 300), (80, 60, 10), (1000, 1000, 2400)])
+def test_sizes_that_make_no_figure_are_refused(width, height, dpi):
+    with pytest.raises(DisplayError, match="figure"):
+        FigureSpec(width, height, dpi)
+
+
+def test_other_endings_are_refused_and_nothing_is_written(tmp_path, qapp):
+    with pytest.raises(DisplayError, match=r"Choose \.svg, \.pdf or \.png"):
+        write_figure(tmp_path / "a.gif", SMALL, "#ffffff", lambda painter: None)
+    assert not list(tmp_path.iterdir())
+
+
+def test_pens_of_a_png_are_as_wide_as_on_paper(tmp_path, qapp):
+    def paint(painter):
+        painter.scale(0.5, 0.5)  # which a pen that does not scale does not heed
+        pen = painter.pen()
+        pen.setWidthF(4.0)
+        pen.setCosmetic(True)
+        painter.setPen(pen)
+        painter.drawLine(0, 40, 600, 40)
+
+    for dpi in (96, 384):
+        write_figure(tmp_path / "line.png", FigureSpec(40.0, 40.0, dpi), "#ffffff", paint)
+        with Image.open(tmp_path / "line.png") as picture:
+            column = [picture.getpixel((picture.width // 2, y))[0] < 128 for y in range(picture.height)]
+        assert sum(column) == pytest.approx(4 * dpi / 96, abs=1)
+
+
+def test_map_and_plots_are_vectors_of_the_stated_size_and_the_window_stays_as_it_was(window, tmp_path):
+    pixel = press_map(window, 70)
+    run(window, 0.4)
+    window.plots.draw()
+    QApplication.processEvents()
+    before, camera = window.plots.grab().toImage(), window.map_view.camera
+    figure = window.presenters.figure
+    for part in (FigurePart.MAP, FigurePart.PLOTS):
+        figure.save(part, tmp_path / f"{part.value}.svg", SMALL)
+        text = (tmp_path / f"{part.value}.svg").read_text()
+        assert 'width="80mm" height="60mm"' in text
+        assert text.count("<path") + text.count("<polyline") > 20
+    drawn = (tmp_path / "map.svg").read_text()
+    assert all(word in drawn for word in ("forearm", "Pressure (kPa)", "\u2009mm<"))
+    assert "image" in drawn, "touch is a picture"
+    assert "image" not in re.sub(r"image-rendering", "", (tmp_path / "plots.svg").read_text())
+    figure.save(FigurePart.PLOTS, tmp_path / "plots.pdf", SMALL)
+    found = re.search(rb"MediaBox \[0 0 ([\d.]+) ([\d.]+)", (tmp_path / "plots.pdf").read_bytes())
+    assert [float(side) / 72 * 25.4 for side in found.groups()] == pytest.approx([80, 60], abs=0.4)
+    QApplication.processEvents()
+    assert window.plots.grab().toImage() == before
+    assert window.map_view.camera == camera
+    QTest.mouseRelease(window.map_view.viewport(), LEFT, pos=pixel)
+
+
+def test_the_dialog_says_the_pixels_remembers_and_the_robot_has_the_resolution(window, tmp_path, monkeypatch):
+    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_args: (str(tmp_path / "robot.png"), ""))
+    window.action("save_figure").trigger()
+    dialog = window.presenters.figure.dialog
+    dialog.part.setCurrentIndex(dialog.part.findData(FigurePart.ROBOT))
+    dialog.width_mm.setValue(80.0)
+    dialog.height_mm.setValue(60.0)
+    dialog.dpi.setValue(120)
+    assert "378 × 283 pixels" in dialog.note.text()
+    assert dialog.column.currentText() == "Other width"
+    QTest.mouseClick(dialog.save, LEFT)
+    QApplication.processEvents()
+    with Image.open(tmp_path / "robot.png") as picture:
+        assert picture.size == (378, 283)
+        assert picture.info["dpi"] == pytest.approx((120, 120), abs=0.1)
+        ground = picture.convert("RGB").getpixel((picture.width // 2, 2))
+        assert ground == (255, 255, 255)
+        assert len(picture.convert("L").getcolors()) > 100, "the robot is drawn"
+    assert "80 × 60" in window.notification_bar.text
+    window.action("save_figure").trigger()
+    again = window.presenters.figure.dialog
+    assert (again.width_mm.value(), again.dpi.value(), again.part.currentData()) == (80.0, 120, FigurePart.ROBOT)
+    again.reject()
+    window.notification_bar.hide()
+
+
+def test_the_command_line_refuses_before_it_prepares(capsys, tmp_path):
+    assert main(["screenshot", "--figure", "map", "--mm", "3x3", "-o", str(tmp_path / "a.pdf")]) == 1
+    assert "20 to 1000 mm" in capsys.readouterr().err
+    assert main(["screenshot", "--figure", "map", "-o", str(tmp_path / "a.gif")]) == 1
+    assert ".svg" in capsys.readouterr().err
