@@ -69,8 +69,7 @@ def trim(
         RecordingError: The source is no recording or has no frame there; the target exists or cannot be written.
     """
     source, target = Path(source), Path(target)
-    if source.resolve() == target.resolve():
-        raise RecordingError("a recording cannot be cut into itself", file=target, remedy="Name another file")
+    check_apart(source, target)
     contents = mcap_file.read_recording(source)
     prepared = unpack_scene(contents.attachments, file=str(source))
     messages = read_messages(contents, prepared, file=str(source), progress=lambda text, done: progress(text, done / 2))
@@ -87,6 +86,16 @@ def trim(
         writer = Writer(stream, chunk_size=_CHUNK_BYTES, compression=CompressionType.ZSTD, enable_data_crcs=True)
         part.write(writer, annotations_entry(said), progress)
     return TrimResult(len(kept), (kept[-1].tick - kept[0].tick) * prepared.scene.tick, str(target))
+
+
+def check_apart(source: Path, target: Path) -> None:
+    """Refuse to write a part over the recording it is cut out of.
+
+    Raises:
+        RecordingError: They are the same file.
+    """
+    if source.resolve() == target.resolve():
+        raise RecordingError("a recording cannot be cut into itself", file=target, remedy="Name another file")
 
 
 class _Part:

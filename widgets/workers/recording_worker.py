@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+import os
+import shutil
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Literal
 
 from PySide6.QtCore import QObject, Signal
 
-from app.core.errors import TactileMapsError
+from app.core.errors import RecordingError, TactileMapsError
 from app.recording.annotations import Annotations, Outcome, save_annotations
 from app.recording.overview import read_curves, summarise
 from app.recording.player import RecordingPlayer
-from app.recording.trim import make_folder, trim, trim_episodes
+from app.recording.trim import TrimResult, check_apart, make_folder, trim, trim_episodes
 from widgets.workers.worker_process import Reply, RequestHandler, Result, SourceToken, WorkerProcess
 
 _DIED = "Reading the recording ended unexpectedly. It may need more memory."
@@ -63,20 +67,30 @@ class OpenOther:
 
 @dataclass(frozen=True)
 class Trim:
-    """A part of a recording as a new file; answered by ``trimmed``: the list of what was written."""
+    """A part of a recording as a new file; answered by ``trimmed``: the list of what was written.
+
+    Attributes:
+        source: The recording.
+        target: The new file.
+        first: Tick.
+        last: Tick.
+        scratch: A folder that is not there yet, on the target's disk: whoever ends the process removes it.
+    """
 
     source: Path
     target: Path
     first: int
     last: int
+    scratch: Path
 
 
 @dataclass(frozen=True)
 class TrimEpisodes:
-    """Each labelled episode as a file in a folder; answered by ``trimmed``."""
+    """Each labelled episode as a file in a folder; answered by ``trimmed``. Its scratch is as that of ``Trim``."""
 
     source: Path
     folder: Path
+    scratch: Path
 
 
 def make_handler() -> RequestHandler:
@@ -99,15 +113,39 @@ def make_handler() -> RequestHandler:
         elif isinstance(request, OpenOther):
             tell("opened", RecordingPlayer(request.path, progress=progress))
         elif isinstance(request, Trim):
-            # The dialog has asked whether a file may be replaced.
-            kept = trim(request.source, request.target, first=request.first, last=request.last, overwrite=True,
-                        progress=progress)  # fmt: skip
-            tell("trimmed", [kept])
+            check_apart(request.source, request.target)
+
+            def write_part(scratch: Path) -> list[TrimResult]:
+                part = scratch / request.target.name
+                return [trim(request.source, part, first=request.first, last=request.last, progress=progress)]
+
+            tell("trimmed", _moved(request.scratch, request.target.parent, write_part))
         elif isinstance(request, TrimEpisodes):
-            folder = make_folder(request.folder)
-            tell("trimmed", trim_episodes(RecordingPlayer(request.source), folder, overwrite=True, progress=progress))
+            player = RecordingPlayer(request.source)
+            make_folder(request.folder)
+            write = partial(trim_episodes, player, progress=progress)
+            tell("trimmed", _moved(request.scratch, request.folder, write))
 
     return serve
+
+
+def _moved(scratch: Path, folder: Path, write: Callable[[Path], list[TrimResult]]) -> list[TrimResult]:
+    """Let files be written into a folder of their own, then take them into ``folder`` under their names.
+
+    The dialog has asked whether a file may be replaced.
+    """
+    make_folder(scratch)
+    try:
+        written = write(scratch)
+        moved = [replace(one, file=str(folder / Path(one.file).name)) for one in written]
+        for one, target in zip(written, moved, strict=True):
+            os.replace(one.file, target.file)
+    except OSError as error:
+        remedy = "Choose a folder you may write to"
+        raise RecordingError("the file cannot be written", file=folder, value=error.strerror, remedy=remedy) from error
+    finally:
+        shutil.rmtree(scratch, ignore_errors=True)
+    return moved
 
 
 class RecordingWorker(QObject):

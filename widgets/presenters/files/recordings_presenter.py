@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import secrets
+import shutil
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import replace
@@ -48,6 +50,7 @@ class RecordingsPresenter(QObject):
         self._session, self._overlay = context.session, overlay
         self.dialog: RecordingsDialog | None = None
         self._folder = Path()
+        self._scratch: list[Path] = []
         make = context.backends.recording_worker
         self._cutter, self._looker = make(self), make(self)
         self._cut_token, self._look_token = SourceToken("cut"), SourceToken("look")
@@ -64,9 +67,15 @@ class RecordingsPresenter(QObject):
         context.notifier.cancelled.connect(self._on_cancelled)
 
     def close(self) -> None:
-        """Give up what is being done."""
-        self._cutter.close()
+        """Give up what is being done; nothing of it stays."""
+        self._give_up_cutting()
         self._looker.close()
+
+    def _give_up_cutting(self) -> None:
+        self._cutter.close()
+        for scratch in self._scratch:
+            shutil.rmtree(scratch, ignore_errors=True)
+        self._scratch.clear()
 
     # Parts.
 
@@ -79,16 +88,17 @@ class RecordingsPresenter(QObject):
         path = self._context.dialogs.save_file("Save range", f"{player.path.stem} part.mcap", RECORDING_FILTER)
         if path:
             target = Path(path if Path(path).suffix else f"{path}.mcap")
-            self._cut(Trim(player.path, target, first, last))
+            self._cut(Trim(player.path, target, first, last, _scratch_in(target.parent)))
 
     def choose_episodes(self) -> None:
         """Ask for a folder, and write each episode to a file in it."""
         player = self._session.player
         if player is not None and (folder := self._context.dialogs.open_folder("Save episodes")):
-            self._cut(TrimEpisodes(player.path, Path(folder)))
+            self._cut(TrimEpisodes(player.path, Path(folder), _scratch_in(Path(folder).parent)))
 
     def _cut(self, request: Trim | TrimEpisodes) -> None:
         self._context.notifier.progress(TRIM_JOB, "Writing the part", 0.0)
+        self._scratch.append(request.scratch)
         self._cutter.ask(request, self._cut_token)
 
     def _on_cut(self, kind: str, result: Result[object]) -> None:
@@ -113,7 +123,7 @@ class RecordingsPresenter(QObject):
     def _on_cancelled(self, job: str) -> None:
         if job == TRIM_JOB:
             self._cut_token = self._cut_token.next()
-            self._cutter.close()
+            self._give_up_cutting()
             self._context.notifier.done(TRIM_JOB)
 
     # The list.
@@ -223,6 +233,11 @@ class RecordingsPresenter(QObject):
     def _on_player_changed(self, player: object) -> None:
         if self.dialog is not None:
             self.dialog.set_overlay_possible(possible=player is not None)
+
+
+def _scratch_in(folder: Path) -> Path:
+    """A folder for files that are being written, of which nothing is there yet."""
+    return folder / f".tactile-maps-{secrets.token_hex(8)}.part"
 
 
 def _written(path: Path) -> float:

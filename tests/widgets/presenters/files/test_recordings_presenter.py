@@ -12,6 +12,7 @@ from app.recording.player import RecordingPlayer
 from app.recording.recorder import Recorder
 from app.session.session import Session
 from widgets.timeline.playhead import Span
+from widgets.workers.recording_worker import RecordingWorker
 
 LEFT = Qt.MouseButton.LeftButton
 
@@ -121,4 +122,19 @@ def test_a_range_and_episodes_become_recordings(window_again, folder, recorded, 
     window.action("trim_range").trigger()
     assert "into itself" in window.notification_bar.text
     assert (folder / "one.mcap").read_bytes() == recorded
+    assert not [path for path in folder.rglob("*") if path.name.startswith(".")], "nothing is left beside"
     window.live.back_to_live()
+
+
+@pytest.mark.long
+def test_a_part_that_is_given_up_leaves_nothing(new_window, folder, monkeypatch, qtbot):
+    window, presenter = new_window, new_window.presenters.recordings
+    worker = RecordingWorker(window)
+    presenter._cutter = worker
+    window.live.open_recording(folder / "one.mcap")
+    window.timeline.set_range(Span(0.1, 0.3))
+    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_args: (str(folder / "part.mcap"), ""))
+    window.action("trim_range").trigger()
+    qtbot.waitUntil(lambda: any(path.name.startswith(".") for path in folder.iterdir()), timeout=60_000)
+    window.context.notifier.cancelled.emit("trim")
+    assert sorted(path.name for path in folder.iterdir()) == ["junk.mcap", "one.mcap", "two.mcap"]
