@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from PySide6.QtCore import QPoint, Qt, Signal
-from PySide6.QtGui import QColor, QKeyEvent, QPalette
+from PySide6.QtGui import QColor, QContextMenuEvent, QKeyEvent, QPalette
 from PySide6.QtWidgets import QComboBox, QHBoxLayout, QLabel, QPushButton, QStackedWidget, QWidget
 
 from widgets.common.colours import Theme
@@ -232,6 +232,11 @@ class Timeline(QWidget):
         self._play.setText("Pause" if head.playing else "Play")
         self._clock.setText(f"{clock_text(head.time)} / {clock_text(head.duration)}")
         self._bar.show_time(head.time)
+
+    def contextMenuEvent(self, event: QContextMenuEvent) -> None:
+        """Qt: what can be done with the moment that is recorded; in a replay the bar knows which moment is meant."""
+        if not self._replaying:
+            self.menu_requested.emit(0.0, event.globalPos())
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Qt: Left and Right step (Shift: ten frames), Home and End jump, Space plays and pauses."""

@@ -10,7 +10,7 @@ from typing import Any
 
 from app.cli.output import plain_text, print_fields, print_json, print_line, progress_line
 from app.cli.scenes import package_roots
-from app.core.errors import Finding, TactileMapsError, UsageError
+from app.core.errors import Finding, RecordingError, TactileMapsError, UsageError
 from app.core.plugins import Plugin, Registry, unknown_kinds
 from app.maps.formats.map_file import load_map
 from app.maps.quality import measure
@@ -182,6 +182,11 @@ def _recording(name: str) -> dict[str, Any]:
         {"kind": damage.kind.value, "where": damage_text(damage, tick), "remedy": remedy, "count": damage.count or 1}
         for damage in player.damage
     ]
+    try:
+        said = player.annotations()
+    except RecordingError as error:
+        said = player.recorded_annotations
+        problems.append({"kind": "notes", "where": str(error), "remedy": error.remedy or "", "count": 1})
     return {
         "kind": "recording",
         "name": player.prepared.scene.name,
@@ -193,6 +198,11 @@ def _recording(name: str) -> dict[str, Any]:
         "complete": player.complete,
         "seconds": player.duration,
         "inputs": len(player.inputs),
+        "marks": [f"{mark.name} at {player.seconds_at(mark.tick):.2f} s" for mark in said.marks],
+        "episodes": [
+            f"{one.label}, {player.seconds_at(one.first):.2f} to {player.seconds_at(one.last):.2f} s"
+            for one in said.episodes
+        ],
         "versions": player.versions,
         "problems": problems,
     }

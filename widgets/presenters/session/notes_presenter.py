@@ -194,12 +194,15 @@ class NotesPresenter(QObject):
             self._timeline.show_notes(TimelineNotes(marks, episodes))
 
     def open_menu(self, time: float, place: QPoint) -> None:
-        """Offer what can be done with a moment of the recording."""
-        if (player := self._session.player) is None:
-            return
+        """Offer what can be done with a moment of the recording that is shown, or that is being made."""
         menu = self.menu = QMenu(self._window)
         menu.setObjectName("timeline-menu")
         menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        if (player := self._session.player) is None:
+            for name in ("record", "mark", "name_mark"):
+                menu.addAction(self._context.actions[name])
+            menu.popup(place)
+            return
 
         def offer(words: str, act: Callable[[], None]) -> None:
             menu.addAction(with_mnemonic(words, "")).triggered.connect(lambda _checked=False: act())

@@ -7,7 +7,10 @@ import json
 import pytest
 
 from app.__main__ import main
+from app.cli.main import run_command
+from app.recording.annotations import Annotations, LabelledEpisode, Mark, annotations_file, save_annotations
 from app.scene.effects import EFFECTS
+from tests.support.recordings import record, small_arm
 
 SCENE = """robot = "arm"
 task = "slide"
@@ -112,3 +115,15 @@ def test_inspecting_nothing_or_two_things_is_bad_usage(capsys):
     assert main(["inspect"]) == 2
     assert main(["inspect", "arm", "--plugins"]) == 2
     assert "Give one file or name, or --plugins alone" in capsys.readouterr().err
+
+
+def test_a_recording_says_what_is_marked_and_labelled_in_it(tmp_path, capsys):
+    path = tmp_path / "demo.mcap"
+    record(small_arm(), path, ticks=30)
+    save_annotations(path, Annotations((Mark(10, "touch"),), (LabelledEpisode(5, 15, "press"),)))
+    assert run_command(["inspect", str(path), "--json"], windows={}) == 0
+    said = json.loads(capsys.readouterr().out)
+    assert (said["marks"], said["episodes"]) == (["touch at 0.05 s"], ["press, 0.02 to 0.07 s"])
+    annotations_file(path).write_text("{}")
+    run_command(["inspect", str(path), "--json"], windows={})
+    assert "demo.notes.json" in json.loads(capsys.readouterr().out)["problems"][0]["where"]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 from PySide6.QtCore import QPoint, Qt
+from PySide6.QtGui import QContextMenuEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QInputDialog
 
@@ -75,6 +76,18 @@ def test_a_moment_marked_while_recording_is_in_the_replay_and_keys_go_there(wind
         assert window.live.shown.tick == 40
     assert window.timeline.playhead.time == pytest.approx(0.2)
     window.live.back_to_live()
+
+
+def test_the_timeline_offers_to_mark_what_is_recorded(window_again, tmp_path):
+    window, timeline = window_again, window_again.timeline
+    window.live.start_recording(tmp_path / "live.mcap")
+    at = timeline.rect().center()
+    QApplication.sendEvent(timeline, QContextMenuEvent(QContextMenuEvent.Reason.Mouse, at, timeline.mapToGlobal(at)))
+    menu = window.presenters.notes.menu
+    assert {window.action("mark"), window.action("name_mark")} <= set(menu.actions())
+    assert window.action("mark").isEnabled()
+    menu.close()
+    window.live.stop_recording()
 
 
 def test_marks_of_a_replay_are_kept_beside_it_and_undone(recorded):
