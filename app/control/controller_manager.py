@@ -189,7 +189,9 @@ class ControllerManager:
             settings, limits = self._gain_limiter.effective_settings(settings, posture, regions, dt, wanted=wanted)
             said += limits
             swings = self._oscillation.look(goal, regions[0].force if regions else 0.0, dt)
-            said += [Limit(LimitKind.OSCILLATION)] if swings else []
+            if swings:
+                said.append(Limit(LimitKind.OSCILLATION))
+                self._gain_limiter.hold_lower(self._settings)
         self._beyond = tuple(said)
         return settings, read
 

@@ -367,7 +367,8 @@ class TaskController:
         others = tuple(self._contact(settings, ContactGoal(r, r.force)) for r in regions if r.id not in wanted)
         home = np.minimum(np.maximum(self.rest - start, -_HOME_SPEED), _HOME_SPEED)
         arm = ArmState(start, home, self._speed, self._reference, contacts + others, dt)
-        if self._rising.look((c.id, c.force, c.force + c.force_error, c.tilt) for c in contacts):
+        pressed = [(c.id, c.force, c.force + c.force_error, c.tilt) for c in contacts]
+        if self._rising.look(pressed, settings.max_force):
             limits.add(Limit(LimitKind.FORCE_RISES))
             self._scheme.reset()
             return np.zeros_like(start)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -28,8 +29,9 @@ NOMINAL_SHARE, SAMPLED_SHARE = 0.9, 0.3
 once. The reserve of the first is in the stiffness, four times that of a cover; one that is really so stiff swings, is
 measured by that, and gets ``GAIN_SHARE``. With a slow skin that takes seconds, so there the second holds from the
 start."""
-INERTIA_SHARE = 0.6
-"""Of the limit at a measured contact, that limited gains with a virtual inertia take at most."""
+INERTIA_SHARE, SWUNG_SHARE = 0.9, 0.6
+"""Of the limit at a measured contact, that limited gains with a virtual inertia take at most; and once the force has
+swung."""
 PLACE_SHARE = 0.3
 """Of one over what passes from a touch to its reading, that the gain of place takes."""
 _PATIENCE = 12.0
@@ -67,7 +69,7 @@ class GainLimiter:
     and the shares are ``NOMINAL_SHARE`` and ``SAMPLED_SHARE``.
     Where a robot touches itself nothing is measured: one side's way is not what brings them together. Controllers with
     a virtual inertia (admittance, parallel) keep to ``SAMPLED_SHARE`` of the nominal limit of joints that follow at
-    once, and to ``INERTIA_SHARE`` of the limit at a measured contact.
+    once, and to ``INERTIA_SHARE`` of the limit at a measured contact, ``SWUNG_SHARE`` once the force has swung.
 
     Args:
         robot: Whose joints hold the arm against the contact.
@@ -90,9 +92,15 @@ class GainLimiter:
     def reset(self) -> None:
         """Nothing has touched."""
         self._answer: _Answer | None = None
+        self._swung: ControlSettings | None = None
         self._contact: int | None = None
         self._before: tuple[FloatArray, FloatArray] | None = None
         self._estimator.reset()
+
+    def hold_lower(self, settings: ControlSettings) -> None:
+        """The force swings under ``settings``: while these are set, gains keep farther from the limit."""
+        if self._swung != settings:
+            self._swung, self._answer = settings, None
 
     @property
     def most(self) -> float | None:
@@ -168,7 +176,10 @@ class GainLimiter:
         if loop.inertia_time > 0:
             # A lower gain lets the place, or a wrong normal, win over the force before the loop swings.
             held = SAMPLED_SHARE * replace(arm, stiffness=CONTACT_STIFFNESS).sampled_limit(readings)
-            held = min(held, INERTIA_SHARE * most) if measured else held
+            swung = self._swung == settings
+            # Without an integral a gain far too low leaves the force to the place for good: only by what is measured.
+            if measured or (swung and math.isfinite(loop.integral_time)):
+                held = min(held, (SWUNG_SHARE if swung else INERTIA_SHARE) * most)
         else:
             sampled = SAMPLED_SHARE * arm.sampled_limit(readings)
             held = GAIN_SHARE * most if measured else min(NOMINAL_SHARE * most, sampled)

@@ -69,8 +69,8 @@ def slow_aside(
     return speed * (most / aside)
 
 
-MOST_RISE = 5.0
-"""Of a force that is to fall [N], until the arm stands."""
+RISE_SHARE = 0.25
+"""Of the greatest force that is allowed, by which one may rise that is to fall, until the arm stands."""
 
 
 class RisingForces:
@@ -87,11 +87,12 @@ class RisingForces:
         self._least: dict[tuple[int, float], float] = {}
         self._standing = False
 
-    def look(self, contacts: Iterable[tuple[int, float, float, float]]) -> bool:
+    def look(self, contacts: Iterable[tuple[int, float, float, float]], max_force: float) -> bool:
         """Whether the arm has to stand: until the force is half way back.
 
         Args:
             contacts: Number, force [N], goal [N] and the tilt that is borne [rad] of each.
+            max_force: At which the arm is stopped [N].
         """
         least, risen = dict[tuple[int, float], float](), 0.0
         for contact, force, goal, tilt in contacts:
@@ -100,5 +101,5 @@ class RisingForces:
                 least[contact, goal] = min(self._least.get((contact, goal), above), above)
                 risen = max(risen, above - least[contact, goal])
         self._least = least
-        self._standing = risen > (MOST_RISE / 2 if self._standing else MOST_RISE)
+        self._standing = risen > RISE_SHARE * max_force * (0.5 if self._standing else 1.0)
         return self._standing

@@ -13,6 +13,7 @@ from app.control.force_loop.gain_limits import (
     NOMINAL_SHARE,
     PLACE_SHARE,
     SAMPLED_SHARE,
+    SWUNG_SHARE,
     GainLimiter,
 )
 from app.control.force_loop.loop_stability import CONTACT_STIFFNESS, SensorTiming
@@ -112,6 +113,26 @@ def test_another_skin_asks_anew():
     slow = asked(watch, high, touch(3.0))[0].force_gain
     watch.readings = SensorTiming(0.005)
     assert asked(watch, high, touch(3.0))[0].force_gain > 5 * slow
+
+
+def test_a_virtual_inertia_takes_less_once_its_force_has_swung_while_the_settings_stay():
+    settings = ControlSettings("parallel", force_gain=1.0, integral_time=1.0, inertia_time=0.01)
+    watch = watch_of(SensorTiming(0.005))
+    before = asked(watch, settings, touch(3.0))[0].force_gain
+    assert before > watch.most, "joints that follow at once would hold it"
+    watch.hold_lower(settings)
+    after = asked(watch, settings, touch(3.0))[0].force_gain
+    assert after == pytest.approx(SWUNG_SHARE * watch.most)
+    other = replace(settings, force_gain=0.9)
+    assert asked(watch, other, touch(3.0))[0].force_gain == pytest.approx(before)
+
+
+def test_without_an_integral_only_a_measured_contact_lowers_it():
+    settings = ControlSettings("admittance", force_gain=1.0, inertia_time=0.01)
+    watch = watch_of(SensorTiming(0.005))
+    before = asked(watch, settings, touch(3.0))[0]
+    watch.hold_lower(settings)
+    assert asked(watch, settings, touch(3.0))[0] == before
 
 
 SLOW = SensorTiming(0.05)

@@ -11,13 +11,15 @@ from app.control.force_loop.normal_motion import (
     ENOUGH_TILT,
     LEAST_ASIDE,
     LEAST_TILT,
-    MOST_RISE,
+    RISE_SHARE,
     RisingForces,
     bearable_tilt,
     slow_aside,
 )
 from app.control.limits import ActiveLimits, LimitKind
 
+MOST_FORCE = 40.0
+MOST_RISE = RISE_SHARE * MOST_FORCE
 UP = np.array([0.0, 0.0, 1.0])
 
 
@@ -50,22 +52,22 @@ def test_it_slides_slowly_where_little_tilt_is_borne_and_beside_what_is_wanted()
 
 def rises(*forces: float, goal: float = 3.0, tilt: float = 0.1) -> list[bool]:
     watch = RisingForces()
-    return [watch.look([(1, force, goal, tilt)]) for force in forces]
+    return [watch.look([(1, force, goal, tilt)], MOST_FORCE) for force in forces]
 
 
 def test_a_force_that_rises_while_it_is_to_fall_is_told_until_half_of_it_is_gone():
     least = 10.0 + MOST_RISE
-    assert rises(20.0, 10.0, least - 0.1, least + 0.1, 10.1 + MOST_RISE / 2, 9.9 + MOST_RISE / 2) == [
+    assert rises(30.0, 10.0, least - 0.1, least + 0.1, 10.1 + MOST_RISE / 2, 9.9 + MOST_RISE / 2) == [
         False, False, False, True, True, False,
     ]  # fmt: skip
 
 
 def test_below_the_goal_and_where_much_tilt_is_borne_it_may_rise():
-    assert not any(rises(0.0, 3.0 + MOST_RISE, goal=3.0))
-    assert not any(rises(1.0, 30.0, tilt=ENOUGH_TILT))
+    assert not any(rises(0.0, 3.0 + RISE_SHARE, goal=3.0))
+    assert not any(rises(4.0, 30.0, tilt=ENOUGH_TILT))
 
 
 def test_a_goal_that_is_set_lower_is_no_rise():
     watch = RisingForces()
-    assert not watch.look([(1, 15.0, 15.0, 0.1)])
-    assert not watch.look([(1, 15.0, 3.0, 0.1)])
+    assert not watch.look([(1, 25.0, 25.0, 0.1)], MOST_FORCE)
+    assert not watch.look([(1, 25.0, 3.0, 0.1)], MOST_FORCE)
