@@ -638,6 +638,21 @@ def _view_menu(layers: tuple[LayerSpec, ...]) -> Menu:
         "View",
         (
             ActionSpec("frame", "Frame all", ("Home",), "Show the whole robot and the whole map", yields=True),
+            MenuList("bodies", "Frame link"),
+            ActionSpec(
+                "second_view",
+                "Second view",
+                (),
+                "Show the robot from another side too, in a panel that can be moved; off, it costs nothing",
+                checkable=True,
+            ),
+            ActionSpec(
+                "contact_inset",
+                "Enlarge the contact",
+                (),
+                "Follow the strongest contact in a small view in the corner of the robot view; off, it costs nothing",
+                checkable=True,
+            ),
             ActionSpec(
                 "morph",
                 "Body or map",

@@ -316,6 +316,12 @@ class RobotScene:
         viewpoint.to(self.plotter.camera)
         self.plotter.camera.is_set = True  # or PyVista would look from its own default place at the first render
 
+    def turn_opening(self, angle: float) -> None:
+        """Let ``frame_all`` look from a direction turned about the vertical by ``angle`` [rad]."""
+        if self._prepared is not None:
+            (x, y, z), c, s = self._away.tolist(), np.cos(angle), np.sin(angle)
+            self._away = np.array([c * x - s * y, s * x + c * y, z])
+
     def frame_all(self, *, aspect: float | None = None) -> None:
         """Look at everything, three quarters from the front and slightly from above, the first contact in the middle.
 

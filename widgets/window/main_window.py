@@ -34,6 +34,7 @@ from widgets.timeline.recording_plots import RecordingPlots
 from widgets.timeline.scrub_bar import ScrubBar
 from widgets.timeline.timeline import Timeline
 from widgets.window.first_size import fit_screen
+from widgets.window.more_views import MoreViews
 from widgets.window.panel_docks import PanelDocks
 from widgets.window.status_line import StatusLine
 from widgets.window.toolbar import SessionToolbar
@@ -84,10 +85,12 @@ class MainWindow(QMainWindow):
         )
         self.presenters = build(self.context, self)
         self.panel_docks = PanelDocks(self, self.column, self.context)
+        self.more_views = MoreViews(self.context, self)
         self._commands = WindowCommands(self.context, self, self.panels, self.bottom, self.panel_docks)
         files = self.presenters.files
         lists = {"robots": files.list_robots, "scenes": files.list_scenes, "recent": files.list_recent}
         lists["layouts"] = self.panel_docks.list_layouts
+        lists["bodies"] = self.more_views.list_bodies
         yielding = [key for spec in self._actions.specs if spec.yields for key in spec.keys]  # whoever has them now
         FocusedKeys(self, yielding, (ScrubBar, ColourBar), (self.robot_view, self.map_view))
         guard_wheel(self)
@@ -252,6 +255,7 @@ class MainWindow(QMainWindow):
         self.settings.layout = self.panel_docks.layout
         self.presenters.close()
         self.live.close()
+        self.more_views.close()
         self.robot_view.close_view()
         super().closeEvent(event)
 

@@ -377,6 +377,39 @@ def _family(prefix, names, field, *first):
 
 LIVE, PAUSED, RECORDED = Bench.live, Bench.paused, Bench.recorded
 
+
+def led(bench):
+    """Another posture than the scene's is wanted."""
+    LIVE(bench)
+    editor = bench.window.presenters.posture.editor
+    editor.do("lead", editor.wanted + 0.05)
+
+
+def copied_posture(bench):
+    """The first joint's position is in the clipboard."""
+    LIVE(bench)
+    joint = bench.window.live.prepared.robot.joints[0]
+    QGuiApplication.clipboard().setText(f"{joint.name} = 0.125")
+
+
+def refused_posture(bench):
+    """The robot was to be placed while a finger presses it."""
+    LIVE(bench)
+    bench.window.live.hold_finger(bench.window.live.prepared.skin.taxel_point(3), 2.0)
+    run(bench.window, 10 * TICK)
+    bench.window.live.set_paused(paused=True)
+    led_editor = bench.window.presenters.posture.editor
+    led_editor.do("lead", led_editor.wanted + 0.05)
+
+
+def wanted_posture(bench):
+    return bench.window.presenters.posture.editor.wanted.tolist()
+
+
+def clipboard(_bench):
+    return QGuiApplication.clipboard().text()
+
+
 EFFECTS: dict[str, Effect] = {
     # File.
     **dict.fromkeys(
@@ -452,6 +485,10 @@ EFFECTS: dict[str, Effect] = {
     "less_force": Effect(Bench.tasked, lambda bench: bench.settings.force_goal),
     "clear_path": Effect(aimed, of_state("has_path")),
     "start_again": Effect(restartable, lambda bench: len(bench.window.live.runner.session.inputs)),
+    "scene_posture": Effect(led, wanted_posture),
+    "undo_posture": Effect(led, wanted_posture),
+    "copy_posture": Effect(LIVE, clipboard),
+    "paste_posture": Effect(copied_posture, wanted_posture),
     "reset_gains": Effect(turned, lambda bench: bench.settings.stiffness),
     "compare_controllers": Effect(LIVE, windows),
     # Select.
@@ -468,6 +505,8 @@ EFFECTS: dict[str, Effect] = {
     **{f"ground_{layer.value}": Effect(after("ground_checker"), overlays) for layer in BaseLayer},
     "ground_checker": Effect(after("ground_pressure"), overlays),
     **{f"mark_{layer.name}": Effect(LIVE, overlays) for layer in LAYERS},
+    "second_view": Effect(LIVE, lambda bench: bench.window.more_views.second is None),
+    "contact_inset": Effect(LIVE, lambda bench: bench.window.more_views.inset is None),
     "theme": Effect(LIVE, of_state("light")),
     "panels": Effect(LIVE, lambda bench: bench.window.panels.isVisible()),
     "plots": Effect(LIVE, lambda bench: bench.window.bottom.isVisible()),
@@ -490,6 +529,7 @@ EFFECTS: dict[str, Effect] = {
     "save_report": Effect(failed, files),
     "open_path_scene": Effect(LIVE, opening),
     "simulate_fingers": Effect(without_fingers, scene),
+    "go_there": Effect(refused_posture, wanted_posture),
     "use_anyway": Effect(unsteady, scene),
     "quit": Effect(LIVE, windows),
 }

@@ -1,0 +1,85 @@
+"""Views that a person adds: the second camera, the contact enlarged, and links framed from the menu."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from PySide6.QtCore import QPoint, Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication, QMenu
+
+from app.robots.kinematics import Configuration
+from tests.widgets.support.window_driver import run, visible_skin
+
+LEFT = Qt.MouseButton.LeftButton
+pytestmark = pytest.mark.qt_log_ignore("This plugin does not support")
+
+
+@pytest.fixture
+def window(window_again):
+    yield window_again
+    window_again.more_views.close()
+    window_again.robot_view.display.frame_all()
+
+
+def eye(view):
+    return view.display.scene.viewpoint.eye.copy()
+
+
+def test_the_second_view_has_a_camera_of_its_own_and_follows_the_robot(window, qtbot):
+    assert window.more_views.second is None
+    window.action("second_view").trigger()
+    QApplication.processEvents()
+    view = window.more_views.second
+    assert view.isVisible()
+    first = eye(window.robot_view)
+    assert np.linalg.norm(eye(view) - first) > 0.2, "it looks from another side"
+    before, canvas = eye(view), view.display.canvas.widget
+    QTest.mousePress(canvas, LEFT, pos=QPoint(60, 60))
+    QTest.mouseMove(canvas, QPoint(100, 70))
+    QTest.mouseRelease(canvas, LEFT, pos=QPoint(100, 70))
+    assert np.linalg.norm(eye(view) - before) > 0.05
+    assert np.array_equal(eye(window.robot_view), first)
+    assert not any(poke.id == 1 for poke in window.live.shown.pokes)
+    run(window, 0.2)
+    qtbot.waitUntil(lambda: view.display._frame is window.live.shown)
+    window.more_views._dock.close()
+    assert window.more_views.second is None
+    assert not window.action("second_view").isChecked()
+
+
+def test_the_inset_looks_at_the_strongest_contact_and_a_double_click_looks_there_too(window, qtbot):
+    window.action("contact_inset").trigger()
+    at, _ = visible_skin(window)
+    window.live.hold_finger(at, 3.0)
+    run(window, 1.0)
+    inset = window.more_views.inset
+    qtbot.waitUntil(lambda: " N" in inset.words.text().replace("\u2009", " "))
+    strongest = max(window.live.shown.regions, key=lambda region: region.force)
+    configuration = Configuration(window.live.prepared.robot)
+    configuration.update(window.live.shown.posture)
+    place = configuration.pose(strongest.link).points(strongest.link_position)
+    qtbot.waitUntil(lambda: bool(np.linalg.norm(inset.view.display.scene.viewpoint.focus - place) < 0.03))
+    pokes, before = len(window.live.shown.pokes), eye(window.robot_view)
+    QTest.mouseClick(inset.view.display.canvas.widget, LEFT, pos=QPoint(40, 40))
+    run(window, 0.05)
+    assert len(window.live.shown.pokes) == pokes, "what is under it is not pressed"
+    QTest.mouseDClick(inset.view.display.canvas.widget, LEFT, pos=QPoint(40, 40))
+    assert np.linalg.norm(eye(window.robot_view) - before) > 0.05
+    assert np.linalg.norm(window.robot_view.display.scene.viewpoint.focus - place) < 0.03
+    window.action("contact_inset").trigger()
+    assert window.more_views.inset is None
+
+
+def test_each_link_is_framed_from_the_menu(window):
+    menu = QMenu(window)
+    window.more_views.list_bodies(menu)
+    names = [link.name for link in window.live.prepared.robot.links if link.mesh is not None]
+    assert [entry.objectName() for entry in menu.actions()] == [f"frame-{name}" for name in names]
+    far = window.robot_view.display.scene.viewpoint.distance
+    menu.findChild(object, "frame-hand").trigger()
+    view = window.robot_view.display.scene.viewpoint
+    hand = window.robot_view.display.scene.body_poses[window.live.prepared.robot.link_index["hand"]][:3, 3]
+    assert view.distance < far
+    assert np.linalg.norm(np.cross(hand - view.eye, view.axes[2])) < 0.15
+    menu.deleteLater()

@@ -1,0 +1,147 @@
+"""The views a person may add: a second camera in a panel of its own, and the contact enlarged in the robot view.
+
+Each is made when it is first wanted and given back when it is not any more: what is off costs nothing.
+"""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QObject, Qt
+from PySide6.QtGui import QCloseEvent
+from PySide6.QtWidgets import QDockWidget, QMainWindow, QMenu
+
+from app.session.frame import Frame
+from app.session.prepare import PreparedScene
+from widgets.common.colours import Theme
+from widgets.context.app_context import AppContext
+from widgets.layers.registry import LAYERS, body_layers
+from widgets.robot_view.second_view import ContactInset, SecondView
+
+
+class _ViewDock(QDockWidget):
+    """Holds the second view; closed, it says so."""
+
+    def __init__(self, view: SecondView, window: QMainWindow, owner: MoreViews) -> None:
+        super().__init__("Second view", window)
+        self._owner = owner
+        self.setObjectName("dock-second")
+        self.setAllowedAreas(Qt.DockWidgetArea.LeftDockWidgetArea | Qt.DockWidgetArea.BottomDockWidgetArea)
+        self.setWidget(view)
+
+    def closeEvent(self, event: QCloseEvent) -> None:
+        """Qt: the action that shows it is off again."""
+        super().closeEvent(event)
+        self._owner.show_second(shown=False)
+
+
+class MoreViews(QObject):
+    """Adds and removes them, and keeps them at what the robot view shows. Mutable.
+
+    Args:
+        context: What the presenters have too.
+        window: Where the second view is docked.
+
+    Attributes:
+        second: The second view; None while it is not wanted.
+        inset: The contact enlarged; likewise.
+    """
+
+    def __init__(self, context: AppContext, window: QMainWindow) -> None:
+        super().__init__(window)
+        self._context, self._window = context, window
+        self.second: SecondView | None = None
+        self.inset: ContactInset | None = None
+        self._dock: _ViewDock | None = None
+        actions = context.actions
+        actions.bind("second_view", lambda: self.show_second(shown=actions["second_view"].isChecked()))
+        actions.bind("contact_inset", lambda: self.show_inset(shown=actions["contact_inset"].isChecked()))
+        session, views = context.session, context.views
+        session.prepared_changed.connect(self._on_prepared_changed)
+        session.frame_ready.connect(self._on_frame_ready)
+        context.theme.changed.connect(self._on_theme_changed)
+        views.bar.maximum_changed.connect(self._on_scale_changed)
+        views.overlays_changed.connect(self._on_overlays_changed)
+
+    def show_second(self, *, shown: bool) -> None:
+        """Add the second view, or remove it."""
+        self._context.actions["second_view"].setChecked(shown)
+        if shown and self.second is None:
+            layers, views = body_layers(LAYERS), self._context.views
+            self.second = SecondView(self._context.theme.theme, views.scale, layers=layers)
+            self._dock = _ViewDock(self.second, self._window, self)
+            self._window.addDockWidget(Qt.DockWidgetArea.LeftDockWidgetArea, self._dock)
+            self._fill(self.second)
+        elif not shown and self.second is not None and self._dock is not None:
+            dock, view, self._dock, self.second = self._dock, self.second, None, None
+            view.close_view()
+            self._window.removeDockWidget(dock)
+            dock.deleteLater()
+
+    def show_inset(self, *, shown: bool) -> None:
+        """Add the contact enlarged, or remove it."""
+        self._context.actions["contact_inset"].setChecked(shown)
+        robot = self._context.views.robot
+        if shown and self.inset is None:
+            self.inset = ContactInset(self._context.theme.theme, self._context.views.scale, robot)
+            self.inset.look_requested.connect(robot.display.look_at)
+            self.inset.show()
+            self._fill(self.inset.view)
+        elif not shown and self.inset is not None:
+            inset, self.inset = self.inset, None
+            inset.close_view()
+            inset.hide()
+            inset.deleteLater()
+
+    def close(self) -> None:
+        """Give their graphics back."""
+        self.show_second(shown=False)
+        self.show_inset(shown=False)
+
+    def list_bodies(self, menu: QMenu) -> None:
+        """List the links that can be seen, and the objects: each is looked at."""
+        menu.clear()
+        prepared = self._context.views.robot.display.prepared
+        bodies = [] if prepared is None else [(link.name, link.mesh) for link in prepared.robot.links]
+        bodies += [] if prepared is None else [(body.spec.name, body.mesh) for body in prepared.objects]
+        for number, (name, mesh) in enumerate(bodies):
+            if mesh is not None and len(mesh.vertices):
+                item = menu.addAction(name.replace("_", " ").replace("&", "&&"))
+                item.setObjectName(f"frame-{name}")
+                item.setToolTip(f"Look at {name.replace('_', ' ')} from the side it is seen from now")
+                item.triggered.connect(
+                    lambda _checked=False, number=number: self._context.views.robot.display.frame_body(number)
+                )
+        if menu.isEmpty():
+            menu.addAction("No robot yet").setEnabled(False)
+
+    @property
+    def _shown(self) -> tuple[SecondView, ...]:
+        inset = None if self.inset is None else self.inset.view
+        return tuple(view for view in (self.second, inset) if view is not None)
+
+    def _fill(self, view: SecondView) -> None:
+        session, views = self._context.session, self._context.views
+        view.display.show_layers(views.overlays.shown)
+        if session.prepared is not None:
+            view.show_prepared(session.prepared)
+        if session.shown is not None:
+            view.show_frame(session.shown)
+
+    def _on_prepared_changed(self, prepared: PreparedScene) -> None:
+        for view in self._shown:
+            view.show_prepared(prepared)
+
+    def _on_frame_ready(self, frame: Frame) -> None:
+        for view in self._shown:
+            view.show_frame(frame)
+
+    def _on_theme_changed(self, theme: Theme) -> None:
+        for view in self._shown:
+            view.display.set_theme(theme)
+
+    def _on_scale_changed(self, _maximum: float) -> None:
+        for view in self._shown:
+            view.display.set_scale(self._context.views.scale)
+
+    def _on_overlays_changed(self, _overlays: object) -> None:
+        for view in self._shown:
+            view.display.show_layers(self._context.views.overlays.shown)
