@@ -421,6 +421,7 @@ class RecordingPlots(QWidget):
         ]
         painter.save()
         painter.setRenderHint(QPainter.RenderHint.Antialiasing, on=False)
+        painter.setPen(QPen(painter.pen().color(), 1.0))
         painter.drawLines(lines)
         painter.restore()
 

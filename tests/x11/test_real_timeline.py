@@ -1,0 +1,73 @@
+"""The timeline and the curves of a recording under a real mouse on a real X server: range, click, zoom, menu."""
+
+from __future__ import annotations
+
+import pytest
+
+# The window records two seconds, replays them, and tells where times lie on the screen and what became of each act.
+SCRIPT = """
+from widgets.timeline.scrub_bar import ScrubBar
+
+window = open_window()
+bar, plots = window.timeline.findChild(ScrubBar), window.recording_plots
+
+def places(widget, height):
+    return {str(t): widget.mapToGlobal(QPoint(round(widget.x_of(t)), height)).toTuple() for t in (0.5, 1.0, 1.5)}
+
+def tell(_what=None):
+    span, menu = window.timeline.range, window.presenters.notes.menu
+    write("told.json", {
+        "range": None if span is None else [span.start, span.end],
+        "time": window.timeline.playhead.time,
+        "view": plots.view.length,
+        "marks": len(window.context.notes.value.marks),
+        "menu": menu is not None and menu.isVisible(),
+    })
+
+def replay():
+    window.live.stop_recording()
+    window.live.open_recording(FOLDER / "one.mcap")
+
+def opened(player):
+    if player is not None:
+        QTimer.singleShot(2500, stand)
+
+def stand():
+    window.activateWindow()  # there is no window manager that would
+    tell()
+    write("places.json", {"bar": places(bar, 20), "plots": places(plots, 40)})
+
+def ready():
+    window.live.start_recording(FOLDER / "one.mcap")
+    QTimer.singleShot(2500, replay)
+
+watch = QTimer()
+watch.timeout.connect(tell)
+watch.start(100)
+window.live.player_changed.connect(opened)
+live(window, ready)
+"""
+
+
+def test_a_range_is_dragged_on_both_and_a_click_goes_there(app):
+    app.wait_for(lambda: app.read("places.json"))
+    bar, plots = app.read("places.json")["bar"], app.read("places.json")["plots"]
+
+    def drag(places, *, shift):
+        app.hand(*(["keydown", "shift"] if shift else []), "mousemove", *places["0.5"], "mousedown", 1)
+        app.hand("mousemove", *places["1.0"])
+        app.hand("mousemove", *places["1.5"], "mouseup", 1, *(["keyup", "shift"] if shift else []))
+
+    drag(bar, shift=True)
+    app.wait_for(lambda: app.read("told.json")["range"] == pytest.approx([0.5, 1.5], abs=0.02))
+    app.hand("mousemove", *plots["1.0"], "click", 1)
+    app.wait_for(lambda: app.read("told.json")["time"] == pytest.approx(1.0, abs=0.02))
+    whole = app.read("told.json")["view"]
+    app.hand("click", 4, "click", 4)
+    app.wait_for(lambda: app.read("told.json")["view"] == pytest.approx(whole / 1.25**2, rel=0.01))
+    app.hand("click", "--repeat", 2, "--delay", 50, 1)
+    app.wait_for(lambda: app.read("told.json")["view"] == pytest.approx(whole))
+    app.hand("key", "ctrl+b")
+    app.wait_for(lambda: app.read("told.json")["marks"] == 1)
+    app.hand("mousemove", *bar["1.5"], "click", 3)
+    app.wait_for(lambda: app.read("told.json")["menu"])
