@@ -21,6 +21,7 @@ from app.maps.formats.map_file import map_from_bytes, map_to_bytes
 from app.robots.formats.mesh_files import parse_mesh
 from app.robots.mujoco_spec import robot_spec
 from app.robots.robot import Joint, Link, Robot
+from app.robots.sanitize import missing_meshes
 from app.scene.objects import ObjectSpec, SceneObject
 from app.scene.scene_file import scene_from_toml, scene_to_toml
 from app.session.prepare import PreparedScene
@@ -165,12 +166,15 @@ def robot_from_zip(data: bytes, *, file: str) -> Robot:
         where = f"{_HEADER}: home"
         raise RecordingError("expected one number per joint", file=file, place=where, value=header.home.shape,
                              remedy=DAMAGED)  # fmt: skip
-    links = tuple(Link(name, _mesh(parts, number, file)) for number, name in enumerate(header.links))
     assets = {name.removeprefix("assets/"): part for name, part in parts.items() if name.startswith("assets/")}
     for name, part in assets.items():
         _check_asset(name, part, file)
     # Before anything is built of it; it is built when a session asks.
-    robot_spec(Robot(header.name, file, mjcf, assets, (), (), header.home))
+    spec = robot_spec(Robot(header.name, file, mjcf, assets, (), (), header.home))
+    missing = missing_meshes(spec, assets)
+    links = tuple(
+        Link(name, _mesh(parts, number, file), missing.get(name, ())) for number, name in enumerate(header.links)
+    )
     return Robot(header.name, header.source, mjcf, assets, links, header.joints, header.home, header.findings)
 
 

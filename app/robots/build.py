@@ -24,6 +24,7 @@ from app.robots.sanitize import (
     collision_exclusions,
     enforce_inertia_inequality,
     keyframe_home,
+    missing_meshes,
     name_unnamed_elements,
     prepare_degenerate_meshes,
     state_scaled_masses,
@@ -177,7 +178,12 @@ def build_robot(
     if clipped:
         notes.append(Finding("home-outside-limits", ", ".join(clipped), "moved inside the limits", len(clipped)))
     smoke_test(model, rest, source)
-    links = tuple(Link(model.body(i).name, link_mesh(model, i)) for i in range(1, model.nbody))
+    missing, names = missing_meshes(spec, files), [model.body(i).name for i in range(model.nbody)]
+    links = tuple(
+        Link(name, link_mesh(model, i), missing.get(name, ()))
+        for i, name in enumerate(names)
+        if i  # without the world
+    )
     return Robot(name, source, text, files, links, _joints(model), rest, tuple(notes))
 
 

@@ -19,10 +19,12 @@ class Link:
     Attributes:
         name: The body's name in the MJCF; unique.
         mesh: What it looks like, in the link frame [m]; None for a link without geometry.
+        missing: Its mesh files that were not there, by their bare names: small boxes stand for them in ``mesh``.
     """
 
     name: str
     mesh: Mesh | None
+    missing: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

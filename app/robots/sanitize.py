@@ -18,7 +18,7 @@ import numpy as np
 from app.core.arrays import FloatArray
 from app.core.errors import Finding, RobotError
 from app.geometry.mesh import Mesh
-from app.robots.formats.mesh_files import parse_mesh
+from app.robots.formats.mesh_files import parse_mesh, placeholder
 
 _WIDTH = {
     mujoco.mjtJoint.mjJNT_FREE: 7,
@@ -187,6 +187,19 @@ def _missing_mesh(path: Path, links: list[str], boxed: bool) -> Finding:
         "replaced by a small box" if boxed else "left out: other shapes of the link stand for it" if links else "unused"
     )
     return Finding("missing-mesh", str(path), f"there is no such file{of}; {what}")
+
+
+def missing_meshes(spec: mujoco.MjSpec, assets: Mapping[str, bytes]) -> dict[str, tuple[str, ...]]:
+    """By link the bare names of mesh files that were not there, for which placeholders stand; nothing of other links.
+
+    A placeholder is known by its bytes, so that it is one still in a robot that was packed and unpacked.
+    """
+    absent = {mesh.name: Path(mesh.file).stem for mesh in spec.meshes if assets.get(mesh.file) == placeholder()}
+    found = {
+        body.name: tuple(dict.fromkeys(absent[geom.meshname] for geom in body.geoms if geom.meshname in absent))
+        for body in spec.bodies
+    }
+    return {name: files for name, files in found.items() if files}
 
 
 _FLAT = 1e-5  # thickness over size below which there is no convex hull

@@ -213,6 +213,8 @@ def _body_name(prepared: PreparedScene, body: int | None) -> str:
     if body is None:
         return ""
     links = prepared.robot.links
+    if body < len(links) and links[body].missing:
+        return f"{links[body].name} (missing: {', '.join(links[body].missing)})"
     return links[body].name if body < len(links) else prepared.objects[body - len(links)].spec.name
 
 

@@ -99,6 +99,7 @@ class RobotScene:
         self._frame: Frame | None = None
         self._links: list[tuple[int, Any]] = []
         self._bodies: list[Any] = []
+        self._placeholders: list[Any] = []
         self._bounds: list[tuple[int, FloatArray]] = []
         self._make_layers, self._shown = dict(layers or {}), frozenset[str]()
         self.layers: dict[str, BodyLayer] = {}
@@ -109,14 +110,15 @@ class RobotScene:
         self.plotter.clear_actors()
         self._prepared, self._frame = prepared, None
         self._configuration = Configuration(prepared.robot)
-        self._links, self._bodies, self._bounds = [], [], []
+        self._links, self._bodies, self._placeholders, self._bounds = [], [], [], []
         for number, link in enumerate(prepared.robot.links):
             if link.mesh is not None and len(link.mesh.faces):
                 body = polydata(link.mesh.vertices, link.mesh.vertex_normals, link.mesh.faces)
                 actor = self.plotter.add_mesh(body, color=self.theme.body, **MATTE)
                 self._links.append((number, actor))
-                self._bodies.append(actor)
+                (self._placeholders if link.missing else self._bodies).append(actor)
                 self._bounds.append((number, link.mesh.bounds))
+        self._dress_placeholders()
         self.skin = SkinActors(self.plotter, prepared, self._scale)
         self._bounds += [(prepared.robot.link_index[p.link], p.surface.bounds) for p in prepared.skin.patches]
         self._objects = ObjectActors(self.plotter, self.theme, prepared.objects)
@@ -270,6 +272,7 @@ class RobotScene:
         self.plotter.set_background(theme.window)
         for actor in self._bodies:
             actor.prop.color = theme.body
+        self._dress_placeholders()
         if self._prepared is not None:
             self._marks.set_theme(theme)
             for layer in self.layers.values():
@@ -278,6 +281,12 @@ class RobotScene:
             self._edit_marks.set_theme(theme)
             self._task_marks.set_theme(theme)
             self._ground()
+
+    def _dress_placeholders(self) -> None:
+        """What stands for a missing mesh looks like nothing of the robot: edges in the colour of warnings."""
+        for actor in self._placeholders:
+            actor.prop.style, actor.prop.line_width = "wireframe", 2.0
+            actor.prop.color, actor.prop.lighting = self.theme.warning, False
 
     def set_scale(self, scale: PressureScale) -> None:
         """Take another pressure scale."""

@@ -10,6 +10,7 @@ import logging
 import re
 import struct
 import warnings
+from functools import cache
 from pathlib import Path
 from urllib.parse import unquote
 from xml.etree.ElementTree import tostring
@@ -133,6 +134,12 @@ def box_mesh(size: float) -> Mesh:
     """A cube with edges of ``size`` [m] about the origin: the placeholder for a mesh that is missing."""
     cube = trimesh.creation.box((size, size, size))
     return Mesh(np.asarray(cube.vertices), np.asarray(cube.faces))
+
+
+@cache
+def placeholder() -> bytes:
+    """The mesh file that stands for one that is missing: whoever meets its bytes knows."""
+    return to_msh(box_mesh(PLACEHOLDER_SIZE))
 
 
 def _check_limits(vertices: FloatArray, faces: IntArray, path: Path) -> None:
@@ -274,7 +281,7 @@ class AssetStore:
             if path.exists():
                 self.files[name] = self._load(path, mirror)
             else:
-                self.missing[name], self.files[name] = path, to_msh(box_mesh(PLACEHOLDER_SIZE))
+                self.missing[name], self.files[name] = path, placeholder()
         return self._names[key]
 
     def _load(self, path: Path, mirror: tuple[float, ...]) -> bytes:

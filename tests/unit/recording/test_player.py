@@ -19,6 +19,7 @@ from app.recording.mcap_file import chunk_messages, read_recording
 from app.recording.player import RecordingPlayer
 from app.recording.recorder import Recorder
 from app.recording.recover import recover
+from app.robots.formats.mjcf import load_mjcf
 from app.robots.robot import Joint
 from app.scene.object_meshes import primitive_mesh
 from app.scene.objects import ObjectSpec, SceneObject
@@ -194,6 +195,16 @@ def test_a_damaged_part_of_the_robot_is_refused_with_its_place(name, data, place
         robot_from_zip(rebuilt.getvalue(), file="x.mcap")
     assert refused.value.file == "x.mcap"
     assert place in refused.value.place
+
+
+def test_a_mesh_that_was_missing_is_known_to_be_so_again(tmp_path):
+    file = tmp_path / "lost.xml"
+    file.write_text(
+        '<mujoco><asset><mesh name="ball" file="ball.stl"/></asset><worldbody><body name="tip"><joint/>'
+        '<geom type="mesh" mesh="ball"/></body></worldbody></mujoco>'
+    )
+    again = robot_from_zip(robot_to_zip(load_mjcf(file)), file="x.mcap")
+    assert again.link("tip").missing == ("ball",)
 
 
 def test_a_robot_without_limits_reads_back():

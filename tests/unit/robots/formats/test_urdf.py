@@ -49,6 +49,8 @@ def test_a_missing_mesh_becomes_a_small_box(urdf: Write) -> None:
     robot = load_urdf(urdf("absent.stl"))
     assert robot.link("rod").mesh is not None
     assert any(f.kind == "missing-mesh" and f.where.endswith("absent.stl") for f in robot.findings)
+    assert robot.link("rod").missing == ("absent",)
+    assert load_urdf(urdf("rod.stl")).link("rod").missing == ()
 
 
 def test_a_package_is_found_in_a_root_and_above_the_file(urdf: Write, tmp_path: Path, rod: bytes) -> None:

@@ -26,6 +26,7 @@ from app.skin.formats.import_skin import NO_ROBOT
 from app.skin.formats.taxel_files import write_taxels
 from tests.support.taxel_formats import FORMATS, cylinder_taxels, write_formats
 from tests.widgets.support.window_driver import press_map, run
+from widgets.interaction.pointed_at import PointedAt
 from widgets.presenters.files.file_presenter import scene_words
 from widgets.session.backends import INLINE
 from widgets.workers.scene_worker import SceneWorker
@@ -406,3 +407,6 @@ def test_a_missing_mesh_is_said_aloud(window, tmp_path):
     window.presenters.files.open_path(str(model))
     assert "ball.stl" in window.notification_bar.text
     assert "missing" in window.notification_bar.text
+    (stand_in,) = window.robot_view.display.scene._placeholders
+    assert stand_in.prop.style == "Wireframe", "drawn as none of the robot's"
+    assert window.presenters.pointing.resolve(PointedAt(body=0)).name == "tip (missing: ball)"
