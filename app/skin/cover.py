@@ -195,6 +195,8 @@ _Hull: TypeAlias = tuple[FloatArray, ConvexHull | None]
 def choose_links(robot: Robot) -> tuple[str, ...]:
     """The three links a joint moves (any, on a robot without joints) with the largest exposed hulls, in robot order.
 
+    What stands in for a missing mesh is covered only where there is nothing else.
+
     A hull's area counts where it does not lie inside the hull of another link at home: a thick hub buried in its
     neighbours is no place for skin.
 
@@ -206,7 +208,8 @@ def choose_links(robot: Robot) -> tuple[str, ...]:
         link.name: _convex_hull(link.mesh) for link in robot.links if link.mesh is not None and len(link.mesh.faces)
     }
     moved = _moved_links(robot, configuration)
-    candidates = [name for name in hulls if name in moved] or list(hulls)
+    own = [link.name for link in robot.links if link.name in hulls and not link.missing]
+    candidates = [name for name in own if name in moved] or own or list(hulls)
     if not candidates:
         raise SkinError("no link of the robot has geometry", file=robot.source, remedy="Open a robot with meshes")
     poses = {name: configuration.pose(name) for name in hulls}

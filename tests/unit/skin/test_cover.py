@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -31,6 +33,13 @@ def test_absurd_thicknesses_are_refused(thickness: float) -> None:
 
 def test_only_links_that_move_are_chosen() -> None:
     assert choose_links(two_rods()) == ("upper",)
+
+
+def test_what_stands_in_for_a_missing_mesh_is_not_chosen():
+    robot = two_rods()
+    lost = replace(robot, links=tuple(replace(link, missing=("rod",) * (link.name == "upper")) for link in robot.links))
+    assert "upper" not in choose_links(lost)
+    assert choose_links(replace(robot, links=tuple(replace(link, missing=("rod",)) for link in robot.links)))
 
 
 def test_a_robot_without_joints_wears_it_on_any_link() -> None:

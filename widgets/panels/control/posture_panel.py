@@ -144,7 +144,8 @@ class PosturePanel(Panel):
             self._way.setText("\u00a0")
 
     def _show_posture(self, posture: FloatArray) -> None:
-        if self._robot is None or len(posture) != len(self.sliders):
+        """Nothing while the panel is folded, or between two robots."""
+        if self._robot is None or not len(posture) == len(self.sliders) == len(self._robot.joints):
             return
         for slider, joint, position in zip(self.sliders, self._robot.joints, posture.tolist(), strict=True):
             if not slider.held:
