@@ -7,11 +7,11 @@ holds; a recording that was cut out of another has its part of them in its metad
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from pathlib import Path
 
-from app.core.codec import dump_json, load_json
+from app.core.codec import LATER, dump_json, load_json
 from app.core.errors import RecordingError
 from app.core.files import read_bounded_file, write_atomically
 
@@ -81,12 +81,15 @@ class Annotations:
         episodes: By first tick.
         label: Of the whole.
         outcome: Of the whole; None where nobody says.
+        recording: When that began [ns since 1970, in decimal]: a file of its name that was recorded anew is another
+            one. Empty for any.
     """
 
     marks: tuple[Mark, ...] = ()
     episodes: tuple[LabelledEpisode, ...] = ()
     label: str = ""
     outcome: Outcome | None = None
+    recording: str = field(default="", compare=False, metadata=LATER)
 
     def __post_init__(self) -> None:
         _check_text(self.label, "label")
@@ -130,26 +133,34 @@ def annotations_file(recording: str | Path) -> Path:
     return Path(recording).with_suffix(".notes.json")
 
 
-def load_annotations(recording: str | Path) -> Annotations | None:
+def load_annotations(recording: str | Path, *, of: str = "") -> Annotations | None:
     """What was said of a recording after it was made; None where nothing was.
 
+    Args:
+        recording: Its file.
+        of: When it began, as in ``Annotations.recording``; empty not to ask.
+
     Raises:
-        RecordingError: The file with it is damaged, or none of ours.
+        RecordingError: The file with it is damaged, none of ours, or of another recording.
     """
     file = annotations_file(recording)
     if not file.exists():
         return None
     data = read_bounded_file(file, error=RecordingError, most=_MOST_BYTES)
-    return load_json(Annotations, data, error=RecordingError, file=file, remedy=_REMEDY)
+    found = load_json(Annotations, data, error=RecordingError, file=file, remedy=_REMEDY)
+    if of and found.recording and found.recording != of:
+        raise RecordingError("these notes are of another recording that had this name", file=file, remedy=_REMEDY)
+    return found
 
 
-def save_annotations(recording: str | Path, annotations: Annotations) -> None:
-    """Keep what is said of a recording beside it, whole or not at all.
+def save_annotations(recording: str | Path, annotations: Annotations, *, of: str = "") -> None:
+    """Keep what is said of a recording beside it, whole or not at all; ``of`` as for ``load_annotations``.
 
     Raises:
         RecordingError: It cannot be written there.
     """
-    write_atomically(annotations_file(recording), dump_json(annotations), error=RecordingError)
+    kept = dump_json(replace(annotations, recording=of))
+    write_atomically(annotations_file(recording), kept, error=RecordingError)
 
 
 def annotations_entry(annotations: Annotations) -> dict[str, str]:

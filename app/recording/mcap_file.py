@@ -28,6 +28,8 @@ from app.recording.viewer_messages import ENCODING, Schema
 FORMAT = "10"
 """Of the messages; another one is not read."""
 _METADATA = "tactile-maps"
+STARTED = "started_ns"
+"""Of the metadata: wall-clock time of tick 0 [ns since 1970]."""
 MEASURED = "measured"
 """Of the metadata: where the readings of a real skin came from. Such a recording has no frame for every tick."""
 _NUMBERED_TOPICS = tuple(topic for topic in TOPICS if topic != "/mark")

@@ -154,7 +154,7 @@ def _summary(blank: RecordingSummary) -> RecordingSummary:
     if not contents.complete or contents.checksum_fails or None in contents.chunks:
         problem = "Damaged: it was cut off, or parts of it cannot be read. Open it to see what is lost"
     try:
-        said = load_annotations(path) or said
+        said = load_annotations(path, of=contents.metadata.get(mcap_file.STARTED, "")) or said
     except RecordingError as error:
         problem = str(error)
     return RecordingSummary(

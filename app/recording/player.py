@@ -73,6 +73,11 @@ class RecordingPlayer:
         return self.versions.get(mcap_file.MEASURED)
 
     @property
+    def began(self) -> str:
+        """When its session began [ns since 1970, in decimal]; empty where the file does not say."""
+        return self.versions.get(mcap_file.STARTED, "")
+
+    @property
     def complete(self) -> bool:
         """Whether every tick from the first to the last is there, with all inputs and events, and the file's end."""
         return not self.damage
@@ -133,7 +138,7 @@ class RecordingPlayer:
         Raises:
             RecordingError: The file beside it is damaged, or none of ours.
         """
-        beside = load_annotations(self.path)
+        beside = load_annotations(self.path, of=self.began)
         return self.recorded_annotations if beside is None else beside
 
     def edits(self) -> list[tuple[float, str]]:

@@ -23,7 +23,7 @@ from app.core.interrupts import interrupts_held
 from app.recording.annotations import Mark
 from app.recording.bundle import pack_scene
 from app.recording.frame_codec import encode_frame
-from app.recording.mcap_file import MEASURED, NO_SPACE, add_viewer_channels, begin_recording, create_file
+from app.recording.mcap_file import MEASURED, NO_SPACE, STARTED, add_viewer_channels, begin_recording, create_file
 from app.recording.message_codecs import encode_event, encode_failure, encode_input, encode_mark
 from app.recording.viewer_messages import ViewerMessages
 from app.session.frame import Failure, Frame
@@ -93,7 +93,7 @@ class Recorder:
         if prepared is None:
             return
         scene = prepared.scene
-        metadata = versions() | {"seed": str(scene.seed), "tick_s": repr(scene.tick), "started_ns": str(self._started)}
+        metadata = versions() | {"seed": str(scene.seed), "tick_s": repr(scene.tick), STARTED: str(self._started)}
         metadata |= self._measured
         try:
             channels = begin_recording(self._writer, metadata, pack_scene(prepared))

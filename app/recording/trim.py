@@ -80,7 +80,9 @@ def trim(
         has = f"It has ticks {messages.frames[0].tick} to {messages.frames[-1].tick}" if messages.frames else None
         raise RecordingError("the recording has no frame there", file=source, value=span, remedy=has)
     own = annotations_in(contents.metadata, messages.marks, file=str(source))
-    said = (load_annotations(source) or own).within(kept[0].tick, kept[-1].tick)
+    said = (load_annotations(source, of=contents.metadata.get(mcap_file.STARTED, "")) or own).within(
+        kept[0].tick, kept[-1].tick
+    )
     part = _Part(contents, messages, prepared, kept[0].tick, kept[-1].tick)
     with open_atomically(target, error=RecordingError, overwrite=overwrite) as stream:
         writer = Writer(stream, chunk_size=_CHUNK_BYTES, compression=CompressionType.ZSTD, enable_data_crcs=True)

@@ -22,6 +22,7 @@ class RecordingNotes(QObject):
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._path: Path | None = None
+        self._began = ""
         self._steps: list[tuple[str, Annotations]] = [("", Annotations())]
         self._at = 0
 
@@ -34,6 +35,7 @@ class RecordingNotes(QObject):
             self.failed.emit(str(error))
             return
         self._path, self._steps, self._at = player.path, [("", found)], 0
+        self._began = player.began
         self.changed.emit()
 
     def close(self) -> None:
@@ -66,7 +68,7 @@ class RecordingNotes(QObject):
     def _keep(self, value: Annotations) -> bool:
         assert self._path is not None
         try:
-            save_annotations(self._path, value)
+            save_annotations(self._path, value, of=self._began)
         except TactileMapsError as error:
             self.failed.emit(str(error))
             return False

@@ -108,7 +108,8 @@ def make_handler() -> RequestHandler:
                 tell("summary", summarise(path))
         elif isinstance(request, Annotate):
             if request.changes:
-                save_annotations(request.path, request.applied(RecordingPlayer(request.path).annotations()))
+                player = RecordingPlayer(request.path)
+                save_annotations(request.path, request.applied(player.annotations()), of=player.began)
             tell("summary", summarise(request.path))
         elif isinstance(request, OpenOther):
             tell("opened", RecordingPlayer(request.path, progress=progress))

@@ -63,6 +63,15 @@ def test_a_damaged_file_is_named_and_says_what_helps(copy):
         load_annotations(copy)
 
 
+def test_notes_of_a_recording_that_gave_way_to_another_are_refused(copy):
+    began = RecordingPlayer(copy).began
+    save_annotations(copy, SAID, of=began)
+    assert RecordingPlayer(copy).annotations() == SAID
+    save_annotations(copy, SAID, of=str(int(began) - 1))
+    with pytest.raises(RecordingError, match="another recording"):
+        RecordingPlayer(copy).annotations()
+
+
 def test_one_mark_a_tick_and_one_episode_for_the_same_ticks():
     said = SAID.with_mark(Mark(60, "other")).with_episode(LabelledEpisode(60, 150, "push"))
     assert [mark.name for mark in said.marks] == ["other", "release"]
