@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 import sys
 from collections.abc import Sequence
 
@@ -99,9 +100,11 @@ def _figure(arguments: argparse.Namespace) -> int:
 
 
 def _film(arguments: argparse.Namespace) -> int:
-    from widgets.window.view_film import film_recording
+    from widgets.figures.view_film import film_recording
 
     report = progress_line()
+    asked = arguments.first is not None or arguments.last is not None
+    span = (arguments.first or 0.0, math.inf if arguments.last is None else arguments.last) if asked else None
     try:
         player = film_recording(
             arguments.input,
@@ -109,6 +112,7 @@ def _film(arguments: argparse.Namespace) -> int:
             size=arguments.size,
             rate=arguments.rate,
             theme=arguments.theme,
+            span=span,
             overwrite=arguments.overwrite,
             progress=report,
         )
@@ -117,12 +121,13 @@ def _film(arguments: argparse.Namespace) -> int:
     for one in player.damage:
         print_warning(damage_text(one, player.prepared.scene.tick))
     width, height = arguments.size
+    seconds = player.duration if span is None else min(span[1], player.duration) - span[0]
     if arguments.json:
-        facts = {"file": arguments.output, "width": width, "height": height, "seconds": player.duration}
+        facts = {"file": arguments.output, "width": width, "height": height, "seconds": seconds}
         print_json(facts | {"rate": arguments.rate, "complete": player.complete})
     else:
         size = f"{width} x {height}, {arguments.rate:g} pictures a second"
-        print_fields({"Written to": arguments.output, "Size": size, "Duration": f"{player.duration:.2f} s"})
+        print_fields({"Written to": arguments.output, "Size": size, "Duration": f"{seconds:.2f} s"})
     return 0
 
 

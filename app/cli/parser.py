@@ -85,6 +85,8 @@ def _add_window_commands(commands: argparse._SubParsersAction) -> None:  # type:
     film.add_argument("--overwrite", action="store_true", help="replace an existing file")
     film.add_argument("--size", type=_size, default=(1280, 640), metavar="WxH", help="in pixels (default 1280x640)")
     film.add_argument("--rate", type=_positive, default=25.0, metavar="HZ", help="pictures a second (default 25)")
+    film.add_argument("--from", dest="first", type=_not_negative, metavar="SECONDS", help="begin there (default 0)")
+    film.add_argument("--to", dest="last", type=_positive, metavar="SECONDS", help="end there (default: the end)")
     film.add_argument("--theme", choices=("dark", "light"), default="dark")
     _json(film)
 

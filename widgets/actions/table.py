@@ -257,13 +257,27 @@ def _file_menu() -> Menu:
                 "Copy the command line that opens what the window shows",
                 enabled=has_scene,
             ),
-            ActionSpec(
-                "save_figure",
-                "Save figure…",
-                ("Ctrl+Alt+F",),
-                "Save robot, map or plots for a paper: SVG, PDF or PNG at a stated size and resolution",
+            Menu(
+                "Pictures and films",
+                (
+                    ActionSpec(
+                        "film",
+                        "Film…",
+                        ("Ctrl+Alt+M",),
+                        "Film the recording that is shown, or record the session for a film: MP4 of body and map",
+                        has_scene,
+                        text_for=lambda state: "Stop and film…" if state.recording else "Film…",
+                    ),
+                    ActionSpec("film_file", "Film a recording…", (), "Film a recording that is not shown"),
+                    ActionSpec(
+                        "save_figure",
+                        "Save figure…",
+                        ("Ctrl+Alt+F",),
+                        "Save robot, map or plots for a paper: SVG, PDF or PNG at a stated size and resolution",
+                    ),
+                    ActionSpec("save_picture", "Save picture…", ("Ctrl+Alt+P",), "Save the window as a picture"),
+                ),
             ),
-            ActionSpec("save_picture", "Save picture…", ("Ctrl+Alt+P",), "Save the window as a picture"),
             LINE,
             ActionSpec("quit", "Quit", ("Ctrl+Q",), "Close the window"),
         ),

@@ -13,6 +13,7 @@ from widgets.presenters.control.posture_presenter import PosturePresenter
 from widgets.presenters.files.export_presenter import ExportPresenter
 from widgets.presenters.files.figure_presenter import FigurePresenter
 from widgets.presenters.files.file_presenter import FilePresenter
+from widgets.presenters.files.film_presenter import FilmPresenter
 from widgets.presenters.files.map_file_presenter import MapFilePresenter
 from widgets.presenters.files.recordings_presenter import RecordingsPresenter
 from widgets.presenters.map_edit_presenter import MapEditPresenter
@@ -55,6 +56,7 @@ class Presenters:
     notification: NotificationPresenter
     plots: PlotsPresenter
     figure: FigurePresenter
+    film: FilmPresenter
     pointing: PointingPresenter
     touch_script: TouchScriptPresenter
     control_tools: ControlToolsPresenter
@@ -77,6 +79,7 @@ class Presenters:
             self.recording_plots,
             self.recordings,
             self.plots,
+            self.film,
             self.overlay,
         ):
             presenter.close()
@@ -109,6 +112,7 @@ def build(context: AppContext, parent: QWidget) -> Presenters:
         notification=NotificationPresenter(context, parent),
         plots=plots,
         figure=figure,
+        film=FilmPresenter(context, parent),
         pointing=PointingPresenter(context, tools, plots, figure, parent),
         touch_script=TouchScriptPresenter(context, effects, parent),
         control_tools=ControlToolsPresenter(context, tools, parent),

@@ -419,6 +419,8 @@ EFFECTS: dict[str, Effect] = {
     "disconnect": Effect(measuring, of_state("measured")),
     **dict.fromkeys(("save_map", "export_map", "save_scene", "save_picture"), Effect(LIVE, files)),
     "save_figure": Effect(LIVE, windows),
+    "film": Effect(LIVE, of_state("recording")),
+    "film_file": Effect(LIVE, asked),
     "save_map_as": Effect(LIVE, asked),
     "share_live": Effect(LIVE, of_state("sharing")),
     "copy_command": Effect(LIVE, lambda _bench: QGuiApplication.clipboard().text()),

@@ -10,7 +10,7 @@ from app.recording.recorder import Recorder
 from app.session.session import Session
 from app.tactile.poke import PokePressed
 from tests.widgets.support.samples import middle_taxel
-from widgets.window.view_film import film_recording
+from widgets.figures.view_film import film_recording
 
 av = pytest.importorskip("av", reason="films need PyAV, of the extra 'export'")
 
@@ -54,3 +54,13 @@ def test_a_film_that_is_cancelled_leaves_nothing_and_none_is_replaced_unasked(qa
     with pytest.raises(ExportError):
         film_recording(recording, path, size=(860, 300))
     assert path.read_bytes() == b"mine"
+
+
+def test_a_range_is_filmed_and_one_outside_is_refused(qapp, recording, tmp_path):
+    path = tmp_path / "part.mp4"
+    film_recording(recording, path, size=(400, 400), rate=10.0, span=(0.25, 9.0))
+    with av.open(str(path)) as film:
+        assert len(list(film.decode(video=0))) == 3
+    with pytest.raises(ExportError, match="Choose a part of 0 to 0.49 s"):
+        film_recording(recording, tmp_path / "none.mp4", span=(3.0, 4.0))
+    assert not (tmp_path / "none.mp4").exists()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 from fractions import Fraction
 from pathlib import Path
 
@@ -33,6 +34,7 @@ def film_recording(
     size: tuple[int, int] = (1280, 640),
     rate: float = 25.0,
     theme: str = "dark",
+    span: tuple[float, float] | None = None,
     overwrite: bool = False,
     progress: Progress = no_progress,
 ) -> RecordingPlayer:
@@ -47,31 +49,48 @@ def film_recording(
         size: Width and height of the picture [px]; made even, as films need.
         rate: Pictures a second.
         theme: ``dark`` or ``light``.
+        span: From and to when [s], from the recording's first frame; None for all of it.
         overwrite: Replace an existing file.
         progress: Told how far it is, 0 to 1; may raise to cancel, and nothing of the film stays.
 
     Raises:
         RecordingError: It cannot be read.
-        ExportError: PyAV is not installed, or the film cannot be written.
+        ExportError: PyAV is not installed, the span holds nothing of the recording, or the film cannot be written.
 
     Cost: about 0.1 s a picture without a graphics card.
     """
-    from widgets.window.application import make_application
-
     os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
     player = open_recording(recording)
+    first, last = _inside(player, span)
     with make_atomically(Path(path), error=ExportError, overwrite=overwrite) as part:
-        app = make_application()
+        app = QApplication.instance() or QApplication(sys.argv[:1])
+        assert isinstance(app, QApplication)
         apply_theme(app, THEMES[theme])
-        views = LinkedViews(THEMES[theme], PressureScale(_full_scale(player, progress)))
+        views = LinkedViews(THEMES[theme], PressureScale(_full_scale(player, progress)), off_screen=True)
+        views.show_only(robot=True, map_=True)  # however small
         views.resize(size[0] - size[0] % 2, size[1] - size[1] % 2)
         try:
-            _film(player, views, part, rate, progress)
+            _film(player, views, part, rate, (first, last), progress)
         finally:
             views.robot.close_view()
             views.close()
             views.deleteLater()
     return player
+
+
+def _inside(player: RecordingPlayer, span: tuple[float, float] | None) -> tuple[float, float]:
+    """What of a span is within the recording [s]."""
+    if span is None:
+        return 0.0, player.duration
+    first, last = max(span[0], 0.0), min(span[1], player.duration)
+    if not first < last:
+        raise ExportError(
+            "nothing of the recording is in this range",
+            file=player.path,
+            value=f"{span[0]:g} to {span[1]:g} s",
+            remedy=f"Choose a part of 0 to {player.duration:.2f} s",
+        )
+    return first, last
 
 
 def _full_scale(player: RecordingPlayer, progress: Progress) -> float:
@@ -84,18 +103,25 @@ def _full_scale(player: RecordingPlayer, progress: Progress) -> float:
     return rounded_scale(1e-3 * highest)
 
 
-def _film(player: RecordingPlayer, views: LinkedViews, part: Path, rate: float, progress: Progress) -> None:
+def _film(
+    player: RecordingPlayer,
+    views: LinkedViews,
+    part: Path,
+    rate: float,
+    span: tuple[float, float],
+    progress: Progress,
+) -> None:
     views.show()
     views.show_prepared(player.prepared)
     views.robot.morph.hide()  # nobody can move it in a film
     QApplication.processEvents()
     views.frame_all()
     shown: RuntimeSettings | None = None
-    count = int(player.duration * rate + 1e-9) + 1
+    count = int((span[1] - span[0]) * rate + 1e-9) + 1
     room = views.size() * views.devicePixelRatio()
     with open_film(part, (room.width(), room.height()), Fraction(rate).limit_denominator(1000)) as film:
         for done in range(count):
-            frame = player.frame(player.number_at(done / rate))
+            frame = player.frame(player.number_at(span[0] + done / rate))
             settings = player.runtime_settings_at(frame.tick)
             if shown is None or settings.map is not shown.map:
                 views.show_document(MapDocument.of(settings.map))

@@ -1,0 +1,77 @@
+"""Films from the menu: of what is shown or of the session, beside the window, whole or not at all."""
+
+from __future__ import annotations
+
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication, QFileDialog
+
+from tests.widgets.support.window_driver import run
+from widgets.figures.film_worker import FilmRequest
+from widgets.presenters.files.film_presenter import FILM_JOB
+
+LEFT = Qt.MouseButton.LeftButton
+pytestmark = pytest.mark.qt_log_ignore("This plugin does not support")
+
+
+@pytest.fixture
+def window(window_again):
+    """With no film in the making."""
+    yield window_again
+    window_again.presenters.film.close()
+    window_again.notification_bar.hide()
+
+
+def begin(window, folder, monkeypatch):
+    """Film a short session by the menu; the film's file."""
+    target = folder / "arm.mp4"
+    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_args: (str(target), ""))
+    film = window.presenters.film
+    window.action("film").trigger()
+    assert window.live.recorder is not None, "live, a recording is begun"
+    assert window.action("film").text().replace("&", "") == "Stop and film…"
+    run(window, 0.2)
+    window.action("film").trigger()
+    window.live.pump()
+    QApplication.processEvents()
+    dialog = film.dialog
+    assert "pictures" in dialog.note.text()
+    dialog.rate.setValue(10)
+    dialog.last.setValue(0.1)
+    assert dialog.note.text().startswith("2 pictures")
+    dialog.first.setValue(0.1)
+    assert not dialog.film.isEnabled()
+    dialog.first.setValue(0.0)
+    QTest.mouseClick(dialog.film, LEFT)
+    return target
+
+
+def parts(folder):
+    return [path.name for path in folder.iterdir() if "film" in path.name]
+
+
+def test_a_film_that_is_cancelled_leaves_nothing(window, tmp_path, monkeypatch):
+    target = begin(window, tmp_path, monkeypatch)
+    assert parts(tmp_path), "it is made in a folder of its own"
+    window.notifier.cancelled.emit(FILM_JOB)
+    assert window.presenters.film._process.pid is None
+    assert not target.exists()
+    assert not parts(tmp_path)
+
+
+def test_a_folder_that_cannot_be_written_is_named(window, tmp_path):
+    window.presenters.film.make(FilmRequest(tmp_path / "a.mcap", tmp_path / "nowhere" / "a.mp4"))
+    assert "nowhere" in window.notification_bar.text
+    assert window.presenters.film._target is None
+
+
+@pytest.mark.long
+def test_the_session_is_filmed_beside_the_window(window, tmp_path, monkeypatch, qtbot):
+    av = pytest.importorskip("av", reason="films need PyAV, of the extra 'export'")
+    target = begin(window, tmp_path, monkeypatch)
+    qtbot.waitUntil(lambda: window.presenters.film._target is None, timeout=120_000)
+    assert str(target) in window.notification_bar.text
+    with av.open(str(target)) as film:
+        assert len(list(film.decode(video=0))) == 2
+    assert not parts(tmp_path)

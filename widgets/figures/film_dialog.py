@@ -1,0 +1,100 @@
+"""Asks how a recording is filmed: size, pictures a second, range and colours."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtWidgets import (
+    QComboBox,
+    QDialog,
+    QDialogButtonBox,
+    QDoubleSpinBox,
+    QFormLayout,
+    QLabel,
+    QPushButton,
+    QSpinBox,
+    QVBoxLayout,
+    QWidget,
+)
+
+_EVERY_SIZE = ((1280, 640), (1920, 960), (1920, 1080), (3840, 1920))
+_SIZES = {f"{width} × {height}": (width, height) for width, height in _EVERY_SIZE}
+_SECONDS_A_PICTURE = 0.1
+"""What one of 1280 × 640 takes without a graphics card."""
+
+
+class FilmDialog(QDialog):
+    """For one recording.
+
+    Args:
+        duration: Of the recording [s].
+        span: The range that is chosen [s]; None for none.
+        theme: ``dark`` or ``light``, at first.
+        parent: The window.
+    """
+
+    wanted = Signal(object, float, object, str)
+    """A film is to be made: size (width, height) [px], pictures a second, from and to when [s], theme."""
+
+    def __init__(self, duration: float, span: tuple[float, float] | None, theme: str, parent: QWidget) -> None:
+        super().__init__(parent)
+        self.setObjectName("film-dialog")
+        self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        self.setWindowTitle("Film")
+        self.size_px, self.rate, self.theme = QComboBox(self), QSpinBox(self), QComboBox(self)
+        for words, size in _SIZES.items():
+            self.size_px.addItem(words, size)
+        self.rate.setRange(1, 120)
+        self.rate.setValue(25)
+        self.rate.setSuffix("\u2009a second")
+        self.theme.addItem("Dark theme", "dark")
+        self.theme.addItem("Light theme", "light")
+        self.theme.setCurrentIndex(self.theme.findData(theme))
+        self.first, self.last = QDoubleSpinBox(self), QDoubleSpinBox(self)
+        for edge, value in zip((self.first, self.last), span or (0.0, duration), strict=True):
+            edge.setDecimals(2)
+            edge.setRange(0.0, duration)
+            edge.setSuffix("\u2009s")
+            edge.setValue(value)
+            edge.valueChanged.connect(self._on_changed)
+        self.rate.valueChanged.connect(self._on_changed)
+        self.size_px.currentIndexChanged.connect(self._on_changed)
+        self.note = QLabel(self)
+        self.note.setProperty("role", "caption")
+        self.note.setWordWrap(True)
+        self._lay_out()
+        self._on_changed()
+
+    def _lay_out(self) -> None:
+        form, whole = QFormLayout(), QVBoxLayout(self)
+        rows = {
+            "Size": self.size_px, "Pictures": self.rate, "From": self.first, "To": self.last, "Colours": self.theme,
+        }  # fmt: skip
+        for words, control in rows.items():
+            control.setAccessibleName(words)
+            form.addRow(words, control)
+        whole.addLayout(form)
+        whole.addWidget(self.note)
+        buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Cancel, self)
+        self.film = QPushButton("Film…", self)
+        buttons.addButton(self.film, QDialogButtonBox.ButtonRole.AcceptRole)
+        buttons.accepted.connect(self._on_accepted)
+        buttons.rejected.connect(self.reject)
+        whole.addWidget(buttons)
+
+    def _on_changed(self, _value: float = 0.0) -> None:
+        seconds = self.last.value() - self.first.value()
+        self.film.setEnabled(seconds > 0)
+        if seconds <= 0:
+            self.note.setText("The end must be behind the beginning.")
+            return
+        pictures = int(seconds * self.rate.value()) + 1
+        width, height = self.size_px.currentData()
+        minutes = pictures * _SECONDS_A_PICTURE * width * height / (1280 * 640) / 60
+        told = f"about {minutes:.0f} min" if minutes > 1.5 else "a minute or less"
+        self.note.setText(f"{pictures} pictures; without a graphics card {told}. The window can be used meanwhile.")
+
+    def _on_accepted(self) -> None:
+        size, rate = tuple(self.size_px.currentData()), float(self.rate.value())
+        span, theme = (self.first.value(), self.last.value()), str(self.theme.currentData())
+        self.accept()
+        self.wanted.emit(size, rate, span, theme)
