@@ -43,6 +43,7 @@ def tell_fingers(frame):
 
 def tell_menu(*_place):
     menu = window.presenters.pointing.menu
+    menu.aboutToHide.connect(lambda: QTimer.singleShot(0, window, lambda: tell("closed", True)))
     tell("menu", [] if menu is None else [entry.objectName() for entry in menu.actions()])
 
 def tell_posture():
@@ -86,6 +87,7 @@ def test_the_robot_view_answers_a_real_mouse(app):
     app.wait_for(lambda: app.read("menu.json"))
     assert {"pointed-away", "pointed-force", "pointed-copy"} <= set(app.read("menu.json"))
     app.hand("key", "Escape")
+    app.wait_for(lambda: app.read("closed.json"))  # a press while it is open would only close it
 
     drag(app, skin, (70, 25), 3)
     app.wait_for(lambda: np.linalg.norm(np.subtract(app.read("eye.json"), eye)) > 0.2)

@@ -16,6 +16,10 @@ from widgets.context.app_context import AppContext
 from widgets.layers.registry import LAYERS, body_layers
 from widgets.robot_view.second_view import ContactInset, SecondView
 
+_ROOM_BESIDE = 1200
+"""A window narrower than this has no room for a view more [px]."""
+_MARGIN = 24
+
 
 class _ViewDock(QDockWidget):
     """Holds the second view; closed, it says so."""
@@ -69,12 +73,20 @@ class MoreViews(QObject):
             self.second = SecondView(self._context.theme.theme, views.scale, layers=layers)
             self._dock = _ViewDock(self.second, self._window, self)
             self._window.addDockWidget(Qt.DockWidgetArea.LeftDockWidgetArea, self._dock)
+            if self._window.width() < _ROOM_BESIDE:
+                self._float(self._dock)
             self._fill(self.second)
         elif not shown and self.second is not None and self._dock is not None:
             dock, view, self._dock, self.second = self._dock, self.second, None, None
             view.close_view()
             self._window.removeDockWidget(dock)
             dock.deleteLater()
+
+    def _float(self, dock: QDockWidget) -> None:
+        """Beside the other views there is no room for it: it floats over their lower left corner."""
+        dock.setFloating(True)
+        corner = self._window.mapToGlobal(self._window.rect().bottomLeft())
+        dock.move(corner.x() + _MARGIN, corner.y() - dock.sizeHint().height() - _MARGIN)
 
     def show_inset(self, *, shown: bool) -> None:
         """Add the contact enlarged, or remove it."""

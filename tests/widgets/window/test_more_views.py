@@ -71,6 +71,17 @@ def test_the_inset_looks_at_the_strongest_contact_and_a_double_click_looks_there
     assert window.more_views.inset is None
 
 
+def test_in_a_narrow_window_the_second_view_floats(window):
+    window.resize(900, 600)
+    QApplication.processEvents()
+    window.action("second_view").trigger()
+    assert window.more_views._dock.isFloating()
+    assert window.width() == 900
+    window.action("second_view").trigger()
+    window.resize(1400, 900)
+    QApplication.processEvents()
+
+
 def test_each_link_is_framed_from_the_menu(window):
     menu = QMenu(window)
     window.more_views.list_bodies(menu)
