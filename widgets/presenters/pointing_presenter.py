@@ -36,6 +36,7 @@ from widgets.presenters.plots_presenter import PlotsPresenter
 from widgets.tools.control.drawn_path import as_points
 from widgets.tools.control.path_tool import PathTool
 from widgets.tools.map_editing.pin_tool import PinTool, pins_by_point
+from widgets.tools.map_editing.seam_tool import SeamTool
 from widgets.tools.registry import PATH, Tools
 
 NEAR = 0.012
@@ -440,6 +441,17 @@ def _figure(presenter: PointingPresenter, pointed: Pointed) -> None:
         presenter.figure.ask((pointed.plot,))
 
 
+def _seam_words(presenter: PointingPresenter, pointed: Pointed) -> str:
+    if pointed.at is None or not presenter.context.editor.enabled:
+        return ""
+    return "Erase this seam" if presenter.tools.get(SeamTool).has_seam(pointed.at) else ""
+
+
+def _erase_seam(presenter: PointingPresenter, pointed: Pointed) -> None:
+    if pointed.at is not None:
+        presenter.tools.get(SeamTool).erase_at(pointed.at)
+
+
 def _copy_words(_presenter: PointingPresenter, pointed: Pointed) -> str:
     return "Copy values" if pointed.name or pointed.plot is not None else ""
 
@@ -495,6 +507,7 @@ POINTED_ACTIONS = (
     PointedAction("frame", _frame_words, _frame),
     PointedAction("hide", _hide_words, _hide),
     PointedAction("unpin", _unpin_words, _unpin),
+    PointedAction("erase-seam", _seam_words, _erase_seam),
     PointedAction("enlarge", _enlarge_words, _enlarge),
     PointedAction("pop-out", _pop_out_words, _pop_out),
     PointedAction("earlier", partial(_move_words, -1), partial(_move, -1)),

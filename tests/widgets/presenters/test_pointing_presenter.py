@@ -8,12 +8,14 @@ from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QMenu
 
+from app.geometry.mesh import SurfacePoint
 from app.recording.player import RecordingPlayer
 from app.recording.verify import verify
 from tests.widgets.support.window_driver import run, visible_skin
 from widgets.interaction.pointed_at import PointedAt
 from widgets.plots.plot_choice import PlotChoice
 from widgets.presenters.pointing_presenter import POINTED_ACTIONS
+from widgets.tools.map_editing.mesh_picking import present_seams, seam_runs
 from widgets.tools.map_editing.pin_tool import with_pins
 
 RIGHT, LEFT, SHIFT = Qt.MouseButton.RightButton, Qt.MouseButton.LeftButton, Qt.KeyboardModifier.ShiftModifier
@@ -189,3 +191,20 @@ def test_pins_of_the_edited_map_are_meant_while_it_is_the_one_shown(window):
 
 def test_every_action_has_its_own_name():
     assert len({action.name for action in POINTED_ACTIONS}) == len(POINTED_ACTIONS)
+
+
+def test_a_seam_is_erased_where_it_is_pointed_at_and_only_there(window):
+    document, pointing = window.editor.document, window.presenters.pointing
+    runs = [(patch, run) for patch in range(3) for run in seam_runs(present_seams(document, patch))]
+    patch, run = max(runs, key=lambda pair: len(pair[1]))
+    faces = document.skin.patches[patch].surface.faces
+    face = int(np.flatnonzero((faces == run[len(run) // 2]).any(axis=1))[0])
+    weights = tuple(float(vertex == run[len(run) // 2]) for vertex in faces[face])
+    seam = pointing.resolve(PointedAt(SurfacePoint(patch, face, weights)))
+    (action,) = (action for action in POINTED_ACTIONS if action.name == "erase-seam")
+    assert action.words(pointing, seam) == "Erase this seam"
+    assert action.words(pointing, pointing.resolve(PointedAt(visible_skin(window)[0]))) == ""
+    before = present_seams(document, patch)
+    action.act(pointing, seam)
+    assert not np.array_equal(present_seams(window.editor.document, patch), before)
+    window.editor.undo()

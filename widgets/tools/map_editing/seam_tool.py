@@ -12,6 +12,7 @@ from PySide6.QtGui import QKeyEvent, QMouseEvent, QPainter
 from app.core.arrays import IntArray
 from app.editing.document import MapDocument
 from app.editing.seams import draw_seam, erase_seams, propose_seam
+from app.geometry.mesh import SurfacePoint
 from app.maps.distortion import distortion
 from widgets.common.colours import Theme
 from widgets.document.map_editor import MapEditor
@@ -21,6 +22,7 @@ from widgets.overlays.body_overlays import EdgeMark, MarkRole, PointMark, ToolMa
 from widgets.overlays.painting import draw_label, draw_lines, draw_vertex
 from widgets.tools.map_editing.map_edit_tool import MapEditTool, seam_lines
 from widgets.tools.map_editing.mesh_picking import (
+    PICK_RADIUS_PX,
     EdgePaths,
     Vertex,
     as_edges,
@@ -33,6 +35,8 @@ from widgets.tools.map_editing.mesh_picking import (
     vertex_point,
 )
 
+_REACH = 0.003
+"""A seam this near to a place that is pointed at is meant [m]."""
 _ONE_PATCH = "A seam stays on one patch: finish this one with Enter, or discard it with Escape."
 
 
@@ -177,6 +181,17 @@ class SeamTool(MapEditTool):
         meant = document is not None and vertex_at(document, place) is not None
         return Qt.CursorShape.CrossCursor if meant else Qt.CursorShape.ArrowCursor
 
+    def has_seam(self, at: SurfacePoint) -> bool:
+        """Whether a seam runs past a place of the skin."""
+        document = self._editor.document
+        return document is not None and seam_at(document, _near(at)) is not None
+
+    def erase_at(self, at: SurfacePoint) -> None:
+        """Erase the seam that runs past a place of the skin."""
+        document = self._editor.document
+        if document is not None:
+            self._erase(document, _near(at))
+
     def _erase(self, document: MapDocument, place: PointerHit) -> bool:
         found = seam_at(document, place)
         if found is None:
@@ -296,3 +311,8 @@ def _worst(document: MapDocument, numbers: tuple[int, ...]) -> int:
         means[number] = float(np.average(measured.energy[own], weights=measured.areas[own]))
         start = own.stop
     return max(numbers, key=lambda number: means[number])
+
+
+def _near(at: SurfacePoint) -> PointerHit:
+    """As the pointer hits a place of the skin, whichever the view."""
+    return PointerHit(at, None, _REACH / PICK_RADIUS_PX)
