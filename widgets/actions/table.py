@@ -723,6 +723,9 @@ def _help_menu() -> Menu:
     return Menu(
         "Help",
         (
+            ActionSpec(
+                "tour", "Take the tour", (), "Five steps, each done by doing it; Escape leaves at any moment", running
+            ),
             ActionSpec("guide", "Guide", ("Shift+F1",), "Open the user guide"),
             ActionSpec(
                 "keys", "Keys", ("F1", "?"), "List all mouse gestures and keys, to be searched, changed and left open"

@@ -144,6 +144,7 @@ class HintBar(FloatingBar):
     """
 
     dismissed = Signal()
+    tour_wanted = Signal()
 
     def __init__(self, theme: Theme, parent: QWidget) -> None:
         super().__init__(parent, widest=0)
@@ -156,6 +157,12 @@ class HintBar(FloatingBar):
             label.setObjectName(f"hint-{number}")
             label.setWordWrap(True)
             layout.addWidget(label, 1)
+        tour = QToolButton(self)
+        tour.setText("Take the tour")
+        tour.setToolTip("Five steps, each done by doing it; Help > Take the tour offers it again")
+        tour.setObjectName("hint-tour")
+        tour.clicked.connect(self.tour_wanted)
+        layout.addWidget(tour)
         close = QToolButton(self)
         close.setText("Got it")
         close.setObjectName("hint-dismiss")

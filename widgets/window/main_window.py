@@ -164,6 +164,7 @@ class MainWindow(QMainWindow):
     def _connect(self) -> None:
         views, line, scene = self.views, self.status_line, self.presenters.scene
         self.column.help_requested.connect(self._commands.tell_of_panel)
+        self.hint_bar.tour_wanted.connect(self._actions["tour"].trigger)
         views.read_out.connect(self.readout.setText)
         views.selection_told.connect(line.selection.setText)
         views.robot.display.drawn.connect(partial(self.column.get(TimingPanel).add, "3-D view"))

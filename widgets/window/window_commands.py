@@ -20,6 +20,7 @@ from widgets.context.app_context import AppContext
 from widgets.plots.plot_choice import PlotChoice
 from widgets.window.palette_commands import ListFiller, action_commands, listed_commands, setting_commands
 from widgets.window.panel_docks import PanelDocks
+from widgets.window.tour import Tour
 from widgets.window.window_picture import save_window_picture
 
 _PACKAGES = ("tactile-maps", "mujoco", "libigl", "pyvista", "PySide6-Essentials", "numpy")
@@ -45,6 +46,7 @@ class WindowCommands(QObject):
         self._guide: GuideWindow | None = None
         self._sheet: KeysSheet | None = None
         self.palette: CommandPalette | None = None
+        self.tour = Tour(context, window, self.show_panels)
         self._lists: Mapping[str, ListFiller] = {}
         self._menus: dict[str, QMenu] = {}
         for name, handler in (
@@ -55,6 +57,7 @@ class WindowCommands(QObject):
             ("plots", self._show_docks),
             ("reset_layout", self.reset_layout),
             ("full_screen", self.toggle_full_screen),
+            ("tour", self.start_tour),
             ("guide", self.show_guide),
             ("keys", self.tell_keys),
             ("palette", self.ask_command),
@@ -107,6 +110,11 @@ class WindowCommands(QObject):
         """The whole screen, or not."""
         full = self._context.actions["full_screen"].isChecked()
         (self._window.showFullScreen if full else self._window.showNormal)()
+
+    def start_tour(self) -> None:
+        """Begin it; whoever takes it needs the first hints no more."""
+        self._context.notifier.hints_dismissed.emit()
+        self.tour.start()
 
     def show_guide(self) -> None:
         """Open the guide beside the window; asked for again, it comes to the front at the page it was left at."""

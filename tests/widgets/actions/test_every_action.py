@@ -522,6 +522,7 @@ EFFECTS: dict[str, Effect] = {
     "reset_layout": Effect(after("panels"), lambda bench: bench.window.panels.isVisible()),
     "full_screen": Effect(LIVE, lambda bench: bench.window.isFullScreen()),
     # Help.
+    "tour": Effect(LIVE, lambda bench: bench.window._commands.tour.step),
     "guide": Effect(LIVE, windows),
     "keys": Effect(LIVE, windows),
     "palette": Effect(LIVE, windows),

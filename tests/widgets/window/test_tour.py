@@ -1,0 +1,99 @@
+"""The tour in the real window, gone through with mouse and keys, and left by Escape."""
+
+from __future__ import annotations
+
+import pytest
+from PySide6.QtCore import QPoint, Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QPushButton
+
+from tests.widgets.support.window_driver import press_map, run, visible_skin
+
+LEFT, RIGHT, CTRL = Qt.MouseButton.LeftButton, Qt.MouseButton.RightButton, Qt.KeyboardModifier.ControlModifier
+
+
+@pytest.fixture(scope="module")
+def prepared(coarse_prepared):
+    """It is drawn ten times as soon."""
+    return coarse_prepared
+
+
+@pytest.fixture
+def window(window_again):
+    yield window_again
+    window_again._commands.tour.leave()
+    window_again.action("frame").trigger()
+
+
+@pytest.fixture
+def tour(window):
+    window.action("tour").trigger()
+    return window._commands.tour
+
+
+def drag(target, start, by, button):
+    QTest.mousePress(target, button, pos=start)
+    for share in (0.3, 0.7, 1.0):
+        QTest.mouseMove(target, start + by * share)
+    QTest.mouseRelease(target, button, pos=start + by)
+
+
+def go_on(tour, number):
+    """The step that is shown was done; the next one."""
+    assert tour.card.title.text().startswith("✓"), tour.card.title.text()
+    assert tour.step == number - 1
+    QTest.mouseClick(tour.card.skip, LEFT)
+    assert tour.step == number
+
+
+def test_each_step_is_done_by_doing_it(window, tour):
+    view, body = window.robot_view, window.robot_view.display.canvas.widget
+    before = window.robot_view.display.scene.viewpoint.eye.tolist()
+    drag(body, QPoint(40, 40), QPoint(60, 20), RIGHT)
+    view.display.draw_now()
+    assert window.robot_view.display.scene.viewpoint.eye.tolist() != before
+    go_on(tour, 1)
+    _, pixel = visible_skin(window)
+    QTest.mousePress(body, LEFT, pos=pixel)
+    run(window, 0.02)
+    QTest.mouseRelease(body, LEFT, pos=pixel)
+    go_on(tour, 2)
+    pixel = press_map(window, 5)
+    QTest.mouseRelease(window.map_view.viewport(), LEFT, pos=pixel)
+    go_on(tour, 3)
+    assert window.action("arrange").isChecked()
+    steps = len(window.editor.history.names)
+    drag(window.map_view.viewport(), pixel, QPoint(30, 20), LEFT)
+    assert len(window.editor.history.names) == steps + 1
+    assert "undo" in tour.card.text.text()
+    QTest.keyClick(window.map_view, Qt.Key.Key_Z, CTRL)
+    go_on(tour, 4)
+    QTest.mouseClick(window.column["controller"].findChild(QPushButton, "controller-hold_force"), LEFT)
+    run(window, 0.02)
+    assert "press the skin" in tour.card.text.text()
+    pixel = press_map(window, 5)
+    QTest.mouseRelease(window.map_view.viewport(), LEFT, pos=pixel)
+    go_on(tour, 5)
+    QTest.mouseClick(tour.card.leave, LEFT)
+    assert tour.step is None
+
+
+def test_it_blocks_nothing_and_escape_leaves(window, tour):
+    window.map_view.setFocus()
+    QTest.keyClick(window.map_view, Qt.Key.Key_Space)
+    assert window.live.mode == "paused"
+    QTest.mouseClick(tour.card.skip, LEFT)
+    assert tour.step == 1
+    QTest.keyClick(window.map_view, Qt.Key.Key_Escape)
+    assert tour.step is None
+    assert tour.card.isHidden()
+    assert tour._frame.isHidden()
+
+
+def test_the_first_hints_offer_it_once(window):
+    window.settings.hints_read = False
+    window.notifier.show_hints(shown=True)
+    QTest.mouseClick(window.hint_bar.findChild(object, "hint-tour"), LEFT)
+    assert window._commands.tour.step == 0
+    assert window.hint_bar.isHidden()
+    assert window.settings.hints_read
