@@ -8,8 +8,6 @@ from PySide6.QtWidgets import QApplication, QStyleFactory
 from widgets.common.colours import Theme, mixed
 from widgets.theme.dialog_icons import dialog_icons
 
-_STYLE = "fusion"
-
 
 def apply_theme(app: QApplication, theme: Theme) -> None:
     """Dress the whole application: Fusion, our palette, one small style sheet.
@@ -21,8 +19,8 @@ def apply_theme(app: QApplication, theme: Theme) -> None:
     sheet = _style_sheet(theme)
     if app.styleSheet() == sheet:
         return
-    if app.style().objectName() != _STYLE:
-        app.setStyle(QStyleFactory.create(_STYLE))
+    if not app.styleSheet():  # else another theme was worn, and the style is there, under the sheet's own
+        app.setStyle(QStyleFactory.create("Fusion"))
     app.setPalette(_palette(theme))
     font = QFont(app.font())
     font.setPixelSize(13)
