@@ -372,6 +372,7 @@ class PatchesPanel(Panel):
         self._note.setObjectName("patches-note")
         self._filter = QLineEdit(self)
         self._filter.setObjectName("patch-filter")
+        self._filter.setAccessibleName("Find a patch or link")
         self._filter.setPlaceholderText("Find a patch or link")
         self._filter.setClearButtonEnabled(True)
         self.list = PatchList(editor, self)

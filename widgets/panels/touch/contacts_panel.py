@@ -230,6 +230,7 @@ class ContactRow:
         self.region: int | None = None
         self.button = QPushButton(parent)
         self.button.setObjectName(f"contact-{row}")
+        self.button.setAccessibleName("No contact")
         self.button.setCheckable(True)
         self.button.setStyleSheet(_ROW_STYLE)
         grid.addWidget(self.button, row, 0, 1, 5)
@@ -264,7 +265,7 @@ class ContactRow:
         self.button.setChecked(selected)
         self.button.setToolTip(f"{estimate_text(estimate, units)}\n\n{_ROW_TIP}" if estimate else _ROW_TIP)
         told = "" if region is None else units.contact_words(region.force, region.peak, 2, space=" ")
-        self.button.setAccessibleName("" if region is None else f"Contact on {region.link}, {told}")
+        self.button.setAccessibleName("No contact" if region is None else f"Contact on {region.link}, {told}")
         for cell, text in zip((self._mark, *self._cells), (ink, *texts), strict=True):
             if cell.text() != text:
                 cell.setText(text)

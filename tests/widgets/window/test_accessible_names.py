@@ -1,0 +1,51 @@
+"""Every control of the window has a name that a screen reader can say."""
+
+from __future__ import annotations
+
+import pytest
+from PySide6.QtWidgets import (
+    QAbstractButton,
+    QAbstractItemView,
+    QAbstractSlider,
+    QAbstractSpinBox,
+    QComboBox,
+    QHeaderView,
+    QLineEdit,
+    QScrollBar,
+    QWidget,
+)
+
+from widgets.common.colour_bar import ColourBar
+from widgets.timeline.scrub_bar import ScrubBar
+
+KINDS = (
+    QAbstractButton, QAbstractItemView, QAbstractSlider, QAbstractSpinBox, QComboBox, QLineEdit, ColourBar, ScrubBar,
+)  # fmt: skip
+PARTS = (QScrollBar, QHeaderView)
+"""Of what has a name itself."""
+
+
+@pytest.fixture(scope="module")
+def prepared(coarse_prepared):
+    """It is there ten times as soon."""
+    return coarse_prepared
+
+
+def named(control: QWidget) -> bool:
+    """By itself, by its words, or by the control it is a part of."""
+    words = control.text() if isinstance(control, QAbstractButton) else ""
+    around = control.parentWidget()
+    part = control.objectName().startswith("qt_") or isinstance(around, (QComboBox, QAbstractSpinBox, QLineEdit))
+    return bool(control.accessibleName() or words or part)
+
+
+def test_every_control_has_a_name(window_again):
+    window_again.action("keys").trigger()
+    controls = [found for kind in KINDS for found in window_again.findChildren(kind)]
+    windows = (window_again, window_again._commands._sheet)
+    controls = [one for one in controls if not isinstance(one, PARTS) and one.window() in windows]
+    assert len(controls) > 100
+    nameless = [one for one in controls if not named(one) and one.parentWidget().objectName() != "message-bar"]
+    told = sorted(f"{type(one).__name__} {one.objectName()}" for one in nameless)  # a message gives its buttons words
+    window_again._commands._sheet.close()
+    assert not told
