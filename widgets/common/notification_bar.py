@@ -14,7 +14,7 @@ from PySide6.QtWidgets import QHBoxLayout, QLabel, QSizePolicy, QToolButton, QWi
 from widgets.common.colours import Theme, mixed
 
 _EDGE = 12
-HINTS = ("Right-drag: turn the view", "Press skin or map: poke", "Controllers: panel at the right")
+HINTS = ("Right-drag: turn the view", "Press skin or map: poke", "Controllers: at the right")
 """The first needs, in one line; the sheet of F1 says all."""
 
 

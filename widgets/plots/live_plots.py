@@ -55,7 +55,7 @@ from widgets.plots.trace_plots import (
 REDRAW_MS = 50
 """Plots are redrawn at most this often; samples in between are kept, not drawn."""
 SIDE_BY_SIDE_ASPECT = 1.6
-LOWEST, USUAL_HEIGHT = 84, 140
+LOWEST, USUAL_HEIGHT = 118, 140
 """Of the plots side by side [px]."""
 ENLARGED_SHARE = 0.36
 """Of the window's height, for a plot that is enlarged."""
