@@ -7,9 +7,10 @@ way of the skin and by time, F = a + k x + c t, and k is taken only where the ar
 * the fit leaves k certain to a tenth: what else moved would be left over,
 * a steady motion of the other side, c t, explains less than a sixth as much.
 
-What nobody has measured counts as stiff as nominal, and a softer contact is believed only when two windows without a
-common reading say so: one that moves by chance as the arm does would have to do so twice. A stiffer one is believed at
-once.
+What nobody has measured counts as stiff as nominal, and a softer contact is believed only when two of the last three
+windows, which have no common reading, say so: one that moves by chance as the arm does would have to do so twice. A
+stiffer one is believed at once, and no longer when the next one does not bear it out: where the arm turns back a window
+is short, and the cover's damping counts as stiffness.
 """
 
 from __future__ import annotations
@@ -31,6 +32,8 @@ LEAST_CHANGE = 0.05
 CERTAIN, STEADY, OWN = 0.1, 0.15, 0.5
 """Standard error of k by k; change of force by the other side's steady motion by that of the arm's; commanded way of
 the skin by the one it went."""
+_WINDOWS, _AGREE = 3, 2
+"""So many are remembered, of which so many have to agree."""
 _TINY = 1e-9
 
 
@@ -77,7 +80,7 @@ class StiffnessEstimator:
         self._time = self._way = self._wanted = 0.0
         self._late: deque[tuple[float, float, float]] = deque()
         self._window: deque[_Sample] = deque(maxlen=MOST_READINGS)
-        self._measured: deque[MeasuredStiffness] = deque(maxlen=2)
+        self._measured: deque[MeasuredStiffness] = deque(maxlen=_WINDOWS)
 
     def look(self, force: float, way: float, wanted: float, dt: float, delay: float) -> None:
         """Take a tick.
@@ -114,13 +117,14 @@ class StiffnessEstimator:
     @property
     def measured(self) -> bool:
         """Whether windows enough have told it."""
-        return len(self._measured) == self._measured.maxlen
+        return len(self._measured) >= _AGREE
 
     def stiffness(self, force: float) -> float:
-        """What counts at a ``force`` [N]: the stiffer of the last two windows; nominal stands in for what is missing
-        [N/m]."""
+        """What counts at a ``force`` [N]: the last window's or, if that is more, what two of the last three reach;
+        nominal stands in for what is missing [N/m]."""
         known = [one.at(force) for one in self._measured]
-        return max(known if self.measured else [*known, self._nominal])
+        borne_out = sorted([*known, *[self._nominal] * (_WINDOWS - len(known))])[_WINDOWS - _AGREE]
+        return max(borne_out, known[-1]) if self.measured else max([*known, self._nominal])
 
 
 def _explained(samples: Sequence[_Sample]) -> MeasuredStiffness | None:

@@ -90,6 +90,10 @@ def test_a_softer_contact_needs_two_windows_and_a_stiffer_one():
         moved = 2e-5 if k else 0.6e-3 - APPROACH[-1]
         soft.look(float(STIFFNESS * 0.6e-3 + 3 * STIFFNESS * (at - 0.6e-3)), moved, moved, DT, 0.0)
     assert soft.stiffness(3.0) > 2 * STIFFNESS, "at once"
+    force = STIFFNESS * (0.6e-3 + 3 * (way[-1] - 0.6e-3))
+    for at, moved in zip(APPROACH, np.diff(APPROACH, prepend=0.0), strict=True):
+        soft.look(float(force + STIFFNESS * at), float(moved), float(moved), DT, 0.0)
+    assert soft.stiffness(3.0) < 1.3 * STIFFNESS, "until the next does not bear it out"
 
 
 def test_another_contact_begins_anew():
