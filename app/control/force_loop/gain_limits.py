@@ -93,6 +93,7 @@ class GainLimiter:
         """Nothing has touched."""
         self._answer: _Answer | None = None
         self._swung: ControlSettings | None = None
+        self._stale = False
         self._contact: int | None = None
         self._before: tuple[FloatArray, FloatArray] | None = None
         self._estimator.reset()
@@ -100,7 +101,7 @@ class GainLimiter:
     def hold_lower(self, settings: ControlSettings) -> None:
         """The force swings under ``settings``: while these are set, gains keep farther from the limit."""
         if self._swung != settings:
-            self._swung, self._answer = settings, None
+            self._swung, self._stale = settings, True
 
     @property
     def most(self) -> float | None:
@@ -133,7 +134,9 @@ class GainLimiter:
             self._measure(posture, region, dt, self.readings, wanted)
             stiffness = self._estimator.stiffness(max(settings.force_goal, region.force))
             known = self._known(settings, self.readings)
-            if known is None or not known.holds(region.id, stiffness, posture, measured=self._estimator.measured):
+            measured = self._estimator.measured
+            if known is None or self._stale or not known.holds(region.id, stiffness, posture, measured=measured):
+                self._stale = False
                 self._answer = self._worked_out(settings, posture, region, dt, self.readings, stiffness)
         known = self._known(settings, self.readings)
         if known is None:
