@@ -99,8 +99,10 @@ class GainLimiter:
         self._estimator.reset()
 
     def hold_lower(self, settings: ControlSettings) -> None:
-        """The force swings under ``settings``: while these are set, gains keep farther from the limit."""
-        if self._swung != settings:
+        """The force swings under ``settings``: while these are set, gains with a virtual inertia keep farther from the
+        limit. Others are as far from it as they need to be, and are not worked out anew where the arm happens to be.
+        """
+        if self._swung != settings and LoopFilter.of(settings).inertia_time > 0:
             self._swung, self._stale = settings, True
 
     @property
