@@ -31,6 +31,7 @@ def build_parser() -> argparse.ArgumentParser:
     _add_compare(commands)
     _add_study(commands)
     _add_guide(commands)
+    _add_desktop(commands)
     return parser
 
 
@@ -116,6 +117,12 @@ def _add_guide(commands: argparse._SubParsersAction) -> None:  # type: ignore[ty
     guide = commands.add_parser("guide", help="the guide, in a window; without a display, where its pages are")
     guide.add_argument("page", nargs="?", default="index", metavar="PAGE", help="maps, touch, control, ...")
     _json(guide)
+
+
+def _add_desktop(commands: argparse._SubParsersAction) -> None:  # type: ignore[type-arg]
+    desktop = commands.add_parser("desktop", help="put the window into the menu of a Linux desktop, for this user")
+    desktop.add_argument("--remove", action="store_true", help="take it out again")
+    _json(desktop)
 
 
 def _add_file_commands(commands: argparse._SubParsersAction) -> None:  # type: ignore[type-arg]

@@ -21,8 +21,10 @@ from app.session.prepare import prepare
 os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
 os.environ.setdefault("QT_API", "pyside6")
 
+from PySide6.QtGui import QIcon
 from PySide6.QtWidgets import QApplication
 
+from assets import asset
 from widgets.common.colours import THEMES
 from widgets.common.guide_window import GuideWindow
 from widgets.common.settings import Settings
@@ -175,4 +177,5 @@ def make_application() -> QApplication:
     app = QApplication(sys.argv[:1])
     app.setApplicationName("Tactile Maps")
     app.setDesktopFileName("tactile-maps")
+    app.setWindowIcon(QIcon(str(asset("icon.svg"))))
     return app

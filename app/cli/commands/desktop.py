@@ -1,0 +1,94 @@
+"""``desktop``: the window in the menu of a Linux desktop: a desktop entry and an icon in the user's own folders.
+
+As the specifications of freedesktop.org say: "Desktop Entry" 1.5, "Icon Theme" and "XDG Base Directory".
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from pathlib import Path
+
+from app.cli.output import print_fields, print_json
+from app.core.errors import TactileMapsError, UsageError
+from app.core.files import write_atomically
+from assets import asset
+
+NAME = "tactile-maps"
+"""Of both files, and what the window calls itself, by which a desktop knows that it is of the entry."""
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    """Write the files, or remove them."""
+    if not sys.platform.startswith("linux"):
+        problem = "desktop entries are for Linux"
+        raise UsageError(problem, value=sys.platform, remedy="Make a shortcut to tactile-maps by hand")
+    entry, icon = desktop_files()
+    found = [path for path in (entry, icon) if path.exists()]
+    if arguments.remove:
+        for path in found:
+            path.unlink()
+    else:
+        for path, data in ((icon, asset("icon.svg").read_bytes()), (entry, desktop_entry(launcher()).encode())):
+            _write(path, data)
+    done = {"removed": [str(path) for path in found]} if arguments.remove else {"entry": str(entry), "icon": str(icon)}
+    if arguments.json:
+        print_json(done)
+    elif arguments.remove:
+        print_fields({"Removed": [str(path) for path in found] or "nothing: there was no entry"})
+    else:
+        print_fields({"Entry": entry, "Icon": icon, "Remove with": "tactile-maps desktop --remove"})
+    return 0
+
+
+def desktop_files() -> tuple[Path, Path]:
+    """Where entry and icon are, or would be: under ``$XDG_DATA_HOME``, by default ``~/.local/share``."""
+    stated = os.environ.get("XDG_DATA_HOME", "")
+    folder = Path(stated) if Path(stated).is_absolute() else Path.home() / ".local" / "share"
+    icons = folder / "icons" / "hicolor" / "scalable" / "apps"
+    return folder / "applications" / f"{NAME}.desktop", icons / f"{NAME}.svg"
+
+
+def launcher() -> tuple[str, ...]:
+    """The words that open the window from anywhere: the installed command, or this Python."""
+    command = Path(sys.executable).with_name(NAME)
+    return (str(command), "gui") if command.exists() else (sys.executable, "-m", "app", "gui")
+
+
+def desktop_entry(words: tuple[str, ...]) -> str:
+    """The text of the entry that runs ``words``."""
+    return "\n".join(
+        (
+            "[Desktop Entry]",
+            "Type=Application",
+            "Version=1.5",
+            "Name=Tactile Maps",
+            "GenericName=Robot skin",
+            "Comment=Tactile maps of robot skin: simulate, control contact, record and measure",
+            f"Exec={' '.join(map(_quoted, words))}",
+            f"Icon={NAME}",
+            "Terminal=false",
+            "Categories=Science;Robotics;Education;",
+            "Keywords=robot;skin;tactile;taxel;contact;",
+            "StartupNotify=true",
+            f"StartupWMClass={NAME}",
+            "",
+        )
+    )
+
+
+def _quoted(word: str) -> str:
+    """As the key Exec wants a word, whose values are unescaped twice: quoted, and a percent sign doubled."""
+    for sign in ("\\", '"', "`", "$"):
+        word = word.replace(sign, f"\\{sign}")
+    return '"{}"'.format(word.replace("\\", "\\\\").replace("%", "%%"))
+
+
+def _write(path: Path, data: bytes) -> None:
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        problem, remedy = "the folder cannot be made", "Set XDG_DATA_HOME to a folder that can be written"
+        raise TactileMapsError(problem, file=path.parent, value=error.strerror, remedy=remedy) from error
+    write_atomically(path, data, error=TactileMapsError)

@@ -1,0 +1,58 @@
+"""The entry in the menu of a desktop: written, found again, removed; nothing half done."""
+
+from __future__ import annotations
+
+import json
+import re
+import sys
+from configparser import ConfigParser
+
+import pytest
+
+from app.__main__ import main
+from app.cli.commands.desktop import desktop_entry, desktop_files, launcher
+
+pytestmark = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="desktop entries are for Linux")
+
+
+@pytest.fixture(autouse=True)
+def home(tmp_path, monkeypatch):
+    """The user's own folder of data."""
+    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "share"))
+    return tmp_path
+
+
+def parsed(text: str):
+    parser = ConfigParser(interpolation=None)
+    parser.optionxform = str
+    parser.read_string(text)
+    return parser["Desktop Entry"]
+
+
+def test_entry_and_icon_are_written_and_removed(capsys):
+    assert main(["desktop"]) == 0
+    entry, icon = desktop_files()
+    assert str(entry) in capsys.readouterr().out
+    assert icon.read_bytes().startswith(b"<svg")
+    said = parsed(entry.read_text(encoding="utf8"))
+    assert (said["Icon"], said["StartupWMClass"]) == (icon.stem, entry.stem)
+    assert main(["desktop", "--remove", "--json"]) == 0
+    assert len(json.loads(capsys.readouterr().out)["removed"]) == 2
+    assert not entry.exists()
+    assert not icon.exists()
+    assert main(["desktop", "--remove"]) == 0
+    assert "no entry" in capsys.readouterr().out
+
+
+def test_words_with_signs_of_their_own_reach_the_command_whole():
+    words = ('/home/a b/50% "new" $x`y/python', "-m", "app")
+    stated = parsed(desktop_entry(words))["Exec"].replace("\\\\", "\\").replace("%%", "%")
+    quoted = re.findall(r'"((?:[^"\\]|\\.)*)"', stated)
+    assert tuple(re.sub(r"\\(.)", r"\1", word) for word in quoted) == words
+    assert launcher()[-1] == "gui"
+
+
+def test_a_folder_that_cannot_be_made_is_named(home, capsys):
+    (home / "share").write_text("a file, not a folder")
+    assert main(["desktop"]) == 1
+    assert "Set XDG_DATA_HOME" in capsys.readouterr().err
