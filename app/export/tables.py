@@ -215,6 +215,7 @@ def taxel_columns(prepared: PreparedScene) -> Columns:
         "id": _numbers([name.id for name in names]),
         "module": _numbers([name.module for name in names]),
         "channel": _numbers([name.channel for name in names]),
+        **({"name": np.array([name.name or "" for name in names])} if any(name.name for name in names) else {}),
         "patch": np.array([patch.name for patch in patches]),
         "link": np.array([patch.link for patch in patches]),
         **{f"{axis}_m": column for axis, column in zip("xyz", positions.T, strict=True)},

@@ -13,6 +13,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import chain
 
 import numpy as np
 
@@ -23,6 +24,8 @@ from app.geometry.mesh import Mesh, SurfacePoint
 LARGEST_NUMBER = 2**31 - 1
 """Of an id, a module or a channel: what the boards count in."""
 IDENTITY_FIELDS = ("ids", "modules", "channels")
+"""Those of an identity that are numbers."""
+LONGEST_NAME = 200
 
 
 @dataclass(frozen=True)
@@ -32,11 +35,13 @@ class TaxelName:
     id: int | None = None
     module: int | None = None
     channel: int | None = None
+    name: str | None = None
 
     def __str__(self) -> str:
-        """``id 87012, module 14, channel 3``; empty where nothing is known."""
+        """``thumb_touch, id 87012, module 14, channel 3``; empty where nothing is known."""
         parts = (("id", self.id), ("module", self.module), ("channel", self.channel))
-        return ", ".join(f"{word} {number}" for word, number in parts if number is not None)
+        numbers = (f"{word} {number}" for word, number in parts if number is not None)
+        return ", ".join((*(() if self.name is None else (self.name,)), *numbers))
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,14 +52,17 @@ class TaxelIdentity:
         ids: (n,) hardware ids, as stated; they may repeat.
         modules: (n,) the module, or board, that carries each taxel.
         channels: (n,) the place of each taxel among those of its module.
+        names: (n,) what each taxel, or the sensor it is part of, is called; they may repeat.
 
     Raises:
-        SkinError: An array is not of one axis, they differ in length, or a number is not from 0 to 2³¹ - 1.
+        SkinError: An array is not of one axis, they differ in length, a number is not from 0 to 2³¹ - 1, or a name is
+            longer than 200 characters.
     """
 
     ids: IntArray | None = None
     modules: IntArray | None = None
     channels: IntArray | None = None
+    names: tuple[str, ...] | None = None
 
     def __post_init__(self) -> None:
         freeze_arrays(self, *IDENTITY_FIELDS, dtype=np.int64)
@@ -71,23 +79,33 @@ class TaxelIdentity:
                 row = int(bad.argmax())
                 problem = "a number is negative" if values[row] < 0 else f"a number is above {LARGEST_NUMBER}"
                 raise SkinError(problem, place=f"{field}, row {row}", value=int(values[row]))
+        if self.names is not None:
+            if count is not None and len(self.names) != count:
+                raise SkinError("the numbers of rows or columns do not fit", place="names", value=len(self.names))
+            for row, name in enumerate(self.names):
+                if len(name) > LONGEST_NAME:
+                    problem = f"a name is longer than {LONGEST_NAME} characters"
+                    raise SkinError(problem, place=f"names, row {row}", value=f"{name[:40]}...")
 
     def __len__(self) -> int:
         """The number of taxels, 0 where nothing is known."""
-        return next((len(values) for values in (self.ids, self.modules, self.channels) if values is not None), 0)
+        return next((len(values) for values in (*self._arrays(), self.names) if values is not None), 0)
 
     @property
     def known(self) -> bool:
         """Whether anything is."""
-        return not (self.ids is None and self.modules is None and self.channels is None)
+        return any(values is not None for values in (*self._arrays(), self.names))
 
     def select(self, rows: IntArray) -> TaxelIdentity:
         """Of the taxels in ``rows`` (k,), in that order."""
-        return TaxelIdentity(*(None if values is None else values[rows] for values in self._arrays()))
+        names = None if self.names is None else tuple(self.names[row] for row in np.asarray(rows).tolist())
+        ids, modules, channels = (None if values is None else values[rows] for values in self._arrays())
+        return TaxelIdentity(ids, modules, channels, names)
 
     def name(self, row: int) -> TaxelName:
         """Of one taxel."""
-        return TaxelName(*(None if values is None else int(values[row]) for values in self._arrays()))
+        number, module, channel = (None if values is None else int(values[row]) for values in self._arrays())
+        return TaxelName(number, module, channel, None if self.names is None else self.names[row])
 
     def _arrays(self) -> tuple[IntArray | None, ...]:
         return self.ids, self.modules, self.channels
@@ -99,13 +117,18 @@ NO_IDENTITY = TaxelIdentity()
 def join_identities(parts: Sequence[TaxelIdentity]) -> TaxelIdentity:
     """Of the taxels of all ``parts``, one after the other; an array that one of them lacks is None."""
     columns = ([getattr(part, field) for part in parts] for field in IDENTITY_FIELDS)
-    return TaxelIdentity(
-        *(np.concatenate(arrays) if arrays and all(a is not None for a in arrays) else None for arrays in columns)
+    ids, modules, channels = (
+        np.concatenate(arrays) if arrays and all(a is not None for a in arrays) else None for arrays in columns
     )
+    named = [part.names for part in parts if part.names is not None]
+    names = tuple(chain(*named)) if named and len(named) == len(parts) else None
+    return TaxelIdentity(ids, modules, channels, names)
 
 
 def identity_summary(identity: TaxelIdentity) -> dict[str, dict[str, int]]:
-    """For each array that is known: how many different numbers, the first and the last, and for ids how many repeat."""
+    """For each array that is known: how many different numbers, the first and the last, and for ids how many repeat; of
+    names how many are different.
+    """
     found = {}
     for field in IDENTITY_FIELDS:
         values: IntArray | None = getattr(identity, field)
@@ -115,6 +138,8 @@ def identity_summary(identity: TaxelIdentity) -> dict[str, dict[str, int]]:
             found[field] = {
                 "different": len(counts), "first": int(values.min()), "last": int(values.max()), "repeated": repeated
             }  # fmt: skip
+    if identity.names:
+        found["names"] = {"different": len(set(identity.names))}
     return found
 
 
@@ -122,6 +147,9 @@ def identity_text(summary: Mapping[str, Mapping[str, int]]) -> str:
     """``ids 86999 to 87438 (440), modules 0 to 63 (44)``: an ``identity_summary`` in words; empty for nothing."""
     parts = []
     for field, found in summary.items():
+        if field == "names":
+            parts.append(f"{found['different']} names")
+            continue
         again = f", {found['repeated']} repeated" if found["repeated"] else ""
         parts.append(f"{field} {found['first']} to {found['last']} ({found['different']}{again})")
     return ", ".join(parts)
@@ -270,6 +298,14 @@ class Skin:
         """What the robot's electronics call taxel number ``taxel``, as far as its patch states it."""
         patch = int(self.patch_of[taxel])
         return self.patches[patch].taxels.identity.name(taxel - int(self.first[patch]))
+
+    def taxels_named(self, name: str) -> IntArray:
+        """(k,) running numbers of the taxels of that name, whatever its letters' case: all cells of a sensor."""
+        wanted = name.casefold()
+        parts = zip(self.first[:-1].tolist(), self.patches, strict=True)
+        names = [(start, patch.taxels.identity.names) for start, patch in parts]
+        found = [start + row for start, own in names if own for row, one in enumerate(own) if one.casefold() == wanted]
+        return readonly(found, np.int64)
 
     def taxels_with_id(self, number: int) -> IntArray:
         """(k,) running numbers of the taxels whose hardware id is ``number``: several where boards repeat ids."""

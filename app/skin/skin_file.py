@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -14,9 +15,9 @@ from app.core.files import MAX_UNPACKED_BYTES, pack_arrays, read_bounded_file, u
 from app.geometry.mesh import Mesh
 from app.skin.skin import IDENTITY_FIELDS, Patch, Quadrature, Skin, TaxelIdentity, Taxels
 
-FORMAT, VERSION = "tactile-maps-skin", 2
-_READS = (1, VERSION)
-"""Version 1 had no identity of taxels."""
+FORMAT, VERSION = "tactile-maps-skin", 3
+_READS = (1, 2, VERSION)
+"""Version 1 had no identity of taxels, version 2 no names of them; where there are none, 2 is written."""
 MAP_FORMAT = "tactile-maps-map"
 """Of the files of maps, which keep their skin as the bytes of a skin file."""
 MAX_TAXELS = 1_000_000
@@ -60,13 +61,19 @@ def skin_to_bytes(skin: Skin) -> bytes:
         identity = {name: getattr(taxels.identity, name) for name in IDENTITY_FIELDS}
         fields |= {name: values for name, values in identity.items() if values is not None}
         arrays |= {f"{i}_{name}": values for name, values in fields.items()}
+    patches = [_patch_header(patch) for patch in skin.patches]
     header = {
         "format": FORMAT,
-        "version": VERSION,
-        "patches": [{"name": patch.name, "link": patch.link} for patch in skin.patches],
+        "version": VERSION if any("taxels" in patch for patch in patches) else VERSION - 1,
+        "patches": patches,
         "findings": [[f.kind, f.where, f.action, f.count] for f in skin.findings],
     }
     return pack_arrays(header, arrays)
+
+
+def _patch_header(patch: Patch) -> dict[str, Any]:
+    names = patch.taxels.identity.names
+    return {"name": patch.name, "link": patch.link} | ({} if names is None else {"taxels": list(names)})
 
 
 def skin_from_bytes(data: bytes, *, file: str | Path | None = None) -> Skin:
@@ -93,31 +100,46 @@ def skin_from_bytes(data: bytes, *, file: str | Path | None = None) -> Skin:
             value=header.get("version"),
             remedy=f"This program reads versions {_READS[0]} to {VERSION}",
         )
-    names, findings = _header(header, file)
-    patches = tuple(_patch(arrays, i, name, link, file) for i, (name, link) in enumerate(names))
+    stated, findings = _header(header, file)
+    patches = tuple(_patch(arrays, i, one, file) for i, one in enumerate(stated))
     if sum(len(patch.taxels) for patch in patches) > MAX_TAXELS:
         raise SkinError("the skin has too many taxels", file=file, remedy=f"The most is {MAX_TAXELS}")
     return Skin(patches, findings)
 
 
-def _header(header: Mapping[str, Any], file: str | Path | None) -> tuple[list[tuple[str, str]], tuple[Finding, ...]]:
-    """Names and links of the patches, and the findings."""
+@dataclass(frozen=True)
+class _PatchHeader:
+    """A patch's name and link, and its taxels' names, None where they have none."""
+
+    name: str
+    link: str
+    taxels: tuple[str, ...] | None
+
+
+def _header(header: Mapping[str, Any], file: str | Path | None) -> tuple[list[_PatchHeader], tuple[Finding, ...]]:
+    """Of the patches, and the findings."""
     patches, findings = header.get("patches"), header.get("findings")
     sound = (
         isinstance(patches, list)
         and all(isinstance(p, dict) and all(isinstance(p.get(k), str) for k in ("name", "link")) for p in patches)
+        and all(_are_names(p.get("taxels", [])) for p in patches)
         and isinstance(findings, list)
         and all(isinstance(f, list) and [type(x) for x in f] == [str, str, str, int] for f in findings)
     )
     if not sound or not isinstance(patches, list) or not isinstance(findings, list):
         raise SkinError("the skin file's header is broken", file=file)
-    names = [(p["name"], p["link"]) for p in patches]
-    if len({name for name, _ in names}) < len(names):
-        raise SkinError("two patches have the same name", file=file, value=[name for name, _ in names])
-    return names, tuple(Finding(*f) for f in findings)
+    stated = [_PatchHeader(p["name"], p["link"], tuple(p["taxels"]) if "taxels" in p else None) for p in patches]
+    if len({one.name for one in stated}) < len(stated):
+        raise SkinError("two patches have the same name", file=file, value=[one.name for one in stated])
+    return stated, tuple(Finding(*f) for f in findings)
 
 
-def _patch(arrays: Mapping[str, NDArray[Any]], i: int, name: str, link: str, file: str | Path | None) -> Patch:
+def _are_names(value: object) -> bool:
+    return isinstance(value, list) and all(isinstance(name, str) for name in value)
+
+
+def _patch(arrays: Mapping[str, NDArray[Any]], i: int, stated: _PatchHeader, file: str | Path | None) -> Patch:
+    name, link = stated.name, stated.link
     door = _Door(arrays, i, name, file)
     try:
         surface = Mesh(door.floats("surface_vertices", 3), door.integers("surface_faces", 3))
@@ -130,7 +152,8 @@ def _patch(arrays: Mapping[str, NDArray[Any]], i: int, name: str, link: str, fil
     door.check(values, counts)
     points = {key: values.pop(f"quadrature_{key}") for key in ("positions", "normals", "areas", "taxel")}
     quadrature = Quadrature(**points)
-    return Patch(name, link, surface, Taxels(**values, quadrature=quadrature, identity=door.identity(counts["taxel"])))
+    identity = door.identity(counts["taxel"], stated.taxels)
+    return Patch(name, link, surface, Taxels(**values, quadrature=quadrature, identity=identity))
 
 
 class _Door:
@@ -153,15 +176,17 @@ class _Door:
             raise self._refuse("an index is not a whole number", key, values.dtype)
         return values.astype(np.int64)
 
-    def identity(self, count: int) -> TaxelIdentity:
+    def identity(self, count: int, names: tuple[str, ...] | None) -> TaxelIdentity:
         """What the file states of it, in as many rows as there are taxels."""
+        if names is not None and len(names) != count:
+            raise self._refuse(f"{count} rows expected", "taxels", len(names))
         stated = [key for key in IDENTITY_FIELDS if f"{self._i}_{key}" in self._arrays]
         arrays = {key: self.integers(key, 1) for key in stated}
         for key, values in arrays.items():
             if len(values) != count:
                 raise self._refuse(f"{count} rows expected", key, len(values))
         try:
-            return TaxelIdentity(**arrays)
+            return TaxelIdentity(**arrays, names=names)
         except SkinError as error:
             raise error.at(file=self._file, place=f"patch {self._name}, {error.place}") from error
 

@@ -11,7 +11,9 @@ from app.core.arrays import IntArray, freeze_arrays
 from app.core.errors import SkinError
 from app.skin.skin import Skin, identity_summary, identity_text
 
-SEARCH_HINT = "87012 for an id, #13 for a running number, 14/3 for a module and channel, 14/ for a whole module"
+SEARCH_HINT = (
+    "87012 for an id, #13 for a running number, 14/3 for module and channel, 14/ for a whole module, or a name"
+)
 _WANTED = re.compile(r"(#?)\s*([0-9]{1,10})|([0-9]{1,10})\s*/\s*([0-9]{0,10})")
 
 
@@ -47,6 +49,9 @@ def find_taxels(skin: Skin, text: str) -> FoundTaxels:
         SkinError: The text is none of these, or there is no such taxel.
     """
     found = _WANTED.fullmatch(text.strip())
+    if len(named := skin.taxels_named(text.strip())):
+        first = taxel_words(skin, int(named[0]))
+        return FoundTaxels(named, first if len(named) == 1 else f"{len(named)} taxels, first {first}")
     if found is None:
         raise SkinError("this names no taxel", value=text.strip()[:40] or "nothing", remedy=f"Type {SEARCH_HINT}")
     mark, number, module, channel = found.groups()

@@ -1,11 +1,11 @@
 """Taxels as a table: comma, semicolon or tab between columns that say what they are, in any order.
 
 Columns: ``x y z``, and where known ``nx ny nz`` (outward normal), ``u v`` (place on a map), ``area``, ``taxel`` (its
-number), ``id`` (its hardware id; where there is no such column, ``taxel`` is), ``module``, ``channel`` and ``link``;
-usual other names of them are understood (``pos_x``, ``normal_x``, ``taxel_id``, ``body``...). A unit follows its name:
-``x_mm``, ``x [mm]``, ``area (mm2)``. Lengths without a unit are metres, unless metres cannot be meant, which is told.
-Without a line of names, three columns are positions and six are positions and normals. A line that starts with # is a
-remark.
+number), ``id`` (its hardware id; where there is no such column, ``taxel`` is), ``module``, ``channel``, ``name`` and
+``link``; usual other names of them are understood (``pos_x``, ``normal_x``, ``taxel_id``, ``body``...). A unit follows
+its name: ``x_mm``, ``x [mm]``, ``area (mm2)``. Lengths without a unit are metres, unless metres cannot be meant, which
+is told. Without a line of names, three columns are positions and six are positions and normals. A line that starts
+with # is a remark.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ from app.skin.formats.taxel_set import (
 _POSITION, _NORMAL, _POINT = ("x", "y", "z"), ("nx", "ny", "nz"), ("u", "v")
 _LENGTHS = _POSITION + _POINT
 _WHOLE = ("taxel", "id", "module", "channel")
-_KNOWN = (*_POSITION, *_NORMAL, *_POINT, "area", *_WHOLE, "link")
+_KNOWN = (*_POSITION, *_NORMAL, *_POINT, "area", *_WHOLE, "name", "link")
 _METRES = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "µm": 1e-6}
 _SQUARE_METRES = {f"{unit}{square}": metres**2 for unit, metres in _METRES.items() for square in ("2", "²", "^2")}
 _UNIT = re.compile(r"^(?P<name>.+?)(?:[_/](?P<after>[a-zµ]+(?:\^?2|²)?)|[\[(]_?(?P<within>[^\])]*?)_?[\])])$")
@@ -52,6 +52,7 @@ _OTHER_NAMES = {
     **dict.fromkeys(("board", "board_id", "patch_module"), "module"),
     **dict.fromkeys(("body", "link_name", "frame", "frame_id", "parent_link"), "link"),
     **dict.fromkeys(("taxel_area", "sensor_area"), "area"),
+    **dict.fromkeys(("taxel_name", "sensor_name", "sensor"), "name"),
 }  # fmt: skip
 _SEPARATORS = (";", "\t", ",")
 _LARGEST_NUMBER = 2**31
@@ -121,6 +122,8 @@ def _columns(taxels: TaxelSet) -> dict[str, list[object]]:
     for name, values in (("id", taxels.ids), ("module", taxels.modules), ("channel", taxels.channels)):
         if values is not None:
             columns[name] = values.tolist()
+    if taxels.names is not None:
+        columns["name"] = [" ".join(name.split()) for name in taxels.names]
     if taxels.link is not None:
         columns["link"] = [" ".join(taxels.link.split())] * len(taxels)
     return columns
@@ -262,8 +265,17 @@ def _taxel_set(table: _Table, rows: Sequence[tuple[int, Sequence[str]]], link: s
             modules=modules,
             ids=ids,
             channels=channels,
+            names=_names(table, rows),
             findings=tuple(findings),
         )
+
+
+def _names(table: _Table, rows: Sequence[tuple[int, Sequence[str]]]) -> tuple[str, ...] | None:
+    """(n,) of the taxels; None where no row has one."""
+    if "name" not in table.columns:
+        return None
+    names = tuple(cells[table.columns["name"]].strip() for _, cells in rows)
+    return names if any(names) else None
 
 
 def _areas(stated: FloatArray | None, where: str, findings: list[Finding]) -> FloatArray | None:

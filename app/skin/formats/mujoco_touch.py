@@ -1,6 +1,7 @@
 """MuJoCo's own touch sensors as a skin, and a skin as MuJoCo's sensors: sites with ``<touch>`` sensors in MJCF.
 
-A taxel's id is the number of its sensor among the touch sensors of the file, that of its cell or vertex its channel.
+A taxel's id is the number of its sensor among the touch sensors of the file, its name the sensor's, and the number of
+its cell or vertex its channel.
 """
 
 from __future__ import annotations
@@ -112,13 +113,18 @@ def _joined(robot: Robot, link: str, sensors: Sequence[tuple[int, TouchSensor]])
     channels = np.concatenate([np.arange(len(sensor.origins)) for _, sensor in sensors])
     _, first = np.unique(np.round(positions / _NEAR), axis=0, return_index=True)
     first.sort()
+    sensor_names = [sensor.name for _, sensor in sensors for _ in range(len(sensor.origins))]
     names = f"taxels {ids[0]} to {ids[-1]}: {', '.join(sensor.name for _, sensor in sensors)}"
     findings = [Finding("touch-sensor", link, names, len(sensors))]
     if len(first) < len(positions):
-        again = len(positions) - len(first)
-        findings.append(Finding("duplicate-taxel", link, "left out: another sensor is at the same place", again))
+        lost = np.setdiff1d(np.arange(len(positions)), first)
+        who = ", ".join(dict.fromkeys(sensor_names[row] for row in lost.tolist()))
+        findings.append(
+            Finding("duplicate-taxel", link, f"{who}: left out, another sensor is at the same place", len(lost))
+        )
     return TaxelSet(link, link, np.arange(len(first)), positions[first], ids=ids[first],
-                    channels=channels[first] if channels.any() else None, findings=tuple(findings))  # fmt: skip
+                    channels=channels[first] if channels.any() else None,
+                    names=tuple(sensor_names[row] for row in first.tolist()), findings=tuple(findings))  # fmt: skip
 
 
 def write_touch_sensors(skin: Skin, robot: Robot, path: str | Path) -> None:

@@ -18,9 +18,9 @@ from app.core.errors import Finding, SkinError, errors_in_file
 from app.core.files import pack_arrays, read_bounded_file, unpack_arrays, unpack_bare_arrays, write_atomically
 from app.skin.formats.taxel_set import TaxelSet, distinct_numbers, unit_normals
 
-FORMAT, VERSION = "tactile-maps-taxels", 2
-_READS = (1, VERSION)
-"""Version 1 had no ``ids`` and ``channels``."""
+FORMAT, VERSION = "tactile-maps-taxels", 3
+_READS = (1, 2, VERSION)
+"""Version 1 had no ``ids`` and ``channels``, version 2 no names of taxels."""
 # Columns and kinds of a set's arrays.
 _ARRAYS = {
     "positions": (3, "fiu"), "numbers": (1, "iu"), "normals": (3, "f"),
@@ -48,7 +48,10 @@ def read_taxel_npz(path: str | Path) -> tuple[TaxelSet, ...]:
     stated = header.get("sets")
     if not isinstance(stated, list) or not stated or not all(_is_name(entry) for entry in stated):
         raise SkinError("the file's header is broken", file=path, place="sets")
-    return tuple(_taxel_set(arrays, f"{i}_", name, link, path) for i, (name, link) in enumerate(stated))
+    names = header.get("names", [None] * len(stated))
+    if not isinstance(names, list) or len(names) != len(stated) or not all(_are_names(own) for own in names):
+        raise SkinError("the file's header is broken", file=path, place="names")
+    return tuple(_taxel_set(arrays, f"{i}_", name, link, path, names[i]) for i, (name, link) in enumerate(stated))
 
 
 def write_taxel_npz(sets: Sequence[TaxelSet], path: str | Path) -> None:
@@ -63,7 +66,12 @@ def write_taxel_npz(sets: Sequence[TaxelSet], path: str | Path) -> None:
         for name in _ARRAYS
         if getattr(taxels, name) is not None
     }
-    header = {"format": FORMAT, "version": VERSION, "sets": [[taxels.name, taxels.link] for taxels in sets]}
+    header = {
+        "format": FORMAT,
+        "version": VERSION,
+        "sets": [[taxels.name, taxels.link] for taxels in sets],
+        "names": [None if taxels.names is None else list(taxels.names) for taxels in sets],
+    }
     write_atomically(Path(path), pack_arrays(header, arrays), error=SkinError)
 
 
@@ -76,7 +84,18 @@ def _is_name(entry: object) -> bool:
     )
 
 
-def _taxel_set(arrays: Mapping[str, NDArray[Any]], prefix: str, name: str, link: str | None, path: Path) -> TaxelSet:
+def _are_names(value: object) -> bool:
+    return value is None or (isinstance(value, list) and all(isinstance(name, str) for name in value))
+
+
+def _taxel_set(
+    arrays: Mapping[str, NDArray[Any]],
+    prefix: str,
+    name: str,
+    link: str | None,
+    path: Path,
+    names: Sequence[str] | None = None,
+) -> TaxelSet:
     take = {field: _take(arrays, prefix + field, path) for field in _ARRAYS}
     positions, numbers, normals = take.pop("positions"), take.pop("numbers"), take.pop("normals")
     if positions is None:
@@ -89,7 +108,20 @@ def _taxel_set(arrays: Mapping[str, NDArray[Any]], prefix: str, name: str, link:
         if take["ids"] is None:
             take["ids"] = numbers
         numbers = np.arange(len(positions)) if numbers is None else distinct_numbers(numbers, path.name, findings)
-        return TaxelSet(name, link, numbers, positions, normals, findings=tuple(findings), **take)
+        return TaxelSet(
+            name,
+            link,
+            numbers,
+            positions,
+            normals,
+            findings=tuple(findings),
+            names=None if names is None else tuple(names),
+            faces=take["faces"],
+            points=take["points"],
+            modules=take["modules"],
+            ids=take["ids"],
+            channels=take["channels"],
+        )
 
 
 def _take(arrays: Mapping[str, NDArray[Any]], name: str, path: Path) -> NDArray[Any] | None:

@@ -259,6 +259,7 @@ def _of_skin(skin: Skin) -> tuple[TaxelSet, ...]:
                     ids=identity.ids,
                     modules=identity.modules,
                     channels=identity.channels,
+                    names=identity.names,
                 )
             )
     return tuple(sets)

@@ -38,6 +38,7 @@ class TaxelSet:
         modules: (n,) the module that carries each taxel, or None.
         ids: (n,) the hardware ids that the file states, or None; they may repeat.
         channels: (n,) the place of each taxel among those of its module, or None.
+        names: (n,) what each taxel, or the sensor it is part of, is called, or None.
         areas: (n,) [m²] stated of each taxel's own pad, above zero, or None.
         findings: What was noticed and left out on the way in.
 
@@ -55,6 +56,7 @@ class TaxelSet:
     modules: IntArray | None = None
     ids: IntArray | None = None
     channels: IntArray | None = None
+    names: tuple[str, ...] | None = None
     areas: FloatArray | None = None
     findings: tuple[Finding, ...] = ()
 
@@ -78,8 +80,8 @@ class TaxelSet:
 
     @cached_property
     def identity(self) -> TaxelIdentity:
-        """Ids, modules and channels, as far as they are stated."""
-        return TaxelIdentity(self.ids, self.modules, self.channels)
+        """Ids, modules, channels and names, as far as they are stated."""
+        return TaxelIdentity(self.ids, self.modules, self.channels, self.names)
 
     @property
     def stated_ids(self) -> IntArray:
@@ -102,6 +104,7 @@ class TaxelSet:
             modules=None if self.modules is None else self.modules[keep],
             ids=None if self.ids is None else self.ids[keep],
             channels=None if self.channels is None else self.channels[keep],
+            names=None if self.names is None else tuple(self.names[row] for row in keep.tolist()),
             areas=None if self.areas is None else self.areas[keep],
         )
 
@@ -134,7 +137,9 @@ class TaxelSet:
             self._refuse("normals", "a normal is not of length one", ~(away < _UNIT))
         if self.areas is not None:
             self._refuse("areas", "an area is not above zero", ~((self.areas > 0) & np.isfinite(self.areas)))
-        TaxelIdentity(self.ids, self.modules, self.channels)  # refuses numbers out of range
+        if self.names is not None and len(self.names) != len(self):
+            raise SkinError("the numbers of rows or columns do not fit", place="names", value=len(self.names))
+        TaxelIdentity(self.ids, self.modules, self.channels, self.names)  # refuses what is out of range
         if points is not None:
             off = ~(np.isnan(points).all(axis=1) | (np.abs(points) <= MAX_COORDINATE).all(axis=1))
             self._refuse("points", f"a map point is not within {MAX_COORDINATE:g} m; map points are in metres", off)

@@ -1,6 +1,6 @@
 """Skins and their maps as the robot skin library of the University of Genoa keeps them (JSON, file version 2).
 
-``skin`` holds ``taxels`` (id, place x [m], normal n, type, cut; module and channel where known) and ``faces`` over
+``skin`` holds ``taxels`` (id, place x [m], normal n, type, cut; module, channel, name where known) and ``faces`` over
 them; each of ``tactile_maps``, a list or a single map, holds its own taxels (id, place x on the map [m], type, cut)
 and faces. Identity numbers repeat in real files, so a taxel is known by its index; a map's taxel is the skin's with the
 same index if their numbers agree throughout, else the next one with its number.
@@ -154,10 +154,11 @@ def write_unige(file: UnigeFile, path: str | Path) -> None:
 def _skin_entries(taxels: TaxelSet) -> list[dict[str, Any]]:
     ids, uncut = taxels.stated_ids.tolist(), np.zeros(len(taxels))
     entries = _taxel_entries(ids, taxels.positions, uncut, normals=taxels.normals)
-    for key, values in (("module", taxels.modules), ("channel", taxels.channels)):
-        if values is not None:
-            for entry, number in zip(entries, values.tolist(), strict=True):
-                entry[key] = number
+    numbers = ((key, values) for key, values in (("module", taxels.modules), ("channel", taxels.channels)))
+    known = [(key, values.tolist()) for key, values in numbers if values is not None]
+    for key, column in (*known, *(() if taxels.names is None else (("name", list(taxels.names)),))):
+        for entry, value in zip(entries, column, strict=True):
+            entry[key] = value
     return entries
 
 
@@ -205,6 +206,7 @@ class _Reader:
             ids=ids[kept],
             modules=self._optional(entries, kept, "module"),
             channels=self._optional(entries, kept, "channel"),
+            names=_names([entries[row] for row in kept.tolist()]),
             positions=pose.points(positions),
             normals=None if normals is None else pose.directions(normals),
             faces=faces if len(faces) else None,
@@ -415,6 +417,12 @@ def _nearest_rotation(matrix: FloatArray) -> FloatArray | None:
     rotation = np.asarray(left @ right)
     off = float(np.abs(rotation - matrix[:3, :3]).max())
     return rotation if off <= _ROUNDED and np.linalg.det(rotation) > 0 else None
+
+
+def _names(entries: Sequence[Mapping[str, Any]]) -> tuple[str, ...] | None:
+    """What the taxels are called; None unless each has a name."""
+    names = tuple(name for entry in entries if isinstance(name := entry.get("name"), str))
+    return names if len(names) == len(entries) and any(names) else None
 
 
 def _upward(points: FloatArray, faces: IntArray) -> IntArray:

@@ -22,8 +22,10 @@ from app.skin.formats.taxel_set import TaxelSet
 from app.skin.open import open_skin
 from app.skin.reconstruction.reconstruct import skin_from_taxels
 from app.skin.skin import IDENTITY_FIELDS, LARGEST_NUMBER, Skin, TaxelIdentity
+from app.skin.skin_file import skin_from_bytes, skin_to_bytes
 from tests.support.surfaces import frustum, sheet, skin_of
 from tests.unit.skin.formats.example_taxels import assert_equal, dome, kinds, strip
+from widgets.document.taxel_search import find_taxels
 
 REAL = Path(__file__).parents[5] / "shared" / "data" / "icub-skin"
 needs_files = pytest.mark.skipif(not REAL.is_dir(), reason="the real iCub files are not beside this checkout")
@@ -69,6 +71,30 @@ def test_positions_keep_ids_as_rows_and_say_what_they_cannot_hold(tmp_path: Path
         write_taxels(hard(), tmp_path / "hard.txt")
     with pytest.raises(SkinError, match=r"its row.*3-4 come more than once.*\.csv"):
         write_taxels(dome(numbers=np.arange(12), ids=[3, 3, 4, 4, *range(5, 13)]), tmp_path / "hard.txt")
+
+
+@pytest.mark.parametrize("ending", [".csv", ".npz", ".json"])
+def test_a_format_keeps_names(tmp_path: Path, ending: str) -> None:
+    named = hard(names=tuple(f"thumb, cell {row // 2}" for row in range(12)))
+    write_taxels(named, tmp_path / f"set{ending}")
+    assert read_taxels(tmp_path / f"set{ending}").names == named.names
+    write_taxels(hard(), tmp_path / f"bare{ending}")
+    assert read_taxels(tmp_path / f"bare{ending}").names is None
+
+
+def test_names_go_through_skin_and_map_and_find_their_taxels(tmp_path: Path) -> None:
+    names = tuple("Tip" if row < 3 else f"cell {row}" for row in range(12))
+    identity = TaxelIdentity(HARD, names=names)
+    skin = identified()
+    first, *others = skin.patches
+    skin = Skin((replace(first, taxels=replace(first.taxels, identity=identity)), *others))
+    again = skin_from_bytes(skin_to_bytes(skin))
+    assert again.patches[0].taxels.identity.names == names
+    assert again.patches[1].taxels.identity.names is None
+    assert again.taxels_named("tip").tolist() == [0, 1, 2]
+    assert str(again.taxel_name(3)) == f"cell 3, id {HARD[3]}"
+    assert taxel_sets(again)[0].names == names
+    assert find_taxels(again, "TIP").taxels.tolist() == [0, 1, 2]
 
 
 @pytest.mark.parametrize("ending", [".csv", ".npz", ".urdf"])

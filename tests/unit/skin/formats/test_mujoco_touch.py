@@ -53,6 +53,9 @@ def test_touch_sites_become_taxels_numbered_as_their_sensors(tmp_path: Path) -> 
     notes = {(finding.kind, finding.where): finding for finding in skin.findings}
     assert "t8, t7" in notes["touch-sensor", "plate"].action
     assert notes["duplicate-taxel", "plate"].count == 1
+    names = skin.patches[0].taxels.identity.names
+    assert names[list(ids).index(0)] == "t8", "each is called as its sensor"
+    assert notes["duplicate-taxel", "plate"].action.partition(":")[0] not in names
     assert notes["touch-sensor", "touch 10"].count == 1, "a loose thing is no link"
 
 
