@@ -310,6 +310,12 @@ def _comparison_options(parser: argparse.ArgumentParser) -> None:
         action="store_true",
         help="correct modules of a compared layout that seem rotated or mirrored",
     )
+    add(
+        "--exact-distances",
+        type=_count,
+        metavar="N",
+        help="measure stress by exact geodesics from N taxels (default: within about 1 %% from 250)",
+    )
 
 
 def _scene_options(parser: argparse.ArgumentParser) -> None:
@@ -358,6 +364,12 @@ def _positive(text: str) -> float:
     if not 0 < value < 1e6:
         raise argparse.ArgumentTypeError(f"must be above 0 and below a million: {text}")
     return value
+
+
+def _count(text: str) -> int:
+    if not text.isdecimal() or int(text) < 1:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number above 0")
+    return int(text)
 
 
 def _not_negative(text: str) -> float:

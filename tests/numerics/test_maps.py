@@ -307,7 +307,7 @@ def test_every_surface_of_the_catalogue_has_distances():
     for name in sorted(set(SURFACES) - {"deep cup"}):
         skin = skin_of(named(name), taxels=8)
         (patch,) = BodyDistances(skin).patches
-        assert np.isfinite(patch.exact).all(), name
-        np.testing.assert_allclose(patch.exact, patch.exact.T, rtol=1e-6, atol=1e-9, err_msg=name)
+        assert np.isfinite(patch.from_sources).all(), name
+        np.testing.assert_allclose(patch.from_sources, patch.from_sources.T, rtol=1e-6, atol=1e-9, err_msg=name)
         straight = np.linalg.norm(skin.patches[0].taxels.positions[:, None] - skin.patches[0].taxels.positions, axis=2)
-        assert (patch.exact >= straight - 2e-2 * skin.patches[0].surface.size / 10).all(), name
+        assert (patch.from_sources >= straight - 2e-2 * skin.patches[0].surface.size / 10).all(), name

@@ -154,7 +154,7 @@ def execute(arguments: argparse.Namespace) -> int:
     report, start = progress_line(), time.perf_counter()
     skin, map_ = _make_map(arguments, report)
     seconds = time.perf_counter() - start
-    body = BodyDistances(skin)
+    body = BodyDistances(skin, sources=arguments.exact_distances)
     result = measure(map_, distances=body).to_json() | {"identity": identity_summary(skin.identity)}
     result |= {"seconds": seconds, "file": str(target) if target else None}
     if arguments.compare:

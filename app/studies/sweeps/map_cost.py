@@ -99,7 +99,7 @@ def _body(mesh: str, faces: int, seed: int) -> tuple[Skin, BodyDistances]:
     """Kept between the cases of a body: its distances do not depend on the method."""
     surface = MESHES[mesh](faces)
     skin = Skin((Patch(mesh, mesh, surface, place_evenly(surface, min(_TAXELS, len(surface.faces) // 4), seed=seed)),))
-    return skin, BodyDistances(skin, seed=seed)
+    return skin, BodyDistances(skin, sources=12, seed=seed)
 
 
 def _middle_fineness(rows: Sequence[Row]) -> object:

@@ -85,7 +85,7 @@ def test_neighbours_are_seen_over_the_seam_where_they_are_on_the_body(rolled, mi
     placed = TactileMap(rolled.skin, rolled.charts, MapLayout((Placement(0.4, (0.1, 0.0), mirrored),)))
     body = BodyDistances(rolled.skin)
     here, there = body.pairs.T
-    exact = body.patches[0].exact[here, there]
+    exact = body.patches[0].from_sources[here, there]
     apart = np.linalg.norm(placed.taxel_points[here] - placed.taxel_points[there], axis=1)
     assert (apart > 2 * exact).sum() > 3, "some must be torn, or the test says nothing"
     transitions = SeamTransitions(placed)

@@ -11,7 +11,7 @@ from app.geometry.geodesics import Geodesics
 from app.geometry.refine import insert_vertices
 from app.maps import topography
 from app.maps.build import build_map
-from app.maps.topography import BodyDistances, edge_lengths, measure_topography, neighbourhoods
+from app.maps.topography import BodyDistances, PatchDistances, edge_lengths, measure_topography, neighbourhoods
 from tests.support.surfaces import frustum, named, sheet, skin_of
 
 
@@ -20,7 +20,7 @@ def test_on_a_sheet_they_are_straight():
     (patch,) = BodyDistances(skin).patches
     positions = skin.patches[0].taxels.positions
     expected = np.linalg.norm(positions[:, None] - positions[None], axis=2)
-    np.testing.assert_allclose(patch.exact, expected, atol=2e-5)
+    np.testing.assert_allclose(patch.from_sources, expected, atol=2e-5)
     np.testing.assert_allclose(patch.near, expected, atol=2e-5)
     assert patch.sources.tolist() == patch.rows.tolist() == list(range(30))
 
@@ -35,7 +35,7 @@ def no_budget(monkeypatch):
 def test_on_a_large_skin_near_ones_stay_exact_and_far_ones_come_close():
     skin = skin_of(named("hemisphere"), taxels=50)
     (patch,) = BodyDistances(skin, sources=7).patches
-    assert (len(patch.sources), patch.exact.shape, patch.near.shape) == (7, (7, 50), (50, 50))
+    assert (len(patch.sources), patch.from_sources.shape, patch.near.shape) == (7, (7, 50), (50, 50))
     exact = _exact(skin)
     close = exact <= 1.19 * np.median(np.sort(exact, axis=1)[:, 1])
     i, j = skin.neighbours.T
@@ -44,6 +44,37 @@ def test_on_a_large_skin_near_ones_stay_exact_and_far_ones_come_close():
     np.testing.assert_allclose(patch.near[close], exact[close], atol=1e-12)
     far = exact > 0
     assert np.abs(patch.near[far] / exact[far] - 1).mean() < 0.03
+
+
+@pytest.mark.usefixtures("no_budget")
+def test_rows_spread_evenly_say_what_all_exact_distances_do(monkeypatch):
+    """By how much the quick ones miss: stress, rank correlation, trustworthiness and continuity."""
+    monkeypatch.setattr(topography, "_ROWS", 40)
+    skin = skin_of(named("bumpy tube"), taxels=120)
+    points = build_map(skin).taxel_points
+    quick, exact = BodyDistances(skin), _exact(skin)
+    (patch,) = quick.patches
+    assert patch.sources.tolist() == patch.rows.tolist()
+    assert len(set(patch.rows.tolist())) == 40
+    every = np.arange(120)
+    known = BodyDistances.straight(skin.patches[0].taxels.positions)
+    known.patches = (PatchDistances(every, exact, every, exact),)
+    found, true = measure_topography(points, quick), measure_topography(points, known)
+    assert true.stress > 0.02, "the map distorts"
+    assert found.stress == pytest.approx(true.stress, rel=0.1, abs=0.01)
+    assert found.spearman == pytest.approx(true.spearman, abs=0.01)
+    assert found.trustworthiness == pytest.approx(true.trustworthiness, abs=0.003)
+    assert found.continuity == pytest.approx(true.continuity, abs=0.02)
+
+
+@pytest.mark.usefixtures("no_budget")
+def test_rows_are_farthest_from_each_other():
+    skin = skin_of(sheet(), taxels=60)
+    positions = skin.patches[0].taxels.positions
+    rows = topography._spread(positions, 12, np.random.default_rng(0))
+    apart = np.linalg.norm(positions[rows, None] - positions[rows], axis=2)[~np.eye(12, dtype=bool)].min()
+    away = np.linalg.norm(positions[:, None] - positions[rows], axis=2).min(axis=1).max()
+    assert away <= apart
 
 
 @pytest.mark.usefixtures("no_budget")
@@ -57,7 +88,7 @@ def test_every_patch_gets_its_share_of_sources_and_two_at_least():
 def test_the_same_seed_asks_the_same_taxels():
     skin = skin_of(named("saddle"), taxels=40)
     one, same, other = (BodyDistances(skin, sources=4, seed=seed).patches[0] for seed in (3, 3, 4))
-    np.testing.assert_array_equal(one.exact, same.exact)
+    np.testing.assert_array_equal(one.from_sources, same.from_sources)
     assert one.sources.tolist() != other.sources.tolist()
 
 
@@ -94,7 +125,7 @@ def test_where_distances_are_not_exact_neighbours_are_an_arc_apart():
     straight = np.linalg.norm(positions[i] - positions[j], axis=1)
     assert (body.lengths >= straight * (1 - 1e-12)).all()
     assert (body.lengths < 1.05 * straight).all()
-    assert body.lengths.sum() < body.patches[0].exact[i, j].sum()
+    assert body.lengths.sum() < body.patches[0].from_sources[i, j].sum()
 
 
 def test_what_cannot_be_exact_is_said():
@@ -105,14 +136,14 @@ def test_what_cannot_be_exact_is_said():
 def test_a_lone_taxel_has_no_neighbours():
     body = BodyDistances(skin_of(sheet(), taxels=1))
     assert body.pairs.shape == (0, 2)
-    assert body.patches[0].exact.tolist() == [[0.0]]
+    assert body.patches[0].from_sources.tolist() == [[0.0]]
 
 
 def test_taxels_alone_are_measured_through_space():
     positions = np.random.default_rng(0).uniform(0, 0.03, (20, 3))
     body = BodyDistances.straight(positions, first=[0, 12, 20], pair=0.01)
     assert [patch.near.shape for patch in body.patches] == [(12, 12), (8, 8)]
-    assert body.patches[1].exact[2, 5] == pytest.approx(np.linalg.norm(positions[14] - positions[17]))
+    assert body.patches[1].from_sources[2, 5] == pytest.approx(np.linalg.norm(positions[14] - positions[17]))
     expected = {
         (i, j)
         for j in range(20)
@@ -186,7 +217,7 @@ def test_rank_correlation_and_stress_are_those_of_the_definition(cloud):
     points, distances, _ = cloud
     off = ~np.eye(120, dtype=bool)
     on_map = np.linalg.norm(points[:, None] - points[None], axis=2)[off]
-    true = distances.patches[0].exact[off]
+    true = distances.patches[0].from_sources[off]
     shape = measure_topography(points, distances)
     assert shape.spearman == pytest.approx(spearmanr(on_map, true).statistic, abs=1e-12)
     least = minimize_scalar(lambda scale: (((scale * on_map - true) ** 2).sum() / (true**2).sum()) ** 0.5).fun

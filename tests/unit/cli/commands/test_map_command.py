@@ -191,3 +191,4 @@ def test_a_grid_between_two_corners(capsys, cap):
         status, _, err = call(capsys, "map", cap, *wrong)
         assert (status, problem in err) == (2, True), err
     assert call(capsys, "map", cap, "--grid", "4by6")[0] == 2
+    assert call(capsys, "map", cap, "--exact-distances", "0")[0] == 2
