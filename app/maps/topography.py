@@ -15,7 +15,6 @@ from typing import Any
 import numpy as np
 from scipy.spatial import cKDTree
 from scipy.spatial.distance import cdist
-from scipy.stats import rankdata
 
 from app.core.arrays import BoolArray, FloatArray, IntArray, freeze_arrays, readonly
 from app.core.errors import Finding
@@ -383,10 +382,17 @@ def _agreement(points: FloatArray, body: PatchDistances) -> tuple[float | None, 
 
 def _spearman(a: FloatArray, b: FloatArray) -> float | None:
     """Pearson's correlation of the ranks; equal values share their mean rank."""
-    first, second = rankdata(a), rankdata(b)
+    first, second = _ranks(a), _ranks(b)
     first, second = first - first.mean(), second - second.mean()
     size = np.sqrt((first**2).sum() * (second**2).sum())
     return float((first * second).sum() / size) if size > 0 else None
+
+
+def _ranks(values: FloatArray) -> FloatArray:
+    """Places in ascending order. Not by ``scipy.stats``, which takes 0.2 s to import and is used for nothing else."""
+    _, place, counts = np.unique(values, return_inverse=True, return_counts=True)
+    middle: FloatArray = np.cumsum(counts) - 0.5 * (counts - 1)
+    return middle[place]
 
 
 def _between_modules(

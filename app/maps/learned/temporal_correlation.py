@@ -11,7 +11,6 @@ from __future__ import annotations
 import time
 
 import numpy as np
-from scipy.signal import lfilter
 from scipy.sparse import csr_matrix
 
 from app.core.arrays import FloatArray
@@ -59,6 +58,8 @@ def dissimilarity(touch: TouchReadings, *, fading: float) -> FloatArray:
 
 def traces(pressures: csr_matrix, *, fading: float) -> csr_matrix:
     """Sparse (t, k): what is left of each taxel's readings; what has faded to a thousandth of its peak is forgotten."""
+    from scipy.signal import lfilter  # with scipy.stats 0.3 s to import, and few learn a map
+
     left = np.exp(-1.0 / fading) if fading > 1 else 0.0
     trace = lfilter([1.0], [1.0, -left], pressures.toarray(), axis=0)
     return csr_matrix(np.where(trace > _FORGOTTEN * trace.max(axis=0), trace, 0.0))
