@@ -8,6 +8,7 @@
 - ``matching``: which taxel each value is of. ``calibration``: what pressure it means; ``weighing``: by a known weight.
 - ``channel_health``: which channels never change. ``channel_swaps``: which stand in each other's place.
 - ``measured_session``: what a ``Session`` is for a simulation: frames with contacts, events and forces.
+- ``simulated_skin``: what the skin should read in the measured posture, and the difference.
 - ``prepare``: the robot, skin and map that readings are shown on.
 """
 

@@ -3,6 +3,7 @@ from .connection import Connection
 from .measured_session import MeasuredSession
 from .prepare import prepare_measured
 from .readings import Reading, Unit
+from .simulated_skin import SimulatedSkin, SkinDifference
 from .sources.open import open_source
 
 __all__ = [
@@ -10,6 +11,8 @@ __all__ = [
     "Connection",
     "MeasuredSession",
     "Reading",
+    "SimulatedSkin",
+    "SkinDifference",
     "Unit",
     "ValueMode",
     "load_calibration",

@@ -1,0 +1,98 @@
+"""The simulated skin stands in the measured posture, and the difference is what the measured one reads more."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from app.core.errors import LiveError
+from app.live.arrival import Arrived
+from app.live.measured_session import MeasuredSession
+from app.live.prepare import as_measured
+from app.live.readings import Reading, Unit
+from app.live.simulated_skin import SimulatedSkin, SkinDifference
+from app.maps.build import build_map
+from app.scene.scene import Scene
+from app.session.prepare import PreparedScene
+from tests.support.scene_objects import thing
+from tests.support.touch import pair, prepared_bar
+
+GAP = 0.03
+
+
+@cache
+def prepared():
+    robot, skin = pair()
+    return PreparedScene(Scene(name="pair", robot="pair"), robot, skin, build_map(skin))
+
+
+def confined_pressure(overlap):
+    """Where two equal covers meet face to face, each takes half: (1 - v) E / ((1 + v) (1 - 2 v)) strain."""
+    layer = prepared().scene.layer
+    v = layer.poisson
+    return (1 - v) * layer.modulus / ((1 + v) * (1 - 2 * v)) * (overlap / 2) / layer.thickness
+
+
+def frame_of(values, slide, unit=Unit.PASCAL):
+    joint = prepared().robot.joints[0].name
+    return MeasuredSession(as_measured(prepared())).show(
+        Arrived(Reading(0.0, values, unit, joints={joint: slide}), 0.0)
+    )
+
+
+@pytest.mark.parametrize("overlap", [0.001, 0.002])
+def test_two_covers_that_meet_read_what_elasticity_says(overlap):
+    pressures = SimulatedSkin(prepared()).pressures(np.array([GAP + overlap]))
+    assert np.isclose(pressures.max(), confined_pressure(overlap), rtol=1e-6)
+
+
+def test_a_posture_has_no_history():
+    skin = SimulatedSkin(prepared())
+    first = skin.pressures(np.array([0.032]))
+    assert first.max() > 0
+    assert not skin.pressures(np.array([0.0])).any()
+    assert np.array_equal(skin.pressures(np.array([0.032])), first)
+
+
+def test_one_taxel_of_twice_the_gain_differs_by_what_it_should_read():
+    skin = SimulatedSkin(prepared())
+    expected = skin.pressures(np.array([0.032]))
+    taxel = int(np.argmax(expected))
+    same = skin.compare(frame_of(expected, 0.032))
+    assert (same.largest, same.rms) == (0.0, 0.0)
+    doubled = expected.copy()
+    doubled[taxel] *= 2
+    found = skin.compare(frame_of(doubled, 0.032))
+    assert np.allclose(found.difference, np.where(np.arange(len(expected)) == taxel, expected, 0.0))
+    assert np.isclose(found.largest, expected[taxel])
+    assert np.isclose(found.rms, expected[taxel] / np.sqrt(len(expected)))
+
+
+def test_a_difference_keeps_its_sign():
+    found = SkinDifference(np.array([1.0, 0.0]), np.array([0.0, 3.0]))
+    assert found.difference.tolist() == [1.0, -3.0]
+    assert found.largest == 3.0
+
+
+def test_counts_are_refused_as_are_other_skins_and_postures():
+    skin = SimulatedSkin(prepared())
+    with pytest.raises(LiveError, match="without a calibration"):
+        skin.compare(frame_of(np.zeros(80), 0.0, Unit.COUNTS))
+    with pytest.raises(LiveError, match="no posture"):
+        skin.pressures(np.array([np.nan]))
+    with pytest.raises(LiveError, match="no posture"):
+        skin.pressures(np.zeros(2))
+
+
+def test_an_object_of_the_scene_presses_where_it_stands():
+    bar, ball = prepared_bar(), thing("sphere", at=(0.2, 0.0, 0.039))
+    skin = SimulatedSkin(replace(bar, objects=(ball,)))
+    pressures = skin.pressures(np.zeros(1))
+    (patch,) = bar.skin.patches
+    away = np.linalg.norm(patch.taxels.positions - [0.2, 0.0, 0.02], axis=1)
+    assert pressures.max() > 0
+    assert away[pressures > 0].max() < 0.05
+    assert not skin.pressures(np.array([0.5])).any()
