@@ -22,12 +22,14 @@ from app.contacts.events import EVENT_KINDS
 from app.control.command import ControlSettings
 from app.control.controller_registry import TASKS_AT_A_PLACE, effective_settings, has_task
 from app.control.limits import LimitKind
+from app.core.arrays import FloatArray, IntArray
 from app.core.reading_units import ReadingUnits
 from app.session.frame import Frame
 from app.session.prepare import PreparedScene
 from widgets.common.colours import Theme
 from widgets.document.taxel_selection import TaxelSelection
 from widgets.plots.chosen_traces import SourcedTrace, StageAreas, TraceSource
+from widgets.plots.group_traces import GroupPressure, GroupSamples
 from widgets.plots.history import (
     EventHistory,
     LimitHistory,
@@ -39,6 +41,7 @@ from widgets.plots.history import (
 from widgets.plots.plot_board import PlotBoard, PlotCell
 from widgets.plots.plot_choice import STANDARD, PlotChoice, PlotKey, PlotKind
 from widgets.plots.span_strip import EventStrip, LimitStrip
+from widgets.plots.taxel_group_text import TaxelGroup
 from widgets.plots.trace_plots import (
     PLOT_SECONDS,
     ForceTraces,
@@ -65,6 +68,12 @@ _STRETCH = 3
 _FORCE, _ERROR, _SPEED, _LIMITS, _PRESSURE, _TIME, _EVENTS = STANDARD
 _SMALLEST_SPAN = {False: 0.1, True: 0.01}
 """Of the axis of a joint's place: turned [rad], and slid [m]."""
+
+
+def _members(text: str) -> IntArray:
+    """(n,) the taxels of a group that a key names."""
+    group = TaxelGroup.parse(text)
+    return np.array(() if group is None else group.taxels, dtype=np.intp)
 
 
 class PlotGroup(NamedTuple):
@@ -275,6 +284,9 @@ class LivePlots(QWidget):
         if key.kind is PlotKind.EVENT:
             return self._add_strip(key, EventStrip(self._events, self._ages, self._theme, self, only=(key.of,)))
         signed = key.kind in (PlotKind.JOINT, PlotKind.JOINT_SPEED)
+        if key.kind is PlotKind.GROUP_PRESSURE:
+            plot, samples = self._add_plot(key, key.title, 1.0), partial(self._group_pressures, key.of)
+            return GroupPressure(plot, self._theme, name=key.title, source=samples)
         plot = self._add_plot(key, key.title, _SMALLEST_SPAN[self._slides(key.of)] if signed else 1.0)
         source = partial(self._source, key)
         return SourcedTrace(plot, self._theme, name=key.title, source=source, signed=signed)
@@ -292,7 +304,27 @@ class LivePlots(QWidget):
                 known = self._prepared is None or key.of in self._prepared.robot.link_index
                 missing = "" if known else "this robot has no such link"
                 return TraceSource(units.force or "relative", partial(self._links.series, key.of), missing)
+            case PlotKind.GROUP_FORCE:
+                missing = self._no_group(key.of) or ("" if units.force else "no force is known of such readings")
+                return TraceSource(units.force or "N", partial(self._group_force, key.of), missing)
         return self._joint_source(key)
+
+    def _no_group(self, group: str) -> str:
+        """Why there is no such group of taxels; empty where there is."""
+        known = self._prepared is None or int(_members(group).max()) < len(self._prepared.skin)
+        return "" if known else "this skin has no such taxels"
+
+    def _group_force(self, group: str) -> tuple[FloatArray, FloatArray]:
+        """Ages (k,) [s] and the sum of pressure times area (k,) [N]."""
+        taxels, prepared = _members(group), self._prepared
+        if prepared is None or self._units.force is None or self._no_group(group):
+            return np.zeros(0), np.zeros(0)
+        ages, kilopascals = self._pressure.group(taxels)
+        return ages, 1e3 * kilopascals @ prepared.skin.areas[taxels] if len(ages) else np.zeros(0)
+
+    def _group_pressures(self, group: str) -> GroupSamples:
+        ages, values = self._pressure.group(_members(group))
+        return GroupSamples(self._units.unit, ages, values.mean(axis=1), values.max(axis=1), self._no_group(group))
 
     def _joint_source(self, key: PlotKey) -> TraceSource:
         number, speed = self._joint_number(key.of), key.kind is PlotKind.JOINT_SPEED

@@ -14,6 +14,7 @@ from enum import Enum
 
 from app.control.limit_texts import limit_name
 from app.control.limits import LimitKind
+from widgets.plots.taxel_group_text import TaxelGroup
 
 
 class PlotKind(Enum):
@@ -33,6 +34,8 @@ class PlotKind(Enum):
     JOINT_SPEED = "joint-speed"
     LIMIT = "limit"
     EVENT = "event"
+    GROUP_FORCE = "group-force"
+    GROUP_PRESSURE = "group-pressure"
 
 
 @dataclass(frozen=True)
@@ -41,7 +44,8 @@ class PlotKey:
 
     Attributes:
         kind: What it is about.
-        of: Number of the taxel or contact, name of the link, joint, limit or kind of event; empty for a standard plot.
+        of: Number of the taxel or contact, name of the link, joint, limit or kind of event, a ``TaxelGroup`` as text;
+            empty for a standard plot.
     """
 
     kind: PlotKind
@@ -60,6 +64,8 @@ class PlotKey:
         if kind not in known or bool(of) is not (known[kind] in _WITH_SUBJECT):
             return None
         if known[kind] is PlotKind.LIMIT and of not in [limit.value for limit in LimitKind]:
+            return None
+        if known[kind] in _OF_GROUPS and TaxelGroup.parse(of) is None:
             return None
         numbered = known[kind] in (PlotKind.TAXEL, PlotKind.CONTACT)
         return None if numbered and not of.isdecimal() else cls(known[kind], of)
@@ -82,6 +88,10 @@ class PlotKey:
                 return f"Limit: {words}"
             case PlotKind.EVENT:
                 return f"Events: {name}"
+            case PlotKind.GROUP_FORCE:
+                return f"Force on {self.of.rpartition('=')[0]}"
+            case PlotKind.GROUP_PRESSURE:
+                return f"Pressure on {self.of.rpartition('=')[0]}"
         return _TITLES[self.kind]
 
 
@@ -94,6 +104,7 @@ _TITLES = {
     PlotKind.TIME: "Time per tick",
     PlotKind.EVENTS: "Contact events",
 }
+_OF_GROUPS = frozenset({PlotKind.GROUP_FORCE, PlotKind.GROUP_PRESSURE})
 _WITH_SUBJECT = frozenset(PlotKind) - frozenset(_TITLES)
 STANDARD = tuple(PlotKey(kind) for kind in _TITLES)
 """From left to right, where nobody has moved them."""

@@ -406,6 +406,12 @@ class PressureTraces:
         ages, traces = self._taxels.traces(np.array([taxel]))
         return ages, traces[:, 0]
 
+    def group(self, taxels: IntArray) -> tuple[FloatArray, FloatArray]:
+        """Ages (k,) [s] and pressures (k, n) [kPa] of these (n,); none where the skin lacks one of them."""
+        if not len(taxels) or int(taxels.max()) >= self._taxels.count:
+            return np.zeros(0), np.zeros((0, max(len(taxels), 1)))
+        return self._taxels.traces(taxels)
+
     @property
     def _many(self) -> bool:
         return len(self._selected) > len(TAXEL_COLOURS)

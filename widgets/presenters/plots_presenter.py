@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
+from itertools import chain, count
 from pathlib import Path
 
 from PySide6.QtCore import QObject
@@ -15,6 +17,7 @@ from widgets.document.taxel_search import find_taxels
 from widgets.panels.touch.events_panel import EventsPanel
 from widgets.plots.plot_choice import PlotChoice, PlotKey, PlotKind
 from widgets.plots.plot_chooser import PlotChooser
+from widgets.plots.taxel_group_text import TaxelGroup
 
 _MOST_TAXELS = 20
 """Found by one text and listed."""
@@ -69,6 +72,22 @@ class PlotsPresenter(QObject):
         """Have a plot shown, and the plots with it."""
         self._show_plots()
         self._plots.add_plot(key)
+
+    def ask_group(self, taxels: Sequence[int]) -> None:
+        """Ask for a name of these taxels, then have the force on them and their pressure shown."""
+        text, name = f"Name of these {len(taxels)} taxels:", f"{len(taxels)} taxels"
+        taken = {key.title for key in self._plots.choice.order}
+        name = next(
+            one for one in chain((name,), (f"{name} ({n})" for n in count(2))) if f"Force on {one}" not in taken
+        )
+        then = partial(self._plot_group, tuple(taxels))
+        self._context.dialogs.ask_text("group-name", "Plot this group", text, then, value=name)
+
+    def _plot_group(self, taxels: tuple[int, ...], name: str) -> None:
+        if name.strip():
+            group = TaxelGroup(name.strip(), taxels).text
+            for kind in (PlotKind.GROUP_FORCE, PlotKind.GROUP_PRESSURE):
+                self.plot(PlotKey(kind, group))
 
     def _show_plots(self) -> None:
         """Even where the curves of a whole recording are in their place."""

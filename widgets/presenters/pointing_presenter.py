@@ -329,6 +329,15 @@ def _plot_taxel(presenter: PointingPresenter, pointed: Pointed) -> None:
         presenter.context.views.select_taxel(pointed.taxel)
 
 
+def _plot_group_words(presenter: PointingPresenter, pointed: Pointed) -> str:
+    count = len(presenter.context.views.selection.taxels)
+    return f"Plot this group of {count} taxels…" if pointed.taxel is not None and count > 1 else ""
+
+
+def _plot_group(presenter: PointingPresenter, _pointed: Pointed) -> None:
+    presenter.plots.ask_group(presenter.context.views.selection.taxels.tolist())
+
+
 def _plot_link_words(presenter: PointingPresenter, pointed: Pointed) -> str:
     prepared = presenter.context.session.prepared
     skinned = prepared is not None and any(patch.link == pointed.link for patch in prepared.skin.patches)
@@ -502,6 +511,7 @@ POINTED_ACTIONS = (
     PointedAction("path", _path_words, _start_path),
     PointedAction("plot", _plot_words, _plot),
     PointedAction("plot-taxel", _plot_taxel_words, _plot_taxel),
+    PointedAction("plot-group", _plot_group_words, _plot_group),
     PointedAction("plot-link", _plot_link_words, _plot_link),
     PointedAction("plot-joint", _plot_joint_words, _plot_joint),
     PointedAction("frame", _frame_words, _frame),

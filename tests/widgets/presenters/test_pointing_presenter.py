@@ -6,14 +6,16 @@ import numpy as np
 import pytest
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QMenu
+from PySide6.QtWidgets import QApplication, QInputDialog, QMenu
 
 from app.geometry.mesh import SurfacePoint
 from app.recording.player import RecordingPlayer
 from app.recording.verify import verify
-from tests.widgets.support.window_driver import run, visible_skin
+from tests.widgets.support.window_driver import press_map, run, visible_skin
+from widgets.common.tool_kinds import SelectionMode
+from widgets.document.taxel_selection import SelectionUpdate
 from widgets.interaction.pointed_at import PointedAt
-from widgets.plots.plot_choice import PlotChoice
+from widgets.plots.plot_choice import PlotChoice, PlotKey
 from widgets.presenters.pointing_presenter import POINTED_ACTIONS
 from widgets.tools.map_editing.mesh_picking import present_seams, seam_runs
 from widgets.tools.map_editing.pin_tool import with_pins
@@ -208,3 +210,32 @@ def test_a_seam_is_erased_where_it_is_pointed_at_and_only_there(window):
     action.act(pointing, seam)
     assert not np.array_equal(present_seams(window.editor.document, patch), before)
     window.editor.undo()
+
+
+def test_selected_taxels_are_plotted_as_a_group_under_a_name(window):
+    _, places = pixels(window)
+    skin, selection = window.live.prepared.skin, window.views.selection
+    taxels = np.arange(60, 80)
+    selection.take(SelectionUpdate(taxels, SelectionMode.REPLACE))
+    choose(right_click(window, "map", places["map"]), "plot-group")
+    asked = window.findChild(QInputDialog, "group-name")
+    asked.setTextValue("palm: left")
+    asked.accept()
+    selection.clear()
+    assert "plot-group" not in names(right_click(window, "map", places["map"]))
+    window.presenters.pointing.menu.close()
+    assert window.plots.shown[-2:] == ("group-force:palm: left=60-79", "group-pressure:palm: left=60-79")
+    pixel = press_map(window, 70)
+    run(window, 0.3)
+    pressed = window.live.shown.pressures[taxels]
+    QTest.mouseRelease(window.map_view.viewport(), LEFT, pos=pixel)
+    assert pressed.max() > 0
+    force, mean, highest = (
+        series.values[-1]
+        for key in window.plots.shown_keys[-2:]
+        for series in window.plots._parts[PlotKey.parse(key.text)].series()
+    )
+    assert force == pytest.approx(pressed @ skin.areas[taxels], rel=1e-5)
+    assert (mean, highest) == pytest.approx((1e-3 * pressed.mean(), 1e-3 * pressed.max()), rel=1e-5)
+    again = PlotChoice.from_text(window.plots.choice.to_text())
+    assert again.order == window.plots.choice.order, "kept with the layout"
