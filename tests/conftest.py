@@ -33,5 +33,7 @@ if not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
     os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
 os.environ.setdefault("QT_API", "pyside6")
+# What a test prepares is made by the code as it is in that test, and the user's own folder is left alone.
+os.environ["TACTILE_MAPS_CACHE"] = "off"
 
 pytest_plugins = ["tests.support.bounded_process", "tests.support.cpu_report", "tests.support.default_cases"]

@@ -15,23 +15,6 @@ from app.cli.output import print_error, print_json
 from app.cli.parser import build_parser
 from app.core.errors import TactileMapsError, UsageError, describe_unexpected_error
 
-COMMANDS = (
-    "map",
-    "inspect",
-    "run",
-    "listen",
-    "weigh",
-    "replay",
-    "recover",
-    "trim",
-    "export",
-    "compare",
-    "study",
-    "gui",
-    "guide",
-    "screenshot",
-    "film",
-)
 OpenWindow = Callable[[argparse.Namespace], int]
 
 

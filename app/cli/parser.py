@@ -32,6 +32,7 @@ def build_parser() -> argparse.ArgumentParser:
     _add_study(commands)
     _add_guide(commands)
     _add_desktop(commands)
+    _add_cache(commands)
     return parser
 
 
@@ -123,6 +124,12 @@ def _add_desktop(commands: argparse._SubParsersAction) -> None:  # type: ignore[
     desktop = commands.add_parser("desktop", help="put the window into the menu of a Linux desktop, for this user")
     desktop.add_argument("--remove", action="store_true", help="take it out again")
     _json(desktop)
+
+
+def _add_cache(commands: argparse._SubParsersAction) -> None:  # type: ignore[type-arg]
+    cache = commands.add_parser("cache", help="prepared robots, skins and maps that are kept on disk")
+    cache.add_argument("--clear", action="store_true", help="remove them")
+    _json(cache)
 
 
 def _add_file_commands(commands: argparse._SubParsersAction) -> None:  # type: ignore[type-arg]

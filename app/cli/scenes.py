@@ -10,6 +10,7 @@ from app.core.errors import SkinError, UsageError
 from app.scene.scene import Scene, with_package_roots
 from app.scene.scene_file import scene_for, scene_for_taxels, scene_names, with_taxels
 from app.session.prepare import open_scene
+from app.session.prepared_cache import load_robot_cached
 from app.skin.formats.import_skin import NO_ROBOT, holds_taxels
 from app.stimuli.stimulus_file import load_stimuli
 
@@ -53,10 +54,14 @@ def _named_scene(arguments: argparse.Namespace) -> Scene:
     if name and is_skin_folder(name):
         return with_taxels(scene_for(robot), name) if robot else scene_for_taxels(name)
     if name and robot:
-        scene = open_scene(name, package_roots=package_roots(arguments))
+        scene = open_scene(name, package_roots=package_roots(arguments), load=load_robot_cached)
         cover = replace(scene.cover, links=())
         return replace(scene, robot=robot, cover=cover, stimuli=scene_for(robot).stimuli, motion=())
-    return open_scene(name, package_roots=package_roots(arguments)) if name else scene_for(robot or "arm")
+    return (
+        open_scene(name, package_roots=package_roots(arguments), load=load_robot_cached)
+        if name
+        else scene_for(robot or "arm")
+    )
 
 
 def is_skin_folder(name: str) -> bool:

@@ -22,6 +22,7 @@ import zipfile
 import zlib
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
+from contextvars import ContextVar
 from itertools import chain, count
 from pathlib import Path
 from typing import IO, Any, BinaryIO
@@ -49,6 +50,20 @@ _KINDS: Mapping[int, str] = {
 }
 
 
+_READ: ContextVar[list[Path] | None] = ContextVar("files read", default=None)
+
+
+@contextmanager
+def files_read() -> Iterator[list[Path]]:
+    """The absolute paths of the files that are opened to be read in the block, in that order; filled as they are."""
+    read: list[Path] = []
+    token = _READ.set(read)
+    try:
+        yield read
+    finally:
+        _READ.reset(token)
+
+
 @contextmanager
 def open_regular_file(path: Path, *, error: type[TactileMapsError]) -> Iterator[BinaryIO]:
     """A file to read from; a pipe or device, which may never end or never begin, is refused at once.
@@ -66,6 +81,8 @@ def open_regular_file(path: Path, *, error: type[TactileMapsError]) -> Iterator[
             if kind != stat.S_IFREG:
                 value = _KINDS.get(kind, "something else")
                 raise error("this is not a file", file=path, value=value, remedy="Name a file; copy a stream into one")
+            if (read := _READ.get()) is not None:
+                read.append(path.absolute())
             with open(descriptor, "rb", closefd=False) as stream:
                 yield stream
         finally:

@@ -210,6 +210,11 @@ def check_members(plugin: Plugin, value: object, *members: str) -> None:
         raise plugin.error(f"its {type(value).__name__} has no {', '.join(missing)}")
 
 
+def has_plugins(kind: str) -> bool:
+    """Whether any are installed; nothing is imported for the answer."""
+    return bool(_found(kind))
+
+
 def _found(kind: str) -> tuple[EntryPoint, ...]:
     return _all_found(tuple(sys.path)).get(kind, ())
 

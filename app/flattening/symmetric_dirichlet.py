@@ -272,7 +272,9 @@ class SymmetricDirichlet:
         # The stable form of the smaller positive root of a t² + b t + c with c > 0.
         denominator = -b + np.sqrt(np.maximum(under, 0.0))
         real = (under >= 0) & (denominator > 0)
-        times = 2 * c[real] / denominator[real]
+        # A root past the largest number is infinity: a step of 1e-280 takes no face's area.
+        with np.errstate(over="ignore"):
+            times = 2 * c[real] / denominator[real]
         return float(times.min()) if len(times) else float("inf")
 
 

@@ -14,7 +14,8 @@ from app.robots.kinematics import Configuration
 from app.scene.object_meshes import make_objects
 from app.scene.objects import ObjectSpec
 from app.scene.scene_file import load_scene
-from app.session.prepare import PreparedScene, prepare
+from app.session.prepare import PreparedScene
+from app.session.prepared_cache import prepare_cached
 from app.session.session import Session
 
 BALL_RADIUS = 0.03
@@ -35,7 +36,7 @@ def prepared_arm(taxels: int) -> PreparedScene:
     Cost: 1 s for 1000 taxels, once.
     """
     scene = load_scene("arm")
-    return prepare(replace(scene, cover=replace(scene.cover, links=("forearm",), taxels=taxels), stimuli=()))
+    return prepare_cached(replace(scene, cover=replace(scene.cover, links=("forearm",), taxels=taxels), stimuli=()))
 
 
 def session_beside_ball(

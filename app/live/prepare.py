@@ -10,7 +10,8 @@ from app.core.files import MAX_UNPACKED_BYTES, array_format, read_bounded_file
 from app.core.progress import Progress, no_progress
 from app.maps.formats.map_file import load_map
 from app.scene.scene import Scene
-from app.session.prepare import PreparedScene, load_robot_and_skin, prepare
+from app.session.prepare import PreparedScene, load_robot_and_skin
+from app.session.prepared_cache import prepare_cached
 from app.skin.skin_file import MAP_FORMAT
 
 MEASURED_TICK = 1e-4
@@ -29,7 +30,7 @@ def prepare_measured(scene: Scene, *, progress: Progress = no_progress) -> Prepa
     """
     scene = as_measured_scene(scene)
     if not (scene.taxel_file and _is_map(Path(scene.taxel_file))):
-        return prepare(scene, progress=progress)
+        return prepare_cached(scene, progress=progress)
     robot, _skin = load_robot_and_skin(scene, progress=progress)  # checks that the robot has the links
     map_ = load_map(scene.taxel_file)
     progress("Done", 1.0)

@@ -21,9 +21,9 @@ from mcap.writer import Writer
 
 from app.core.errors import RecordingError
 from app.core.files import open_regular_file
-from app.recording.bundle import MEDIA_TYPES
 from app.recording.message_codecs import TOPICS
 from app.recording.viewer_messages import ENCODING, Schema
+from app.session.bundle import MEDIA_TYPES
 
 FORMAT = "10"
 """Of the messages; another one is not read."""

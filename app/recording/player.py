@@ -15,11 +15,12 @@ from app.contacts.events import RECENT_EVENTS
 from app.core.arrays import refreeze
 from app.core.errors import RecordingError
 from app.core.progress import Progress, no_progress
-from app.recording import bundle, mcap_file
+from app.recording import mcap_file
 from app.recording.annotations import Annotations, annotations_in, load_annotations
 from app.recording.damage import RecordingDamage
 from app.recording.frame_codec import decode_frame
 from app.recording.messages import read_messages
+from app.session import bundle
 from app.session.frame import Frame
 from app.session.inputs import MapEdited
 from app.session.runtime_settings import RuntimeSettings, runtime_settings_at

@@ -11,10 +11,10 @@ from mcap.writer import CompressionType, Writer
 from app.core.errors import RecordingError
 from app.core.files import open_atomically
 from app.recording import mcap_file
-from app.recording.bundle import DAMAGED, unpack_scene
 from app.recording.damage import DamageKind, RecordingDamage
 from app.recording.messages import damage_entry, read_messages
 from app.recording.viewer_messages import viewer_schemas
+from app.session.bundle import DAMAGED, unpack_scene
 from app.session.prepare import PreparedScene
 
 

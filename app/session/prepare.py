@@ -6,7 +6,7 @@ line. ``prepare`` loads the robot, puts on its skin and makes the map.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -92,7 +92,7 @@ def load_robot_and_skin(scene: Scene, *, progress: Progress = no_progress) -> tu
         robot, alone = _skin_alone(scene)
         return robot, add_grids(robot, alone, scene.grids, thickness=scene.cover.thickness)
     progress(f"Loading {scene.robot}", 0.0)
-    robot = load_robot(scene.robot, package_roots=scene.package_roots)
+    robot = load_robot_of(scene)
     skin: Skin | None = None
     if scene.taxel_file:
         progress("Importing taxels", 0.1)
@@ -127,12 +127,23 @@ def _need_taxel_file(scene: Scene) -> None:
         raise SceneError("there is neither a robot nor a skin", file=scene.name, place="robot", remedy=remedy)
 
 
-def open_scene(name: str, *, package_roots: Sequence[str] = ()) -> Scene:
+def load_robot_of(scene: Scene) -> Robot:
+    """The robot that a scene names; errors as ``load_robot``."""
+    return load_robot(scene.robot, package_roots=scene.package_roots)
+
+
+def open_scene(
+    name: str,
+    *,
+    package_roots: Sequence[str] = (),
+    load: Callable[[Scene], Robot] = load_robot_of,
+) -> Scene:
     """The scene of that name or file, as ``load_scene``; in a file, also names of joints, settings and files are right.
 
     Args:
         name: Of a shipped scene, or a path.
         package_roots: Joined to those the scene names.
+        load: Gives the robot of a scene, which is checked against it.
 
     Raises:
         SceneError: There is none, or it has a mistake; the message names the line and the key.
@@ -142,13 +153,13 @@ def open_scene(name: str, *, package_roots: Sequence[str] = ()) -> Scene:
     if name in scene_names():
         return load_scene(name)
     return with_package_roots(
-        load_scene(name, check=lambda scene: _check(with_package_roots(scene, package_roots))), package_roots
+        load_scene(name, check=lambda scene: _check(with_package_roots(scene, package_roots), load)), package_roots
     )
 
 
-def _check(scene: Scene) -> None:
+def _check(scene: Scene, load: Callable[[Scene], Robot]) -> None:
     """Refuse what a session of the scene would refuse, with its place in the scene."""
-    robot = _checked_robot(scene)
+    robot = _checked_robot(scene, load)
     if scene.taxel_file:
         _check_taxels(scene, robot)
     elif robot is not None:
@@ -170,12 +181,12 @@ def _check(scene: Scene) -> None:
     make_objects(scene)
 
 
-def _checked_robot(scene: Scene) -> Robot | None:
+def _checked_robot(scene: Scene, load: Callable[[Scene], Robot]) -> Robot | None:
     if scene.robot == NO_ROBOT:
         _need_taxel_file(scene)
         return None
     try:
-        return load_robot(scene.robot, package_roots=scene.package_roots)
+        return load(scene)
     except TactileMapsError as error:
         raise error.at(kind=SceneError, place="robot", value=error.value or scene.robot) from error
 

@@ -23,27 +23,31 @@ if __name__ == "__main__":
     app.processEvents()
     window.close()
 """,
-    "window alive with the arm": """
-from app.session.prepare import prepare
+    "imports of the window": "import widgets.window.application",
+    **{
+        f"window alive with {scene}, kept on disk": f"""
+from app.session.prepared_cache import prepare_cached
 from app.scene.scene_file import load_scene
 from widgets.window.application import make_application, picture_window
 if __name__ == "__main__":
     app = make_application()
     window = picture_window("dark", (1400, 900))
-    window.live.show_prepared(prepare(load_scene("arm")))
+    window.live.show_prepared(prepare_cached(load_scene("{scene}")))
     app.processEvents()
     window.robot_view.display.draw_now()
     window.close()
-""",
+"""
+        for scene in ("arm", "ur5e", "icub_whole")
+    },
 }
 
 
-def _run(code: str) -> None:
-    environment = {**os.environ, "QT_QPA_PLATFORM": "offscreen"}
+def _run(code: str, kept: Path) -> None:
+    environment = {**os.environ, "QT_QPA_PLATFORM": "offscreen", "TACTILE_MAPS_CACHE": str(kept)}
     done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, env=environment, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
 
 
 @pytest.mark.parametrize("what", CODES)
-def test_start_up(benchmark, what):
-    benchmark.pedantic(_run, args=(CODES[what],), rounds=5, warmup_rounds=1)
+def test_start_up(benchmark, what, tmp_path):
+    benchmark.pedantic(_run, args=(CODES[what], tmp_path), rounds=5, warmup_rounds=1)

@@ -27,13 +27,14 @@ from app.geometry.mesh import Mesh
 from app.maps.build import build_map
 from app.maps.formats.map_file import save_map
 from app.maps.formats.obj import write_map_obj
-from app.recording import bundle, mcap_file
+from app.recording import mcap_file
 from app.recording.message_codecs import TOPICS
 from app.recording.player import open_recording
 from app.recording.recorder import Recorder
 from app.robots.formats.mesh_files import to_msh
 from app.robots.mujoco_spec import compile_spec, robot_spec
 from app.scene.scene_file import load_scene, scene_to_toml
+from app.session import bundle
 from app.session.session import Session
 from app.skin.formats.icub_layout import write_icub_layout
 from app.skin.formats.taxel_files import WRITTEN_ENDINGS, write_taxels

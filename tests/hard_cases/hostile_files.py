@@ -13,7 +13,6 @@ from app.editing.document_file import load_document
 from app.maps.build import build_map
 from app.maps.formats.map_file import load_map
 from app.maps.formats.obj import read_obj
-from app.recording.bundle import robot_from_zip
 from app.recording.player import open_recording
 from app.robots.formats.mesh_files import MESH_SUFFIXES, read_mesh
 from app.robots.formats.mjcf import load_mjcf
@@ -21,6 +20,7 @@ from app.robots.formats.urdf import load_urdf
 from app.robots.load import load_robot_file
 from app.robots.mujoco_spec import compile_spec, robot_spec
 from app.scene.scene_file import load_scene
+from app.session.bundle import robot_from_zip
 from app.session.prepare import open_scene
 from app.skin.formats.csv_table import read_table
 from app.skin.formats.icub_layout import read_icub_layout

@@ -36,6 +36,7 @@ from app.session.inputs import (
     SessionInput,
 )
 from app.session.prepare import PreparedScene
+from app.session.prepared_cache import find_prepared
 from app.session.session import Session
 from app.stimuli.stimuli_from_pokes import stimuli_from_pokes
 from app.stimuli.stimulus import Stimulus
@@ -277,7 +278,20 @@ class LiveSession(QObject):
             file: Where it was read; what it names is then checked too, and errors name its line.
         """
         self.loading.emit(f"Opening {scene.robot}", 0.0)
+        if file is None and self._show_kept(scene):
+            return
         self.worker.prepare(scene if file is None else OpenScene(file, scene.package_roots))
+
+    def _show_kept(self, scene: Scene) -> bool:
+        """Whether robot, skin and map are kept from before: shown at once then, sooner than a process starts."""
+        try:
+            kept = find_prepared(scene)
+        except TactileMapsError:
+            return False  # the worker says it
+        if kept is not None:
+            self.worker.drop()
+            self.show_prepared(kept)
+        return kept is not None
 
     def open_recording(self, path: str | Path) -> None:
         """Read a recording; what is shown goes on until it is ready."""

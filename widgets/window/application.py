@@ -15,7 +15,7 @@ from types import TracebackType
 
 from app.core.progress import Progress, no_progress
 from app.scene.scene import Scene
-from app.session.prepare import prepare
+from app.session.prepared_cache import prepare_cached
 
 # Off-screen rendering must not look for an X server; VTK reads this when it is imported, below.
 os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
@@ -93,7 +93,7 @@ def screenshot(
         TactileMapsError: The scene cannot be prepared, or the picture not be written.
     """
     os.environ["QT_QPA_PLATFORM"] = "offscreen"
-    prepared = prepare(scene, progress=progress)
+    prepared = prepare_cached(scene, progress=progress)
     app = make_application()
     apply_theme(app, THEMES[theme])
     window = picture_window(theme, size)
@@ -134,7 +134,7 @@ def figure(
     spec = FigureSpec(*size, dpi, FigureColours(colours))  # said before anything is prepared
     check_figure_kind(path)
     os.environ["QT_QPA_PLATFORM"] = "offscreen"
-    prepared = prepare(scene, progress=progress)
+    prepared = prepare_cached(scene, progress=progress)
     app = make_application()
     apply_theme(app, THEMES["dark" if colours == "dark" else "light"])
     window = picture_window("dark" if colours == "dark" else "light", (1400, 900))

@@ -12,7 +12,8 @@ from app.core.errors import TactileMapsError
 from app.editing.reflatten import ReflattenRequest, ReflattenResult, reflatten
 from app.recording.player import RecordingPlayer
 from app.scene.scene import Scene
-from app.session.prepare import PreparedScene, open_scene, prepare
+from app.session.prepare import PreparedScene, open_scene
+from app.session.prepared_cache import load_robot_cached, prepare_cached
 from widgets.workers.worker_process import Reply, RequestHandler, Result, SourceToken, WorkerProcess
 
 _DIED_PREPARING = (
@@ -51,12 +52,10 @@ def make_handler() -> RequestHandler:
             tell("progress", (text, done))
 
         if isinstance(request, Scene):
-            tell("prepared", prepare(request, progress=progress))
+            tell("prepared", prepare_cached(request, progress=progress))
         elif isinstance(request, OpenScene):
-            tell(
-                "prepared",
-                prepare(open_scene(str(request.path), package_roots=request.package_roots), progress=progress),
-            )
+            scene = open_scene(str(request.path), package_roots=request.package_roots, load=load_robot_cached)
+            tell("prepared", prepare_cached(scene, progress=progress))
         elif isinstance(request, OpenRecording):
             tell("opened", RecordingPlayer(request.path, progress=progress))
         elif isinstance(request, ReflattenRequest):
@@ -135,6 +134,14 @@ class SceneWorker(QObject):
             self.process.close()
         self._task, self._token = task, token
         self.process.send(task, token)
+
+    def drop(self) -> None:
+        """Drop whatever is being done: a scene that needs no worker takes its place."""
+        editing, token = self.editing, self._token
+        if self._task is not None:
+            self._drop()
+        if editing:
+            self.edit_failed.emit(Result(token, ""))
 
     def cancel(self) -> None:
         """Drop what is being opened, and be ready for the next request."""

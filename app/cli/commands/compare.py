@@ -17,7 +17,8 @@ from app.core.errors import RecordingError, UsageError, did_you_mean
 from app.core.files import write_atomically
 from app.recording.player import RecordingPlayer
 from app.session.inputs import ControlChanged, SessionInput
-from app.session.prepare import PreparedScene, open_scene, prepare
+from app.session.prepare import PreparedScene, open_scene
+from app.session.prepared_cache import load_robot_cached, prepare_cached
 from app.studies.controller_comparison import (
     Contender,
     ControllerMetrics,
@@ -94,8 +95,8 @@ def _stimulus(
         player = RecordingPlayer(name)
         begun = [act.settings for _, act in player.inputs if isinstance(act, ControlChanged)]
         return player.prepared, player.inputs, begun[0] if begun else ControlSettings(), float(player.times[-1])
-    scene = open_scene(name, package_roots=roots)
-    return prepare(scene, progress=progress_line()), None, settings_from(dict(scene.control)), SCRIPT_SECONDS
+    scene = open_scene(name, package_roots=roots, load=load_robot_cached)
+    return prepare_cached(scene, progress=progress_line()), None, settings_from(dict(scene.control)), SCRIPT_SECONDS
 
 
 def _write(folder: str | None, traces: Sequence[ControllerTrace]) -> Path | None:

@@ -21,7 +21,8 @@ from app.robots.library import load_robot
 from app.robots.robot import Robot
 from app.scene.scene import Scene
 from app.scene.scene_file import scene_names
-from app.session.prepare import open_scene, prepare
+from app.session.prepare import open_scene
+from app.session.prepared_cache import load_robot_cached, prepare_cached
 from app.skin.formats.icub_layout import read_icub_layout
 from app.skin.formats.import_skin import TAXEL_ENDINGS, holds_taxels, is_own_skin, is_robot_with_taxels
 from app.skin.formats.taxel_files import read_taxel_sets, taxel_format_for
@@ -94,7 +95,7 @@ def describe(name: str, *, package_roots: Sequence[str] = ()) -> dict[str, Any]:
     if ending == ".ini":
         return _layout(name)
     if ending == ".toml" or name in scene_names():
-        return _scene(open_scene(name, package_roots=package_roots))
+        return _scene(open_scene(name, package_roots=package_roots, load=load_robot_cached))
     if taxel_format_for(Path(name)) is not None:
         return _taxel_file(name)
     return {"kind": "robot", **_robot(load_robot(name, package_roots=package_roots))}
@@ -142,7 +143,7 @@ def _skin(skin: Skin) -> dict[str, Any]:
 
 
 def _scene(scene: Scene) -> dict[str, Any]:
-    prepared = prepare(scene, progress=progress_line())
+    prepared = prepare_cached(scene, progress=progress_line())
     costs = ablation_cost(prepared)
     effects = [
         {

@@ -13,7 +13,8 @@ from app.cli.scenes import scene_from_arguments
 from app.core.errors import SimulationError
 from app.recording.recorder import Recorder
 from app.session.frame import Frame
-from app.session.prepare import PreparedScene, prepare
+from app.session.prepare import PreparedScene
+from app.session.prepared_cache import prepare_cached
 from app.session.session import Session
 from app.tactile.contact_notes import ContactNote, ContactNoteKind, contact_note_text
 
@@ -23,7 +24,7 @@ def execute(arguments: argparse.Namespace) -> int:
     scene = scene_from_arguments(arguments)
     for lack in scene.decision.warnings:
         print_warning(f"{lack.where}: {lack.action}")
-    prepared = prepare(scene, progress=progress_line())
+    prepared = prepare_cached(scene, progress=progress_line())
     with ExitStack() as closing:
         recorder = closing.enter_context(_recorder(prepared, arguments)) if arguments.output else None
         session = Session(prepared, effects=scene.unattended.effects)

@@ -11,7 +11,6 @@ from mcap.reader import make_reader
 from mcap.writer import CompressionType, Writer
 
 from app.core.errors import RecordingError
-from app.recording.bundle import unpack_scene
 from app.recording.damage import DamageKind, Hole, RecordingDamage, damage_text, find_losses, lost_at_end
 from app.recording.mcap_file import add_viewer_channels, begin_recording, chunk_messages, read_recording
 from app.recording.message_codecs import TOPICS
@@ -19,6 +18,7 @@ from app.recording.player import RecordingPlayer
 from app.recording.recover import recover
 from app.recording.verify import verify
 from app.recording.viewer_messages import viewer_schemas
+from app.session.bundle import unpack_scene
 
 FIRST, LAST = 51, 250
 """Ticks of the fixture's frames."""

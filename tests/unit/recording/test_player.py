@@ -14,7 +14,6 @@ from mcap.reader import make_reader
 
 from app.core.errors import Finding, RecordingError
 from app.core.files import pack_array, pack_arrays
-from app.recording.bundle import objects_from_bytes, objects_to_bytes, robot_from_zip, robot_to_zip
 from app.recording.mcap_file import chunk_messages, read_recording
 from app.recording.player import RecordingPlayer
 from app.recording.recorder import Recorder
@@ -23,6 +22,7 @@ from app.robots.formats.mjcf import load_mjcf
 from app.robots.robot import Joint
 from app.scene.object_meshes import primitive_mesh
 from app.scene.objects import ObjectSpec, SceneObject
+from app.session.bundle import objects_from_bytes, objects_to_bytes, robot_from_zip, robot_to_zip
 from app.session.inputs import EffectsChanged
 from app.skin.skin import TaxelIdentity
 from tests.support.recordings import record
@@ -141,7 +141,7 @@ def test_a_robot_that_climbs_out_is_refused(prepared, name):
 
 
 def test_a_bomb_is_refused_before_it_is_unpacked(prepared, monkeypatch):
-    monkeypatch.setattr("app.recording.bundle._MAX_UNPACKED", 50_000_000)
+    monkeypatch.setattr("app.session.bundle._MAX_UNPACKED", 50_000_000)
     with pytest.raises(RecordingError, match="implausible size"):
         robot_from_zip(_with_member(prepared.robot, "assets/zeros", bytes(60_000_000)), file="x.mcap")
 

@@ -9,13 +9,17 @@ import pytest
 
 from app.control.command import ControlSettings
 from app.recording.player import RecordingPlayer
+from app.scene.scene_file import load_scene
 from app.session.inputs import MapEdited
+from app.session.prepared_cache import FOLDER_VARIABLE, prepare_cached
+from app.skin.cover import CoverSpec
 from app.tactile.poke import PokePressed
 from tests.widgets.support.samples import shifted
 from tests.widgets.support.window_driver import blow_up
 from widgets.session.backends import INLINE
 from widgets.session.live_session import LiveSession
 from widgets.workers.cost_worker import CostWorker
+from widgets.workers.scene_worker import SceneWorker
 
 
 @pytest.fixture
@@ -276,3 +280,19 @@ def test_the_thread_is_the_default_and_ends(qtbot, prepared):
     assert not thread.is_alive()
     live.deleteLater()
     gc.collect()
+
+
+def test_what_is_kept_on_disk_is_shown_without_a_worker(qtbot, tmp_path, monkeypatch):
+    """A worker that is busy with another scene, or an edit, gives way."""
+    monkeypatch.setenv(FOLDER_VARIABLE, str(tmp_path))
+    scene = replace(load_scene("view"), cover=CoverSpec(links=("hand",), taxels=20))
+    prepare_cached(scene)
+    live = LiveSession(backends=replace(INLINE, worker=SceneWorker))
+    shown = []
+    live.prepared_changed.connect(shown.append)
+    live.worker.prepare(replace(scene, cover=replace(scene.cover, taxels=21)))
+    live.open_scene(scene)
+    assert [len(each.skin) for each in shown] == [20]
+    assert not live.worker.busy
+    live.close()
+    live.deleteLater()

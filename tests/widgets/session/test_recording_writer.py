@@ -10,10 +10,10 @@ from pathlib import Path
 import pytest
 
 from app.core.errors import RecordingError
-from app.recording.bundle import pack_scene
 from app.recording.player import RecordingPlayer
 from app.recording.recorder import Recorder
 from app.recording.verify import verify
+from app.session.bundle import pack_scene
 from app.session.session import Session
 from app.tactile.poke import Finger, PokePressed
 from widgets.session import recording_writer

@@ -1,0 +1,201 @@
+"""A prepared scene that is kept is the one that would be made now, or it is not used."""
+
+from __future__ import annotations
+
+import os
+import zipfile
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from app.core.errors import MapError
+from app.core.files import unpack_arrays
+from app.maps.formats.map_file import map_to_bytes
+from app.scene.objects import ObjectSpec
+from app.scene.scene import Scene
+from app.scene.scene_file import load_scene
+from app.session import prepared_cache
+from app.session.prepare import PreparedScene, prepare
+from app.session.prepared_cache import (
+    FOLDER_VARIABLE,
+    cache_content,
+    clear_cache,
+    find_prepared,
+    load_robot_cached,
+    prepare_cached,
+)
+from app.session.session import Session
+from app.skin.cover import CoverSpec
+
+BAR = """<mujoco model="bar"><compiler angle="radian"/><asset><mesh name="m" file="bar.obj"/></asset><worldbody>
+<body name="bar"><inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/><joint name="hinge" range="-1 1"/>
+<geom type="mesh" mesh="m"/></body></worldbody></mujoco>"""
+CUBE = """v 0 0 0\nv {x} 0 0\nv {x} .1 0\nv 0 .1 0\nv 0 0 .1\nv {x} 0 .1\nv {x} .1 .1\nv 0 .1 .1
+f 1 3 2\nf 1 4 3\nf 5 6 7\nf 5 7 8\nf 1 2 6\nf 1 6 5\nf 2 3 7\nf 2 7 6\nf 3 4 8\nf 3 8 7\nf 4 1 5\nf 4 5 8\n"""
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path, monkeypatch) -> Path:
+    """Where this test keeps its scenes."""
+    folder = tmp_path / "kept"
+    monkeypatch.setenv(FOLDER_VARIABLE, str(folder))
+    return folder
+
+
+@pytest.fixture
+def bar(tmp_path) -> Scene:
+    """A cube on a hinge, of two files."""
+    (tmp_path / "bar.xml").write_text(BAR)
+    (tmp_path / "bar.obj").write_text(CUBE.format(x=0.1))
+    cover = CoverSpec(links=("bar",), taxels=12)
+    return replace(load_scene("view"), robot=str(tmp_path / "bar.xml"), cover=cover, stimuli=(), control={}, motion=())
+
+
+def _content(prepared: PreparedScene) -> tuple[object, ...]:
+    """All of robot, skin and map but how long the map took to make."""
+    robot = prepared.robot
+    meshes = [link.mesh and (link.mesh.vertices.tobytes(), link.mesh.faces.tobytes()) for link in robot.links]
+    header, arrays = unpack_arrays(map_to_bytes(prepared.map), error=MapError)
+    members = {name: values.tobytes() for name, values in arrays.items() if not name.endswith("_seconds")}
+    rest = replace(robot, links=tuple(replace(link, mesh=None) for link in robot.links), home=np.zeros(0))
+    return repr(rest), robot.home.tobytes(), meshes, header, members
+
+
+def test_what_is_kept_is_what_would_be_made():
+    scene = load_scene("poke")
+    scene = replace(scene, cover=replace(scene.cover, links=("forearm",), taxels=40))
+    assert find_prepared(scene) is None
+    made = prepare_cached(scene)
+    kept = find_prepared(scene)
+    assert kept is not None
+    assert kept.scene == scene
+    assert _content(kept) == _content(made) == _content(prepare(scene))
+    one, other = Session(made), Session(kept)
+    for _ in range(60):
+        ours, theirs = one.tick(), other.tick()
+    assert ours.pressures.any()
+    assert np.array_equal(ours.posture, theirs.posture)
+    assert np.array_equal(ours.pressures, theirs.pressures)
+
+
+def test_objects_and_effects_are_those_of_the_scene_that_asks(bar):
+    prepare_cached(bar)
+    other = replace(bar, name="other", objects=(ObjectSpec("ball", "sphere", size=(0.05,), mass=1.0),))
+    kept = find_prepared(other)
+    assert kept is not None
+    assert (kept.scene.name, [body.spec.name for body in kept.objects]) == ("other", ["ball"])
+
+
+def _other_mesh(scene: Scene) -> Scene:
+    Path(scene.robot).with_name("bar.obj").write_text(CUBE.format(x=0.2))
+    return scene
+
+
+def _other_model(scene: Scene) -> Scene:
+    Path(scene.robot).write_text(BAR.replace("-1 1", "-2 2"))
+    return scene
+
+
+def _removed_mesh(scene: Scene) -> Scene:
+    Path(scene.robot).with_name("bar.obj").unlink()
+    return scene
+
+
+def _other_cover(scene: Scene) -> Scene:
+    return replace(scene, cover=replace(scene.cover, taxels=13))
+
+
+def _other_roots(scene: Scene) -> Scene:
+    return replace(scene, package_roots=(str(Path(scene.robot).parent),))
+
+
+@pytest.mark.parametrize("change", [_other_mesh, _other_model, _removed_mesh, _other_cover, _other_roots])
+def test_what_would_be_made_otherwise_is_not_used(bar, change):
+    prepare_cached(bar)
+    assert find_prepared(bar) is not None
+    assert find_prepared(change(bar)) is None
+
+
+def test_other_code_makes_it_anew(bar, monkeypatch):
+    prepare_cached(bar)
+    monkeypatch.setattr(prepared_cache, "_program", lambda: "another")
+    assert find_prepared(bar) is None
+
+
+def test_a_mesh_that_is_missing_may_come(bar, folder):
+    mesh = Path(bar.robot).with_name("bar.obj")
+    mesh.unlink()
+    assert prepare_cached(bar).robot.links[0].missing
+    assert cache_content().entries == 0
+    mesh.write_text(CUBE.format(x=0.1))
+    assert not prepare_cached(bar).robot.links[0].missing
+    assert cache_content().entries == 1
+
+
+@pytest.mark.parametrize("keep", [0.5, 0.97])
+def test_a_damaged_entry_counts_as_none_and_is_replaced(bar, folder, keep):
+    prepare_cached(bar)
+    [entry] = folder.iterdir()
+    data = entry.read_bytes()
+    entry.write_bytes(data[: int(keep * len(data))])
+    assert find_prepared(bar) is None
+    prepare_cached(bar)
+    assert find_prepared(bar) is not None
+
+
+def test_a_member_of_something_else_counts_as_none(bar, folder):
+    prepare_cached(bar)
+    [entry] = folder.iterdir()
+    with zipfile.ZipFile(entry) as archive:
+        members = {name: archive.read(name) for name in archive.namelist()}
+    with zipfile.ZipFile(entry, "w") as archive:
+        for name, data in members.items():
+            archive.writestr(name, b"[]" if name == "robot.zip" else data)
+    assert find_prepared(bar) is None
+    assert load_robot_cached(bar).joints[0].name == "hinge"
+
+
+def test_the_robot_alone_is_found_too(bar):
+    prepare_cached(bar)
+    robot, made = load_robot_cached(bar), prepare(bar).robot
+    assert robot.mjcf == made.mjcf
+    assert [link.name for link in robot.links] == [link.name for link in made.links]
+
+
+def test_those_longest_unused_go_first(bar, folder, monkeypatch):
+    prepare_cached(bar)
+    [first] = folder.iterdir()
+    monkeypatch.setattr(prepared_cache, "MOST_BYTES", int(2.5 * first.stat().st_size))
+    second = _other_cover(bar)
+    prepare_cached(second)
+    for age, path in enumerate([first, *(path for path in folder.iterdir() if path != first)]):
+        os.utime(path, (1000 - age, 1000 - age))
+    find_prepared(second)  # which makes it the one used last
+    prepare_cached(replace(bar, cover=replace(bar.cover, taxels=14)))
+    assert find_prepared(bar) is None
+    assert find_prepared(second) is not None
+
+
+def test_off_keeps_nothing(bar, folder, monkeypatch):
+    monkeypatch.setenv(FOLDER_VARIABLE, "off")
+    prepare_cached(bar)
+    assert find_prepared(bar) is None
+    assert not folder.exists()
+    assert cache_content().folder is None
+
+
+def test_a_folder_that_cannot_be_written_costs_the_memory_only(bar, tmp_path, monkeypatch):
+    (tmp_path / "file").write_text("")
+    monkeypatch.setenv(FOLDER_VARIABLE, str(tmp_path / "file" / "below"))
+    assert prepare_cached(bar).robot.joints[0].name == "hinge"
+    assert find_prepared(bar) is None
+
+
+def test_clearing_leaves_other_files(bar, folder):
+    prepare_cached(bar)
+    (folder / "mine.txt").write_text("kept")
+    assert clear_cache().entries == 1
+    assert cache_content().entries == 0
+    assert [path.name for path in folder.iterdir()] == ["mine.txt"]
