@@ -136,6 +136,7 @@ def _add_file_commands(commands: argparse._SubParsersAction) -> None:  # type: i
     _add_map(commands)
     inspect = commands.add_parser("inspect", help="what a robot, skin, map, taxel file, scene or recording holds")
     inspect.add_argument("input", nargs="?", metavar="FILE|NAME")
+    inspect.add_argument("--costs", action="store_true", help="measure what each effect of a scene costs here")
     inspect.add_argument("--plugins", action="store_true", help="list the plug-ins that are installed instead")
     _package_roots(inspect)
     _json(inspect)

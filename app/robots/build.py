@@ -12,7 +12,6 @@ from collections.abc import Mapping, Sequence
 
 import mujoco
 import numpy as np
-import trimesh
 
 from app.core.arrays import FloatArray, IntArray
 from app.core.errors import Finding, RobotError, errors_in_file
@@ -72,6 +71,8 @@ def geom_triangles(model: mujoco.MjModel, geom: int) -> tuple[FloatArray, IntArr
 
 
 def _local_triangles(model: mujoco.MjModel, geom: int) -> tuple[FloatArray, IntArray]:
+    import trimesh  # 0.1 s, and what is kept on disk needs none
+
     shape = mujoco.mjtGeom
     kind, size = shape(int(model.geom_type[geom])), model.geom_size[geom]
     if kind == shape.mjGEOM_MESH:

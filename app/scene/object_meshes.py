@@ -5,7 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-import trimesh
 
 from app.core.errors import Finding, MeshError, SceneError, TactileMapsError
 from app.geometry.mesh import Mesh
@@ -47,6 +46,8 @@ def _make_object(spec: ObjectSpec, folder: Path, place: str) -> SceneObject:
 
 def primitive_mesh(spec: ObjectSpec) -> Mesh:
     """The closed surface of an object that is no mesh file, about its own frame; a plane is a rectangle."""
+    import trimesh  # 0.1 s, and what is kept on disk needs none
+
     match spec.kind:
         case "sphere" | "probe":
             made = trimesh.creation.icosphere(3, radius=spec.size[0])

@@ -49,7 +49,7 @@ def execute(arguments: argparse.Namespace) -> int:
         raise UsageError("there is nothing to inspect", remedy="Give one file or name, or --plugins alone")
     if arguments.plugins:
         return _list_plugins(as_json=arguments.json)
-    found = describe(arguments.input, package_roots=package_roots(arguments))
+    found = describe(arguments.input, package_roots=package_roots(arguments), costs=arguments.costs)
     if arguments.json:
         print_json(found)
         return 0
@@ -58,6 +58,8 @@ def execute(arguments: argparse.Namespace) -> int:
     plain["Identity"] = identity_text(found.get("identity", {}))
     print_fields({key: value for key, value in plain.items() if value})
     _print_effects(found.get("effects", ()))
+    if "effects" in found and not arguments.costs:
+        print_line("What each costs here: add --costs")
     for problem in found["problems"]:
         print_line(f"  {problem['kind']} ({problem['count']}) {problem['where']}: {problem['remedy']}")
     return 0
@@ -75,8 +77,13 @@ def _print_effects(effects: Sequence[dict[str, Any]]) -> None:
             print_line(f"  {row['title']:<24}{value:<14}{cost}  {row['why']}")
 
 
-def describe(name: str, *, package_roots: Sequence[str] = ()) -> dict[str, Any]:
+def describe(name: str, *, package_roots: Sequence[str] = (), costs: bool = False) -> dict[str, Any]:
     """What ``name`` is, by its ending; names of scenes come before names of robots.
+
+    Args:
+        name: A file, or the name of a scene or robot.
+        package_roots: Folders with packages or meshes.
+        costs: Measure what each effect of a scene costs, for one to two seconds.
 
     Raises:
         TactileMapsError: It is none of them, or broken.
@@ -95,7 +102,7 @@ def describe(name: str, *, package_roots: Sequence[str] = ()) -> dict[str, Any]:
     if ending == ".ini":
         return _layout(name)
     if ending == ".toml" or name in scene_names():
-        return _scene(open_scene(name, package_roots=package_roots, load=load_robot_cached))
+        return _scene(open_scene(name, package_roots=package_roots, load=load_robot_cached), costs=costs)
     if taxel_format_for(Path(name)) is not None:
         return _taxel_file(name)
     return {"kind": "robot", **_robot(load_robot(name, package_roots=package_roots))}
@@ -142,9 +149,9 @@ def _skin(skin: Skin) -> dict[str, Any]:
     }
 
 
-def _scene(scene: Scene) -> dict[str, Any]:
+def _scene(scene: Scene, *, costs: bool) -> dict[str, Any]:
     prepared = prepare_cached(scene, progress=progress_line())
-    costs = ablation_cost(prepared)
+    measured = ablation_cost(prepared) if costs else {}
     effects = [
         {
             "name": row.name,
@@ -153,7 +160,7 @@ def _scene(scene: Scene) -> dict[str, Any]:
             "value": row.value,
             "why": row.why,
             "overridden": row.overridden,
-            "ms": costs.get(row.name),
+            "ms": measured.get(row.name),
         }
         for row in scene.decision.rows
     ]

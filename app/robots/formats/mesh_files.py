@@ -16,7 +16,6 @@ from urllib.parse import unquote
 from xml.etree.ElementTree import tostring
 
 import numpy as np
-import trimesh
 from collada.common import DaeError
 
 from app.core.arrays import FloatArray, IntArray
@@ -132,6 +131,8 @@ def to_msh(mesh: Mesh) -> bytes:
 
 def box_mesh(size: float) -> Mesh:
     """A cube with edges of ``size`` [m] about the origin: the placeholder for a mesh that is missing."""
+    import trimesh  # 0.1 s, and what is kept on disk needs none
+
     cube = trimesh.creation.box((size, size, size))
     return Mesh(np.asarray(cube.vertices), np.asarray(cube.faces))
 
@@ -169,6 +170,8 @@ def _from_msh(data: bytes) -> tuple[FloatArray, IntArray]:
 
 
 def _by_trimesh(data: bytes, suffix: str, path: Path) -> tuple[FloatArray, IntArray]:
+    import trimesh  # 0.1 s, and what is kept on disk needs none
+
     unit, data = _collada_shapes(data, path) if suffix == ".dae" else (1.0, data)
     with np.errstate(all="ignore"), warnings.catch_warnings():  # absurd numbers are refused below, with the file's name
         warnings.filterwarnings("error", "string or file could not be read", DeprecationWarning)  # of NumPy before 2.3

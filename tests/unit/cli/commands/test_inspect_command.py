@@ -42,7 +42,7 @@ def call(capsys, *words) -> tuple[int, str, str]:
 
 
 def test_as_json(capsys, scene):
-    status, out, _ = call(capsys, "inspect", scene, "--json")
+    status, out, _ = call(capsys, "inspect", scene, "--costs", "--json")
     assert status == 0
     result = json.loads(out.splitlines()[-1])
     assert result["kind"] == "scene"
@@ -69,7 +69,8 @@ def test_for_a_person(capsys, scene):
     on, off = lines.index("On:"), lines.index("Off:")
     (skin,) = [line for line in lines[on:off] if line.strip().startswith("Skin ")]
     assert "water-fill" in skin
-    assert " ms " in skin
+    assert " ms " not in skin
+    assert "--costs" in lines[-2]
     assert any(line.strip().startswith("Friction") and "set by the scene" in line for line in lines[off:])
     assert any("wall (box)" in line for line in lines[:on])
     assert any("scene-warning" in line for line in lines[off:])
