@@ -50,6 +50,7 @@ class MeasuredFacts:
         unknown_values: How many values had one.
         unheard: Taxels that no value came for yet.
         unknown_joints: Joints that the robot does not have, sorted.
+        unheard_joints: How many of its own no position came for yet; they are shown at rest.
         silent: Channels that do not follow the skin.
         swapped: Channels that stand in each other's place.
         unit: Of the newest reading.
@@ -67,6 +68,7 @@ class MeasuredFacts:
     unknown_values: int
     unheard: int
     unknown_joints: tuple[str, ...]
+    unheard_joints: int
     silent: tuple[SilentChannel, ...]
     swapped: tuple[SwappedChannels, ...]
     unit: Unit | None
@@ -132,6 +134,7 @@ class MeasuredSession:
         self._readings, self._refused = 0, 0
         self._problem: str | None = None
         self._unknown_joints: set[str] = set()
+        self._heard_joints: set[str] = set()
         self._unit: Unit | None = None
         self._calibration = calibration or Calibration.plain(len(skin), Unit.COUNTS)
         self._baseline = np.zeros(len(skin))
@@ -300,6 +303,7 @@ class MeasuredSession:
             unknown_values=matcher.unknown_values,
             unheard=int((~matcher.heard).sum()),
             unknown_joints=tuple(sorted(self._unknown_joints)),
+            unheard_joints=len(self._joints) - len(self._heard_joints),
             silent=self._health.silent,
             swapped=self._swaps.swapped,
             unit=self._unit,
@@ -416,6 +420,7 @@ class MeasuredSession:
                 if len(self._unknown_joints) < 100:
                     self._unknown_joints.add(name)
             else:
+                self._heard_joints.add(name)
                 self._posture[number] = position
         self._velocity = (self._posture - before) / step if step > 0 else np.zeros(len(before))
 

@@ -83,18 +83,30 @@ class SimulatedSkin:
         return self._simulation.sense()
 
     def compare(self, frame: Frame) -> SkinDifference:
-        """A measured frame beside the simulated skin in its posture.
+        """A measured frame beside the simulated skin in its posture; errors as ``skin_difference``."""
+        check_comparable(frame)
+        return skin_difference(frame, self.pressures(frame.posture))
 
-        Raises:
-            LiveError: The frame has no pressures above those of the untouched skin, or is of another skin.
-        """
-        if frame.units is not ReadingUnits.CALIBRATED:
-            remedy = "Calibrate the skin and show it in kPa"
-            raise LiveError(
-                "readings without a calibration have no unit to compare", value=frame.units.unit, remedy=remedy
-            )
-        simulated = self.pressures(frame.posture)
-        if frame.pressures.shape != simulated.shape:
-            found = f"{len(frame.pressures)} taxels for {len(simulated)}"
-            raise LiveError("the readings are of another skin than the simulation's", value=found)
-        return SkinDifference(frame.pressures, simulated)
+
+def check_comparable(frame: Frame) -> None:
+    """Refuse a measured frame whose readings a simulation cannot be compared with.
+
+    Raises:
+        LiveError: It has no pressures above those of the untouched skin.
+    """
+    if frame.units is not ReadingUnits.CALIBRATED:
+        remedy = "Calibrate the skin and show it in kPa"
+        raise LiveError("readings without a calibration have no unit to compare", value=frame.units.unit, remedy=remedy)
+
+
+def skin_difference(frame: Frame, simulated: FloatArray) -> SkinDifference:
+    """A measured frame beside what was simulated (taxels,) [Pa] in its posture.
+
+    Raises:
+        LiveError: As ``check_comparable``, or it is of another skin.
+    """
+    check_comparable(frame)
+    if frame.pressures.shape != simulated.shape:
+        found = f"{len(frame.pressures)} taxels for {len(simulated)}"
+        raise LiveError("the readings are of another skin than the simulation's", value=found)
+    return SkinDifference(frame.pressures, simulated)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -99,11 +99,10 @@ class StretchScale:
 
     most: float = 2.0
 
-    @cached_property
+    @property
     def table(self) -> NDArray[np.uint8]:
         """(255, 3) red, green, blue; the middle one is for 1."""
-        at, stops = np.linspace(-1, 1, 255), np.linspace(-1, 1, len(_STRETCH))
-        return np.stack([np.interp(at, stops, _STRETCH[:, k]) for k in range(3)], axis=1).round().astype(np.uint8)
+        return _diverging_table()
 
     def rgb(self, factors: FloatArray) -> NDArray[np.uint8]:
         """(k, 3) colours of factors (k,); what lies beyond an end has its colour."""
@@ -111,6 +110,31 @@ class StretchScale:
             share = np.log(np.asarray(factors)) / np.log(self.most)
         colours: NDArray[np.uint8] = self.table[np.rint(127 * (1 + np.clip(share, -1, 1))).astype(np.int64)]
         return colours
+
+
+@dataclass(frozen=True)
+class DifferenceScale:
+    """Differences to colour, from ``-most`` through 0 to ``most``; what lies beyond an end has its colour."""
+
+    most: float
+
+    @property
+    def table(self) -> NDArray[np.uint8]:
+        """(255, 3) red, green, blue; the middle one is for 0."""
+        return _diverging_table()
+
+    def rgb(self, differences: FloatArray) -> NDArray[np.uint8]:
+        """(k, 3) colours of differences (k,)."""
+        share = np.clip(np.asarray(differences) / self.most, -1, 1)
+        colours: NDArray[np.uint8] = self.table[np.rint(127 * (1 + share)).astype(np.int64)]
+        return colours
+
+
+@cache
+def _diverging_table() -> NDArray[np.uint8]:
+    """(255, 3) from the colour of less through the skin's own to that of more."""
+    at, stops = np.linspace(-1, 1, 255), np.linspace(-1, 1, len(_STRETCH))
+    return np.stack([np.interp(at, stops, _STRETCH[:, k]) for k in range(3)], axis=1).round().astype(np.uint8)
 
 
 def words32(colours: NDArray[np.uint8]) -> NDArray[np.uint32]:

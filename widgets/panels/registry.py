@@ -29,6 +29,7 @@ from widgets.panels.simulation.timing_panel import TimingPanel
 from widgets.panels.touch.contacts_panel import ContactsPanel
 from widgets.panels.touch.events_panel import EventsPanel
 from widgets.panels.touch.live_input_panel import LiveInputPanel
+from widgets.panels.touch.simulated_skin_panel import SimulatedSkinPanel
 from widgets.session.live_session import LiveSession
 
 P = TypeVar("P", bound=Panel)
@@ -90,6 +91,15 @@ def _follow_live_input(panel: LiveInputPanel, session: LiveSession, selection: T
     panel.follow(selection)
 
 
+def _follow_simulated_skin(panel: SimulatedSkinPanel, session: LiveSession, selection: TaxelSelection) -> None:
+    session.live_input_changed.connect(panel.show_input)
+    comparison = session.skin_comparison
+    comparison.compared.connect(panel.show_difference)
+    comparison.failed.connect(panel.show_refusal)
+    panel.wanted.connect(lambda wanted: comparison.set_wanted(wanted=wanted))
+    panel.follow(selection)
+
+
 def _follow_quality(panel: QualityPanel, session: LiveSession, _selection: TaxelSelection) -> None:
     session.measurements.measured.connect(panel.show_quality)
 
@@ -104,6 +114,12 @@ def _make_compare(editor: MapEditor, panels: Panels) -> ComparePanel:
 
 PANELS = (
     PanelSpec(lambda _editor, _panels: LiveInputPanel(), GuidePlace("live"), _follow_live_input),
+    PanelSpec(
+        lambda editor, _panels: SimulatedSkinPanel(editor),
+        GuidePlace("live", "Beside a simulation"),
+        _follow_simulated_skin,
+        folded_at_first=True,
+    ),
     PanelSpec(lambda _editor, _panels: ContactsPanel(), GuidePlace("control", "Contacts"), _follow_contacts),
     PanelSpec(lambda _editor, _panels: ControllerPanel(), GuidePlace("control", "Controllers"), _follow_controller),
     PanelSpec(lambda _editor, _panels: EventsPanel(), GuidePlace("control", "Contacts")),

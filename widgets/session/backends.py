@@ -16,6 +16,7 @@ from widgets.workers.cost_worker import CostWorker, InlineCostWorker
 from widgets.workers.map_quality_worker import InlineMapQualityWorker, MapQualityWorker
 from widgets.workers.recording_worker import InlineRecordingWorker, RecordingWorker
 from widgets.workers.scene_worker import InlineSceneWorker, SceneWorker
+from widgets.workers.simulated_skin_worker import InlineSimulatedSkinWorker, SimulatedSkinWorker
 
 
 @dataclass(frozen=True)
@@ -32,6 +33,7 @@ class Backends:
         comparison_worker: Runs controllers side by side.
         accuracy_worker: Measures a stage for its work-precision diagram.
         recording_worker: Reads curves and summaries of recordings, and cuts them.
+        simulated_skin_worker: Simulates the skin in the posture of a measured one.
     """
 
     runner: Callable[..., SessionRunner]
@@ -43,6 +45,7 @@ class Backends:
     comparison_worker: Callable[[QObject], ComparisonWorker]
     accuracy_worker: Callable[[QObject], AccuracyWorker]
     recording_worker: Callable[[QObject], RecordingWorker]
+    simulated_skin_worker: Callable[[QObject], SimulatedSkinWorker]
 
 
 BACKGROUND = Backends(
@@ -55,6 +58,7 @@ BACKGROUND = Backends(
     ComparisonWorker,
     AccuracyWorker,
     RecordingWorker,
+    SimulatedSkinWorker,
 )
 """Two threads and processes beside the window, each begun when it is needed: the window never waits."""
 INLINE = Backends(
@@ -67,5 +71,6 @@ INLINE = Backends(
     InlineComparisonWorker,
     InlineAccuracyWorker,
     InlineRecordingWorker,
+    InlineSimulatedSkinWorker,
 )
 """Here and now, and only when told to: deterministic, for tests and pictures."""

@@ -48,6 +48,7 @@ from widgets.session.live_run import LiveRun, Replay, Source
 from widgets.session.measurements import Measurements
 from widgets.session.recording_writer import make_recording_folder
 from widgets.session.session_runner import SessionRunner
+from widgets.session.skin_comparison import SkinComparison
 from widgets.session.take_over import TakeOver
 from widgets.workers.comparison_worker import ComparisonStimulus
 from widgets.workers.scene_worker import OpenScene
@@ -79,6 +80,7 @@ class LiveSession(QObject):
         measurements: What is measured beside of what is shown.
         marks: How many moments of the recording being written are marked.
         live_input: Whose readings are shown instead of a simulation; None while it is simulated.
+        skin_comparison: Simulates beside them.
     """
 
     frame_ready = Signal(object)
@@ -163,6 +165,8 @@ class LiveSession(QObject):
     def _make_workers(self) -> None:
         self.worker = self._backends.worker(self)
         self.measurements = Measurements(self._backends, self)
+        self.skin_comparison = SkinComparison(self._backends, self)
+        self.live_input_changed.connect(self.skin_comparison.show_input)
         self.worker.progressed.connect(self.loading)
         self.worker.prepared.connect(self.show_prepared)
         self.worker.opened.connect(self.show_player)
@@ -247,6 +251,7 @@ class LiveSession(QObject):
             self._shown = update.frame
             self.frames_passed.emit(tuple(frame for frame in update.passed if frame is not update.frame))
             self.frame_ready.emit(update.frame)
+            self.skin_comparison.show_frame(update.frame)
 
     def _tell_failure(self, run: LiveRun, failure: TactileMapsError) -> None:
         """The session stands still, or an input was refused and it goes on."""
@@ -727,3 +732,4 @@ class LiveSession(QObject):
             self._run.runner.stop()
         self.worker.close()
         self.measurements.close()
+        self.skin_comparison.close()

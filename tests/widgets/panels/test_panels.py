@@ -142,6 +142,7 @@ def column(qtbot, prepared):
 
 def test_the_column_tells_which_panels_are_folded(column):
     at_first = (
+        "simulated-skin-panel",
         "behaviours-panel",
         "posture-panel",
         "compare-panel",
@@ -201,14 +202,14 @@ def test_a_panel_needs_one_line(qtbot, editor, prepared, touched):
     """Its place, scenes, frames, theme, session and folding come from its spec and the hooks."""
     session, selection, followed = LiveSession(backends=INLINE), TaxelSelection(), []
     specs = (
-        PANELS[1],
+        PANELS[2],
         PanelSpec(
             lambda _editor, _panels: Extra(),
             GuidePlace("index"),
             lambda *parts: followed.append(parts),
             folded_at_first=True,
         ),
-        PANELS[3],
+        PANELS[4],
     )
     column = PanelColumn(editor, specs=specs)
     qtbot.addWidget(column)

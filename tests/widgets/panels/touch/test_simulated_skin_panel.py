@@ -1,0 +1,143 @@
+"""The simulated skin beside the measured one: the three maps, what is said of them, and when nothing is simulated."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from PySide6.QtCore import QPoint, Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QLabel
+
+from app.live.simulated_skin import SimulatedSkin
+from app.live.sources.open import SourceOptions
+from app.maps.build import build_map
+from app.scene.scene import Scene
+from app.session.prepare import PreparedScene
+from tests.support.touch import pair
+from tests.unit.live.test_simulated_skin import frame_of
+from tests.widgets.support.window_driver import run
+from widgets.panels.touch.simulated_skin_panel import SimulatedSkinPanel
+from widgets.session.live_input import LiveInputSettings
+from widgets.workers.simulated_skin_worker import SimulatedSkinWorker
+from widgets.workers.worker_process import SourceToken
+
+SLIDE = 0.032
+"""Of the pair's joint [m]: both covers are pressed."""
+DOUBLED = 7
+
+
+@pytest.fixture(scope="module")
+def meeting():
+    """Two boxes whose covers meet, and what they read then [Pa]."""
+    robot, skin = pair()
+    prepared = PreparedScene(Scene(name="pair", robot="pair"), robot, skin, build_map(skin))
+    return prepared, SimulatedSkin(prepared).pressures(np.array([SLIDE]))
+
+
+@pytest.fixture
+def window(window_again):
+    """What was connected is disconnected again by each test."""
+    yield window_again
+    window_again.live.disconnect_source()
+
+
+def connected(window, tmp_path, meeting, *, unit="Pa", folded=False):
+    """The panel, with readings of one reading that has a taxel doubled."""
+    prepared, pressures = meeting
+    values = pressures.copy()
+    values[np.argsort(pressures)[-DOUBLED]] *= 2
+    joint = prepared.robot.joints[0].name
+    head = f"# unit: {unit}\ntime,{','.join(map(str, range(len(values))))},joint:{joint}\n"
+    row = ",".join(f"{value!r}" for value in values.tolist())
+    path = tmp_path / "readings.csv"
+    path.write_text(head + "".join(f"{0.01 * k},{row},{SLIDE}\n" for k in range(3)))
+    window.live.show_prepared(prepared)
+    panel = window.column.get(SimulatedSkinPanel)
+    panel.set_folded(folded)
+    window.live.connect_source(LiveInputSettings(str(path), SourceOptions(speed=None)))
+    for _ in range(10):
+        run(window, 0.2)
+    return panel
+
+
+def text(panel, name):
+    return panel.findChild(QLabel, f"simulated-{name}").text().replace("\u2009", " ")
+
+
+def test_a_taxel_of_twice_the_gain_is_found(window, tmp_path, meeting):
+    prepared, pressures = meeting
+    assert window.column.get(SimulatedSkinPanel).isHidden()
+    panel = connected(window, tmp_path, meeting)
+    assert panel.isVisible()
+    odd = int(np.argsort(pressures)[-DOUBLED])
+    extra = pressures[odd]
+    areas = prepared.skin.areas
+    assert text(panel, "largest") == f"+{1e-3 * extra:.2f} kPa at taxel {odd}"
+    assert text(panel, "rms") == f"{1e-3 * extra / np.sqrt(len(pressures)):.2f} kPa"
+    assert text(panel, "force") == f"{pressures @ areas + extra * areas[odd]:.2f}, {pressures @ areas:.2f} N"
+    assert "the robot itself alone" in text(panel, "told")
+    assert panel.view.scales[0] >= 1e-3 * max(pressures.max(), 2 * extra)
+
+
+def test_what_is_pointed_at_is_read_and_a_click_selects_it(window, tmp_path, meeting):
+    panel = connected(window, tmp_path, meeting)
+    odd = int(np.argsort(meeting[1])[-DOUBLED])
+    place = panel.view.place_of(odd, 1).toPoint()
+    QTest.mouseMove(panel.view, QPoint(1, 1))
+    QTest.mouseMove(panel.view, place)
+    assert f"axel {odd}: measured" in text(panel, "taxel")
+    QTest.mouseClick(panel.view, Qt.MouseButton.LeftButton, pos=place)
+    assert window.views.selection.taxels.tolist() == [odd]
+
+
+def test_dots_have_the_colours_of_their_scales(window, tmp_path, meeting):
+    panel = connected(window, tmp_path, meeting)
+    odd = int(np.argsort(meeting[1])[-DOUBLED])
+    panel.resize(900, 600)
+    panel.view.resize(880, panel.view.heightForWidth(880))
+    image = panel.view.grab().toImage()
+    measured, simulated, more = (image.pixelColor(panel.view.place_of(odd, k).toPoint()) for k in range(3))
+    assert measured.lightness() < simulated.lightness()
+    assert more.red() > more.blue()
+
+
+def test_counts_are_refused_in_words(window, tmp_path, meeting):
+    panel = connected(window, tmp_path, meeting, unit="counts")
+    assert "Calibrate the skin" in text(panel, "told")
+    assert text(panel, "rms") == "–"
+
+
+def test_folded_nothing_is_simulated(window, tmp_path, meeting, monkeypatch):
+    asked = []
+    monkeypatch.setattr(type(window.live.skin_comparison.worker), "compare", lambda *request: asked.append(request))
+    panel = connected(window, tmp_path, meeting, folded=True)
+    assert not asked
+    assert text(panel, "rms") == "–"
+
+
+def test_of_frames_that_come_faster_than_they_are_simulated_the_newest_counts(qtbot, meeting):
+    prepared, pressures = meeting
+    worker, token = SimulatedSkinWorker(), SourceToken("test")
+    found = []
+    worker.compared.connect(found.append)
+    with qtbot.waitSignal(worker.compared, timeout=30_000):
+        for factor in (1.0, 2.0, 3.0):
+            worker.compare(prepared, frame_of(factor * pressures, SLIDE), token)
+    qtbot.waitUntil(lambda: found[-1].value.measured.max() == 3 * pressures.max(), timeout=30_000)
+    assert len(found) == 2  # the second was never simulated
+    assert np.array_equal(found[-1].value.simulated, pressures)
+    worker.close()
+
+
+@pytest.mark.long
+def test_a_scene_that_cannot_be_simulated_is_tried_once(qtbot, meeting):
+    prepared, pressures = meeting
+    worker, token = SimulatedSkinWorker(), SourceToken("test")
+    broken = replace(prepared, robot=replace(prepared.robot, mjcf="<mujoco/>"))
+    for _ in range(2):
+        with qtbot.waitSignal(worker.failed, timeout=30_000):
+            worker.compare(broken, frame_of(pressures, SLIDE), token)
+    assert worker.process.pid is None
+    worker.close()
