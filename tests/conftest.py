@@ -20,6 +20,7 @@ its node id, nothing is left out.
 from __future__ import annotations
 
 import os
+import signal
 import sys
 
 # Of every test module pytest rewrites the assertions, and each process that tests start compiles what it imports: to
@@ -33,6 +34,9 @@ if not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
     os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
 os.environ.setdefault("QT_API", "pyside6")
+# A run that was begun in the background ignores Ctrl-C, and so would every process that a test interrupts.
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 # What a test prepares is made by the code as it is in that test, and the user's own folder is left alone.
 os.environ["TACTILE_MAPS_CACHE"] = "off"
 

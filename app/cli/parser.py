@@ -108,9 +108,13 @@ def _add_listen(commands: argparse._SubParsersAction) -> None:  # type: ignore[t
     add("--tare", type=int, metavar="N", help="take the first N readings as those of the untouched skin")
     add("--weight", type=_positive, metavar="KG", help="calibrate by this mass, which lies on the skin at the end")
     add("--save-calibration", metavar="FILE.csv", help="write the calibration found with --weight")
+    add("--controller", metavar="NAME", help="show the motion that this controller wants of the robot")
+    add("--send", metavar="ADDRESS", help="and send it, to udp://HOST:PORT or zmq://HOST:PORT: the robot may move")
+    add("--max-speed", type=_positive, default=0.2, metavar="RAD/S", help="of the fastest joint sent (default 0.2)")
+    add("--max-force", type=_positive, default=15.0, metavar="N", help="a stronger contact ends sending (default 15)")
     add("--mapping", metavar="FILE.toml", help="topics and fields of ROS 2 messages")
     add("--token", help="that every packet must carry")
-    add("--remote", action="store_true", help="listen to other machines too; needs a token")
+    add("--remote", action="store_true", help="listen to other machines too, which needs a token, and send to them")
     _json(listen)
 
 

@@ -6,20 +6,27 @@ import argparse
 import sys
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager, nullcontext
+from contextlib import ExitStack, contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from app.cli.output import print_fields, print_json, print_warning, progress_line
 from app.cli.scenes import scene_from_arguments
+from app.control.controller_registry import settings_from
+from app.control.limit_texts import limit_text
 from app.core.errors import LiveError, UsageError
 from app.live.calibration import ValueMode, load_calibration, save_calibration
 from app.live.connection import Connection, ConnectionStatus
 from app.live.matching import load_matching
 from app.live.measured_session import MeasuredFacts, MeasuredSession, silent_text, swapped_texts
+from app.live.motion.motion_output import MotionOutput
+from app.live.motion.motion_sender import MotionLimits, check_sending
 from app.live.prepare import prepare_measured
+from app.live.send import sender
 from app.live.sources.open import SourceOptions, is_live, open_source
 from app.recording.recorder import Recorder
+from app.scene.scene import Scene
 from app.session.prepare import PreparedScene
 
 _TOLD_EVERY = 1.0
@@ -32,29 +39,38 @@ def execute(arguments: argparse.Namespace) -> int:
     """Receive until the source ends, the time is over, or Ctrl-C."""
     if arguments.save_calibration and arguments.weight is None:
         raise UsageError("there is no calibration to save", value="--save-calibration", remedy="Add --weight KG")
+    limits = MotionLimits(arguments.max_speed, arguments.max_force)
+    if arguments.send:
+        check_sending(arguments.send, remote=arguments.remote)
     options = SourceOptions(
         arguments.token, arguments.remote, Path(arguments.mapping) if arguments.mapping else None, arguments.speed
     )
     connection = Connection(open_source(arguments.source, options))
-    prepared = prepare_measured(scene_from_arguments(arguments), progress=progress_line())
+    scene = scene_from_arguments(arguments)
+    prepared = prepare_measured(scene, progress=progress_line())
     session = _session(arguments, connection, prepared)
+    motion = _motion(arguments, session, scene)
     connection.open()
-    recorder = None
-    try:
+    with ExitStack() as closing:
+        closing.callback(connection.close)
+        recorder = None
         if arguments.output:
-            recorder = Recorder(
-                prepared, arguments.output, overwrite=arguments.overwrite, measured=connection.source.address
+            recorder = closing.enter_context(
+                Recorder(prepared, arguments.output, overwrite=arguments.overwrite, measured=connection.source.address)
             )
-        with recorder or nullcontext():
-            result = _listen(connection, session, recorder, arguments.seconds)
-    finally:
-        connection.close()
+        if motion is not None and arguments.send:
+            put = closing.enter_context(sender(arguments.send))
+            motion.start_sending(put, limits, time.monotonic(), token=arguments.token)
+            closing.callback(lambda: motion.stop_sending(time.monotonic()))
+        result = _listen(connection, session, recorder, motion, arguments.seconds)
     status, facts = connection.status, session.facts
     if arguments.weight is not None:
         calibration = session.weigh(arguments.weight)
         if arguments.save_calibration:
             save_calibration(calibration, arguments.save_calibration)
     result |= _figures(status, facts, session) | {"file": arguments.output, "source": status.address}
+    if motion is not None:
+        result["motion"] = _motion_figures(motion, session)
     for warning in _warnings(session, facts, status):
         print_warning(warning)
     if facts.readings == 0:
@@ -76,6 +92,16 @@ def _session(arguments: argparse.Namespace, connection: Connection, prepared: Pr
     return session
 
 
+def _motion(arguments: argparse.Namespace, session: MeasuredSession, scene: Scene) -> MotionOutput | None:
+    """What is asked of a controller; None for nothing."""
+    if not (arguments.controller or arguments.send):
+        return None
+    settings = settings_from(dict(scene.control))
+    if arguments.controller:
+        settings = replace(settings, controller=arguments.controller)
+    return MotionOutput(session.prepared.robot, session.map, settings)
+
+
 @contextmanager
 def _until_interrupted(*, live: bool) -> Iterator[None]:
     """Ctrl-C ends listening to what goes on by itself; the figures are told then."""
@@ -87,7 +113,11 @@ def _until_interrupted(*, live: bool) -> Iterator[None]:
 
 
 def _listen(
-    connection: Connection, session: MeasuredSession, recorder: Recorder | None, seconds: float | None
+    connection: Connection,
+    session: MeasuredSession,
+    recorder: Recorder | None,
+    motion: MotionOutput | None,
+    seconds: float | None,
 ) -> dict[str, Any]:
     """Figures of what was felt."""
     contacts: set[int] = set()
@@ -102,6 +132,8 @@ def _listen(
             taken += 1
             if frame is before:
                 continue
+            if motion is not None:
+                motion.take(frame, session.facts, session.map, time.monotonic())
             if recorder is not None:
                 recorder.write(frame, session.inputs)
             contacts.update(region.id for region in frame.regions)
@@ -111,10 +143,14 @@ def _listen(
         while not connection.ended and (seconds is None or time.monotonic() - start < seconds):
             connection.step(0.05)
             drain()
+            if motion is not None:
+                motion.check(time.monotonic())
             if time.monotonic() - told > _TOLD_EVERY:
                 told = time.monotonic()
                 _tell(connection.status, len(session.frame.regions))
     listened = time.monotonic() - start
+    if motion is not None:
+        motion.stop_sending(time.monotonic())
     connection.close()
     drain()
     force = None if session.units.force is None else strongest
@@ -160,6 +196,35 @@ def _figures(status: ConnectionStatus, facts: MeasuredFacts, session: MeasuredSe
     }
 
 
+def _motion_figures(motion: MotionOutput, session: MeasuredSession) -> dict[str, Any]:
+    wanted, sending = motion.wanted, motion.sending
+    names = (joint.name for joint in session.prepared.robot.joints)
+    return {
+        "controller": motion.settings.controller,
+        "velocities": None if wanted is None else dict(zip(names, wanted.velocity.tolist(), strict=True)),
+        "limits": [] if wanted is None else [limit_text(limit) for limit in wanted.limits],
+        "problem": motion.problem,
+        "sent": sending.sent,
+        "slowed": sending.slowed,
+        "stopped": sending.stopped,
+        "detail": sending.detail,
+    }
+
+
+def _motion_text(motion: dict[str, Any]) -> str:
+    """What was wanted at the end, and what was sent."""
+    said = [motion["controller"]]
+    if motion["problem"]:
+        said.append(f"nothing wanted: {motion['problem']}")
+    elif motion["velocities"]:
+        name, speed = max(motion["velocities"].items(), key=lambda item: abs(item[1]))
+        said.append(f"in the end {name} at {speed:+.3f} rad/s")
+    if motion["stopped"]:
+        detail = f" ({motion['detail']})" if motion["detail"] else ""
+        said.append(f"{motion['sent']} sent, {motion['slowed']} of them slowed, until {motion['stopped']}{detail}")
+    return "; ".join([*said, *motion["limits"]])
+
+
 def _rows(result: dict[str, Any], status: ConnectionStatus) -> dict[str, object]:
     delay, strongest = status.delay, result["max_force_N"]
     force = "forces unknown: not calibrated" if strongest is None else f"up to {strongest:.2f} N"
@@ -173,6 +238,7 @@ def _rows(result: dict[str, Any], status: ConnectionStatus) -> dict[str, object]
         "Taxels": f"{result['taxels'] - result['unheard']} of {result['taxels']} heard",
         "Values": f"{result['unit']}, shown as {result['mode']}{', tared' if result['tared'] else ''}",
         "Contacts": f"{result['contacts']}, {force}",
+        **({"Motion": _motion_text(result["motion"])} if "motion" in result else {}),
         "Recorded to": result["file"] or "nothing",
     }
 

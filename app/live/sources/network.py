@@ -27,11 +27,7 @@ def check_listening(host: str, *, remote: bool, token: str | None) -> None:
     if token is not None and len(token) < _SHORTEST_TOKEN:
         remedy = f"Choose one of at least {_SHORTEST_TOKEN} characters"
         raise UsageError("the token is too short", place="token", remedy=remedy)
-    try:
-        local = host == "localhost" or ipaddress.ip_address(host).is_loopback
-    except ValueError:
-        local = False
-    if local:
+    if is_this_machine(host):
         return
     if token is None:
         remedy = "Listen on 127.0.0.1, or set a token, and let every packet carry it"
@@ -39,6 +35,14 @@ def check_listening(host: str, *, remote: bool, token: str | None) -> None:
     if not remote:
         remedy = "Listen on 127.0.0.1, or add --remote"
         raise UsageError("packets of other machines are not asked for", value=host, remedy=remedy)
+
+
+def is_this_machine(host: str) -> bool:
+    """Whether a host's name or number means this machine and no other."""
+    try:
+        return host == "localhost" or ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return False
 
 
 class UdpSource:

@@ -58,7 +58,7 @@ class Bench:
         patching.setattr(QFileDialog, "getExistingDirectory", self._answer_none)
         patching.setattr(QFileDialog, "getSaveFileName", self._answer_save)
         patching.setattr(QDesktopServices, "openUrl", self.opened.append)
-        patching.setattr("widgets.workers.scene_worker.prepare", self._prepare)
+        patching.setattr("widgets.workers.scene_worker.prepare_cached", self._prepare)
 
     def _answer_none(self, _parent, title, *_more):
         self.asked.append(title)

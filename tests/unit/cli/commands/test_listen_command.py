@@ -15,7 +15,7 @@ from app.live.wire_format import encode_binary
 from app.maps.formats.map_file import save_map
 from app.recording.player import open_recording
 from app.tactile.press import press_skin
-from tests.support.touch import bar_map, bar_skin
+from tests.support.touch import bar, bar_map, bar_skin
 
 
 @pytest.fixture(scope="module")
@@ -103,6 +103,46 @@ def test_packets_of_a_port_are_received_for_so_long(skin, capsys):
 )
 def test_what_cannot_be_is_one_message(words, code, said, skin, capsys):
     assert main(["listen", *words, "--skin", skin]) == code
+    message = capsys.readouterr().err
+    assert said in message
+    assert "Traceback" not in message
+
+
+def test_wanted_motion_is_sent_within_its_limits_and_ends_with_a_stop(skin, capsys, tmp_path):
+    robot, readings = tmp_path / "bar.xml", tmp_path / "posture.csv"
+    robot.write_text(bar().mjcf)
+    pressed = press_skin(bar_skin(), bar_skin().taxel_point(30), force=6.0)
+    rows = [[0.01 * number, *(pressed if number > 5 else 0 * pressed), 0.3] for number in range(30)]
+    head = f"# unit: Pa\ntime,{','.join(map(str, range(60)))},joint:hinge\n"
+    readings.write_text(head + "".join(",".join(map(str, row)) + "\n" for row in rows))
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as driver:
+        driver.bind(("127.0.0.1", 0))
+        driver.settimeout(10)
+        to = f"udp://127.0.0.1:{driver.getsockname()[1]}"
+        words = ["--robot", str(robot), "--skin", skin, "--mode", "kPa", "--controller", "hold_force"]
+        words += ["--send", to, "--max-speed", "0.01", "--json"]
+        assert main(["listen", str(readings), *words]) == 0
+        found = json.loads(capsys.readouterr().out)["motion"]
+        packets = [json.loads(driver.recv(4096)) for _ in range(found["sent"] + 3)]
+    assert (found["controller"], found["sent"], found["stopped"]) == ("hold_force", 30, "switched off")
+    assert found["slowed"] > 10
+    speeds = [packet["velocities"]["hinge"] for packet in packets]
+    assert max(speeds) == pytest.approx(0.01)
+    assert [packet["state"] for packet in packets[-3:]] == ["stopped"] * 3
+    assert speeds[:5] == [0.0] * 5
+
+
+@pytest.mark.parametrize(
+    ("words", "code", "said"),
+    [
+        (["--send", "udp://192.0.2.1:9"], 2, "--remote"),
+        (["--send", "carrier-pigeon://127.0.0.1"], 2, "udp://HOST:PORT"),
+        (["--send", "udp://127.0.0.1:9", "--max-speed", "50"], 1, "limit of speed"),
+        (["--controller", "none"], 1, "none"),
+    ],
+)
+def test_motion_that_cannot_be_sent_is_one_message(words, code, said, readings, skin, capsys):
+    assert main(["listen", readings, "--skin", skin, *words]) == code
     message = capsys.readouterr().err
     assert said in message
     assert "Traceback" not in message

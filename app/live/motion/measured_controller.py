@@ -1,0 +1,146 @@
+"""What a controller would do with a real robot: measured posture and contacts in, wanted joint velocities out.
+
+Nothing is sent from here: see ``motion_output``. The controller is the one that moves the simulated arm; its wanted
+posture is followed by nobody here, so it runs ahead of the found one by no more than the controllers themselves allow,
+and is told as being held back then.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from app.control.command import ControlSettings
+from app.control.controller_manager import ControllerManager
+from app.control.force_loop.loop_stability import SensorTiming
+from app.control.limits import Limit
+from app.core.arrays import FloatArray, freeze_arrays
+from app.core.errors import LiveError
+from app.core.reading_units import ReadingUnits
+from app.live.measured_session import MeasuredFacts
+from app.maps.tactile_map import TactileMap
+from app.robots.robot import Robot
+from app.session.frame import Frame
+
+LONGEST_STEP = 0.1
+"""Readings further apart [s] are no stream that a contact is controlled by: the controller starts anew."""
+
+_TIMING_SHARE = 0.05
+"""Of the newest interval between two readings in the period that the controllers are told."""
+
+
+@dataclass(frozen=True, eq=False)
+class WantedMotion:
+    """What the joints should do until the next reading.
+
+    Attributes:
+        time: Of the reading that it answers, from the session's start [s].
+        velocity: (joints,) [rad/s, or m/s for a slide].
+        force: Of the strongest contact [N]; 0 without one.
+        limits: What bounds the controller, or stopped it.
+    """
+
+    time: float
+    velocity: FloatArray
+    force: float
+    limits: tuple[Limit, ...] = ()
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, "velocity")
+
+
+class MeasuredController:
+    """A controller that reads a measured skin. Mutable; ``reset`` forgets the past.
+
+    It keeps the posture in which it is started while nothing touches, not the model's home, in which no one may want a
+    real robot to go by itself.
+
+    Args:
+        robot: As it is measured.
+        map_: Of the skin; ``use`` takes another.
+        settings: Of the controller.
+
+    Raises:
+        SceneError: A setting is out of range.
+        RobotError: As ``ControllerManager.prepare``.
+    """
+
+    def __init__(self, robot: Robot, map_: TactileMap, settings: ControlSettings) -> None:
+        self._manager = ControllerManager(robot, map_, settings)
+        self._manager.prepare((settings.task,), map_)
+        self._map = map_
+        self._before: tuple[float, FloatArray] | None = None
+
+    @property
+    def settings(self) -> ControlSettings:
+        """In force."""
+        return self._manager.settings
+
+    def use(self, settings: ControlSettings) -> None:
+        """Take other settings; raises SceneError, and the last good ones stay."""
+        self._manager.prepare((settings.task,), self._map)
+        self._manager.settings = settings
+
+    def use_map(self, map_: TactileMap) -> None:
+        """Take another map of the same skin from the next reading on; nothing for the same."""
+        if map_ is not self._map:
+            self._map = map_
+            self._manager.use(map_)
+
+    def reset(self) -> None:
+        """Begin anew at the next reading, in the posture that is found then."""
+        self._manager.reset()
+        self._before = None
+
+    def command(self, frame: Frame, facts: MeasuredFacts) -> WantedMotion:
+        """The answer to a measured frame; at first, and after a gap, to stand still.
+
+        Raises:
+            LiveError: The readings are no forces, not all joints are measured, so that the skin's place is not known,
+                or the controller yields by torques and wants no motion.
+
+        Cost: 1 to 3 ms for 1,000 taxels.
+        """
+        check_controllable(frame, facts)
+        if self.settings.controller == "impedance":
+            remedy = "Choose another controller, such as hold_force or hybrid"
+            raise LiveError("impedance yields by torques, and wants no motion", place="controller", remedy=remedy)
+        strongest = frame.regions[0].force if frame.regions else 0.0
+        step = None if self._before is None else frame.time - self._before[0]
+        if step is None or not 0 < step <= LONGEST_STEP:
+            return self._begin(frame, strongest)
+        self._manager.readings = self._timing(step)
+        command = self._manager.command(
+            frame.posture, frame.velocity, frame.regions, step, readable=bool(np.isfinite(frame.pressures).all())
+        )
+        assert self._before is not None
+        velocity = (command.posture - self._before[1]) / step
+        self._before = frame.time, command.posture
+        return WantedMotion(frame.time, velocity, strongest, self._manager.why_limited)
+
+    def _begin(self, frame: Frame, strongest: float) -> WantedMotion:
+        self._manager.reset()
+        self._manager.rest = frame.posture
+        self._before = frame.time, frame.posture
+        return WantedMotion(frame.time, np.zeros(len(frame.posture)), strongest)
+
+    def _timing(self, step: float) -> SensorTiming:
+        """As far as the stream itself tells: the delay of the readings is not known to a receiver."""
+        before = self._manager.readings
+        period = step if before is None else before.period + _TIMING_SHARE * (step - before.period)
+        return SensorTiming(period)
+
+
+def check_controllable(frame: Frame, facts: MeasuredFacts) -> None:
+    """Refuse a measured frame that no contact can be controlled by.
+
+    Raises:
+        LiveError: See ``MeasuredController.command``.
+    """
+    if frame.units is not ReadingUnits.CALIBRATED:
+        remedy = "Calibrate the skin and show it in kPa"
+        raise LiveError("without a calibration no force is known to control", value=frame.units.unit, remedy=remedy)
+    if facts.unheard_joints:
+        missing = f"{facts.unheard_joints} of {len(frame.posture)} joints"
+        raise LiveError("the robot's posture is not known", value=missing, remedy="Send every joint's position")
