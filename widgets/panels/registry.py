@@ -30,6 +30,7 @@ from widgets.panels.touch.contacts_panel import ContactsPanel
 from widgets.panels.touch.events_panel import EventsPanel
 from widgets.panels.touch.live_input_panel import LiveInputPanel
 from widgets.panels.touch.simulated_skin_panel import SimulatedSkinPanel
+from widgets.panels.touch.wanted_motion_panel import WantedMotionPanel
 from widgets.session.live_session import LiveSession
 
 P = TypeVar("P", bound=Panel)
@@ -100,6 +101,10 @@ def _follow_simulated_skin(panel: SimulatedSkinPanel, session: LiveSession, sele
     panel.follow(selection)
 
 
+def _follow_wanted_motion(panel: WantedMotionPanel, session: LiveSession, _selection: TaxelSelection) -> None:
+    session.live_input_changed.connect(panel.show_input)
+
+
 def _follow_quality(panel: QualityPanel, session: LiveSession, _selection: TaxelSelection) -> None:
     session.measurements.measured.connect(panel.show_quality)
 
@@ -118,6 +123,12 @@ PANELS = (
         lambda editor, _panels: SimulatedSkinPanel(editor),
         GuidePlace("live", "Beside a simulation"),
         _follow_simulated_skin,
+        folded_at_first=True,
+    ),
+    PanelSpec(
+        lambda _editor, _panels: WantedMotionPanel(),
+        GuidePlace("live", "Motion for the real robot"),
+        _follow_wanted_motion,
         folded_at_first=True,
     ),
     PanelSpec(lambda _editor, _panels: ContactsPanel(), GuidePlace("control", "Contacts"), _follow_contacts),

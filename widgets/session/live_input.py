@@ -7,18 +7,21 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from app.control.command import ControlSettings
 from app.core.arrays import IntArray
 from app.core.errors import SimulationError, describe_unexpected_error
 from app.live.calibration import ValueMode, load_calibration, save_calibration
 from app.live.connection import Connection, ConnectionStatus
 from app.live.matching import load_matching
 from app.live.measured_session import MeasuredFacts, MeasuredSession, silent_text, swapped_texts
+from app.live.motion.motion_sender import MotionLimits
 from app.live.prepare import as_measured
 from app.live.sources.open import SourceOptions, open_source
 from app.maps.tactile_map import TactileMap
 from app.session.frame import Frame
 from app.session.inputs import MapEdited
 from app.session.prepare import PreparedScene
+from widgets.session.live_motion import LiveMotion, MotionFacts
 from widgets.session.session_runner import InlineRunner, SessionRunner
 
 _POLL_SECONDS = 0.05
@@ -51,6 +54,7 @@ class LiveInput:
         settings: What was asked for.
         origin: The scene that was shown, to which ``Disconnect`` goes back.
         map_: By which contacts are placed.
+        control: Settings of the controller whose wanted motion may be shown.
 
     Attributes:
         settings: As above.
@@ -62,7 +66,9 @@ class LiveInput:
         TactileMapsError: The source, or a file named with it, cannot be used.
     """
 
-    def __init__(self, settings: LiveInputSettings, origin: PreparedScene, map_: TactileMap) -> None:
+    def __init__(
+        self, settings: LiveInputSettings, origin: PreparedScene, map_: TactileMap, control: ControlSettings
+    ) -> None:
         self.settings, self.origin = settings, origin
         source = open_source(settings.address, settings.options)
         prepared, skin = as_measured(origin), origin.skin
@@ -77,10 +83,11 @@ class LiveInput:
         if not source.slow:
             self.connection.open()  # else on the thread, which tells why it failed
         self._runner: SessionRunner | None = None
+        self._motion = LiveMotion(self.session, control)
 
     def run(self, make: Callable[..., SessionRunner], each: Callable[[Frame], None]) -> SessionRunner:
         """The runner that takes readings from now on; ``each`` is told every new frame."""
-        self._runner = make(self.session, each, self.connection)
+        self._runner = make(self.session, each, self.connection, self._motion)
         return self._runner
 
     @property
@@ -98,6 +105,36 @@ class LiveInput:
         with self._runner.lock:
             facts = self.session.facts
         return facts, tuple(silent_text(self.session, one) for one in facts.silent)
+
+    def motion(self) -> MotionFacts:
+        """What a controller wants of the robot, while it is watched or sent."""
+        assert self._runner is not None
+        with self._runner.lock:
+            return self._motion.facts
+
+    def watch_motion(self, *, watched: bool) -> None:
+        """Work out what is wanted, or only while it is sent."""
+        assert self._runner is not None
+        with self._runner.lock:
+            self._motion.watch(watched=watched)
+
+    def use_controller(self, name: str) -> None:
+        """Take another controller; sending ends. Raises SceneError."""
+        assert self._runner is not None
+        with self._runner.lock:
+            self._motion.use_controller(name)
+
+    def send_motion(self, address: str, limits: MotionLimits) -> None:
+        """Send what is wanted, since a hand said so; raises TactileMapsError, see ``LiveMotion.start``."""
+        assert self._runner is not None
+        with self._runner.lock:
+            self._motion.start(address, limits)
+
+    def stop_motion(self) -> None:
+        """Send a stop, and nothing after it."""
+        assert self._runner is not None
+        with self._runner.lock:
+            self._motion.stop()
 
     def tare(self, frames: int = 50) -> None:
         """Take the next readings as those of the untouched skin."""
@@ -135,20 +172,24 @@ class _TakesReadings(SessionRunner):
     """A frame for each reading, and none without."""
 
     session: MeasuredSession
+    _motion: LiveMotion
 
     def _tick(self) -> None:
         before = self.session.frame
         frame = self.session.tick()
         if frame is not before:
             self._keep(frame)
+            self._motion.take(frame)
 
 
 class InlineReadingsRunner(_TakesReadings, InlineRunner):
     """Takes what has arrived when told to: deterministic, for tests and pictures."""
 
-    def __init__(self, session: MeasuredSession, each: Callable[[Frame], None], connection: Connection) -> None:
+    def __init__(
+        self, session: MeasuredSession, each: Callable[[Frame], None], connection: Connection, motion: LiveMotion
+    ) -> None:
         super().__init__(session, each)
-        self._connection = connection
+        self._connection, self._motion = connection, motion
 
     def run_for(self, seconds: float) -> None:
         """Receive and take what there is; ``seconds`` are those of the source."""
@@ -157,19 +198,23 @@ class InlineReadingsRunner(_TakesReadings, InlineRunner):
             if not self.paused:
                 with self.lock:
                     self._tick()
+            self._motion.check()
 
     def stop(self) -> None:
         """End the connection."""
+        self._motion.stop()
         self._connection.close()
 
 
 class ThreadReadingsRunner(_TakesReadings):
     """Takes readings when they arrive, on a thread of its own; the connection receives on another."""
 
-    def __init__(self, session: MeasuredSession, each: Callable[[Frame], None], connection: Connection) -> None:
+    def __init__(
+        self, session: MeasuredSession, each: Callable[[Frame], None], connection: Connection, motion: LiveMotion
+    ) -> None:
         super().__init__(session, each)
         self.real_time_factor = 1.0
-        self._connection, self._ended = connection, threading.Event()
+        self._connection, self._motion, self._ended = connection, motion, threading.Event()
         self._thread = threading.Thread(target=self._loop, name="readings", daemon=True)
         connection.start()
         self._thread.start()
@@ -179,6 +224,7 @@ class ThreadReadingsRunner(_TakesReadings):
         self._ended.set()
         self._connection.close()
         self._thread.join()
+        self._motion.stop()
 
     def _loop(self) -> None:
         try:
@@ -188,6 +234,9 @@ class ThreadReadingsRunner(_TakesReadings):
                 elif self._connection.wait(_POLL_SECONDS):
                     with self.lock:  # for one reading: the window never waits for longer
                         self._tick()
+                with self.lock:
+                    self._motion.check()
         except Exception as error:  # the thread's last door: beyond it nobody would notice that time stands still
+            self._motion.stop()
             self.failure = SimulationError(describe_unexpected_error(error), remedy="Disconnect and connect again")
             self._halt()

@@ -398,7 +398,7 @@ class LiveSession(QObject):
             raise LiveError("there is no skin to show readings on", remedy="Open a robot, scene or skin first")
         before = self.live_input
         origin = source.prepared if before is None or self._replay is not None else before.origin
-        live = LiveInput(settings, origin, source.settings.map)
+        live = LiveInput(settings, origin, source.settings.map, source.settings.settings)
         session = live.session
         self._end_run()
         self.live_input = live

@@ -143,6 +143,7 @@ def column(qtbot, prepared):
 def test_the_column_tells_which_panels_are_folded(column):
     at_first = (
         "simulated-skin-panel",
+        "wanted-motion-panel",
         "behaviours-panel",
         "posture-panel",
         "compare-panel",
@@ -154,7 +155,7 @@ def test_the_column_tells_which_panels_are_folded(column):
     told = []
     column.folded_changed.connect(told.append)
     QTest.mouseClick(column["contacts"]._heading, Qt.MouseButton.LeftButton)
-    assert told == [(at_first[0], "contacts-panel", *at_first[1:])]
+    assert told == [(*at_first[:2], "contacts-panel", *at_first[2:])]
     column.set_folded(["timing-panel", "a panel of another version"])
     assert column.folded == ("timing-panel",)
     assert len(told) == 1
@@ -202,14 +203,14 @@ def test_a_panel_needs_one_line(qtbot, editor, prepared, touched):
     """Its place, scenes, frames, theme, session and folding come from its spec and the hooks."""
     session, selection, followed = LiveSession(backends=INLINE), TaxelSelection(), []
     specs = (
-        PANELS[2],
+        PANELS[3],
         PanelSpec(
             lambda _editor, _panels: Extra(),
             GuidePlace("index"),
             lambda *parts: followed.append(parts),
             folded_at_first=True,
         ),
-        PANELS[4],
+        PANELS[5],
     )
     column = PanelColumn(editor, specs=specs)
     qtbot.addWidget(column)

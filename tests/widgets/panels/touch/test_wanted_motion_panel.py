@@ -1,0 +1,127 @@
+"""The wanted motion of a measured robot: shown while it is looked at, sent while a switch is on, and why it ends."""
+
+from __future__ import annotations
+
+import json
+import socket
+
+import numpy as np
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QComboBox, QLabel, QLineEdit, QPushButton
+
+from app.live.sources.open import SourceOptions
+from app.tactile.press import press_skin
+from tests.support.touch import bar_skin, prepared_bar
+from tests.widgets.support.window_driver import run
+from widgets.panels.touch.wanted_motion_panel import WantedMotionPanel
+from widgets.session.live_input import LiveInputSettings
+
+
+@pytest.fixture
+def driver():
+    """A robot's driver on this computer."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as opened:
+        opened.bind(("127.0.0.1", 0))
+        opened.settimeout(10)
+        yield opened
+
+
+@pytest.fixture
+def panel(window_again, tmp_path):
+    """Readings of the bar, touched with 6 N from the sixth on and 20 N in the end; five have been taken."""
+    pressed = press_skin(bar_skin(), bar_skin().taxel_point(30), force=6.0)
+    factors = [0.0] * 6 + [1.0] * 20 + [20 / 6] * 4
+    rows = [[0.01 * number, *(factor * pressed), 0.3] for number, factor in enumerate(factors)]
+    path = tmp_path / "readings.csv"
+    head = f"# unit: Pa\ntime,{','.join(map(str, range(len(pressed))))},joint:hinge\n"
+    path.write_text(head + "".join(",".join(map(str, row)) + "\n" for row in rows))
+    window_again.live.show_prepared(prepared_bar())
+    panel = window_again.column.get(WantedMotionPanel)
+    panel.set_folded(False)
+    window_again.live.connect_source(LiveInputSettings(str(path), SourceOptions(speed=None)))
+    panel.read = lambda count: [run(window_again, 0.05) for _ in range(count)] and panel.refresh()
+    panel.read(5)
+    yield panel
+    window_again.live.disconnect_source()
+
+
+def text(panel, name):
+    return panel.findChild(QLabel, f"motion-{name}").text().replace("\u2009", " ")
+
+
+def choose(panel, title):
+    box = panel.findChild(QComboBox, "motion-controller")
+    box.setCurrentIndex(box.findText(title))
+    box.activated.emit(box.currentIndex())
+
+
+def press(panel):
+    QTest.mouseClick(panel.findChild(QPushButton, "motion-send"), Qt.MouseButton.LeftButton)
+
+
+def test_what_is_wanted_is_shown_and_not_sent(panel, driver):
+    assert "impedance yields" in text(panel, "told")
+    choose(panel, "Hold force")
+    panel.read(15)
+    assert text(panel, "joints").startswith("hinge +0.0")
+    assert text(panel, "force") == "6.0 N"
+    assert text(panel, "sent") == ""
+    driver.setblocking(False)
+    with pytest.raises(BlockingIOError):
+        driver.recv(4096)
+
+
+def test_the_switch_sends_and_a_strong_contact_ends_it(panel, driver):
+    panel.findChild(QLineEdit, "motion-address").setText(f"udp://127.0.0.1:{driver.getsockname()[1]}")
+    choose(panel, "Hold force")
+    switch = panel.findChild(QPushButton, "motion-send")
+    place = switch.mapTo(panel, switch.rect().topLeft())
+    press(panel)
+    panel.read(10)
+    assert switch.isChecked()
+    assert text(panel, "sent").startswith("Sending: ")
+    assert not panel.findChild(QLineEdit, "motion-address").isEnabled()
+    panel.read(20)
+    assert not switch.isChecked()
+    assert "passed the limit of force" in text(panel, "sent")
+    assert switch.mapTo(panel, switch.rect().topLeft()) == place
+    states = []
+    while states[-3:] != ["stopped"] * 3:
+        packet = json.loads(driver.recv(4096))
+        states.append(packet["state"])
+        moved = packet["velocities"]["hinge"]
+        assert np.isfinite(moved)
+    assert states.count("moving") >= 5
+
+
+def test_a_hand_ends_it_and_so_does_leaving(panel, driver, window_again):
+    panel.findChild(QLineEdit, "motion-address").setText(f"udp://127.0.0.1:{driver.getsockname()[1]}")
+    choose(panel, "Hold force")
+    for end in (lambda: press(panel), window_again.live.disconnect_source):
+        press(panel)
+        panel.read(2)
+        end()
+        found = [json.loads(driver.recv(4096)) for _ in range(4)]
+        while found[-1]["state"] == "moving" or len(found) < 4:
+            found.append(json.loads(driver.recv(4096)))
+        while [packet["state"] for packet in found[-3:]] != ["stopped"] * 3:
+            found.append(json.loads(driver.recv(4096)))
+        assert found[-1]["why"] == "switched off"
+    assert panel.isHidden()
+
+
+def test_another_machine_is_refused_in_words(panel):
+    panel.findChild(QLineEdit, "motion-address").setText("udp://192.0.2.1:9900")
+    choose(panel, "Hold force")
+    press(panel)
+    assert "not asked for" in text(panel, "told")
+    assert not panel.findChild(QPushButton, "motion-send").isChecked()
+
+
+def test_folded_nothing_is_worked_out(panel):
+    panel.set_folded(True)
+    choose(panel, "Hold force")
+    panel.read(10)
+    assert text(panel, "joints") == "–"

@@ -1,0 +1,180 @@
+"""The motion that a controller wants of the robot whose skin is shown; sent to it while a switch is on."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from PySide6.QtCore import QTimer
+from PySide6.QtWidgets import QHBoxLayout, QLineEdit, QPushButton, QWidget
+
+from app.control.controller_registry import CONTROLLERS
+from app.control.limit_texts import limit_text
+from app.core.errors import TactileMapsError
+from app.live.motion.motion_sender import FORCES, SPEEDS, MotionLimits, SendingState
+from app.robots.robot import Robot
+from widgets.common.number_field import NumberField
+from widgets.common.panel import FlatComboBox, Panel, value_label
+from widgets.session.live_input import LiveInput
+from widgets.session.live_motion import MotionFacts
+
+_REFRESH_MS = 100
+_FASTEST = 3
+"""Joints that are named; the others are slower."""
+_UNKNOWN = "–"
+ADDRESS = "udp://127.0.0.1:9900"
+
+
+class WantedMotionPanel(Panel):
+    """Hidden while nothing is connected; a controller runs only while it is unfolded, or its motion is sent."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__("Wanted motion", "wanted-motion-panel", parent)
+        self._input: LiveInput | None = None
+        self._error = ""
+        grid = self.grid()
+        grid.setColumnStretch(0, 1)
+        self._controller = FlatComboBox(self)
+        self._controller.setObjectName("motion-controller")
+        self._controller.setAccessibleName("Controller")
+        self._names = [name for name in CONTROLLERS if name != "impedance"]
+        self._controller.addItems([CONTROLLERS[name].title for name in self._names])
+        self._controller.activated.connect(self._on_controller_activated)
+        self._joints = value_label(_UNKNOWN, self, right=True)
+        self._joints.setObjectName("motion-joints")
+        self._joints.setMinimumHeight(_FASTEST * self._joints.fontMetrics().lineSpacing())
+        self._force = value_label(_UNKNOWN, self, right=True)
+        self._force.setObjectName("motion-force")
+        rows: tuple[tuple[str, str, QWidget], ...] = (
+            ("Controller", "Whose motion is shown; goal and gains are those from before connecting", self._controller),
+            ("Fastest joints", "Wanted velocities, the largest first", self._joints),
+            ("Strongest contact", "As measured", self._force),
+        )
+        for row, (text, tip, widget) in enumerate(rows):
+            name = value_label(text, self)
+            name.setToolTip(tip)
+            grid.addWidget(name, row, 0)
+            grid.addWidget(widget, row, 1)
+        self._address = QLineEdit(ADDRESS, self)
+        self._address.setObjectName("motion-address")
+        self._address.setAccessibleName("Address of the robot's driver")
+        self._address.setToolTip("udp://HOST:PORT or zmq://HOST:PORT on this computer; the guide says what is sent")
+        self.column.addWidget(self._address)
+        slowed, ended = "Faster motion is slowed as a whole", "A stronger contact ends sending"
+        self._speed = NumberField("Fastest joint sent", "rad/s", *SPEEDS, 0.01, slowed, self)
+        self._most_force = NumberField("Largest force", "N", *FORCES, 1.0, ended, self)
+        self._speed.show_number(MotionLimits().speed)
+        self._most_force.show_number(MotionLimits().force)
+        self.column.addLayout(self._limits())
+        self._switch = QPushButton("Send to the robot", self)
+        self._switch.setObjectName("motion-send")
+        self._switch.setCheckable(True)
+        self._switch.setToolTip("Send the wanted velocities: the robot may move. Press again to stop it.")
+        self._switch.clicked.connect(self._on_switched)
+        self.column.addWidget(self._switch)
+        # What comes and goes is below the switch, which must not move under the pointer.
+        self._sent, self._told = self.caption(), self.caption()
+        self._sent.setObjectName("motion-sent")
+        self._told.setObjectName("motion-told")
+        self._timer = QTimer(self)
+        self._timer.setInterval(_REFRESH_MS)
+        self._timer.timeout.connect(self.refresh)
+        self.folded_changed.connect(self._watch)
+        self.hide()
+
+    def _limits(self) -> QHBoxLayout:
+        row = QHBoxLayout()
+        row.addWidget(value_label("At most", self))
+        row.addStretch(1)
+        row.addWidget(self._speed)
+        row.addWidget(self._most_force)
+        return row
+
+    def show_input(self, live: LiveInput | None) -> None:
+        """Show another live input; None for none."""
+        self._input, self._error = live, ""
+        self.setVisible(live is not None)
+        self._watch()
+        if live is None:
+            self._timer.stop()
+            self._switch.setChecked(False)
+        else:
+            self._timer.start()
+            self.refresh()
+
+    def set_folded(self, folded: bool) -> None:
+        """Fold or unfold it without telling a person's hand."""
+        super().set_folded(folded)
+        self._watch()
+
+    def refresh(self) -> None:
+        """Show how things are now."""
+        if self._input is None:
+            return
+        facts = self._input.motion()
+        name = facts.settings.controller
+        if name in self._names:
+            self._controller.setCurrentIndex(self._names.index(name))
+        self._controller.say(CONTROLLERS[name].title)
+        wanted = facts.wanted
+        self._joints.setText(_fastest(self._input.origin.robot, facts))
+        self._force.setText(_UNKNOWN if wanted is None else f"{wanted.force:.1f}\u2009N")
+        limits = () if wanted is None else wanted.limits
+        self._told.setText("\n".join([self._error or facts.problem or "", *map(limit_text, limits)]).strip())
+        self._told.setHidden(not self._told.text())
+        self._switch.setChecked(facts.sending.sending)
+        self._switch.setText("Stop sending" if facts.sending.sending else "Send to the robot")
+        for field in (self._address, self._speed, self._most_force):
+            field.setEnabled(not facts.sending.sending)
+        self._sent.setText(_sent_text(facts.sending))
+        self._sent.setHidden(not self._sent.text())
+
+    def _watch(self) -> None:
+        if self._input is not None:
+            self._input.watch_motion(watched=not self.folded)
+
+    def _on_controller_activated(self, index: int) -> None:
+        self._try(lambda live: live.use_controller(self._names[index]))
+
+    def _on_switched(self, wanted: bool) -> None:
+        if not wanted:
+            self._try(lambda live: live.stop_motion())
+            return
+        self._try(
+            lambda live: live.send_motion(
+                self._address.text().strip(), MotionLimits(self._speed.value(), self._most_force.value())
+            )
+        )
+
+    def _try(self, act: Callable[[LiveInput], None]) -> None:
+        """What a hand asks for; why it is refused is said above."""
+        self._error = ""
+        if self._input is not None:
+            try:
+                act(self._input)
+            except TactileMapsError as error:
+                self._error = str(error)
+        self.refresh()
+
+
+def _fastest(robot: Robot, facts: MotionFacts) -> str:
+    """The fastest joints with their velocities."""
+    if facts.wanted is None:
+        return _UNKNOWN
+    velocity = facts.wanted.velocity
+    order = np.argsort(-np.abs(velocity), kind="stable")[:_FASTEST]
+    moving = [number for number in order if abs(velocity[number]) >= 5e-4]
+    units = {number: "m/s" if robot.joints[number].slide else "rad/s" for number in moving}
+    lines = [f"{robot.joints[number].name} {velocity[number]:+.3f}\u2009{units[number]}" for number in moving]
+    return "\n".join(lines).replace("-", "−") if lines else "none moves"
+
+
+def _sent_text(sending: SendingState) -> str:
+    """How sending goes, or why it ended."""
+    slowed = f", {sending.slowed} of them slowed" if sending.slowed else ""
+    if sending.sending:
+        return f"Sending: {sending.sent} velocities{slowed}."
+    if sending.stopped is None:
+        return ""
+    detail = f" ({sending.detail})" if sending.detail else ""
+    return f"Stopped: {sending.stopped.value}{detail}. {sending.sent} velocities were sent{slowed}."
