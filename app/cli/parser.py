@@ -107,6 +107,8 @@ def _add_listen(commands: argparse._SubParsersAction) -> None:  # type: ignore[t
     add("--mode", choices=("raw", "baseline", "kPa"), help="what contacts are read from (default: as known)")
     add("--tare", type=int, metavar="N", help="take the first N readings as those of the untouched skin")
     add("--weight", type=_positive, metavar="KG", help="calibrate by this mass, which lies on the skin at the end")
+    seconds = "mean of so long at the end (default 0.5); refused while the sum still changes by 5 %%"
+    add("--weight-seconds", type=_positive, default=0.5, metavar="SECONDS", help=seconds)
     add("--save-calibration", metavar="FILE.csv", help="write the calibration found with --weight")
     add("--controller", metavar="NAME", help="show the motion that this controller wants of the robot")
     add("--send", metavar="ADDRESS", help="and send it, to udp://HOST:PORT or zmq://HOST:PORT: the robot may move")

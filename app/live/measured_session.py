@@ -25,7 +25,7 @@ from app.live.channel_health import QUIET_SECONDS, ChannelHealth, SilentChannel
 from app.live.channel_swaps import SwapDetector, SwappedChannels
 from app.live.matching import TaxelMatcher
 from app.live.readings import MalformedReadingError, Unit
-from app.live.weighing import Weighing, WeighingState
+from app.live.weighing import RecentReadings, Weighing, WeighingState
 from app.session.frame import Frame
 from app.session.inputs import CalibrationUsed, MapEdited, PokeMoved, PokeReleased, ReadingChanged, SessionInput
 from app.session.measured_values import MeasuredValues
@@ -141,6 +141,7 @@ class MeasuredSession:
         self._spread: FloatArray | None = None
         self._tare: Tare | None = None
         self._weighing: Weighing | None = None
+        self._recent: RecentReadings | None = None
         self._weighed = WeighingState()
         self._before_weights: list[tuple[Calibration, Calibration | None]] = []
         self.tared = False
@@ -215,14 +216,22 @@ class MeasuredSession:
         """
         self._tare, self._weighing = Tare(len(self._values), frames), None
 
+    def remember(self, seconds: float) -> None:
+        """Keep the readings of so long from now on, for ``weigh``; raises LiveError for what is no time."""
+        self._recent = RecentReadings(seconds)
+
     def weigh(self, mass: float) -> Calibration:
         """Calibrate by a known weight [kg] that lies on the skin now; the calibration, in force from now on.
 
+        By the mean of the readings that are remembered, else by the newest.
+
         Raises:
-            LiveError: It is not felt, or the skin was not tared.
+            LiveError: It is not felt, has not come to rest, or the skin was not tared.
         """
         self._check_tared()
-        self._calibrate(self._calibration.with_weight(self._change, self.prepared.skin.areas, mass))
+        areas = self.prepared.skin.areas
+        change = self._change if self._recent is None else self._recent.mean(self._calibration.gain * areas)
+        self._calibrate(self._calibration.with_weight(change, areas, mass))
         return self._calibration
 
     def begin_weighing(self, mass: float, seconds: float, *, taxels: IntArray | None = None) -> None:
@@ -372,6 +381,8 @@ class MeasuredSession:
             self._swaps.add(self._raw, self._time)
             self._take_tare()
             self._take_weighing()
+            if self._recent is not None and self.tared:
+                self._recent.add(self._change, self._time)
         self._readings += 1
         self.frame = self._frame()
         for each in tuple(self._watchers):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import deque
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,6 +14,8 @@ from app.live.calibration import Calibration, check_mass
 
 LONGEST = 60.0
 """Seconds over which readings are averaged at most."""
+_DRIFT = 0.05
+"""Of the sum from one half of a while to the other: a weight that is still being laid down changes it by more."""
 
 
 @dataclass(frozen=True)
@@ -47,8 +50,7 @@ class Weighing:
 
     def __init__(self, mass: float, seconds: float, taxels: IntArray | None, start: float) -> None:
         check_mass(mass)
-        if not (math.isfinite(seconds) and 0 < seconds <= LONGEST):
-            raise LiveError("the time is out of range", value=f"{seconds} s", remedy=f"Choose up to {LONGEST:g} s")
+        _check_seconds(seconds)
         if taxels is not None and not len(taxels):
             raise LiveError("the weight lies on no taxel", remedy="Select the taxels under it, or none for all")
         self._mass, self._taxels, self._until = mass, taxels, start + seconds
@@ -71,3 +73,52 @@ class Weighing:
         after = before.with_weight(self._sum / self._count, areas, self._mass, taxels=self._taxels)
         changed = int(np.argmax(after.gain != before.gain)) if self._taxels is None else int(self._taxels[0])
         return after, float(after.gain[changed] / before.gain[changed])
+
+
+class RecentReadings:
+    """The readings of the last while, for a weight that turns out to have lain on the skin. Mutable.
+
+    Args:
+        seconds: How long a while, by the sender's clock.
+
+    Raises:
+        LiveError: There is no such time.
+    """
+
+    def __init__(self, seconds: float) -> None:
+        _check_seconds(seconds)
+        self._seconds = seconds
+        self._kept: deque[tuple[float, FloatArray]] = deque()
+
+    def add(self, change: FloatArray, time: float) -> None:
+        """A reading's values (n,) above the untouched skin's, at a time [s]; what is too old by then is dropped."""
+        self._kept.append((time, change))
+        while time - self._kept[0][0] > self._seconds:
+            self._kept.popleft()
+
+    def mean(self, weights: FloatArray) -> FloatArray:
+        """(n,) of them.
+
+        Args:
+            weights: (n,) what a value counts in the sum that must have come to rest.
+
+        Raises:
+            LiveError: There are none, or their sum still changes by more than 5 % from one half to the other.
+        """
+        if not self._kept:
+            raise LiveError("there is no reading to weigh by", remedy="Let readings come while the weight lies there")
+        changes = np.stack([change for _, change in self._kept])
+        sums, half = changes @ weights, len(changes) // 2
+        if half:
+            before, after = sums[:half].mean(), sums[half:].mean()
+            drift = abs(after - before) / max(abs(before), abs(after), 1e-300)
+            if drift > _DRIFT:
+                found = f"{100 * drift:.0f} % within {self._seconds:g} s"
+                remedy = "Wait until it lies still, or average over a shorter time"
+                raise LiveError("the weight has not come to rest", value=found, remedy=remedy)
+        return np.asarray(changes.mean(axis=0))
+
+
+def _check_seconds(seconds: float) -> None:
+    if not (math.isfinite(seconds) and 0 < seconds <= LONGEST):
+        raise LiveError("the time is out of range", value=f"{seconds} s", remedy=f"Choose up to {LONGEST:g} s")

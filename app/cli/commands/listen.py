@@ -89,6 +89,8 @@ def _session(arguments: argparse.Namespace, connection: Connection, prepared: Pr
         session.request_mode(ValueMode(arguments.mode))
     if arguments.tare is not None:
         session.tare(arguments.tare)
+    if arguments.weight is not None:
+        session.remember(arguments.weight_seconds)
     return session
 
 

@@ -12,7 +12,7 @@ from app.live.calibration import GRAVITY, Calibration
 from app.live.measured_session import MeasuredSession
 from app.live.prepare import as_measured
 from app.live.readings import Reading, Unit
-from app.live.weighing import Weighing
+from app.live.weighing import RecentReadings, Weighing
 from app.tactile.press import press_skin
 from tests.support.touch import bar_skin, prepared_bar
 
@@ -82,3 +82,15 @@ def test_there_must_be_a_weight_a_time_and_a_place(mass, seconds, taxels):
     with pytest.raises(LiveError) as refused:
         Weighing(mass, seconds, taxels, 0.0)
     assert refused.value.remedy
+
+
+def test_the_last_while_is_averaged_and_must_have_come_to_rest():
+    recent, noise = RecentReadings(0.5), np.random.default_rng(0).normal(0, 1, (200, 4))
+    with pytest.raises(LiveError, match="no reading"):
+        recent.mean(np.ones(4))
+    for number, extra in enumerate(noise):
+        recent.add((0.0 if number < 100 else 50.0) + extra, 0.01 * number)
+        if number == 120:
+            with pytest.raises(LiveError, match="has not come to rest"):
+                recent.mean(np.ones(4))
+    assert recent.mean(np.ones(4)) == pytest.approx(50 + noise[-51:].mean(axis=0), abs=1e-9)

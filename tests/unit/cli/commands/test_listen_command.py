@@ -53,6 +53,9 @@ def test_a_file_is_told_of_in_figures(readings, skin, capsys, tmp_path):
 def test_a_weight_calibrates_and_is_kept(readings, skin, capsys, tmp_path):
     kept = str(tmp_path / "gains.csv")
     weigh = ["--tare", "10", "--weight", "0.30591", "--save-calibration", kept]
+    assert main(["listen", readings, "--skin", skin, *weigh]) == 1
+    assert "has not come to rest" in capsys.readouterr().err
+    weigh += ["--weight-seconds", "0.08"]
     assert main(["listen", readings, "--skin", skin, *weigh]) == 0
     assert "forces unknown" in capsys.readouterr().out
     assert main(["listen", readings, "--skin", skin, "--tare", "10", "--calibration", kept, "--json"]) == 0
