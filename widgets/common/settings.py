@@ -80,12 +80,14 @@ class WindowLayout:
         folded: Names of the panels of which only the heading shows.
         state: Of Qt's docks and bars.
         plots: Which plots are shown, as ``PlotChoice`` writes it; empty for those that the controller calls for.
+        views: Names of the views that were added: ``second``, ``inset``.
     """
 
     undocked: tuple[str, ...]
     folded: tuple[str, ...]
     state: QByteArray
     plots: str = ""
+    views: tuple[str, ...] = ()
 
 
 _LAYOUT_NOW = "layout"
@@ -255,14 +257,17 @@ class Settings:
         state = self._store.value(f"{key}/state")
         if not isinstance(state, QByteArray):
             return None
-        undocked, folded = (str(self._store.value(f"{key}/{part}", "")).split() for part in ("undocked", "folded"))
-        return WindowLayout(tuple(undocked), tuple(folded), state, str(self._store.value(f"{key}/plots", "")))
+        undocked, folded, views = (
+            tuple(str(self._store.value(f"{key}/{part}", "")).split()) for part in ("undocked", "folded", "views")
+        )
+        return WindowLayout(undocked, folded, state, str(self._store.value(f"{key}/plots", "")), views)
 
     def _write_layout(self, key: str, layout: WindowLayout) -> None:
         self._store.setValue(f"{key}/state", layout.state)
         self._store.setValue(f"{key}/undocked", " ".join(layout.undocked))
         self._store.setValue(f"{key}/folded", " ".join(layout.folded))
         self._store.setValue(f"{key}/plots", layout.plots)
+        self._store.setValue(f"{key}/views", " ".join(layout.views))
 
     @property
     def geometry(self) -> QByteArray | None:

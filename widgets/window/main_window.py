@@ -84,8 +84,8 @@ class MainWindow(QMainWindow):
             theme=self._theme,
         )
         self.presenters = build(self.context, self)
-        self.panel_docks = PanelDocks(self, self.column, self.context)
         self.more_views = MoreViews(self.context, self)
+        self.panel_docks = PanelDocks(self, self.column, self.more_views, self.context)
         self._commands = WindowCommands(self.context, self, self.panels, self.bottom, self.panel_docks)
         files = self.presenters.files
         lists = {"robots": files.list_robots, "scenes": files.list_scenes, "recent": files.list_recent}

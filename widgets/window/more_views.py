@@ -5,6 +5,8 @@ Each is made when it is first wanted and given back when it is not any more: wha
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 from PySide6.QtCore import QObject, Qt
 from PySide6.QtGui import QCloseEvent
 from PySide6.QtWidgets import QDockWidget, QMainWindow, QMenu
@@ -103,10 +105,20 @@ class MoreViews(QObject):
             inset.hide()
             inset.deleteLater()
 
+    @property
+    def added(self) -> tuple[str, ...]:
+        """Names of those that are shown: ``second``, ``inset``."""
+        views = (("second", self.second), ("inset", self.inset))
+        return tuple(name for name, view in views if view is not None)
+
+    def add(self, names: Collection[str]) -> None:
+        """Have those of these names shown, and no others."""
+        self.show_second(shown="second" in names)
+        self.show_inset(shown="inset" in names)
+
     def close(self) -> None:
         """Give their graphics back."""
-        self.show_second(shown=False)
-        self.show_inset(shown=False)
+        self.add(())
 
     def list_bodies(self, menu: QMenu) -> None:
         """List the links that can be seen, and the objects: each is looked at."""

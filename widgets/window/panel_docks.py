@@ -11,6 +11,7 @@ from widgets.common.settings import Settings, WindowLayout
 from widgets.context.app_context import AppContext
 from widgets.panels.panel_column import COLUMN_WIDTH, PanelColumn
 from widgets.plots.plot_choice import PlotChoice
+from widgets.window.more_views import MoreViews
 
 _SCROLL_BAR_PX = 16
 _TALLEST_PX = 640
@@ -43,15 +44,16 @@ class PanelDocks(QObject):
     Args:
         window: Whose docks.
         column: Whose panels.
+        views: Those that were added, which belong to a layout too.
         context: For settings, questions and messages.
     """
 
     arranged = Signal()
     """Another layout is in force; it may hide or show what lies beside the views."""
 
-    def __init__(self, window: QMainWindow, column: PanelColumn, context: AppContext) -> None:
+    def __init__(self, window: QMainWindow, column: PanelColumn, views: MoreViews, context: AppContext) -> None:
         super().__init__(window)
-        self._window, self._column, self._context = window, column, context
+        self._window, self._column, self._views, self._context = window, column, views, context
         self._docks: list[_PanelDock] = []
         column.undock_requested.connect(self.toggle)
         for name, handler in (("save_layout", self._ask_name), ("delete_layout", self._ask_which)):
@@ -101,7 +103,7 @@ class PanelDocks(QObject):
         """As the window is arranged now."""
         undocked = tuple(dock.panel.objectName() for dock in self._docks)
         plots = self._context.plots.choice.to_text()
-        return WindowLayout(undocked, self._column.folded, self._window.saveState(), plots)
+        return WindowLayout(undocked, self._column.folded, self._window.saveState(), plots, self._views.added)
 
     def arrange(self, layout: WindowLayout) -> None:
         """Arrange the window so; panels it names that are not there any more are left out."""
@@ -110,9 +112,15 @@ class PanelDocks(QObject):
             if panel.objectName() in layout.undocked:
                 self._undock(panel)
         self._column.set_folded(layout.folded)
+        self._views.add(layout.views)  # before the docks' places are: the second view has one
         self._window.restoreState(layout.state)
         self._context.plots.choose(PlotChoice.from_text(layout.plots))
         self.arranged.emit()
+
+    def reset(self) -> None:
+        """All panels in the column, and no view that was added."""
+        self.gather()
+        self._views.add(())
 
     def gather(self) -> None:
         """Put all panels back into the column."""

@@ -99,7 +99,7 @@ class WindowCommands(QObject):
 
     def reset_layout(self) -> None:
         """The window as it first was."""
-        self._panel_docks.gather()
+        self._panel_docks.reset()
         for name in self._docks:
             self._context.actions[name].setChecked(True)
         self._show_docks()

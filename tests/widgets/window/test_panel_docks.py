@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtGui import QAction, QContextMenuEvent
@@ -10,15 +12,18 @@ from PySide6.QtWidgets import QApplication, QDockWidget, QLabel, QMenu, QToolBut
 
 from tests.widgets.support.window_driver import press_map, run
 from widgets.common.guide_window import GuidePlace
+from widgets.common.settings import Settings
 from widgets.panels.registry import PANELS
 from widgets.panels.touch.contacts_panel import ContactsPanel
+
+pytestmark = pytest.mark.qt_log_ignore("This plugin does not support")
 
 
 @pytest.fixture
 def window(window_again):
     """The module's window, with all panels in their column again."""
     yield window_again
-    window_again.panel_docks.gather()
+    window_again.panel_docks.reset()
     window_again.settings.delete_layout("poking")
     QApplication.processEvents()
 
@@ -73,6 +78,21 @@ def test_a_layout_is_kept_by_name_and_taken_again(window):
     window.settings.delete_layout("poking")
     menu.aboutToShow.emit()
     assert [(item.text(), item.isEnabled()) for item in menu.actions()] == [("None saved yet", False)]
+
+
+def test_a_layout_has_the_views_that_were_added(window):
+    window.action("contact_inset").trigger()
+    window.action("second_view").trigger()
+    window.panel_docks._save("poking")
+    window.action("reset_layout").trigger()
+    assert window.more_views.added == ()
+    assert not window.action("contact_inset").isChecked()
+    kept = Settings(Path(window.settings._store.fileName())).layouts["poking"]
+    window.panel_docks.arrange(kept)
+    QApplication.processEvents()
+    assert window.more_views.added == ("second", "inset")
+    assert window.more_views.second.isVisible()
+    assert window.action("second_view").isChecked()
 
 
 def test_a_layout_hides_what_it_had_hidden_and_the_menu_says_so(window):

@@ -67,6 +67,7 @@ class ControlToolsPresenter(QObject):
 
     def _on_prepared_changed(self) -> None:
         self._offered = False
+        self.settings_editor.forget_steps()
 
     def _choose_shape(self, kind: PathKind) -> None:
         """The next path is drawn so, and the one in force is taken so."""

@@ -154,6 +154,11 @@ class ControlSettingsEditor(QObject):
         self.map = map_
         self.changed.emit()
 
+    def forget_steps(self) -> None:
+        """Another session is shown, with settings of its own: what was drawn in the one before has no place there."""
+        self._wishes.reset()
+        self.changed.emit()
+
     def set_enabled(self, *, enabled: bool) -> None:
         """Whether there is an arm to lead."""
         self.enabled = enabled

@@ -20,7 +20,7 @@ from widgets.tools.registry import PATH
 
 @pytest.fixture
 def window(window_again):
-    """What a controller is told begins again with the scene; what was drawn before can be undone still."""
+    """What a controller is told begins again with the scene."""
     return window_again
 
 
@@ -139,6 +139,17 @@ def test_undo_is_of_the_path_with_its_tool_and_of_the_map_with_others(window):
     undo.trigger()
     assert window.editor.history.position == 0
     assert len(settings(window).path) == 3
+
+
+def test_a_path_of_a_session_that_is_over_is_not_undone_in_the_next_on_the_same_skin(window):
+    draw(window)
+    prepared = window.live.prepared
+    window.live.show_prepared(prepared)
+    assert window.views.tool is PATH
+    assert settings(window).path == ()
+    assert window.live.prepared.skin is prepared.skin
+    assert window.presenters.control_tools.settings_editor.undo_name == ""
+    assert "draw a path" not in window.action("undo").iconText()
 
 
 def test_undo_while_drawing_takes_the_last_corner_back(new_window):
