@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import re
 import tomllib
 from pathlib import Path
@@ -12,8 +13,10 @@ import pytest
 from app.cli.commands.guide import page_names
 from app.cli.parser import build_parser
 from app.robots.library import list_robots
+from app.scene.effects import EFFECTS
 from app.scene.scene_file import load_scene, scene_from_toml, scene_names
 from app.studies.catalogue import STUDY_NAMES
+from app.studies.sweeps.needs import Verdict
 
 ROOT = Path(__file__).resolve().parents[1]
 GUIDE = ROOT / "assets" / "guide"
@@ -83,6 +86,17 @@ def test_the_guides_scene_can_be_read_and_lacks_nothing():
     assert scene.effects.friction
     assert scene.effects.sensor.noise is not None
     assert not scene.decision.warnings
+
+
+def test_the_guides_table_of_needs_is_that_of_the_rows():
+    rows = list(csv.DictReader((ROOT / "assets" / "findings" / "needs.csv").read_text(encoding="utf8").splitlines()))
+    text = (GUIDE / "touch.md").read_text(encoding="utf8")
+    shown = [verdict for verdict in Verdict if verdict is not Verdict.NO_OUTPUT]
+    for effect in EFFECTS:
+        found = [row["verdict"] for row in rows if row["effect"] == effect]
+        cells = [str(found.count(verdict.value) or "") for verdict in shown]
+        assert f"| {EFFECTS[effect].title} | {' | '.join(cells)} |" in text
+    assert f"{len({row['scene'] for row in rows})} in all" in text
 
 
 def test_the_guide_names_every_command_and_study():

@@ -16,6 +16,7 @@ STUDY_NAMES = (
     "touch-cost",
     "step-cost",
     "effect-cost",
+    "needs",
     "control-cost",
     "controller-accuracy",
 )

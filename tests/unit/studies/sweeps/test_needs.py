@@ -1,0 +1,82 @@
+"""The comparison of what a scene simulates with everything switched the other way: changes, verdicts, scenes."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from app.scene.effects import EFFECTS
+from app.scene.tasks import OUTPUTS
+from app.studies.sweeps.needs import STUDY, Verdict, cases, change_of, figures, measure, outputs_of, switched_to
+from app.studies.testbeds.needy_scenes import VARIATIONS, needy_scenes
+from tests.support.touch import prepared_bar
+
+
+@pytest.fixture(scope="module")
+def rows():
+    case = {"scene": "poke", "seconds": 0.8, "seed": 0}
+    return {row["effect"]: {**case, **row} for row in measure(case)}
+
+
+def test_every_effect_is_switched_the_other_way(rows):
+    assert list(rows) == list(EFFECTS)
+    for name, row in rows.items():
+        assert row["switched"] != row["decided"].removesuffix(" s"), name
+
+
+def test_what_a_touch_needs_is_found_needed(rows):
+    for name in ("dynamics", "fingers", "skin"):
+        assert rows[name]["verdict"] == Verdict.NEEDED.value
+        assert rows[name]["change"] > 0.5
+    assert rows["contact"]["change"] == 0.0
+    assert rows["contact"]["verdict"] == Verdict.RIGHTLY_OFF.value
+    assert rows["timestep"]["verdict"] == Verdict.FINE_ENOUGH.value
+    assert rows["joint_limits"]["verdict"] == Verdict.SPARE.value
+    assert {rows[name]["verdict"] for name in ("noise", "sampling")} == {Verdict.NO_OUTPUT.value}
+
+
+def test_a_change_is_a_share_of_the_outputs_own_size():
+    moved = np.array([[1.0, 5.0], [1.2, 5.0], [1.4, 5.0]])
+    assert change_of("posture", moved, moved) == 0.0
+    assert change_of("posture", moved, moved + [[0], [0.1], [0.2]]) == pytest.approx(0.5)
+    assert change_of("pressure", 100 * moved, 100 * moved * 1.1) == pytest.approx(0.1)
+    nothing = np.zeros((3, 2))
+    assert change_of("force", nothing, nothing + 1e-4) == pytest.approx(1e-3)  # of the least that counts as a force
+    assert change_of("pressure", np.zeros((3, 0)), np.zeros((3, 0))) == 0.0
+
+
+def test_every_output_has_a_signal():
+    prepared = prepared_bar()
+    scene = replace(prepared.scene, outputs=tuple(OUTPUTS))
+    found = outputs_of(replace(prepared, scene=scene), scene, 0.05)
+    assert list(found) == list(OUTPUTS)
+    assert {len(values) for values in found.values()} == {10}
+
+
+def test_the_scenes_ship_or_want_something_else():
+    scenes = needy_scenes()
+    assert len(VARIATIONS) >= 10
+    assert all(scenes[name] != scenes[of] for name, (of, _) in VARIATIONS.items())
+    assert [case["scene"] for case in cases(False, 0)] == list(scenes)
+    assert len(cases(True, 0)) == 2
+
+
+def test_choices_that_are_more_than_on_and_off_are_switched_too():
+    decided = {row.name: row for row in needy_scenes()["view"].unattended.rows}
+    assert switched_to(decided["skin"]) == "water-fill"
+    assert switched_to(decided["integrator"]) == "implicit"
+    assert switched_to(decided["timestep"]) == pytest.approx(0.0025)
+
+
+def test_figures_count_the_verdicts(rows):
+    charts = figures(list(rows.values()))
+    assert {chart.title[:8].lower() for chart in charts} >= {"on, and ", "off, and", "fine eno"}
+    assert STUDY.name == "needs"
+
+
+def test_physics_that_a_view_does_without_would_change_its_postures():
+    rows = {row["effect"]: row for row in measure({"scene": "view", "seconds": 0.5, "seed": 0})}
+    assert rows["dynamics"]["verdict"] == Verdict.MISSING.value
+    assert rows["friction"]["verdict"] == Verdict.RIGHTLY_OFF.value
