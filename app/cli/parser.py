@@ -58,6 +58,13 @@ def _add_window_commands(commands: argparse._SubParsersAction) -> None:  # type:
     run.add_argument(
         "--serve", action="store_true", help="live for Foxglove and Lichtblick, in real time, on this computer alone"
     )
+    run.add_argument(
+        "--rerun",
+        nargs="?",
+        const="rerun+http://127.0.0.1:9876/proxy",
+        metavar="ADDRESS",
+        help="live to a Rerun viewer that is open, in real time (default: on this computer)",
+    )
     run.add_argument("--port", type=int, default=8765, help="of --serve (default 8765; 0 for any that is free)")
     run.add_argument(
         "--host", default="127.0.0.1", metavar="ADDRESS", help="of --serve; 0.0.0.0 lets the network watch"

@@ -92,6 +92,11 @@ class LiveServer:
             self._waiting = frame, map_
             self._changed.notify()
 
+    @property
+    def gone(self) -> bool:
+        """Whether nothing can be shown any more: a server waits for viewers, and never is."""
+        return False
+
     def close(self) -> None:
         """End it; viewers see that it is gone. Closing twice does nothing."""
         with self._changed:

@@ -1,29 +1,16 @@
-"""A recording as a Rerun file (.rrd): the robot and its taxels in 3-D, the tactile image, contacts, joints, events.
-
-Everything stands on the timeline ``time`` (simulated seconds). Points are coloured by pressure; joints and the force of
-each contact are numbers over time.
-"""
+"""A recording as a Rerun file (.rrd): the robot and its taxels in 3-D, the tactile image, contacts, joints, events."""
 
 from __future__ import annotations
 
 from bisect import bisect_right
 from pathlib import Path
-from typing import Any
-
-import numpy as np
 
 from app.core.progress import Progress, part_of_progress
-from app.core.reading_units import ReadingUnits
 from app.export.optional import packages_of
+from app.export.rerun_log import RerunLog
 from app.export.tables import LOOKING, batches, highest_reading
-from app.maps.pressure_colours import COLOURS, colour_image, rounded_scale
-from app.maps.tactile_image import TactileImage
+from app.maps.pressure_colours import rounded_scale
 from app.recording.player import RecordingPlayer
-from app.recording.viewer_messages import object_frame
-from app.robots.kinematics import Configuration
-from app.session.frame import Frame
-
-_METRES_A_NEWTON = 0.02
 
 
 def write_rerun(player: RecordingPlayer, path: Path, *, rate: float, progress: Progress) -> None:
@@ -38,7 +25,7 @@ def write_rerun(player: RecordingPlayer, path: Path, *, rate: float, progress: P
     stream.save(path)
     try:
         highest = highest_reading(player, part_of_progress(progress, 0.0, LOOKING))
-        log = _Log(player, rerun, stream, scale=rounded_scale(1e-3 * highest))
+        log = RerunLog(player.prepared, rerun, stream, scale=rounded_scale(1e-3 * highest))
         log.open()
         every = max(round(1.0 / (rate * player.prepared.scene.tick)), 1)
         told, due = 0, -(-player.frame(0).tick // every) * every
@@ -54,71 +41,3 @@ def write_rerun(player: RecordingPlayer, path: Path, *, rate: float, progress: P
                 told = now
     finally:
         stream.disconnect()
-
-
-class _Log:
-    """Says what is there of a frame."""
-
-    def __init__(self, player: RecordingPlayer, rerun: Any, stream: Any, *, scale: float) -> None:
-        self._rr, self._stream, self._prepared = rerun, stream, player.prepared
-        self._configuration = Configuration(player.prepared.robot)
-        self._image = TactileImage(player.prepared.map, width=256)
-        self._scale = scale  # kPa, of the colours
-        self._units: ReadingUnits | None = None  # told with the first tick, and when they change
-
-    def open(self) -> None:
-        """The surfaces, once."""
-        prepared = self._prepared
-        meshes = [(link.name, link.mesh) for link in prepared.robot.links if link.mesh is not None]
-        meshes += [(object_frame(body.spec.name), body.mesh) for body in prepared.objects]
-        for name, mesh in meshes:
-            surface = self._rr.Mesh3D(
-                vertex_positions=mesh.vertices.astype(np.float32),
-                triangle_indices=mesh.faces.astype(np.uint32),
-                albedo_factor=(190, 194, 199, 255),
-            )
-            self._stream.log(f"world/{name}/surface", surface, static=True)
-
-    def add(self, frame: Frame) -> None:
-        """One tick."""
-        self._tell_units(frame.units)
-        rr, prepared = self._rr, self._prepared
-        self._configuration.update(frame.posture)
-        names = [link.name for link in prepared.robot.links]
-        names += [object_frame(body.spec.name) for body in prepared.objects]
-        for name, pose in zip(names, np.concatenate([self._configuration.poses(), frame.objects]), strict=True):
-            self._stream.log(f"world/{name}", rr.Transform3D(translation=pose[:3, 3], mat3x3=pose[:3, :3]))
-        self._stream.log("tactile_image", rr.Image(colour_image(self._image, frame.pressures, self._scale)))
-        self._add_taxels(frame)
-        self._add_contacts(frame)
-        for joint, position in zip(prepared.robot.joints, frame.posture.tolist(), strict=True):
-            self._stream.log(f"joints/{joint.name}", rr.Scalars(position))
-
-    def _add_taxels(self, frame: Frame) -> None:
-        skin = self._prepared.skin
-        levels = np.nan_to_num(1e-3 * frame.pressures * (255 / self._scale))
-        colours = COLOURS[np.rint(np.clip(levels, 0, 255)).astype(int)]
-        for number, patch in enumerate(skin.patches):
-            own = slice(int(skin.first[number]), int(skin.first[number + 1]))
-            points = self._rr.Points3D(patch.taxels.positions, colors=colours[own], radii=0.002)
-            self._stream.log(f"world/{patch.link}/taxels/{patch.name}", points)
-
-    def _add_contacts(self, frame: Frame) -> None:
-        for link in dict.fromkeys(patch.link for patch in self._prepared.skin.patches):
-            own = [region for region in frame.regions if region.link == link]
-            arrows = self._rr.Arrows3D(
-                origins=[one.link_position + _METRES_A_NEWTON * one.force * one.link_normal for one in own],
-                vectors=[-_METRES_A_NEWTON * one.force * one.link_normal for one in own],
-                colors=[(31, 119, 180)] * len(own),
-                labels=[frame.units.contact_words(one.force, one.peak, 2, space=" ") for one in own],
-            )
-            self._stream.log(f"world/{link}/contacts", arrows)
-        if frame.units.force is not None:
-            force = sum(region.force for region in frame.regions)
-            self._stream.log("contacts/force", self._rr.Scalars(force))
-
-    def _tell_units(self, units: ReadingUnits) -> None:
-        if units is not self._units:
-            self._units = units
-            words = f"Colours: 0 to {self._scale:g} {units.unit}"
-            self._stream.log("tactile_image/scale", self._rr.TextDocument(words))

@@ -36,7 +36,7 @@ class WindowState:
         playing: Whether time passes, in the session or in a replay.
         recording: Whether a recording is being written.
         recorded_for_viewers: Whether recordings hold what viewers of other programs show.
-        sharing: Whether viewers of other programs see what is shown.
+        shared_with: Whose viewers see what is shown; empty for none.
         controller: Name of the one in force.
         task: Name of the one in force.
         path_kind: How the next path is drawn.
@@ -65,7 +65,7 @@ class WindowState:
     mode: Mode = Mode.EMPTY
     playing: bool = False
     recording: bool = False
-    sharing: bool = False
+    shared_with: str = ""
     recorded_for_viewers: bool = True
     controller: str = ""
     task: str = ""

@@ -247,7 +247,15 @@ def _file_menu() -> Menu:
                 (),
                 "Let Foxglove and Lichtblick on this computer watch; nobody else can",
                 enabled=has_scene,
-                checked=lambda state: state.sharing,
+                checked=lambda state: state.shared_with == "Foxglove",
+            ),
+            ActionSpec(
+                "share_rerun",
+                "Show live in Rerun",
+                (),
+                "Show the session in the Rerun viewer that is open on this computer",
+                enabled=has_scene,
+                checked=lambda state: state.shared_with == "Rerun",
             ),
             LINE,
             ActionSpec(

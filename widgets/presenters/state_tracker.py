@@ -82,7 +82,7 @@ class StateTracker(QObject):
             mode=mode,
             playing=mode is Mode.LIVE or (mode is Mode.REPLAYING and context.timeline.playhead.playing),
             recording=session.recorder is not None,
-            sharing=session.shared_at is not None,
+            shared_with="" if session.shared_with is None else session.shared_with.value,
             recorded_for_viewers=session.recorded_for_viewers,
             controller=settings.controller,
             task=settings.task,

@@ -7,6 +7,7 @@ It is put together from a ``LiveRun`` (the scene that runs), a ``Replay`` (the r
 from __future__ import annotations
 
 from dataclasses import replace
+from enum import Enum
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -54,6 +55,7 @@ from widgets.workers.comparison_worker import ComparisonStimulus
 from widgets.workers.scene_worker import OpenScene
 
 if TYPE_CHECKING:
+    from app.export.live_rerun import LiveRerun
     from app.export.live_server import LiveServer
 
 HAND = 1
@@ -63,6 +65,13 @@ SCRIPT_SECONDS = 10.0
 FRAME_MS = 16
 POSTURE_SPEED = 0.6
 """At which the robot goes to a posture that is wanted: its fastest joint [rad/s, or m/s]."""
+
+
+class ViewerKind(Enum):
+    """Whose viewers a session can be shared with, live."""
+
+    FOXGLOVE = "Foxglove"
+    RERUN = "Rerun"
 
 
 class LiveSession(QObject):
@@ -108,7 +117,7 @@ class LiveSession(QObject):
     disk_filling = Signal(object)
     """The DiskSpace that is left for the recording being written: less than an hour, ten minutes, a minute."""
     sharing_changed = Signal(object)
-    """The address at which viewers of other programs find what is shown, or None."""
+    """The address at which viewers of other programs find what is shown, or of the viewer that shows it; or None."""
     recorded_for_viewers_changed = Signal(bool)
     """Whether recordings begun from now on hold the messages for viewers of other programs."""
     marked = Signal(object)
@@ -147,7 +156,8 @@ class LiveSession(QObject):
         self._held = HAND  # the id given last to a finger that stays
         self.live_input: LiveInput | None = None
         self._recording_writer = backends.recording_writer()
-        self._server: LiveServer | None = None
+        self._server: LiveServer | LiveRerun | None = None
+        self._shared_with = ViewerKind.FOXGLOVE
         self._for_viewers = True
         self.frame_ready.connect(self._share_frame)
         self._active_settings = ActiveSettings(
@@ -271,7 +281,7 @@ class LiveSession(QObject):
         self.prepared_changed.emit(prepared)
         if self._server is not None:  # its topics are those of the scene before
             self.stop_sharing()
-            self.share()
+            self.share(self._shared_with)
 
     # Opening.
 
@@ -690,24 +700,39 @@ class LiveSession(QObject):
         self.recorded_for_viewers_changed.emit(on)
 
     @property
+    def shared_with(self) -> ViewerKind | None:
+        """Whose viewers see what is shown; None while it is not shared."""
+        return None if self._server is None else self._shared_with
+
+    @property
     def shared_at(self) -> str | None:
-        """The address at which viewers find what is shown; None while it is not shared."""
+        """The address at which viewers find what is shown, or of the viewer that shows it; None for neither."""
         return None if self._server is None else self._server.address
 
-    def share(self) -> None:
-        """Let viewers on this computer see what is shown, from now on."""
-        from app.export.live_server import LiveServer  # not to start the window with it
-
-        if self.prepared is None or self._server is not None:
+    def share(self, kind: ViewerKind = ViewerKind.FOXGLOVE) -> None:
+        """Let viewers on this computer see what is shown, from now on; those of another kind no longer."""
+        if self.prepared is None or self.shared_with is kind:
             return
+        self.stop_sharing()
         try:
-            self._server = LiveServer(self.prepared)
+            self._server, self._shared_with = self._viewer_link(kind, self.prepared), kind
         except TactileMapsError as error:
             self.failed.emit(str(error))
+            self.sharing_changed.emit(None)
             return
         self.sharing_changed.emit(self._server.address)
         if self._shown is not None:
             self._share_frame(self._shown)
+
+    def _viewer_link(self, kind: ViewerKind, prepared: PreparedScene) -> LiveServer | LiveRerun:
+        """Imported only when it is asked for: not to start the window with them."""
+        if kind is ViewerKind.RERUN:
+            from app.export.live_rerun import LiveRerun
+
+            return LiveRerun(prepared)
+        from app.export.live_server import LiveServer
+
+        return LiveServer(prepared)
 
     def stop_sharing(self) -> None:
         """Close the server for viewers, if there is one."""
@@ -717,7 +742,12 @@ class LiveSession(QObject):
             self.sharing_changed.emit(None)
 
     def _share_frame(self, frame: Frame) -> None:
-        if self._server is not None and (source := self.source) is not None:
+        if self._server is None or (source := self.source) is None:
+            return
+        if self._server.gone:
+            self.failed.emit(f"The viewer at {self._server.address} was closed: the session is no longer shown there.")
+            self.stop_sharing()
+        else:
             self._server.offer(frame, source.settings.map)
 
     def close(self) -> None:

@@ -6,7 +6,7 @@ import argparse
 import time
 from collections.abc import Callable
 from contextlib import ExitStack
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from app.cli.output import print_fields, print_json, print_warning, progress_line
 from app.cli.scenes import scene_from_arguments
@@ -18,6 +18,10 @@ from app.session.prepared_cache import prepare_cached
 from app.session.session import Session
 from app.tactile.contact_notes import ContactNote, ContactNoteKind, contact_note_text
 
+if TYPE_CHECKING:
+    from app.export.live_rerun import LiveRerun
+    from app.export.live_server import LiveServer
+
 
 def execute(arguments: argparse.Namespace) -> int:
     """Run the scene for its seconds."""
@@ -28,7 +32,7 @@ def execute(arguments: argparse.Namespace) -> int:
     with ExitStack() as closing:
         recorder = closing.enter_context(_recorder(prepared, arguments)) if arguments.output else None
         session = Session(prepared, effects=scene.unattended.effects)
-        watch = _share(session, arguments, closing) if arguments.serve else None
+        watch = _share(session, arguments, closing) if arguments.serve or arguments.rerun else None
         result, notes = _simulate(session, round(arguments.seconds / prepared.scene.tick), recorder, watch)
     for note in notes:
         print_warning(contact_note_text(note))
@@ -56,20 +60,34 @@ def _recorder(prepared: PreparedScene, arguments: argparse.Namespace) -> Recorde
 
 
 def _share(session: Session, arguments: argparse.Namespace, closing: ExitStack) -> Callable[[Frame], None]:
-    """Begin a server for viewers; what is to be told of each frame, in which the wall's clock is waited for."""
+    """Tell viewers of each frame; what is returned waits for the wall's clock."""
+    viewers: list[LiveServer | LiveRerun] = []
+    if arguments.serve:
+        viewers.append(_serve(session, arguments, closing))
+    if arguments.rerun:
+        from app.export.live_rerun import LiveRerun  # an extra's package
+
+        viewers.append(closing.enter_context(LiveRerun(session.prepared, address=arguments.rerun)))
+        print_warning(f"shown in the Rerun viewer at {arguments.rerun}")
+    start = time.perf_counter() - session.frame.time
+
+    def watch(frame: Frame) -> None:
+        for viewer in viewers:
+            viewer.offer(frame, session.runtime_settings.map)
+        time.sleep(max(start + frame.time - time.perf_counter(), 0.0))
+
+    return watch
+
+
+def _serve(session: Session, arguments: argparse.Namespace, closing: ExitStack) -> LiveServer:
+    """Begin a server for Foxglove and Lichtblick."""
     from app.export.live_server import LOOPBACK, LiveServer
 
     server = closing.enter_context(LiveServer(session.prepared, host=arguments.host, port=arguments.port))
     print_warning(f"viewers find this session at {server.address}")
     if arguments.host not in (LOOPBACK, "localhost", "::1"):
         print_warning("whoever reaches this computer over the network can watch; nobody can change anything")
-    start = time.perf_counter() - session.frame.time
-
-    def watch(frame: Frame) -> None:
-        server.offer(frame, session.runtime_settings.map)
-        time.sleep(max(start + frame.time - time.perf_counter(), 0.0))
-
-    return watch
+    return server
 
 
 def _simulate(

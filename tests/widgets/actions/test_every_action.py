@@ -422,7 +422,8 @@ EFFECTS: dict[str, Effect] = {
     "film": Effect(LIVE, of_state("recording")),
     "film_file": Effect(LIVE, asked),
     "save_map_as": Effect(LIVE, asked),
-    "share_live": Effect(LIVE, of_state("sharing")),
+    "share_live": Effect(LIVE, of_state("shared_with")),
+    "share_rerun": Effect(LIVE, lambda bench: bench.window.notification_bar.text),
     "copy_command": Effect(LIVE, lambda _bench: QGuiApplication.clipboard().text()),
     # Edit.
     "undo": Effect(Bench.patches, document),

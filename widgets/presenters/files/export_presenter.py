@@ -12,6 +12,7 @@ from PySide6.QtCore import QObject, Signal
 from app.core.errors import TactileMapsError
 from widgets.common.file_types import RECORDING_FILTER
 from widgets.context.app_context import AppContext
+from widgets.session.live_session import ViewerKind
 
 if TYPE_CHECKING:
     from app.export.export import ExportFormat
@@ -42,7 +43,8 @@ class ExportPresenter(QObject):
         self._thread: threading.Thread | None = None
         self._cancelled = threading.Event()
         context.actions.bind("export_recording", self.choose)
-        context.actions.bind("share_live", self.toggle_sharing)
+        context.actions.bind("share_live", lambda: self.toggle_sharing(ViewerKind.FOXGLOVE))
+        context.actions.bind("share_rerun", lambda: self.toggle_sharing(ViewerKind.RERUN))
         context.actions.bind("record_for_viewers", self.toggle_recorded_for_viewers)
         context.session.set_recorded_for_viewers(on=context.settings.recorded_for_viewers)
         context.notifier.cancelled.connect(self._on_cancelled)
@@ -128,13 +130,13 @@ class ExportPresenter(QObject):
         if job == EXPORT_JOB:
             self._cancelled.set()
 
-    def toggle_sharing(self) -> None:
+    def toggle_sharing(self, kind: ViewerKind) -> None:
         """Begin to share what is shown with viewers on this computer, or end it."""
         session = self._context.session
-        if session.shared_at is None:
-            session.share()
-        else:
+        if session.shared_with is kind:
             session.stop_sharing()
+        else:
+            session.share(kind)
 
     def toggle_recorded_for_viewers(self) -> None:
         """Have recordings hold what viewers show, or not; remembered."""
@@ -144,5 +146,7 @@ class ExportPresenter(QObject):
 
     def _on_sharing_changed(self, address: str | None) -> None:
         if address is not None:
-            text = f"Viewers on this computer find the session at {address} (Foxglove, Lichtblick: open connection)"
+            foxglove = f"Viewers on this computer find the session at {address} (Foxglove, Lichtblick: open connection)"
+            shown = self._context.session.shared_with is ViewerKind.RERUN
+            text = f"Shown in the Rerun viewer at {address}" if shown else foxglove
             self._context.notifier.say(text)

@@ -79,6 +79,15 @@ def test_sharing_says_where_is_for_this_computer_and_ends(window, qtbot):
     qtbot.waitUntil(lambda: not listens(port), timeout=10_000)
 
 
+def test_a_viewer_of_rerun_that_is_not_there_is_said_and_nothing_is_shared(window):
+    """Or its package is not: either way with what to do."""
+    action = window.action("share_rerun")
+    action.trigger()
+    assert window.live.shared_with is None
+    assert not action.isChecked()
+    assert "rerun" in window.notification_bar.text
+
+
 def test_recordings_without_messages_for_viewers_are_smaller_and_the_choice_is_kept(window, tmp_path):
     sizes = []
     for name in ("with.mcap", "without.mcap"):
