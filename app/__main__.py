@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 from app.cli.main import run_command
 from app.cli.output import print_fields, print_json, print_warning, progress_line
-from app.core.errors import DisplayError
+from app.core.errors import DisplayError, UsageError
 from app.recording.damage import damage_text
 
 
@@ -29,8 +29,18 @@ def _gui(arguments: argparse.Namespace) -> int:
 
     require_display()  # before the scene and the window are imported, which takes seconds
     from app.cli.scenes import scene_from_arguments
+    from widgets.common.file_types import FileRole, role_of
     from widgets.window.application import launch
 
+    file = getattr(arguments, "file", None)
+    role = None if file is None else role_of(file)
+    if role in (FileRole.RECORDING, FileRole.MAP):
+        return launch(scene_from_arguments(arguments), then=file)
+    if role is not None:
+        if getattr(arguments, role.value, None) is not None:
+            problem, remedy = f"a {role.value} is named twice", f"Give FILE or --{role.value}"
+            raise UsageError(problem, file=file, value=getattr(arguments, role.value), remedy=remedy)
+        setattr(arguments, role.value, file)
     return launch(scene_from_arguments(arguments))
 
 

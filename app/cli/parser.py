@@ -38,6 +38,7 @@ def build_parser() -> argparse.ArgumentParser:
 
 def _add_window_commands(commands: argparse._SubParsersAction) -> None:  # type: ignore[type-arg]
     gui = commands.add_parser("gui", help="open the window (the default)")
+    gui.add_argument("file", nargs="?", metavar="FILE", help="scene, robot, mesh, skin, recording or map to open")
     _scene_options(gui)
     gui.add_argument("--json", action="store_true", help="report a failure as one JSON object")
     run = commands.add_parser("run", help="simulate, and record, without a window")

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from enum import Enum
 from pathlib import Path
 
-from app.core.errors import UsageError
+from app.core.errors import TactileMapsError, UsageError
 from app.scene.scene import Scene
 from app.scene.scene_file import load_scene, scene_for
 from app.skin.formats.import_skin import TAXEL_ENDINGS, holds_taxels, is_robot_with_taxels
@@ -51,6 +52,38 @@ def is_taxel_file(path: str) -> bool:
     return holds_taxels(path) and not is_robot_with_taxels(path)
 
 
+class FileRole(Enum):
+    """As what a file is opened; the first three are named as the options of the command line are."""
+
+    SCENE = "scene"
+    ROBOT = "robot"
+    SKIN = "skin"
+    RECORDING = "recording"
+    MAP = "map"
+
+
+def role_of(path: str) -> FileRole:
+    """As what ``path`` is opened, by its ending, or for robots and npz by what is in it. Cost: as ``holds_taxels``.
+
+    Raises:
+        TactileMapsError: There is no such file.
+        UsageError: Nothing can be done with such a file.
+    """
+    if not Path(path).exists():
+        raise TactileMapsError("there is no such file", file=path)
+    for role, fits in (
+        (FileRole.RECORDING, is_recording),
+        (FileRole.MAP, is_map),
+        (FileRole.SKIN, is_taxel_file),
+        (FileRole.SCENE, is_scene),
+    ):
+        if fits(path):
+            return role
+    if Path(path).suffix.lower() in (*ROBOTS, *MESHES):
+        return FileRole.ROBOT
+    raise _unknown(path)
+
+
 def scene_to_open(path: str) -> Scene:
     """The scene for a dropped or chosen file; what a scene's file names is not opened yet.
 
@@ -63,10 +96,14 @@ def scene_to_open(path: str) -> Scene:
         return load_scene(path)
     if ending in (*ROBOTS, *MESHES):
         return scene_for(path)
+    raise _unknown(path)
+
+
+def _unknown(path: str) -> UsageError:
     known = ", ".join((*ROBOTS, *MESHES, *SCENES, *MAPS, *RECORDINGS, *TAXEL_ENDINGS, *_added_endings()))
-    raise UsageError(
+    return UsageError(
         "this type of file cannot be opened",
         file=path,
-        value=ending or "no file extension",
+        value=Path(path).suffix.lower() or "no file extension",
         remedy=f"Give one of: {known}",
     )

@@ -39,7 +39,7 @@ from widgets.plots.history import (
     stage_times,
 )
 from widgets.plots.plot_board import PlotBoard, PlotCell
-from widgets.plots.plot_choice import STANDARD, PlotChoice, PlotKey, PlotKind
+from widgets.plots.plot_choice import OF_GROUPS, STANDARD, PlotChoice, PlotKey, PlotKind
 from widgets.plots.span_strip import EventStrip, LimitStrip
 from widgets.plots.taxel_group_text import TaxelGroup
 from widgets.plots.trace_plots import (
@@ -345,7 +345,7 @@ class LivePlots(QWidget):
 
     @property
     def offered(self) -> tuple[PlotGroup, ...]:
-        """All plots there can be now, but for those of taxels."""
+        """All plots there can be now, but for those of taxels; of groups those that are shown, where they are named."""
         prepared, frame = self._prepared, self._latest
         links = [] if prepared is None else list(dict.fromkeys(patch.link for patch in prepared.skin.patches))
         joints = [] if prepared is None else [joint.name for joint in prepared.robot.joints]
@@ -361,6 +361,8 @@ class LivePlots(QWidget):
         groups = [
             PlotGroup(title, tuple(PlotKey(kind, of) for of in names)) for title, (kind, names) in subjects.items()
         ]
+        named = tuple(key for key in self._choice.order if key.kind in OF_GROUPS)
+        groups.insert(0, PlotGroup("Groups of taxels", named))
         return PlotGroup("Standard", STANDARD), *(group for group in groups if group.keys)
 
     def set_theme(self, theme: Theme) -> None:

@@ -65,7 +65,7 @@ class PlotKey:
             return None
         if known[kind] is PlotKind.LIMIT and of not in [limit.value for limit in LimitKind]:
             return None
-        if known[kind] in _OF_GROUPS and TaxelGroup.parse(of) is None:
+        if known[kind] in OF_GROUPS and TaxelGroup.parse(of) is None:
             return None
         numbered = known[kind] in (PlotKind.TAXEL, PlotKind.CONTACT)
         return None if numbered and not of.isdecimal() else cls(known[kind], of)
@@ -104,7 +104,7 @@ _TITLES = {
     PlotKind.TIME: "Time per tick",
     PlotKind.EVENTS: "Contact events",
 }
-_OF_GROUPS = frozenset({PlotKind.GROUP_FORCE, PlotKind.GROUP_PRESSURE})
+OF_GROUPS = frozenset({PlotKind.GROUP_FORCE, PlotKind.GROUP_PRESSURE})
 _WITH_SUBJECT = frozenset(PlotKind) - frozenset(_TITLES)
 STANDARD = tuple(PlotKey(kind) for kind in _TITLES)
 """From left to right, where nobody has moved them."""

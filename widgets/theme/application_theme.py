@@ -6,7 +6,7 @@ from PySide6.QtGui import QColor, QFont, QPalette
 from PySide6.QtWidgets import QApplication, QStyleFactory
 
 from widgets.common.colours import Theme, mixed
-from widgets.theme.dialog_icons import dialog_icons
+from widgets.theme.dialog_icons import dialog_icons, dock_icons
 
 
 def apply_theme(app: QApplication, theme: Theme) -> None:
@@ -61,6 +61,7 @@ def _palette(theme: Theme) -> QPalette:
 
 def _style_sheet(theme: Theme) -> str:
     icons = " ".join(f"{name}: url({path});" for name, path in dialog_icons(theme).items())
+    docks = " ".join(f"{name}: url({path});" for name, path in dock_icons(theme).items())
     hover = mixed(theme.panel, theme.text, 0.10)
     return f"""
         QToolTip {{ color: {theme.text}; background: {theme.panel}; border: 1px solid {theme.line}; padding: 4px; }}
@@ -77,7 +78,10 @@ def _style_sheet(theme: Theme) -> str:
         QToolButton:checked {{ background: {mixed(theme.panel, theme.accent, 0.28)}; }}
         QStatusBar {{ background: {theme.panel}; color: {theme.quiet}; border-top: 1px solid {theme.line}; }}
         QStatusBar::item {{ border: 0; }}
-        QDockWidget {{ titlebar-close-icon: none; }}
+        QDockWidget {{ {docks} }}
+        QDockWidget::title {{ background: {theme.panel}; padding: 6px 8px; }}
+        QDockWidget::close-button, QDockWidget::float-button {{ border-radius: 3px; }}
+        QDockWidget::close-button:hover, QDockWidget::float-button:hover {{ background: {hover}; }}
         QScrollArea, QScrollArea > QWidget > QWidget {{ background: {theme.panel}; border: 0; }}
         QMenuBar {{ background: {theme.panel}; }}
         QMenu {{ background: {theme.panel}; border: 1px solid {theme.line}; padding: 4px; }}

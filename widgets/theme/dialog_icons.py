@@ -1,4 +1,4 @@
-"""The icons of Qt's own file dialog, in the text's colour: those that Qt brings are dark on a dark ground.
+"""The icons of Qt's own file dialog and docks, in the text's colour: those that Qt brings are dark on a dark ground.
 
 A style sheet takes icons from files only: they are drawn into a folder that lives as long as the process.
 """
@@ -20,9 +20,18 @@ _SCALES = {"": 1, "@2x": 2}
 
 
 def dialog_icons(theme: Theme) -> dict[str, str]:
-    """Paths of the icons, by the names that style sheets have for them; drawn once a theme."""
+    """Paths of the file dialog's icons, by the names that style sheets have for them; drawn once a theme."""
+    return _drawn_icons(theme, _SHAPES)
+
+
+def dock_icons(theme: Theme) -> dict[str, str]:
+    """Paths of the icons in the title of a dock, likewise."""
+    return _drawn_icons(theme, _DOCK_SHAPES)
+
+
+def _drawn_icons(theme: Theme, shapes: dict[str, Callable[[QPainter], None]]) -> dict[str, str]:
     folder, paths = Path(_folder().path()), {}
-    for name, shape in _SHAPES.items():
+    for name, shape in shapes.items():
         for ending, scale in _SCALES.items():
             path = folder / f"{theme.name}-{name}{ending}.png"
             if not path.exists():
@@ -85,6 +94,20 @@ def _details(painter: QPainter) -> None:
         _lines(painter, (6.5, y), (13.5, y))
 
 
+def _close(painter: QPainter) -> None:
+    _lines(painter, (4, 4), (12, 12))
+    _lines(painter, (12, 4), (4, 12))
+
+
+def _float(painter: QPainter) -> None:
+    painter.drawRect(QRectF(3.0, 6.0, 7.0, 7.0))
+    _lines(painter, (6.5, 3), (13, 3), (13, 9.5))
+
+
+_DOCK_SHAPES: dict[str, Callable[[QPainter], None]] = {
+    "titlebar-close-icon": _close,
+    "titlebar-normal-icon": _float,
+}
 _SHAPES: dict[str, Callable[[QPainter], None]] = {
     "backward-icon": _back,
     "forward-icon": _forward,

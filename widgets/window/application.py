@@ -21,6 +21,7 @@ from app.session.prepared_cache import prepare_cached
 os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
 os.environ.setdefault("QT_API", "pyside6")
 
+from PySide6.QtCore import QTimer
 from PySide6.QtGui import QIcon
 from PySide6.QtWidgets import QApplication
 
@@ -37,8 +38,12 @@ from widgets.window.main_window import MainWindow
 from widgets.window.window_picture import save_window_picture
 
 
-def launch(scene: Scene) -> int:
+def launch(scene: Scene, *, then: str | None = None) -> int:
     """Open the window on ``scene`` and return when it is closed.
+
+    Args:
+        scene: What runs.
+        then: A recording or map that is opened as soon as the scene is there.
 
     Raises:
         DisplayError: There is no display that answers, or Qt lacks what it needs to draw on it.
@@ -50,8 +55,20 @@ def launch(scene: Scene) -> int:
     window = MainWindow(settings)
     sys.excepthook = partial(_on_unexpected, window)
     window.show()
+    if then is not None:
+        open_when_ready(window, then)
     window.live.open_scene(scene)
     return app.exec()
+
+
+def open_when_ready(window: MainWindow, path: str) -> None:
+    """Open a file once the first scene is there: a map is one of its skin, and after a recording it goes on."""
+
+    def opened(_prepared: object) -> None:
+        window.live.prepared_changed.disconnect(opened)
+        QTimer.singleShot(0, window, partial(window.presenters.files.open_path, path))  # when all know the scene
+
+    window.live.prepared_changed.connect(opened)
 
 
 def show_guide(page: Path) -> int:

@@ -1,12 +1,16 @@
-"""``desktop``: the window in the menu of a Linux desktop: a desktop entry and an icon in the user's own folders.
+"""``desktop``: the window in the menu of a Linux desktop: a desktop entry, an icon and types of files, for one user.
 
-As the specifications of freedesktop.org say: "Desktop Entry" 1.5, "Icon Theme" and "XDG Base Directory".
+As the specifications of freedesktop.org say: "Desktop Entry" 1.5, "Icon Theme", "Shared MIME-info Database" and "XDG
+Base Directory". Scenes, robots and tables are TOML, XML and text, which belong to editors: recordings and maps alone
+are claimed.
 """
 
 from __future__ import annotations
 
 import argparse
 import os
+import shutil
+import subprocess
 import sys
 from pathlib import Path
 
@@ -17,6 +21,21 @@ from assets import asset
 
 NAME = "tactile-maps"
 """Of both files, and what the window calls itself, by which a desktop knows that it is of the entry."""
+_RECORDING, _ARRAYS = "application/x-mcap", "application/x-npz"
+_MIME_TYPES = f"""<?xml version="1.0" encoding="UTF-8"?>
+<mime-info xmlns="http://www.freedesktop.org/standards/shared-mime-info">
+  <mime-type type="{_RECORDING}">
+    <comment>MCAP recording</comment>
+    <magic priority="60"><match type="string" offset="0" value="\\x89MCAP0\\r\\n"/></magic>
+    <glob pattern="*.mcap"/>
+  </mime-type>
+  <mime-type type="{_ARRAYS}">
+    <comment>NumPy arrays</comment>
+    <sub-class-of type="application/zip"/>
+    <glob pattern="*.npz"/>
+  </mime-type>
+</mime-info>
+"""
 
 
 def execute(arguments: argparse.Namespace) -> int:
@@ -24,30 +43,47 @@ def execute(arguments: argparse.Namespace) -> int:
     if not sys.platform.startswith("linux"):
         problem = "desktop entries are for Linux"
         raise UsageError(problem, value=sys.platform, remedy="Make a shortcut to tactile-maps by hand")
-    entry, icon = desktop_files()
-    found = [path for path in (entry, icon) if path.exists()]
+    entry, icon, types = desktop_files()
+    found = [path for path in (entry, icon, types) if path.exists()]
     if arguments.remove:
         for path in found:
             path.unlink()
     else:
-        for path, data in ((icon, asset("icon.svg").read_bytes()), (entry, desktop_entry(launcher()).encode())):
+        for path, data in (
+            (icon, asset("icon.svg").read_bytes()),
+            (types, _MIME_TYPES.encode()),
+            (entry, desktop_entry(launcher()).encode()),
+        ):
             _write(path, data)
-    done = {"removed": [str(path) for path in found]} if arguments.remove else {"entry": str(entry), "icon": str(icon)}
+    _tell_desktop(entry, types)
+    written = {"entry": str(entry), "icon": str(icon), "types": str(types)}
+    done = {"removed": [str(path) for path in found]} if arguments.remove else written
     if arguments.json:
         print_json(done)
     elif arguments.remove:
         print_fields({"Removed": [str(path) for path in found] or "nothing: there was no entry"})
     else:
-        print_fields({"Entry": entry, "Icon": icon, "Remove with": "tactile-maps desktop --remove"})
+        print_fields(
+            {"Entry": entry, "Icon": icon, "Types of files": types, "Remove with": "tactile-maps desktop --remove"}
+        )
     return 0
 
 
-def desktop_files() -> tuple[Path, Path]:
-    """Where entry and icon are, or would be: under ``$XDG_DATA_HOME``, by default ``~/.local/share``."""
+def _tell_desktop(entry: Path, types: Path) -> None:
+    """Have the desktop's lists made anew by the tools it has for it; one without them looks at the files."""
+    for tool, folder in (("update-mime-database", types.parent.parent), ("update-desktop-database", entry.parent)):
+        program = shutil.which(tool)
+        if program is not None and folder.is_dir():
+            subprocess.run([program, str(folder)], check=False, capture_output=True)
+
+
+def desktop_files() -> tuple[Path, Path, Path]:
+    """Where entry, icon and types of files are, or would be: under ``$XDG_DATA_HOME``, else ``~/.local/share``."""
     stated = os.environ.get("XDG_DATA_HOME", "")
     folder = Path(stated) if Path(stated).is_absolute() else Path.home() / ".local" / "share"
     icons = folder / "icons" / "hicolor" / "scalable" / "apps"
-    return folder / "applications" / f"{NAME}.desktop", icons / f"{NAME}.svg"
+    types = folder / "mime" / "packages" / f"{NAME}.xml"
+    return folder / "applications" / f"{NAME}.desktop", icons / f"{NAME}.svg", types
 
 
 def launcher() -> tuple[str, ...]:
@@ -66,7 +102,8 @@ def desktop_entry(words: tuple[str, ...]) -> str:
             "Name=Tactile Maps",
             "GenericName=Robot skin",
             "Comment=Tactile maps of robot skin: simulate, control contact, record and measure",
-            f"Exec={' '.join(map(_quoted, words))}",
+            f"Exec={' '.join(map(_quoted, words))} %f",
+            f"MimeType={_RECORDING};{_ARRAYS};",
             f"Icon={NAME}",
             "Terminal=false",
             "Categories=Science;Robotics;Education;",

@@ -124,13 +124,23 @@ def test_a_click_on_an_event_goes_there_in_a_recording(window, tmp_path):
     window.live.show_player(open_recording(tmp_path / "touch.mcap"))
     assert not window.plots.isVisible(), "the curves of the whole recording are in their place"
     window.presenters.plots.plot(EVENTS)
+    window.presenters.plots._plot_group((69, 70, 71), "palm")
     assert window.plots.isVisible()
     QApplication.processEvents()
     window.timeline.set_time(1.15)
     window.live.show_time(1.15)
     began = next(event.time for event in window.live.shown.recent if event.kind == "touch")
-    window.plots.show_past(window.live.replay.frames(range(0, window.live.replay.number + 1)))
+    past = window.live.replay.frames(range(0, window.live.replay.number + 1))
+    window.plots.show_past(past)
     QApplication.processEvents()
+    window.action("choose_plots").trigger()
+    assert row(window.presenters.plots.chooser, "Force on palm").checkState() is Qt.CheckState.Checked
+    window.presenters.plots.chooser.close()
+    (force,) = window.plots._parts[PlotKey.parse("group-force:palm=69-71")].series()
+    areas = window.live.prepared.skin.areas[69:72]
+    assert max(force.values) > 0
+    felt = [float(frame.pressures[69:72] @ areas) for frame in past]
+    assert (force.values[-1], max(force.values)) == pytest.approx((felt[-1], max(felt)), rel=1e-5)
     strip = window.plots.board.cell(EVENTS).content
     x = strip._rows._x(began - window.live.shown.time)
     surface = strip._rows

@@ -8,8 +8,12 @@ import sys
 from pathlib import Path
 
 import pytest
+from PySide6.QtWidgets import QApplication
 
+from app.__main__ import main
 from app.core.errors import DisplayError
+from app.editing.document_file import save_document
+from widgets.window.application import open_when_ready
 from widgets.window.display import require_display
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -55,3 +59,33 @@ def test_the_program_says_so_instead_of_aborting(on_screen, tmp_path):
     assert done.returncode == 1, done.stderr
     assert "does not answer" in done.stderr
     assert "Traceback" not in done.stderr
+
+
+@pytest.mark.qt_log_ignore("This plugin does not support")
+def test_a_map_named_on_the_command_line_is_opened_once_its_skin_is_there(window_again, qtbot, tmp_path):
+    save_document(window_again.editor.document, tmp_path / "mine.npz")
+    open_when_ready(window_again, str(tmp_path / "mine.npz"))
+    prepared = window_again.live.prepared
+    window_again.live.show_prepared(prepared)
+    qtbot.waitUntil(lambda: window_again.settings.recent[:1] == [str(tmp_path / "mine.npz")])
+    assert window_again.presenters.map_files.path == tmp_path / "mine.npz"
+    window_again.settings.add_recent("another")
+    window_again.live.show_prepared(prepared)
+    QApplication.processEvents()
+    assert window_again.settings.recent[0] == "another", "once"
+
+
+@pytest.mark.parametrize(
+    ("words", "said", "code"),
+    [
+        (("nothing.mcap",), "no such file", 1),
+        (("notes.pdf",), "cannot be opened", 2),
+        (("own.toml", "--scene", "arm"), "named twice", 2),
+    ],
+)
+def test_a_file_that_the_window_cannot_open_is_refused_before_it_is(tmp_path, monkeypatch, capsys, words, said, code):
+    for name in ("notes.pdf", "own.toml"):
+        (tmp_path / name).write_text("")
+    monkeypatch.chdir(tmp_path)
+    assert main(["gui", *words]) == code
+    assert said in capsys.readouterr().err

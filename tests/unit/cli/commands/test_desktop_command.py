@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import json
 import re
+import shutil
 import sys
 from configparser import ConfigParser
+from xml.etree import ElementTree
 
 import pytest
 
@@ -31,13 +33,21 @@ def parsed(text: str):
 
 def test_entry_and_icon_are_written_and_removed(capsys):
     assert main(["desktop"]) == 0
-    entry, icon = desktop_files()
+    entry, icon, types = desktop_files()
     assert str(entry) in capsys.readouterr().out
     assert icon.read_bytes().startswith(b"<svg")
+    names = "{http://www.freedesktop.org/standards/shared-mime-info}"
+    stated = ElementTree.parse(types).getroot().findall(f"{names}mime-type")
+    claimed = {kind.get("type"): kind.find(f"{names}glob").get("pattern") for kind in stated}
+    assert set(claimed.values()) == {"*.mcap", "*.npz"}
+    assert ElementTree.parse(types).getroot().find(f".//{names}match").get("value") == r"\x89MCAP0\r\n"
     said = parsed(entry.read_text(encoding="utf8"))
     assert (said["Icon"], said["StartupWMClass"]) == (icon.stem, entry.stem)
+    assert said["Exec"].endswith(' "gui" %f')
+    assert said["MimeType"].strip(";").split(";") == list(claimed)
     assert main(["desktop", "--remove", "--json"]) == 0
-    assert len(json.loads(capsys.readouterr().out)["removed"]) == 2
+    assert len(json.loads(capsys.readouterr().out)["removed"]) == 3
+    assert not types.exists()
     assert not entry.exists()
     assert not icon.exists()
     assert main(["desktop", "--remove"]) == 0
@@ -50,6 +60,15 @@ def test_words_with_signs_of_their_own_reach_the_command_whole():
     quoted = re.findall(r'"((?:[^"\\]|\\.)*)"', stated)
     assert tuple(re.sub(r"\\(.)", r"\1", word) for word in quoted) == words
     assert launcher()[-1] == "gui"
+
+
+@pytest.mark.skipif(shutil.which("update-mime-database") is None, reason="needs shared-mime-info's own tool")
+def test_the_desktop_knows_the_types_at_once():
+    assert main(["desktop"]) == 0
+    *_, types = desktop_files()
+    known = (types.parent.parent / "globs2").read_text()
+    assert "application/x-mcap:*.mcap" in known
+    assert b"\x89MCAP0\r\n" in (types.parent.parent / "magic").read_bytes()
 
 
 def test_a_folder_that_cannot_be_made_is_named(home, capsys):

@@ -9,7 +9,7 @@ from PySide6.QtGui import QColor, QImage, QPalette
 
 from widgets.common.colours import DARK, LIGHT
 from widgets.theme.application_theme import apply_theme
-from widgets.theme.dialog_icons import dialog_icons
+from widgets.theme.dialog_icons import dialog_icons, dock_icons
 
 
 @pytest.fixture
@@ -33,8 +33,10 @@ def test_a_theme_dresses_the_whole_application(app_as_before, theme):
 
 
 @pytest.mark.parametrize("theme", [DARK, LIGHT], ids=lambda theme: theme.name)
-def test_icons_of_file_dialogs_have_the_colour_of_text(qapp, theme):
-    for name, path in dialog_icons(theme).items():
+def test_icons_of_file_dialogs_and_docks_have_the_colour_of_text(qapp, theme):
+    icons = dialog_icons(theme) | dock_icons(theme)
+    assert "titlebar-close-icon" in icons
+    for name, path in icons.items():
         fine = QImage(str(Path(path).with_stem(f"{Path(path).stem}@2x")))
         assert (fine.width(), QImage(path).width()) == (32, 16), name
         pixels = [fine.pixelColor(x, y) for x in range(32) for y in range(32)]
