@@ -15,7 +15,7 @@ from typing import Literal, NamedTuple, get_args
 import numpy as np
 
 from app.contacts.regions import ContactRegion
-from app.core.arrays import FloatArray
+from app.core.arrays import FloatArray, length
 from app.geometry.mesh import SurfacePoint
 
 EventKind = Literal["touch", "tap", "press", "stroke", "grasp", "release", "merge", "split", "self-touch"]
@@ -169,7 +169,7 @@ class ContactState:
     @property
     def _pace(self) -> float:
         """How far the centre is from where the last pace ended [m]."""
-        return float(np.linalg.norm(self._last.link_position - self._from))
+        return length(self._last.link_position - self._from)
 
     def _mark(self, time: float, region: ContactRegion) -> None:
         """A pace ends here."""

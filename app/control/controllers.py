@@ -329,8 +329,7 @@ class TaskController:
     @property
     def report(self) -> TaskReport:
         """How the task goes."""
-        task_manager, tank = self._task_manager, self.tank
-        return replace(task_manager.report, energy=tank.given, tank=tank.level)
+        return self._task_manager.report(self.tank)
 
     def _stopped(self, posture: FloatArray) -> JointCommand:
         self.why_limited = () if self._safety.reason is None else (self._safety.reason,)
@@ -438,7 +437,7 @@ class TaskController:
         self, contacts: Sequence[TaskContact], speed: FloatArray, velocity: FloatArray, dt: float, limits: ActiveLimits
     ) -> FloatArray:
         """Count what contacts are given, and slow down what would give more than the tank holds."""
-        effort = np.zeros_like(speed)  # joint torques with which the arm presses on its contacts
+        effort = np.zeros(len(speed))  # joint torques with which the arm presses on its contacts
         for contact in contacts:
             effort += contact.force * contact.outward
         self.tank.flow(float(effort.dot(velocity)), float(self._reference.impedance.damping.dot(velocity**2)), dt)

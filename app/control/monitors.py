@@ -15,7 +15,7 @@ import numpy as np
 from app.contacts.force_estimation.wrench_consistency import WrenchMismatch
 from app.contacts.regions import ContactRegion
 from app.control.limits import Limit, LimitKind
-from app.core.arrays import FloatArray
+from app.core.arrays import FloatArray, all_finite, length
 from app.geometry.mesh import SurfacePoint
 
 STOP_SPEED = 3.0
@@ -103,9 +103,7 @@ def _hidden_force(max_force: float, mismatch: WrenchMismatch | None) -> Limit | 
 
 def _danger(max_force: float, velocity: FloatArray, regions: Sequence[ContactRegion]) -> Limit | None:
     for region in regions:
-        if not (
-            isfinite(region.force) and np.isfinite(region.link_normal).all() and np.isfinite(region.link_position).all()
-        ):
+        if not (isfinite(region.force) and all_finite(region.link_normal) and all_finite(region.link_position)):
             return Limit(LimitKind.STOPPED_UNREADABLE)
         if region.force > max_force:
             return Limit(LimitKind.STOPPED_BY_FORCE, value=region.force, bound=max_force)
@@ -186,7 +184,7 @@ class StallDetector:
             return self.reason
         self._time += dt
         self._asked, self._tried = self._asked + asked * dt, self._tried + tried * dt
-        if np.linalg.norm(moved) < _JUMP:  # over a seam the place jumps
+        if length(moved) < _JUMP:  # over a seam the place jumps
             self._came = self._came + moved
         if self._time > SHORTEST:
             self.reason = self._judged()
@@ -205,10 +203,10 @@ class StallDetector:
 
     def _judged(self) -> LimitKind | None:
         """What all that was asked, tried and came so far says."""
-        asked, tried = float(np.linalg.norm(self._asked)), float(np.linalg.norm(self._tried))
+        asked, tried = length(self._asked), length(self._tried)
         if asked > self._least and self._tried @ self._asked < SHARE * asked**2:
             return LimitKind.OUT_OF_REACH
-        enough, came = tried > self._least, float(np.linalg.norm(self._came))
+        enough, came = tried > self._least, length(self._came)
         along = enough and (came < SHARE * tried or self._came @ self._tried < -SHARE * tried**2)
         if enough or self._time > LONGEST:
             self._start_window()
@@ -216,8 +214,8 @@ class StallDetector:
 
     def _is_worth_another(self, error: FloatArray, target: SurfacePoint | None) -> bool:
         if self.reason is LimitKind.CONTACT_STICKS:
-            return bool(np.linalg.norm(error - self._error) > AGAIN)
-        return target != self._target or bool(np.linalg.norm(error) < np.linalg.norm(self._error) - AGAIN)
+            return length(error - self._error) > AGAIN
+        return target != self._target or length(error) < length(self._error) - AGAIN
 
 
 FULL = 1.0

@@ -18,6 +18,7 @@ from functools import cached_property
 from typing import Protocol, TypeAlias
 
 import numpy as np
+from scipy.linalg.lapack import dgesdd
 
 from app.contacts.regions import ContactRegion
 from app.control.command import ControlSettings
@@ -106,7 +107,7 @@ class TaskContact:
     @cached_property
     def map_axes(self) -> FloatArray:
         """(2, 3) the map's two axes along the skin as nearly as can be: of length one and square to each other."""
-        left, _, right = np.linalg.svd(self.to_map, full_matrices=False)
+        left, _, right = _svd(self.to_map)
         return left.dot(right)
 
     def along(self, gain: float, most: float) -> FloatArray:
@@ -182,8 +183,24 @@ def singular_directions(rows: FloatArray) -> tuple[FloatArray, FloatArray, Float
     """
     strength = length(rows[0])
     if len(rows) > 1 or not strength:
-        return np.linalg.svd(rows, full_matrices=False)
+        return _svd(rows)
     return np.ones((1, 1)), np.array((strength,)), rows / strength
+
+
+def _svd(rows: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """The thin singular value decomposition of a small matrix, by the LAPACK routine that ``np.linalg.svd`` calls too.
+
+    The same numbers in 6 µs: NumPy's takes as long again to find out what it was given.
+
+    Raises:
+        LinAlgError: It holds something that is no number.
+    """
+    if not rows.size:
+        return np.linalg.svd(rows, full_matrices=False)
+    left, gains, right, info = dgesdd(rows, full_matrices=0)
+    if info:
+        raise np.linalg.LinAlgError("SVD did not converge")
+    return left, gains, right
 
 
 def singular_damping(gain: float) -> float:
@@ -251,7 +268,7 @@ def solve_within_limits(
         limits: Told what bounds the answer.
         rest: (n,) joint velocity where the levels leave it free; none by default.
     """
-    rest = np.zeros_like(start) if rest is None else rest
+    rest = np.zeros(len(start)) if rest is None else rest
     moving = np.ones(len(start), dtype=bool)
     for _ in range(len(start)):
         speed, weak = solve_hierarchy(levels, rest)

@@ -18,12 +18,13 @@ from app.contacts.regions import ContactRegion
 from app.control.command import ControlSettings, RegraspState, TaskReport
 from app.control.limits import ActiveLimits, Limit, LimitKind, RegraspFailure
 from app.control.map_kinematics import MapKinematics
+from app.control.monitors import EnergyTank
 from app.control.path_following.clearance import Surroundings, nothing_around
 from app.control.path_following.follower import PathFollower, over_borders
 from app.control.path_following.regrasp import RegraspManager
 from app.control.path_following.surface_path import PathCrossing
 from app.control.task_priority import ContactGoal, ContactPresence
-from app.core.arrays import FloatArray
+from app.core.arrays import FloatArray, length
 from app.geometry.mesh import SurfacePoint
 from app.maps.paths import NEAR_PITCHES
 from app.robots.kinematics import Configuration
@@ -80,9 +81,8 @@ class TaskManager:
         self._searching, self.lost = 0.0, False
         self._off_skin = False
 
-    @property
-    def report(self) -> TaskReport:
-        """How the task goes, but for its energy."""
+    def report(self, tank: EnergyTank) -> TaskReport:
+        """How the task goes, with the energy that ``tank`` counted."""
         follower = self.follower
         return TaskReport(
             target=self.target,
@@ -90,6 +90,8 @@ class TaskManager:
             force_goal=self.force_goal,
             laid_at=follower.laid_at,
             way=follower.way,
+            energy=tank.given,
+            tank=tank.level,
             piece=follower.piece,
             regrasp=self.regrasp.state,
         )
@@ -255,7 +257,7 @@ class TaskManager:
         assert self.target is not None
         jacobian = now.sight.jacobian(region.at, now.settings.jacobian, now.configuration)
         error = now.sight.error(self.target, region, jacobian, now.configuration)
-        self.error = float(np.linalg.norm(error))
+        self.error = length(error)
         most = MOST_ERROR * now.sight.map.layout.placements[region.at.patch].scale
         if self.follower.leads_over:
             most = min(most, OVER * now.settings.path_speed / max(now.settings.position_gain, 1e-3))
@@ -268,5 +270,5 @@ def _balanced(settings: ControlSettings, regions: Sequence[ContactRegion]) -> li
 
 
 def _bounded_error(error: FloatArray, most: float) -> FloatArray:
-    length = float(np.linalg.norm(error))
-    return error * (most / length) if length > most else error
+    way = length(error)
+    return error * (most / way) if way > most else error

@@ -38,6 +38,14 @@ class _Near(NamedTuple):
     points: FloatArray
 
 
+class _Weighted(NamedTuple):
+    """A taxel whose fit counts: its number, the way from it to the point on the map (2,) [m], and its weight."""
+
+    taxel: int
+    offset: FloatArray
+    weight: float
+
+
 class MapJacobian:
     """Answers for points on the body. Built once for a map; the rest is made when first asked for, and kept.
 
@@ -56,6 +64,7 @@ class MapJacobian:
         self._fits: dict[int, FloatArray | None] = {}
         self._faces: dict[tuple[int, int], FloatArray] = {}
         self._slopes: dict[int, FloatArray | None] = {}
+        self._asked: tuple[SurfacePoint, list[_Weighted]] | None = None
 
     def at(self, point: SurfacePoint, *, kind: JacobianKind = "smoothed") -> FloatArray:
         """(2, 3) map velocity per velocity along the surface (link frame); none for motion along the normal.
@@ -90,13 +99,19 @@ class MapJacobian:
         length = math.sqrt(blend.dot(blend))
         return blend / length if length else None
 
-    def _nearest(self, point: SurfacePoint) -> list[tuple[int, FloatArray, float]]:
-        """The taxels whose fits count: number, way from each to the point on the map (2,) [m], and weight."""
+    def _nearest(self, point: SurfacePoint) -> list[_Weighted]:
+        """The taxels whose fits count; of the point asked last they are known."""
+        asked = self._asked
+        if asked is None or asked[0] is not point:
+            asked = self._asked = point, self._found_nearest(point)
+        return asked[1]
+
+    def _found_nearest(self, point: SurfacePoint) -> list[_Weighted]:
         near = self._around(point.patch, point.face)
         offsets = self._map.to_map(point) - near.points
         away = np.einsum("ij,ij->i", offsets, offsets)
         places = away.argpartition(_BLENDED - 1)[:_BLENDED].tolist()
-        return [(int(near.taxels[k]), offsets[k], 1 / (float(away[k]) + 1e-12)) for k in places]
+        return [_Weighted(int(near.taxels[k]), offsets[k], 1 / (float(away[k]) + 1e-12)) for k in places]
 
     def _around(self, patch: int, face: int) -> _Near:
         """The nearest of a point are no farther from the middle of its triangle than from the point and that way."""

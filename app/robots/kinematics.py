@@ -7,7 +7,7 @@ from functools import lru_cache
 import mujoco
 import numpy as np
 
-from app.core.arrays import BoolArray, FloatArray, IntArray
+from app.core.arrays import BoolArray, FloatArray, IntArray, all_finite
 from app.core.errors import RobotError
 from app.geometry.pose import Pose
 from app.robots.mujoco_spec import compile_spec, remove_geoms, robot_spec
@@ -51,7 +51,7 @@ class Configuration:
             RobotError: It has the wrong length or is not finite.
         """
         posture = np.asarray(posture, dtype=np.float64)
-        if posture.shape != (self._model.nq,) or not np.isfinite(posture).all():
+        if posture.shape != (self._model.nq,) or not all_finite(posture):
             raise RobotError(
                 f"a posture of this robot is {self._model.nq} finite numbers",
                 file=self._robot.source,

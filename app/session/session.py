@@ -19,7 +19,7 @@ from app.control.command import ControlSettings
 from app.control.controller_manager import ControllerManager
 from app.control.force_loop.loop_stability import SensorTiming
 from app.control.path_following.clearance import Obstacle
-from app.core.arrays import FloatArray
+from app.core.arrays import FloatArray, all_finite
 from app.core.errors import MapError, PluginError, SimulationError, TactileMapsError
 from app.core.timing import Stopwatch
 from app.geometry.mesh import SurfacePoint
@@ -490,7 +490,7 @@ class Session:
                 self._controller.rest = self._motion.posture(time)
             self._move_rest()
             posture, velocity, tick = simulation.posture, simulation.velocity, self.prepared.scene.tick
-            sound = bool(np.isfinite(pressures).all())
+            sound = all_finite(pressures)
             self._command = self._controller.command(
                 posture, velocity, regions, tick, readable=sound, mismatch=self._contacts.mismatch
             )

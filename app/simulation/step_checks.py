@@ -16,7 +16,7 @@ from typing import Protocol
 import mujoco
 import numpy as np
 
-from app.core.arrays import FloatArray, IntArray
+from app.core.arrays import FloatArray, IntArray, all_finite
 from app.core.errors import SimulationError
 from app.robots.robot import Robot
 from app.scene.objects import SceneObject
@@ -155,7 +155,7 @@ def check_command(robot: Robot, command: ImpedanceCommand) -> None:
     """
     asked = {"posture": command.posture, "stiffness": command.stiffness, "damping": command.damping,
              "torque": command.torque}  # fmt: skip
-    if math.isfinite(sum(float(values.sum()) for values in asked.values())):
+    if all(map(all_finite, asked.values())):
         return
     for name, values in asked.items():
         for joint, value in zip(robot.joints, values, strict=True):

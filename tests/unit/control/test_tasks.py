@@ -10,6 +10,7 @@ import pytest
 from app.control.command import ControlSettings
 from app.control.limits import ActiveLimits, Limit, LimitKind, RegraspFailure
 from app.control.map_kinematics import MapKinematics
+from app.control.monitors import EnergyTank
 from app.control.task_priority import ContactPresence
 from app.control.tasks import MOST_ERROR, SEARCH_TIME, TaskManager
 from app.robots.kinematics import Configuration
@@ -67,7 +68,7 @@ def walked(task_manager, ticks, *, regions=None, **settings):
             place = task_manager.target
             point = (replace(at(), at=place, map_point=MAP.to_map(place), link_position=BAR.skin.position(place)),)
         limits |= set(asked(task_manager, point, task="follow_path", **settings)[1])
-        ways.append(task_manager.report.way)
+        ways.append(task_manager.report(EnergyTank()).way)
     return np.array(ways), limits
 
 
@@ -178,9 +179,9 @@ def test_a_hand_that_comes_again_guides_from_where_it_comes():
 def test_another_task_starts_afresh():
     task_manager = TaskManager()
     walked(task_manager, 100)
-    assert task_manager.report.way > 0
+    assert task_manager.report(EnergyTank()).way > 0
     asked(task_manager, (at(),), task="hold_point")
-    assert task_manager.report.way == 0
+    assert task_manager.report(EnergyTank()).way == 0
 
 
 def test_another_map_starts_a_path_afresh_and_keeps_a_place_held():
@@ -254,8 +255,8 @@ def test_where_nothing_can_carry_it_the_contact_stays_before_the_crossing():
         place = PLATES.map.to_map(task_manager.target) if task_manager.target else (0.09, 0.05)
         [want], limits = asked_on_plates(task_manager, (on_plate(*place),), **settings)
     assert [(limit.kind, limit.cause) for limit in limits] == [(LimitKind.REGRASP_FAILED, RegraspFailure.NO_ARM)]
-    assert task_manager.report.piece == 0
-    assert task_manager.report.regrasp is None
+    assert task_manager.report(EnergyTank()).piece == 0
+    assert task_manager.report(EnergyTank()).regrasp is None
     assert want.error == pytest.approx([0, 0], abs=1e-6)
     _, limits = asked_on_plates(
         task_manager, (on_plate(0.09, 0.05),), **{**settings, "path": ((0.09, 0.05), (0.05, 0.05))}
