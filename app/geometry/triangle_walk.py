@@ -42,8 +42,9 @@ class TriangleWalk:
                 return None
             least = min(weights)
             if least >= _INSIDE:
-                inner = np.array([max(weight, 0.0) for weight in weights])
-                return face, inner / inner.sum()
+                first, second, third = (max(weight, 0.0) for weight in weights)
+                total = first + second + third
+                return face, np.array((first / total, second / total, third / total))
             face = int(self._beyond[face, weights.index(least)])
             if face < 0:
                 return None

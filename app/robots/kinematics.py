@@ -34,6 +34,9 @@ class Configuration:
         self._robot = robot
         self._model = _kinematic_model(robot)
         self._data = mujoco.MjData(self._model)
+        # A state keeps its arrays where they are, and looking for them is dear.
+        self._qpos, self._origins = self._data.qpos, self._data.xpos
+        self._rotations = self._data.xmat.reshape(-1, 3, 3)
         self._bodies = {link.name: int(self._model.body(link.name).id) for link in robot.links}
         self._order = np.array(list(self._bodies.values()), dtype=np.intp)
         self._full = np.zeros((self._model.nv, self._model.nv))
@@ -57,7 +60,7 @@ class Configuration:
                 file=self._robot.source,
                 value=posture.tolist(),
             )
-        self._data.qpos[:] = posture
+        self._qpos[:] = posture
         self._poses: dict[str, Pose] = {}  # made when they are asked for
         mujoco.mj_kinematics(self._model, self._data)
         mujoco.mj_comPos(self._model, self._data)
@@ -67,14 +70,14 @@ class Configuration:
         pose = self._poses.get(link)
         if pose is None:
             body = self._body(link)
-            pose = self._poses[link] = Pose(self._data.xmat[body].reshape(3, 3), self._data.xpos[body])
+            pose = self._poses[link] = Pose(self._rotations[body], self._origins[body])
         return pose
 
     def poses(self) -> FloatArray:
         """(links, 4, 4) ``T_world_link`` of every link, in the order of ``robot.links``."""
         poses = np.zeros((len(self._order), 4, 4))
-        poses[:, :3, :3] = self._data.xmat[self._order].reshape(-1, 3, 3)
-        poses[:, :3, 3] = self._data.xpos[self._order]
+        poses[:, :3, :3] = self._rotations[self._order]
+        poses[:, :3, 3] = self._origins[self._order]
         poses[:, 3, 3] = 1.0
         return poses
 
