@@ -12,8 +12,6 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal, NamedTuple, get_args
 
-import numpy as np
-
 from app.contacts.regions import ContactRegion
 from app.core.arrays import FloatArray, length
 from app.geometry.mesh import SurfacePoint

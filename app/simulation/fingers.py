@@ -176,7 +176,7 @@ class _Touch:
         self.at, self.finger, self.link = at, finger, skin.link(at)
         self.body = bodies[self.link]
         self.local, self.local_normal = readonly(skin.position(at)), readonly(skin.normal(at))
-        self._both = np.column_stack([self.local, self.local_normal])
+        self._both = np.stack([self.local, self.local_normal])
         self._data: mujoco.MjData | None = None
         self.depth, self.force = 0.0, 0.0
         self.point, self.normal = np.zeros(3), np.zeros(3)
@@ -184,14 +184,14 @@ class _Touch:
     def world(self, data: mujoco.MjData) -> tuple[FloatArray, FloatArray]:
         """The touched point [m] and the outward normal there, in the world."""
         if data is not self._data:  # a state keeps its arrays where they are, and looking for them is dear
-            self._data, self._rotation, self._origin = data, data.xmat[self.body].reshape(3, 3), data.xpos[self.body]
-        moved = self._rotation @ self._both
-        return moved[:, 0] + self._origin, moved[:, 1]
+            self._data, self._turn, self._origin = data, data.xmat[self.body].reshape(3, 3).T, data.xpos[self.body]
+        moved = self._both.dot(self._turn)
+        return moved[0] + self._origin, moved[1]
 
     def follow(self, data: mujoco.MjData) -> None:
         """Let the skin move against the standing tip: with the mean normal, exact to second order in the motion."""
         point, normal = self.world(data)
-        self.depth += 0.5 * float((self.normal + normal) @ (point - self.point))
+        self.depth += 0.5 * float((self.normal + normal).dot(point - self.point))
         self.point, self.normal = point, normal
 
     def numbers(self) -> list[float]:
