@@ -19,6 +19,7 @@ from app.core.errors import MapError
 from app.editing.arrange import move
 from app.editing.document import MapDocument
 from app.geometry.mesh import SurfacePoint
+from app.maps.layout import MapLayout
 from app.skin.skin import Skin
 from app.tactile.sensor_effects import GainSpread, Noise, Quantisation, SensorEffects
 from tests.support.touch import arm
@@ -111,6 +112,12 @@ def test_an_edited_map_places_by_the_edit():
     placer.use(moved)
     place = placer.place(0, moved.taxel_points[0], near=placer.face_of(0))
     assert place.link_position == pytest.approx(taxel_positions(SKIN)[0], abs=1e-9)
+    first, *rest = moved.layout.placements
+    large = replace(moved, layout=MapLayout((replace(first, scale=2 * first.scale), *rest)))
+    placer.use(large)
+    larger = placer.place(0, large.taxel_points[0], near=placer.face_of(0))
+    assert larger.at.face == place.at.face
+    assert larger.map_sides == pytest.approx(2 * place.map_sides), "of the map in use"
     cut = replace(MAP.charts[0], faces=MAP.charts[0].faces[:, [1, 2, 0]])
     turned = replace(MAP, charts=(cut, *MAP.charts[1:]))
     placer.use(turned)

@@ -12,12 +12,20 @@ from app.control.task_priority import (
     PriorityLevel,
     point_rows,
     single_level,
+    singular_directions,
     solve_hierarchy,
     solve_within_limits,
 )
 from tests.support.limits import kinds
 from tests.support.touch import arm
 from tests.unit.control.contacts_by_hand import TO_MAP, contact, touch
+
+
+def test_rows_that_are_no_numbers_are_refused_and_none_at_all_have_no_directions():
+    with pytest.raises(np.linalg.LinAlgError):
+        singular_directions(np.full((3, 7), np.nan))
+    left, gains, right = singular_directions(np.zeros((3, 0)))
+    assert (left.shape, gains.shape, right.shape) == ((3, 0), (0,), (0, 0))
 
 
 def test_outward_is_the_normal_s_share_of_motion():

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from app.core.arrays import dot, freeze_arrays, length, readonly, refreeze, set_fields
+from app.core.arrays import all_finite, any_true, dot, freeze_arrays, length, readonly, refreeze, set_fields
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,3 +96,22 @@ def test_a_frozen_value_makes_its_arrays_its_own():
     assert again.points is samples.points, "what is safe already is not copied"
     assert Samples(times, []).points.shape == (0, 2)
     assert Samples(times).points is None
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
+def test_one_that_is_no_number_is_found_wherever_it_is(bad):
+    assert all_finite(np.zeros(0))
+    assert all_finite(np.full(5, 1e300)), "large is not infinite"
+    for place in range(5):
+        values = np.zeros(5)
+        values[place] = bad
+        assert not all_finite(values)
+        assert not all_finite(np.stack([np.zeros(5), values])[:, place]), "of a column, too"
+
+
+def test_any_is_any():
+    mask = np.zeros(5, dtype=bool)
+    assert not any_true(mask)
+    assert not any_true(mask[:0])
+    mask[4] = True
+    assert any_true(mask)
