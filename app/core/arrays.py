@@ -51,7 +51,9 @@ def freeze_arrays(value: object, *names: str, dtype: Any = np.float64, columns: 
             continue
         if columns is not None and np.shape(given)[1:] != (columns,):
             given = np.reshape(given, (-1, columns))
-        object.__setattr__(value, name, readonly(given, dtype))
+        own = readonly(given, dtype)
+        if own is not given:
+            object.__setattr__(value, name, own)
 
 
 _ONE_THREAD = 8192
