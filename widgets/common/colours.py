@@ -23,6 +23,7 @@ class Theme:
         quiet: Words of less weight; 4.5:1 on the panel at least.
         line: Hairlines.
         accent: What the user holds or selected.
+        link: Words that lead somewhere: the accent, dark enough to be read on the panel.
         intent: What the controller wants.
         warning: Amber.
         fault: Red.
@@ -37,6 +38,7 @@ class Theme:
     quiet: str
     line: str
     accent: str = "#22b8cf"
+    link: str = "#22b8cf"
     intent: str = "#845ef7"
     warning: str = "#f59f00"
     fault: str = "#e03131"
@@ -45,7 +47,9 @@ class Theme:
 
 
 DARK = Theme("dark", "#1d2126", "#252a31", "#e6e8eb", "#9aa3ad", "#343b44")
-LIGHT = Theme("light", "#f4f5f7", "#ffffff", "#1d2126", "#5b6570", "#d8dce1", body="#8b949e", thing="#7fae86")
+LIGHT = Theme(
+    "light", "#f4f5f7", "#ffffff", "#1d2126", "#5b6570", "#d8dce1", link="#0b7285", body="#8b949e", thing="#7fae86"
+)
 THEMES = {theme.name: theme for theme in (DARK, LIGHT)}
 
 DEFAULT_MAXIMUM = 30.0

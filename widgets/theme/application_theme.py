@@ -45,7 +45,7 @@ def _palette(theme: Theme) -> QPalette:
         role.ToolTipText: theme.text,
         role.Highlight: theme.accent,
         role.HighlightedText: "#10151a",
-        role.Link: theme.accent,
+        role.Link: theme.link,
         role.BrightText: theme.fault,
         role.Mid: theme.line,
         role.Dark: theme.line,

@@ -91,7 +91,7 @@ def test_the_scale_keeps_its_end():
 
 @pytest.mark.parametrize("theme", THEMES.values(), ids=THEMES)
 @pytest.mark.parametrize("ground", ["window", "panel"])
-@pytest.mark.parametrize("ink", ["text", "quiet"])
+@pytest.mark.parametrize("ink", ["text", "quiet", "link"])
 def test_words_can_be_read(theme, ground, ink):
     assert contrast(getattr(theme, ground), getattr(theme, ink)) >= 4.5
 
