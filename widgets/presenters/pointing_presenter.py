@@ -479,6 +479,8 @@ def _values(presenter: PointingPresenter, pointed: Pointed) -> str:
     if pointed.region is not None:
         region = pointed.region
         lines.append(f"Contact {region.id}: {region.force:.4g} N, {region.area:.4g} m², peak {region.peak:.4g} Pa")
+    if pointed.at is not None and (length := presenter.tools.get(SeamTool).seam_length(pointed.at)) is not None:
+        lines.append(f"Seam: {length:.4g} m long")
     lines += _body_values(presenter.context.session.prepared, presenter.context.session.shown, pointed)
     return "\n".join(lines)
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from PySide6.QtCore import QPoint, Qt
@@ -206,6 +208,11 @@ def test_a_seam_is_erased_where_it_is_pointed_at_and_only_there(window):
     (action,) = (action for action in POINTED_ACTIONS if action.name == "erase-seam")
     assert action.words(pointing, seam) == "Erase this seam"
     assert action.words(pointing, pointing.resolve(PointedAt(visible_skin(window)[0]))) == ""
+    (copy,) = (action for action in POINTED_ACTIONS if action.name == "copy")
+    copy.act(pointing, seam)
+    along = document.skin.patches[patch].surface.vertices[run]
+    length = sum(float(np.linalg.norm(b - a)) for a, b in pairwise(along))
+    assert f"\nSeam: {length:.4g} m long" in QApplication.clipboard().text()
     before = present_seams(document, patch)
     action.act(pointing, seam)
     assert not np.array_equal(present_seams(window.editor.document, patch), before)

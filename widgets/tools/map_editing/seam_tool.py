@@ -183,8 +183,17 @@ class SeamTool(MapEditTool):
 
     def has_seam(self, at: SurfacePoint) -> bool:
         """Whether a seam runs past a place of the skin."""
+        return self.seam_length(at) is not None
+
+    def seam_length(self, at: SurfacePoint) -> float | None:
+        """Length of the seam that runs past a place of the skin, from branch to branch [m]; None where none does."""
         document = self._editor.document
-        return document is not None and seam_at(document, _near(at)) is not None
+        found = None if document is None else seam_at(document, _near(at))
+        if document is None or found is None:
+            return None
+        number, run = found
+        steps = np.diff(document.skin.patches[number].surface.vertices[run], axis=0)
+        return float(np.linalg.norm(steps, axis=1).sum())
 
     def erase_at(self, at: SurfacePoint) -> None:
         """Erase the seam that runs past a place of the skin."""
