@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -21,6 +22,7 @@ from widgets.plots.plot_choice import PlotChoice, PlotKey
 from widgets.presenters.pointing_presenter import POINTED_ACTIONS
 from widgets.tools.map_editing.mesh_picking import present_seams, seam_runs
 from widgets.tools.map_editing.pin_tool import with_pins
+from widgets.tools.map_editing.seam_tool import SeamTool
 
 RIGHT, LEFT, SHIFT = Qt.MouseButton.RightButton, Qt.MouseButton.LeftButton, Qt.KeyboardModifier.ShiftModifier
 
@@ -213,6 +215,9 @@ def test_a_seam_is_erased_where_it_is_pointed_at_and_only_there(window):
     along = document.skin.patches[patch].surface.vertices[run]
     length = sum(float(np.linalg.norm(b - a)) for a, b in pairwise(along))
     assert f"\nSeam: {length:.4g} m long" in QApplication.clipboard().text()
+    window.editor.set_enabled(enabled=False)  # a recording of another robot is shown: its places are none of this map
+    assert pointing.tools.get(SeamTool).seam_length(replace(seam.at, face=10**6)) is None
+    window.editor.set_enabled(enabled=True)
     before = present_seams(document, patch)
     action.act(pointing, seam)
     assert not np.array_equal(present_seams(window.editor.document, patch), before)

@@ -188,8 +188,9 @@ class SeamTool(MapEditTool):
     def seam_length(self, at: SurfacePoint) -> float | None:
         """Length of the seam that runs past a place of the skin, from branch to branch [m]; None where none does."""
         document = self._editor.document
-        found = None if document is None else seam_at(document, _near(at))
-        if document is None or found is None:
+        if document is None or not self._editor.enabled:  # a recording that is shown may wear another skin
+            return None
+        if (found := seam_at(document, _near(at))) is None:
             return None
         number, run = found
         steps = np.diff(document.skin.patches[number].surface.vertices[run], axis=0)
