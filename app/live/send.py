@@ -47,7 +47,14 @@ def sender(address: str) -> Iterator[Callable[[bytes], Any]]:
                 published.bind(f"tcp://{host}:{port}")
             except zmq.ZMQError as error:
                 raise LiveError("nothing can be published there", place=address, value=error) from error
-            yield published.send
+
+            def publish(packet: bytes) -> None:
+                try:
+                    published.send(packet)
+                except zmq.ZMQError as error:
+                    raise LiveError("a packet cannot be published", place=address, value=error) from error
+
+            yield publish
     else:
         remedy = "Give udp://HOST:PORT or zmq://HOST:PORT"
         raise UsageError("there is no such address to send to", value=address, remedy=remedy)

@@ -86,8 +86,8 @@ class LiveMotion:
         """
         self.stop()
         check_sending(address, remote=False)
-        put = self._open.enter_context(sender(address))
-        self._made().start_sending(put, limits, self._clock())
+        output = self._made()  # what can fail comes before anything is opened
+        output.start_sending(self._open.enter_context(sender(address)), limits, self._clock())
 
     def stop(self) -> None:
         """Send a stop, and nothing after it."""
