@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import socket
 import threading
 
 import pytest
 
+from app.core.errors import LiveError
 from app.live.connection import Connection
-from app.live.send import made_up, main
+from app.live.send import made_up, main, sender
 from app.live.sources.network import UdpSource
 
 
@@ -50,3 +52,14 @@ def test_made_up_readings_wander():
     stream = made_up(100, 100.0)
     first, *_, last = (next(stream) for _ in range(200))
     assert first.values.argmax() != last.values.argmax()
+
+
+def test_a_packet_that_cannot_be_published_is_a_named_error():
+    pytest.importorskip("zmq", reason="pyzmq is not installed (extra zmq)")
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    with sender(f"zmq://127.0.0.1:{port}") as publish:
+        pass
+    with pytest.raises(LiveError, match="cannot be published"):
+        publish(b"too late")
