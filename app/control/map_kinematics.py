@@ -45,7 +45,7 @@ class MapKinematics:
 
     def normal(self, region: ContactRegion, kind: JacobianKind) -> FloatArray:
         """(3,) outward unit normal at a contact, link frame: by the same word as the Jacobian's."""
-        smooth = self._jacobian.normal(region.at) if kind == "smoothed" else None
+        smooth = self._jacobian.normal(region.at) if kind != "raw" else None
         return region.link_normal if smooth is None else smooth
 
     def error(

@@ -19,7 +19,7 @@ from app.core.arrays import FloatArray, IntArray
 from app.geometry.mesh import SurfacePoint
 from app.maps.tactile_map import SEAM_RATIO, TactileMap
 
-JacobianKind: TypeAlias = Literal["smoothed", "raw"]
+JacobianKind: TypeAlias = Literal["smoothed", "raw", "isometric"]
 _BLENDED = 3
 """Taxels whose fits are blended between them."""
 _LEAST = 4
@@ -72,8 +72,11 @@ class MapJacobian:
         Args:
             point: Where on the body.
             kind: ``smoothed`` blends the fits of the nearest taxels, ``raw`` is the triangle's own, and so is the
-                answer where none of those has enough neighbours for a fit.
+                answer where none of those has enough neighbours for a fit; ``isometric`` turns as the smoothed one
+                and takes a step on the map for as long as on the body, as if the map distorted nothing.
         """
+        if kind == "isometric":
+            return self._layout_scale(point) * nearest_isometry(self.at(point))
         if kind == "raw" or len(self._map.skin.patches[point.patch].taxels) < _LEAST:
             return self._of_face(point.patch, point.face)
         blend, total = np.zeros((2, 3)), 0.0
@@ -82,6 +85,9 @@ class MapJacobian:
             if fit is not None:
                 blend, total = blend + weight * fit, total + weight
         return blend / total if total else self._of_face(point.patch, point.face)
+
+    def _layout_scale(self, point: SurfacePoint) -> float:
+        return self._map.layout.placements[point.patch].scale
 
     def normal(self, point: SurfacePoint) -> FloatArray | None:
         """(3,) outward unit normal as the taxels' two rings around have it, link frame; None where they are too few.
@@ -201,6 +207,16 @@ def affine_fit(body: FloatArray, plane: FloatArray, normal: FloatArray) -> Float
     centred = flat - flat.mean(axis=0)
     centred -= np.outer(centred @ normal, normal)
     return (np.linalg.pinv(centred, rcond=1e-6) @ (plane - plane.mean(axis=0))).T
+
+
+def nearest_isometry(jacobian: FloatArray) -> FloatArray:
+    """(2, 3) the orthogonal factor of the polar decomposition: the nearest in the mean square that stretches nothing.
+
+    Args:
+        jacobian: (2, 3) of the map.
+    """
+    left, _, right = np.linalg.svd(jacobian, full_matrices=False)
+    return np.asarray(left @ right)
 
 
 def least_norm_motion(jacobian: FloatArray, velocity: FloatArray) -> FloatArray:

@@ -74,6 +74,71 @@ def with_calibration_error(skin: Skin, sd: float, *, seed: int = 0, by: ErrorUni
     return Skin(tuple(moved), (*skin.findings, note))
 
 
+def with_sleeve_displaced(skin: Skin, *, shift: float = 0.0, turn: float = 0.0) -> Skin:
+    """The skin that is believed in where the whole sleeve sits elsewhere than it is taken to sit.
+
+    Each patch moves as one along the longest axis of its taxels and about it: a sleeve that was pulled on too far, or
+    turned. Its shape, and so its map, is the same.
+
+    Args:
+        skin: As it is.
+        shift: Along the axis [m].
+        turn: About the axis through the taxels' middle [rad].
+
+    Raises:
+        SkinError: A number is not finite, or the shift is longer than 5 cm.
+    """
+    if not (abs(shift) <= MAX_ERROR and np.isfinite(turn)):  # NaN compares false
+        raise SkinError(
+            "the sleeve cannot be displaced so",
+            value=f"{shift} m, {turn} rad",
+            remedy="Choose a shift of -0.05 to 0.05 m and a finite turn",
+        )
+    moved = tuple(_displaced(patch, shift, turn) for patch in skin.patches)
+    note = Finding("misplaced", "skin", f"believed {1e3 * shift:g} mm along and {turn:g} rad about its axis", len(skin))
+    return Skin(moved, (*skin.findings, note))
+
+
+def _displaced(patch: Patch, shift: float, turn: float) -> Patch:
+    positions = patch.taxels.positions
+    middle = positions.mean(axis=0)
+    axis = np.linalg.svd(positions - middle, full_matrices=False)[2][0]
+    rotation = Rotation.from_rotvec(turn * axis).as_matrix()
+
+    def move(points: FloatArray) -> FloatArray:
+        return np.asarray(middle + (points - middle) @ rotation.T + shift * axis)
+
+    taxels, quadrature = patch.taxels, patch.taxels.quadrature
+    return replace(
+        patch,
+        surface=Mesh(move(patch.surface.vertices), patch.surface.faces),
+        taxels=replace(
+            taxels,
+            positions=move(positions),
+            normals=taxels.normals @ rotation.T,
+            quadrature=replace(quadrature, positions=move(quadrature.positions)),
+        ),
+    )
+
+
+def with_area_error(skin: Skin, factor: float) -> Skin:
+    """The skin that is believed in where every taxel's gain is wrong alike: pressure times area is ``factor`` of it.
+
+    Args:
+        skin: As it is.
+        factor: Believed force over true force, 0.01 to 100.
+
+    Raises:
+        SkinError: The factor is out of its range.
+    """
+    if not 0.01 <= factor <= 100:  # NaN compares false
+        raise SkinError("the gain error is out of range", place="factor", value=factor, remedy="Choose 0.01 to 100")
+    patches = tuple(
+        replace(patch, taxels=replace(patch.taxels, areas=factor * patch.taxels.areas)) for patch in skin.patches
+    )
+    return Skin(patches, skin.findings)
+
+
 def _taxel_errors(positions: FloatArray, stream: np.random.Generator, _sd: float) -> FloatArray:
     """(n, 3) errors of single taxels, in units of ``sd``."""
     return stream.standard_normal(positions.shape)

@@ -1,4 +1,4 @@
-"""The studies by name, for those who need not load them; each is a file of that name in ``sweeps``."""
+"""The studies by name, for those who need not load them."""
 
 from __future__ import annotations
 
@@ -10,16 +10,18 @@ from app.core.errors import UsageError
 if TYPE_CHECKING:
     from app.studies.study import Study
 
-STUDY_NAMES = (
-    "map-cost",
-    "image-cost",
-    "touch-cost",
-    "step-cost",
-    "effect-cost",
-    "needs",
-    "control-cost",
-    "controller-accuracy",
-)
+_MODULES = {
+    "map-cost": "sweeps.map_cost",
+    "image-cost": "sweeps.image_cost",
+    "touch-cost": "sweeps.touch_cost",
+    "step-cost": "sweeps.step_cost",
+    "effect-cost": "sweeps.effect_cost",
+    "needs": "sweeps.needs",
+    "representation": "path_time.representation",
+    "force-feedback": "path_time.force_feedback",
+    "controller-accuracy": "sweeps.controller_accuracy",
+}
+STUDY_NAMES = tuple(_MODULES)
 
 
 def load_study(name: str) -> Study:
@@ -30,5 +32,5 @@ def load_study(name: str) -> Study:
     """
     if name not in STUDY_NAMES:
         raise UsageError("there is no such study", value=name, remedy=f"Choose {' or '.join(STUDY_NAMES)}")
-    study: Study = import_module(f"app.studies.sweeps.{name.replace('-', '_')}").STUDY
+    study: Study = import_module(f"app.studies.{_MODULES[name]}").STUDY
     return study

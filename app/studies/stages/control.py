@@ -19,7 +19,8 @@ from app.control.limit_texts import limit_texts
 from app.core.errors import SimulationError
 from app.session.prepare import PreparedScene
 from app.studies.rows import scaled
-from app.studies.testbeds.path_following import PathSetup, beside_ball, run_path
+from app.studies.testbeds.beside_ball import beside_ball
+from app.studies.testbeds.path_following import PathSetup, run_path
 from app.studies.work_precision import ErrorKind, Setting, Stage, Subject, Trial
 
 SPEEDS_MM_S = (15.0, 30.0, 60.0)

@@ -5,7 +5,6 @@
 ``touch_cost``   which contact model gives how small an error at how many milliseconds a reading
 ``step_cost``    which integrator holds which contact at which time step (``assets/stability.json`` is its table)
 ``effect_cost``  what each effect costs, as a multiple of a bare step
-``control_cost`` which controller follows a path how fast, knowing how much of its skin; ``speed_search`` finds the
-fastest speed
+``needs``        whether all is simulated that a scene calls for, and nothing else
 ``controller_accuracy``  which controller follows how well on which robot, by its skin or by a force-torque sensor
 """

@@ -14,22 +14,13 @@ from app.control.command import ControllerName, ControlSettings
 from app.control.controllers import CONTROL_SCHEMES
 from app.control.limit_texts import limit_texts
 from app.maps.paths import path_about
-from app.scene.object_meshes import make_objects
-from app.scene.objects import ObjectSpec
 from app.session.prepare import PreparedScene
 from app.studies.figures import BarChart, Figure, panels
 from app.studies.rows import Case, Cell, Row, distinct, number, p95, rms, scaled
 from app.studies.study import Study
+from app.studies.testbeds.beside_ball import SKIN_LINKS, beside_ball, forearm_skin_scene, with_finger
 from app.studies.testbeds.force_loop import ForceLoop, force_loop_at_goal, predicted_gain_limit
-from app.studies.testbeds.path_following import (
-    SKIN_LINKS,
-    PathRun,
-    PathSetup,
-    beside_ball,
-    forearm_skin_scene,
-    points_above,
-    run_path,
-)
+from app.studies.testbeds.path_following import PathRun, PathSetup, run_path
 from app.tactile.sensor_effects import Noise, SensorEffects
 
 PATHS: Mapping[str, Mapping[str, Any]] = {
@@ -61,7 +52,6 @@ GAIN_SHARE = 0.5
 itself.
 """
 _TAXELS, _HELD, _LONGEST, _CALM = 1000, 3.0, 3.0, 0.002
-_FINGER_RADIUS, _BEYOND = 0.012, 0.03
 _SENSORS_NOTE = (
     "Of a single contact the wrench knows the place better than taxels do; of two it knows but their sum, which "
     "acts somewhere between them or nowhere on the skin. The supervisor sees that no single touch explains it and "
@@ -115,7 +105,7 @@ def setup_for(robot: str, sensor: str, seed: int, *, touched: bool = False) -> P
     """The robot beside its ball, with the skin's noise and what control goes by.
 
     Args:
-        robot: Of ``SLEEVES``.
+        robot: Of ``SKIN_LINKS``.
         sensor: Of ``SENSORS``.
         seed: Of noise and places.
         touched: Whether somebody else touches the same link.
@@ -134,26 +124,7 @@ def _robot_beside_ball(robot: str, seed: int) -> PreparedScene:
 
 @lru_cache(maxsize=3)
 def _with_finger(robot: str, seed: int) -> PreparedScene:
-    """Also a finger that pushes with ``FINGER_FORCE`` where the link is farthest from the ball."""
-    prepared = _robot_beside_ball(robot, seed)
-    scene, (ball, *_) = prepared.scene, prepared.scene.objects
-    surface = points_above(prepared, np.arange(len(prepared.skin)), 0.0)
-    farthest = np.array([int(np.argmax(np.linalg.norm(surface - ball.at, axis=1)))])
-    outside, inside = (
-        points_above(prepared, farthest, height)[0].tolist() for height in (_FINGER_RADIUS + 0.002, -_BEYOND)
-    )
-    path = ((0.0, *outside), (0.2, *inside), (3600.0, *inside))
-    finger = ObjectSpec(
-        "finger",
-        "probe",
-        (_FINGER_RADIUS,),
-        mass=0.1,
-        friction=0.0,
-        max_force=FINGER_FORCE,
-        path=path,
-    )
-    with_finger = replace(scene, objects=(ball, finger))
-    return replace(prepared, scene=with_finger, objects=make_objects(with_finger))
+    return with_finger(_robot_beside_ball(robot, seed), FINGER_FORCE)
 
 
 @lru_cache(maxsize=3)

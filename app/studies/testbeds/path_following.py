@@ -1,6 +1,6 @@
 """A robot in its skin beside a ball that stands still, led along a path by a controller: its true errors, tick by tick.
 
-``beside_ball`` presses a fixed ball into one taxel of a robot at home. ``run_path`` lets a controller lead the contact
+``run_path`` lets a controller lead the contact
 along a path for a round. The controller knows the skin by a calibration, a map, a sensor and an estimator; what counts
 is where the object really touches the skin that is there, and how hard. Both come from the simulation's own contacts,
 not from any reading.
@@ -9,37 +9,28 @@ not from any reading.
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from functools import lru_cache
 
-import mujoco
 import numpy as np
-from scipy.spatial import cKDTree
 
 from app.contacts.pipeline import ReadingSettings
 from app.control.command import ControlSettings
 from app.control.limit_texts import limit_texts
 from app.control.limits import Limit, LimitKind
-from app.core.arrays import BoolArray, FloatArray, IntArray, freeze_arrays
-from app.core.errors import SimulationError, SkinError
+from app.core.arrays import BoolArray, FloatArray, freeze_arrays
+from app.core.errors import SimulationError
 from app.geometry.closest_point import ClosestPoint
 from app.geometry.mesh import SurfacePoint
 from app.maps.paths import draw_path, path_about
 from app.maps.tactile_map import TactileMap
 from app.robots.kinematics import Configuration
 from app.robots.robot import Robot
-from app.scene.effects import Effects, SkinModel
-from app.scene.object_meshes import make_objects
-from app.scene.objects import ObjectSpec
-from app.scene.scene_file import scene_for
+from app.scene.effects import Effects
 from app.session.frame import Frame
 from app.session.inputs import ControlChanged
-from app.session.prepare import PreparedScene, prepare
+from app.session.prepare import PreparedScene
 from app.session.session import Session
-from app.simulation.model_assembly import assemble
-from app.simulation.model_names import body_name
-from app.skin.skin import Patch, Skin
+from app.skin.skin import Skin
 from app.studies.rows import p95, rms
-from app.tactile.elastic_layer import ElasticLayer
 from app.tactile.sensor_effects import SensorEffects
 
 
@@ -89,18 +80,6 @@ class TrueContact:
         return best[1]
 
 
-SKIN_LINKS = {"arm": "forearm", "ur5e": "forearm_link", "icub": "l_forearm"}
-"""The link of a robot that the skin covers."""
-BALL = 0.03
-"""Radius [m]."""
-DEPTH = 0.001
-"""How deep the ball is in the skin at the start [m]."""
-MARGIN = 0.02
-"""The least way from the ball to the skin's border or to a seam [m], if there is such a place."""
-REACH_SHARE = 0.6
-"""Share of the best reach that a place needs."""
-
-
 @dataclass(frozen=True, eq=False)
 class PathSetup:
     """All that a course starts from but for the controller's settings. A plain value: it crosses processes.
@@ -110,12 +89,14 @@ class PathSetup:
         believed: The map that contacts are read and the arm is controlled by; the true one if None.
         sensor: What the sensor makes of pressures.
         reading: How contacts are read.
+        pressed_elsewhere: Force of whatever else presses the skin [N], which is not the path's.
     """
 
     prepared: PreparedScene
     believed: TactileMap | None = None
     sensor: SensorEffects = field(default_factory=SensorEffects)
     reading: ReadingSettings = field(default_factory=ReadingSettings)
+    pressed_elsewhere: float = 0.0
 
     @property
     def map(self) -> TactileMap:
@@ -137,151 +118,6 @@ class PathSetup:
             effects=self.effects,
             reading=self.reading,
         )
-
-
-@lru_cache(maxsize=4)
-def forearm_skin_scene(robot: str, taxels: int, seed: int = 0) -> PreparedScene:
-    """A robot of ``SLEEVES`` with skin on its forearm alone. Cost: 4 s at 1500 taxels, kept.
-
-    Raises:
-        RobotError: It is not installed.
-    """
-    scene = scene_for(robot)
-    spec = replace(scene.cover, links=(SKIN_LINKS[robot],), taxels=taxels, seed=seed)
-    return prepare(replace(scene, cover=spec, stimuli=(), seed=seed))
-
-
-def beside_ball(
-    prepared: PreparedScene,
-    *,
-    taxel: int | None = None,
-    radius: float = BALL,
-    depth: float = DEPTH,
-    layer: ElasticLayer | None = None,
-    model: SkinModel = "foundation",
-    tick: float | None = None,
-    seed: int | None = None,
-) -> PreparedScene:
-    """The same robot with a fixed ball pressed into a taxel's place at home, and nothing else around.
-
-    Args:
-        prepared: Robot, skin and map; its scene's hand and motion are left out.
-        taxel: Where; by default ``place_to_press``.
-        radius: Of the ball [m].
-        depth: How deep it is pressed in at the start [m].
-        layer: The cover; the scene's by default.
-        model: How contact becomes pressure. The foundation, which knows no friction, touches the skin itself; the
-            solver's contacts touch the convex hull of the link, on real robots some millimetres beside.
-        tick: Of control [s]; the scene's by default, as is ``seed``.
-        seed: Of what is random in the sensor.
-
-    Raises:
-        SkinError: There is no skin to press.
-    """
-    scene, where = prepared.scene, place_to_press(prepared, radius=radius) if taxel is None else taxel
-    x, y, z = points_above(prepared, np.array([where]), radius - depth)[0].tolist()
-    cover = layer or scene.layer
-    ball = ObjectSpec("ball", "sphere", (radius,), at=(x, y, z), friction=cover.friction)
-    alone = replace(scene, objects=(ball,), layer=cover, stimuli=(), motion=(), tick=tick or scene.tick)
-    pressed = replace(
-        alone,
-        task="slide",
-        outputs=("force", "pressure"),
-        overrides={**scene.overrides, "skin": model},
-        seed=scene.seed if seed is None else seed,
-    )
-    return replace(prepared, scene=pressed, objects=make_objects(pressed))
-
-
-def points_above(prepared: PreparedScene, taxels: IntArray, height: float) -> FloatArray:
-    """(k, 3) the points at a height [m] over ``taxels`` (k,) when the robot is at home [m], world frame."""
-    configuration, places = Configuration(prepared.robot), []
-    for patch in prepared.skin.patches:
-        pose = configuration.pose(patch.link)
-        places.append(pose.points(patch.taxels.positions + height * patch.taxels.normals))
-    return np.asarray(np.concatenate(places)[taxels])
-
-
-def place_to_press(prepared: PreparedScene, *, radius: float = BALL) -> int:
-    """The taxel that a path is best led around: the flattest that the joints move well, with room around it.
-
-    There is room where border and seams are ``MARGIN`` away on the map, and where a ball is as far from whatever else
-    it may touch; where no taxel has as much, those with most are taken. Joints move it well where the least singular
-    value of the Jacobian at home is ``REACH`` of the greatest at any of them.
-
-    Args:
-        prepared: Robot, skin and map.
-        radius: Of the ball [m].
-
-    Raises:
-        SkinError: There is no taxel.
-
-    Cost: 0.3 s at 2000 taxels.
-    """
-    skin, configuration = prepared.skin, Configuration(prepared.robot)
-    if not len(skin):
-        raise SkinError("there is no skin to press", remedy="Cover a link")
-    room = np.concatenate([_margin_on_map(prepared.map, number) for number in range(len(skin.patches))])
-    room = np.minimum(room, _margin_to_links(skin, configuration, radius))
-    bend = np.concatenate([_curvature(patch) for patch in skin.patches])
-    reach = np.array([_least_singular_value(skin, configuration, taxel) for taxel in range(len(skin))])
-    roomy = room >= min(MARGIN, float(room.max()))
-    good = np.flatnonzero(roomy & (reach >= REACH_SHARE * float(reach[roomy].max())))
-    clear = _clearance(prepared, good, radius)
-    good = good[clear >= min(MARGIN, float(clear.max()))]
-    return int(good[bend[good].argmin()])
-
-
-def _margin_on_map(map_: TactileMap, patch: int) -> FloatArray:
-    """(n,) how far a patch's taxels are from its borders and seams on the map [m]."""
-    first, last = map_.skin.first[patch : patch + 2]
-    edges = np.concatenate([map_.outlines[patch], map_.seams[patch].reshape(-1, 2)])
-    return np.asarray(cKDTree(edges).query(map_.taxel_points[first:last])[0], dtype=np.float64)
-
-
-def _clearance(prepared: PreparedScene, taxels: IntArray, radius: float) -> FloatArray:
-    """(k,) how far a ball over each of ``taxels`` is at home from all shapes that it would touch but skin [m]."""
-    beside = beside_ball(prepared, taxel=0, radius=radius)
-    model = assemble(beside.robot, beside.skin, beside.scene.effects, objects=beside.objects, layer=beside.scene.layer)
-    data, ball = mujoco.MjData(model), model.body(body_name(beside.objects[0].spec))
-    data.qpos[:] = beside.robot.home
-    touching = (model.geom_contype | model.geom_conaffinity) > 0
-    others = np.flatnonzero(touching & (model.geom_bodyid != ball.id)).tolist()
-    clear = np.full(len(taxels), MARGIN)
-    for number, place in enumerate(points_above(prepared, taxels, radius)):
-        model.body_pos[ball.id] = place
-        mujoco.mj_kinematics(model, data)
-        away = [mujoco.mj_geomDistance(model, data, int(ball.geomadr[0]), geom, MARGIN, None) for geom in others]
-        clear[number] = min(away, default=MARGIN)
-    return clear
-
-
-def _margin_to_links(skin: Skin, configuration: Configuration, radius: float) -> FloatArray:
-    """(n,) how far a ball over each taxel is at home from the skin of other links [m]."""
-    apart = []
-    for patch in skin.patches:
-        balls = configuration.pose(patch.link).points(patch.taxels.positions + radius * patch.taxels.normals)
-        away = np.full(len(balls), np.inf)
-        for other in (other for other in skin.patches if other.link != patch.link):
-            places = configuration.pose(other.link).inverse.points(balls)
-            away = np.minimum(away, ClosestPoint(other.surface).query(places)[2] - radius)
-        apart.append(away)
-    return np.concatenate(apart)
-
-
-def _curvature(patch: Patch) -> FloatArray:
-    """(n,) the greatest angle between a taxel's normal and those around it, within ``MARGIN`` [rad]."""
-    positions, normals = patch.taxels.positions, patch.taxels.normals
-    around = cKDTree(positions).query_ball_point(positions, MARGIN)
-    least = [float((normals[near] @ normal).min()) for near, normal in zip(around, normals, strict=True)]
-    return np.arccos(np.clip(least, -1.0, 1.0))
-
-
-def _least_singular_value(skin: Skin, configuration: Configuration, taxel: int) -> float:
-    """How far the joints move a taxel at least, in the direction in which they move it least [m/rad]."""
-    at = skin.taxel_point(taxel)
-    moves = configuration.jacobian(skin.link(at), skin.position(at))
-    return float(np.linalg.svd(moves, compute_uv=False)[-1]) if moves.shape[1] >= 3 else 0.0
 
 
 SETTLING = 1.0
@@ -389,6 +225,7 @@ class _PathRecorder:
 
     def __init__(self, session: Session, setup: PathSetup) -> None:
         self._session, self._tick = session, session.prepared.scene.tick
+        self._elsewhere = setup.pressed_elsewhere
         self._truth = TrueContact(setup.prepared.robot, setup.prepared.skin, setup.map)
         self._rows: list[tuple[float | None, float | None, float, float, float, float]] = []
         self._touching: list[bool] = []
@@ -429,7 +266,7 @@ class _PathRecorder:
         return path_about(settings.path_kind, np.array(task.laid_at), settings.path_size).length
 
     def _see(self, frame: Frame) -> None:
-        task, force = frame.task, self._session.total_normal_force
+        task, force = frame.task, max(self._session.total_normal_force - self._elsewhere, 0.0)
         body = on_map = None
         if task is not None and task.target is not None and force > 0:
             body = self._truth.error(task.target, frame.objects[0, :3, 3], frame.posture)

@@ -15,6 +15,7 @@ import numpy as np
 
 from app.control.command import ControllerName, ControlSettings
 from app.control.joint_impedance import INNER_FREQUENCY
+from app.studies.testbeds.beside_ball import beside_ball, forearm_skin_scene
 from app.studies.testbeds.force_loop import (
     Filter,
     ForceLoop,
@@ -23,7 +24,7 @@ from app.studies.testbeds.force_loop import (
     predicted_gain_limit,
     stability_limit,
 )
-from app.studies.testbeds.path_following import PathSetup, beside_ball, forearm_skin_scene
+from app.studies.testbeds.path_following import PathSetup
 from tests.numerics.control_theory.closed_loop import IDEAL, Loop
 from tests.numerics.control_theory.sampled_loop import (
     LinearLoop,

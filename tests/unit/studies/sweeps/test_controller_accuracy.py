@@ -23,7 +23,8 @@ from app.studies.sweeps.controller_accuracy import (
     settings_for,
     setup_for,
 )
-from app.studies.testbeds.path_following import SKIN_LINKS, run_path
+from app.studies.testbeds.beside_ball import SKIN_LINKS
+from app.studies.testbeds.path_following import run_path
 
 
 def test_the_full_table_has_every_combination_once():

@@ -18,17 +18,8 @@ from app.maps.learned.learned_map import LearnedMap
 from app.maps.paths import path_about
 from app.skin.calibration_error import with_calibration_error
 from app.skin.skin import Skin
-from app.studies.testbeds.path_following import (
-    BALL,
-    DEPTH,
-    PathRun,
-    PathSetup,
-    TrueContact,
-    beside_ball,
-    place_to_press,
-    points_above,
-    run_path,
-)
+from app.studies.testbeds.beside_ball import BALL, DEPTH, beside_ball, place_to_press, points_above
+from app.studies.testbeds.path_following import PathRun, PathSetup, TrueContact, run_path
 from app.tactile.sensor_effects import GainSpread, Noise, SensorEffects
 from tests.support.pressed_arm import forearm
 from tests.support.touch import prepared_bar

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.studies.sweeps.speed_search import FASTEST, SLOWEST, CourseFault, Tolerances, bisect_speed
+from app.studies.path_time.speed_search import FASTEST, SLOWEST, CourseFault, Tolerances, bisect_speed
 from app.studies.testbeds.path_following import PathRun
 
 

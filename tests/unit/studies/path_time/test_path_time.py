@@ -8,13 +8,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-
-from app.contacts.pipeline import ReadingSettings
-from app.control.command import ControlSettings
-from app.control.controller_registry import check_settings
-from app.control.controllers import CONTROL_SCHEMES
-from app.control.limits import Limit, LimitKind
-from app.studies.figures import BarChart, Figure
 from app.studies.sweeps.control_cost import (
     BOUND,
     FACTORS,
@@ -34,9 +27,17 @@ from app.studies.sweeps.control_cost import (
     setup_knowing,
     tune_gains,
 )
-from app.studies.sweeps.speed_search import CourseFault, SpeedSearchResult
+
+from app.contacts.pipeline import ReadingSettings
+from app.control.command import ControlSettings
+from app.control.controller_registry import check_settings
+from app.control.controllers import CONTROL_SCHEMES
+from app.control.limits import Limit, LimitKind
+from app.studies.figures import BarChart, Figure
+from app.studies.path_time.speed_search import CourseFault, SpeedSearchResult
+from app.studies.testbeds.beside_ball import beside_ball
 from app.studies.testbeds.force_loop import critical_gain
-from app.studies.testbeds.path_following import PathRun, beside_ball
+from app.studies.testbeds.path_following import PathRun
 from app.tactile.sensor_effects import Noise, Sampling
 from tests.numerics.control_theory.sampled_loop import sampled_loop_limit
 from tests.support.pressed_arm import forearm

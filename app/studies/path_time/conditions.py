@@ -1,0 +1,156 @@
+"""What a controller has to work with when it follows a path: how the skin is known, read and made. One value for all
+factors of the studies of path time, and the simulated robot under those conditions.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
+
+from app.contacts.force_estimation.estimate import EstimatorName
+from app.contacts.pipeline import ReadingSettings
+from app.control.command import ControlSettings
+from app.flattening.methods import METHODS
+from app.maps.build import build_map
+from app.maps.jacobian import JacobianKind
+from app.maps.learned.as_tactile_map import learned_tactile_map
+from app.maps.learned.methods import LEARNING_METHODS
+from app.maps.tactile_map import TactileMap
+from app.session.prepare import PreparedScene
+from app.skin.calibration_error import ErrorUnit, with_area_error, with_calibration_error, with_sleeve_displaced
+from app.studies.path_time.gains import STIFFNESS, tune_gains
+from app.studies.testbeds.beside_ball import beside_ball, forearm_skin_scene, place_to_press, with_finger
+from app.studies.testbeds.isomap import ISOMAP, isomap
+from app.studies.testbeds.path_following import PathSetup
+from app.tactile.babbling import BabbleSpec, Kind, babble
+from app.tactile.elastic_layer import ElasticLayer
+from app.tactile.sensor_effects import Sampling, SensorEffects
+
+RATE = 50.0
+"""The nominal one [Hz]."""
+PITCH = 0.008
+"""The nominal spacing of taxels [m]."""
+TICK = 0.005
+"""Of control [s], unless the skin is read more often."""
+WRENCH_NOISE = 0.06
+"""Of the lumped sensor [N]: what an ATI Mini45 resolves."""
+TOUCHES = 4000
+"""Of the babbling that maps are learned from."""
+FINGER_FORCE = 2.0
+"""Of somebody's finger elsewhere on the link [N]."""
+_TAXELS_AT_PITCH = {"arm": 1600, "ur5e": 2000, "icub": 500}
+"""That make ``PITCH``."""
+
+
+@dataclass(frozen=True)
+class Conditions:
+    """What a controller follows a path with. The defaults are the nominal conditions.
+
+    Attributes:
+        controller: Which.
+        jacobian: How it knows the way of the map over the body.
+        tolerance: 95 % of the errors on the body are to be within this [m].
+        rate: Readings a second [Hz].
+        delay: Readings by which they come late.
+        sensor: What else the sensor does to them.
+        estimator: From readings to force.
+        map: How the map is made: a method of flattening, of learning, or ``isomap``.
+        touch: How the skin is touched where its map is learned.
+        misplaced: Error of the calibration along each axis [m].
+        by: What is misplaced as one.
+        gain: What is believed of a force, over the true one: the same for all taxels.
+        sleeve_shift: How far the whole sleeve sits beside where it is believed, along the link [m].
+        sleeve_turn: By how much it is turned about the link [rad].
+        pitch: Spacing of the taxels [m].
+        layer: The cover; the controller is told its stiffness.
+        touched: Whether somebody's finger also presses the link.
+    """
+
+    controller: str = "hybrid"
+    jacobian: JacobianKind = "smoothed"
+    tolerance: float = 0.003
+    rate: float = RATE
+    delay: int = 0
+    sensor: SensorEffects = field(default_factory=SensorEffects)
+    estimator: EstimatorName = "area-sum"
+    map: str = "symmetric-dirichlet"
+    touch: Kind = "unbiased"
+    misplaced: float = 0.0
+    by: ErrorUnit = "taxel"
+    gain: float = 1.0
+    sleeve_shift: float = 0.0
+    sleeve_turn: float = 0.0
+    pitch: float = PITCH
+    layer: ElasticLayer = field(default_factory=ElasticLayer)
+    touched: bool = False
+
+    @property
+    def period(self) -> float:
+        """From one reading to the next [s]."""
+        return 1.0 / self.rate
+
+    def settings(self, settings: ControlSettings) -> ControlSettings:
+        """``settings`` for this controller, with gains by theory for these readings and this cover."""
+        stiffness = STIFFNESS * self.layer.foundation / ElasticLayer().foundation
+        own = replace(settings, controller=self.controller, jacobian=self.jacobian)
+        return tune_gains(own, self.period, self.delay, stiffness=stiffness)
+
+
+def setup_of(robot: str, conditions: Conditions, seed: int) -> PathSetup:
+    """A robot beside its ball, under these conditions; everything random from the seed.
+
+    Raises:
+        TactileMapsError: The robot is not installed, or the map cannot be made.
+
+    Cost: 3 s for a robot and seed, kept; a map of its own 1 s, a learned one 5 s, kept too.
+    """
+    tick = min(TICK, conditions.period)
+    prepared = _robot_beside_ball(robot, conditions.pitch, conditions.layer, tick, seed)
+    return setup_under(prepared, conditions, seed)
+
+
+def setup_under(prepared: PreparedScene, conditions: Conditions, seed: int) -> PathSetup:
+    """A prepared robot beside something that touches it, known and read so."""
+    sampling = Sampling(conditions.rate, conditions.delay / conditions.rate)
+    noise = WRENCH_NOISE if conditions.estimator == "lumped" else 0.0
+    return PathSetup(
+        with_finger(prepared, FINGER_FORCE) if conditions.touched else prepared,
+        believed_map(prepared, conditions, seed),
+        replace(conditions.sensor, sampling=sampling),
+        ReadingSettings(estimator=conditions.estimator, wrench_noise=noise),
+        pressed_elsewhere=FINGER_FORCE if conditions.touched else 0.0,
+    )
+
+
+@lru_cache(maxsize=4)
+def _robot_beside_ball(robot: str, pitch: float, layer: ElasticLayer, tick: float, seed: int) -> PreparedScene:
+    taxels = round(_TAXELS_AT_PITCH[robot] * (PITCH / pitch) ** 2)
+    prepared = forearm_skin_scene(robot, taxels, seed)
+    return beside_ball(prepared, taxel=place_to_press(prepared), layer=layer, tick=tick, seed=seed)
+
+
+def believed_map(prepared: PreparedScene, conditions: Conditions, seed: int) -> TactileMap | None:
+    """The map that is believed; None for the true one."""
+    nominal = Conditions()
+    belief = {name: getattr(conditions, name) for name in _BELIEF}
+    if all(getattr(nominal, name) == value for name, value in belief.items()):
+        return None
+    return _believed(prepared, replace(nominal, **belief), seed)
+
+
+_BELIEF = ("map", "touch", "misplaced", "by", "gain", "sleeve_shift", "sleeve_turn")
+"""What of the conditions the believed map is made by."""
+
+
+@lru_cache(maxsize=8)
+def _believed(prepared: PreparedScene, belief: Conditions, seed: int) -> TactileMap:
+    skin = with_calibration_error(prepared.skin, belief.misplaced, seed=seed, by=belief.by)
+    skin = with_area_error(skin, belief.gain) if belief.gain != 1.0 else skin
+    if belief.sleeve_shift or belief.sleeve_turn:
+        skin = with_sleeve_displaced(skin, shift=belief.sleeve_shift, turn=belief.sleeve_turn)
+    if belief.map in METHODS:
+        return build_map(skin, method=belief.map)
+    if belief.map == ISOMAP:
+        return learned_tactile_map(skin, isomap(prepared.map))
+    readings = babble(skin, BabbleSpec(kind=belief.touch, touches=TOUCHES, seed=seed))
+    return learned_tactile_map(skin, LEARNING_METHODS[belief.map](readings, seed=seed))

@@ -1,0 +1,119 @@
+"""What accuracy of the representation costs in time: how well a skin and its map are known, and how fine they are."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import partial
+from typing import Literal
+
+from app.flattening.methods import METHODS
+from app.maps.learned.methods import LEARNING_METHODS
+from app.studies.path_time.charts import factor_figures
+from app.studies.path_time.conditions import PITCH, Conditions
+from app.studies.path_time.factors import Factor, Level, chosen, sensing, varied
+from app.studies.path_time.path_time import METHOD, list_cases, measure_case
+from app.studies.rows import Case, Row
+from app.studies.study import Study
+from app.studies.testbeds.isomap import ISOMAP
+from app.tactile.elastic_layer import ElasticLayer
+from app.tactile.sensor_effects import DeadTaxels, SensorEffects
+
+BIASED = ", two far places always touched together"
+"""After the name of a way to learn: touch from which neighbourhood cannot be told."""
+
+
+def _learned(level: Level) -> Conditions:
+    name = str(level)
+    return Conditions(map=name.removesuffix(BIASED), touch="biased" if name.endswith(BIASED) else "unbiased")
+
+
+def _modules(level: Level) -> Conditions:
+    return Conditions(misplaced=1e-3 * float(level), by="module")
+
+
+def _sleeve(name: Literal["sleeve_shift", "sleeve_turn"], unit: float) -> Factor:
+    shift = name == "sleeve_shift"
+    return Factor(
+        "sleeve shifted" if shift else "sleeve turned",
+        "mm along the link (none at 0.5)" if shift else "degrees about the link (none at 1)",
+        (2.0, 5.0, 10.0) if shift else (5.0, 15.0, 30.0),
+        varied(name, unit),
+        (5.0,) if shift else (15.0,),
+        0.0,
+        drawn_zero=0.5 if shift else 1.0,
+        note="The path lies on the skin, which is one with its map: a sleeve that sits elsewhere has every place off "
+        "by just that, whatever the time. What can cost time is that normals and ways of the map are turned.",
+    )
+
+
+def _cover(level: Level) -> Conditions:
+    thickness = float(level) * PITCH
+    return Conditions(layer=replace(ElasticLayer(), thickness=thickness, depth=thickness / 2))
+
+
+_GEOMETRIC = tuple(name for name in METHODS if name != Conditions().map)
+_LEARNED = tuple(f"{name}{touch}" for name in LEARNING_METHODS for touch in ("", BIASED))
+FACTORS: Sequence[Factor] = (
+    Factor(
+        "tolerance",
+        "mm, 95 % of the errors within",
+        (1.0, 1.5, 2.0, 5.0),
+        varied("tolerance", 1e-3),
+        (5.0,),
+        3.0,
+        note="Theory's l T / (L* e) counts the skin's readings alone. Here the posture loop lags by 50 ms besides, "
+        "which the path's speed, fed forward, does not make good: so it takes several times longer, and less so for "
+        "more tolerance, until it is the force that limits.",
+    ),
+    Factor(
+        "taxels misplaced",
+        "mm along each axis (none at 0.25)",
+        (0.5, 1.0, 2.0, 3.0, 5.0, 7.0),
+        varied("misplaced", 1e-3),
+        (3.0,),
+        0.0,
+        jacobians=("smoothed", "raw", "isometric"),
+        drawn_zero=0.25,
+        note="The theory covers the map's Jacobian alone, which inverts for single triangles from 2 mm on and with two "
+        "rings of taxels does not. The normal is wrong sooner: along a wrong one a push slides and a slide presses, so "
+        "that the force limits the speed before the Jacobian does; two rings keep some degrees of the error where a "
+        "triangle keeps tens.",
+    ),
+    Factor("modules misplaced", "mm along each axis (none at 0.25)", (1.0, 2.0, 3.0, 5.0, 7.0), _modules, (3.0,), 0.0,
+           drawn_zero=0.25),
+    _sleeve("sleeve_shift", 1e-3),
+    _sleeve("sleeve_turn", math.radians(1.0)),
+    Factor("map by geometry", "how the map is made", (*_GEOMETRIC, ISOMAP), chosen("map"), ("lscm", ISOMAP),
+           Conditions().map, jacobians=("smoothed", "isometric")),
+    Factor("map learned", "how the map is learned from touch", _LEARNED, _learned, ("information-distance",)),
+    Factor("pitch", "mm between taxels", (4.0, 16.0), varied("pitch", 1e-3), (16.0,), 1e3 * PITCH),
+    Factor(
+        "cover",
+        "thickness over pitch",
+        (0.25, 1.0, 2.0),
+        _cover,
+        (1.0,),
+        0.5,
+        note="The controller is told how stiff the cover is. The bed of springs that the cover is here spreads no load "
+        "aside: a thick cover is a soft one and a wide contact, and blurs nothing.",
+    ),
+    Factor("dead taxels", "share of all (none at 0.005)", (0.01, 0.05, 0.1, 0.2),
+           sensing(lambda share: SensorEffects(dead_taxels=DeadTaxels(share))), (0.1,), 0.0, drawn_zero=0.005),
+)  # fmt: skip
+
+
+def measure(case: Case) -> list[Row]:
+    """One row: the shortest time that is well enough."""
+    return measure_case(FACTORS, case)
+
+
+STUDY = Study(
+    "representation",
+    "What does it cost in time to know the skin and its map less well?",
+    METHOD,
+    partial(list_cases, FACTORS),
+    measure,
+    partial(factor_figures, FACTORS),
+)
