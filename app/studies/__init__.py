@@ -9,6 +9,7 @@ Read in this order:
 ``study``       what a study is (a question, its cases, how one is measured), and running its cases in several processes
 ``sweeps``      the studies themselves, one a file, called as the command line calls them (``map_cost`` is ``study
                 map-cost``); those of a stage make its trials on testbeds
+``path_time``   the studies of the least time for a contact path, by how the skin is known and how it feels
 ``rows``        tables of studies, and statistics;  ``figures`` draws them: curves and bars;  ``report`` writes CSV,
                 JSON and one HTML page;  ``catalogue`` names all studies, without loading them
 ``ablation``    what each effect of a scene costs, by leaving it out

@@ -52,7 +52,11 @@ SETTING_CHOICES = {
     ),
     "jacobian": (
         "Jacobian of the map",
-        {"smoothed": "Smoothed Jacobian (2-ring)", "raw": "Exact per-triangle Jacobian", "isometric": "Isometric (map distortion ignored)"},
+        {
+            "smoothed": "Smoothed Jacobian (2-ring)",
+            "raw": "Exact per-triangle Jacobian",
+            "isometric": "Isometric (map distortion ignored)",
+        },
     ),
 }
 """Tool tip, and words by value, of each setting that is chosen from a list."""

@@ -55,7 +55,7 @@ def under_way(seconds: float):
 @pytest.mark.parametrize("seconds", [0.05, 1.0], ids=["starting", "working"])
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
 def test_a_study_in_processes_ends_with_all_of_them(tmp_path, number, code, seconds):
-    words = ["study", "control-cost", "--quick", "--jobs", "2"]
+    words = ["study", "force-feedback", "--quick", "--jobs", "2"]
     found, errors, alive = interrupted(words, tmp_path, number, once=under_way(seconds))
     assert (found, alive) == (code, [])
     assert errors.splitlines()[-1] == "tactile-maps: interrupted"

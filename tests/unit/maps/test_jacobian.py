@@ -218,3 +218,14 @@ def test_too_few_taxels_tell_none():
     skin = bar_skin(3)
     assert len(skin) < 4
     assert MapJacobian(build_map(Skin(skin.patches))).normal(SurfacePoint(0, 0, (1.0, 0.0, 0.0))) is None
+
+
+def test_an_isometric_jacobian_turns_as_the_smoothed_one_and_stretches_nothing():
+    map_ = prepared_bar().map
+    stretched = replace(map_.charts[0], plane=map_.charts[0].plane * [1.5, 0.8])
+    drawn = TactileMap(map_.skin, (stretched,), MapLayout((Placement(angle=0.7, scale=2.0),)))
+    jacobian, at = MapJacobian(drawn), map_.skin.taxel_point(25)
+    smoothed, isometric = jacobian.at(at), jacobian.at(at, kind="isometric")
+    assert np.linalg.svd(smoothed, compute_uv=False) == pytest.approx([3.0, 1.6], rel=0.01)
+    assert np.linalg.svd(isometric, compute_uv=False) == pytest.approx([2.0, 2.0])
+    assert smoothed @ isometric.T == pytest.approx((smoothed @ isometric.T).T, abs=1e-9), "no turn is left between them"

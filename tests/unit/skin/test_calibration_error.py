@@ -6,7 +6,14 @@ import numpy as np
 import pytest
 
 from app.core.errors import SkinError
-from app.skin.calibration_error import MAX_ERROR, MODULE_TAXELS, group_into_modules, with_calibration_error
+from app.skin.calibration_error import (
+    MAX_ERROR,
+    MODULE_TAXELS,
+    group_into_modules,
+    with_area_error,
+    with_calibration_error,
+    with_sleeve_displaced,
+)
 from app.skin.skin import Patch, Skin
 from app.skin.taxel_placement.sampling import taxels_at_barycentric
 from tests.support.touch import bar_skin
@@ -110,3 +117,31 @@ def test_there_are_no_other_units():
     with pytest.raises(SkinError, match="no such unit") as caught:
         with_calibration_error(SKIN, 0.001, by="link")
     assert "taxel or module" in str(caught.value)
+
+
+def test_a_sleeve_is_displaced_as_one():
+    believed = with_sleeve_displaced(SKIN, shift=0.005, turn=0.3)
+    for patch, moved in zip(SKIN.patches, believed.patches, strict=True):
+        places = patch.taxels.positions
+        axis = np.linalg.svd(places - places.mean(axis=0), full_matrices=False)[2][0]
+        away = moved.taxels.positions - places
+        assert away @ axis == pytest.approx(np.full(len(away), away[0] @ axis)), "as far along for all"
+        assert abs(away[0] @ axis) == pytest.approx(0.005)
+        angles = np.arccos(np.clip(np.einsum("nd,nd->n", moved.taxels.normals, patch.taxels.normals), -1, 1))
+        assert angles.max() <= 0.3 + 1e-9
+        assert np.array_equal(moved.surface.faces, patch.surface.faces)
+    assert with_sleeve_displaced(SKIN).patches[0].taxels.positions == pytest.approx(SKIN.patches[0].taxels.positions)
+
+
+@pytest.mark.parametrize("wrong", [{"shift": 0.2}, {"shift": float("nan")}, {"turn": float("inf")}])
+def test_a_sleeve_that_sits_nowhere_is_refused(wrong):
+    with pytest.raises(SkinError, match="displaced"):
+        with_sleeve_displaced(SKIN, **wrong)
+
+
+def test_a_gain_that_is_wrong_alike_is_so_for_every_taxel():
+    believed = with_area_error(SKIN, 0.8)
+    for patch, wrong in zip(SKIN.patches, believed.patches, strict=True):
+        assert wrong.taxels.areas == pytest.approx(0.8 * patch.taxels.areas)
+    with pytest.raises(SkinError, match="gain"):
+        with_area_error(SKIN, 0.0)

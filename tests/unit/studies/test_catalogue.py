@@ -41,5 +41,5 @@ def test_one_study_loads_no_other():
     code = "import sys; from app.studies import load_study; load_study('image-cost'); print(sorted(sys.modules))"
     loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
     assert "'app.studies.sweeps.image_cost'" in loaded
-    for other in ("app.studies.sweeps.control_cost", "app.studies.sweeps.touch_cost", "matplotlib", "joblib"):
+    for other in ("app.studies.path_time.representation", "app.studies.sweeps.touch_cost", "matplotlib", "joblib"):
         assert f"'{other}'" not in loaded

@@ -1,0 +1,104 @@
+"""What a controller works with, made real on a robot."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import fields, replace
+
+import numpy as np
+import pytest
+
+from app.contacts.pipeline import ReadingSettings
+from app.control.command import ControlSettings
+from app.studies.path_time.conditions import WRENCH_NOISE, Conditions, setup_under
+from app.studies.testbeds.beside_ball import beside_ball
+from app.tactile.elastic_layer import ElasticLayer
+from app.tactile.sensor_effects import Noise, Sampling, SensorEffects
+from tests.support.pressed_arm import forearm
+
+
+@pytest.fixture(scope="module")
+def prepared():
+    return beside_ball(forearm(), taxel=150)
+
+
+def test_the_nominal_is_a_skin_that_is_read_at_once_and_believed_as_it_is(prepared):
+    setup = setup_under(prepared, Conditions(), 0)
+    assert setup.believed is None
+    assert setup.sensor == SensorEffects(sampling=Sampling(50.0, 0.0))
+    assert setup.reading == ReadingSettings()
+    assert setup.pressed_elsewhere == 0.0
+
+
+def test_rate_delay_and_noise_are_the_sensors(prepared):
+    late = Conditions(rate=20.0, delay=2, sensor=SensorEffects(noise=Noise(100.0)))
+    setup = setup_under(prepared, late, 0)
+    assert setup.sensor == SensorEffects(noise=Noise(100.0), sampling=Sampling(20.0, 0.1))
+
+
+def test_a_misplaced_skin_is_believed_and_not_touched(prepared):
+    setups = [setup_under(prepared, Conditions(misplaced=0.003, by=by), 1) for by in ("taxel", "module")]
+    moved = [
+        np.linalg.norm(setup.map.skin.patches[0].taxels.positions - prepared.skin.patches[0].taxels.positions, axis=1)
+        for setup in setups
+    ]
+    assert all(0.002 < np.median(away) < 0.007 for away in moved)
+    assert not np.allclose(*moved)
+    assert setups[0].prepared is prepared
+    same = Conditions(misplaced=0.003, rate=20.0)
+    assert setup_under(prepared, same, 1).believed is setups[0].believed, "made once, whatever it is read by"
+    assert setup_under(prepared, same, 2).believed is not setups[0].believed
+
+
+def test_a_map_is_made_by_a_method_or_learned(prepared):
+    conformal = setup_under(prepared, Conditions(map="lscm"), 0)
+    assert conformal.map.charts[0].method == "lscm"
+    assert conformal.map.skin is prepared.skin
+    learned = setup_under(prepared, Conditions(map="information-distance"), 0)
+    assert len(learned.map.skin) == len(prepared.skin)
+    assert "information" in learned.map.charts[0].method
+    biased = setup_under(prepared, Conditions(map="information-distance", touch="biased"), 0)
+    assert not np.allclose(biased.map.taxel_points, learned.map.taxel_points)
+    assert setup_under(prepared, Conditions(map="isomap"), 0).map.charts[0].method == "isomap"
+
+
+def test_a_wrong_gain_is_believed_of_every_force_alike(prepared):
+    setup = setup_under(prepared, Conditions(gain=1.3), 0)
+    believed, true = setup.map.skin.patches[0].taxels, prepared.skin.patches[0].taxels
+    assert np.allclose(believed.areas, 1.3 * true.areas)
+    assert np.array_equal(believed.positions, true.positions)
+
+
+def test_a_sleeve_sits_elsewhere_and_keeps_its_shape(prepared):
+    setup = setup_under(prepared, Conditions(sleeve_shift=0.004, sleeve_turn=math.radians(10)), 0)
+    believed, true = setup.map.skin.patches[0], prepared.skin.patches[0]
+    assert np.median(np.linalg.norm(believed.taxels.positions - true.taxels.positions, axis=1)) > 0.004
+    ends = true.surface.faces[:, :2].T
+    sides = [np.linalg.norm(np.subtract(*patch.surface.vertices[ends]), axis=1) for patch in (believed, true)]
+    assert np.allclose(*sides, atol=1e-12)
+
+
+def test_the_lumped_sensor_has_its_own_noise(prepared):
+    lumped = setup_under(prepared, Conditions(estimator="lumped"), 0)
+    assert lumped.reading == ReadingSettings("lumped", None, WRENCH_NOISE)
+    assert setup_under(prepared, Conditions(estimator="tikhonov"), 0).reading == ReadingSettings("tikhonov")
+
+
+def test_a_finger_presses_elsewhere_and_is_not_counted(prepared):
+    setup = setup_under(prepared, Conditions(touched=True), 0)
+    ball, finger = (thing.spec for thing in setup.prepared.objects)
+    assert np.linalg.norm(np.subtract(finger.path[0][1:], ball.at)) > 0.05
+    assert setup.pressed_elsewhere == finger.max_force == 2.0
+
+
+def test_the_controller_is_told_how_stiff_the_cover_is():
+    hard = Conditions(layer=replace(ElasticLayer(), modulus=10 * ElasticLayer().modulus))
+    usual, given = Conditions().settings(ControlSettings()), hard.settings(ControlSettings())
+    assert given.force_gain < usual.force_gain
+    assert (given.controller, given.gains) == ("hybrid", "as_given")
+
+
+def test_conditions_are_values():
+    assert Conditions() == Conditions()
+    assert len({hash(Conditions()), hash(Conditions())}) == 1
+    assert all(getattr(Conditions(), item.name) is not None for item in fields(Conditions))

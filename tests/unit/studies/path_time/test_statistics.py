@@ -1,0 +1,31 @@
+"""Medians over seeds, their intervals, and paired ratios."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from app.studies.path_time.statistics import bootstrap_median, paired_ratio
+
+
+def test_medians_count_what_cannot_as_endless():
+    assert bootstrap_median([1.0, 2.0, 9.0]).middle == 2.0
+    _, low, high = bootstrap_median([1.0, 2.0, 9.0])
+    assert 1.0 <= low < 2.0 < high <= 9.0
+    assert bootstrap_median([1.0, math.inf, math.inf]).middle == math.inf
+    assert bootstrap_median([1.0, 1.5, math.inf]).middle == 1.5
+
+
+def test_what_a_seed_does_alike_cancels_in_a_paired_ratio():
+    seeds = np.linspace(1.0, 5.0, 9)
+    assert paired_ratio(2.0 * seeds, seeds) == pytest.approx((2.0, 2.0, 2.0))
+    unpaired = bootstrap_median((2.0 * seeds).tolist())
+    assert unpaired.high - unpaired.low > 1.0
+
+
+def test_the_interval_covers_the_true_median_about_as_often_as_it_says():
+    random = np.random.default_rng(3)
+    held = sum(low <= 0.0 <= high for _ in range(200) for _, low, high in [bootstrap_median(random.normal(size=15))])
+    assert 180 <= held <= 200
