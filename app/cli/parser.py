@@ -233,6 +233,9 @@ def _add_study(commands: argparse._SubParsersAction) -> None:  # type: ignore[ty
         metavar="N",
         help="cases run in parallel, 0 for one per core; parallel runs distort the measured times",
     )
+    again = study.add_mutually_exclusive_group()
+    again.add_argument("--resume", action="store_true", help="go on with the run in DIR: measure what is not done")
+    again.add_argument("--overwrite", action="store_true", help="begin anew although a run in DIR was interrupted")
     study.add_argument("--quick", action="store_true", help="run a few small cases only")
     study.add_argument("--seed", type=int, default=0)
     _json(study)

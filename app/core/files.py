@@ -222,13 +222,13 @@ def claim_folder(parent: Path, *, holding: str) -> FolderClaim:
     for folder in chain(left, (parent / str(number) for number in count(1))):
         folder.mkdir(exist_ok=True)
         descriptor = os.open(folder / ".lock", os.O_RDWR | os.O_CREAT)
-        if _lock(descriptor):
+        if lock_file(descriptor):
             return FolderClaim(folder, descriptor)
         os.close(descriptor)
     raise AssertionError
 
 
-def _lock(descriptor: int) -> bool:
+def lock_file(descriptor: int) -> bool:
     """Whether this process, by this descriptor, now has the lock of a file; it ends with the descriptor."""
     try:
         if sys.platform == "win32":

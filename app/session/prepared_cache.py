@@ -14,14 +14,10 @@ from __future__ import annotations
 
 import logging
 import os
-import platform
-import sys
 import zipfile
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cache
 from hashlib import blake2b
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import TypeVar
 
@@ -38,6 +34,7 @@ from app.scene.object_meshes import make_objects
 from app.scene.scene import Scene
 from app.session.bundle import robot_from_zip, robot_to_zip
 from app.session.prepare import PreparedScene, load_robot_of, prepare
+from app.session.program_digest import program_digest
 from app.skin.cover import CoverSpec
 from app.skin.fit import GridSpec
 
@@ -47,7 +44,6 @@ MOST_BYTES = 500_000_000
 """Of all entries together. The arm has 1 MB, the whole iCub with 4,000 taxels 12 MB."""
 _FORMAT = 1
 _SUFFIX = ".prepared"
-_LIBRARIES = ("numpy", "scipy", "mujoco", "libigl", "qdldl", "trimesh")
 _FOLDER_VARIABLES = ("MENAGERIE_ROOT", "AMENT_PREFIX_PATH", "ROS_PACKAGE_PATH")
 _SOURCES, _ROBOT, _MAP = "sources.json", "robot.zip", "map.npz"
 T = TypeVar("T")
@@ -191,7 +187,7 @@ def _entry_path(scene: Scene) -> Path | None:
         _names_in(scene.taxel_file),
         os.getcwd(),
         tuple(os.environ.get(name, "") for name in _FOLDER_VARIABLES),
-        _program(),
+        f"{_FORMAT} {program_digest()}",
     )
     return folder / f"{_digest(dump_json(question))}{_SUFFIX}"
 
@@ -200,26 +196,6 @@ def _names_in(taxel_file: str) -> tuple[str, ...]:
     """What a folder of taxel files holds: one that is added is a new skin."""
     folder = Path(taxel_file)
     return tuple(sorted(os.listdir(folder))) if taxel_file and folder.is_dir() else ()
-
-
-@cache
-def _program() -> str:
-    """A digest of everything that computes: the modules of this package, Python, the libraries, the kind of machine."""
-    digest = blake2b(digest_size=16)
-    words = (str(_FORMAT), sys.version, platform.machine())
-    for word in (*words, *map(_version, _LIBRARIES)):
-        digest.update(word.encode() + b"\0")
-    root = Path(__file__).parents[1]
-    for path in sorted(root.rglob("*.py")):
-        digest.update(str(path.relative_to(root)).encode() + b"\0" + path.read_bytes())
-    return digest.hexdigest()
-
-
-def _version(name: str) -> str:
-    try:
-        return version(name)
-    except PackageNotFoundError:
-        return ""
 
 
 def _keep(prepared: PreparedScene, read: Sequence[Path]) -> None:

@@ -6,7 +6,8 @@ Read in this order:
 ``work_precision``  what a stage of the program is, a setting of it, and a trial of that: errors and milliseconds
 ``stages``      the stages, each with what measures a trial; the window tries them on the user's own skin
 ``testbeds``    bodies, touches, pressed robots and paths whose truth is known
-``study``       what a study is (a question, its cases, how one is measured), and running its cases in several processes
+``study``       what a study is: a question, its cases, how one is measured
+``running``     measures the cases in one process or many, keeps them as they come and goes on later
 ``sweeps``      the studies themselves, one a file, called as the command line calls them (``map_cost`` is ``study
                 map-cost``); those of a stage make its trials on testbeds
 ``path_time``   the studies of the least time for a contact path, by how the skin is known and how it feels

@@ -1,7 +1,8 @@
 from .ablation import ablation_cost
 from .catalogue import STUDY_NAMES, load_study
 from .controller_comparison import Contender, compare_controllers, controller_metrics, trace_csv
-from .study import Study, run_cases
+from .running.case_run import run_cases
+from .study import Study
 from .work_precision import Setting, Subject, Trial, diagram, pareto_front, run_trials
 
 __all__ = [

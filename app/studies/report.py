@@ -1,5 +1,5 @@
-"""Writes what a study found: a table for programs (CSV, JSON), and one HTML page for people that needs nothing else to
-be shown.
+"""Writes what a study found: a table for programs (CSV, JSON, Parquet), and one HTML page for people that needs nothing
+else to be shown. The page of a study that still runs loads itself anew.
 
 The machine on which it was measured is named in all of them: without it no time means anything.
 """
@@ -13,18 +13,22 @@ import math
 import os
 import platform
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from html import escape
 from importlib.metadata import version
+from importlib.util import find_spec
 from pathlib import Path
 
 from app.core.errors import UsageError
 from app.core.files import write_atomically
 from app.studies.figures import BarChart, Figure, figure_svg
 from app.studies.rows import Cell, Row
+from app.studies.running.case_run import duration_text
 from app.studies.study import Study
 
 _LIBRARIES = ("tactile-maps", "numpy", "scipy", "libigl")
+_REFRESH = 10
+"""Between two times that the page of a study that runs loads itself anew [s]."""
 _LINUX_NAMES = Path("/proc/cpuinfo")
 
 
@@ -59,6 +63,25 @@ th{position:sticky;top:0;background:var(--page)}td:first-child,th:first-child{te
 
 
 @dataclass(frozen=True)
+class RunState:
+    """How far a run is.
+
+    Attributes:
+        done: How many cases are.
+        total: How many there are.
+        known: Those of the done that were measured by earlier runs.
+        remaining: How long the others take [s]; None where nothing is measured any more.
+        undecided: What the table does not decide, and why, as sentences.
+    """
+
+    done: int
+    total: int
+    known: int = 0
+    remaining: float | None = None
+    undecided: Sequence[str] = ()
+
+
+@dataclass(frozen=True)
 class StudyResult:
     """What came out of a run.
 
@@ -70,6 +93,7 @@ class StudyResult:
         seed: What everything random was made from.
         jobs: Processes that ran at once.
         quick: Whether only the small cases were run.
+        state: How far it is; None where all is done in one run.
     """
 
     study: Study
@@ -79,6 +103,7 @@ class StudyResult:
     seed: int
     jobs: int
     quick: bool
+    state: RunState | None = None
 
 
 def write_report(outcome: StudyResult, folder: Path) -> tuple[Path, ...]:
@@ -90,16 +115,32 @@ def write_report(outcome: StudyResult, folder: Path) -> tuple[Path, ...]:
     Raises:
         UsageError: They cannot be written there.
     """
-    name = outcome.study.name
-    known = [{key: _finite_or_none(value) for key, value in row.items()} for row in outcome.rows]
-    texts = {"csv": _csv(known), "json": _json(outcome, known), "html": _html(outcome, known)}
+    known = _finite_rows(outcome)
+    files = {
+        "csv": _csv(known).encode(),
+        "json": _json(outcome, known).encode(),
+        "html": _html(outcome, known).encode(),
+    }
+    return tuple(_write(outcome, folder, ending, data) for ending, data in files.items())
+
+
+def write_page(outcome: StudyResult, folder: Path) -> Path:
+    """Write ``NAME.html`` alone; arguments and errors as ``write_report``."""
+    return _write(outcome, folder, "html", _html(outcome, _finite_rows(outcome)).encode())
+
+
+def _finite_rows(outcome: StudyResult) -> list[dict[str, Cell]]:
+    return [{key: _finite_or_none(value) for key, value in row.items()} for row in outcome.rows]
+
+
+def _write(outcome: StudyResult, folder: Path, ending: str, data: bytes) -> Path:
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise UsageError("the report cannot be written", file=folder, value=error.strerror) from error
-    for ending, text in texts.items():
-        write_atomically(folder / f"{name}.{ending}", text.encode(), error=UsageError)
-    return tuple(folder / f"{name}.{ending}" for ending in texts)
+    path = folder / f"{outcome.study.name}.{ending}"
+    write_atomically(path, data, error=UsageError)
+    return path
 
 
 def columns(rows: Sequence[Row]) -> list[str]:
@@ -115,6 +156,32 @@ def _csv(rows: Sequence[Row]) -> str:
     return text.getvalue()
 
 
+def write_parquet(outcome: StudyResult, folder: Path) -> tuple[Path, ...]:
+    """Write ``NAME.parquet``, which other programs read fastest; nothing where pyarrow is not installed or no row is.
+
+    A column of numbers or of truth values is one there; any other is text. Arguments, return and errors as
+    ``write_report``.
+    """
+    rows = _finite_rows(outcome)
+    if not rows or find_spec("pyarrow") is None:
+        return ()
+    import pyarrow
+    import pyarrow.parquet
+
+    table = {}
+    for name in columns(rows):
+        cells = [row.get(name) for row in rows]
+        kinds = {type(cell) for cell in cells if cell is not None}
+        if kinds == {int, float}:
+            cells = [None if cell is None else float(cell) for cell in cells]
+        elif not (len(kinds) <= 1 and kinds <= {int, float, bool}):
+            cells = [None if cell is None else str(cell) for cell in cells]
+        table[name] = pyarrow.array(cells)
+    stream = io.BytesIO()
+    pyarrow.parquet.write_table(pyarrow.table(table), stream, compression="zstd")
+    return (_write(outcome, folder, "parquet", stream.getvalue()),)
+
+
 def _json(outcome: StudyResult, rows: Sequence[Row]) -> str:
     facts = {
         "name": outcome.study.name,
@@ -123,6 +190,7 @@ def _json(outcome: StudyResult, rows: Sequence[Row]) -> str:
         "jobs": outcome.jobs,
         "quick": outcome.quick,
         "machine": dict(outcome.machine),
+        **({} if outcome.state is None else asdict(outcome.state)),
         "rows": [dict(row) for row in rows],
     }
     return json.dumps(facts, indent=1, allow_nan=False)
@@ -130,10 +198,6 @@ def _json(outcome: StudyResult, rows: Sequence[Row]) -> str:
 
 def _html(outcome: StudyResult, rows: Sequence[Row]) -> str:
     study = outcome.study
-    drawn = [
-        f"<h2>{escape(figure.title)}</h2>{_figure_html(figure)}"
-        for figure in study.figures([row for row in outcome.rows if "problem" not in row])
-    ]
     run = {
         **outcome.machine,
         "seed": str(outcome.seed),
@@ -141,14 +205,51 @@ def _html(outcome: StudyResult, rows: Sequence[Row]) -> str:
         "cases": "the quick ones only" if outcome.quick else "all",
         "took": f"{outcome.seconds:.0f} s",
     }
+    state = outcome.state
     facts = "".join(f"<tr><td>{escape(name)}</td><td>{escape(value)}</td></tr>" for name, value in run.items())
     return (
-        f'<!DOCTYPE html><html lang="en"><head><meta charset="utf-8"><title>{escape(study.name)}</title>'
-        f"<style>{_STYLE}</style></head><body><h1>{escape(study.name)}</h1>"
+        f'<!DOCTYPE html><html lang="en"><head><meta charset="utf-8">{_refresh(state)}'
+        f"<title>{escape(study.name)}</title><style>{_STYLE}</style></head><body><h1>{escape(study.name)}</h1>"
         f"<p><strong>{escape(study.question)}</strong></p><p>{escape(study.method)}</p>"
-        f"{''.join(drawn)}<h2>Measured on</h2><table>{facts}</table>"
+        f"{_state(state)}{_figures(outcome)}<h2>Measured on</h2><table>{facts}</table>"
         f'<h2>All rows</h2><div class="table">{_table(rows)}</div></body></html>\n'
     )
+
+
+def _refresh(state: RunState | None) -> str:
+    """Of a page that is going to be written anew."""
+    running = state is not None and state.remaining is not None
+    return f'<meta http-equiv="refresh" content="{_REFRESH}">' if running else ""
+
+
+def _state(state: RunState | None) -> str:
+    """How far it is, and what is not decided; nothing where all is."""
+    if state is None:
+        return ""
+    told = []
+    if state.remaining is not None:
+        told.append(f"Still running: {duration_text(state.remaining)} left.")
+    if state.done < state.total:
+        told.append(f"{state.done} of {state.total} cases are done.")
+    if state.known:
+        told.append(f"{state.known} cases were measured by earlier runs.")
+    undecided = "".join(f"<li>{escape(text)}</li>" for text in state.undecided)
+    return f'<p class="note">{escape(" ".join(told))}</p>' + (
+        f"<h2>Undecided</h2><ul>{undecided}</ul>" if undecided else ""
+    )
+
+
+def _figures(outcome: StudyResult) -> str:
+    """All diagrams; of a table that is not whole those that can be drawn of it."""
+    rows = [row for row in outcome.rows if "problem" not in row]
+    try:
+        return "".join(
+            f"<h2>{escape(figure.title)}</h2>{_figure_html(figure)}" for figure in outcome.study.figures(rows)
+        )
+    except (ArithmeticError, LookupError, TypeError, ValueError) as error:
+        if outcome.state is None or outcome.state.done == outcome.state.total:
+            raise
+        return f'<p class="note">These rows alone cannot be drawn yet ({escape(repr(error))}).</p>'
 
 
 def _figure_html(figure: Figure | BarChart) -> str:

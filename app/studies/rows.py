@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -13,6 +13,9 @@ Cell: TypeAlias = str | float | int | bool | None
 Row: TypeAlias = Mapping[str, Cell]
 Case: TypeAlias = Mapping[str, Any]
 """What to measure; its keys begin its rows."""
+Measure: TypeAlias = Callable[[Case], Sequence[Row]]
+"""Measures a case; a function of a module, so that other processes know it by name. What is random in it comes from the
+case."""
 
 
 def number(cell: object) -> float | None:

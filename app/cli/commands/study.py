@@ -5,27 +5,65 @@ from __future__ import annotations
 import argparse
 import os
 import time
+from contextlib import closing
 from pathlib import Path
 
-from app.cli.output import print_fields, print_json, progress_line
+from app.cli.output import print_fields, print_json, print_warning, progress_line
 from app.core.errors import UsageError
 from app.studies.catalogue import load_study
-from app.studies.report import StudyResult, describe_machine, write_report
-from app.studies.study import run_cases
+from app.studies.report import RunState, StudyResult, describe_machine, write_page, write_parquet, write_report
+from app.studies.running.case_log import CaseLog
+from app.studies.running.case_run import CaseRun, paced
+from app.studies.running.workers import in_processes
+from app.studies.study import Study
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """Run the study and write its report; Ctrl-C stops it and writes nothing."""
+    """Run the study and write its report; Ctrl-C keeps the cases that are done."""
     study = load_study(arguments.name)
     jobs = arguments.jobs or os.cpu_count() or 1
     if jobs < 1:
         raise UsageError("the number of jobs is below one", place="--jobs", value=jobs)
-    start = time.perf_counter()
-    cases = study.cases(arguments.quick, arguments.seed)
-    rows = run_cases(study.measure, cases, jobs=jobs, progress=progress_line())
-    seconds = time.perf_counter() - start
-    outcome = StudyResult(study, rows, describe_machine(), seconds, arguments.seed, jobs, arguments.quick)
-    files = write_report(outcome, Path(arguments.output))
+    log_path = Path(arguments.output) / f"{study.name}.cases.jsonl"
+    with closing(CaseLog(log_path, resume=arguments.resume, overwrite=arguments.overwrite)) as log:
+        if log.torn:
+            print_warning(f"{log_path}: {log.torn} torn lines: their cases are measured again")
+        outcome, files = _run(study, log, jobs, arguments)
+    return _tell(outcome, files, arguments)
+
+
+def _run(study: Study, log: CaseLog, jobs: int, arguments: argparse.Namespace) -> tuple[StudyResult, tuple[Path, ...]]:
+    """Measure, and write the page now and then and the whole report at the end."""
+    folder, machine, start = Path(arguments.output), describe_machine(), time.perf_counter()
+
+    def outcome(*, running: bool) -> StudyResult:
+        state = RunState(run.done, len(run.cases), run.known, run.remaining if running else None)
+        seconds = time.perf_counter() - start
+        return StudyResult(study, run.rows, machine, seconds, arguments.seed, jobs, arguments.quick, state)
+
+    run = CaseRun(
+        study.name,
+        study.measure,
+        study.cases(arguments.quick, arguments.seed),
+        workers=in_processes(jobs),
+        log=log,
+        progress=progress_line(),
+        watch=paced(lambda: write_page(outcome(running=True), folder)),
+    )
+    try:
+        run.go_on()
+    except KeyboardInterrupt:
+        if run.done:
+            write_page(outcome(running=False), folder)
+            print_warning(f"{run.done} of {len(run.cases)} cases are kept; the same command with --resume goes on")
+        raise
+    log.end()
+    found = outcome(running=False)
+    return found, write_report(found, folder) + write_parquet(found, folder)
+
+
+def _tell(outcome: StudyResult, files: tuple[Path, ...], arguments: argparse.Namespace) -> int:
+    study, rows, state = outcome.study, outcome.rows, outcome.state or RunState(0, 0)
     failed = sum("problem" in row for row in rows)
     if arguments.json:
         print_json(
@@ -33,12 +71,19 @@ def execute(arguments: argparse.Namespace) -> int:
                 "name": study.name,
                 "rows": rows,
                 "files": [str(file) for file in files],
-                "seconds": seconds,
+                "seconds": outcome.seconds,
                 "machine": outcome.machine,
-                "seed": arguments.seed,
+                "seed": outcome.seed,
+                "cases": state.total,
+                "known": state.known,
             }
         )
     else:
-        found = {"Question": study.question, "Cases": f"{len(cases)} in {seconds:.1f} s", "Failed": failed}
+        before = f", {state.known} of them before" if state.known else ""
+        found = {
+            "Question": study.question,
+            "Cases": f"{state.done} in {outcome.seconds:.1f} s{before}",
+            "Failed": failed,
+        }
         print_fields(found | {f"Written ({file.suffix[1:]})": file for file in files})
     return 1 if failed == len(rows) else 0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import signal
 import subprocess
@@ -60,7 +61,33 @@ def test_a_study_in_processes_ends_with_all_of_them(tmp_path, number, code, seco
     assert (found, alive) == (code, [])
     assert errors.splitlines()[-1] == "tactile-maps: interrupted"
     assert "Traceback" not in errors
-    assert not list(tmp_path.iterdir())
+
+
+def rows_of(folder: Path) -> list[dict]:
+    rows = json.loads((folder / "image-cost.json").read_text())["rows"]
+    return [{key: value for key, value in row.items() if not key.endswith("ms")} for row in rows]
+
+
+@pytest.mark.long
+def test_a_study_that_was_killed_goes_on_and_has_the_same_table(tmp_path):
+    words = [sys.executable, "-m", "app", "study", "image-cost", "--quick", "-o"]
+    environment = os.environ | {"PYTHONPATH": str(ROOT)}
+    subprocess.run([*words, tmp_path / "whole"], env=environment, check=True)
+    log, kills = tmp_path / "killed" / "image-cost.cases.jsonl", 0
+    for lines in (2, 5, 9):
+        process = subprocess.Popen([*words, tmp_path / "killed", "--resume"], env=environment)
+        while not log.exists() or log.read_bytes().count(b"\n") < lines:
+            assert process.poll() is None or kills
+            if process.poll() is not None:
+                break
+        process.kill()
+        kills += process.wait() == -signal.SIGKILL
+    assert kills
+    again = subprocess.run(
+        [*words, tmp_path / "killed", "--resume", "--json"], env=environment, check=True, stdout=subprocess.PIPE
+    )
+    assert json.loads(again.stdout.splitlines()[-1])["known"] >= 2
+    assert rows_of(tmp_path / "killed") == rows_of(tmp_path / "whole")
 
 
 @pytest.mark.long
@@ -81,7 +108,7 @@ def test_a_signal_ends_a_command_with_one_line(tmp_path, capsys, monkeypatch, nu
     assert run_command(["study", "map-cost", "--quick", "-o", str(tmp_path / "out")], windows={}) == code
     assert signal.getsignal(signal.SIGTERM) == signal.SIG_DFL
     assert capsys.readouterr().err.splitlines()[-1] == "tactile-maps: interrupted"
-    assert not (tmp_path / "out").exists()
+    assert not list((tmp_path / "out").glob("*.csv"))
 
 
 def test_an_interrupt_that_a_library_renamed_is_one(capsys):

@@ -120,7 +120,7 @@ def test_what_would_be_made_otherwise_is_not_used(bar, change):
 
 def test_other_code_makes_it_anew(bar, monkeypatch):
     prepare_cached(bar)
-    monkeypatch.setattr(prepared_cache, "_program", lambda: "another")
+    monkeypatch.setattr(prepared_cache, "program_digest", lambda: "another")
     assert find_prepared(bar) is None
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+from dataclasses import replace
 from html.parser import HTMLParser
 
 import numpy as np
@@ -11,7 +12,7 @@ import pytest
 
 from app.core.errors import UsageError
 from app.studies.figures import BarChart, Figure, Panel
-from app.studies.report import StudyResult, describe_machine, write_report
+from app.studies.report import RunState, StudyResult, describe_machine, write_page, write_parquet, write_report
 from app.studies.study import Study
 
 
@@ -96,6 +97,7 @@ def test_rows_with_a_problem_are_listed_but_not_drawn(files):
 
 def test_nothing_measured_is_told_too(tmp_path):
     assert len(write_report(outcome(rows=[]), tmp_path)) == 3
+    assert write_parquet(outcome(rows=[]), tmp_path) == ()
 
 
 def test_a_folder_that_is_a_file_is_a_named_error(tmp_path):
@@ -110,7 +112,38 @@ def test_a_note_stands_beside_its_figure(tmp_path):
         BarChart("Price", "ms", {}, note="Nor this."),
     ]
     study = Study("toy", "What?", "By trying.", lambda quick, seed: [], lambda case: [], lambda rows: noted)
-    *_, page = write_report(StudyResult(study, ROWS, {}, 1.0, 0, 1, False), tmp_path)
+    page = write_page(StudyResult(study, ROWS, {}, 1.0, 0, 1, False), tmp_path)
     text = page.read_text(encoding="utf8")
     first, second = text.index("It is &lt;not&gt; so."), text.index("Nor this.")
     assert text.index("</svg>") < first < text.index("Price") < second
+
+
+def test_parquet_has_the_table_with_numbers_as_numbers(tmp_path):
+    parquet = pytest.importorskip("pyarrow.parquet")
+    [file] = write_parquet(outcome(), tmp_path)
+    table = parquet.read_table(file)
+    assert [field.type for field in table.schema] == ["string", "double", "double", "bool", "string"]
+    assert table.column("seconds").to_pylist() == [0.5, 1.0, None]
+    assert table.num_rows == 3
+
+
+def test_a_page_of_a_run_that_goes_on_loads_itself_anew_and_says_how_far_it_is(tmp_path):
+    state = RunState(12, 40, known=5, remaining=200.0, undecided=("Of <b> one row is missing.",))
+    running = write_page(replace(outcome(), state=state), tmp_path).read_text(encoding="utf8")
+    assert 'http-equiv="refresh"' in running
+    assert "Still running: 3 min left. 12 of 40 cases are done. 5 cases were measured by earlier runs." in running
+    assert "<li>Of &lt;b&gt; one row is missing.</li>" in running
+    stopped = write_page(replace(outcome(), state=RunState(12, 40)), tmp_path).read_text(encoding="utf8")
+    assert "refresh" not in stopped
+    assert "12 of 40" in stopped
+    assert "cases are done" not in write_page(outcome(), tmp_path).read_text(encoding="utf8")
+
+
+def test_rows_that_cannot_be_drawn_yet_say_so_and_those_of_a_whole_table_fail(tmp_path):
+    def needs_all(rows):
+        raise KeyError("seed")
+
+    part = replace(outcome(), study=replace(outcome().study, figures=needs_all), state=RunState(1, 2, remaining=1.0))
+    assert "cannot be drawn yet" in write_page(part, tmp_path).read_text(encoding="utf8")
+    with pytest.raises(KeyError):
+        write_page(replace(part, state=None), tmp_path)

@@ -24,8 +24,8 @@ def test_a_quick_run_writes_table_and_page(name, tmp_path, capsys):
     assert len(told["rows"]) > 10
     assert told["seconds"] > 0
     files = sorted((tmp_path / "out").iterdir())
-    assert sorted(told["files"]) == [str(file) for file in files]
-    assert [file.suffix for file in files] == [".csv", ".html", ".json"]
+    assert [file.suffix for file in files] == [".jsonl", ".csv", ".html", ".json", ".parquet"]
+    assert sorted(told["files"]) == [str(file) for file in files[1:]]
     assert all(file.stat().st_size > 1000 for file in files)
 
 
@@ -41,11 +41,27 @@ def test_jobs_below_zero_are_bad_usage(tmp_path, capsys):
     assert "--jobs" in capsys.readouterr().err
 
 
-def test_ctrl_c_ends_it_with_nothing_written(tmp_path, capsys, monkeypatch):
-    def interrupted(text, share):
-        raise KeyboardInterrupt
+def interrupted_after(count):
+    told = []
 
-    monkeypatch.setattr(study_command, "progress_line", lambda: interrupted)
-    assert main(["study", "map-cost", "--quick", "-o", str(tmp_path / "out")]) == 130
-    assert not (tmp_path / "out").exists()
-    assert "interrupted" in capsys.readouterr().err
+    def progress(text, share):
+        told.append(text)
+        if len(told) == count:
+            raise KeyboardInterrupt
+
+    return lambda: progress
+
+
+def test_ctrl_c_keeps_what_is_done_and_resume_goes_on(tmp_path, capsys, monkeypatch):
+    words = ["study", "image-cost", "--quick", "--json", "-o", str(tmp_path)]
+    monkeypatch.setattr(study_command, "progress_line", interrupted_after(2))
+    assert main(words) == 130
+    assert "2 of 12 cases are kept; the same command with --resume goes on" in capsys.readouterr().err
+    assert sorted(file.suffix for file in tmp_path.iterdir()) == [".html", ".jsonl"]
+    assert main(words) == 2
+    assert "--overwrite begins anew" in capsys.readouterr().err
+    monkeypatch.setattr(study_command, "progress_line", lambda: lambda text, share: None)
+    assert main([*words, "--resume"]) == 0
+    resumed = json.loads(capsys.readouterr().out.splitlines()[-1])
+    assert (resumed["cases"], resumed["known"]) == (12, 2)
+    assert len(resumed["rows"]) >= 12
