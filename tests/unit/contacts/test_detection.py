@@ -9,6 +9,7 @@ import pytest
 
 from app.contacts.centre_of_pressure import SensorUncertainty
 from app.contacts.detection import TOUCH_THRESHOLD, ContactDetector
+from app.core.arrays import readonly
 from app.core.errors import MapError
 from app.maps.layout import MapLayout
 from app.tactile.loads import sphere_load
@@ -102,6 +103,24 @@ def test_numbers_follow_the_pressures_while_the_same_taxels_are_touched():
     assert second.force == pytest.approx(1.1 * first.force)
     assert second.id == first.id
     assert second.taxels is first.taxels
+
+
+def test_a_held_sample_is_read_once_and_tells_what_it_would_tell_anew():
+    held_by, anew = ContactDetector(MAP), ContactDetector(MAP)
+    apart = around((0.08, 0, 0.02)) + around((0.2, 0, 0.02))
+    for reader in (held_by, anew):
+        reader.read(apart)
+    sample = readonly(np.maximum(apart, 5e3))  # which merges the two
+    told = [(held_by.read(sample), anew.read(sample.copy())) for _ in range(4)]
+    for (held,), (fresh,) in told:
+        assert (held.id, held.force, held.merged) == (fresh.id, fresh.force, fresh.merged)
+        assert (held.map_point == fresh.map_point).all()
+    assert [bool(held[0].merged) for held, _ in told] == [True, False, False, False]
+    assert told[3][0] is told[2][0] is told[1][0]
+    held_by.errors = SensorUncertainty(noise=100.0)
+    assert held_by.read(sample)[0].force_error > 0, "another sensor's errors"
+    held_by.use(MAP)
+    assert held_by.read(sample) is not told[3][0], "another map's places"
 
 
 def test_axes_mean_pressure_and_error_bars_are_told():

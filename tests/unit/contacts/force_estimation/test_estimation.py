@@ -11,6 +11,7 @@ from app.contacts.centre_of_pressure import SensorUncertainty
 from app.contacts.detection import ContactDetector
 from app.contacts.force_estimation.estimate import ESTIMATORS, EstimateRefusal, Wrench
 from app.contacts.force_estimation.estimation import RegionForceEstimator, build_estimator
+from app.core.arrays import readonly
 from app.core.errors import MapError
 from app.maps.build import build_map
 from app.tactile.elastic_layer import ElasticLayer
@@ -83,6 +84,24 @@ def test_a_region_carries_the_estimated_force_and_its_error(name):
     assert told.forces.sum() == pytest.approx(told.force)
     assert told.peak > before.peak, "the blur is undone"
     assert 0 < told.mean < told.peak
+
+
+def test_what_a_slow_skin_holds_is_estimated_once():
+    pressures, estimator = (
+        readonly(felt(ball(0.2), below=True)),
+        RegionForceEstimator(MAP, estimator="tikhonov", depth=DEPTH),
+    )
+    regions = ContactDetector(MAP).read(pressures)
+    first = estimator.read(regions, pressures, EXACT)
+    assert estimator.read(regions, pressures, EXACT) is first
+    noisy = estimator.read(regions, pressures, SensorUncertainty(noise=50.0))
+    assert noisy[0][0].force_error > first[0][0].force_error, "another sensor's errors"
+    estimator.estimator = "local-nnls"
+    assert estimator.read(regions, pressures, EXACT)[0][0].force != first[0][0].force, "another method"
+    estimator.estimator = "lumped"
+    wrenches = [wrench_of(ball(0.2, force)) for force in (8.0, 9.0)]
+    forces = [estimator.read(regions, pressures, EXACT, wrench)[0][0].force for wrench in wrenches]
+    assert forces == pytest.approx([8.0, 9.0]), "a force-torque sensor holds nothing"
 
 
 def test_where_a_method_refuses_the_region_keeps_the_sum():
