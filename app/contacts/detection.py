@@ -79,6 +79,8 @@ class ContactDetector:
     def __init__(
         self, map_: TactileMap, *, threshold: float = TOUCH_THRESHOLD, errors: SensorUncertainty = _EXACT
     ) -> None:
+        self._held: FloatArray | None = None  # a read-only reading that brings nothing new, and what was found in it
+        self._found: tuple[ContactRegion, ...] = ()
         self._errors, self._skin = errors, map_.skin
         self._areas, self._body = map_.skin.areas, taxel_positions(map_.skin)
         self._memory = TrackMemory(map_.skin, self._body)
@@ -123,8 +125,7 @@ class ContactDetector:
         """From where on each taxel counts as touched [Pa]."""
         self._levels = np.full(len(self._skin), self._threshold)
         self._levels[self._touched] = _RELEASE * self._threshold
-        self._held: FloatArray | None = None  # a read-only reading that brings nothing new, and what was found in it
-        self._found: tuple[ContactRegion, ...] = ()
+        self._held = None
 
     def use(self, map_: TactileMap) -> None:
         """Place contacts by another map of the same skin from now on; what is touched stays touched. Cost: 0.2 ms."""
