@@ -10,6 +10,8 @@ Read in this order:
 ``running``     measures the cases in one process or many, keeps them as they come and goes on later
 ``sweeps``      the studies themselves, one a file, called as the command line calls them (``map_cost`` is ``study
                 map-cost``); those of a stage make its trials on testbeds
+``loop_laws``   the study of the closed-form laws of sampled loops
+``hypotheses``  what theory expects of a study's rows, and whether it held
 ``path_time``   the studies of the least time for a contact path, by how the skin is known and how it feels
 ``rows``        tables of studies, and statistics;  ``figures`` draws them: curves and bars;  ``report`` writes CSV,
                 JSON and one HTML page;  ``catalogue`` names all studies, without loading them

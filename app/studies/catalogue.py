@@ -14,11 +14,13 @@ _MODULES = {
     "map-cost": "sweeps.map_cost",
     "image-cost": "sweeps.image_cost",
     "touch-cost": "sweeps.touch_cost",
+    "force-estimators": "sweeps.force_estimators",
     "step-cost": "sweeps.step_cost",
     "effect-cost": "sweeps.effect_cost",
     "needs": "sweeps.needs",
     "representation": "path_time.representation",
     "force-feedback": "path_time.force_feedback",
+    "loop-laws": "loop_laws.loop_laws",
     "controller-accuracy": "sweeps.controller_accuracy",
 }
 STUDY_NAMES = tuple(_MODULES)

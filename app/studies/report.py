@@ -191,6 +191,7 @@ def _json(outcome: StudyResult, rows: Sequence[Row]) -> str:
         "quick": outcome.quick,
         "machine": dict(outcome.machine),
         **({} if outcome.state is None else asdict(outcome.state)),
+        "hypotheses": judgements(outcome),
         "rows": [dict(row) for row in rows],
     }
     return json.dumps(facts, indent=1, allow_nan=False)
@@ -211,7 +212,7 @@ def _html(outcome: StudyResult, rows: Sequence[Row]) -> str:
         f'<!DOCTYPE html><html lang="en"><head><meta charset="utf-8">{_refresh(state)}'
         f"<title>{escape(study.name)}</title><style>{_STYLE}</style></head><body><h1>{escape(study.name)}</h1>"
         f"<p><strong>{escape(study.question)}</strong></p><p>{escape(study.method)}</p>"
-        f"{_state(state)}{_figures(outcome)}<h2>Measured on</h2><table>{facts}</table>"
+        f"{_state(state)}{_hypotheses_html(outcome)}{_figures(outcome)}<h2>Measured on</h2><table>{facts}</table>"
         f'<h2>All rows</h2><div class="table">{_table(rows)}</div></body></html>\n'
     )
 
@@ -250,6 +251,35 @@ def _figures(outcome: StudyResult) -> str:
         if outcome.state is None or outcome.state.done == outcome.state.total:
             raise
         return f'<p class="note">These rows alone cannot be drawn yet ({escape(repr(error))}).</p>'
+
+
+def judgements(outcome: StudyResult) -> list[dict[str, Cell]]:
+    """Of each hypothesis of the study its statement, the verdict, and the figures behind it."""
+    known = [row for row in outcome.rows if "problem" not in row]
+    judged = [(hypothesis, hypothesis.judge(known)) for hypothesis in outcome.study.hypotheses]
+    return [
+        {
+            "hypothesis": hypothesis.name,
+            "statement": hypothesis.statement,
+            "verdict": judgement.verdict.value,
+            "figures": judgement.figures,
+            "rows": judgement.rows,
+        }
+        for hypothesis, judgement in judged
+    ]
+
+
+def _hypotheses_html(outcome: StudyResult) -> str:
+    found = judgements(outcome)
+    if not found:
+        return ""
+    rows = "".join(
+        f"<dt><strong>{escape(str(row['hypothesis']))}: {escape(str(row['verdict']))}.</strong> "
+        f"{escape(str(row['statement']))}</dt>"
+        f'<dd class="note">{escape(str(row["figures"]))} ({row["rows"]} rows)</dd>'
+        for row in found
+    )
+    return f"<h2>What was expected</h2><dl>{rows}</dl>"
 
 
 def _figure_html(figure: Figure | BarChart) -> str:

@@ -12,6 +12,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from app.studies.figures import BarChart, Figure
+from app.studies.hypotheses import Hypothesis
 from app.studies.rows import Case, Measure, Row
 
 
@@ -26,6 +27,9 @@ class Study:
         cases: What to measure, for ``quick`` (a minute's worth, for trying out) and a seed.
         measure: The rows of one case; in any process, on any machine. A case is made of numbers and words.
         figures: The diagrams of all rows, or of those there are while others are still measured.
+        measure: The rows of one case; in any process.
+        figures: The diagrams of all rows.
+        hypotheses: What theory expects of them.
     """
 
     name: str
@@ -34,3 +38,4 @@ class Study:
     cases: Callable[[bool, int], Sequence[Case]]
     measure: Measure
     figures: Callable[[Sequence[Row]], Sequence[Figure | BarChart]]
+    hypotheses: Sequence[Hypothesis] = ()

@@ -23,7 +23,7 @@ from app.control.limits import LimitKind
 from app.session.inputs import ControlChanged
 from app.session.prepare import PreparedScene
 from app.session.session import Session
-from tests.numerics.control_theory.sampled_loop import max_stable_gain
+from app.studies.loop_laws.sampled_loop import max_stable_gain
 from tests.support.pressed_arm import Act, Course, forearm
 
 Check = Callable[[Course], None]

@@ -14,74 +14,19 @@ from scipy.optimize import nnls
 
 from app.contacts.force_estimation.deconvolution import BlurMatrix, tikhonov_inverse
 from app.contacts.force_estimation.estimate import numerical_rank
-from app.contacts.regions import TaxelGraph
-from app.tactile.half_space_stress import point_stress, square_stress
-from tests.support.sensors import row
-
-PITCH, ELECTRODE, SIDE = 7e-3, 1.9e-3, 15
-AREA = np.sqrt(3) / 2 * PITCH**2
-
-
-def lattice() -> np.ndarray:
-    i, j = (k.ravel() for k in np.meshgrid(np.arange(SIDE), np.arange(SIDE), indexing="ij"))
-    points = PITCH * np.stack([i + 0.5 * (j % 2), np.sqrt(3) / 2 * j], axis=1)
-    return points - points.mean(axis=0)
-
-
-def disc(radius: float, count: int) -> np.ndarray:
-    """(n, 2) points spread evenly over a disc."""
-    grid = (np.arange(count) + 0.5) / count * 2 - 1
-    x, y = (k.ravel() for k in np.meshgrid(grid, grid))
-    inside = x**2 + y**2 <= 1
-    return radius * np.stack([x[inside], y[inside]], axis=1)
-
-
-TAXELS, POINT, FELT = lattice(), np.zeros((1, 2)), disc(ELECTRODE, 8)
-
-
-@cache
-def exact(radius: float, depth: float, *, points: bool = False) -> list[np.ndarray]:
-    """Pressures [Pa] under 1 N in each of eight places."""
-    at, felt = disc(radius, 16), POINT if points else FELT
-    force = np.sqrt(1 - (at**2).sum(axis=1) / radius**2)
-    force /= force.sum() * len(felt)
-    found = []
-    for centre in np.random.default_rng(0).uniform(-PITCH, PITCH, (8, 2)):
-        away = (np.linalg.norm(TAXELS[:, None] + part - at - centre, axis=2) for part in felt)
-        found.append(sum(point_stress(distance, depth) @ force for distance in away))
-    return found
+from app.studies.testbeds.covered_lattice import APART, AREA, PITCH, TAXELS, area_blur, contact_region, exact_readings
+from app.tactile.half_space_stress import point_stress
 
 
 @cache
 def points_matrix(depth: float) -> np.ndarray:
-    return point_stress(np.linalg.norm(TAXELS[:, None] - TAXELS, axis=2), depth)
-
-
-@cache
-def patches_matrix(depth: float) -> np.ndarray:
-    side = np.array(np.sqrt(AREA))
-    parts = [square_stress(np.linalg.norm(TAXELS[:, None] + f - TAXELS, axis=2), depth, side=side) for f in FELT]
-    return sum(parts) / len(parts)
-
-
-@cache
-def near() -> TaxelGraph:
-    apart = np.linalg.norm(TAXELS[:, None] - TAXELS, axis=2)
-    return TaxelGraph(row(len(TAXELS), neighbours=np.argwhere(np.triu((apart < 1.1 * PITCH) & (apart > 0)))))
-
-
-def segment(pressures: np.ndarray, noise: float) -> tuple[np.ndarray, np.ndarray]:
-    """The strongest region above 3 sigma and a tenth of the peak, without and with its ring."""
-    touched = np.flatnonzero(pressures >= max(3 * noise, 0.1 * pressures.max())).tolist()
-    groups = near().groups(touched)
-    group = next(group for group in groups if int(pressures.argmax()) in group.core)
-    return np.array(sorted(group.core)), np.array(sorted(group.core | group.ring))
+    return point_stress(APART, depth)
 
 
 def noisy(radius: float, depth: float, share: float = 0.05):
     """(readings, noise) of contacts in places, with noise of a share of the peak."""
     random = np.random.default_rng(1)
-    for own in exact(radius, depth):
+    for own in exact_readings(radius, depth):
         noise = share * own.max()
         yield own + random.normal(0, noise, len(own)), noise
 
@@ -100,20 +45,22 @@ def test_condition_grows_with_depth_as_theory_says(depth, condition):
 def test_point_forces_above_shallow_taxels_are_well_conditioned_and_wrong(depth, lost):
     matrix = points_matrix(depth * PITCH)
     assert np.linalg.cond(matrix) < 1.3
-    found = [np.linalg.solve(matrix, own).sum() for own in exact(6e-3, depth * PITCH, points=True)]
+    found = [np.linalg.solve(matrix, own).sum() for own in exact_readings(6e-3, depth * PITCH, points=True)]
     assert np.mean(found) == pytest.approx(1 - lost, abs=0.05)
 
 
 @pytest.mark.parametrize(("depth", "off"), [(0.25, 0.05), (0.5, 0.02)])
 def test_patches_averaged_over_taxels_are_right(depth, off):
-    matrix = patches_matrix(depth * PITCH)
-    found = np.array([np.linalg.solve(matrix, own).sum() * AREA for own in exact(6e-3, depth * PITCH)])
+    matrix = area_blur(depth * PITCH)
+    found = np.array([np.linalg.solve(matrix, own).sum() * AREA for own in exact_readings(6e-3, depth * PITCH)])
     assert np.abs(found - 1).mean() == pytest.approx(off, abs=0.02)
 
 
 @pytest.mark.parametrize("depth", [0.5, 1.0])
 def test_thresholding_loses_force_and_the_ring_brings_it_back(depth):
-    parts = [[1 - AREA * own[part].sum() for part in segment(own, 0.0)] for own in exact(8e-3, depth * PITCH)]
+    parts = [
+        [1 - AREA * own[part].sum() for part in contact_region(own, 0.0)] for own in exact_readings(8e-3, depth * PITCH)
+    ]
     core, whole = np.mean(parts, axis=0)
     assert 0.08 <= core <= 0.20
     assert abs(whole) <= 0.06
@@ -121,10 +68,10 @@ def test_thresholding_loses_force_and_the_ring_brings_it_back(depth):
 
 @pytest.mark.parametrize("depth", [0.25, 0.5, 1.0])
 def test_least_squares_over_a_whole_map_turn_noise_into_force_and_segmented_ones_do_not(depth):
-    matrix, everywhere, segmented = patches_matrix(depth * PITCH), [], []
+    matrix, everywhere, segmented = area_blur(depth * PITCH), [], []
     for own, noise in noisy(8e-3, depth * PITCH):
         everywhere.append(nnls(matrix, own)[0].sum() * AREA - 1)
-        part = segment(own, noise)[1]
+        part = contact_region(own, noise)[1]
         segmented.append(nnls(matrix[np.ix_(part, part)], own[part])[0].sum() * AREA - 1)
     assert np.mean(everywhere) > 0.2
     assert 0 < np.mean(segmented) <= 0.12
@@ -132,7 +79,7 @@ def test_least_squares_over_a_whole_map_turn_noise_into_force_and_segmented_ones
 
 def test_a_deep_skin_keeps_the_total_and_loses_the_shape():
     """At twice the pitch: plain least squares oscillate, Tikhonov and NNLS do not; the sum of all is fine anyway."""
-    matrix, sizes, totals = patches_matrix(2 * PITCH), [], []
+    matrix, sizes, totals = area_blur(2 * PITCH), [], []
     for own, noise in noisy(8e-3, 2 * PITCH):
         plain, tikhonov = np.linalg.solve(matrix, own), tikhonov_inverse(BlurMatrix.of(matrix), own, noise) @ own
         sizes.append([AREA * np.abs(x).sum() for x in (plain, tikhonov, nnls(matrix, own)[0])])
@@ -148,8 +95,8 @@ def test_a_deep_skin_keeps_the_total_and_loses_the_shape():
 
 def test_a_shallow_skin_tells_its_distribution():
     for own, noise in noisy(8e-3, 0.5 * PITCH):
-        part = segment(own, noise)[1]
-        matrix = patches_matrix(0.5 * PITCH)[np.ix_(part, part)]
+        part = contact_region(own, noise)[1]
+        matrix = area_blur(0.5 * PITCH)[np.ix_(part, part)]
         rank = numerical_rank(np.linalg.svd(matrix, compute_uv=False), own[part], noise, unknowns=len(part))
         assert rank.effective == rank.unknowns
         assert not rank.refusal
@@ -157,7 +104,7 @@ def test_a_shallow_skin_tells_its_distribution():
 
 def test_a_sum_over_the_segment_is_hard_to_beat():
     for depth in (0.25, 0.5, 1.0):
-        found = [AREA * own[segment(own, noise)[1]].sum() - 1 for own, noise in noisy(8e-3, depth * PITCH)]
+        found = [AREA * own[contact_region(own, noise)[1]].sum() - 1 for own, noise in noisy(8e-3, depth * PITCH)]
         assert np.abs(found).mean() <= 0.10
 
 

@@ -13,6 +13,7 @@ from app.scene.effects import Effects
 from app.scene.object_meshes import primitive_mesh
 from app.scene.objects import ObjectSpec, SceneObject
 from app.simulation.simulation import Simulation
+from app.studies.loop_laws.gantry import gantry
 from app.tactile.poke import Finger, PokeMoved, PokePressed
 from tests.hard_cases.touch import EXACT, MODELS, PLACES, Place, with_scene
 from tests.hard_cases.touch_laws import (
@@ -25,7 +26,6 @@ from tests.hard_cases.touch_laws import (
     spring_force,
     taxel_positions,
 )
-from tests.numerics.control_theory.gantry import gantry
 
 ONE_PIECE = ("on a seam", "at a border", "half over a border", "in a corner", "one taxel", "below the pitch",
              "one tiny taxel")  # fmt: skip

@@ -3,5 +3,5 @@ time.
 
 ``representation`` and ``force_feedback`` are the studies: their factors and levels. ``conditions`` is what a controller
 works with, ``path_time`` lists and measures cases, ``speed_search`` finds the fastest speed, ``gains`` are by theory,
-``charts`` and ``statistics`` draw and sum up.
+``charts`` draws, ``expectations`` says what theory expects.
 """

@@ -11,12 +11,12 @@ from app.control.force_loop.gain_limits import GAIN_SHARE
 from app.control.limits import LimitKind
 from app.session.inputs import ControlChanged
 from app.session.session import skin_readings
+from app.studies.loop_laws.predictions import gain_of_whole_arm
+from app.studies.loop_laws.step_trials import measured_gain_limit
 from app.studies.testbeds.beside_ball import beside_ball, forearm_skin_scene
 from app.studies.testbeds.force_loop import force_loop_at_goal, predicted_gain_limit
 from app.studies.testbeds.path_following import PathSetup
 from app.tactile.sensor_effects import Sampling, SensorEffects
-from tests.numerics.control_theory.predictions import gain_of_whole_arm
-from tests.numerics.control_theory.step_tests import measured_gain_limit
 from tests.support.pressed_arm import forearm
 
 

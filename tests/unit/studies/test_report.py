@@ -12,6 +12,7 @@ import pytest
 
 from app.core.errors import UsageError
 from app.studies.figures import BarChart, Figure, Panel
+from app.studies.hypotheses import Hypothesis, Judgement, Verdict
 from app.studies.report import RunState, StudyResult, describe_machine, write_page, write_parquet, write_report
 from app.studies.study import Study
 
@@ -147,3 +148,20 @@ def test_rows_that_cannot_be_drawn_yet_say_so_and_those_of_a_whole_table_fail(tm
     assert "cannot be drawn yet" in write_page(part, tmp_path).read_text(encoding="utf8")
     with pytest.raises(KeyError):
         write_page(replace(part, state=None), tmp_path)
+
+
+def test_what_was_expected_and_whether_it_held_stands_on_the_page_and_in_the_json(tmp_path):
+    def judge(rows):
+        return Judgement(Verdict.NOT_HELD, "2 [1, 3] < 4", len(rows))
+
+    expecting = replace(outcome().study, hypotheses=(Hypothesis("H9", "All is well.", judge),))
+    found = {
+        file.suffix: file.read_text("utf8") for file in write_report(replace(outcome(), study=expecting), tmp_path)
+    }
+    (told,) = json.loads(found[".json"])["hypotheses"]
+    assert (told["hypothesis"], told["verdict"], told["rows"]) == ("H9", "not held", 2)
+    page = Page()
+    page.feed(found[".html"])
+    text = " ".join(page.text)
+    for words in ("What was expected", "H9: not held.", "All is well.", "2 [1, 3] < 4"):
+        assert words in text

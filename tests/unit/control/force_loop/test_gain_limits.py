@@ -21,7 +21,7 @@ from app.control.force_loop.pressed_arm import LoopFilter, pressed_arm
 from app.control.joint_impedance import INNER_FREQUENCY, JointImpedance
 from app.control.limits import Limit, LimitKind
 from app.robots.kinematics import Configuration
-from tests.numerics.control_theory.sampled_loop import max_stable_gain
+from app.studies.loop_laws.sampled_loop import max_stable_gain
 from tests.support.touch import bar
 from tests.unit.control.contacts_by_hand import touch
 

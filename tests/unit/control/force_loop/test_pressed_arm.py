@@ -12,8 +12,8 @@ from scipy.linalg import expm
 from app.control.command import ControlSettings
 from app.control.force_loop.loop_stability import SensorTiming
 from app.control.force_loop.pressed_arm import LoopFilter, PressedArm
+from app.studies.loop_laws.sampled_loop import max_stable_gain
 from app.studies.testbeds.force_loop import Filter, ForceLoop, stability_limit
-from tests.numerics.control_theory.sampled_loop import max_stable_gain
 
 
 def slide(servo: float, stiffness: float) -> PressedArm:

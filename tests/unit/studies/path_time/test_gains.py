@@ -6,9 +6,9 @@ import pytest
 
 from app.control.command import ControlSettings
 from app.control.controller_registry import check_settings
+from app.studies.loop_laws.sampled_loop import sampled_loop_limit
 from app.studies.path_time.gains import LAG, STIFFNESS, least_time, tune_gains
 from app.studies.testbeds.force_loop import critical_gain
-from tests.numerics.control_theory.sampled_loop import sampled_loop_limit
 
 NOMINAL_SETTINGS = ControlSettings(controller="hybrid", task="follow_path")
 

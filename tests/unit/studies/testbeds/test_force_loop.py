@@ -14,6 +14,7 @@ from app.scene.object_meshes import make_objects
 from app.scene.objects import ObjectSpec
 from app.scene.scene import Scene
 from app.session.prepare import PreparedScene
+from app.studies.loop_laws.gantry import gantry
 from app.studies.testbeds.beside_ball import BALL, beside_ball
 from app.studies.testbeds.force_loop import (
     Filter,
@@ -25,7 +26,6 @@ from app.studies.testbeds.force_loop import (
 )
 from app.studies.testbeds.path_following import PathSetup, TrueContact
 from app.tactile.elastic_layer import ElasticLayer
-from tests.numerics.control_theory.gantry import gantry
 from tests.support.pressed_arm import forearm
 
 CALM = ControlSettings(controller="hybrid", task="hold_point", force_gain=0.002)

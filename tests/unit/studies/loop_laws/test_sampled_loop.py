@@ -9,9 +9,8 @@ import numpy as np
 import pytest
 
 from app.core.errors import UsageError
-from app.studies.testbeds.force_loop import Filter, critical_gain, stability_limit
-from tests.numerics.control_theory.closed_loop import Loop
-from tests.numerics.control_theory.sampled_loop import (
+from app.studies.loop_laws.closed_loop import Loop
+from app.studies.loop_laws.sampled_loop import (
     MOST_SAMPLES,
     LinearLoop,
     best_gain,
@@ -21,6 +20,7 @@ from tests.numerics.control_theory.sampled_loop import (
     settling_on_turned_map,
     settling_samples_of,
 )
+from app.studies.testbeds.force_loop import Filter, critical_gain, stability_limit
 
 UNIT = Loop(period=1.0, stiffness=1.0)
 

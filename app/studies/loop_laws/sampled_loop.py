@@ -16,9 +16,9 @@ from scipy.linalg import expm
 
 from app.control.force_loop.loop_stability import SensorTiming
 from app.core.arrays import FloatArray, IntArray
+from app.studies.loop_laws.closed_loop import IDEAL, Loop
+from app.studies.loop_laws.gantry import MASS
 from app.studies.testbeds.force_loop import Filter
-from tests.numerics.control_theory.closed_loop import IDEAL, Loop
-from tests.numerics.control_theory.gantry import MASS
 
 SETTLING_BAND = 0.02
 """Of a step that may be left."""

@@ -15,6 +15,25 @@ import numpy as np
 
 from app.control.command import ControllerName, ControlSettings
 from app.control.joint_impedance import INNER_FREQUENCY
+from app.studies.loop_laws.closed_loop import IDEAL, Loop
+from app.studies.loop_laws.sampled_loop import (
+    LinearLoop,
+    best_gain,
+    sampled_loop_limit,
+    settling_on_stretched_map,
+    settling_on_turned_map,
+    settling_samples_of,
+)
+from app.studies.loop_laws.step_trials import (
+    FORCE_GOAL,
+    LoopTest,
+    force_ripple,
+    measured_gain_limit,
+    plant_stiffness,
+    proportional_settings,
+    settling_samples,
+    tracking_lag,
+)
 from app.studies.testbeds.beside_ball import beside_ball, forearm_skin_scene
 from app.studies.testbeds.force_loop import (
     Filter,
@@ -25,25 +44,6 @@ from app.studies.testbeds.force_loop import (
     stability_limit,
 )
 from app.studies.testbeds.path_following import PathSetup
-from tests.numerics.control_theory.closed_loop import IDEAL, Loop
-from tests.numerics.control_theory.sampled_loop import (
-    LinearLoop,
-    best_gain,
-    sampled_loop_limit,
-    settling_on_stretched_map,
-    settling_on_turned_map,
-    settling_samples_of,
-)
-from tests.numerics.control_theory.step_tests import (
-    FORCE_GOAL,
-    LoopTest,
-    force_ripple,
-    measured_gain_limit,
-    plant_stiffness,
-    proportional_settings,
-    settling_samples,
-    tracking_lag,
-)
 
 PLANTS = {"ideal joints": IDEAL, "posture loop of 400 rad/s": 400.0, "posture loop of 40 rad/s": INNER_FREQUENCY}
 """What moves the plate."""

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from app.robots.kinematics import Configuration
-from tests.numerics.control_theory.gantry import MASS, gantry
+from app.studies.loop_laws.gantry import MASS, gantry
 
 
 def test_every_joint_moves_the_plate_alike():

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.numerics.control_theory.closed_loop import Loop
-from tests.numerics.control_theory.sampled_loop import sampled_loop_limit
-from tests.numerics.control_theory.step_tests import (
+from app.studies.loop_laws.closed_loop import Loop
+from app.studies.loop_laws.sampled_loop import sampled_loop_limit
+from app.studies.loop_laws.step_trials import (
     FORCE_STEP,
     PLACE_STEP,
     LoopTest,

@@ -25,9 +25,9 @@ from app.scene.effects import Effects
 from app.scene.object_meshes import primitive_mesh
 from app.scene.objects import ObjectSpec, SceneObject
 from app.simulation.simulation import Simulation
+from app.studies.loop_laws.gantry import Gantry, gantry
 from app.tactile.elastic_layer import ElasticLayer
 from app.tactile.sensor_effects import Noise, Sampling, SensorEffects
-from tests.numerics.control_theory.gantry import Gantry, gantry
 
 IDEAL = math.inf
 """Of a servo: joints are at once where they are asked to be."""

@@ -15,11 +15,11 @@ from app.control.command import ControllerName, ControlSettings
 from app.core.arrays import FloatArray
 from app.core.errors import MapError
 from app.session.inputs import ControlChanged
+from app.studies.loop_laws.closed_loop import IDEAL, Loop, LoopResponse, Settings, run_loop
+from app.studies.loop_laws.gantry import MASS
+from app.studies.loop_laws.sampled_loop import SETTLING_BAND, samples_until_within
 from app.studies.testbeds.force_loop import critical_gain, settled_session, stability_limit
 from app.studies.testbeds.path_following import PathSetup
-from tests.numerics.control_theory.closed_loop import IDEAL, Loop, LoopResponse, Settings, run_loop
-from tests.numerics.control_theory.gantry import MASS
-from tests.numerics.control_theory.sampled_loop import SETTLING_BAND, samples_until_within
 
 FORCE_GOAL = 3.0
 """Of the force [N]."""

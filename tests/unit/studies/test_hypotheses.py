@@ -1,4 +1,4 @@
-"""Medians over seeds, their intervals, and paired ratios."""
+"""Medians over seeds, paired ratios, and when a hypothesis held."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from app.studies.path_time.statistics import bootstrap_median, paired_ratio
+from app.studies.hypotheses import Interval, Verdict, all_of, bootstrap_median, paired_ratio, within
 
 
 def test_medians_count_what_cannot_as_endless():
@@ -29,3 +29,27 @@ def test_the_interval_covers_the_true_median_about_as_often_as_it_says():
     random = np.random.default_rng(3)
     held = sum(low <= 0.0 <= high for _ in range(200) for _, low, high in [bootstrap_median(random.normal(size=15))])
     assert 180 <= held <= 200
+
+
+@pytest.mark.parametrize(
+    ("interval", "verdict"),
+    [
+        ((1.0, 0.95, 1.05), Verdict.HELD),
+        ((1.0, 0.95, 1.2), Verdict.NOT_DECIDED),
+        ((1.3, 1.15, 1.5), Verdict.NOT_HELD),
+        ((math.inf, math.inf, math.inf), Verdict.NOT_HELD),
+        ((1.0, 1.0, math.inf), Verdict.NOT_DECIDED),
+    ],
+)
+def test_it_is_the_interval_that_decides(interval, verdict):
+    assert within(Interval(*interval), 0.9, 1.1) is verdict
+
+
+def test_one_part_that_fails_fails_the_whole_and_no_part_decides_nothing():
+    held, failed, open_ = Verdict.HELD, Verdict.NOT_HELD, Verdict.NOT_DECIDED
+    assert [all_of(parts) for parts in ([held, held], [held, failed, open_], [held, open_], [])] == [
+        held,
+        failed,
+        open_,
+        open_,
+    ]

@@ -7,8 +7,8 @@ import pytest
 
 from app.control.command import ControlSettings
 from app.control.joint_impedance import joint_impedance
-from tests.numerics.control_theory.closed_loop import IDEAL, Loop, run_loop, with_servo_frequency
-from tests.numerics.control_theory.step_tests import proportional_settings
+from app.studies.loop_laws.closed_loop import IDEAL, Loop, run_loop, with_servo_frequency
+from app.studies.loop_laws.step_trials import proportional_settings
 
 STEP = 0.1
 

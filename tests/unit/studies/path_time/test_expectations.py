@@ -1,0 +1,64 @@
+"""What theory expects of path times: judged seed by seed, on our own arm."""
+
+from __future__ import annotations
+
+import pytest
+
+from app.studies.hypotheses import Verdict
+from app.studies.path_time.expectations import OF_FORCE_FEEDBACK, OF_REPRESENTATION, time_ratio
+from app.studies.path_time.path_time import NOMINAL
+
+SEEDS = range(5)
+
+
+def times(factor, level, seconds, *, jacobian="smoothed", robot="arm"):
+    """The times of the seeds, which differ by as much as they may."""
+    return [
+        {"robot": robot, "factor": factor, "level": level, "jacobian": jacobian, "seed": seed,
+         "seconds": None if seconds is None else seconds * (1 + seed)}
+        for seed in SEEDS
+    ]  # fmt: skip
+
+
+NOMINALS = times(NOMINAL, "", 2.0)
+
+
+def judged(name, rows):
+    every = (*OF_REPRESENTATION, *OF_FORCE_FEEDBACK)
+    return next(hypothesis for hypothesis in every if hypothesis.name == name).judge(rows)
+
+
+def test_ratios_are_seed_by_seed_and_of_our_own_arm():
+    rows = NOMINALS + times("pitch", 16.0, 6.0) + times("pitch", 16.0, 99.0, robot="icub")
+    assert time_ratio(rows, "pitch", 16.0) == pytest.approx((3.0, 3.0, 3.0))
+    assert time_ratio(rows[:-7], "pitch", 16.0) is None, "a seed is missing"
+    assert time_ratio(rows, "pitch", 4.0) is None
+
+
+@pytest.mark.parametrize(("lscm", "verdict"), [(2.1, Verdict.HELD), (3.0, Verdict.NOT_HELD)])
+def test_a_map_that_takes_longer_though_its_stretch_is_known_contradicts(lscm, verdict):
+    rows = NOMINALS + times("map by geometry", "lscm", lscm) + times("map by geometry", "arap", 2.0)
+    assert judged("H1", rows).verdict is verdict
+
+
+def test_single_triangles_have_to_fail_where_two_rings_go_on():
+    rows = NOMINALS + times("taxels misplaced", 2.0, 4.0, jacobian="raw") + times("taxels misplaced", 7.0, 5.0)
+    failing = rows + times("taxels misplaced", 3.0, None, jacobian="raw")
+    assert judged("H2", failing).verdict is Verdict.HELD
+    assert judged("H2", rows + times("taxels misplaced", 3.0, 4.0, jacobian="raw")).verdict is Verdict.NOT_HELD
+    assert judged("H2", rows).verdict is Verdict.NOT_DECIDED
+
+
+def test_learned_maps_are_as_good_as_their_touch():
+    biased = "self-organising, two far places always touched together"
+    good = NOMINALS + times("map learned", "self-organising", 2.0)
+    assert judged("H7", good + times("map learned", biased, None)).verdict is Verdict.HELD
+    assert judged("H7", good + times("map learned", biased, 2.0)).verdict is Verdict.NOT_HELD
+
+
+@pytest.mark.parametrize(("name", "factor"), [("H6", "sleeve shifted"), ("H6, of force", "gain error")])
+def test_a_constant_error_that_costs_time_contradicts(name, factor):
+    assert judged(name, NOMINALS + times(factor, 5.0, 2.0)).verdict is Verdict.HELD
+    assert judged(name, NOMINALS + times(factor, 5.0, 4.0)).verdict is Verdict.NOT_HELD
+    assert judged(name, NOMINALS).verdict is Verdict.NOT_DECIDED
+    assert judged(name, NOMINALS + times(factor, 5.0, 2.0)).rows == 2 * len(SEEDS)
