@@ -226,19 +226,28 @@ def _add_study(commands: argparse._SubParsersAction) -> None:  # type: ignore[ty
         metavar="DIR",
         help="write CSV, JSON and HTML there (default studies)",
     )
-    study.add_argument(
-        "--jobs",
-        type=int,
-        default=1,
-        metavar="N",
-        help="cases run in parallel, 0 for one per core; parallel runs distort the measured times",
-    )
+    _workers(study)
     again = study.add_mutually_exclusive_group()
     again.add_argument("--resume", action="store_true", help="go on with the run in DIR: measure what is not done")
     again.add_argument("--overwrite", action="store_true", help="begin anew although a run in DIR was interrupted")
     study.add_argument("--quick", action="store_true", help="run a few small cases only")
     study.add_argument("--seed", type=int, default=0)
     _json(study)
+
+
+def _workers(parser: argparse.ArgumentParser) -> None:
+    """Who measures: ``app.cli.workers`` reads it."""
+    who = parser.add_mutually_exclusive_group()
+    who.add_argument(
+        "--jobs",
+        type=int,
+        default=1,
+        metavar="N",
+        help="cases run in parallel, 0 for one per core; parallel runs distort the measured times",
+    )
+    who.add_argument(
+        "--cluster", metavar="ADDRESS", help="cases run on the workers of this Dask scheduler, as tcp://host:8786"
+    )
 
 
 def _add_map(commands: argparse._SubParsersAction) -> None:  # type: ignore[type-arg]

@@ -159,6 +159,10 @@ class LearningError(TactileMapsError):
     """A learning environment that cannot be made, or an action that it refuses."""
 
 
+class ClusterError(TactileMapsError):
+    """A cluster of machines that cannot be reached, or whose workers cannot be used."""
+
+
 class PluginError(TactileMapsError):
     """A plug-in that cannot be used, or that failed at work."""
 

@@ -91,7 +91,7 @@ class StudyResult:
         machine: What it ran on.
         seconds: How long it took.
         seed: What everything random was made from.
-        jobs: Processes that ran at once.
+        jobs: Processes that ran at once; None on a cluster.
         quick: Whether only the small cases were run.
         state: How far it is; None where all is done in one run.
     """
@@ -101,7 +101,7 @@ class StudyResult:
     machine: Mapping[str, str]
     seconds: float
     seed: int
-    jobs: int
+    jobs: int | None
     quick: bool
     state: RunState | None = None
 
@@ -202,7 +202,7 @@ def _html(outcome: StudyResult, rows: Sequence[Row]) -> str:
     run = {
         **outcome.machine,
         "seed": str(outcome.seed),
-        "jobs": f"{outcome.jobs} at once",
+        "jobs": f"{outcome.jobs} at once" if outcome.jobs else "on a cluster; the machine is the one that asked",
         "cases": "the quick ones only" if outcome.quick else "all",
         "took": f"{outcome.seconds:.0f} s",
     }

@@ -3,36 +3,35 @@
 from __future__ import annotations
 
 import argparse
-import os
 import time
 from contextlib import closing
 from pathlib import Path
 
 from app.cli.output import print_fields, print_json, print_warning, progress_line
-from app.core.errors import UsageError
+from app.cli.workers import workers_from_arguments
 from app.studies.catalogue import load_study
 from app.studies.report import RunState, StudyResult, describe_machine, write_page, write_parquet, write_report
 from app.studies.running.case_log import CaseLog
 from app.studies.running.case_run import CaseRun, paced
-from app.studies.running.workers import in_processes
+from app.studies.running.workers import Workers
 from app.studies.study import Study
 
 
 def execute(arguments: argparse.Namespace) -> int:
     """Run the study and write its report; Ctrl-C keeps the cases that are done."""
     study = load_study(arguments.name)
-    jobs = arguments.jobs or os.cpu_count() or 1
-    if jobs < 1:
-        raise UsageError("the number of jobs is below one", place="--jobs", value=jobs)
+    jobs, workers = workers_from_arguments(arguments)
     log_path = Path(arguments.output) / f"{study.name}.cases.jsonl"
     with closing(CaseLog(log_path, resume=arguments.resume, overwrite=arguments.overwrite)) as log:
         if log.torn:
             print_warning(f"{log_path}: {log.torn} torn lines: their cases are measured again")
-        outcome, files = _run(study, log, jobs, arguments)
+        outcome, files = _run(study, log, jobs, workers, arguments)
     return _tell(outcome, files, arguments)
 
 
-def _run(study: Study, log: CaseLog, jobs: int, arguments: argparse.Namespace) -> tuple[StudyResult, tuple[Path, ...]]:
+def _run(
+    study: Study, log: CaseLog, jobs: int | None, workers: Workers, arguments: argparse.Namespace
+) -> tuple[StudyResult, tuple[Path, ...]]:
     """Measure, and write the page now and then and the whole report at the end."""
     folder, machine, start = Path(arguments.output), describe_machine(), time.perf_counter()
 
@@ -45,7 +44,7 @@ def _run(study: Study, log: CaseLog, jobs: int, arguments: argparse.Namespace) -
         study.name,
         study.measure,
         study.cases(arguments.quick, arguments.seed),
-        workers=in_processes(jobs),
+        workers=workers,
         log=log,
         progress=progress_line(),
         watch=paced(lambda: write_page(outcome(running=True), folder)),
