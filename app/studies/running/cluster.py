@@ -20,7 +20,7 @@ from app.studies.rows import Case, Measure, Row
 from app.studies.running.case_log import measuring_program
 from app.studies.running.workers import Results, Workers, measure_case
 
-_WAIT = 30.0
+_WAIT = 15.0
 """For the scheduler, and for the first worker [s]."""
 _START = "Start 'dask scheduler' there and 'dask worker ADDRESS --nthreads 1' on each machine, or check the address"
 _RESUME = "What is done is kept: --resume goes on with it"
@@ -44,7 +44,7 @@ def _on_cluster(address: str, measure: Measure, cases: Sequence[Case]) -> Result
         futures = client.map(_measure_there, [(measure, case, program) for case in cases], pure=False)
         numbers = {future.key: number for number, future in enumerate(futures)}
         try:
-            for future in as_completed(futures):
+            for future in as_completed(futures, loop=client.loop):
                 number = numbers[future.key]
                 yield number, _rows_of(future, cases[number])
                 future.release()  # neither scheduler nor worker keeps what is known here

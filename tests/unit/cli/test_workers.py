@@ -1,0 +1,23 @@
+"""Who measures, as the command line says it."""
+
+from __future__ import annotations
+
+import os
+from argparse import Namespace
+
+import pytest
+
+from app.cli.workers import workers_from_arguments
+from app.core.errors import UsageError
+from app.studies.running.workers import in_this_process
+
+
+def test_jobs_are_processes_and_zero_is_one_a_core():
+    assert workers_from_arguments(Namespace(jobs=1, cluster=None)) == (1, in_this_process)
+    assert workers_from_arguments(Namespace(jobs=0, cluster=None))[0] == os.cpu_count()
+    with pytest.raises(UsageError, match="below one"):
+        workers_from_arguments(Namespace(jobs=-1, cluster=None))
+
+
+def test_on_a_cluster_nobody_knows_how_many_there_are():
+    assert workers_from_arguments(Namespace(jobs=1, cluster="tcp://127.0.0.1:1"))[0] is None
