@@ -45,11 +45,15 @@ def _add_window_commands(commands: argparse._SubParsersAction) -> None:  # type:
     run.add_argument("scene_file", nargs="?", metavar="SCENE", help="a scene's name or file")
     _scene_options(run)
     run.add_argument(
-        "--for", dest="seconds", type=_positive, default=5.0, metavar="SECONDS", help="simulated seconds (default 5)"
+        "--for", dest="seconds", type=_positive, metavar="SECONDS", help="simulated seconds (default 5, or the sweep's)"
     )
     run.add_argument("--stimuli", metavar="FILE.toml", help="stimulus script to play instead of the scene's")
-    run.add_argument("-o", "--output", metavar="FILE.mcap", help="record to this file")
-    run.add_argument("--overwrite", action="store_true", help="replace an existing file")
+    run.add_argument("-o", "--output", metavar="FILE.mcap|DIR", help="record to this file; a folder with --sweep")
+    run.add_argument("--sweep", metavar="FILE.toml", help="record many variations of the scene, with an index of them")
+    again = run.add_mutually_exclusive_group()
+    again.add_argument("--overwrite", action="store_true", help="replace an existing file; with --sweep, begin anew")
+    again.add_argument("--resume", action="store_true", help="with --sweep: record what is not in DIR yet")
+    _workers(run, "with --sweep: recordings made in parallel, 0 for one per core")
     run.add_argument(
         "--no-viewers",
         dest="viewers",
@@ -226,7 +230,7 @@ def _add_study(commands: argparse._SubParsersAction) -> None:  # type: ignore[ty
         metavar="DIR",
         help="write CSV, JSON and HTML there (default studies)",
     )
-    _workers(study)
+    _workers(study, "cases run in parallel, 0 for one per core; parallel runs distort the measured times")
     again = study.add_mutually_exclusive_group()
     again.add_argument("--resume", action="store_true", help="go on with the run in DIR: measure what is not done")
     again.add_argument("--overwrite", action="store_true", help="begin anew although a run in DIR was interrupted")
@@ -235,18 +239,12 @@ def _add_study(commands: argparse._SubParsersAction) -> None:  # type: ignore[ty
     _json(study)
 
 
-def _workers(parser: argparse.ArgumentParser) -> None:
-    """Who measures: ``app.cli.workers`` reads it."""
+def _workers(parser: argparse.ArgumentParser, jobs: str) -> None:
+    """Who does what is to be done many times: ``app.cli.workers`` reads it."""
     who = parser.add_mutually_exclusive_group()
+    who.add_argument("--jobs", type=int, default=1, metavar="N", help=jobs)
     who.add_argument(
-        "--jobs",
-        type=int,
-        default=1,
-        metavar="N",
-        help="cases run in parallel, 0 for one per core; parallel runs distort the measured times",
-    )
-    who.add_argument(
-        "--cluster", metavar="ADDRESS", help="cases run on the workers of this Dask scheduler, as tcp://host:8786"
+        "--cluster", metavar="ADDRESS", help="on the workers of this Dask scheduler instead, as tcp://host:8786"
     )
 
 

@@ -7,6 +7,7 @@
 - ``recover``: salvages a recording that was cut off.
 - ``annotations``: what a person says of a recording, beside it.
 - ``trim``: cuts a part out into a new file.
+- ``sweep_recording``: one of many recordings of a scene with varied settings.
 - ``overview``: curves over a whole recording, and a summary of it.
 - ``bundle``: a prepared scene as attachments.
 - ``frame_codec``: frames as bytes.

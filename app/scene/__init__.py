@@ -2,6 +2,7 @@
 
 - ``scene``: everything a session starts from.
 - ``scene_file``: scenes as TOML, by name or file.
+- ``scene_sweep``: many scenes from one, by what a sweep file varies.
 - ``objects``: the objects in it; ``object_meshes``: their surfaces.
 - ``motion``: the robot's own motion through waypoints.
 - ``tasks``: what a scene is for: tasks, outputs, needs.

@@ -6,8 +6,6 @@ The machine on which it was measured is named in all of them: without it no time
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 import math
 import os
@@ -16,7 +14,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from html import escape
 from importlib.metadata import version
-from importlib.util import find_spec
 from pathlib import Path
 
 from app.core.errors import UsageError
@@ -24,6 +21,7 @@ from app.core.files import write_atomically
 from app.studies.figures import BarChart, Figure, figure_svg
 from app.studies.rows import Cell, Row
 from app.studies.running.case_run import duration_text
+from app.studies.running.tables import columns, csv_table, parquet_table
 from app.studies.study import Study
 
 _LIBRARIES = ("tactile-maps", "numpy", "scipy", "libigl")
@@ -117,7 +115,7 @@ def write_report(outcome: StudyResult, folder: Path) -> tuple[Path, ...]:
     """
     known = _finite_rows(outcome)
     files = {
-        "csv": _csv(known).encode(),
+        "csv": csv_table(known),
         "json": _json(outcome, known).encode(),
         "html": _html(outcome, known).encode(),
     }
@@ -143,43 +141,14 @@ def _write(outcome: StudyResult, folder: Path, ending: str, data: bytes) -> Path
     return path
 
 
-def columns(rows: Sequence[Row]) -> list[str]:
-    """Names of all columns, in the order in which they first come."""
-    return list(dict.fromkeys(key for row in rows for key in row))
-
-
-def _csv(rows: Sequence[Row]) -> str:
-    text = io.StringIO()
-    writer = csv.DictWriter(text, columns(rows), restval="")
-    writer.writeheader()
-    writer.writerows(rows)
-    return text.getvalue()
-
-
 def write_parquet(outcome: StudyResult, folder: Path) -> tuple[Path, ...]:
     """Write ``NAME.parquet``, which other programs read fastest; nothing where pyarrow is not installed or no row is.
 
     A column of numbers or of truth values is one there; any other is text. Arguments, return and errors as
     ``write_report``.
     """
-    rows = _finite_rows(outcome)
-    if not rows or find_spec("pyarrow") is None:
-        return ()
-    import pyarrow
-    import pyarrow.parquet
-
-    table = {}
-    for name in columns(rows):
-        cells = [row.get(name) for row in rows]
-        kinds = {type(cell) for cell in cells if cell is not None}
-        if kinds == {int, float}:
-            cells = [None if cell is None else float(cell) for cell in cells]
-        elif not (len(kinds) <= 1 and kinds <= {int, float, bool}):
-            cells = [None if cell is None else str(cell) for cell in cells]
-        table[name] = pyarrow.array(cells)
-    stream = io.BytesIO()
-    pyarrow.parquet.write_table(pyarrow.table(table), stream, compression="zstd")
-    return (_write(outcome, folder, "parquet", stream.getvalue()),)
+    data = parquet_table(_finite_rows(outcome))
+    return () if data is None else (_write(outcome, folder, "parquet", data),)
 
 
 def _json(outcome: StudyResult, rows: Sequence[Row]) -> str:

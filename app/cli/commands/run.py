@@ -9,8 +9,9 @@ from contextlib import ExitStack
 from typing import TYPE_CHECKING, Any
 
 from app.cli.output import print_fields, print_json, print_warning, progress_line
+from app.cli.recording_sweep import record_sweep
 from app.cli.scenes import scene_from_arguments
-from app.core.errors import SimulationError
+from app.core.errors import SimulationError, UsageError
 from app.recording.recorder import Recorder
 from app.session.frame import Frame
 from app.session.prepare import PreparedScene
@@ -22,10 +23,18 @@ if TYPE_CHECKING:
     from app.export.live_rerun import LiveRerun
     from app.export.live_server import LiveServer
 
+SECONDS = 5.0
+"""That are simulated where it is not said."""
+
 
 def execute(arguments: argparse.Namespace) -> int:
-    """Run the scene for its seconds."""
+    """Run the scene for its seconds, or record many variations of it."""
     scene = scene_from_arguments(arguments)
+    if arguments.sweep:
+        return record_sweep(scene, arguments)
+    if arguments.resume or arguments.cluster or arguments.jobs != 1:
+        remedy = "Add --sweep FILE.toml, or leave out --resume, --jobs and --cluster"
+        raise UsageError("one recording is made in one process, from its begin", remedy=remedy)
     for lack in scene.decision.warnings:
         print_warning(f"{lack.where}: {lack.action}")
     prepared = prepare_cached(scene, progress=progress_line())
@@ -33,7 +42,7 @@ def execute(arguments: argparse.Namespace) -> int:
         recorder = closing.enter_context(_recorder(prepared, arguments)) if arguments.output else None
         session = Session(prepared, effects=scene.unattended.effects)
         watch = _share(session, arguments, closing) if arguments.serve or arguments.rerun else None
-        result, notes = _simulate(session, round(arguments.seconds / prepared.scene.tick), recorder, watch)
+        result, notes = _simulate(session, round((arguments.seconds or SECONDS) / prepared.scene.tick), recorder, watch)
     for note in notes:
         print_warning(contact_note_text(note))
     problems = [{"kind": lack.kind, "where": lack.where, "remedy": lack.action} for lack in scene.decision.warnings]

@@ -11,10 +11,11 @@ from __future__ import annotations
 import inspect
 import json
 from collections.abc import Sequence
-from functools import cache
+from functools import cache, partial
 from hashlib import blake2b
 from io import FileIO
 from pathlib import Path
+from typing import Any
 
 from app.core.errors import UsageError
 from app.core.files import lock_file
@@ -32,7 +33,7 @@ def case_key(name: str, measure: Measure, case: Case) -> str:
 
     Args:
         name: Of the study.
-        measure: What measures it, a function of a module.
+        measure: What measures it, a function of a module; a ``partial`` of one counts as it does.
         case: Its settings, made of what JSON knows.
 
     Raises:
@@ -48,7 +49,8 @@ def case_key(name: str, measure: Measure, case: Case) -> str:
 @cache
 def measuring_program(measure: Measure) -> str:
     """A digest of the program, and of the module that measures where it lies outside."""
-    source = inspect.getsourcefile(inspect.unwrap(measure))
+    function: Any = measure.func if isinstance(measure, partial) else measure
+    source = inspect.getsourcefile(inspect.unwrap(function))
     outside = source is not None and _ROOT / "app" not in Path(source).parents
     return program_digest(without=_NO_ROWS) + (_digest(Path(source).read_bytes()) if source and outside else "")
 

@@ -53,6 +53,7 @@ class CaseRun:
         log: CaseLog | None = None,
         progress: Progress = no_progress,
         watch: Callable[[], None] = lambda: None,
+        holds: Callable[[Sequence[Row]], bool] = lambda rows: True,
     ) -> None:
         """Take what the log holds as done; a case that failed is not, and is measured again.
 
@@ -64,12 +65,14 @@ class CaseRun:
             log: Where cases are kept; without one they are lost with the program.
             progress: Told each finished case and the time that remains.
             watch: Called after each finished case.
+            holds: Whether the rows of a case that is done are still true, as of a file that may be gone.
         """
         self.cases, self._measure, self._workers, self._log = cases, measure, workers, log
         self._progress, self._watch = progress, watch
         self._keys = [case_key(name, measure, case) for case in cases] if log is not None else []
         done = log.done if log is not None else {}
-        self._rows = {n: done[key] for n, key in enumerate(self._keys) if key in done and not _failed(done[key])}
+        kept = {n: done[key] for n, key in enumerate(self._keys) if key in done}
+        self._rows = {n: rows for n, rows in kept.items() if not _failed(rows) and holds(rows)}
         self.known = len(self._rows)
         self._began = time.monotonic()
 

@@ -1,0 +1,92 @@
+"""Sweep files: what they vary and how, and every mistake named with its place."""
+
+from __future__ import annotations
+
+import pytest
+
+from app.core.errors import SceneError
+from app.scene.scene_file import load_scene
+from app.scene.scene_sweep import load_sweep, varied_scene
+
+
+@pytest.fixture
+def read(tmp_path):
+    def sweep(text):
+        path = tmp_path / "sweep.toml"
+        path.write_text(text)
+        return load_sweep(path)
+
+    return sweep
+
+
+def test_without_draws_it_is_every_combination_in_order(read):
+    sweep = read(
+        'seconds = 2\n[vary]\nseed = { from = 3, count = 2 }\ncontrol.controller = ["qp", "hybrid"]\ntick = 0.005\n'
+        "layer.stiffness = { from = 1e4, to = 1e6, steps = 3, log = true }\n"
+    )
+    assert (sweep.seconds, len(sweep.variants)) == (2.0, 12)
+    assert sweep.variants[0] == {"seed": 3, "control.controller": "qp", "tick": 0.005, "layer.stiffness": 1e4}
+    assert [one["layer.stiffness"] for one in sweep.variants[:3]] == pytest.approx([1e4, 1e5, 1e6])
+    assert sweep.variants[2]["layer.stiffness"] == 1e6
+    assert sweep.variants[-1]["seed"] == 4
+
+
+def test_draws_lie_within_and_depend_on_number_key_and_seed_alone(read):
+    vary = "[vary]\nstimuli.0.at = { from = [0.2, 0.0], to = [0.4, 1.0] }\ntick = [0.005, 0.01]\n"
+    few, many = read(f"draws = 3\n{vary}"), read(f"draws = 200\n{vary}seed = {{ from = 0, count = 9 }}\n")
+    for one, other in zip(few.variants, many.variants, strict=False):
+        assert one == {key: other[key] for key in one}
+    along = [one["stimuli.0.at"][0] for one in many.variants]
+    assert 0.2 <= min(along) < 0.21
+    assert 0.39 < max(along) <= 0.4
+    assert {one["tick"] for one in many.variants} == {0.005, 0.01}
+    assert read(f"draws = 3\nseed = 1\n{vary}").variants != few.variants
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("drawn = 3", "drawn: there is no such key"),
+        ("seconds = 0.0", "line 1, seconds: the time is out of range"),
+        ("draws = 0", "line 1, draws: too many scenes, or none"),
+        ("seed = -1", "a seed cannot be negative"),
+        ("[vary]\nseed = []", "line 2, vary.seed: there is nothing to choose from"),
+        ("[vary]\ntick = { from = 1.0, to = 2.0 }", "line 2, vary.tick: how many of this range"),
+        ("[vary]\nlayer.depth = { from = 1.0 }", "line 2, vary.layer.depth: this is no range"),
+        ("[vary]\ntick = { from = 1.0, to = [2.0], steps = 2 }", "this is no range"),
+        ("[vary]\ntick = { from = 0.0, to = 2.0, steps = 2, log = true }", "must lie above 0"),
+        ("[vary]\nseed = { from = 0, count = 1000 }\nx = { from = 0, count = 1001 }", "too many scenes"),
+    ],
+)
+def test_a_mistake_is_named_with_its_place(read, text, told):
+    with pytest.raises(SceneError, match=told):
+        read(text)
+
+
+def test_settings_are_put_where_the_scene_has_them():
+    scene = load_scene("poke")
+    settings = {"stimuli.0.force": 2.5, "effects.noise.sd": 30.0, "control.controller": "qp", "seed": 7}
+    varied = varied_scene(scene, settings, file="s.toml")
+    assert (varied.stimuli[0].force, varied.seed, varied.control["controller"]) == (2.5, 7, "qp")
+    assert varied.effects.sensor.noise.sd == 30.0
+    assert varied_scene(scene, {}, file="s.toml") == scene
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "told"),
+    [
+        ("stimuli.4.force", 1.0, r"s.toml, vary.stimuli.4.force: there is no such setting.*This scene has 1 of them"),
+        ("stimuli.0.force", 1e9, r"s.toml, vary.stimuli.*force: a setting of the poke is out of range"),
+        ("robot.name", "arm", "It has no parts"),
+        ("taxels", 3, "vary.taxels: there is no such key"),
+    ],
+)
+def test_a_setting_that_is_not_right_there_is_named(key, value, told):
+    with pytest.raises(SceneError, match=told):
+        varied_scene(load_scene("poke"), {key: value}, file="s.toml")
+
+
+def test_the_shipped_sweep_is_right_for_its_scene():
+    sweep, scene = load_sweep("pokes"), load_scene("poke")
+    for settings in sweep.variants[:20]:
+        varied_scene(scene, settings, file=sweep.file)
