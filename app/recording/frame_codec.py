@@ -1,9 +1,9 @@
 """Frames as bytes, exact to the last bit; read without trust.
 
 What every frame has in number is binary, by the constants here; the rest, ``FrameText``, is JSON by ``app.core.codec``.
-A message is little-endian, without padding: ``HEADER``, ``ARRAYS``, a ``POKE`` for each finger, a ``REGION`` for each
-contact region, the regions' taxel numbers one region after the other (int32), and the JSON. ``FRAME_SCHEMA`` says the
-same in the file.
+A message is one field of bytes in Protobuf, see ``frame_schema``. The bytes are little-endian, without padding:
+``HEADER``, ``ARRAYS``, a ``POKE`` for each finger, a ``REGION`` for each contact region, the regions' taxel numbers one
+region after the other (int32), and the JSON. ``FRAME_LAYOUT`` says the same, and is in the file.
 """
 
 from __future__ import annotations
@@ -28,6 +28,7 @@ from app.core.errors import RecordingError
 from app.core.reading_units import ReadingUnits
 from app.core.timing import Timings
 from app.geometry.mesh import SurfacePoint
+from app.recording.frame_schema import PREFIX_BYTES, descriptor, has_prefix, prefix
 from app.session.bundle import DAMAGED
 from app.session.frame import Frame
 from app.session.measured_values import MeasuredValues
@@ -141,7 +142,7 @@ def _columns(record: np.dtype[Any]) -> list[str]:
     return [f"{name}: {record[name].base.name}{list(record[name].shape) or ''}" for name in record.names or ()]
 
 
-FRAME_SCHEMA = json.dumps(
+FRAME_LAYOUT = json.dumps(
     {
         "type": "object",
         "title": "tactile_maps.Frame",
@@ -155,7 +156,10 @@ FRAME_SCHEMA = json.dumps(
     }
 )
 
+FRAME_SCHEMA = descriptor("tactile_maps", "Frame", FRAME_LAYOUT)
+"""The message, described for Protobuf, with the layout as its comment."""
 _HEADER = struct.Struct("<" + "".join(HEADER.values()))
+_ARRAYS_AT = PREFIX_BYTES + _HEADER.size
 _POSE = 16
 _FINITE = ("force", "area", "peak", "mean", "map_point", "link_position", "link_normal", "link_axes", "map_axes")
 """Of a region; its error bars may be infinite."""
@@ -196,7 +200,8 @@ def encode_frame(frame: Frame) -> bytes:
     pokes = np.array([_poke_row(poke) for poke in frame.pokes], dtype=POKE).tobytes() if frame.pokes else b""
     rows = [tuple(0 if value is None else value for value in _region_row(region)) for region in regions]
     records = np.array(rows, dtype=REGION).tobytes() if rows else b""
-    return b"".join([head, *arrays, pokes, records, *taxels, words])
+    data = b"".join([head, *arrays, pokes, records, *taxels, words])
+    return prefix(len(data)) + data
 
 
 def _measured_text(measured: MeasuredValues | None) -> MeasuredText | None:
@@ -226,7 +231,7 @@ def tick_of(data: bytes, *, file: str | None = None) -> int:
     Raises:
         RecordingError: There is none.
     """
-    if len(data) < _HEADER.size or (tick := int(_HEADER.unpack_from(data)[0])) < 0:
+    if len(data) < _ARRAYS_AT or (tick := int(_HEADER.unpack_from(data, PREFIX_BYTES)[0])) < 0:
         problem = "the frame has no tick"
         raise RecordingError(problem, file=file, place="/frame: header", value=f"{len(data)} bytes", remedy=DAMAGED)
     return tick
@@ -252,16 +257,16 @@ class FrameNumbers(NamedTuple):
 
 def frame_numbers(data: bytes) -> FrameNumbers | None:
     """These numbers of a frame's message, without making the frame; None where it is not sound. Cost: 10 µs."""
-    if len(data) < _HEADER.size:
+    if len(data) < _ARRAYS_AT or not has_prefix(data):
         return None
-    tick, _time, *counts = _HEADER.unpack_from(data)
+    tick, _time, *counts = _HEADER.unpack_from(data, PREFIX_BYTES)
     sizes = _Sizes(*counts)
     floats = 6 * sizes.joints + sizes.taxels + _POSE * sizes.objects + sizes.raw
-    before = _HEADER.size + 8 * floats + sizes.pokes * POKE.itemsize
+    before = _ARRAYS_AT + 8 * floats + sizes.pokes * POKE.itemsize
     text = before + sizes.regions * REGION.itemsize + 4 * sizes.members
     if min(sizes) < 0 or text + sizes.text != len(data):
         return None
-    values = np.frombuffer(data, "<f8", 2 * sizes.joints + sizes.taxels, _HEADER.size)
+    values = np.frombuffer(data, "<f8", 2 * sizes.joints + sizes.taxels, _ARRAYS_AT)
     velocity, pressures = values[sizes.joints : 2 * sizes.joints], values[2 * sizes.joints :]
     forces = np.frombuffer(data, REGION, sizes.regions, before)["force"]
     peak = float(np.fmax.reduce(pressures, initial=0.0))
@@ -298,10 +303,12 @@ class _FrameReader:
 
     def __init__(self, data: bytes, prepared: PreparedScene, file: str | None) -> None:
         self._data, self._skin, self._file = data, prepared.skin, file
-        if len(data) < _HEADER.size:
+        if len(data) < _ARRAYS_AT:
             raise self._refusal("the frame is too short", "header", f"{len(data)} bytes")
-        self._tick, self._time, *counts = _HEADER.unpack_from(data)
-        self._sizes, self._at = _Sizes(*counts), _HEADER.size
+        if not has_prefix(data):
+            raise self._refusal("the frame is not one field of bytes", "prefix", f"{len(data)} bytes")
+        self._tick, self._time, *counts = _HEADER.unpack_from(data, PREFIX_BYTES)
+        self._sizes, self._at = _Sizes(*counts), _ARRAYS_AT
         if self._tick < 0 or not np.isfinite(self._time):
             raise self._refusal("there is no such time", "header", f"tick {self._tick}, {self._time} s")
         self._check_sizes(prepared)

@@ -25,7 +25,7 @@ from app.recording.message_codecs import TOPICS
 from app.recording.viewer_messages import ENCODING, Schema
 from app.session.bundle import MEDIA_TYPES
 
-FORMAT = "10"
+FORMAT = "11"
 """Of the messages; another one is not read."""
 _METADATA = "tactile-maps"
 STARTED = "started_ns"
@@ -88,9 +88,9 @@ def begin_recording(writer: Writer, metadata: Mapping[str, str], attachments: Ma
     for name, data in attachments.items():
         writer.add_attachment(0, 0, name, MEDIA_TYPES.get(name, "application/octet-stream"), data)
     channels = {}
-    for topic, (name, text, encoding) in TOPICS.items():
-        schema = writer.register_schema(name, "jsonschema", text.encode())
-        channels[topic] = writer.register_channel(topic, encoding, schema)
+    for topic, said in TOPICS.items():
+        schema = writer.register_schema(said.name, said.schema_encoding, said.schema)
+        channels[topic] = writer.register_channel(topic, said.encoding, schema)
     return channels
 
 

@@ -7,8 +7,10 @@ too. Frames have a codec of their own, ``frame_codec``.
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Literal, TypeAlias
+from types import MappingProxyType
+from typing import Literal, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -213,11 +215,26 @@ def _schema(kind: type, title: str) -> str:
 _PLAIN = ("boolean", "integer", "number", "string")
 
 
-TOPICS = {
-    "/frame": ("tactile_maps.Frame", FRAME_SCHEMA, "tactile_maps.Frame"),
-    "/input": ("tactile_maps.Input", _schema(InputMessage, "tactile_maps.Input"), "json"),
-    "/failure": ("tactile_maps.Failure", _schema(FailureMessage, "tactile_maps.Failure"), "json"),
-    "/event": ("tactile_maps.ContactEvent", _schema(EventMessage, "tactile_maps.ContactEvent"), "json"),
-    "/mark": ("tactile_maps.Mark", _schema(Mark, "tactile_maps.Mark"), "json"),
-}
-"""By topic: schema's name and text, and the encoding of a message."""
+class Topic(NamedTuple):
+    """What a channel says of its messages: the schema's name, encoding and data, and the messages' own encoding."""
+
+    name: str
+    schema_encoding: str
+    schema: bytes
+    encoding: str
+
+
+def _json_topic(kind: type, name: str) -> Topic:
+    return Topic(name, "jsonschema", _schema(kind, name).encode(), "json")
+
+
+TOPICS: Mapping[str, Topic] = MappingProxyType(
+    {
+        "/frame": Topic("tactile_maps.Frame", "protobuf", FRAME_SCHEMA, "protobuf"),
+        "/input": _json_topic(InputMessage, "tactile_maps.Input"),
+        "/failure": _json_topic(FailureMessage, "tactile_maps.Failure"),
+        "/event": _json_topic(EventMessage, "tactile_maps.ContactEvent"),
+        "/mark": _json_topic(Mark, "tactile_maps.Mark"),
+    }
+)
+"""By topic."""

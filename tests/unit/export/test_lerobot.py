@@ -34,6 +34,17 @@ def test_rows_are_the_frames_in_single_precision(folder, frames):
     np.testing.assert_allclose(rows["timestamp"], np.arange(len(frames)) / 200, atol=1e-6)
 
 
+def test_lerobots_own_loader_reads_the_same(folder, frames):
+    """LeRobotDataset itself, which brings torch (4 GB): a job of its own, see the guide's data page."""
+    datasets = pytest.importorskip("lerobot.datasets.lerobot_dataset", reason="lerobot is not installed (4 GB)")
+    data = datasets.LeRobotDataset("local/touch", root=folder, video_backend="pyav")
+    assert len(data) == len(frames)
+    items = [data[row] for row in range(0, len(frames), 7)]
+    read = np.stack([item["observation.tactile"].numpy() for item in items])
+    np.testing.assert_array_equal(read, np.array([frame.pressures for frame in frames[::7]], dtype=np.float32))
+    assert items[0]["observation.images.tactile"].shape[0] == 3
+
+
 def test_features_say_what_the_columns_are(folder, player):
     info = json.loads((folder / "meta/info.json").read_text())
     schema = parquet.read_schema(folder / "data/chunk-000/file-000.parquet")

@@ -12,6 +12,7 @@ from mcap.writer import CompressionType, Writer
 
 from app.core.errors import RecordingError
 from app.recording.damage import DamageKind, Hole, RecordingDamage, damage_text, find_losses, lost_at_end
+from app.recording.frame_codec import tick_of
 from app.recording.mcap_file import add_viewer_channels, begin_recording, chunk_messages, read_recording
 from app.recording.message_codecs import TOPICS
 from app.recording.player import RecordingPlayer
@@ -36,7 +37,7 @@ def ticks_in(path, chunk):
     """Ticks of the frames in one chunk."""
     contents = read_recording(path)
     return [
-        int.from_bytes(message.data[:8], "little")
+        tick_of(message.data)
         for topic, message in chunk_messages(contents.chunks[chunk], contents.channels)
         if topic == "/frame"
     ]

@@ -15,7 +15,8 @@ from app.control.command import RegraspState, TaskReport
 from app.control.limits import Limit, LimitKind, RegraspFailure
 from app.core.errors import RecordingError
 from app.geometry.mesh import SurfacePoint
-from app.recording.frame_codec import FRAME_SCHEMA, POKE, REGION, FrameText, decode_frame, encode_frame
+from app.recording.frame_codec import FRAME_LAYOUT, FRAME_SCHEMA, POKE, REGION, FrameText, decode_frame, encode_frame
+from app.recording.frame_schema import PREFIX_BYTES
 from app.scene.object_meshes import primitive_mesh
 from app.scene.objects import ObjectSpec, SceneObject
 from app.session.session import Session
@@ -95,9 +96,11 @@ def test_a_frame_reads_back_equal_to_the_last_bit(touched, prepared):
 
 def test_a_frame_of_the_wrong_length_is_refused(touched, prepared):
     whole = encode_frame(touched)
-    absurd = whole[:16] + (2**31 - 1).to_bytes(4, "little") + whole[20:]
-    negative = whole[:28] + (-1).to_bytes(4, "little", signed=True) + whole[32:]
-    for data in (b"", whole[:10], whole[:-1], whole + b"x", absurd, negative):
+    joints, raw = PREFIX_BYTES + 16, PREFIX_BYTES + 28
+    absurd = whole[:joints] + (2**31 - 1).to_bytes(4, "little") + whole[joints + 4 :]
+    negative = whole[:raw] + (-1).to_bytes(4, "little", signed=True) + whole[raw + 4 :]
+    other_field = b"\x12" + whole[1:]
+    for data in (b"", whole[:10], whole[:-1], whole + b"x", absurd, negative, other_field, whole[PREFIX_BYTES:]):
         with pytest.raises(RecordingError, match="/frame"):
             decode_frame(data, prepared)
 
@@ -158,7 +161,7 @@ def test_numbers_of_taxels_that_do_not_add_up_are_refused(count, touched, prepar
     known = len(touched.regions[0].taxels)
     assert count != known
     floats = 6 * len(touched.posture) + len(touched.pressures) + 16 * len(touched.objects)
-    row = 8 + 8 + 8 * 4 + 8 * floats + POKE.itemsize * len(touched.pokes)
+    row = PREFIX_BYTES + 8 + 8 + 8 * 4 + 8 * floats + POKE.itemsize * len(touched.pokes)
     at = row + REGION.fields["taxels.size"][1]
     assert int.from_bytes(whole[at : at + 4], "little") == known, "this must be where the number stands"
     whole[at : at + 4] = count.to_bytes(4, "little", signed=True)
@@ -230,7 +233,8 @@ def test_estimates_read_back(estimator, prepared):
 
 
 def test_the_schema_describes_the_bytes():
-    schema = json.loads(FRAME_SCHEMA)
+    schema = json.loads(FRAME_LAYOUT)
+    assert FRAME_LAYOUT.encode() in FRAME_SCHEMA, "it is in the file"
     assert set(schema["arrays"]) >= {"posture", "pressures", "command.torque", "objects"}
     assert "link_axes: float64[2, 3]" in schema["region"]
     assert set(schema["text"]["properties"]) == {field.name for field in fields(FrameText)}
