@@ -14,6 +14,8 @@ EPILOG = """exit codes: 0 done, 1 the work failed and says why, 2 bad usage,
             130 Ctrl-C, 143 ended by SIGTERM
 robots: arm (our own), ur5e, icub (pip install 'tactile-maps[robots]'), a file, or a model in MENAGERIE_ROOT"""
 
+_UNITS = {"s": 1.0, "min": 60.0, "h": 3600.0}
+
 
 def build_parser() -> argparse.ArgumentParser:
     """The parser; ``command`` is empty for the window."""
@@ -234,6 +236,12 @@ def _add_study(commands: argparse._SubParsersAction) -> None:  # type: ignore[ty
     again = study.add_mutually_exclusive_group()
     again.add_argument("--resume", action="store_true", help="go on with the run in DIR: measure what is not done")
     again.add_argument("--overwrite", action="store_true", help="begin anew although a run in DIR was interrupted")
+    study.add_argument(
+        "--budget",
+        type=_duration,
+        metavar="TIME",
+        help="stop after 90s, 30min or 2h with the best table there is: whole seeds first, no more where settled",
+    )
     study.add_argument("--quick", action="store_true", help="run a few small cases only")
     study.add_argument("--seed", type=int, default=0)
     _json(study)
@@ -396,6 +404,14 @@ def _positive(text: str) -> float:
     if not 0 < value < 1e6:
         raise argparse.ArgumentTypeError(f"must be above 0 and below a million: {text}")
     return value
+
+
+def _duration(text: str) -> float:
+    """Seconds of ``90s``, ``30min`` or ``2h``."""
+    number, unit = text.rstrip("abcdefghijklmnopqrstuvwxyz"), text.lstrip("0123456789.")
+    if unit not in _UNITS:
+        raise argparse.ArgumentTypeError(f"{text!r} is no time: write 90s, 30min or 2h")
+    return _positive(number) * _UNITS[unit]
 
 
 def _count(text: str) -> int:

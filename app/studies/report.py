@@ -69,6 +69,7 @@ class RunState:
         total: How many there are.
         known: Those of the done that were measured by earlier runs.
         remaining: How long the others take [s]; None where nothing is measured any more.
+        spared: How many were not measured since what they ask was settled without them.
         undecided: What the table does not decide, and why, as sentences.
     """
 
@@ -76,6 +77,7 @@ class RunState:
     total: int
     known: int = 0
     remaining: float | None = None
+    spared: int = 0
     undecided: Sequence[str] = ()
 
 
@@ -203,6 +205,8 @@ def _state(state: RunState | None) -> str:
         told.append(f"{state.done} of {state.total} cases are done.")
     if state.known:
         told.append(f"{state.known} cases were measured by earlier runs.")
+    if state.spared:
+        told.append(f"{state.spared} were spared: what they ask was settled before.")
     undecided = "".join(f"<li>{escape(text)}</li>" for text in state.undecided)
     return f'<p class="note">{escape(" ".join(told))}</p>' + (
         f"<h2>Undecided</h2><ul>{undecided}</ul>" if undecided else ""

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from app.studies.figures import BarChart, Figure
 from app.studies.hypotheses import Hypothesis
 from app.studies.rows import Case, Measure, Row
+from app.studies.sequential import PairedEffect
 
 
 @dataclass(frozen=True)
@@ -27,9 +28,8 @@ class Study:
         cases: What to measure, for ``quick`` (a minute's worth, for trying out) and a seed.
         measure: The rows of one case; in any process, on any machine. A case is made of numbers and words.
         figures: The diagrams of all rows, or of those there are while others are still measured.
-        measure: The rows of one case; in any process.
-        figures: The diagrams of all rows.
         hypotheses: What theory expects of them.
+        effect: What its seeds are to decide; None where every seed of every case is wanted.
     """
 
     name: str
@@ -39,3 +39,4 @@ class Study:
     measure: Measure
     figures: Callable[[Sequence[Row]], Sequence[Figure | BarChart]]
     hypotheses: Sequence[Hypothesis] = ()
+    effect: PairedEffect | None = None

@@ -14,6 +14,7 @@ from app.studies.report import RunState, StudyResult, describe_machine, write_pa
 from app.studies.running.case_log import CaseLog
 from app.studies.running.case_run import CaseRun, paced
 from app.studies.running.workers import Workers
+from app.studies.sequential import Outcome, run_within
 from app.studies.study import Study
 
 
@@ -36,7 +37,8 @@ def _run(
     folder, machine, start = Path(arguments.output), describe_machine(), time.perf_counter()
 
     def outcome(*, running: bool) -> StudyResult:
-        state = RunState(run.done, len(run.cases), run.known, run.remaining if running else None)
+        left = run.remaining if running else None
+        state = RunState(run.done, len(run.cases), run.known, left, ended.spared, ended.undecided)
         seconds = time.perf_counter() - start
         return StudyResult(study, run.rows, machine, seconds, arguments.seed, jobs, arguments.quick, state)
 
@@ -49,14 +51,19 @@ def _run(
         progress=progress_line(),
         watch=paced(lambda: write_page(outcome(running=True), folder)),
     )
+    ended = Outcome(0, ())
     try:
-        run.go_on()
+        if arguments.budget is None:
+            run.go_on()
+        else:
+            ended = run_within(run, until=time.monotonic() + arguments.budget, effect=study.effect)
     except KeyboardInterrupt:
         if run.done:
             write_page(outcome(running=False), folder)
             print_warning(f"{run.done} of {len(run.cases)} cases are kept; the same command with --resume goes on")
         raise
-    log.end()
+    if run.done + ended.spared == len(run.cases):
+        log.end()
     found = outcome(running=False)
     return found, write_report(found, folder) + write_parquet(found, folder)
 
@@ -75,14 +82,19 @@ def _tell(outcome: StudyResult, files: tuple[Path, ...], arguments: argparse.Nam
                 "seed": outcome.seed,
                 "cases": state.total,
                 "known": state.known,
+                "spared": state.spared,
+                "undecided": list(state.undecided),
             }
         )
     else:
         before = f", {state.known} of them before" if state.known else ""
+        of = f" of {state.total}" if state.done < state.total else ""
         found = {
             "Question": study.question,
-            "Cases": f"{state.done} in {outcome.seconds:.1f} s{before}",
+            "Cases": f"{state.done}{of} in {outcome.seconds:.1f} s{before}",
             "Failed": failed,
         }
+        found |= {"Spared": f"{state.spared}, settled without them"} if state.spared else {}
+        found |= {f"Undecided ({number})": text for number, text in enumerate(state.undecided, 1)}
         print_fields(found | {f"Written ({file.suffix[1:]})": file for file in files})
     return 1 if failed == len(rows) else 0

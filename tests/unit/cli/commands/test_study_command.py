@@ -65,3 +65,14 @@ def test_ctrl_c_keeps_what_is_done_and_resume_goes_on(tmp_path, capsys, monkeypa
     resumed = json.loads(capsys.readouterr().out.splitlines()[-1])
     assert (resumed["cases"], resumed["known"]) == (12, 2)
     assert len(resumed["rows"]) >= 12
+
+
+def test_a_budget_ends_it_with_the_best_table_there_is(tmp_path, capsys):
+    words = ["study", "image-cost", "--quick", "--json", "-o", str(tmp_path)]
+    assert main([*words, "--budget", "0.001s"]) == 0
+    told = json.loads(capsys.readouterr().out.splitlines()[-1])
+    [undecided] = told["undecided"]
+    assert undecided.startswith("Time was out before ")
+    assert undecided in (tmp_path / "image-cost.html").read_text(encoding="utf8")
+    assert main([*words, "--budget", "soon"]) == 2
+    assert "'soon' is no time: write 90s, 30min or 2h" in capsys.readouterr().err
