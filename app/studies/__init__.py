@@ -8,7 +8,6 @@ Read in this order:
 ``testbeds``    bodies, touches, pressed robots and paths whose truth is known
 ``study``       what a study is: a question, its cases, how one is measured
 ``running``     measures the cases in one process or many, keeps them as they come and goes on later
-``sequential``  runs within a budget of time: whole seeds first, no more of what is settled
 ``sweeps``      the studies themselves, one a file, called as the command line calls them (``map_cost`` is ``study
                 map-cost``); those of a stage make its trials on testbeds
 ``loop_laws``   the study of the closed-form laws of sampled loops

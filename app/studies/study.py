@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from app.studies.figures import BarChart, Figure
 from app.studies.hypotheses import Hypothesis
 from app.studies.rows import Case, Measure, Row
-from app.studies.sequential import PairedEffect
+from app.studies.running.sequential import PairedEffect
 
 
 @dataclass(frozen=True)

@@ -13,8 +13,8 @@ from app.studies.catalogue import load_study
 from app.studies.report import RunState, StudyResult, describe_machine, write_page, write_parquet, write_report
 from app.studies.running.case_log import CaseLog
 from app.studies.running.case_run import CaseRun, paced
+from app.studies.running.sequential import Outcome, run_within
 from app.studies.running.workers import Workers
-from app.studies.sequential import Outcome, run_within
 from app.studies.study import Study
 
 

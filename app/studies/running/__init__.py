@@ -4,5 +4,6 @@
 ``cluster``     or those of a Dask cluster
 ``case_log``    the cases that are done, in a file that survives whatever ends the program
 ``case_run``    puts these together: what is known is not measured again; rows in the order of the cases
+``sequential``  runs within a budget of time: whole seeds first, no more of what is settled
 ``tables``      rows as CSV and Parquet
 """
