@@ -39,6 +39,7 @@ from app.geometry.mesh import SurfacePoint
 from app.geometry.triangle_walk import TriangleWalk
 from app.maps.tactile_map import TactileMap
 from app.skin.skin import Skin
+from app.tactile.sensor_chain import plugin_noise
 from app.tactile.sensor_effects import SensorEffects
 
 _LARGEST = 1e6
@@ -70,13 +71,14 @@ class SensorUncertainty:
 
     @classmethod
     def of_sensor(cls, sensor: SensorEffects) -> SensorUncertainty:
-        """What the simulated sensor's noise, converter and gains make of readings.
+        """What the simulated sensor's noise, converter and gains make of readings, and the stages of plug-ins.
 
         A converter's step is off by anything up to half of it: its deviation is step / sqrt(12).
         """
         noise = sensor.noise.sd if sensor.noise else 0.0
         step = sensor.quantisation.step if sensor.quantisation else 0.0
-        return cls(math.hypot(noise, step / math.sqrt(12)), sensor.gain_spread.sd if sensor.gain_spread else 0.0)
+        noise = math.hypot(noise, step / math.sqrt(12), plugin_noise(sensor))
+        return cls(noise, sensor.gain_spread.sd if sensor.gain_spread else 0.0)
 
 
 def propagate_uncertainty(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
@@ -67,6 +68,8 @@ class SensorStageEntry:
         options: Of all numbers that ``build`` is given.
         before: The built-in effect, one of ``SENSOR_KEYS`` but ``area_averaging``, in front of which it stands in the
             signal.
+        noise: Standard deviation [Pa] by which it makes a reading wrong, for its numbers by name: what counts as
+            touched stands out of it, and error bars hold it. None where it makes readings no less certain.
     """
 
     name: str
@@ -75,6 +78,7 @@ class SensorStageEntry:
     build: Callable[[Readout, Mapping[str, float]], SensorStage]
     options: tuple[StageOption, ...] = ()
     before: str = "saturation"
+    noise: Callable[[Mapping[str, float]], float] | None = None
 
     def effect(self, numbers: Mapping[str, float]) -> PluginEffect:
         """It is on with these numbers, the others as usual.
@@ -116,14 +120,37 @@ def _guarded(plugin: Plugin, entry: SensorStageEntry) -> SensorStageEntry:
     if entry.before not in _STAGES:
         raise plugin.error(f"it stands before {entry.before}, which is none of {', '.join(_STAGES)}")
     with plugin.at_work():
-        entry.effect({})
+        usual = entry.effect({})
+    if entry.noise is not None:
+        check_call(plugin, entry.noise, "options")
+        _checked_noise(plugin, entry.noise, dict(usual.options))
 
     def build(readout: Readout, options: Mapping[str, float]) -> SensorStage:
         with plugin.at_work():
             stage = entry.build(readout, options)
         return _GuardedStage(plugin, stage, len(readout.skin))
 
-    return replace(entry, build=build)
+    def noise(options: Mapping[str, float]) -> float:
+        return 0.0 if entry.noise is None else _checked_noise(plugin, entry.noise, options)
+
+    return replace(entry, build=build, noise=noise)
+
+
+def _checked_noise(
+    plugin: Plugin, noise: Callable[[Mapping[str, float]], float], options: Mapping[str, float]
+) -> float:
+    with plugin.at_work():
+        found = float(noise(options))
+    if not 0.0 <= found <= _MOST:  # NaN compares false
+        raise plugin.error("its noise is no standard deviation", f"{found} Pa")
+    return found
+
+
+def plugin_noise(effects: SensorEffects) -> float:
+    """Standard deviation [Pa] of a reading by all stages of plug-ins that are on; they know nothing of each other."""
+    found = (SENSOR_STAGES[effect.name].noise for effect in effects.plug_ins)
+    numbers = (dict(effect.options) for effect in effects.plug_ins)
+    return math.hypot(*(noise(options) for noise, options in zip(found, numbers, strict=True) if noise is not None))
 
 
 SENSOR_STAGES: Registry[SensorStageEntry] = Registry(

@@ -10,11 +10,9 @@ import hashlib
 from collections.abc import Iterator
 from dataclasses import replace
 from functools import lru_cache
-from typing import cast, get_args
 
-from app.control.command import ControllerName, ControlSettings
-from app.control.controller_registry import settings_from
-from app.control.controllers import CONTROL_SCHEMES
+from app.control.command import ControlSettings
+from app.control.controller_registry import CONTROLLERS, has_task, settings_from
 from app.control.limit_texts import limit_texts
 from app.core.errors import SimulationError
 from app.session.prepare import PreparedScene
@@ -40,7 +38,7 @@ def settings(subject: Subject) -> list[Setting]:
         return []
     return [
         Setting("control", controller, {"path_speed_mm_s": speed})
-        for controller in CONTROL_SCHEMES
+        for controller in _with_task()
         for speed in SPEEDS_MM_S
     ]
 
@@ -77,13 +75,17 @@ def stage_setting_of(settings: ControlSettings) -> Setting:
     return Setting("control", settings.controller, {"path_speed_mm_s": round(1e3 * settings.path_speed, 6)})
 
 
-def _checked_controller(name: str) -> ControllerName:
-    for known in get_args(ControllerName):
-        if known == name and known in CONTROL_SCHEMES:
-            return cast("ControllerName", known)
-    raise SimulationError(
-        "there is no such controller", value=name, remedy=f"Choose among: {', '.join(CONTROL_SCHEMES)}"
-    )
+def _with_task() -> tuple[str, ...]:
+    """Controllers that follow a path, those of plug-ins last."""
+    return tuple(name for name in CONTROLLERS if has_task(name))
+
+
+def _checked_controller(name: str) -> str:
+    if not has_task(name):
+        raise SimulationError(
+            "there is no such controller", value=name, remedy=f"Choose among: {', '.join(_with_task())}"
+        )
+    return name
 
 
 def _setup(subject: Subject) -> PathSetup:
@@ -119,7 +121,7 @@ STAGE = Stage(
     "control",
     "Control",
     "How fast and how accurately does each controller follow a contact path?",
-    tuple(CONTROL_SCHEMES),
+    _with_task(),
     ERRORS,
     settings,
     trials,

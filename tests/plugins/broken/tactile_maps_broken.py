@@ -37,6 +37,9 @@ class _Runaway(ImpedanceController):
 
 NOWHERE = SensorStageEntry("nowhere", "Nowhere", "Before nothing", lambda readout, options: _Deaf(), before="bus")
 NOISE = SensorStageEntry("noise", "Noise", "A built-in one's name", lambda readout, options: _Deaf())
+ILL_NOISE = SensorStageEntry(
+    "ill-noise", "Noise", "Of no number", lambda readout, options: _Deaf(), noise=lambda options: -1.0
+)
 DEAF = SensorStageEntry("deaf", "Deaf", "Too few readings", lambda readout, options: _Deaf())
 NO_SETTING = ControllerEntry("no-setting", "No setting", "", lambda *built_of: None, ("colour",))
 RUNAWAY = ControllerEntry("runaway", "Runaway", "No numbers", lambda robot, tasks, sight: _Runaway(robot))

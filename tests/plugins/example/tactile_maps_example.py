@@ -197,6 +197,11 @@ def build_sine(address: str, options: SourceOptions) -> Sine:
     return Sine(address)
 
 
+def hum_noise(options: Mapping[str, float]) -> float:
+    """Of a sine by its amplitude [Pa]."""
+    return options["pressure"] / math.sqrt(2)
+
+
 TWO_TAXELS = ContactModelEntry("two-taxels", "Two taxels", "Half of the force on each.", build_two_taxels)
 OBLONG = Method("oblong", "the proportions of the patch", oblong)
 HUM = SensorStageEntry(
@@ -206,6 +211,7 @@ HUM = SensorStageEntry(
     build_hum,
     (StageOption("pressure", 50.0, 0.0, 1e4), StageOption("hertz", 50.0, 0.1, 1e3)),
     before="noise",
+    noise=hum_noise,
 )
 SLACK = ControllerEntry(
     "slack",

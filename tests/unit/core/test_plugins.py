@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from app.cli.commands.inspect import REGISTRIES
+from app.contacts.centre_of_pressure import SensorUncertainty
 from app.contacts.force_estimation.estimation import FORCE_ESTIMATORS
 from app.contacts.pipeline import ReadingSettings, read_contacts
 from app.control.controller_registry import CONTROLLERS, settings_from
@@ -133,6 +134,8 @@ def test_a_sensor_stage_is_an_effect_of_scenes(installed):
     assert np.ptp(heard, axis=1).max() < 1e-9, "all taxels alike"
     assert np.abs(heard).max() == pytest.approx(200.0)
     assert heard[2:] == pytest.approx(-heard[:-2], abs=1e-6), "50 Hz at 200 readings a second"
+    said = SensorUncertainty.of_sensor(scene.effects.sensor)
+    assert said.noise == pytest.approx(200.0 / np.sqrt(2)), "its error is in thresholds and error bars"
     with pytest.raises(SceneError, match=r"effects\.hum\.pressure.*20000"):
         EFFECTS["hum"].checked({"pressure": 2e4})
     with pytest.raises(SceneError, match=r"Did you mean hum\?.*plug-in"):
@@ -218,6 +221,7 @@ def test_what_is_wrong_is_told_and_left_out(installed):
     assert of_broken(TAXEL_FORMATS) == {"taken": "its ending .csv is that of a built-in format"}
     assert of_broken(SENSOR_STAGES) == {
         "noise": "its name is that of a built-in one",
+        "ill-noise": "its noise is no standard deviation",
         "nowhere": "it stands before bus, which is none of crosstalk, hysteresis, gain_spread, offset_drift, noise, "
         "saturation, threshold, quantisation, dead_taxels, sampling",
     }
