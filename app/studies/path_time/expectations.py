@@ -10,6 +10,7 @@ from app.studies.hypotheses import Hypothesis, Interval, Judgement, Verdict, all
 from app.studies.path_time.factors import Level
 from app.studies.path_time.path_time import NOMINAL, ROBOTS
 from app.studies.rows import Row, distinct, number_or
+from app.studies.running.sequential import PairedEffect
 
 SAME = 1.1
 """Times within this factor are alike: the speed is found to 9 %."""
@@ -17,17 +18,19 @@ NO_SLOWER = (0.0, SAME)
 
 
 def time_ratio(rows: Sequence[Row], factor: str, level: Level, jacobian: str = "smoothed") -> Interval | None:
-    """Of the time at a level over that in nominal conditions, seed by seed; None where a seed is missing.
+    """Of the time at a level over that in nominal conditions, by seed; None where a seed is missing between others.
 
-    Seeds that cannot do the nominal path are left out: nothing can be said of a ratio there.
+    The last seeds may be missing: a level that is settled is run with no more of them, and a run whose time is out ends
+    with some. Seeds that cannot do the nominal path are left out: nothing can be said of a ratio there.
     """
     ours = [row for row in rows if row["robot"] == ROBOTS[0]]
     nominal = {row["seed"]: _seconds(row) for row in ours if _is(row, NOMINAL, "", "smoothed")}
     there = {row["seed"]: _seconds(row) for row in ours if _is(row, factor, level, jacobian)}
     seeds = [seed for seed, time in nominal.items() if math.isfinite(time)]
-    if not seeds or not set(seeds) <= set(there):
+    known = [seed for seed in seeds if seed in there]
+    if not known or known != seeds[: len(known)]:
         return None
-    return paired_ratio([there[seed] for seed in seeds], [nominal[seed] for seed in seeds])
+    return paired_ratio([there[seed] for seed in known], [nominal[seed] for seed in known])
 
 
 def _is(row: Row, factor: str, level: Level, jacobian: str) -> bool:
@@ -36,6 +39,19 @@ def _is(row: Row, factor: str, level: Level, jacobian: str) -> bool:
 
 def _seconds(row: Row) -> float:
     return number_or(row["seconds"], math.inf)
+
+
+def _log_seconds(row: Row) -> float:
+    return math.log(_seconds(row))
+
+
+EFFECT = PairedEffect(
+    ("robot", "factor", "level", "jacobian"),
+    _log_seconds,
+    {"factor": NOMINAL, "level": "", "jacobian": "smoothed"},
+    band=math.log(SAME),
+)
+"""What a level's seeds are to decide: whether it takes as long as nominal conditions do."""
 
 
 class _Part(NamedTuple):

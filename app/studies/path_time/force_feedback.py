@@ -12,7 +12,7 @@ from app.contacts.force_estimation.estimate import ESTIMATORS
 from app.control.controllers import CONTROL_SCHEMES
 from app.studies.path_time.charts import factor_figures
 from app.studies.path_time.conditions import Conditions
-from app.studies.path_time.expectations import OF_FORCE_FEEDBACK
+from app.studies.path_time.expectations import EFFECT, OF_FORCE_FEEDBACK
 from app.studies.path_time.factors import Factor, Level, chosen, sensing, varied
 from app.studies.path_time.path_time import METHOD, list_cases, measure_case
 from app.studies.rows import Case, Row
@@ -122,4 +122,5 @@ STUDY = Study(
     measure,
     partial(factor_figures, FACTORS),
     OF_FORCE_FEEDBACK,
+    EFFECT,
 )

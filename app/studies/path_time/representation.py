@@ -12,7 +12,7 @@ from app.flattening.methods import METHODS
 from app.maps.learned.methods import LEARNING_METHODS
 from app.studies.path_time.charts import factor_figures
 from app.studies.path_time.conditions import PITCH, Conditions
-from app.studies.path_time.expectations import OF_REPRESENTATION
+from app.studies.path_time.expectations import EFFECT, OF_REPRESENTATION
 from app.studies.path_time.factors import Factor, Level, chosen, sensing, varied
 from app.studies.path_time.path_time import METHOD, list_cases, measure_case
 from app.studies.rows import Case, Row
@@ -118,4 +118,5 @@ STUDY = Study(
     measure,
     partial(factor_figures, FACTORS),
     OF_REPRESENTATION,
+    EFFECT,
 )

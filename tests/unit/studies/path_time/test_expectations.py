@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from app.studies.hypotheses import Verdict
-from app.studies.path_time.expectations import OF_FORCE_FEEDBACK, OF_REPRESENTATION, time_ratio
+from app.studies.path_time.expectations import EFFECT, OF_FORCE_FEEDBACK, OF_REPRESENTATION, time_ratio
 from app.studies.path_time.path_time import NOMINAL
 
 SEEDS = range(5)
@@ -31,7 +31,8 @@ def judged(name, rows):
 def test_ratios_are_seed_by_seed_and_of_our_own_arm():
     rows = NOMINALS + times("pitch", 16.0, 6.0) + times("pitch", 16.0, 99.0, robot="icub")
     assert time_ratio(rows, "pitch", 16.0) == pytest.approx((3.0, 3.0, 3.0))
-    assert time_ratio(rows[:-7], "pitch", 16.0) is None, "a seed is missing"
+    assert time_ratio(rows[:-7], "pitch", 16.0) == pytest.approx((3.0, 3.0, 3.0)), "the last seeds were spared"
+    assert time_ratio(rows[:5] + rows[6:], "pitch", 16.0) is None, "a seed is missing"
     assert time_ratio(rows, "pitch", 4.0) is None
 
 
@@ -62,3 +63,11 @@ def test_a_constant_error_that_costs_time_contradicts(name, factor):
     assert judged(name, NOMINALS + times(factor, 5.0, 4.0)).verdict is Verdict.NOT_HELD
     assert judged(name, NOMINALS).verdict is Verdict.NOT_DECIDED
     assert judged(name, NOMINALS + times(factor, 5.0, 2.0)).rows == 2 * len(SEEDS)
+
+
+def test_a_level_that_surely_takes_longer_or_as_long_needs_no_more_seeds():
+    rows = NOMINALS + times("pitch", 16.0, 6.0) + times("pitch", 4.0, 2.1) + times("cover", 1.0, None)
+    settled = EFFECT.settled(rows)
+    assert {row["level"] for row in rows if EFFECT.group(row) in settled} == {16.0, 4.0, 1.0, ""}
+    rows[7]["seconds"] = rows[8]["seconds"] = 2.0
+    assert EFFECT.group(rows[5]) not in EFFECT.settled(rows)
