@@ -19,7 +19,7 @@ from app.control.command import ControlSettings
 from app.control.controller_manager import ControllerManager
 from app.control.force_loop.loop_stability import SensorTiming
 from app.control.path_following.clearance import Obstacle
-from app.core.arrays import FloatArray, all_finite
+from app.core.arrays import FloatArray, all_finite, readonly
 from app.core.errors import MapError, PluginError, SimulationError, TactileMapsError
 from app.core.timing import Stopwatch
 from app.geometry.mesh import SurfacePoint
@@ -484,12 +484,12 @@ class Session:
 
     def _frame(self) -> Frame:
         simulation, watch, time = self._simulation, self._watch, self._ticks * self.prepared.scene.tick
-        pressures, regions = self._touch(time)
+        posture, velocity, tick = readonly(simulation.posture), readonly(simulation.velocity), self.prepared.scene.tick
+        pressures, regions = self._touch(time, posture)
         with watch.stage("control"):
             if self._motion is not None:
                 self._controller.rest = self._motion.posture(time)
             self._move_rest()
-            posture, velocity, tick = simulation.posture, simulation.velocity, self.prepared.scene.tick
             sound = all_finite(pressures)
             self._command = self._controller.command(
                 posture, velocity, regions, tick, readable=sound, mismatch=self._contacts.mismatch
@@ -497,8 +497,8 @@ class Session:
         return Frame(
             tick=self._ticks,
             time=time,
-            posture=simulation.posture,
-            velocity=simulation.velocity,
+            posture=posture,
+            velocity=velocity,
             pressures=pressures,
             regions=regions,
             pokes=simulation.pokes,
@@ -515,13 +515,12 @@ class Session:
     def _surroundings(self) -> tuple[Obstacle, ...]:
         return obstacles_of(self.prepared.objects, self._simulation.object_poses)
 
-    def _touch(self, time: float) -> tuple[FloatArray, tuple[ContactRegion, ...]]:
+    def _touch(self, time: float, posture: FloatArray) -> tuple[FloatArray, tuple[ContactRegion, ...]]:
         """What the skin reads, stage by stage, and the contacts in it; neither where no skin is simulated."""
         pressures, stages = np.zeros(len(self.prepared.skin)), self._simulation.readings
         for name, stage in stages:
             with self._watch.stage(name):
                 pressures = stage(pressures)
-        posture = self._simulation.posture
         if not stages:
             return pressures, self._contacts.read(self._ticks, time, posture, None)
         with self._watch.stage("contacts"):

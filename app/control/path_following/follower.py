@@ -45,14 +45,13 @@ def over_borders(
         configuration: At the present posture.
         jacobian: By which the centre is drawn beyond the patch's border, as the map would go on there.
     """
+    others = [other for other in regions if other.at.patch != region.at.patch]
+    if not others:
+        return region
     pose = configuration.pose(region.link)
     here, reach = pose.points(region.link_position), WIDE * sight.pitch
-    others = [
-        (other, configuration.pose(other.link).points(other.link_position))
-        for other in regions
-        if other.at.patch != region.at.patch
-    ]
-    beside = [(other, place) for other, place in others if np.linalg.norm(place - here) < reach]
+    places = [(other, configuration.pose(other.link).points(other.link_position)) for other in others]
+    beside = [(other, place) for other, place in places if np.linalg.norm(place - here) < reach]
     if not beside:
         return region
     force = region.force + sum(other.force for other, _ in beside)
