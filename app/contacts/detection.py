@@ -18,7 +18,7 @@ from app.contacts.centre_of_pressure import (
 )
 from app.contacts.regions import ContactRegion, SeamCrossings, TaxelGraph, TaxelGroup
 from app.contacts.tracking import RegionTracker, TrackId, TrackMemory
-from app.core.arrays import FloatArray, IntArray, dot
+from app.core.arrays import FloatArray, IntArray, dot, seal
 from app.core.errors import MapError
 from app.maps.tactile_map import TactileMap
 
@@ -220,19 +220,19 @@ class ContactDetector:
 
     def _region(self, felt: _TouchedGroup, pressures: FloatArray) -> ContactRegion:
         own = pressures.take(felt.taxels)
-        forces, borne = _forces(felt, own)
-        force = float(forces.sum())
+        forces, force, borne = _forces(felt, own)
         share = forces / force
         place = self._place(felt, share)
         offsets = felt.body - place.link_position
         errors = propagate_uncertainty(self.errors, forces, felt.areas, np.einsum("ij,ij->i", offsets, offsets))
         axes, map_axes = principal_axes(offsets, share, _own_spread(share, felt.areas), place)
+        seal(place.map_point, place.link_position, place.link_normal, axes, map_axes)
         return ContactRegion(
             id=felt.name.id,
             taxels=felt.taxels,
             force=force,
             area=felt.area,
-            peak=float(own.max()),
+            peak=float(own[own.argmax()]),
             map_point=place.map_point,
             at=place.at,
             link=self._skin.patches[felt.patch].link,
@@ -273,12 +273,13 @@ def _own_spread(share: FloatArray, areas: FloatArray) -> float:
     return dot(pressed, areas) / (12.0 * float(pressed.sum()))
 
 
-def _forces(felt: _TouchedGroup, own: FloatArray) -> tuple[FloatArray, float]:
-    """(k,) on the taxels that read ``own`` (k,) [Pa], and their sum over the touched ones [N]."""
+def _forces(felt: _TouchedGroup, own: FloatArray) -> tuple[FloatArray, float, float]:
+    """(k,) on the taxels that read ``own`` (k,) [Pa], their sum, and their sum over the touched ones [N]."""
     forces = own * felt.areas
     touched = forces.take(felt.inside)
-    borne = float(touched.sum())
-    if float(forces.sum()) < _DROWNED * borne:
+    force, borne = float(forces.sum()), float(touched.sum())
+    if force < _DROWNED * borne:
         forces = np.zeros(len(forces))
         forces[felt.inside] = touched
-    return forces, borne
+        force = float(forces.sum())
+    return forces, force, borne

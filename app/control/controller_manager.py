@@ -26,7 +26,7 @@ from app.control.limits import Limit, LimitKind
 from app.control.map_kinematics import MapKinematics
 from app.control.path_following.clearance import Surroundings, nothing_around
 from app.control.tasks import TaskManager
-from app.core.arrays import FloatArray
+from app.core.arrays import FloatArray, largest
 from app.maps.tactile_map import TactileMap
 from app.robots.robot import Robot
 
@@ -171,7 +171,7 @@ class ControllerManager:
         if self._fading is not None:
             command = replace(command, torque=command.torque + self._fading)
             self._fading = self._fading * np.exp(-dt / BLEND_TIME)
-            self._fading = self._fading if np.abs(self._fading).max(initial=0.0) > 1e-6 else None
+            self._fading = self._fading if largest(self._fading) > 1e-6 else None
         self._last = command
         return command
 

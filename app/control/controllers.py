@@ -50,7 +50,7 @@ from app.control.task_priority import (
     solve_within_limits,
 )
 from app.control.tasks import TaskManager
-from app.core.arrays import FloatArray, length, readonly
+from app.core.arrays import FloatArray, largest, length, readonly
 from app.robots.kinematics import Configuration
 from app.robots.robot import Robot
 
@@ -347,7 +347,7 @@ class TaskController:
             return np.zeros_like(start)
         if not self._task_manager.lost:
             return self._reference.home_speed(start, self.rest, dt)
-        if np.abs(self.rest - start).max(initial=0.0) > _AT_HOME:
+        if largest(self.rest - start) > _AT_HOME:
             limits.add(Limit(LimitKind.SLOW_HOMING))
         return self._reference.home_speed(start, self.rest, dt, most=LOST_SPEED)
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from app.control.command import JointCommand
 from app.control.limits import ActiveLimits, Limit, LimitKind
-from app.core.arrays import BoolArray, FloatArray, any_true, readonly
+from app.core.arrays import BoolArray, FloatArray, any_true, largest, readonly
 from app.robots.robot import Robot
 
 MIN_INERTIA = 1e-3
@@ -147,7 +147,7 @@ def at_limit(reference: PostureReference, start: FloatArray, speed: FloatArray) 
 
 def limit_joint_speed(speed: FloatArray, limits: ActiveLimits) -> FloatArray:
     """The joint velocity (n,), all of it slower if a joint would be too fast."""
-    fastest = float(np.abs(speed).max(initial=0.0))
+    fastest = largest(speed)
     if fastest <= MAX_JOINT_SPEED:
         return speed
     limits.add(Limit(LimitKind.JOINT_SPEED))

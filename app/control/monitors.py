@@ -15,7 +15,7 @@ import numpy as np
 from app.contacts.force_estimation.wrench_consistency import WrenchMismatch
 from app.contacts.regions import ContactRegion
 from app.control.limits import Limit, LimitKind
-from app.core.arrays import FloatArray, all_finite, length
+from app.core.arrays import FloatArray, all_finite, largest, length
 from app.geometry.mesh import SurfacePoint
 
 STOP_SPEED = 3.0
@@ -107,7 +107,7 @@ def _danger(max_force: float, velocity: FloatArray, regions: Sequence[ContactReg
             return Limit(LimitKind.STOPPED_UNREADABLE)
         if region.force > max_force:
             return Limit(LimitKind.STOPPED_BY_FORCE, value=region.force, bound=max_force)
-    fastest = float(np.abs(velocity).max(initial=0.0))
+    fastest = largest(velocity)
     if fastest > STOP_SPEED:
         return Limit(LimitKind.STOPPED_BY_SPEED, value=fastest, bound=STOP_SPEED)
     return None

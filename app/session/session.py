@@ -19,7 +19,7 @@ from app.control.command import ControlSettings
 from app.control.controller_manager import ControllerManager
 from app.control.force_loop.loop_stability import SensorTiming
 from app.control.path_following.clearance import Obstacle
-from app.core.arrays import FloatArray, all_finite, readonly
+from app.core.arrays import FloatArray, all_finite, seal
 from app.core.errors import MapError, PluginError, SimulationError, TactileMapsError
 from app.core.timing import Stopwatch
 from app.geometry.mesh import SurfacePoint
@@ -484,7 +484,8 @@ class Session:
 
     def _frame(self) -> Frame:
         simulation, watch, time = self._simulation, self._watch, self._ticks * self.prepared.scene.tick
-        posture, velocity, tick = readonly(simulation.posture), readonly(simulation.velocity), self.prepared.scene.tick
+        posture, velocity, tick = simulation.posture, simulation.velocity, self.prepared.scene.tick
+        seal(posture, velocity)
         pressures, regions = self._touch(time, posture)
         with watch.stage("control"):
             if self._motion is not None:

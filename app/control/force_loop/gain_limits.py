@@ -6,8 +6,6 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from app.contacts.regions import ContactRegion
 from app.control.command import ControlSettings
 from app.control.controller_registry import TASKS_AT_A_PLACE
@@ -16,7 +14,7 @@ from app.control.force_loop.loop_stability import CONTACT_STIFFNESS, SensorTimin
 from app.control.force_loop.pressed_arm import LoopFilter, pressed_arm
 from app.control.joint_impedance import INNER_FREQUENCY, JointImpedance
 from app.control.limits import Limit, LimitKind
-from app.core.arrays import FloatArray
+from app.core.arrays import FloatArray, largest
 from app.robots.kinematics import Configuration
 from app.robots.robot import Robot
 
@@ -57,7 +55,7 @@ class _Answer:
     def holds(self, contact: int, stiffness: float, posture: FloatArray, *, measured: bool) -> bool:
         """Whether it does for the same contact, about as stiff, with the arm about there."""
         same = measured == self.measured and self.stiffness / _SAME < stiffness < self.stiffness * _SAME
-        return contact == self.contact and same and float(np.abs(posture - self.posture).max(initial=0.0)) < _MOVED
+        return contact == self.contact and same and largest(posture - self.posture) < _MOVED
 
 
 class GainLimiter:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from app.core.arrays import FloatArray
+from app.core.arrays import FloatArray, largest
 from app.robots.kinematics import Configuration
 
 ROUNDS = 60
@@ -110,7 +110,7 @@ def _step(
         if not stuck.any():
             break
         free &= ~stuck
-    fastest = float(np.abs(step).max(initial=0.0))
+    fastest = largest(step)
     return step * min(1.0, _LONGEST / max(fastest, 1e-12))
 
 

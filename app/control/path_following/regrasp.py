@@ -21,7 +21,7 @@ from app.control.path_following.clearance import Clearance, Surroundings, nothin
 from app.control.path_following.inverse_kinematics import LinkPoint
 from app.control.path_following.regrasp_plan import RegraspPlan
 from app.control.path_following.surface_path import PathCrossing
-from app.core.arrays import FloatArray
+from app.core.arrays import FloatArray, largest
 from app.geometry.mesh import SurfacePoint
 from app.geometry.pose import Pose
 from app.robots.kinematics import Configuration
@@ -123,7 +123,7 @@ class Regrasp:
 
     def speed(self, start: FloatArray, configuration: Configuration, dt: float) -> FloatArray:
         """(n,) joint velocity along the way, from the wanted posture ``start`` (n,); bounded, and without jumps."""
-        while self._way and np.abs(self._way[0] - start).max(initial=0.0) < _NEAR:
+        while self._way and largest(self._way[0] - start) < _NEAR:
             self._leg_done()
         wanted = self._towards(start, configuration) if self._way else np.zeros_like(start)
         before = np.zeros_like(start) if self._speed is None else self._speed

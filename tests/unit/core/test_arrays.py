@@ -9,7 +9,18 @@ from typing import Any
 import numpy as np
 import pytest
 
-from app.core.arrays import all_finite, any_true, dot, freeze_arrays, length, readonly, refreeze, set_fields
+from app.core.arrays import (
+    all_finite,
+    any_true,
+    dot,
+    freeze_arrays,
+    largest,
+    length,
+    readonly,
+    refreeze,
+    seal,
+    set_fields,
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,6 +118,18 @@ def test_one_that_is_no_number_is_found_wherever_it_is(bad):
         values[place] = bad
         assert not all_finite(values)
         assert not all_finite(np.stack([np.zeros(5), values])[:, place]), "of a column, too"
+
+
+def test_the_largest_magnitude():
+    assert largest(np.array([1.0, -3.0, 2.0])) == 3.0
+    assert largest(np.zeros(0)) == 0.0
+    assert np.isnan(largest(np.array([1.0, np.nan, 2.0])))
+
+
+def test_what_is_sealed_is_taken_as_it_is():
+    mine = np.zeros(3)
+    seal(mine)
+    assert readonly(mine) is mine
 
 
 def test_any_is_any():
