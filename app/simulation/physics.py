@@ -64,6 +64,8 @@ class Physics:
         self._dynamic, self._by_stages = effects.dynamics, effects.integrator != "rk4"
         self._joints = len(robot.joints)
         self._guard = DivergenceGuard(self.model, self.data)
+        # A state keeps its arrays where they are, and looking for them is dear.
+        self._wanted, self._applied = self.data.ctrl, self.data.qfrc_applied
         self._torque = np.zeros(self.model.nv)
         self._servos, self._servo_notes = b"", tuple[ContactNote, ...]()
         self._stiffness = ContactStiffness(self.model, layer)
@@ -103,22 +105,22 @@ class Physics:
 
     def apply_command(self, command: ImpedanceCommand) -> None:
         """Ask the joints for ``command`` from the next step on."""
-        count, model = self._joints, self.model
+        count = self._joints
         if self._dynamic:
-            self._check_servos(command)
+            self._set_servos(command)
+            self._wanted[:count] = command.posture
+            self._torque[:count] = command.torque
+            self._applied[:] = self._torque
+
+    def _set_servos(self, command: ImpedanceCommand) -> None:
+        """Once for each stiffness and damping: controllers change these seldom."""
+        gains, count, model = command.stiffness.tobytes() + command.damping.tobytes(), self._joints, self.model
+        if gains != self._servos:
+            self._servo_notes = unstable_servos(model, self.data, command.stiffness, command.damping)
+            self._servos = gains
             model.actuator_gainprm[:count, 0] = command.stiffness
             model.actuator_biasprm[:count, 1] = -command.stiffness
             model.actuator_biasprm[:count, 2] = -command.damping
-            self.data.ctrl[:count] = command.posture
-            self._torque[:count] = command.torque
-            self.data.qfrc_applied[:] = self._torque
-
-    def _check_servos(self, command: ImpedanceCommand) -> None:
-        """Once for each stiffness and damping: controllers change these seldom."""
-        gains = command.stiffness.tobytes() + command.damping.tobytes()
-        if gains != self._servos:
-            self._servo_notes = unstable_servos(self.model, self.data, command.stiffness, command.damping)
-            self._servos = gains
 
     def step(self, count: int, fingers: Hook | None) -> None:
         """Advance ``count`` steps with dynamics.
@@ -174,7 +176,7 @@ class Physics:
         mujoco.mj_forward(self.model, self.data)
         for hook in self._hooks:  # the foundation then knows what it does at this instant
             hook(self.data)
-        self.data.qfrc_applied[:] = self._torque
+        self._applied[:] = self._torque
         self._stale = True
 
     def refresh(self) -> None:
@@ -221,7 +223,7 @@ class Physics:
 
     def _step_freely(self, count: int, _: Sequence[Hook]) -> None:
         if self._pushed:
-            self.data.qfrc_applied[:], self._pushed = self._torque, False
+            self._applied[:], self._pushed = self._torque, False
         self._guard.keep()
         if self._watch.needed:
             for _number in range(count):
@@ -248,7 +250,7 @@ class Physics:
 
     def _step_with(self, hooks: Sequence[Hook]) -> None:
         mujoco.mj_step1(self.model, self.data)
-        self.data.qfrc_applied[:] = self._torque
+        self._applied[:] = self._torque
         for hook in hooks:
             hook(self.data)
         if self._by_stages:
