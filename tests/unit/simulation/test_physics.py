@@ -40,11 +40,12 @@ def test_only_what_acts_is_a_hook():
 
 
 def test_a_command_of_the_controller_is_what_the_physics_takes():
-    command: ImpedanceCommand = hold(bar(), 3.0, 0.5)
     made = physics()
-    made.apply_command(command)
-    assert made.model.actuator_gainprm[0, 0] == -made.model.actuator_biasprm[0, 1] == 3.0
-    assert made.model.actuator_biasprm[0, 2] == -0.5
+    for stiffness, damping in ((3.0, 0.5), (3.0, 0.7), (4.0, 0.7)):
+        command: ImpedanceCommand = hold(bar(), stiffness, damping)
+        made.apply_command(command)
+        assert made.model.actuator_gainprm[0, 0] == -made.model.actuator_biasprm[0, 1] == stiffness
+        assert made.model.actuator_biasprm[0, 2] == -damping
 
 
 @pytest.mark.parametrize("integrator", ["implicitfast", "rk4"])
