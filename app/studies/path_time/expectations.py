@@ -50,6 +50,7 @@ EFFECT = PairedEffect(
     _log_seconds,
     {"factor": NOMINAL, "level": "", "jacobian": "smoothed"},
     band=math.log(SAME),
+    words=lambda effect: f"{math.exp(effect):.3g} times nominal",
 )
 """What a level's seeds are to decide: whether it takes as long as nominal conditions do."""
 

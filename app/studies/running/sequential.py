@@ -45,6 +45,7 @@ class PairedEffect:
         nominal: The settings, instead of a group's own, of the nominal group it is compared with.
         band: An effect within plus and minus this is as good as none.
         least: Seeds before anything is settled.
+        words: An effect as a person reads it.
     """
 
     keys: tuple[str, ...]
@@ -52,6 +53,7 @@ class PairedEffect:
     nominal: Mapping[str, str | float | int]
     band: float
     least: int = 5
+    words: Callable[[float], str] = "{:.3g}".format
 
     def group(self, case: Case | Row) -> Group:
         """Of a case, or of its row."""
@@ -154,7 +156,7 @@ def _open(effect: PairedEffect, rows: Sequence[Row], settled: Collection[Group])
         if interval is None:
             told.append(f"{words}: no seed can be compared.")
         else:
-            span = f"{interval.low:.3g} to {interval.high:.3g}"
-            told.append(f"{words}: the effect is between {span} after {len(known)} seeds.")
+            span = f"{effect.words(interval.low)} and {effect.words(interval.high)}"
+            told.append(f"{words}: the effect is between {span}; seeds: {len(known)}.")
     more = len(told) - _LONGEST
     return told if more <= 0 else [*told[:_LONGEST], f"And {more} more."]

@@ -75,7 +75,7 @@ def test_whole_seeds_come_first_and_what_the_time_did_not_suffice_for_is_said(mo
     )
     outcome = run_within(run, until=30.0, effect=EFFECT)
     assert outcome.undecided[1].startswith("arm, same: the effect is between ")
-    assert outcome.undecided[1].endswith(" after 3 seeds.")
+    assert outcome.undecided[1].endswith("; seeds: 3.")
     nothing = run_within(CaseRun("x", slow, CASES), until=0.0, effect=EFFECT)
     assert nothing.undecided == ("Time was out before 280 of 280 cases: 0 of 20 seeds are whole.",)
 
