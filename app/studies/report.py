@@ -19,6 +19,7 @@ from pathlib import Path
 from app.core.errors import UsageError
 from app.core.files import write_atomically
 from app.studies.figures import BarChart, Figure, figure_svg
+from app.studies.hypotheses import Hypothesis, Judgement, Verdict
 from app.studies.rows import Cell, Row
 from app.studies.running.case_run import duration_text
 from app.studies.running.tables import columns, csv_table, parquet_table
@@ -57,7 +58,9 @@ h1{margin-bottom:0}h2{margin-top:2em}table{border-collapse:collapse;font-size:12
 th,td{padding:2px 8px;text-align:right;border-bottom:1px solid var(--line);white-space:nowrap}
 th{position:sticky;top:0;background:var(--page)}td:first-child,th:first-child{text-align:left}
 .table{max-height:32em;overflow:auto}svg{max-width:100%;height:auto}
-.note{color:var(--note);max-width:60em}"""
+tbody tr:hover td{background:var(--line)}.note{color:var(--note);max-width:60em}
+@media print{:root{color-scheme:light;--text:#000;--page:#fff;--line:#ccc;--note:#444}body{margin:0;max-width:none}
+.table{max-height:none;overflow:visible}th{position:static}h2{break-after:avoid}svg,tr{break-inside:avoid}}"""
 
 
 @dataclass(frozen=True)
@@ -177,15 +180,35 @@ def _html(outcome: StudyResult, rows: Sequence[Row]) -> str:
         "cases": "the quick ones only" if outcome.quick else "all",
         "took": f"{outcome.seconds:.0f} s",
     }
-    state = outcome.state
-    facts = "".join(f"<tr><td>{escape(name)}</td><td>{escape(value)}</td></tr>" for name, value in run.items())
+    said = f"<p><strong>{escape(study.question)}</strong></p><p>{escape(study.method)}</p>{_state(outcome.state)}"
+    found = _hypotheses_html(outcome) + _figures_html(outcome)
+    tables = f"<h2>Measured on</h2>{facts_html(run)}<h2>All rows</h2>{rows_html(rows)}"
+    return page_html(study.name, said + found + tables, head=_refresh(outcome.state))
+
+
+def page_html(title: str, body: str, *, head: str = "") -> str:
+    """A whole page in the look of all reports: light and dark, printable, and nothing else is needed to show it.
+
+    Args:
+        title: Its heading.
+        body: HTML.
+        head: More HTML for its head.
+    """
     return (
-        f'<!DOCTYPE html><html lang="en"><head><meta charset="utf-8">{_refresh(state)}'
-        f"<title>{escape(study.name)}</title><style>{_STYLE}</style></head><body><h1>{escape(study.name)}</h1>"
-        f"<p><strong>{escape(study.question)}</strong></p><p>{escape(study.method)}</p>"
-        f"{_state(state)}{_hypotheses_html(outcome)}{_figures(outcome)}<h2>Measured on</h2><table>{facts}</table>"
-        f'<h2>All rows</h2><div class="table">{_table(rows)}</div></body></html>\n'
+        f'<!DOCTYPE html><html lang="en"><head><meta charset="utf-8">{head}<title>{escape(title)}</title>'
+        f"<style>{_STYLE}</style></head><body><h1>{escape(title)}</h1>{body}</body></html>\n"
     )
+
+
+def facts_html(facts: Mapping[str, object]) -> str:
+    """Names and what they are, as a table."""
+    rows = "".join(f"<tr><td>{escape(name)}</td><td>{escape(str(value))}</td></tr>" for name, value in facts.items())
+    return f"<table><tbody>{rows}</tbody></table>"
+
+
+def rows_html(rows: Sequence[Row]) -> str:
+    """A table of rows with a head; the row under the pointer is marked."""
+    return f'<div class="table">{_table(rows)}</div>'
 
 
 def _refresh(state: RunState | None) -> str:
@@ -213,23 +236,27 @@ def _state(state: RunState | None) -> str:
     )
 
 
-def _figures(outcome: StudyResult) -> str:
+def _figures_html(outcome: StudyResult) -> str:
     """All diagrams; of a table that is not whole those that can be drawn of it."""
     rows = [row for row in outcome.rows if "problem" not in row]
     try:
-        return "".join(
-            f"<h2>{escape(figure.title)}</h2>{_figure_html(figure)}" for figure in outcome.study.figures(rows)
-        )
+        return "".join(figure_html(figure) for figure in outcome.study.figures(rows))
     except (ArithmeticError, LookupError, TypeError, ValueError) as error:
         if outcome.state is None or outcome.state.done == outcome.state.total:
             raise
         return f'<p class="note">These rows alone cannot be drawn yet ({escape(repr(error))}).</p>'
 
 
+def figure_html(figure: Figure | BarChart) -> str:
+    """A diagram under its title, with its note."""
+    note = f'<p class="note">{escape(figure.note)}</p>' if figure.note else ""
+    return f"<h2>{escape(figure.title)}</h2>{figure_svg(figure)}{note}"
+
+
 def judgements(outcome: StudyResult) -> list[dict[str, Cell]]:
     """Of each hypothesis of the study its statement, the verdict, and the figures behind it."""
     known = [row for row in outcome.rows if "problem" not in row]
-    judged = [(hypothesis, hypothesis.judge(known)) for hypothesis in outcome.study.hypotheses]
+    judged = [(hypothesis, _judged(hypothesis, known, outcome.state)) for hypothesis in outcome.study.hypotheses]
     return [
         {
             "hypothesis": hypothesis.name,
@@ -240,6 +267,16 @@ def judgements(outcome: StudyResult) -> list[dict[str, Cell]]:
         }
         for hypothesis, judgement in judged
     ]
+
+
+def _judged(hypothesis: Hypothesis, rows: Sequence[Row], state: RunState | None) -> Judgement:
+    """What rows say; of a table that is not whole nothing where a row is missing that it takes for granted."""
+    try:
+        return hypothesis.judge(rows)
+    except (ArithmeticError, LookupError, TypeError, ValueError):
+        if state is None or state.done == state.total:
+            raise
+        return Judgement(Verdict.NOT_DECIDED, "rows are missing", len(rows))
 
 
 def _hypotheses_html(outcome: StudyResult) -> str:
@@ -253,11 +290,6 @@ def _hypotheses_html(outcome: StudyResult) -> str:
         for row in found
     )
     return f"<h2>What was expected</h2><dl>{rows}</dl>"
-
-
-def _figure_html(figure: Figure | BarChart) -> str:
-    note = f'<p class="note">{escape(figure.note)}</p>' if figure.note else ""
-    return figure_svg(figure) + note
 
 
 def _table(rows: Sequence[Row]) -> str:

@@ -146,6 +146,14 @@ def test_rows_that_cannot_be_drawn_yet_say_so_and_those_of_a_whole_table_fail(tm
         write_page(replace(part, state=None), tmp_path)
 
 
+def test_what_takes_missing_rows_for_granted_is_not_decided(tmp_path):
+    study = replace(outcome().study, hypotheses=(Hypothesis("H0", "It is so.", lambda rows: rows[7]),))
+    part = replace(outcome(), study=study, state=RunState(3, 9))
+    assert "H0: not decided." in write_page(part, tmp_path).read_text(encoding="utf8")
+    with pytest.raises(IndexError):
+        write_page(replace(part, state=RunState(9, 9)), tmp_path)
+
+
 def test_what_was_expected_and_whether_it_held_stands_on_the_page_and_in_the_json(tmp_path):
     def judge(rows):
         return Judgement(Verdict.NOT_HELD, "2 [1, 3] < 4", len(rows))
