@@ -157,6 +157,7 @@ def _add_file_commands(commands: argparse._SubParsersAction) -> None:  # type: i
     inspect = commands.add_parser("inspect", help="what a robot, skin, map, taxel file, scene or recording holds")
     inspect.add_argument("input", nargs="?", metavar="FILE|NAME")
     inspect.add_argument("--costs", action="store_true", help="measure what each effect of a scene costs here")
+    inspect.add_argument("--report", metavar="FILE.html", help="write it as a page too, to be read, printed or sent")
     inspect.add_argument("--plugins", action="store_true", help="list the plug-ins that are installed instead")
     _package_roots(inspect)
     _json(inspect)
@@ -169,6 +170,7 @@ def _add_file_commands(commands: argparse._SubParsersAction) -> None:  # type: i
     _package_roots(weigh)
     weigh.add_argument("--mass", type=_positive, default=0.1, metavar="KG", help="mass of the weight (default 0.1)")
     weigh.add_argument("--model", metavar="NAME", help="contact model (default: the scene's)")
+    weigh.add_argument("--report", metavar="FILE.html", help="write it as a page too, to be read, printed or sent")
     _json(weigh)
     replay = commands.add_parser("replay", help="step through a recording")
     replay.add_argument("input", metavar="FILE.mcap")
@@ -216,7 +218,9 @@ def _add_compare(commands: argparse._SubParsersAction) -> None:  # type: ignore[
         "--task", metavar="NAME", help="task, instead of that of the scene or recording: follow_path, ..."
     )
     compare.add_argument("--for", dest="seconds", type=_positive, metavar="SECONDS", help="simulated seconds")
-    compare.add_argument("-o", "--output", metavar="DIR", help="write every tick of every controller there as CSV")
+    compare.add_argument(
+        "-o", "--output", metavar="DIR", help="write every tick of every controller there as CSV, and a page"
+    )
     _json(compare)
 
 

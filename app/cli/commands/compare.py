@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any, cast
@@ -27,6 +27,7 @@ from app.studies.controller_comparison import (
     controller_metrics,
     trace_csv,
 )
+from app.studies.figures import BarChart
 
 SCRIPT_SECONDS = 10.0
 """Default duration of a comparison on a scene; a recording is used over its full length."""
@@ -42,6 +43,12 @@ _COLUMNS = {
 }
 """Columns of the table in the terminal; the files have all figures."""
 _FILE = "controllers.csv"
+_CHARTS = (
+    ("body_rms_mm", "Place on the body", "error, root mean square [mm]"),
+    ("force_rms_N", "Force", "departure from its goal, root mean square [N]"),
+    ("control_ms", "Cost", "control of one tick, median [ms]"),
+)
+"""Figures that are drawn on the page."""
 
 
 def execute(arguments: argparse.Namespace) -> int:
@@ -59,12 +66,14 @@ def execute(arguments: argparse.Namespace) -> int:
     file = _write(arguments.output, traces)
     figures = {trace.name: controller_metrics(trace) for trace in traces}
     ended = {trace.name: trace.ended for trace in traces if trace.ended}
+    page = _write_page(arguments, file, figures, ended, seconds)
     if arguments.json:
         print_json({"seconds": seconds, "controllers": {name: _json_row(found) for name, found in figures.items()},
-                "stopped": ended, "file": str(file) if file else None})  # fmt: skip
+                "stopped": ended, "file": str(file) if file else None,
+                "page": str(page) if page else None})  # fmt: skip
     else:
         _print_table(figures, ended, recorded=inputs is not None)
-        print_fields({"Written to": file} if file else {})
+        print_fields({"Written to": file, "Page": page} if file else {})
     return 1 if ended else 0
 
 
@@ -112,6 +121,29 @@ def _write(folder: str | None, traces: Sequence[ControllerTrace]) -> Path | None
         ) from error
     write_atomically(path, trace_csv(traces), error=RecordingError)
     return path
+
+
+def _write_page(
+    arguments: argparse.Namespace,
+    file: Path | None,
+    figures: Mapping[str, ControllerMetrics],
+    ended: Mapping[str, str],
+    seconds: float,
+) -> Path | None:
+    """The same as a page beside the file, with bars of what differs most."""
+    if file is None:
+        return None
+    from app.cli.pages import write_fact_page
+
+    charts = [
+        BarChart(title, axis, {name: getattr(found, column) for name, found in figures.items()})
+        for column, title, axis in _CHARTS
+        if any(getattr(found, column) is not None for found in figures.values())
+    ]
+    rows = [{"controller": name, **_json_row(found), "stopped": ended.get(name)} for name, found in figures.items()]
+    facts = {"Stimulus": arguments.input, "Task": arguments.task, "Simulated": f"{seconds:g} s each"}
+    page = file.with_suffix(".html")
+    return write_fact_page(page, "Controllers compared", facts, tables={"All figures": rows}, charts=charts)
 
 
 def _print_table(figures: dict[str, ControllerMetrics], ended: dict[str, str], *, recorded: bool) -> None:

@@ -47,21 +47,30 @@ def execute(arguments: argparse.Namespace) -> int:
     """Open whatever it is and describe it."""
     if arguments.plugins == (arguments.input is not None):
         raise UsageError("there is nothing to inspect", remedy="Give one file or name, or --plugins alone")
+    if arguments.plugins and arguments.report:
+        raise UsageError("the list of plug-ins has no page", remedy="Leave out --report")
     if arguments.plugins:
         return _list_plugins(as_json=arguments.json)
     found = describe(arguments.input, package_roots=package_roots(arguments), costs=arguments.costs)
-    if arguments.json:
-        print_json(found)
-        return 0
     apart = ("effects", "problems", "identity")
     plain = {key.capitalize(): _text(value) for key, value in found.items() if key not in apart}
     plain["Identity"] = identity_text(found.get("identity", {}))
+    if arguments.report:
+        from app.cli.pages import write_fact_page
+
+        tables = {"Effects": found.get("effects", ()), "Problems": found["problems"]}
+        write_fact_page(arguments.report, arguments.input, plain, tables=tables)
+    if arguments.json:
+        print_json(found)
+        return 0
     print_fields({key: value for key, value in plain.items() if value})
     _print_effects(found.get("effects", ()))
     if "effects" in found and not arguments.costs:
         print_line("What each costs here: add --costs")
     for problem in found["problems"]:
         print_line(f"  {problem['kind']} ({problem['count']}) {problem['where']}: {problem['remedy']}")
+    if arguments.report:
+        print_line(f"Written to {arguments.report}")
     return 0
 
 

@@ -41,15 +41,18 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def _print_result(arguments: argparse.Namespace, weighed: WeighingResult, good: bool) -> None:
+    facts = {
+        "Known load": f"{arguments.mass:g} kg, {weighed.wanted_N:.3f} N",
+        "Measured": f"{weighed.read_N:.3f} N with {weighed.model}",
+        "Error": f"{100 * weighed.error:+.2f} %, {'passed' if good else f'more than {100 * TOLERANCE:g} %'}",
+        "On": weighed.patch,
+        "Settled after": f"{weighed.seconds:.2f} s",
+    }
+    if arguments.report:
+        from app.cli.pages import write_fact_page
+
+        write_fact_page(arguments.report, f"Known load on {arguments.input}", facts)
     if arguments.json:
         print_json({**vars(weighed), "mass": arguments.mass, "good": good})
-        return
-    print_fields(
-        {
-            "Known load": f"{arguments.mass:g} kg, {weighed.wanted_N:.3f} N",
-            "Measured": f"{weighed.read_N:.3f} N with {weighed.model}",
-            "Error": f"{100 * weighed.error:+.2f} %, {'passed' if good else f'more than {100 * TOLERANCE:g} %'}",
-            "On": weighed.patch,
-            "Settled after": f"{weighed.seconds:.2f} s",
-        }
-    )
+    else:
+        print_fields(facts | ({"Written to": arguments.report} if arguments.report else {}))

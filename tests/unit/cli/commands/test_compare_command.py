@@ -89,6 +89,9 @@ def test_a_recording_is_run_as_long_as_it_is_with_its_task(capsys, recording, tm
     said = capsys.readouterr().out
     assert "ask, path and force goal of the recording were kept; its controller and gains were replaced" in said
     assert str(folder / "controllers.csv") in said
+    page = (folder / "controllers.html").read_text(encoding="utf8")
+    assert "<td>parallel</td>" in page
+    assert "<h2>Force</h2><svg" in page
     with (folder / "controllers.csv").open() as file:
         rows = list(csv.DictReader(file))
     assert [

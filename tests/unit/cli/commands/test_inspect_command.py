@@ -41,9 +41,12 @@ def call(capsys, *words) -> tuple[int, str, str]:
     return status, captured.out, captured.err
 
 
-def test_as_json(capsys, scene):
-    status, out, _ = call(capsys, "inspect", scene, "--costs", "--json")
+def test_as_json_and_as_a_page(capsys, scene, tmp_path):
+    status, out, _ = call(capsys, "inspect", scene, "--costs", "--json", "--report", tmp_path / "page.html")
     assert status == 0
+    page = (tmp_path / "page.html").read_text(encoding="utf8")
+    assert "<td>slide</td>" in page
+    assert "<h2>Effects</h2>" in page
     result = json.loads(out.splitlines()[-1])
     assert result["kind"] == "scene"
     assert (result["task"], result["outputs"]) == ("slide", ["posture", "pressure", "force"])
@@ -115,6 +118,7 @@ def test_a_package_with_a_misspelt_kind_is_told(tmp_path, monkeypatch, capsys):
 def test_inspecting_nothing_or_two_things_is_bad_usage(capsys):
     assert main(["inspect"]) == 2
     assert main(["inspect", "arm", "--plugins"]) == 2
+    assert main(["inspect", "--plugins", "--report", "x.html"]) == 2
     assert "Give one file or name, or --plugins alone" in capsys.readouterr().err
 
 

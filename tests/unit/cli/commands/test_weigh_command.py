@@ -33,9 +33,12 @@ def test_it_reads_its_weight(capsys, scene):
     assert 0 < result["seconds"] < 10
 
 
-def test_words_for_a_person_and_another_weight(capsys, scene):
-    assert main(["weigh", scene, "--mass", "0.5", "--model", "point"]) == 0
+def test_words_for_a_person_and_another_weight_and_a_page(capsys, scene, tmp_path):
+    page = tmp_path / "page.html"
+    assert main(["weigh", scene, "--mass", "0.5", "--model", "point", "--report", str(page)]) == 0
     out = capsys.readouterr().out
+    assert str(page) in out
+    assert "<td>0.5 kg, 4.905 N</td>" in page.read_text(encoding="utf8")
     assert "0.5 kg, 4.905 N" in out
     assert "with point" in out
     assert "passed" in out
