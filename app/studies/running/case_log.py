@@ -46,10 +46,13 @@ def case_key(name: str, measure: Measure, case: Case) -> str:
     return _digest(f"{name}\0{measuring_program(measure)}\0{settings}".encode())
 
 
-@cache
 def measuring_program(measure: Measure) -> str:
     """A digest of the program, and of the module that measures where it lies outside."""
-    function: Any = measure.func if isinstance(measure, partial) else measure
+    return _program_of(measure.func if isinstance(measure, partial) else measure)
+
+
+@cache
+def _program_of(function: Any) -> str:
     source = inspect.getsourcefile(inspect.unwrap(function))
     outside = source is not None and _ROOT / "app" not in Path(source).parents
     return program_digest(without=_NO_ROWS) + (_digest(Path(source).read_bytes()) if source and outside else "")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from contextlib import closing
+from functools import partial
 
 import pytest
 
@@ -91,6 +92,7 @@ def test_a_case_is_known_by_settings_study_and_what_measures():
     key = case_key("study", measure, {"a": 1, "b": 2.0})
     assert key == case_key("study", measure, {"b": 2.0, "a": 1})
     assert key != case_key("study", measure, {"a": 1, "b": 2.5})
+    assert key == case_key("study", partial(measure), {"a": 1, "b": 2.0})
     assert key != case_key("another", measure, {"a": 1, "b": 2.0})
     with pytest.raises(UsageError, match="neither number nor word"):
         case_key("study", measure, {"a": object()})
