@@ -175,6 +175,7 @@ class MainWindow(QMainWindow):
         self.presenters.state.changed.connect(self.session_bar.show_state)
         self.column.folded_changed.connect(self._on_folded_changed)
         self.presenters.map_files.changed.connect(self._update_title)
+        self.live.player_changed.connect(self._update_title)
         self.presenters.view.panels_wanted.connect(self._commands.show_panels)
         for part in (
             views,
@@ -191,9 +192,12 @@ class MainWindow(QMainWindow):
     # Facts.
 
     def _update_title(self) -> None:
-        files = self.presenters.map_files
-        self.setWindowModified(files.unsaved)
-        self.setWindowTitle("Tactile Maps[*]" if files.path is None else f"{files.path.name}[*] – Tactile Maps")
+        """The recording that is replayed, else the map's file; edits of the map are marked only where it is shown."""
+        files, player = self.presenters.map_files, self.live.player
+        path = files.path if player is None else player.path
+        mark = "[*]" if player is None else ""
+        self.setWindowTitle(f"Tactile Maps{mark}" if path is None else f"{path.name}{mark} – Tactile Maps")
+        self.setWindowModified(files.unsaved and player is None)
 
     def _on_folded_changed(self, names: tuple[str, ...]) -> None:
         self.settings.folded = names
