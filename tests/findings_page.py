@@ -16,7 +16,7 @@ from app.studies.hypotheses import Interval, bootstrap_median
 from app.studies.path_time import force_feedback, representation
 from app.studies.path_time.charts import rows_with_nominal, seconds_of
 from app.studies.path_time.factors import Factor
-from app.studies.path_time.path_time import NOMINAL, ROBOTS
+from app.studies.path_time.path_time import ROBOTS
 from app.studies.rows import Cell, Row, distinct
 
 ASSETS = Path(__file__).resolve().parent.parent / "assets"
@@ -79,12 +79,17 @@ def _hypotheses() -> Iterator[str]:
         rows = table(study)
         for hypothesis in load_study(study).hypotheses:
             found = hypothesis.judge(rows)
-            cells = (hypothesis.name, hypothesis.statement, f"**{found.verdict}**", f"{found.figures} ({found.rows} rows)")
+            cells = (
+                hypothesis.name,
+                hypothesis.statement,
+                f"**{found.verdict}**",
+                f"{found.figures} ({found.rows} rows)",
+            )
             lines.append(f"| {' | '.join(cells)} |")
     yield "\n".join(lines)
     yield (
-        "H1, H2, H6 and H7 are judged on our own arm by `tactile-maps study representation` and `force-feedback`, H3 to "
-        "H5 by `loop-laws` ([rows](../findings/loop-laws.csv)), H8 by `force-estimators` "
+        "H1, H2, H6 and H7 are judged on our own arm by `tactile-maps study representation` and `force-feedback`, H3 "
+        "to H5 by `loop-laws` ([rows](../findings/loop-laws.csv)), H8 by `force-estimators` "
         "([rows](../findings/force-estimators.csv)). An interval decides, never a middle alone."
     )
 

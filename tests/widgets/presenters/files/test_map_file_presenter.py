@@ -13,8 +13,10 @@ from PySide6.QtWidgets import QApplication, QFileDialog, QMessageBox
 from app.editing.arrange import move, rotate
 from app.editing.document_file import DocumentFile, load_document, save_document
 from app.maps.formats.map_file import save_map
+from app.recording.player import open_recording
 from app.scene.scene_file import load_scene
 from app.studies.testbeds.reference_bodies import flat_map
+from tests.widgets.support.window_driver import run
 from widgets.common.settings import Settings
 from widgets.session.backends import INLINE
 from widgets.window.main_window import MainWindow
@@ -301,3 +303,17 @@ def test_a_copy_that_fails_in_a_way_nobody_foresaw_is_said_too(window, files, tm
 def reopened(prepared):
     """The same scene, as another process would hand it over."""
     return pickle.loads(pickle.dumps(prepared))
+
+
+def test_the_title_names_the_recording_while_it_is_replayed(window, files, tmp_path):
+    live, before = window.live, window.windowTitle()
+    live.start_recording(tmp_path / "touch.mcap")
+    run(window, 0.2)
+    live.stop_recording()
+    live.show_player(open_recording(tmp_path / "touch.mcap"))
+    assert window.windowTitle() == "touch.mcap – Tactile Maps"
+    assert not window.isWindowModified(), "the edit is of the map behind it"
+    live.back_to_live()
+    assert window.windowTitle() == before
+    assert window.isWindowModified()
+    assert files.unsaved
