@@ -17,6 +17,7 @@ from app.scene.effects import EFFECTS
 from app.scene.scene_file import load_scene, scene_from_toml, scene_names
 from app.studies.catalogue import STUDY_NAMES
 from app.studies.sweeps.needs import Verdict
+from tests.findings_page import PAGE, page
 
 ROOT = Path(__file__).resolve().parents[1]
 GUIDE = ROOT / "assets" / "guide"
@@ -97,6 +98,10 @@ def test_the_guides_table_of_needs_is_that_of_the_rows():
         cells = [str(found.count(verdict.value) or "") for verdict in shown]
         assert f"| {EFFECTS[effect].title} | {' | '.join(cells)} |" in text
     assert f"{len({row['scene'] for row in rows})} in all" in text
+
+
+def test_the_page_of_findings_is_that_of_the_rows():
+    assert PAGE.read_text(encoding="utf8") == page(), "write it again: python -m tests.findings_page"
 
 
 def test_the_guide_names_every_command_and_study():
