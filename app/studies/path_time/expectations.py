@@ -15,6 +15,8 @@ from app.studies.running.sequential import PairedEffect
 SAME = 1.1
 """Times within this factor are alike: the speed is found to 9 %."""
 NO_SLOWER = (0.0, SAME)
+LEAST_SEEDS = 3
+"""Of fewer an interval says nothing."""
 
 
 def time_ratio(rows: Sequence[Row], factor: str, level: Level, jacobian: str = "smoothed") -> Interval | None:
@@ -83,9 +85,9 @@ def _fails(part: _Part) -> _Part:
 
 def _judged(rows: Sequence[Row], parts: Sequence[_Part]) -> Judgement:
     behind = {NOMINAL, *(part.factor for part in parts)}
-    told = "; ".join(f"{part.words}: {'no rows' if part.ratio is None else part.ratio}" for part in parts)
+    told = "; ".join(f"{part.words}: {'too few seeds' if part.ratio is None else part.ratio}" for part in parts)
     count = sum(row["factor"] in behind and row["robot"] == ROBOTS[0] for row in rows)
-    return Judgement(all_of([part.verdict for part in parts]), f"times the nominal time: {told}", count)
+    return Judgement(all_of([part.verdict for part in parts]), f"times the nominal time: {told or 'no rows'}", count)
 
 
 def _levels(rows: Sequence[Row], factor: str) -> list[Level]:

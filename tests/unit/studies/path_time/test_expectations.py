@@ -34,6 +34,7 @@ def test_ratios_are_seed_by_seed_and_of_our_own_arm():
     assert time_ratio(rows[:-7], "pitch", 16.0) == pytest.approx((3.0, 3.0, 3.0)), "the last seeds were spared"
     assert time_ratio(rows[:5] + rows[6:], "pitch", 16.0) is None, "a seed is missing"
     assert time_ratio(rows, "pitch", 4.0) is None
+    assert time_ratio([row for row in rows if row["seed"] < 2], "pitch", 16.0) is None, "of two seeds"
 
 
 @pytest.mark.parametrize(("lscm", "verdict"), [(2.1, Verdict.HELD), (3.0, Verdict.NOT_HELD)])
