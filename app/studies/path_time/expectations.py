@@ -23,14 +23,15 @@ def time_ratio(rows: Sequence[Row], factor: str, level: Level, jacobian: str = "
     """Of the time at a level over that in nominal conditions, by seed; None where a seed is missing between others.
 
     The last seeds may be missing: a level that is settled is run with no more of them, and a run whose time is out ends
-    with some. Seeds that cannot do the nominal path are left out: nothing can be said of a ratio there.
+    with some; fewer than ``LEAST_SEEDS`` say nothing. Seeds that cannot do the nominal path are left out: nothing can
+    be said of a ratio there.
     """
     ours = [row for row in rows if row["robot"] == ROBOTS[0]]
     nominal = {row["seed"]: _seconds(row) for row in ours if _is(row, NOMINAL, "", "smoothed")}
     there = {row["seed"]: _seconds(row) for row in ours if _is(row, factor, level, jacobian)}
     seeds = [seed for seed, time in nominal.items() if math.isfinite(time)]
     known = [seed for seed in seeds if seed in there]
-    if not known or known != seeds[: len(known)]:
+    if len(known) < LEAST_SEEDS or known != seeds[: len(known)]:
         return None
     return paired_ratio([there[seed] for seed in known], [nominal[seed] for seed in known])
 
