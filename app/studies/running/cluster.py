@@ -8,6 +8,7 @@ of it ends the run by name, as its rows would be of another study.
 
 from __future__ import annotations
 
+import logging
 import platform
 import threading
 from collections.abc import Iterator, Sequence
@@ -66,6 +67,7 @@ def _connected(address: str) -> Iterator[Any]:
         raise ClusterError(
             "a cluster needs a package that is not installed", value=error.name, remedy=remedy
         ) from error
+    logging.getLogger("distributed.client").setLevel(logging.CRITICAL)  # what it would print is raised here by name
     try:
         client = Client(address, timeout=_WAIT, set_as_default=False)
     except (OSError, ValueError) as error:
