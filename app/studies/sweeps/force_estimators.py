@@ -12,7 +12,7 @@ from scipy.optimize import nnls
 from app.contacts.force_estimation.deconvolution import BlurMatrix, nonnegative_least_squares, tikhonov
 from app.core.arrays import FloatArray
 from app.studies.figures import Figure, Panel
-from app.studies.hypotheses import Hypothesis, Interval, Judgement, all_of, bootstrap_median, within
+from app.studies.hypotheses import Hypothesis, Interval, Judgement, Verdict, all_of, bootstrap_median, within
 from app.studies.rows import Case, Row, distinct, number_or
 from app.studies.study import Study
 from app.studies.testbeds.covered_lattice import AREA, PITCH, area_blur, contact_region, exact_readings
@@ -106,18 +106,21 @@ def _bias(rows: Sequence[Row], estimator: object, depth: object, noise: object) 
 def _judge(rows: Sequence[Row]) -> Judgement:
     """At the highest noise, depth by depth and seed by seed: bias over the whole map by bias over the region."""
     of = [row for row in rows if row["noise"] == _BY_NOISE]
-    parts = []
-    for depth in distinct(of, "depth"):
-        by = {
-            (row["estimator"], row["seed"]): abs(number_or(row["bias"], math.inf))
-            for row in of
-            if row["depth"] == depth
-        }
-        seeds = [seed for name, seed in by if name == WHOLE]
-        parts.append((depth, bootstrap_median([by[WHOLE, seed] / max(by[REGIONAL, seed], 1e-9) for seed in seeds])))
-    told = "; ".join(f"{depth} pitches deep: {ratio}" for depth, ratio in parts)
-    verdict = all_of([within(ratio, BETTER, math.inf) for _, ratio in parts])
-    return Judgement(verdict, f"bias over the whole map by that over the region and its ring: {told}", len(of))
+    ratios = {depth: _bias_ratios([row for row in of if row["depth"] == depth]) for depth in distinct(of, "depth")}
+    parts = {depth: bootstrap_median(found) for depth, found in ratios.items() if found}
+    told = "; ".join(f"{depth} pitches deep: {ratio}" for depth, ratio in parts.items())
+    verdict = all_of([within(ratio, BETTER, math.inf) for ratio in parts.values()])
+    if len(parts) < len(ratios):
+        verdict = all_of([verdict, Verdict.NOT_DECIDED])
+    words = "bias over the whole map by that over the region and its ring"
+    return Judgement(verdict, f"{words}: {told or 'no rows'}", len(of))
+
+
+def _bias_ratios(rows: Sequence[Row]) -> list[float]:
+    """Of the seeds that both were tried with."""
+    by = {(row["estimator"], row["seed"]): abs(number_or(row["bias"], math.inf)) for row in rows}
+    seeds = [seed for name, seed in by if name == WHOLE and (REGIONAL, seed) in by]
+    return [by[WHOLE, seed] / max(by[REGIONAL, seed], 1e-9) for seed in seeds]
 
 
 STUDY = Study(

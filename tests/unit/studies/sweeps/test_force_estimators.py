@@ -27,6 +27,9 @@ def test_the_region_has_to_be_five_times_better_at_every_depth(bias, verdict):
     assert judged.verdict is verdict
     assert judged.rows == 12
     assert STUDY.hypotheses[0].judge([]).verdict is Verdict.NOT_DECIDED
+    half = [one for one in rows if one["estimator"] == WHOLE or one["depth"] == 1.0]
+    decided = Verdict.NOT_DECIDED if verdict is Verdict.HELD else verdict
+    assert STUDY.hypotheses[0].judge(half).verdict is decided, "rows of one depth are missing"
 
 
 def test_a_panel_a_depth():
