@@ -27,7 +27,15 @@ from app.live.matching import TaxelMatcher
 from app.live.readings import MalformedReadingError, Unit
 from app.live.weighing import RecentReadings, Weighing, WeighingState
 from app.session.frame import Frame
-from app.session.inputs import CalibrationUsed, MapEdited, PokeMoved, PokeReleased, ReadingChanged, SessionInput
+from app.session.inputs import (
+    CalibrationUsed,
+    MapEdited,
+    PokeMoved,
+    PokeReleased,
+    ReadingChanged,
+    SessionInput,
+    remembered,
+)
 from app.session.measured_values import MeasuredValues
 from app.session.prepare import PreparedScene
 from app.session.runtime_settings import RuntimeSettings
@@ -397,7 +405,7 @@ class MeasuredSession:
                 self.map = session_input.map
             elif isinstance(session_input, ReadingChanged):
                 self._contacts.settings = self._reading = session_input.settings
-            self.inputs.append((self._ticks + 1, session_input))
+            self.inputs.append((self._ticks + 1, remembered(session_input)))
 
     def _use_unit(self, unit: Unit) -> None:
         if unit is self._unit:

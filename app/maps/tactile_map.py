@@ -48,6 +48,10 @@ class TactileMap:
             if len(patch.surface.faces) != len(chart.faces):
                 raise MapError("a chart does not have its surface's faces", place=patch.name, value=len(chart.faces))
 
+    def without_caches(self) -> TactileMap:
+        """The same map; what follows from it is worked out again when asked. For who keeps many, such as every edit."""
+        return TactileMap(self.skin, self.charts, self.layout)
+
     @cached_property
     def uv(self) -> tuple[FloatArray, ...]:
         """For each patch the map coordinates (k, 2) [m] of its chart's points."""

@@ -125,6 +125,16 @@ SessionInput = (
     | CalibrationUsed
 )
 
+
+def remembered(session_input: SessionInput) -> SessionInput:
+    """An input as a session keeps it: an edited map without what can be worked out again, so that an afternoon of moves
+    takes kilobytes and not gigabytes.
+    """
+    if not isinstance(session_input, MapEdited):
+        return session_input
+    return MapEdited(session_input.name, session_input.map.without_caches())
+
+
 __all__ = [
     "BehavioursChanged",
     "CalibrationUsed",
@@ -138,4 +148,5 @@ __all__ = [
     "ReadingChanged",
     "RestChanged",
     "SessionInput",
+    "remembered",
 ]

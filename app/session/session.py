@@ -39,6 +39,7 @@ from app.session.inputs import (
     ReadingChanged,
     RestChanged,
     SessionInput,
+    remembered,
 )
 from app.session.obstacles import obstacles_of
 from app.session.prepare import PreparedScene
@@ -440,7 +441,7 @@ class Session:
                 self._place(session_input.posture)
             elif not isinstance(session_input, CalibrationUsed):  # which is refused
                 self._simulation.apply(session_input)
-            self.inputs.append((self._ticks + 1, session_input))
+            self.inputs.append((self._ticks + 1, remembered(session_input)))
 
     def _change_rest(self, change: RestChanged) -> None:
         self._rest_goal = None if change.speed is None else change

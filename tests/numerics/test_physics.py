@@ -138,7 +138,9 @@ def test_gains_are_written_when_the_command_changes_and_only_then():
     simulation.step(1, command)
     assert simulation._model.actuator_gainprm[0, 0] == 7.0
     simulation.step(1, hold(robot, 5.0, 0.5))
-    assert simulation._model.actuator_gainprm[0, 0] == 5.0
+    assert simulation._model.actuator_gainprm[0, 0] == 7.0, "an equal command says nothing new"
+    simulation.step(1, hold(robot, 6.0, 0.5))
+    assert simulation._model.actuator_gainprm[0, 0] == 6.0
 
 
 @pytest.mark.parametrize("integrator", ["implicitfast", "discrete", "euler", "implicit", "rk4"])

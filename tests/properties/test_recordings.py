@@ -25,6 +25,7 @@ from app.editing.arrange import move
 from app.editing.document import MapDocument
 from app.recording import mcap_file
 from app.recording.frame_codec import HEADER
+from app.recording.frame_schema import PREFIX_BYTES, prefix
 from app.recording.message_codecs import TOPICS
 from app.recording.player import RecordingPlayer
 from app.recording.recorder import Recorder
@@ -165,6 +166,15 @@ def changed_token(data, pattern: re.Pattern[bytes], text: bytes, new) -> bytes:
     return text[: token.start()] + data.draw(st.sampled_from(new), label="new").encode() + text[token.end() :]
 
 
+def with_text_changed(data, frame: bytes) -> bytes:
+    """A frame with another token in its JSON, and lengths that fit: of the text in the header, of all before it."""
+    body = frame[PREFIX_BYTES:]
+    at, last = body.index(b'{"why_limited"'), HEADER_BYTES - 4  # of the header: the number of bytes of text
+    text = changed_token(data, _VALUE, body[at:], NUMBERS)
+    body = body[:last] + len(text).to_bytes(4, "little") + body[HEADER_BYTES:at] + text
+    return prefix(len(body)) + body
+
+
 @examples(500, suppress_health_check=[HealthCheck.too_slow])
 @given(data=st.data())
 def test_a_message_is_changed(data):
@@ -175,12 +185,9 @@ def test_a_message_is_changed(data):
     if topic == "/frame" and data.draw(st.booleans(), label="binary"):
         message = bytes(changed_bytes(data, message))
     else:
-        at = message.index(b'{"why_limited"') if topic == "/frame" else 0
-        text = changed_token(data, _VALUE, message[at:], NUMBERS)
-        last = HEADER_BYTES - 4  # of the header: the number of bytes of text
-        grown = int.from_bytes(message[last:HEADER_BYTES], "little") + len(text) - len(message[at:])
-        head = message[:last] + grown.to_bytes(4, "little") + message[HEADER_BYTES:at] if at else b""
-        message = head + text
+        message = (
+            with_text_changed(data, message) if topic == "/frame" else changed_token(data, _VALUE, message, NUMBERS)
+        )
     read_or_refused(assembled(attachments, [*messages[:number], (topic, message, tick), *messages[number + 1 :]]))
 
 

@@ -13,6 +13,7 @@ from app.control.behaviours import Behaviour, trigger_text
 from app.control.command import ControlSettings
 from app.core.errors import MapError, RecordingError, SceneError, SimulationError
 from app.maps.build import build_map
+from app.maps.tactile_map import TactileMap
 from app.recording.player import RecordingPlayer
 from app.recording.recorder import Recorder
 from app.recording.verify import verify
@@ -444,6 +445,17 @@ def test_the_map_of_another_skin_is_refused_and_the_session_is_as_if_it_had_not_
     assert session.map is before
     with pytest.raises(MapError, match="another skin"):
         Session(STROKED_BAR, map_=map_)
+
+
+def test_an_edited_map_is_kept_without_what_follows_from_it():
+    session = Session(STROKED_BAR, scripted=False)
+    edited = TactileMap(session.map.skin, session.map.charts, session.map.layout)
+    session.submit(MapEdited("Move", edited))
+    session.tick()
+    assert session.map is edited
+    assert edited.uv
+    (kept,) = (act for _, act in session.inputs if isinstance(act, MapEdited))
+    assert "uv" not in vars(kept.map)
 
 
 def test_the_arm_goes_to_another_rest_posture_and_a_reset_forgets_it():
