@@ -34,6 +34,7 @@ PLACE_SHARE = 0.3
 """Of one over what passes from a touch to its reading, that the gain of place takes."""
 _PATIENCE = 12.0
 """An integral is no faster than so many times what passes from a touch to its reading: it follows the answer."""
+_OF_THE_PATH = ("path_kind", "path", "path_size", "path_speed", "starts")
 _SAME, _MOVED = 1.03, 0.05
 """By how much stiffness [as a factor] or a joint [rad, m] have to change for the limit to be worked out anew."""
 
@@ -56,6 +57,12 @@ class _Answer:
         """Whether it does for the same contact, about as stiff, with the arm about there."""
         same = measured == self.measured and self.stiffness / _SAME < stiffness < self.stiffness * _SAME
         return contact == self.contact and same and largest(posture - self.posture) < _MOVED
+
+    def for_another_path(self, settings: ControlSettings) -> _Answer:
+        """The same answer with what else ``settings`` say; the two are of the same loop."""
+        taken = self.taken
+        gains = {name: getattr(taken, name) for name in ("force_gain", "position_gain", "integral_time")}
+        return replace(self, settings=settings, taken=replace(settings, **gains))
 
 
 class GainLimiter:
@@ -100,7 +107,7 @@ class GainLimiter:
         """The force swings under ``settings``: while these are set, gains with a virtual inertia keep farther from the
         limit. Others are as far from it as they need to be, and are not worked out anew where the arm happens to be.
         """
-        if self._swung != settings and LoopFilter.of(settings).inertia_time > 0:
+        if not _of_the_same_loop(self._swung, settings) and LoopFilter.of(settings).inertia_time > 0:
             self._swung, self._stale = settings, True
 
     @property
@@ -145,7 +152,11 @@ class GainLimiter:
 
     def _known(self, settings: ControlSettings, readings: SensorTiming) -> _Answer | None:
         known = self._answer
-        return known if known is not None and (known.settings, known.readings) == (settings, readings) else None
+        if known is None or known.readings != readings or not _of_the_same_loop(known.settings, settings):
+            return None
+        if known.settings is not settings:
+            self._answer = known = known.for_another_path(settings)
+        return known
 
     def _measure(
         self, posture: FloatArray, region: ContactRegion, dt: float, readings: SensorTiming, wanted: FloatArray | None
@@ -179,7 +190,7 @@ class GainLimiter:
         if loop.inertia_time > 0:
             # A lower gain lets the place, or a wrong normal, win over the force before the loop swings.
             held = SAMPLED_SHARE * replace(arm, stiffness=CONTACT_STIFFNESS).sampled_limit(readings)
-            swung = self._swung == settings
+            swung = _of_the_same_loop(self._swung, settings)
             # Without an integral a gain far too low leaves the force to the place for good: only by what is measured.
             if measured or (swung and math.isfinite(loop.integral_time)):
                 held = min(held, (SWUNG_SHARE if swung else INERTIA_SHARE) * most)
@@ -192,6 +203,16 @@ class GainLimiter:
         else:
             taken, limits = settings, _unstable(settings, most, readings)
         return _Answer(region.id, settings, readings, stiffness, measured, posture, most, taken, limits)
+
+
+def _of_the_same_loop(one: ControlSettings | None, other: ControlSettings) -> bool:
+    """Whether only the path differs, which a target that is drawn or learned changes many times a second: how much gain
+    the loop can hold does not depend on it.
+    """
+    if one is None or one is other:
+        return one is other
+    path = {name: getattr(other, name) for name in _OF_THE_PATH}
+    return replace(one, **path) == other
 
 
 def _limited(settings: ControlSettings, readings: SensorTiming) -> ControlSettings:

@@ -26,6 +26,7 @@ from tests.support.touch import bar
 from tests.unit.control.contacts_by_hand import touch
 
 LEVEL, DT = np.zeros(1), 0.005
+GAINS = ("force_gain", "position_gain", "integral_time")
 
 
 def sampled_most(readings: SensorTiming) -> float:
@@ -106,6 +107,17 @@ def test_it_is_for_controllers_that_read_and_for_skins_of_which_something_is_kno
     assert asked(watch_of(None), high, touch(3.0)) == (high, ())
     posture = ControlSettings("impedance", force_gain=0.05)
     assert asked(watch_of(SensorTiming(0.2, 0.2)), posture, touch(3.0)) == (posture, ())
+
+
+def test_another_path_takes_the_gains_that_were_worked_out_and_other_gains_do_not():
+    watch, settings = watch_of(SensorTiming(0.01)), ControlSettings("hybrid", force_gain=1.0)
+    before, said = asked(watch, settings, touch(3.0))
+    path = replace(settings, path_kind="raster", path=((0.0, 0.0), (0.1, 0.1)), path_size=0.1, path_speed=0.1, starts=7)
+    aside = touch(3.0, x=0.2)  # where the limit would be another, were it worked out anew
+    taken, limits = asked(watch, path, aside)
+    assert limits == said
+    assert taken == replace(path, **{name: getattr(before, name) for name in GAINS})
+    assert asked(watch, replace(path, force_goal=2.0), aside)[0].force_gain != before.force_gain
 
 
 def test_another_skin_asks_anew():
