@@ -52,6 +52,7 @@ class WindowState:
         undo: Of what the tool is about.
         overlays: What View > Overlay is set to.
         light: Whether the light theme is in force.
+        bodies_hidden: Whether links or objects are left out of the robot view.
         measured: Whether readings of a real skin are shown instead of a simulation.
         notable: Whether something can be said of the recording that is shown.
         has_marks: Whether moments of the recording are marked.
@@ -82,6 +83,7 @@ class WindowState:
     undo: UndoState = UndoState()
     overlays: OverlayOptions = field(default_factory=OverlayOptions)
     light: bool = False
+    bodies_hidden: bool = False
     measured: bool = False
     notable: bool = False
     has_marks: bool = False

@@ -662,6 +662,13 @@ def _view_menu(layers: tuple[LayerSpec, ...]) -> Menu:
             ActionSpec("frame", "Frame all", ("Home",), "Show the whole robot and the whole map", yields=True),
             MenuList("bodies", "Frame link"),
             ActionSpec(
+                "show_bodies",
+                "Show hidden links",
+                (),
+                "Show every link and object in the robot view again; a right click hides one",
+                lambda state: state.bodies_hidden,
+            ),
+            ActionSpec(
                 "second_view",
                 "Second view",
                 (),

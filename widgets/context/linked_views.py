@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QHBoxLayout, QSplitter, QVBoxLayout, QWidget
 
 from app.contacts.regions import ContactRegion
 from app.control.command import ControlSettings
-from app.core.arrays import IntArray
+from app.core.arrays import FloatArray, IntArray
 from app.editing.document import MapDocument
 from app.geometry.mesh import SurfacePoint
 from app.session.frame import Frame
@@ -282,6 +282,11 @@ class LinkedViews(QWidget):
             if last > first:
                 self.map.frame_taxels(np.arange(first, last))
             self.robot.display.look_at(at)
+
+    def frame_seam(self, patch: int, vertices: IntArray, places: FloatArray) -> None:
+        """Both look at a seam: vertices (k,) of a patch, and places (n, 2) [m] of both its sides on the map."""
+        self.map.frame_places(places)
+        self.robot.display.frame_seam(patch, vertices)
 
     def set_theme(self, theme: Theme) -> None:
         """Take another theme."""

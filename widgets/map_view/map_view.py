@@ -212,9 +212,17 @@ class MapView(QGraphicsView):
         """Look at these taxels (k,), at least one, with some of what is around them."""
         picture = self._picture
         if picture is not None:
-            places, around = picture.shapes.taxels[taxels], _AROUND * picture.shapes.pitch
-            low, high = places.min(axis=0) - around, places.max(axis=0) + around
-            self.look(self.camera.closing_in((float(low[0]), float(low[1])), (float(high[0]), float(high[1]))))
+            self._frame(picture.shapes.taxels[taxels], _AROUND * picture.shapes.pitch)
+
+    def frame_places(self, points: FloatArray) -> None:
+        """Look at points of the map (k, 2) [m], at least one, with some of what is around them."""
+        picture = self._picture
+        if picture is not None:
+            self._frame(picture.shapes.frame.to_scene(points), _AROUND * picture.shapes.pitch)
+
+    def _frame(self, places: FloatArray, around: float) -> None:
+        low, high = places.min(axis=0) - around, places.max(axis=0) + around
+        self.look(self.camera.closing_in((float(low[0]), float(low[1])), (float(high[0]), float(high[1]))))
 
     def pan(self, dx: float, dy: float) -> None:
         """Drag the content by pixels."""

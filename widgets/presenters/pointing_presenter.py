@@ -35,6 +35,7 @@ from widgets.presenters.files.figure_presenter import FigurePresenter
 from widgets.presenters.plots_presenter import PlotsPresenter
 from widgets.tools.control.drawn_path import as_points
 from widgets.tools.control.path_tool import PathTool
+from widgets.tools.map_editing.mesh_picking import as_edges, on_map
 from widgets.tools.map_editing.pin_tool import PinTool, pins_by_point
 from widgets.tools.map_editing.seam_tool import SeamTool
 from widgets.tools.registry import PATH, Tools
@@ -198,6 +199,13 @@ class PointingPresenter(QObject):
             return None
         place = shown.index(plot) + (step if step < 0 else 2)
         return (shown[place] if place < len(shown) else None,)
+
+    def body_of(self, pointed: Pointed) -> int | None:
+        """The number of the link, bare or under skin, or of the object behind the links, that is pointed at."""
+        prepared = self.context.session.prepared
+        if prepared is None or pointed.at is None or pointed.link is None:
+            return pointed.body
+        return prepared.robot.link_index[pointed.link]
 
     @property
     def running(self) -> bool:
@@ -432,6 +440,27 @@ def _hide(presenter: PointingPresenter, pointed: Pointed) -> None:
         presenter.context.actions["hide_patches"].trigger()
 
 
+def _hide_body_words(presenter: PointingPresenter, pointed: Pointed) -> str:
+    if presenter.body_of(pointed) is None:
+        return ""
+    return f"Hide {(pointed.link or pointed.name).replace('_', ' ')} in the robot view"
+
+
+def _hide_body(presenter: PointingPresenter, pointed: Pointed) -> None:
+    robot, body = presenter.context.views.robot, presenter.body_of(pointed)
+    if body is not None:
+        robot.hide_bodies(robot.display.scene.hidden | {body})
+
+
+def _show_bodies_words(presenter: PointingPresenter, pointed: Pointed) -> str:
+    hidden = len(presenter.context.views.robot.display.scene.hidden)
+    return f"Show all in the robot view ({hidden} hidden)" if hidden and pointed.plot is None else ""
+
+
+def _show_bodies(presenter: PointingPresenter, _pointed: Pointed) -> None:
+    presenter.context.actions["show_bodies"].trigger()
+
+
 def _unpin_words(presenter: PointingPresenter, pointed: Pointed) -> str:
     return "Remove this pin" if pointed.pin is not None and presenter.context.editor.enabled else ""
 
@@ -459,6 +488,17 @@ def _seam_words(presenter: PointingPresenter, pointed: Pointed) -> str:
 def _erase_seam(presenter: PointingPresenter, pointed: Pointed) -> None:
     if pointed.at is not None:
         presenter.tools.get(SeamTool).erase_at(pointed.at)
+
+
+def _frame_seam_words(presenter: PointingPresenter, pointed: Pointed) -> str:
+    return "Frame this seam" if pointed.at is not None and presenter.tools.get(SeamTool).has_seam(pointed.at) else ""
+
+
+def _frame_seam(presenter: PointingPresenter, pointed: Pointed) -> None:
+    if pointed.at is not None and (found := presenter.tools.get(SeamTool).seam(pointed.at)) is not None:
+        document, patch, vertices = found
+        sides = on_map(document, patch, as_edges(vertices)).reshape(-1, 2)
+        presenter.context.views.frame_seam(patch, vertices, sides)
 
 
 def _copy_words(_presenter: PointingPresenter, pointed: Pointed) -> str:
@@ -517,7 +557,10 @@ POINTED_ACTIONS = (
     PointedAction("plot-link", _plot_link_words, _plot_link),
     PointedAction("plot-joint", _plot_joint_words, _plot_joint),
     PointedAction("frame", _frame_words, _frame),
+    PointedAction("frame-seam", _frame_seam_words, _frame_seam),
     PointedAction("hide", _hide_words, _hide),
+    PointedAction("hide-body", _hide_body_words, _hide_body),
+    PointedAction("show-bodies", _show_bodies_words, _show_bodies),
     PointedAction("unpin", _unpin_words, _unpin),
     PointedAction("erase-seam", _seam_words, _erase_seam),
     PointedAction("enlarge", _enlarge_words, _enlarge),

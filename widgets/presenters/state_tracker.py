@@ -57,6 +57,7 @@ class StateTracker(QObject):
             tools.changed,
             tools.undo_changed,
             context.views.overlays_changed,
+            context.views.robot.hidden_changed,
             context.theme.changed,
         ):
             signal.connect(self.update)
@@ -98,6 +99,7 @@ class StateTracker(QObject):
             tool=self._tools.active,
             undo=UndoState(stack.can_undo, stack.can_redo, stack.undo_name, stack.redo_name),
             overlays=context.views.overlays,
+            bodies_hidden=bool(context.views.robot.display.scene.hidden),
             light=context.theme.theme.name == "light",
             measured=session.live_input is not None,
             notable=context.notes.editable,

@@ -61,6 +61,7 @@ class ViewPresenter(QObject):
             ("find_taxel", self._ask_for_taxel),
             ("morph", self._views.robot.morph.toggle),
             ("frame", self._views.frame_all),
+            ("show_bodies", partial(self._views.robot.hide_bodies, frozenset())),
             ("timing", partial(self._reveal, self._context.panels.get(TimingPanel))),
             ("effects", partial(self._reveal, self._context.panels.get(EffectsPanel))),
         ):

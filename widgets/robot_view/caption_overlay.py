@@ -97,6 +97,7 @@ class Captions:
         axes: (3, 3) rows right, up and forward of the picture; None before there is one.
         replaying: Whether all this comes from a recording; said by the word and a coloured edge.
         paused: Whether time stands still; said by the word.
+        hidden: How many links and objects are left out of the picture.
         rubber_band: What a gesture draws.
     """
 
@@ -105,6 +106,7 @@ class Captions:
     axes: FloatArray | None = field(default=None)
     replaying: bool = False
     paused: bool = False
+    hidden: int = 0
     rubber_band: RubberBand = field(default_factory=RubberBand)
 
 
@@ -163,6 +165,9 @@ class CaptionOverlay(QWidget):
         if said.replaying or said.paused:
             word = "Replaying" if said.replaying else "Paused"
             self._paint_chip(painter, QPointF(EDGE, EDGE), word, self._figure)
+        if said.hidden:
+            above = QFontMetricsF(self._figure).height() + 12 if said.replaying or said.paused else 0.0
+            self._paint_chip(painter, QPointF(EDGE, EDGE + above), f"{said.hidden} hidden", self._caption, quiet=True)
         painter.end()
 
     def legend_box(self, text: str) -> QRectF:

@@ -6,6 +6,7 @@ With the grids of planes, and of the floor under the robot: as large as what sta
 from __future__ import annotations
 
 from collections.abc import Sequence
+from collections.abc import Set as AbstractSet
 from typing import Any
 
 import numpy as np
@@ -54,6 +55,11 @@ class ObjectActors:
         self.move(self.poses)
 
     @property
+    def actors(self) -> list[tuple[int, Any]]:
+        """Object number and actor of all that is drawn."""
+        return [*enumerate(self._solids), *self._grids.items()]
+
+    @property
     def has_floor(self) -> bool:
         """Whether the scene brings a level plane of its own, so that no other floor is needed."""
         return any(abs(self._bodies[number].spec.pose.rotation[2, 2]) > _LEVEL for number in self._grids)
@@ -73,15 +79,18 @@ class ObjectActors:
         for grid in self._grids.values():
             grid.prop.opacity = 1.0 - share
 
-    def near(self, points: FloatArray) -> FloatArray:
+    def near(self, points: FloatArray, hidden: AbstractSet[int] = frozenset()) -> FloatArray:
         """(c, 3) corners [m], world, of the objects that belong into a picture of ``points`` (k, 3).
 
-        Those no farther from their box than half its diagonal, and no larger than it; never a plane, which goes on.
+        Those no farther from their box than half its diagonal, and no larger than it; never a plane, which goes on,
+        and none of the ``hidden`` numbers.
         """
         low, high = points.min(axis=0), points.max(axis=0)
         reach = 0.5 * float(np.linalg.norm(high - low))
         kept = [np.zeros((0, 3))]
-        for body, pose in zip(self._bodies, self.poses, strict=True):
+        for number, (body, pose) in enumerate(zip(self._bodies, self.poses, strict=True)):
+            if number in hidden:
+                continue
             box = np.array(np.meshgrid(*body.mesh.bounds.T)).reshape(3, -1).T @ pose[:3, :3].T + pose[:3, 3]
             beside = (box.min(axis=0) < high + reach).all() and (box.max(axis=0) > low - reach).all()
             if beside and body.spec.kind != "plane" and np.linalg.norm(np.ptp(box, axis=0)) < 2 * reach:

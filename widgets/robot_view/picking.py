@@ -5,11 +5,13 @@ And the taxels of the moving body: in the world, in the picture, hidden or not, 
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import numpy as np
 
 from app.core.arrays import BoolArray, FloatArray, IntArray
 from app.geometry.mesh import SurfacePoint
-from app.geometry.raycast import ray_caster
+from app.geometry.raycast import RayCaster, ray_caster
 from app.session.prepare import PreparedScene
 from widgets.robot_view.camera import CameraRay, Viewpoint
 
@@ -18,6 +20,9 @@ class SkinPicker:
     """Finds skin along rays; bare links and objects in front hide it. Built once for a scene.
 
     Poses are those of the robot's links and then those of the scene's objects.
+
+    Attributes:
+        hidden: Links, and objects behind the links, by number, that rays pass through.
 
     Cost: about 35 µs a link or object.
     """
@@ -32,6 +37,7 @@ class SkinPicker:
         ]
         first = len(prepared.robot.links)
         self._bare += [(first + k, ray_caster(body.mesh)) for k, body in enumerate(prepared.objects)]
+        self.hidden: frozenset[int] = frozenset()
 
     def pick(self, ray: CameraRay, poses: FloatArray) -> SurfacePoint | None:
         """The nearest skin along the ray, or None where there is none or a bare link is in front.
@@ -42,23 +48,28 @@ class SkinPicker:
         """
         best, found = np.inf, None
         for number, (link, caster) in enumerate(self._skin):
+            if link in self.hidden:
+                continue
             hit = caster.first_hit(*_local(ray, poses[link]))
             if hit is not None and hit.distance < best:
                 best, found = hit.distance, SurfacePoint(number, hit.face, hit.weights)
-        for link, caster in self._bare:
+        for link, caster in self._seen(self._bare):
             hit = caster.first_hit(*_local(ray, poses[link]))
             if hit is not None and hit.distance < best:
                 return None
         return found
 
+    def _seen(self, casters: Iterable[tuple[int, RayCaster]]) -> list[tuple[int, RayCaster]]:
+        return [one for one in casters if one[0] not in self.hidden]
+
     def bare_body(self, ray: CameraRay, poses: FloatArray) -> int | None:
         """The link, or the object behind the links, that the ray meets first; None where it meets nothing."""
-        hits = [(caster.first_hit(*_local(ray, poses[body])), body) for body, caster in self._bare]
+        hits = [(caster.first_hit(*_local(ray, poses[body])), body) for body, caster in self._seen(self._bare)]
         return min(((hit.distance, body) for hit, body in hits if hit is not None), default=(0.0, None))[1]
 
     def any_body(self, ray: CameraRay, poses: FloatArray) -> tuple[int, float] | None:
         """The link, or the object behind the links, that the ray meets first with its skin or bare, and how far [m]."""
-        bodies = (*self._skin, *self._bare)
+        bodies = self._seen((*self._skin, *self._bare))
         hits = [(caster.first_hit(*_local(ray, poses[body])), body) for body, caster in bodies]
         return min(
             ((body, hit.distance) for hit, body in hits if hit is not None), key=lambda met: met[1], default=None
@@ -66,7 +77,8 @@ class SkinPicker:
 
     def distance(self, ray: CameraRay, poses: FloatArray) -> float:
         """How far along the ray [m] it first meets anything; infinite where it meets nothing."""
-        hits = (caster.first_hit(*_local(ray, poses[link])) for link, caster in (*self._skin, *self._bare))
+        bodies = self._seen((*self._skin, *self._bare))
+        hits = (caster.first_hit(*_local(ray, poses[link])) for link, caster in bodies)
         return min((hit.distance for hit in hits if hit is not None), default=np.inf)
 
 
@@ -101,8 +113,12 @@ class BodyTaxels:
         return positions, normals
 
     def pixels(self, view: Viewpoint, size: tuple[int, int], poses: FloatArray) -> FloatArray:
-        """(taxels, 2) where those are that face the eye; NaN for the others."""
-        return facing_pixels(*self.world(poses), view, size)
+        """(taxels, 2) where those are that face the eye; NaN for the others, and for those of hidden links."""
+        pixels = facing_pixels(*self.world(poses), view, size)
+        for number, link in enumerate(self._links):
+            if link in self._picker.hidden:
+                pixels[slice(*self._skin.first[number : number + 2])] = np.nan
+        return pixels
 
     def hidden(self, taxels: IntArray, view: Viewpoint, poses: FloatArray) -> BoolArray:
         """(k,) which of these have something between them and the eye; poses as the picker's.

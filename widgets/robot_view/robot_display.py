@@ -26,6 +26,11 @@ from widgets.robot_view.contact_marks import arrow_legend, ring_radius
 from widgets.robot_view.plotter_widget import Canvas, ImageCanvas, RenderScheduler, make_canvas
 from widgets.robot_view.robot_scene import BodyLayerFactory, RobotScene
 
+_NO_SIDE = 0.2
+"""Mean of unit normals below which a line runs around a body more than along one of its sides."""
+_STEEP = 0.05
+"""Tangent of the least angle from the vertical from which is looked."""
+
 
 class RobotDisplay(QObject):
     """One prepared robot as of the newest frame, in a view; draws only while that is seen and something changed.
@@ -76,7 +81,8 @@ class RobotDisplay(QObject):
         self.scene.set_marks(self._marks)
         self.prepared, self._frame, self._mark = prepared, None, None
         self._task, self._task_is_new = NO_TASK, False
-        self._captions = replace(self._captions, forces=(), legend=arrow_legend(ReadingUnits.CALIBRATED))
+        legend, hidden = arrow_legend(ReadingUnits.CALIBRATED), len(self.scene.hidden)
+        self._captions = replace(self._captions, forces=(), legend=legend, hidden=hidden)
         self.frame_all()
 
     def show_frame(self, frame: Frame) -> None:
@@ -133,6 +139,12 @@ class RobotDisplay(QObject):
             self.scene.set_marks(marks)
             self.request()
 
+    def hide(self, bodies: frozenset[int]) -> None:
+        """Leave out these links, with their skin, and objects behind the links, and no others; say how many."""
+        self.scene.hide(bodies)
+        self._say(replace(self._captions, hidden=len(bodies)))
+        self.request()
+
     def set_theme(self, theme: Theme) -> None:
         """Take another theme."""
         self.scene.set_theme(theme)
@@ -184,9 +196,29 @@ class RobotDisplay(QObject):
         links, pose = self.prepared.robot.links, self.scene.body_poses[number]
         mesh = links[number].mesh if number < len(links) else self.prepared.objects[number - len(links)].mesh
         if mesh is not None and len(mesh.vertices):
-            points = mesh.vertices @ pose[:3, :3].T + pose[:3, 3]
-            view, aspect = self.scene.viewpoint, self.size[0] / max(self.size[1], 1)
-            self.look(framing(points, view.eye - view.focus, aspect, view_angle=view.view_angle, fill=0.5))
+            view = self.scene.viewpoint
+            self._frame_points(mesh.vertices @ pose[:3, :3].T + pose[:3, 3], view.eye - view.focus)
+
+    def frame_seam(self, patch: int, vertices: IntArray) -> None:
+        """Look at a run of vertices (k,) of a patch's surface, from outside."""
+        if self.prepared is not None:
+            skin = self.prepared.skin
+            surface, pose = skin.patches[patch].surface, self.scene.poses[self._link_of(patch)]
+            outward = pose[:3, :3] @ surface.vertex_normals[vertices].mean(axis=0)
+            if np.linalg.norm(outward) < _NO_SIDE:  # it runs around the link: from where the eye is
+                outward = self.scene.viewpoint.eye - self.scene.viewpoint.focus
+            self._frame_points(surface.vertices[vertices] @ pose[:3, :3].T + pose[:3, 3], outward)
+
+    def _link_of(self, patch: int) -> int:
+        assert self.prepared is not None
+        return self.prepared.robot.link_index[self.prepared.skin.patches[patch].link]
+
+    def _frame_points(self, points: FloatArray, away: FloatArray) -> None:
+        aspect, upright = self.size[0] / max(self.size[1], 1), np.array([0.0, 0.0, 1.0])
+        if np.linalg.norm(np.cross(away, upright)) < _STEEP * np.linalg.norm(away):  # no view is along the vertical
+            away = away + _STEEP * np.linalg.norm(away) * np.array([1.0, 0.0, 0.0])
+        angle = self.scene.viewpoint.view_angle
+        self.look(framing(points, away, aspect, view_angle=angle, fill=0.5))
 
     def pixel_of(self, at: SurfacePoint) -> QPointF:
         """Where a place on the skin is in this view now [px]; it may be hidden behind something.

@@ -89,6 +89,7 @@ class RobotScene:
         theme: As above, or as set since.
         skin: The skin's actors; like ``prepared`` and the ``layers``, there from ``show_prepared`` on.
         layers: Those of this scene, by name.
+        hidden: The links, and the objects behind the links, by number, that are left out.
     """
 
     def __init__(
@@ -103,11 +104,14 @@ class RobotScene:
         self._bounds: list[tuple[int, FloatArray]] = []
         self._make_layers, self._shown = dict(layers or {}), frozenset[str]()
         self.layers: dict[str, BodyLayer] = {}
+        self.hidden: frozenset[int] = frozenset()
         self._light_and_ground()
 
     def show_prepared(self, prepared: PreparedScene) -> None:
-        """Draw another robot, at home, framed."""
+        """Draw another robot, at home, framed; of the same one with the same objects what was hidden stays so."""
         self.plotter.clear_actors()
+        if self._prepared is None or _bodies(self._prepared) != _bodies(prepared):
+            self.hidden = frozenset()
         self._prepared, self._frame = prepared, None
         self._configuration = Configuration(prepared.robot)
         self._links, self._bodies, self._placeholders, self._bounds = [], [], [], []
@@ -154,9 +158,40 @@ class RobotScene:
             for layer in self.layers.values():
                 layer.hide()
             return
-        self._marks.show_frame(self._frame, self.poses)
+        frame = self._seen_of(self._frame)
+        self._marks.show_frame(frame, self.poses)
         for layer in self.layers.values():
-            layer.show_frame(self._frame, self.poses)
+            layer.show_frame(frame, self.poses)
+
+    def _seen_of(self, frame: Frame) -> Frame:
+        """A frame without what touches links that are hidden."""
+        if not self.hidden:
+            return frame
+        robot, skin = self.prepared.robot, self.prepared.skin
+        names = {link.name for number, link in enumerate(robot.links) if number not in self.hidden}
+        return replace(
+            frame,
+            regions=tuple(region for region in frame.regions if region.link in names),
+            pokes=tuple(poke for poke in frame.pokes if skin.link(poke.at) in names),
+        )
+
+    def hide(self, bodies: frozenset[int]) -> None:
+        """Leave out these links, with their skin and its marks, and objects behind the links; no others."""
+        self.hidden = bodies
+        if self._prepared is not None:
+            self._move()
+            self._mark()
+
+    def _leave_out(self) -> None:
+        """Take the actors of what is hidden off the picture: whether they are otherwise to be seen stays theirs."""
+        carried = (self._edit_marks, self._task_marks)
+        actors = [*self._links, *self.skin.link_actors, *(pair for marks in carried for pair in marks.link_actors)]
+        first = len(self.prepared.robot.links)
+        actors += [*self.skin.textured_actors, *((first + number, actor) for number, actor in self._objects.actors)]
+        renderer = self.plotter.renderer
+        for number, actor in actors:
+            if (shown := number not in self.hidden) != bool(renderer.HasViewProp(actor)):
+                (renderer.AddViewProp if shown else renderer.RemoveViewProp)(actor)
 
     def shows(self, frame: Frame) -> bool:
         """Whether ``frame`` would look like the one shown: an arm at rest need not be drawn again and again."""
@@ -340,7 +375,8 @@ class RobotScene:
         if self._prepared is not None:
             width, height = self.plotter.window_size
             robot = self._corners()
-            points = np.concatenate([robot, self._objects.near(robot)])
+            first = len(self.prepared.robot.links)
+            points = np.concatenate([robot, self._objects.near(robot, {body - first for body in self.hidden})])
             shape = aspect or width / height
             central = self._places.points
             self.look(framing(points, self._away, shape, view_angle=30.0, fill=0.92, central=central))
@@ -350,10 +386,11 @@ class RobotScene:
         self.plotter.renderer.ResetCameraClippingRange()
 
     def _corners(self) -> FloatArray:
-        """(k, 3) corners of all links' and patches' boxes, world [m]."""
+        """(k, 3) corners of all links' and patches' boxes, world [m], but for hidden ones; of all if none is left."""
         poses = self.poses
         parts = []
-        for number, bounds in self._bounds:
+        shown = [one for one in self._bounds if one[0] not in self.hidden]
+        for number, bounds in shown or self._bounds:
             corners = np.array(np.meshgrid(*bounds.T)).reshape(3, -1).T
             parts.append(corners @ poses[number][:3, :3].T + poses[number][:3, 3])
         return np.concatenate(parts)
@@ -365,6 +402,7 @@ class RobotScene:
         for number, actor in (*self._edit_marks.link_actors, *self._task_marks.link_actors):
             set_matrix(actor, poses[number])
         self.skin.move(poses, self._plane)
+        self._leave_out()
 
     def _colour(self) -> None:
         assert self._prepared is not None
@@ -389,3 +427,8 @@ class RobotScene:
             floor_grid(self._corners()),
             color=colour, line_width=1, lighting=False, name="ground", pickable=False, reset_camera=False,
         )  # fmt: skip
+
+
+def _bodies(prepared: PreparedScene) -> tuple[str, ...]:
+    """What can be hidden of a scene, by name."""
+    return (*(link.name for link in prepared.robot.links), *(body.spec.name for body in prepared.objects))

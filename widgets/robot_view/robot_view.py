@@ -117,6 +117,9 @@ class RobotView(QWidget):
         interaction: The gestures; its signals are also the view's.
     """
 
+    hidden_changed = Signal()
+    """Other links or objects are left out."""
+
     beside_skin, turns, idle_cursor = False, True, Qt.CursorShape.OpenHandCursor
 
     def __init__(
@@ -163,7 +166,19 @@ class RobotView(QWidget):
         self.card.clear()
         self.display.show_prepared(prepared)
         self.morph.show()
+        picker.hidden = self.display.scene.hidden
         self._picker, self._taxels = picker, BodyTaxels(prepared, picker)
+        self.hidden_changed.emit()
+
+    def hide_bodies(self, bodies: frozenset[int]) -> None:
+        """Leave out these links, with their skin, and objects behind the links, and no others: none is seen or pressed
+        there. The map and the simulation keep them.
+        """
+        if self._picker is not None and bodies != self._picker.hidden:
+            self.interaction.cancel()
+            self._picker.hidden = bodies
+            self.display.hide(bodies)
+            self.hidden_changed.emit()
 
     def set_tool(self, tool: ToolKind) -> None:
         """Take another tool; what the user was doing ends."""

@@ -231,6 +231,11 @@ class SkinActors:
         elif self._textured is not None:
             self._textured.lay(map_)
 
+    @property
+    def textured_actors(self) -> list[tuple[int, Any]]:
+        """Link number and actor of each patch as it shows the map's picture; none while it does not."""
+        return [] if self._textured is None else list(zip(self._links, self._textured.actors, strict=True))
+
     def select(self, taxels: IntArray, inks: tuple[str, ...]) -> None:
         """Ring these taxels (k,), each in its colour."""
         colours = (255 * np.array([rgb(ink) for ink in inks]).reshape(-1, 3)).round().astype(np.uint8)

@@ -339,6 +339,11 @@ def turned(bench):
     run(bench.window, TICK)
 
 
+def hidden_link(bench):
+    bench.live()
+    bench.window.robot_view.hide_bodies(frozenset({0}))
+
+
 def zoomed(bench):
     bench.live()
     view = bench.window.map_view
@@ -503,6 +508,7 @@ EFFECTS: dict[str, Effect] = {
     "find_taxel": Effect(LIVE, windows),
     # View.
     "frame": Effect(zoomed, lambda bench: bench.window.map_view.camera),
+    "show_bodies": Effect(hidden_link, of_state("bodies_hidden")),
     "morph": Effect(LIVE, lambda bench: bench.window.robot_view.morph._ease.endValue()),
     "compare": Effect(LIVE, status),
     **{f"ground_{layer.value}": Effect(after("ground_checker"), overlays) for layer in BaseLayer},

@@ -26,7 +26,18 @@ from widgets.tools.map_editing.seam_tool import SeamTool
 
 RIGHT, LEFT, SHIFT = Qt.MouseButton.RightButton, Qt.MouseButton.LeftButton, Qt.KeyboardModifier.ShiftModifier
 
-OFFERED_ON_SKIN = ["poke", "target", "path", "plot-taxel", "plot-link", "plot-joint", "frame", "hide", "copy"]
+OFFERED_ON_SKIN = [
+    "poke",
+    "target",
+    "path",
+    "plot-taxel",
+    "plot-link",
+    "plot-joint",
+    "frame",
+    "hide",
+    "hide-body",
+    "copy",
+]
 
 
 @pytest.fixture
@@ -163,7 +174,7 @@ def test_a_link_without_skin_is_framed_and_its_joint_plotted_and_copied(window):
             if hit.at is None and hit.body is not None and not view.over_control(QPoint(x, y).toPointF()):
                 before = view.display.scene.viewpoint.distance
                 menu = right_click(window, "robot", QPoint(x, y))
-                assert names(menu) == ["plot-joint", "frame", "copy"]
+                assert names(menu) == ["plot-joint", "frame", "hide-body", "copy"]
                 choose(menu, "plot-joint")
                 assert window.plots.shown[-1].startswith("joint:")
                 choose(right_click(window, "robot", QPoint(x, y)), "copy")
@@ -181,6 +192,28 @@ def test_hiding_a_patch_is_an_edit_that_can_be_undone(window):
     assert not window.editor.document.patches[at.patch].visible
     window.editor.undo()
     assert window.editor.document.patches[at.patch].visible
+
+
+def test_a_link_is_left_out_of_the_robot_view_until_all_are_shown(window):
+    view = window.robot_view
+    at, places = pixels(window)
+    link = window.live.prepared.robot.link_index[window.live.prepared.skin.patches[at.patch].link]
+    menu = right_click(window, "robot", places["robot"])
+    assert "show-bodies" not in names(menu)
+    assert not window.action("show_bodies").isEnabled()
+    choose(menu, "hide-body")
+    assert view.display.scene.hidden == {link}
+    met = view.pointed_at(places["robot"].toPointF())
+    assert met.at is None or met.at.patch != at.patch, "what is behind it is pointed at"
+    assert met.body != link
+    first, last = window.live.prepared.skin.first[at.patch : at.patch + 2]
+    assert np.isnan(view.taxel_pixels()[first:last]).all(), "no frame selects what is not seen"
+    assert window.editor.document.patches[at.patch].visible, "the map keeps it"
+    assert "show-bodies" in names(right_click(window, "map", places["map"]))
+    window.presenters.pointing.menu.close()
+    window.action("show_bodies").trigger()
+    assert not view.display.scene.hidden
+    assert view.point_at(places["robot"].toPointF()).patch == at.patch
 
 
 def test_pins_of_the_edited_map_are_meant_while_it_is_the_one_shown(window):
@@ -209,7 +242,20 @@ def test_a_seam_is_erased_where_it_is_pointed_at_and_only_there(window):
     seam = pointing.resolve(PointedAt(SurfacePoint(patch, face, weights)))
     (action,) = (action for action in POINTED_ACTIONS if action.name == "erase-seam")
     assert action.words(pointing, seam) == "Erase this seam"
-    assert action.words(pointing, pointing.resolve(PointedAt(visible_skin(window)[0]))) == ""
+    beside = pointing.resolve(PointedAt(visible_skin(window)[0]))
+    (frame,) = (action for action in POINTED_ACTIONS if action.name == "frame-seam")
+    assert action.words(pointing, beside) == frame.words(pointing, beside) == ""
+    assert frame.words(pointing, seam) == "Frame this seam"
+    window.views.frame_all()
+    frame.act(pointing, seam)
+    assert window.map_view.viewport().rect().contains(window.map_view.pixel_of(seam.at).toPoint())
+    scene, size = window.robot_view.display.scene, window.robot_view.display.size
+    pose = scene.poses[window.live.prepared.robot.link_index[document.skin.patches[patch].link]]
+    ends = document.skin.patches[patch].surface.vertices[run] @ pose[:3, :3].T + pose[:3, 3]
+    x, y = scene.viewpoint.pixels(ends, size).T
+    assert ((x > 0) & (x < size[0]) & (y > 0) & (y < size[1])).all()
+    assert max(np.ptp(x) / size[0], np.ptp(y) / size[1]) > 0.3, "and it is near"
+    window.views.frame_all()
     (copy,) = (action for action in POINTED_ACTIONS if action.name == "copy")
     copy.act(pointing, seam)
     along = document.skin.patches[patch].surface.vertices[run]

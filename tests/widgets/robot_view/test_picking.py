@@ -56,6 +56,20 @@ def test_what_is_in_front_wins_and_bare_links_hide_the_skin(prepared, picker):
     assert 0 < hidden < len(prepared.skin) / 2
 
 
+def test_rays_pass_through_what_is_hidden(prepared):
+    picker, poses = SkinPicker(prepared), Configuration(prepared.robot).poses()
+    at = prepared.skin.taxel_point(0)
+    point, normal = place(prepared, poses, at)
+    ray, link = CameraRay(point + 2e-3 * normal, -normal), prepared.robot.link_index[prepared.skin.link(at)]
+    near = picker.distance(ray, poses)
+    picker.hidden = frozenset({link})
+    found = picker.pick(ray, poses)
+    assert found is None or prepared.skin.link(found) != prepared.skin.link(at)
+    assert picker.bare_body(ray, poses) != link
+    assert picker.distance(ray, poses) > near
+    assert (picker.any_body(ray, poses) or (None, 0.0))[0] != link
+
+
 def test_beside_the_robot_there_is_no_skin(prepared, picker):
     away = CameraRay(np.array([5.0, 0.0, 5.0]), np.array([1.0, 0.0, 0.0]))
     assert picker.pick(away, Configuration(prepared.robot).poses()) is None

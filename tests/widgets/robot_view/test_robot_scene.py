@@ -67,6 +67,27 @@ def test_a_touch_colours_the_skin_around_it_and_no_more(plotter, scene, prepared
     assert np.linalg.norm(vertices[touched] - region.link_position, axis=1).max() < 0.1
 
 
+def test_a_hidden_link_is_left_out_with_its_skin_and_touch_and_comes_back(plotter, scene, prepared, pressed):
+    scene.show_frame(pressed)
+    link = prepared.robot.link_index[pressed.regions[0].link]
+    renderer, whole = plotter.renderer, len(scene._corners())
+    before = renderer.GetViewProps().GetNumberOfItems()
+    scene.hide(frozenset({link}))
+    gone = [actor for number, actor in [*scene._links, *scene.skin.link_actors] if number == link]
+    assert gone
+    assert not any(renderer.HasViewProp(actor) for actor in gone)
+    assert len(scene._corners()) < whole, "what is framed"
+    assert not scene.forces, "an arrow would stand in the air"
+    scene.show_frame(pressed)
+    assert not any(renderer.HasViewProp(actor) for actor in gone)
+    scene.show_prepared(prepared)
+    assert scene.hidden == {link}, "another start of the same scene"
+    scene.hide(frozenset())
+    assert renderer.GetViewProps().GetNumberOfItems() == before
+    scene.hide(frozenset(range(len(prepared.robot.links))))
+    assert len(scene._corners()) == whole, "of nothing no view can be framed"
+
+
 def test_links_stand_where_the_posture_puts_them(plotter, scene, prepared, pressed):
     scene.show_frame(pressed)
     configuration = Configuration(prepared.robot)

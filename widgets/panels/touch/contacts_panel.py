@@ -214,7 +214,7 @@ _ROW_STYLE = """
 
 _ROW_TIP = "Highlight this contact's trace; click again to clear"
 _NAME_PX = 84
-"""What the column leaves for a link's name."""
+"""What the column leaves for a link's name before it has been laid out."""
 
 
 class ContactRow:
@@ -255,8 +255,9 @@ class ContactRow:
         """Say what is known of a region; None empties the row. Where its force was estimated, the tip says how well."""
         texts, ink = ["", "", "", ""], ""
         if region is not None:
-            metrics = self._cells[0].fontMetrics()
-            name = metrics.elidedText(region.link, Qt.TextElideMode.ElideMiddle, _NAME_PX)
+            metrics, cell = self._cells[0].fontMetrics(), self._cells[0]
+            room = cell.width() if cell.isVisible() else _NAME_PX  # it stretches, so its text does not decide its width
+            name = metrics.elidedText(region.link, Qt.TextElideMode.ElideMiddle, room)
             force = "" if units.force is None else f"{region.force:.2f}"
             texts = [name, force, f"{1e-3 * region.peak:.1f}", f"{1e6 * region.area:.0f}"]
             ink = f'<span style="color:{region_colour(region.id)}">●</span>'

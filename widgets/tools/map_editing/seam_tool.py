@@ -187,14 +187,19 @@ class SeamTool(MapEditTool):
 
     def seam_length(self, at: SurfacePoint) -> float | None:
         """Length of the seam that runs past a place of the skin, from branch to branch [m]; None where none does."""
+        if (found := self.seam(at)) is None:
+            return None
+        document, number, run = found
+        steps = np.diff(document.skin.patches[number].surface.vertices[run], axis=0)
+        return float(np.linalg.norm(steps, axis=1).sum())
+
+    def seam(self, at: SurfacePoint) -> tuple[MapDocument, int, IntArray] | None:
+        """The seam that runs past a place of the skin: document, patch, and vertices (k,) from branch to branch."""
         document = self._editor.document
         if document is None or not self._editor.enabled:  # a recording that is shown may wear another skin
             return None
-        if (found := seam_at(document, _near(at))) is None:
-            return None
-        number, run = found
-        steps = np.diff(document.skin.patches[number].surface.vertices[run], axis=0)
-        return float(np.linalg.norm(steps, axis=1).sum())
+        found = seam_at(document, _near(at))
+        return None if found is None else (document, *found)
 
     def erase_at(self, at: SurfacePoint) -> None:
         """Erase the seam that runs past a place of the skin."""
