@@ -23,7 +23,7 @@ from tests.widgets.support.window_driver import begin_again, close_window, open_
 from widgets.document.map_editor import MapEditor
 from widgets.map_view import map_display
 from widgets.map_view.live_image import AtlasTile, ImageAtlas
-from widgets.robot_view import skin_actors
+from widgets.robot_view.scene import skin_actors
 from widgets.session.backends import INLINE
 from widgets.workers.scene_worker import InlineSceneWorker
 

@@ -11,8 +11,8 @@ from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QStatusBar
 
 from app.core.errors import describe_unexpected_error
-from widgets.common.notification_bar import HintBar, NotificationBar
-from widgets.common.progress_indicator import ProgressIndicator
+from widgets.context.notification_bar import HintBar, NotificationBar
+from widgets.context.progress_indicator import ProgressIndicator
 
 STATUS_MS, INTRODUCTION_MS = 5_000, 20_000
 

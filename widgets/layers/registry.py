@@ -19,8 +19,8 @@ from widgets.map_view.map_layers import (
     TouchContours,
 )
 from widgets.map_view.map_scene import MapLayerFactory
-from widgets.robot_view.body_layers import ContactShapes, TaxelDiscs
-from widgets.robot_view.robot_scene import BodyLayerFactory
+from widgets.robot_view.scene.body_layers import ContactShapes, TaxelDiscs
+from widgets.robot_view.scene.robot_scene import BodyLayerFactory
 
 
 @dataclass(frozen=True)

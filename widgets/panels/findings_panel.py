@@ -8,8 +8,8 @@ from PySide6.QtWidgets import QWidget
 
 from app.core.errors import Finding
 from app.session.prepare import PreparedScene
-from widgets.common.note_list import Note, NoteList
 from widgets.common.panel import Panel
+from widgets.panels.note_list import Note, NoteList
 
 _HEIGHT = 120
 _EMPTY = "What opening a robot, skin or scene noticed or repaired is listed here."

@@ -5,8 +5,8 @@ from __future__ import annotations
 from PySide6.QtCore import QTime
 from PySide6.QtWidgets import QWidget
 
-from widgets.common.note_list import Note, NoteList
 from widgets.common.panel import Panel
+from widgets.panels.note_list import Note, NoteList
 
 _HEIGHT = 120
 _MOST = 200

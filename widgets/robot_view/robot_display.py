@@ -22,9 +22,9 @@ from widgets.overlays.body_overlays import NO_MARKS, SkinTexture, ToolMarks
 from widgets.overlays.task_overlay import NO_TASK, TaskOverlay
 from widgets.robot_view.camera import Viewpoint, framing, look_from
 from widgets.robot_view.caption_overlay import CaptionOverlay, Captions, ForceCaption
-from widgets.robot_view.contact_marks import arrow_legend, ring_radius
 from widgets.robot_view.plotter_widget import Canvas, ImageCanvas, RenderScheduler, make_canvas
-from widgets.robot_view.robot_scene import BodyLayerFactory, RobotScene
+from widgets.robot_view.scene.contact_marks import arrow_legend, ring_radius
+from widgets.robot_view.scene.robot_scene import BodyLayerFactory, RobotScene
 
 _NO_SIDE = 0.2
 """Mean of unit normals below which a line runs around a body more than along one of its sides."""

@@ -28,7 +28,7 @@ from widgets.robot_view.camera import CameraRay, look_from, orbit, pan, zoom
 from widgets.robot_view.caption_overlay import CubeFace
 from widgets.robot_view.picking import BodyTaxels, SkinPicker, facing_pixels
 from widgets.robot_view.robot_display import RobotDisplay
-from widgets.robot_view.robot_scene import BodyLayerFactory
+from widgets.robot_view.scene.robot_scene import BodyLayerFactory
 
 _WHEEL_STEP = 1.15
 _TEXTS = CardTexts(

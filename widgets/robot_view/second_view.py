@@ -20,9 +20,9 @@ from app.session.frame import Frame
 from app.session.prepare import PreparedScene
 from widgets.common.colours import PressureScale, Theme
 from widgets.robot_view.camera import Viewpoint, look_from, orbit, pan, zoom
-from widgets.robot_view.contact_marks import ring_radius
 from widgets.robot_view.robot_display import RobotDisplay
-from widgets.robot_view.robot_scene import BodyLayerFactory
+from widgets.robot_view.scene.contact_marks import ring_radius
+from widgets.robot_view.scene.robot_scene import BodyLayerFactory
 
 EVERY_MS = 100
 """Between two frames that are shown."""

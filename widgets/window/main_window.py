@@ -15,12 +15,12 @@ from widgets.actions.registry import ActionRegistry
 from widgets.actions.table import REMEDIES, menu_bar
 from widgets.common.colour_bar import ColourBar
 from widgets.common.colours import PressureScale, Theme
-from widgets.common.notification_bar import HintBar, NotificationBar
 from widgets.common.settings import Settings
 from widgets.common.wheel_guard import guard_wheel
 from widgets.context.app_context import AppContext, ThemeHolder
 from widgets.context.dialogs import Dialogs
 from widgets.context.linked_views import LinkedViews
+from widgets.context.notification_bar import HintBar, NotificationBar
 from widgets.context.notifier import Notifier
 from widgets.document.map_editor import MapEditor
 from widgets.document.recording_notes import RecordingNotes

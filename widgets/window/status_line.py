@@ -11,7 +11,7 @@ from PySide6.QtCore import QSize, Qt
 from PySide6.QtGui import QPainter, QPaintEvent, QResizeEvent
 from PySide6.QtWidgets import QLabel, QSizePolicy, QStatusBar, QStyle, QStyleOption, QWidget
 
-from widgets.common.progress_indicator import ProgressIndicator
+from widgets.context.progress_indicator import ProgressIndicator
 
 _LEAST_PX = 24
 _MARGINS_PX = 14

@@ -12,7 +12,7 @@ from widgets.actions.registry import LINE, ActionRegistry, ActionSpec, Menu, Men
 from widgets.actions.state import WindowState, running
 from widgets.common.colours import DARK
 from widgets.common.mode import Mode
-from widgets.common.progress_indicator import ProgressIndicator
+from widgets.context.progress_indicator import ProgressIndicator
 from widgets.window.toolbar import SessionToolbar
 
 

@@ -19,7 +19,7 @@ from widgets.context.linked_views import LinkedViews
 from widgets.layers.registry import LAYERS, LayerSpec, at_first
 from widgets.map_view.map_items import ZOrder
 from widgets.map_view.map_scene import MapLayer
-from widgets.robot_view.robot_scene import BodyLayer
+from widgets.robot_view.scene.robot_scene import BodyLayer
 
 
 class Recorded:

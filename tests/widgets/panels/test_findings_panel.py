@@ -7,9 +7,9 @@ from dataclasses import replace
 import pytest
 
 from app.core.errors import Finding
-from widgets.common.note_list import Note
 from widgets.panels.findings_panel import FindingsPanel, note_of
 from widgets.panels.messages_panel import MessagesPanel
+from widgets.panels.note_list import Note
 
 MISSING = Finding("missing-mesh", "link_3.stl", "a small box stands in; choose the package root", 2)
 

@@ -17,8 +17,8 @@ from tests.widgets.support.snapshots import check_picture
 from tests.widgets.support.window_driver import blow_up, press_map, run, visible_skin
 from widgets.common.colours import DARK, LIGHT
 from widgets.common.guide_window import GuideWindow
-from widgets.common.notification_bar import NotificationBar
 from widgets.common.settings import BaseLayer
+from widgets.context.notification_bar import NotificationBar
 from widgets.tools.registry import ARRANGE
 
 

@@ -13,7 +13,7 @@ from app.scene.objects import ObjectSpec
 from app.scene.scene_file import load_scene
 from tests.support.touch import arm
 from widgets.robot_view.camera import Viewpoint, framing, orbit, pan, zoom
-from widgets.robot_view.opening_view import DEFAULT_DIRECTION, initial_direction, places_of_interest
+from widgets.robot_view.scene.opening_view import DEFAULT_DIRECTION, initial_direction, places_of_interest
 
 SIZE = (900, 700)
 

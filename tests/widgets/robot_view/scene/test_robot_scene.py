@@ -10,7 +10,7 @@ from app.robots.kinematics import Configuration
 from app.session.session import Session
 from app.tactile.poke import PokePressed
 from widgets.common.colours import DARK, LIGHT, PressureScale
-from widgets.robot_view.robot_scene import RobotScene
+from widgets.robot_view.scene.robot_scene import RobotScene
 
 
 @pytest.fixture

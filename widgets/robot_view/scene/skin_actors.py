@@ -23,7 +23,7 @@ from widgets.common.colours import BETWEEN_DOTS, PressureScale, rgb
 from widgets.document.taxel_selection import TAXEL_COLOURS
 from widgets.overlays.body_overlays import SkinTexture
 from widgets.robot_view.camera import CameraRay
-from widgets.robot_view.surface_marks import MATTE, TaxelMarkers, polydata, set_matrix
+from widgets.robot_view.scene.surface_marks import MATTE, TaxelMarkers, polydata, set_matrix
 
 PEELED = 0.1
 """The share at which the skin has come off the body and begins to be laid flat."""

@@ -23,12 +23,12 @@ from widgets.common.colours import PressureScale, Theme, mixed
 from widgets.overlays.body_overlays import SkinTexture, ToolMarks
 from widgets.overlays.task_overlay import TaskOverlay
 from widgets.robot_view.camera import CameraRay, Viewpoint, framing
-from widgets.robot_view.contact_marks import ContactMarks
-from widgets.robot_view.object_actors import ObjectActors, floor_grid
-from widgets.robot_view.opening_view import initial_direction, places_of_interest
-from widgets.robot_view.skin_actors import PEELED, SkinActors
-from widgets.robot_view.surface_marks import MATTE, polydata, set_matrix
-from widgets.robot_view.tool_and_task_marks import EditToolMarks, TaskMarks
+from widgets.robot_view.scene.contact_marks import ContactMarks
+from widgets.robot_view.scene.object_actors import ObjectActors, floor_grid
+from widgets.robot_view.scene.opening_view import initial_direction, places_of_interest
+from widgets.robot_view.scene.skin_actors import PEELED, SkinActors
+from widgets.robot_view.scene.surface_marks import MATTE, polydata, set_matrix
+from widgets.robot_view.scene.tool_and_task_marks import EditToolMarks, TaskMarks
 
 _STILL = 2e-5
 """Joints and objects that move less [rad, m] do not change a pixel."""

@@ -15,7 +15,7 @@ import pyvista as pv
 from app.core.arrays import FloatArray
 from app.scene.objects import SceneObject
 from widgets.common.colours import Theme, mixed
-from widgets.robot_view.surface_marks import MATTE, polydata, set_matrix
+from widgets.robot_view.scene.surface_marks import MATTE, polydata, set_matrix
 
 _PROBE_OPACITY = 0.55
 """A probe looks as the finger does, but for this: nothing else shows where it is while it touches nothing."""

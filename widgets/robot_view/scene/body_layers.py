@@ -9,9 +9,9 @@ from app.contacts.regions import ContactRegion
 from app.core.arrays import FloatArray
 from app.session.frame import Frame
 from widgets.common.colours import PressureScale
-from widgets.robot_view.contact_marks import MAX_CONTACTS
-from widgets.robot_view.robot_scene import BodyLayer, RobotScene
-from widgets.robot_view.surface_marks import TaxelMarkers, add_mark, set_matrix
+from widgets.robot_view.scene.contact_marks import MAX_CONTACTS
+from widgets.robot_view.scene.robot_scene import BodyLayer, RobotScene
+from widgets.robot_view.scene.surface_marks import TaxelMarkers, add_mark, set_matrix
 
 SHAPE_INK = "#5b6570"
 """Of ellipses and error circles, on skin that is light in both themes."""

@@ -14,7 +14,7 @@ from app.scene.object_meshes import make_objects
 from app.scene.objects import ObjectSpec
 from app.session.session import Session
 from widgets.common.colours import DARK, LIGHT, PressureScale
-from widgets.robot_view.robot_scene import RobotScene
+from widgets.robot_view.scene.robot_scene import RobotScene
 
 BALL = ObjectSpec("ball", "sphere", size=(0.06,), at=(0.2, 0.5, 0.4), mass=0.2)
 CRATE = ObjectSpec("crate", "box", size=(0.2, 0.1, 0.1), at=(0.5, -0.1, 0.05), turn=(0.0, 0.0, 30.0))

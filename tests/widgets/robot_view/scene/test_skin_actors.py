@@ -19,7 +19,7 @@ from tests.widgets.support.window_driver import run, visible_skin
 from widgets.common.tool_kinds import SELECT_BOX, SelectionMode
 from widgets.document.taxel_selection import SelectionUpdate
 from widgets.robot_view.camera import CameraRay
-from widgets.robot_view.skin_actors import PEELED, morphed, ray_mesh_intersection
+from widgets.robot_view.scene.skin_actors import PEELED, morphed, ray_mesh_intersection
 
 LEFT = Qt.MouseButton.LeftButton
 

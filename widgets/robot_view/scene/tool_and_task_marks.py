@@ -26,7 +26,7 @@ from widgets.overlays.body_overlays import (
     area_triangles,
 )
 from widgets.overlays.task_overlay import NO_TASK, ContactTrail, SkinPolyline, TaskOverlay
-from widgets.robot_view.surface_marks import (
+from widgets.robot_view.scene.surface_marks import (
     ColouredTriangles,
     SurfaceMarks,
     add_mark,

@@ -17,8 +17,8 @@ from widgets.common.colours import DARK, LIGHT, PressureScale, rgb
 from widgets.layers.registry import LAYERS, body_layers
 from widgets.overlays.task_overlay import ContactTrail
 from widgets.overlays.task_overlay_builder import TaskOverlayBuilder
-from widgets.robot_view.robot_scene import RobotScene
-from widgets.robot_view.tool_and_task_marks import TaskMarks
+from widgets.robot_view.scene.robot_scene import RobotScene
+from widgets.robot_view.scene.tool_and_task_marks import TaskMarks
 
 
 @pytest.fixture(scope="module")

@@ -13,7 +13,7 @@ from app.core.reading_units import ReadingUnits
 from app.session.frame import Frame
 from app.session.prepare import PreparedScene
 from widgets.common.colours import Theme
-from widgets.robot_view.surface_marks import add_mark
+from widgets.robot_view.scene.surface_marks import add_mark
 
 ARROW_LENGTH = 0.012
 """Metres of arrow per newton."""
