@@ -156,7 +156,7 @@ def _parquet_rows(path: Path, data: bytes) -> list[Row]:
         raise UsageError(
             "a Parquet file needs pyarrow, which is not installed",
             file=path,
-            remedy="pip install 'tactile-maps[export]', or open the CSV beside it",
+            remedy="pip install 'tactile-maps[pyarrow]', or open the CSV beside it",
         )
     import pyarrow
     import pyarrow.parquet
@@ -222,7 +222,9 @@ def table_points(table: StudyTable, rows: Sequence[Row], x: str, y: str, by: str
         found.setdefault((row[x], row[by] if by else None), []).append(row)
     if len(found) > MOST_POINTS or any(len(one) > MOST_AT_A_POINT for one in found.values()):
         told = f"{len(found)} points from {len(rows)} rows"
-        remedy = f"The most are {MOST_POINTS} points, of {MOST_AT_A_POINT} rows each: choose another factor or fewer rows"
+        remedy = (
+            f"The most are {MOST_POINTS} points, of {MOST_AT_A_POINT} rows each: choose another factor or fewer rows"
+        )
         raise UsageError("these are too many to draw", value=told, remedy=remedy)
     cases = [name for name in table.case_columns if name not in (x, by)]
     points = (_point(key, rows, y, cases) for key, rows in found.items())

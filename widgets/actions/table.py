@@ -199,6 +199,7 @@ def _file_menu() -> Menu:
                 ("Ctrl+Shift+R",),
                 "List the recordings of a folder with their pictures: replay, label, find or delete them",
             ),
+            ActionSpec("open_study", "Open study table…", (), "Plot a table of tactile-maps study and see its rows"),
             MenuList("recent", "Recent files"),
             LINE,
             ActionSpec(
@@ -742,6 +743,7 @@ def _help_menu() -> Menu:
                 "tour", "Take the tour", (), "Five steps, each done by doing it; Escape leaves at any moment", running
             ),
             ActionSpec("guide", "Guide", ("Shift+F1",), "Open the user guide"),
+            MenuList("findings", "Findings"),
             ActionSpec(
                 "keys", "Keys", ("F1", "?"), "List all mouse gestures and keys, to be searched, changed and left open"
             ),

@@ -19,6 +19,7 @@ MAPS = (".npz",)
 ROBOT_FILTER = "Robots and meshes (" + " ".join(f"*{end}" for end in (*ROBOTS, *MESHES, *SCENES)) + ")"
 RECORDING_FILTER = "Recordings (*.mcap)"
 SCENE_FILTER = "Scenes (*.toml)"
+STUDY_FILTER = "Tables of studies (*.csv *.parquet)"
 SCRIPT_FILTER = "Stimulus scripts (*.toml)"
 
 

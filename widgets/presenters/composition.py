@@ -16,6 +16,7 @@ from widgets.presenters.files.file_presenter import FilePresenter
 from widgets.presenters.files.film_presenter import FilmPresenter
 from widgets.presenters.files.map_file_presenter import MapFilePresenter
 from widgets.presenters.files.recordings_presenter import RecordingsPresenter
+from widgets.presenters.files.study_presenter import StudyPresenter
 from widgets.presenters.map_edit_presenter import MapEditPresenter
 from widgets.presenters.notification_presenter import NotificationPresenter
 from widgets.presenters.plots_presenter import PlotsPresenter
@@ -46,6 +47,7 @@ class Presenters:
     files: FilePresenter
     export: ExportPresenter
     recordings: RecordingsPresenter
+    studies: StudyPresenter
     overlay: OverlayPresenter
     live_input: LiveInputPresenter
     view: ViewPresenter
@@ -91,7 +93,8 @@ def build(context: AppContext, parent: QWidget) -> Presenters:
     effects = EffectsPresenter(context, parent)
     map_files = MapFilePresenter(context, parent)
     map_edit = MapEditPresenter(context, tools, map_files, parent)
-    files = FilePresenter(context, effects, map_files, tools.get(GridTool), parent)
+    studies = StudyPresenter(context, parent)
+    files = FilePresenter(context, effects, map_files, studies, tools.get(GridTool), parent)
     plots, figure = PlotsPresenter(context, parent), FigurePresenter(context, parent)
     overlay = OverlayPresenter(context, parent)
     return Presenters(
@@ -101,6 +104,7 @@ def build(context: AppContext, parent: QWidget) -> Presenters:
         map_edit=map_edit,
         files=files,
         recordings=RecordingsPresenter(context, files, overlay, parent),
+        studies=studies,
         overlay=overlay,
         export=ExportPresenter(context, parent),
         live_input=LiveInputPresenter(context, parent),

@@ -89,6 +89,7 @@ class MainWindow(QMainWindow):
         self._commands = WindowCommands(self.context, self, self.panels, self.bottom, self.panel_docks)
         files = self.presenters.files
         lists = {"robots": files.list_robots, "scenes": files.list_scenes, "recent": files.list_recent}
+        lists["findings"] = self.presenters.studies.list_findings
         lists["layouts"] = self.panel_docks.list_layouts
         lists["bodies"] = self.more_views.list_bodies
         yielding = [key for spec in self._actions.specs if spec.yields for key in spec.keys]  # whoever has them now

@@ -15,7 +15,13 @@ from widgets.common.panel import Panel
 from widgets.panels.panel_column import PanelColumn
 
 ListFiller = Callable[[QMenu], None]
-_LISTS = {"scenes": "Open scene", "robots": "Open robot", "recent": "Open recent", "bodies": "Frame link"}
+_LISTS = {
+    "scenes": "Open scene",
+    "robots": "Open robot",
+    "recent": "Open recent",
+    "bodies": "Frame link",
+    "findings": "Findings",
+}
 _CONTROLS = (QComboBox, QAbstractSpinBox, QAbstractSlider)
 
 

@@ -418,7 +418,8 @@ def clipboard(_bench):
 EFFECTS: dict[str, Effect] = {
     # File.
     **dict.fromkeys(
-        ("open_robot", "package_root", "open_scene", "import_taxels", "open_recording", "open_map"), Effect(LIVE, asked)
+        ("open_robot", "package_root", "open_scene", "import_taxels", "open_recording", "open_study", "open_map"),
+        Effect(LIVE, asked),
     ),
     "connect": Effect(LIVE, windows),
     "disconnect": Effect(measuring, of_state("measured")),

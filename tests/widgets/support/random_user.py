@@ -81,7 +81,16 @@ OPERATED = (
 LEAVES = frozenset({"quit"})
 """Actions that end the window: what a run ends with."""
 DEAR_ACTIONS = frozenset(
-    {"weigh", "open_robot", "open_scene", "open_recording", "import_taxels", "play_script", "package_root"}
+    {
+        "weigh",
+        "open_robot",
+        "open_scene",
+        "open_recording",
+        "open_study",
+        "import_taxels",
+        "play_script",
+        "package_root",
+    }
 )
 """What simulates or opens for seconds."""
 DEAR_BUTTONS = frozenset({"comparison-run", "accuracy-measure"})

@@ -33,6 +33,7 @@ from app.scene.scene_file import (
 from app.session.prepare import PreparedScene
 from app.skin.fit import GridSpec, is_grid_patch
 from app.skin.formats.import_skin import NO_ROBOT, check_links, is_robot_with_taxels, named_links
+from app.studies.study_table import is_study_table
 from widgets.actions.mnemonics import with_mnemonic
 from widgets.common.file_types import (
     RECORDING_FILTER,
@@ -48,6 +49,7 @@ from widgets.common.file_types import (
 from widgets.context.app_context import AppContext
 from widgets.panels.control.controller_panel import ControllerPanel
 from widgets.presenters.files.map_file_presenter import MapFilePresenter
+from widgets.presenters.files.study_presenter import StudyPresenter
 from widgets.presenters.session.effects_presenter import EffectsPresenter
 from widgets.tools.map_editing.grid_tool import GridTool
 
@@ -62,6 +64,7 @@ class FilePresenter(QObject):
         context: What it works on.
         effects: Knows the scene as it was chosen.
         map_files: Asks about edits that are not saved before another scene is opened.
+        studies: Shows tables of studies.
         grid: Places grids of taxels, each a scene more.
         parent: Qt parent.
     """
@@ -71,11 +74,13 @@ class FilePresenter(QObject):
         context: AppContext,
         effects: EffectsPresenter,
         map_files: MapFilePresenter,
+        studies: StudyPresenter,
         grid: GridTool,
         parent: QObject,
     ) -> None:
         super().__init__(parent)
         self._context, self._effects, self._map_files, self._grid_steps = context, effects, map_files, grid.steps
+        self._studies = studies
         grid.placed.connect(self._on_grid_placed)
         grid.steps.scene_wanted.connect(self.open_scene)
         context.session.prepared_changed.connect(self._on_prepared_changed)
@@ -106,6 +111,8 @@ class FilePresenter(QObject):
             if is_recording(path):
                 self._opening = path
                 self._context.session.open_recording(path)
+            elif is_study_table(path):
+                self._studies.open(path)
             elif is_map(path):
                 self._map_files.open(path)
             elif is_taxel_file(path):

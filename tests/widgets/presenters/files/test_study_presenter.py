@@ -1,0 +1,64 @@
+"""Tables of studies in the window: from the menu, by a drop, and by a click on a point."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QMenu, QPushButton
+
+from app.studies.study_table import read_study_table
+from assets import asset
+from widgets.common.colours import LIGHT
+from widgets.context.study_dialog import StudyDialog
+
+LOOPS, PATHS = asset("findings", "loop-laws.csv"), asset("findings", "representation.csv")
+
+
+def shown(window):
+    (dialog,) = window.findChildren(StudyDialog)
+    return dialog
+
+
+def test_a_click_on_a_point_lists_its_rows(window_again):
+    window_again.presenters.files.open_path(str(LOOPS))
+    dialog = shown(window_again)
+    assert len(dialog.model.rows) == len(read_study_table(LOOPS).rows)
+    dialog.x.setCurrentText("delay")
+    dialog.by.setCurrentText("plant")
+    dialog.only.setText("law=onset")
+    QTest.keyClick(dialog.only, Qt.Key.Key_Tab)
+    dialog.only.editingFinished.emit()
+    point = next(point for point in dialog.points if point.x == 2)
+    at = dialog.plot.on_canvas(point).toPoint()
+    QTest.mouseClick(dialog.plot.canvas.viewport(), Qt.MouseButton.LeftButton, pos=at)
+    assert dialog.model.rows == list(point.rows)
+    assert {(row["law"], row["delay"]) for row in dialog.model.rows} == {("onset", 2)}
+    QTest.mouseClick(dialog.findChild(QPushButton, "study-all-rows"), Qt.MouseButton.LeftButton)
+    assert {row["law"] for row in dialog.model.rows} == {"onset"}
+    assert len(dialog.model.rows) > len(point.rows)
+    dialog.set_theme(LIGHT)
+    dialog.close()
+
+
+def test_it_says_what_a_point_takes_for_one_and_what_cannot_be_asked(window_again):
+    window_again.presenters.studies.open(str(PATHS))
+    dialog = shown(window_again)
+    assert "most of their seeds cannot" in dialog.said.text()
+    assert "points take rows of different" in dialog.said.text()
+    dialog.only.setText("colour=red")
+    dialog.only.editingFinished.emit()
+    assert "this is no condition" in dialog.said.text()
+    assert not dialog.points
+    dialog.close()
+
+
+def test_every_table_that_ships_is_in_the_menu_and_a_broken_one_is_told(window_again, tmp_path):
+    menu = QMenu()
+    window_again.presenters.studies.list_findings(menu)
+    assert len(menu.actions()) == len(list(asset("findings").glob("*.csv")))
+    menu.actions()[0].trigger()
+    shown(window_again).close()
+    menu.deleteLater()
+    (tmp_path / "mine.csv").write_text("level,seed\n1\n", encoding="utf8")
+    window_again.presenters.files.open_path(str(tmp_path / "mine.csv"))
+    assert "line 2 is not whole" in window_again.notification_bar.text
