@@ -88,13 +88,13 @@ class StudyDialog(QDialog):
         self.study = table
         self.points: list[TablePoint] = []
         self._rows: list[Row] = list(table.rows)
-        self.x, self.y, self.by = (self._choice(name) for name in ("factor", "measure", "curves"))
+        self.factor, self.measure, self.curves = (self._choice(name) for name in ("factor", "measure", "curves"))
         self.only, self.said = QLineEdit(self), QLabel(self)
         self.plot, self.model = StudyPlot(theme, self), RowsModel(table.columns, self)
         self.view, self.all_rows = QTableView(self), QPushButton("All rows", self)
         self._lay_out()
         self._fill()
-        for box in (self.x, self.y, self.by):
+        for box in (self.factor, self.measure, self.curves):
             box.currentIndexChanged.connect(self._draw)
         self.only.editingFinished.connect(self._draw)
         self.plot.chosen.connect(self.show_point)
@@ -126,8 +126,10 @@ class StudyDialog(QDialog):
         self.view.verticalHeader().setDefaultSectionSize(22)
         left, right, ends = QWidget(self), QWidget(self), QSplitter(Qt.Orientation.Horizontal, self)
         form, drawn, listed, foot = QFormLayout(), QVBoxLayout(left), QVBoxLayout(right), QHBoxLayout()
-        for words, box in (("Factor", self.x), ("Measure", self.y), ("Curves by", self.by), ("Only rows", self.only)):
-            form.addRow(words, box)
+        form.addRow("Factor", self.factor)
+        form.addRow("Measure", self.measure)
+        form.addRow("Curves by", self.curves)
+        form.addRow("Only rows", self.only)
         drawn.addLayout(form)
         drawn.addWidget(self.plot, 1)
         foot.addWidget(self.said, 1)
@@ -144,13 +146,13 @@ class StudyDialog(QDialog):
         """The columns to choose from; first the factor and the curves that vary most telling."""
         table = self.study
         varied = [name for name in table.case_columns if len(distinct(table.rows, name)) > 1]
-        self.x.addItems(table.factors)
-        self.y.addItems(table.measures)
-        self.by.addItems([_NONE, *table.factors])
+        self.factor.addItems(table.factors)
+        self.measure.addItems(table.measures)
+        self.curves.addItems([_NONE, *table.factors])
         factor = next((name for name in ("level", "x", *reversed(varied)) if name in varied), table.factors[0])
-        self.x.setCurrentText(factor)
+        self.factor.setCurrentText(factor)
         apart = [name for name in varied if name != factor and len(distinct(table.rows, name)) <= _MOST_CURVES]
-        self.by.setCurrentText(apart[0] if apart else _NONE)
+        self.curves.setCurrentText("factor" if "factor" in apart else apart[0] if apart else _NONE)
 
     def set_theme(self, theme: Theme) -> None:
         """Take another theme."""
@@ -169,17 +171,19 @@ class StudyDialog(QDialog):
         self.said.setText(self._told() if point is None else self._point_told(point))
 
     def _draw(self) -> None:
-        by = None if self.by.currentText() == _NONE else self.by.currentText()
+        by = None if self.curves.currentText() == _NONE else self.curves.currentText()
         try:
             self._rows = only(self.study.rows, self.only.text())
-            self.points = table_points(self.study, self._rows, self.x.currentText(), self.y.currentText(), by)
+            self.points = table_points(
+                self.study, self._rows, self.factor.currentText(), self.measure.currentText(), by
+            )
         except UsageError as error:
             self.points = []
-            self.plot.show_points((), self.x.currentText(), self.y.currentText())
+            self.plot.show_points((), self.factor.currentText(), self.measure.currentText())
             self._list(None)
             self.said.setText(str(error))
             return
-        self.plot.show_points(self.points, self.x.currentText(), self.y.currentText())
+        self.plot.show_points(self.points, self.factor.currentText(), self.measure.currentText())
         self._list(None)
 
     def _told(self) -> str:
@@ -198,6 +202,10 @@ class StudyDialog(QDialog):
         return ". ".join(parts) + "."
 
     def _point_told(self, point: TablePoint) -> str:
-        of = f", {self.by.currentText()} {cell_text(point.series)}" if point.series is not None else ""
-        what = f"{self.x.currentText()} {cell_text(point.x)}{of}"
-        return f"{what}: {self.y.currentText()} {point.interval} of {len(point.rows)} rows."
+        of = f", {self.curves.currentText()} {cell_text(point.series)}" if point.series is not None else ""
+        what = f"{self.factor.currentText()} {cell_text(point.x)}{of}"
+        measured = f"{what}: {self.measure.currentText()}"
+        if len(point.rows) == 1:
+            return f"{measured} {point.interval.middle:.3g}, of one row: no interval."
+        mixed = f", which differ in {', '.join(point.pooled)} too: no interval over seeds" if point.pooled else ""
+        return f"{measured} {point.interval} of {len(point.rows)} rows{mixed}."
