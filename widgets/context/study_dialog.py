@@ -23,7 +23,7 @@ from PySide6.QtWidgets import (
 
 from app.core.errors import UsageError
 from app.studies.rows import Row, distinct
-from app.studies.study_table import StudyTable, TablePoint, only, table_points
+from app.studies.running.study_table import StudyTable, TablePoint, only, table_points
 from widgets.common.colours import Theme
 from widgets.plots.study_plot import StudyPlot, cell_text
 

@@ -12,7 +12,7 @@ from PySide6.QtGui import QColor, QFont, QPainterPath
 from PySide6.QtWidgets import QVBoxLayout, QWidget
 
 from app.studies.rows import Cell, number
-from app.studies.study_table import TablePoint
+from app.studies.running.study_table import TablePoint
 from widgets.common.colours import Theme
 from widgets.plots.curve_legend import MARKER_SIZE, RING_SIZE, CurveLegend, curve_colour, curve_symbol
 

@@ -33,7 +33,7 @@ from app.scene.scene_file import (
 from app.session.prepare import PreparedScene
 from app.skin.fit import GridSpec, is_grid_patch
 from app.skin.formats.import_skin import NO_ROBOT, check_links, is_robot_with_taxels, named_links
-from app.studies.study_table import is_study_table
+from app.studies.running.study_table import is_study_table
 from widgets.actions.mnemonics import with_mnemonic
 from widgets.common.file_types import (
     RECORDING_FILTER,

@@ -7,7 +7,7 @@ from functools import partial
 from PySide6.QtWidgets import QMenu, QWidget
 
 from app.core.errors import TactileMapsError
-from app.studies.study_table import read_study_table
+from app.studies.running.study_table import read_study_table
 from assets import asset
 from widgets.common.file_types import STUDY_FILTER
 from widgets.context.app_context import AppContext

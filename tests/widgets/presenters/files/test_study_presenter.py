@@ -6,7 +6,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QMenu, QPushButton
 
-from app.studies.study_table import read_study_table
+from app.studies.running.study_table import read_study_table
 from assets import asset
 from widgets.common.colours import LIGHT
 from widgets.context.study_dialog import StudyDialog

@@ -8,8 +8,8 @@ import pytest
 
 from app.core.errors import UsageError
 from app.studies.hypotheses import bootstrap_median
+from app.studies.running.study_table import is_study_table, only, read_study_table, table_points
 from app.studies.running.tables import csv_table, parquet_table
-from app.studies.study_table import is_study_table, only, read_study_table, table_points
 from assets import asset
 
 ROWS = [
