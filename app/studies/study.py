@@ -8,13 +8,47 @@ on subjects whose truth is known; what they measure by are the stage's own trial
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
+from app.core.progress import Progress, no_progress
 from app.studies.figures import BarChart, Figure
 from app.studies.hypotheses import Hypothesis
 from app.studies.rows import Case, Measure, Row
 from app.studies.running.sequential import PairedEffect
+
+if TYPE_CHECKING:
+    from app.session.inputs import SessionInput
+    from app.session.session import Session
+
+
+@dataclass(frozen=True, eq=False)
+class CaseReplay:
+    """A case of a study, to be simulated anew tick by tick.
+
+    Attributes:
+        session: At its beginning; what it is prepared from holds all that it simulates.
+        ticks: How many there are.
+        inputs: What is submitted before a tick, by its number from 0.
+    """
+
+    session: Session
+    ticks: int
+    inputs: Mapping[int, SessionInput]
+
+    def play(self, progress: Progress = no_progress) -> None:
+        """Simulate all of it.
+
+        Raises:
+            SimulationError: The physics diverged, as it may have in the study.
+        """
+        for tick in range(self.ticks):
+            if tick in self.inputs:
+                self.session.submit(self.inputs[tick])
+            self.session.tick()
+            if tick % 50 == 0:
+                progress("Simulating the case", tick / self.ticks)
 
 
 @dataclass(frozen=True)
@@ -30,6 +64,7 @@ class Study:
         figures: The diagrams of all rows, or of those there are while others are still measured.
         hypotheses: What theory expects of them.
         effect: What its seeds are to decide; None where every seed of every case is wanted.
+        replay: The run behind a row, by the row's own cells; None where a row is not of one run.
     """
 
     name: str
@@ -40,3 +75,4 @@ class Study:
     figures: Callable[[Sequence[Row]], Sequence[Figure | BarChart]]
     hypotheses: Sequence[Hypothesis] = ()
     effect: PairedEffect | None = None
+    replay: Callable[[Row], CaseReplay] | None = None

@@ -73,25 +73,28 @@ class StudyDialog(QDialog):
     Args:
         table: The table.
         theme: Its colours.
+        no_replay: Why runs cannot be replayed; empty where they can.
         parent: Qt parent.
     """
 
-    point_chosen = Signal(object)
-    """The TablePoint whose rows are listed; None for all rows."""
+    replay_wanted = Signal(object)
+    """To simulate the run behind this Row anew."""
 
-    def __init__(self, table: StudyTable, theme: Theme, parent: QWidget | None = None) -> None:
+    def __init__(self, table: StudyTable, theme: Theme, *, no_replay: str = "", parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.setObjectName("study-dialog")
         self.setWindowTitle(f"Study: {table.file.name}")
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self.resize(1120, 620)
         self.study = table
+        self._no_replay = no_replay
         self.points: list[TablePoint] = []
         self._rows: list[Row] = list(table.rows)
         self.factor, self.measure, self.curves = (self._choice(name) for name in ("factor", "measure", "curves"))
         self.only, self.said = QLineEdit(self), QLabel(self)
         self.plot, self.model = StudyPlot(theme, self), RowsModel(table.columns, self)
         self.view, self.all_rows = QTableView(self), QPushButton("All rows", self)
+        self.replay = QPushButton("Replay this run", self)
         self._lay_out()
         self._fill()
         for box in (self.factor, self.measure, self.curves):
@@ -117,7 +120,15 @@ class StudyDialog(QDialog):
         self.said.setObjectName("study-said")
         self.all_rows.setObjectName("study-all-rows")
         self.all_rows.setAutoDefault(False)
+        self.replay.setObjectName("study-replay")
+        self.replay.setAutoDefault(False)
+        self.replay.setToolTip(
+            self._no_replay or "Simulate the run of the selected row anew, and open it as a recording"
+        )
+        self.replay.clicked.connect(self._replay)
         self.view.setModel(self.model)
+        self.view.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
+        self.view.selectionModel().selectionChanged.connect(self._enable_replay)
         self.view.setObjectName("study-rows")
         self.view.setAccessibleName("Rows of the study")
         self.view.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
@@ -134,6 +145,7 @@ class StudyDialog(QDialog):
         drawn.addWidget(self.plot, 1)
         foot.addWidget(self.said, 1)
         foot.addWidget(self.all_rows)
+        foot.addWidget(self.replay)
         listed.addWidget(self.view, 1)
         listed.addLayout(foot)
         ends.addWidget(left)
@@ -162,13 +174,28 @@ class StudyDialog(QDialog):
         """List the rows behind a point; None for all that are drawn."""
         self.plot.mark(point)
         self._list(point)
-        self.point_chosen.emit(point)
 
     def _list(self, point: TablePoint | None) -> None:
         self.model.show_rows(self._rows if point is None else point.rows)
         self.view.resizeColumnsToContents()
         self.all_rows.setEnabled(point is not None)
+        if len(self.model.rows) == 1:
+            self.view.selectRow(0)
+        self._enable_replay()
         self.said.setText(self._told() if point is None else self._point_told(point))
+
+    @property
+    def selected(self) -> Row | None:
+        """The row that is selected; None for none."""
+        rows = self.view.selectionModel().selectedRows()
+        return self.model.rows[rows[0].row()] if rows else None
+
+    def _enable_replay(self) -> None:
+        self.replay.setEnabled(not self._no_replay and self.selected is not None)
+
+    def _replay(self) -> None:
+        if (row := self.selected) is not None:
+            self.replay_wanted.emit(row)
 
     def _draw(self) -> None:
         by = None if self.curves.currentText() == _NONE else self.curves.currentText()

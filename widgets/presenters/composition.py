@@ -80,6 +80,7 @@ class Presenters:
             self.replay_past,
             self.recording_plots,
             self.recordings,
+            self.studies,
             self.plots,
             self.film,
             self.overlay,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import shutil
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -12,11 +13,15 @@ from typing import Literal
 
 from PySide6.QtCore import QObject, Signal
 
-from app.core.errors import RecordingError, TactileMapsError
+from app.core.errors import RecordingError, SimulationError, TactileMapsError, UsageError
+from app.core.progress import Progress
 from app.recording.annotations import Annotations, Outcome, save_annotations
 from app.recording.overview import read_curves, summarise
 from app.recording.player import RecordingPlayer
+from app.recording.recorder import record
 from app.recording.trim import TrimResult, check_apart, make_folder, trim, trim_episodes
+from app.studies.catalogue import load_study
+from app.studies.rows import Row
 from widgets.workers.worker_process import Reply, RequestHandler, Result, SourceToken, WorkerProcess
 
 _DIED = "Reading the recording ended unexpectedly. It may need more memory."
@@ -93,6 +98,23 @@ class TrimEpisodes:
     scratch: Path
 
 
+@dataclass(frozen=True)
+class ReplayCase:
+    """The run behind a row of a study, simulated anew and recorded; answered by ``replayed``: the file.
+
+    Attributes:
+        study: Its name.
+        row: The row.
+        target: The new file.
+        scratch: As that of ``Trim``.
+    """
+
+    study: str
+    row: Row
+    target: Path
+    scratch: Path
+
+
 def make_handler() -> RequestHandler:
     """In the process: what is asked of recordings in; answers out as they come."""
 
@@ -121,6 +143,8 @@ def make_handler() -> RequestHandler:
                 return [trim(request.source, part, first=request.first, last=request.last, progress=progress)]
 
             tell("trimmed", _moved(request.scratch, request.target.parent, write_part))
+        elif isinstance(request, ReplayCase):
+            tell("replayed", _replayed(request, progress))
         elif isinstance(request, TrimEpisodes):
             player = RecordingPlayer(request.source)
             make_folder(request.folder)
@@ -128,6 +152,28 @@ def make_handler() -> RequestHandler:
             tell("trimmed", _moved(request.scratch, request.folder, write))
 
     return serve
+
+
+def _replayed(request: ReplayCase, progress: Progress) -> Path:
+    """Simulate and record a case in a folder of its own, then give the file its name; a run that stops is kept too."""
+    progress(f"Preparing the case of {request.study}", 0.0)
+    replay = load_study(request.study).replay
+    if replay is None:
+        raise UsageError("a row of this study is not of one run", value=request.study)
+    make_folder(request.scratch)
+    try:
+        case, part = replay(request.row), request.scratch / request.target.name
+        with record(case.session, part), suppress(SimulationError):
+            case.play(progress)
+        os.replace(part, request.target)
+    except OSError as error:
+        remedy = "Choose a folder you may write to"
+        raise RecordingError(
+            "the file cannot be written", file=request.target, value=error.strerror, remedy=remedy
+        ) from error
+    finally:
+        shutil.rmtree(request.scratch, ignore_errors=True)
+    return request.target
 
 
 def _moved(scratch: Path, folder: Path, write: Callable[[Path], list[TrimResult]]) -> list[TrimResult]:

@@ -15,6 +15,7 @@ from app.studies.path_time.conditions import PITCH, Conditions
 from app.studies.path_time.expectations import EFFECT, OF_REPRESENTATION
 from app.studies.path_time.factors import Factor, Level, chosen, sensing, varied
 from app.studies.path_time.path_time import METHOD, list_cases, measure_case
+from app.studies.path_time.replay import replay_row
 from app.studies.rows import Case, Row
 from app.studies.study import Study
 from app.studies.testbeds.isomap import ISOMAP
@@ -119,4 +120,5 @@ STUDY = Study(
     partial(factor_figures, FACTORS),
     OF_REPRESENTATION,
     EFFECT,
+    partial(replay_row, FACTORS),
 )

@@ -81,11 +81,11 @@ class SessionPresenter(QObject):
         else:
             prepared = self._session.prepared
             name = prepared.robot.name if prepared is not None else "session"
-            self._session.start_recording(_free_name(folder / f"{name} {datetime.now():%Y-%m-%d %H.%M.%S}.mcap"))
+            self._session.start_recording(free_name(folder / f"{name} {datetime.now():%Y-%m-%d %H.%M.%S}.mcap"))
 
     def save_report(self) -> None:
         """Keep what led to the stop where recordings are kept."""
-        self._session.save_report(_free_name(recordings_folder() / f"stopped {datetime.now():%Y-%m-%d %H.%M.%S}.mcap"))
+        self._session.save_report(free_name(recordings_folder() / f"stopped {datetime.now():%Y-%m-%d %H.%M.%S}.mcap"))
 
     def _on_recording_changed(self, path: str | None) -> None:
         self._timeline.set_live(0.0 if path is not None else None)
@@ -121,7 +121,7 @@ def _damage_message(player: RecordingPlayer) -> str:
     return f"{player.path.name} is damaged: {'; '.join(told[:_MOST_TOLD])}{more}. The timeline marks where."
 
 
-def _free_name(path: Path) -> Path:
+def free_name(path: Path) -> Path:
     """``path``, or with a number behind it: two windows may record in the same second."""
     names = chain([path], (path.with_stem(f"{path.stem} {number}") for number in count(2)))
     return next(name for name in names if not name.exists())
