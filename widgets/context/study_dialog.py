@@ -122,9 +122,8 @@ class StudyDialog(QDialog):
         self.all_rows.setAutoDefault(False)
         self.replay.setObjectName("study-replay")
         self.replay.setAutoDefault(False)
-        self.replay.setToolTip(
-            self._no_replay or "Simulate the run of the selected row anew, and open it as a recording"
-        )
+        tip = "Simulate the run of the selected row anew, and open it as a recording"
+        self.replay.setToolTip(self._no_replay or tip)
         self.replay.clicked.connect(self._replay)
         self.view.setModel(self.model)
         self.view.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QMenu, QPushButton
 
+from app.studies.catalogue import STUDY_NAMES, load_study
 from app.studies.running.study_table import read_study_table
 from assets import asset
 from widgets.common.colours import LIGHT
 from widgets.context.study_dialog import StudyDialog
+from widgets.presenters.files.study_presenter import no_replay
 
 LOOPS, PATHS = asset("findings", "loop-laws.csv"), asset("findings", "representation.csv")
 
@@ -62,3 +65,41 @@ def test_every_table_that_ships_is_in_the_menu_and_a_broken_one_is_told(window_a
     (tmp_path / "mine.csv").write_text("level,seed\n1\n", encoding="utf8")
     window_again.presenters.files.open_path(str(tmp_path / "mine.csv"))
     assert "line 2 is not whole" in window_again.notification_bar.text
+
+
+def test_where_no_run_is_behind_a_row_the_button_says_so(window_again):
+    window_again.presenters.studies.open(str(LOOPS))
+    dialog = shown(window_again)
+    dialog.view.selectRow(0)
+    assert not dialog.replay.isEnabled()
+    assert "No row of loop-laws is of one run" in dialog.replay.toolTip()
+    dialog.close()
+    assert "mine is no study" in no_replay("mine")
+
+
+def test_a_case_that_is_none_is_told_and_leaves_nothing(window_again, tmp_path):
+    row = {**read_study_table(PATHS).rows[0], "robot": "nobody"}
+    window_again.presenters.studies.replay("representation", row)
+    assert "the row is of no case of this study" in window_again.notification_bar.text
+    assert not list(tmp_path.rglob("*.mcap")) + list(tmp_path.rglob("*.part"))
+
+
+@pytest.mark.long
+def test_every_study_that_can_is_offered():
+    assert {name for name in STUDY_NAMES if load_study(name).replay is not None} == {
+        name for name in STUDY_NAMES if not no_replay(name)
+    }
+
+
+@pytest.mark.long
+def test_a_run_is_simulated_anew_and_shown(window_again):
+    window_again.presenters.studies.open(str(PATHS))
+    dialog = shown(window_again)
+    dialog.view.selectRow(0)
+    QTest.mouseClick(dialog.replay, Qt.MouseButton.LeftButton)
+    player = window_again.live.player
+    assert player is not None
+    assert player.path.stem == "representation arm nominal 0"
+    assert player.duration == pytest.approx(1.0 + dialog.model.rows[0]["seconds"], abs=0.02)
+    dialog.close()
+    window_again.live.back_to_live()
