@@ -79,8 +79,8 @@ def own_files(tmp_path, monkeypatch):
 
 def _write_into(folder: Path, patching: pytest.MonkeyPatch) -> None:
     patching.setattr("widgets.presenters.session.session_presenter.recordings_folder", lambda: folder / "recordings")
-    listed = "widgets.presenters.files.recordings_presenter.recordings_folder"
-    patching.setattr(listed, lambda: folder / "recordings")
+    for presenter in ("recordings_presenter", "study_presenter"):
+        patching.setattr(f"widgets.presenters.files.{presenter}.recordings_folder", lambda: folder / "recordings")
     patching.setenv("XDG_DATA_HOME", str(folder / "data"))  # where the trash is
     patching.setattr(
         "widgets.presenters.files.map_file_presenter.user_state_path", lambda *_args, **_kwargs: folder / "state"
