@@ -209,7 +209,8 @@ class StudyDialog(QDialog):
             self._list(None)
             self.said.setText(str(error))
             return
-        self.plot.show_points(self.points, self.factor.currentText(), self.measure.currentText())
+        measure = self.measure.currentText()
+        self.plot.show_points(self.points, self.factor.currentText(), measure, self.study.theory(measure))
         self._list(None)
 
     def _told(self) -> str:

@@ -20,6 +20,8 @@ _CURVE_COLOURS = {
 MARKER_SIZE, ITERATION_MARKER_SIZE, RING_SIZE = 11, 5, 22
 """Sizes of markers [px]: of a setting, of a round on the way, of the ring around the present one."""
 _CELL = 132
+LINE_STYLES = {"best": Qt.PenStyle.DashLine, "dotted": Qt.PenStyle.DotLine}
+"""Of curves that are not measured."""
 
 
 def curve_colour(theme: Theme, number: int) -> QColor:
@@ -34,7 +36,7 @@ def curve_symbol(number: int) -> str:
 
 
 class LegendSwatch(QWidget):
-    """A piece of a curve: line and marker; or the ring, or the dashed line of the best."""
+    """A piece of a curve: line and marker; or the ring, or a line without marker: of the best, or of a law."""
 
     def __init__(self, kind: int | str, theme: Theme, parent: QWidget) -> None:
         super().__init__(parent)
@@ -50,8 +52,8 @@ class LegendSwatch(QWidget):
         if self._kind == "ring":
             painter.setPen(QPen(QColor(self._theme.accent), 2))
             painter.drawEllipse(QRectF(middle.x() - 6, middle.y() - 6, 12, 12))
-        elif self._kind == "best":
-            painter.setPen(QPen(QColor(self._theme.quiet), 1, Qt.PenStyle.DashLine))
+        elif self._kind in LINE_STYLES:
+            painter.setPen(QPen(QColor(self._theme.quiet), 1, LINE_STYLES[str(self._kind)]))
             painter.drawLine(*ends)
         else:
             colour = curve_colour(self._theme, int(self._kind))
@@ -79,7 +81,7 @@ class CurveLegend(QWidget):
         self._columns = 0
 
     def show_entries(self, entries: Sequence[tuple[int | str, str]], theme: Theme) -> None:
-        """Name curves by their numbers; ``ring`` and ``best`` are the two special ones."""
+        """Name curves by their numbers; special ones are ``ring`` and those of ``LINE_STYLES``."""
         if (said := (tuple(entries), theme)) == self._said:
             return
         self._said = said

@@ -7,18 +7,20 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import pyqtgraph as pg
-from PySide6.QtCore import QPointF, Signal
+from PySide6.QtCore import QPointF, Qt, Signal
 from PySide6.QtGui import QColor, QFont, QPainterPath
 from PySide6.QtWidgets import QVBoxLayout, QWidget
 
 from app.studies.rows import Cell, number
-from app.studies.running.study_table import TablePoint
+from app.studies.running.study_table import TablePoint, TheoryColumn
 from widgets.common.colours import Theme
-from widgets.plots.curve_legend import MARKER_SIZE, RING_SIZE, CurveLegend, curve_colour, curve_symbol
+from widgets.plots.curve_legend import LINE_STYLES, MARKER_SIZE, RING_SIZE, CurveLegend, curve_colour, curve_symbol
 
 _APART = 0.08
 """Between points of two curves at one named value, as a share of the way to the next value."""
 _MOST_LABELS = 14
+_THEORY_WIDTH = 0.6
+"""Of a law at a named value, as a share of the way to the next."""
 _CAP = 5
 """Half the width of an interval's ends [px]."""
 
@@ -49,6 +51,7 @@ class StudyPlot(QWidget):
         self._theme = theme
         self._points: tuple[TablePoint, ...] = ()
         self._marked: TablePoint | None = None
+        self._theory: tuple[TheoryColumn, ...] = ()
         self._names, self._series = ("", ""), list[Cell]()
         self._values: Mapping[Cell, int] | None = None
         self.canvas = pg.PlotWidget(self, background=None, enableMenu=False)
@@ -74,9 +77,10 @@ class StudyPlot(QWidget):
         self._theme = theme
         self._draw()
 
-    def show_points(self, points: Sequence[TablePoint], x: str, y: str) -> None:
-        """Draw these; ``x`` and ``y`` name the axes."""
-        self._points, self._names, self._marked = tuple(points), (x, y), None
+    def show_points(self, points: Sequence[TablePoint], x: str, y: str, theory: Sequence[TheoryColumn] = ()) -> None:
+        """Draw these, and dashed below them what theory says; ``x`` and ``y`` name the axes."""
+        self._points, self._names, self._marked, self._theory = tuple(points), (x, y), None, tuple(theory)
+        self._legend.setToolTip("\n".join(f"{one.law}: {one.source}." for one in theory))
         self._series = list(dict.fromkeys(point.series for point in points))
         cells = list(dict.fromkeys(point.x for point in points))
         numbered = all(number(cell) is not None and not isinstance(cell, bool) for cell in cells)
@@ -112,8 +116,10 @@ class StudyPlot(QWidget):
         if self._marked is not None and (at := self.place(self._marked)) is not None:
             pen = pg.mkPen(QColor(theme.accent), width=2.5)
             plot.addItem(pg.ScatterPlotItem(pos=[at], size=RING_SIZE, brush=None, pen=pen, antialias=True))
-        told = [(order, cell_text(series)) for order, series in enumerate(self._series) if series is not None]
-        self._legend.show_entries(told, theme)
+        told: list[tuple[int | str, str]] = [
+            (order, cell_text(series)) for order, series in enumerate(self._series) if series is not None
+        ]
+        self._legend.show_entries([*told, *zip(LINE_STYLES, (one.law for one in self._theory), strict=False)], theme)
         plot.autoRange(padding=0.08)
         self.canvas.setAccessibleName(f"{self._names[1]} against {self._names[0]}")
 
@@ -132,6 +138,8 @@ class StudyPlot(QWidget):
         if self._values is None:
             x, y = zip(*(at for _, at in drawn), strict=True)
             plot.addItem(pg.PlotDataItem(x, y, pen=pg.mkPen(colour, width=1.2), antialias=True))
+        for law, style in zip(self._theory, LINE_STYLES.values(), strict=False):
+            self._draw_theory(drawn, law.column, style)
         for point, (x_at, _) in drawn:
             self._draw_interval(point, x_at, colour)
         marks: list[dict[str, Any]] = [{"pos": at, "data": point} for point, at in drawn]
@@ -142,6 +150,17 @@ class StudyPlot(QWidget):
         scatter.setZValue(10)
         scatter.sigClicked.connect(self._on_clicked)
         plot.addItem(scatter)
+
+    def _draw_theory(
+        self, drawn: Sequence[tuple[TablePoint, tuple[float, float]]], column: str, style: Qt.PenStyle
+    ) -> None:
+        """A line where the factor is a number, a short one at each point where it is not."""
+        pen = pg.mkPen(QColor(self._theme.quiet), width=1.2, style=style)
+        said = [(x, value) for point, (x, _) in drawn if (value := point.predicted(column)) is not None]
+        half = _THEORY_WIDTH / 2
+        lines = [said] if self._values is None else [[(x - half, y), (x + half, y)] for x, y in said]
+        for line in filter(None, lines):
+            self.canvas.addItem(pg.PlotDataItem(*zip(*line, strict=True), pen=pen, antialias=True))
 
     def _draw_interval(self, point: TablePoint, x: float, colour: QColor) -> None:
         """Upright line with its ends; an interval that goes on to where seeds cannot has no upper end."""

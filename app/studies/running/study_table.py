@@ -13,6 +13,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
+from statistics import median
 
 from app.core.errors import UsageError
 from app.core.files import read_bounded_file
@@ -27,6 +28,43 @@ MOST_POINTS, MOST_AT_A_POINT = 400, 2000
 _REMEDY = "Give a table that `tactile-maps study NAME -o FOLDER` wrote: NAME.csv or NAME.parquet"
 _TRUTH = {"True": True, "False": False}
 _HEAD_BYTES = 4096
+
+
+@dataclass(frozen=True)
+class TheoryColumn:
+    """A column of what a closed-form law predicts of a measure.
+
+    Attributes:
+        column: Its name.
+        law: The law, as a legend has it.
+        source: Where it comes from and what it leaves out, in a sentence.
+    """
+
+    column: str
+    law: str
+    source: str
+
+
+THEORY: dict[str, tuple[TheoryColumn, ...]] = {
+    "measured": (
+        TheoryColumn(
+            "predicted",
+            "Theory, ideal joints",
+            "Sampled integrating loop with d + 1/2 readings of delay: settling 6.4 (d + 1/2) T, onset of swings at a "
+            "stiffness of L / (k_f T), ripple sqrt(L / (2 - L))",
+        ),
+        TheoryColumn("explained", "Theory with the posture loop", "The same sampled loop with the joints' lag in it"),
+    ),
+    "seconds": (
+        TheoryColumn(
+            "bound_s",
+            "Bound l T / (L* e)",
+            "Path of length l within e, at the gain L* of a sampled loop that does not overshoot: the skin's readings "
+            "alone, without the lag of the joints",
+        ),
+    ),
+}
+"""By measure: the limits and laws that studies write beside what they measure."""
 
 
 @dataclass(frozen=True)
@@ -63,6 +101,10 @@ class StudyTable:
         known = [name for name in self.columns if name != SEED and any(_is_number(row[name]) for row in self.rows)]
         return sorted(known, key=lambda name: name in self.case_columns)
 
+    def theory(self, measure: str) -> tuple[TheoryColumn, ...]:
+        """What laws predict of a measure, as far as the table says."""
+        return tuple(one for one in THEORY.get(measure, ()) if one.column in self.columns)
+
 
 @dataclass(frozen=True)
 class TablePoint:
@@ -83,6 +125,11 @@ class TablePoint:
     rows: tuple[Row, ...]
     missing: int
     pooled: tuple[str, ...]
+
+    def predicted(self, column: str) -> float | None:
+        """The median of what a law predicts of these rows; None where it is not said or differs without bound."""
+        values = [value for row in self.rows if (value := number(row[column])) is not None and math.isfinite(value)]
+        return median(values) if values else None
 
 
 def is_study_table(path: str | Path) -> bool:

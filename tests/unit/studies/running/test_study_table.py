@@ -105,3 +105,13 @@ def test_taxels_are_no_study(tmp_path):
     (tmp_path / "taxels.csv").write_text("x,y,z\n0,0,0\n", encoding="utf8")
     assert not is_study_table(tmp_path / "taxels.csv")
     assert not is_study_table(tmp_path / "missing.csv")
+
+
+def test_laws_stand_beside_what_was_measured():
+    table = read_study_table(asset("findings", "loop-laws.csv"))
+    assert [law.column for law in table.theory("measured")] == ["predicted", "explained"]
+    assert not table.theory("x")
+    rows = only(table.rows, "law=onset, plant=ideal joints, delay=1")
+    (point,) = table_points(table, rows, "delay", "measured")
+    assert point.predicted("predicted") == 2000
+    assert not read_study_table(asset("findings", "needs.csv")).theory("change")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pyqtgraph as pg
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
@@ -32,6 +33,9 @@ def test_a_click_on_a_point_lists_its_rows(window_again):
     QTest.keyClick(dialog.only, Qt.Key.Key_Tab)
     dialog.only.editingFinished.emit()
     point = next(point for point in dialog.points if point.x == 2)
+    lines = [item for item in dialog.plot.canvas.getPlotItem().items if isinstance(item, pg.PlotDataItem)]
+    drawn = [item.yData for item in lines]
+    assert any(1236.1 in y for y in drawn), "the onset that theory predicts at a delay of 2 is drawn"
     at = dialog.plot.on_canvas(point).toPoint()
     QTest.mouseClick(dialog.plot.canvas.viewport(), Qt.MouseButton.LeftButton, pos=at)
     assert dialog.model.rows == list(point.rows)
