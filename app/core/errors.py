@@ -155,6 +155,10 @@ class ExportError(TactileMapsError):
     """A recording that cannot be written in the format of another program, or a live stream that cannot begin."""
 
 
+class BudgetError(TactileMapsError):
+    """A budget of time or error that means nothing, or that no settings keep."""
+
+
 class LearningError(TactileMapsError):
     """A learning environment that cannot be made, or an action that it refuses."""
 

@@ -8,9 +8,11 @@ stiffness upsets.
 from __future__ import annotations
 
 import time
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
+import mujoco
 import numpy as np
 
 from app.control.command import JointCommand
@@ -25,6 +27,8 @@ from app.scene.effects import Effects, Integrator
 from app.scene.object_meshes import primitive_mesh
 from app.scene.objects import ObjectSpec, SceneObject
 from app.scene.stability import PROBE_MASS
+from app.simulation.model_assembly import assemble
+from app.simulation.model_names import body_name
 from app.simulation.simulation import Simulation
 from app.skin.cover import CoverSpec, cover_robot
 from app.skin.skin import Skin
@@ -36,6 +40,8 @@ ARRIVED = 0.1
 """The probe's motors have come to their end by then [s]; the arm then gives way until it carries the force."""
 _RADIUS, _AWAY, _BEYOND = 0.012, 0.002, 0.05
 _FREQUENCY, _DAMPING = 30.0, 1.0
+_ROOM, _CANDIDATES = 0.01, 400
+"""The probe starts so far from other links [m]; so many taxels are looked at for that."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,13 +78,13 @@ def press_robot(robot: Robot, skin: Skin, link: str = "") -> PressedRobot:
     Args:
         robot: Any.
         skin: Its skin.
-        link: Which link is pressed; by default the one where skin faces an axis of the world best.
+        link: Which link is pressed; by default the one where skin faces an axis of the world best and is free.
 
     Raises:
         SkinError: Nothing there has skin.
     """
     configuration = Configuration(robot)
-    number, axis = _facing_an_axis(skin, configuration, link)
+    number, axis = _place_to_press(robot, skin, configuration, link)
     at = skin.taxel_point(number)
     touched = configuration.pose(skin.link(at)).points(skin.position(at))
     way = [(seconds, *(touched + along * axis)) for seconds, along in
@@ -89,19 +95,55 @@ def press_robot(robot: Robot, skin: Skin, link: str = "") -> PressedRobot:
     return PressedRobot(robot, skin, SceneObject(spec, primitive_mesh(spec)), at, command)
 
 
-def _facing_an_axis(skin: Skin, configuration: Configuration, link: str) -> tuple[int, FloatArray]:
-    """The taxel whose normal comes nearest to an axis of the world, and that axis; of equals the first."""
-    axes = np.concatenate([np.eye(3), -np.eye(3)])
-    best = (-np.inf, 0, axes[0])
+def _place_to_press(robot: Robot, skin: Skin, configuration: Configuration, link: str) -> tuple[int, FloatArray]:
+    """The taxel whose normal comes nearest to an axis of the world and has room for the probe, and that axis.
+
+    Of equals the first; where none of the best has room, the one that has most.
+    """
+    axes, facing = np.concatenate([np.eye(3), -np.eye(3)]), np.full((len(skin), 6), -np.inf)
+    places = np.zeros((len(skin), 3))
     for first, patch in zip(skin.first[:-1], skin.patches, strict=True):
         if link in ("", patch.link) and len(patch.taxels):
-            facing = configuration.pose(patch.link).directions(patch.taxels.normals) @ axes.T
-            taxel, axis = np.unravel_index(np.argmax(facing), facing.shape)
-            if facing[taxel, axis] > best[0]:
-                best = (float(facing[taxel, axis]), int(first + taxel), axes[axis])
-    if not np.isfinite(best[0]):
+            own, pose = slice(first, first + len(patch.taxels)), configuration.pose(patch.link)
+            facing[own] = pose.directions(patch.taxels.normals) @ axes.T
+            places[own] = pose.points(patch.taxels.positions)
+    order = np.argsort(-facing.max(axis=1), kind="stable")[:_CANDIDATES]
+    order = order[np.isfinite(facing[order].max(axis=1))]
+    if not len(order):
         raise SkinError("there is no skin to press", place=link or "robot", remedy="Cover a link")
-    return best[1], best[2]
+    towards = axes[facing[order].argmax(axis=1)]
+    links = [skin.link(skin.taxel_point(taxel)) for taxel in order.tolist()]
+    best = (-np.inf, 0)
+    for number, room in enumerate(_room(robot, skin, links, places[order] + (_RADIUS + _AWAY) * towards)):
+        best = max(best, (min(room, _ROOM), -number))
+        if room >= _ROOM:
+            break
+    return int(order[-best[1]]), towards[-best[1]]
+
+
+def _room(robot: Robot, skin: Skin, links: Sequence[str], places: FloatArray) -> Iterator[float]:
+    """How far the probe at each place (k, 3) is at home from all but the link there [m], up to ``_ROOM``.
+
+    Negative where it is within the convex hull of that link, which the solver's contacts touch: above a hollow the skin
+    would not be reached.
+    """
+    spec = ObjectSpec("ball", "sphere", size=(_RADIUS,), at=(0.0, 0.0, 0.0))
+    ball = SceneObject(spec, primitive_mesh(spec))
+    model = assemble(robot, skin, replace(REFERENCE_EFFECTS, contact="environment"), objects=(ball,))
+    data, body = mujoco.MjData(model), model.body(body_name(spec))
+    data.qpos[: len(robot.home)] = robot.home
+    touching = (model.geom_contype | model.geom_conaffinity) > 0
+    touching[np.concatenate([model.pair_geom1, model.pair_geom2])] = True  # the skin's
+    touching &= model.geom_bodyid != body.id
+    for link, place in zip(links, places, strict=True):
+        model.body_pos[body.id] = place
+        mujoco.mj_kinematics(model, data)
+        room = _ROOM
+        for geom in np.flatnonzero(touching).tolist():
+            away = mujoco.mj_geomDistance(model, data, int(body.geomadr[0]), geom, _ROOM, None)
+            if model.geom_bodyid[geom] != model.body(link).id or away < 0:
+                room = min(room, away)
+        yield room
 
 
 SETTLING, HOLDING = 0.8, 0.4
@@ -145,8 +187,14 @@ class PressRun:
         return float(np.sqrt(np.mean((self.postures - fine.postures) ** 2))) if self.postures.size else None
 
     def force_errors(self, fine: PressRun) -> tuple[float, float]:
-        """Error of the mean force, and ripple of the force (standard deviation), as shares of the true force."""
+        """Error of the mean force, and ripple of the force (standard deviation), as shares of the true force.
+
+        Raises:
+            SimulationError: In the run that counts as the truth nothing touches.
+        """
         wanted = float(fine.forces.mean())
+        if not wanted > 0:
+            raise SimulationError("the probe does not reach the skin", remedy="Cover a side of a link that is free")
         return abs(float(self.forces.mean()) - wanted) / wanted, float(self.forces.std()) / wanted
 
     def steady(self, fine: PressRun) -> bool:

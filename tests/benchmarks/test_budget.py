@@ -1,0 +1,64 @@
+"""What a budget proposes against every combination of settings tried in the running scene, on three robots.
+
+``over_best``: the measured time of what is proposed, by that of the fastest combination that keeps the limits;
+``error_over_best``: its error, by that of the most accurate combination measured as fast enough. ``additive``: the
+measured time of a combination by the sum of its stages', over all of them.
+"""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import pytest
+
+from app.scene.scene_file import load_scene
+from app.session.prepare import prepare
+from app.studies.budget import Budget, propose
+from app.studies.budget_measurement import _TIMED, effects_of, instant_ms, measure_for_budget
+from app.studies.work_precision import Subject
+
+FORCE = 3.0
+
+
+@pytest.mark.parametrize("name", ["arm", "ur5e", "icub"])
+def test_the_proposal_beside_all_combinations(benchmark, name):
+    prepared = prepare(load_scene(name))
+    subject = Subject.of(prepared.map, prepared=prepared)
+    how = {"force": FORCE, "paths": False, "progress": lambda *_: None}
+    measured = benchmark.pedantic(measure_for_budget, (subject,), how, rounds=1)
+    tried = [_tried(prepared, chosen, measured.pitch_mm) for chosen in itertools.product(*measured.options.values())]
+    ms, mm, wrong, sums = (np.array(column) for column in zip(*tried, strict=True))
+    over, error_over = [], []
+    for share in (0.1, 0.3, 0.5, 0.8):
+        quick = Budget(milliseconds=float(np.quantile(ms, share)))
+        found = propose(quick, measured.options, pitch_mm=measured.pitch_mm, force=FORCE)
+        error_over.append(_wrong(found.cost, measured.pitch_mm) / wrong[ms <= quick.milliseconds].min())
+        fine = Budget(millimetres=float(np.quantile(mm, share)) * (1 + 1e-9))
+        found = propose(fine, measured.options, pitch_mm=measured.pitch_mm, force=FORCE)
+        real = _tried(prepared, tuple(found.chosen.values()), measured.pitch_mm)[0]
+        over.append(real / ms[mm <= fine.millimetres].min())
+    benchmark.extra_info["combinations"] = len(tried)
+    benchmark.extra_info["over_best"] = [round(ratio, 3) for ratio in over]
+    benchmark.extra_info["error_over_best"] = [round(ratio, 3) for ratio in error_over]
+    benchmark.extra_info["additive"] = [round(float(q), 3) for q in np.quantile(ms / sums, [0.05, 0.5, 0.95])]
+
+
+_KNOWN: dict[tuple[str, ...], float] = {}
+
+
+def _tried(prepared, chosen, pitch_mm):
+    """Milliseconds of a combination that runs, its error of place and as a whole, and the sum of its stages' times."""
+    first, *others = (option.cost for option in chosen)
+    for other in others:
+        first = first.plus(other)
+    simulation, touch, image = chosen
+    key = (prepared.scene.name, *(str(option.trial.setting) for option in (simulation, touch)))
+    if key not in _KNOWN:
+        spent = instant_ms(prepared, {**effects_of(simulation.trial), **effects_of(touch.trial)})
+        _KNOWN[key] = sum(spent[name] for name in _TIMED.values())
+    return _KNOWN[key] + image.cost.milliseconds, first.millimetres, _wrong(first, pitch_mm), first.milliseconds
+
+
+def _wrong(cost, pitch_mm):
+    return float(np.linalg.norm([cost.millimetres / pitch_mm, cost.newtons / FORCE, cost.pressure]))
