@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from app.control.controller_registry import settings_from
 from app.core.errors import BudgetError, TactileMapsError
 from app.core.progress import Progress
 from app.scene.effects import Override
@@ -23,9 +24,11 @@ from app.studies.work_precision import Subject, Trial, run_trials
 from app.tactile.poke import PokePressed
 
 _SETTLING, _TICKS = 40, 60
+_LEAST_FORCE = 0.1
+"""A scene whose controller wants less touches with about so much [N]."""
 _SHARES = {"simulation": 0.3, "touch": 0.2, "image": 0.15, "control": 0.35}
 """Of the time that measuring takes."""
-_TIMED = {"simulation": "physics", "touch": "touch"}
+TIMED_STAGES = {"simulation": "physics", "touch": "touch"}
 """What a session calls the time of a stage."""
 
 
@@ -37,7 +40,7 @@ class BudgetMeasurement:
         options: By stage.
         paths: Trials of the control stage; none where the robot does not move or nobody asked for them.
         tick: Between two instants [s].
-        force: Of a usual contact [N].
+        force: Of a usual contact, the one that the controller wants [N].
         pitch_mm: From taxel to taxel.
     """
 
@@ -48,24 +51,24 @@ class BudgetMeasurement:
     pitch_mm: float
 
 
-def measure_for_budget(subject: Subject, *, force: float, paths: bool, progress: Progress) -> BudgetMeasurement:
+def measure_for_budget(subject: Subject, *, paths: bool, progress: Progress) -> BudgetMeasurement:
     """Try every setting of the stages that work at each instant, and where asked for every controller along a path.
 
     Args:
         subject: The map, with the robot that wears its skin.
-        force: Of a usual contact [N].
         paths: Whether controllers are tried too.
         progress: Told what is tried and how far it is, 0 to 1; may raise to cancel.
 
     Raises:
         BudgetError: There is no robot.
 
-    Cost: 10 s for our arm, 30 s for UR5e; with ``paths`` 20 s more.
+    Cost: 7 s for our arm, UR5e and iCub; with ``paths`` 20 s more.
     """
     prepared = subject.prepared
     if prepared is None or not len(prepared.skin):
         raise BudgetError("there is no skin on a robot to measure", remedy="Open a robot with a skin")
     done, tick, options = 0.0, prepared.scene.tick, {}
+    force = max(settings_from(prepared.scene.control).force_goal, _LEAST_FORCE)
     for name in LIVE_STAGES:
         part = _part_of(progress, done, _SHARES[name])
         trials = tuple(run_trials(STAGES[name], subject, progress=part))
@@ -83,7 +86,7 @@ def _part_of(progress: Progress, done: float, share: float) -> Progress:
 
 def _timed_in_scene(prepared: PreparedScene, stage: str, options: tuple[Option, ...]) -> tuple[Option, ...]:
     """The same with the times of the running scene; what does not run there is left out."""
-    if stage not in _TIMED:
+    if stage not in TIMED_STAGES:
         return options
     timed = []
     for option in options:
@@ -91,7 +94,7 @@ def _timed_in_scene(prepared: PreparedScene, stage: str, options: tuple[Option, 
             spent = instant_ms(prepared, effects_of(option.trial))
         except TactileMapsError:
             continue  # it diverges in this scene
-        timed.append(replace(option, cost=replace(option.cost, milliseconds=spent[_TIMED[stage]])))
+        timed.append(replace(option, cost=replace(option.cost, milliseconds=spent[TIMED_STAGES[stage]])))
     return tuple(timed)
 
 

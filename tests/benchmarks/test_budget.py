@@ -15,7 +15,7 @@ import pytest
 from app.scene.scene_file import load_scene
 from app.session.prepare import prepare
 from app.studies.budget import Budget, propose
-from app.studies.budget_measurement import _TIMED, effects_of, instant_ms, measure_for_budget
+from app.studies.budget_measurement import TIMED_STAGES, effects_of, instant_ms, measure_for_budget
 from app.studies.work_precision import Subject
 
 FORCE = 3.0
@@ -25,7 +25,7 @@ FORCE = 3.0
 def test_the_proposal_beside_all_combinations(benchmark, name):
     prepared = prepare(load_scene(name))
     subject = Subject.of(prepared.map, prepared=prepared)
-    how = {"force": FORCE, "paths": False, "progress": lambda *_: None}
+    how = {"paths": False, "progress": lambda *_: None}
     measured = benchmark.pedantic(measure_for_budget, (subject,), how, rounds=1)
     tried = [_tried(prepared, chosen, measured.pitch_mm) for chosen in itertools.product(*measured.options.values())]
     ms, mm, wrong, sums = (np.array(column) for column in zip(*tried, strict=True))
@@ -56,7 +56,7 @@ def _tried(prepared, chosen, pitch_mm):
     key = (prepared.scene.name, *(str(option.trial.setting) for option in (simulation, touch)))
     if key not in _KNOWN:
         spent = instant_ms(prepared, {**effects_of(simulation.trial), **effects_of(touch.trial)})
-        _KNOWN[key] = sum(spent[name] for name in _TIMED.values())
+        _KNOWN[key] = sum(spent[name] for name in TIMED_STAGES.values())
     return _KNOWN[key] + image.cost.milliseconds, first.millimetres, _wrong(first, pitch_mm), first.milliseconds
 
 

@@ -12,14 +12,24 @@ from widgets.workers.worker_process import Reply, RequestHandler, Result, Source
 
 _DIED = "The measurement ended unexpectedly; the diagram before it is kept. Measure again."
 
+BUDGET, BUDGET_WITH_PATHS = "budget", "budget-with-paths"
+"""What is measured in place of a stage."""
+
 
 def make_handler() -> RequestHandler:
-    """In the process: a stage's name and a subject in; progress and trials out."""
+    """In the process: a stage's name, or ``BUDGET`` or ``BUDGET_WITH_PATHS``, and a subject in; progress and trials,
+    or one BudgetMeasurement, out.
+    """
+    from app.studies.budget_measurement import measure_for_budget
     from app.studies.stages.registry import STAGES
     from app.studies.work_precision import run_trials
 
     def serve(request: Any, tell: Reply) -> None:
         name, subject = request
+        if name in (BUDGET, BUDGET_WITH_PATHS):
+            paths = name == BUDGET_WITH_PATHS
+            tell("options", measure_for_budget(subject, paths=paths, progress=lambda *how: tell("progress", how)))
+            return
         for trial in run_trials(STAGES[name], subject, progress=lambda *how: tell("progress", how)):
             tell("tried", trial)
 
@@ -33,6 +43,8 @@ class AccuracyWorker(QObject):
     """What is being tried, and how far it is, 0 to 1."""
     tried = Signal(object)
     """The Result with the Trials that are there since the last time."""
+    options_found = Signal(object)
+    """The Result with the BudgetMeasurement that was asked for."""
     finished = Signal(object)
     """The Result with nothing: all of them are there."""
     failed = Signal(object)
@@ -67,6 +79,9 @@ class AccuracyWorker(QObject):
     def _on_answered(self, _number: int, kind: str, result: Result[Any]) -> None:
         if kind == "tried":
             self._trials.append(result.value)
+            return
+        if kind == "options":
+            self.options_found.emit(result)
             return
         if self._trials:  # rounds come in bursts; they are told, and drawn, at once
             trials, self._trials = tuple(self._trials), []

@@ -1,4 +1,4 @@
-"""Settings within a budget: against every combination tried one by one, and in sessions that run."""
+"""Settings within a budget: against every combination tried one by one."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from app.core.errors import BudgetError
-from app.studies.budget import LIVE_STAGES, Budget, Cost, Option, fastest_path, options_of, propose
+from app.studies.budget import LIVE_STAGES, Budget, Cost, Option, fastest_path, options_of, propose, unbeaten
 from app.studies.stages.simulation import BOUNCES
 from app.studies.work_precision import Setting, Trial
 
@@ -113,7 +113,7 @@ def test_what_another_beats_in_everything_is_no_option():
     errors = {"place_mm": 1.0, "force_percent": 1.0, "depth_percent": 1.0}
     slow, quick = trial("touch", "slow", 2.0, errors=errors), trial("touch", "quick", 1.0, errors=errors)
     sharp = trial("touch", "sharp", 3.0, errors={**errors, "depth_percent": 0.5})
-    found = options_of("touch", [slow, quick, sharp], tick=TICK, force=FORCE)
+    found = unbeaten(options_of("touch", [slow, quick, sharp], tick=TICK, force=FORCE))
     assert [option.trial.setting.method for option in found] == ["quick", "sharp"]
 
 

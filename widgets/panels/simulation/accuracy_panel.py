@@ -28,13 +28,15 @@ from PySide6.QtWidgets import (
 from app.editing.document import MapDocument
 from app.session.prepare import PreparedScene
 from app.skin.skin import Skin
+from app.studies.budget_measurement import BudgetMeasurement
 from app.studies.stages.registry import STAGES
 from app.studies.work_precision import Diagram, Setting, Stage, Subject, Trial, diagram
 from widgets.common.colours import DARK, Theme
 from widgets.common.panel import Panel
 from widgets.document.stage_settings import subject_of
+from widgets.panels.simulation.budget_section import BudgetSection
 from widgets.plots.work_precision_plot import WorkPrecisionPlot
-from widgets.workers.accuracy_worker import AccuracyWorker
+from widgets.workers.accuracy_worker import BUDGET, BUDGET_WITH_PATHS, AccuracyWorker
 from widgets.workers.worker_process import Result, SourceToken
 
 _COLUMNS = 2
@@ -258,7 +260,11 @@ class AccuracyPanel(Panel):
         self._away = QLabel("Shown in a separate window.", self)
         self._away.setProperty("role", "caption")
         self._window: _DetachedWindow | None = None
-        for widget in (self.board, self._away):
+        self.budget = BudgetSection(self)
+        self.budget.asked.connect(self._on_budget_asked)
+        self.budget.cancelled.connect(self._on_cancelled)
+        self.budget.applied.connect(self._on_budget_applied)
+        for widget in (self.board, self._away, self.budget):
             self.column.addWidget(widget)
         self._away.hide()
         self._show()
@@ -268,6 +274,7 @@ class AccuracyPanel(Panel):
         self._worker = worker
         worker.progressed.connect(self._on_progressed)
         worker.tried.connect(self._on_tried)
+        worker.options_found.connect(self._on_options_found)
         worker.finished.connect(self._on_finished)
         worker.failed.connect(self._on_failed)
         self._show()
@@ -278,6 +285,8 @@ class AccuracyPanel(Panel):
 
     def show_prepared(self, prepared: PreparedScene) -> None:
         """The scene whose robot moves, for the stages that are about moving; its map comes as a document."""
+        if prepared is not self._prepared:
+            self.budget.forget()
         self._prepared = prepared
         self._show()
 
@@ -291,6 +300,7 @@ class AccuracyPanel(Panel):
         if skin is not self._skin:
             self._skin = skin
             self._results.clear()
+            self.budget.forget()
             self._stop()
         self._show()
 
@@ -333,7 +343,9 @@ class AccuracyPanel(Panel):
             self.board.show_diagram(drawn, present, can_measure=True)
         if self._running is None:
             self.board.rest()
+            self.budget.rest()
             self.board.say(self._note(stage, result))
+        self.budget.show_present(self._told, can_measure=subject is not None and subject.prepared is not None)
 
     def _result(self, stage: Stage) -> _Measured | None:
         """What there is to draw: what comes in now, or what was measured last."""
@@ -364,7 +376,26 @@ class AccuracyPanel(Panel):
         self._running = (stage.name, _Measured(subject, stage.fingerprint(subject)))
         self._worker.measure(stage.name, subject, self._token)
 
+    def _on_budget_asked(self, paths: bool) -> None:
+        subject = self._subject()
+        if subject is not None and self._worker is not None:
+            name, self._token = BUDGET_WITH_PATHS if paths else BUDGET, self._token.next()
+            self._running = (name, _Measured(subject, ""))
+            self._worker.measure(name, subject, self._token)
+
+    def _on_budget_applied(self, settings: tuple[Setting, ...]) -> None:
+        for setting in settings:
+            if setting != self._told.get(setting.stage):
+                self.chosen.emit(setting)
+
+    @property
+    def _budgeting(self) -> bool:
+        return self._running is not None and self._running[0] in (BUDGET, BUDGET_WITH_PATHS)
+
     def _on_progressed(self, text: str, fraction: float) -> None:
+        if self._budgeting:
+            self.budget.show_progress(text, fraction)
+            return
         name = self._running[0] if self._running else self.board.stage.name
         self.board.show_progress(f"{name.capitalize()}: {text}…", fraction)
 
@@ -374,10 +405,16 @@ class AccuracyPanel(Panel):
             self._running = (name, replace(measured, trials=(*measured.trials, *result.value)))
             self._show()
 
+    def _on_options_found(self, result: Result[BudgetMeasurement]) -> None:
+        if result.token == self._token:
+            self.budget.show_measured(result.value)
+
     def _on_finished(self, result: Result[None]) -> None:
         if self._running is not None and result.token == self._token:
             name, measured = self._running
-            self._running, self._results[name] = None, measured
+            self._running = None
+            if name in STAGES:
+                self._results[name] = measured
             self._show()
 
     def _on_failed(self, result: Result[str]) -> None:

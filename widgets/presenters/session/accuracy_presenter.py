@@ -39,6 +39,7 @@ class AccuracyPresenter(QObject):
         self._panel.measure_with(context.backends.accuracy_worker(self._panel))
         self._panel.chosen.connect(self._on_chosen)
         context.session.settings_changed.connect(self._on_settings_changed)
+        context.session.frames_passed.connect(self._panel.budget.show_frames)
         for signal in (context.editor.settled, context.editor.selection_changed):
             signal.connect(self._show_document)
         look = ImageSettings()

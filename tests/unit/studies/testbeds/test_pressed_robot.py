@@ -5,9 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from app.core.errors import SimulationError
 from app.robots.kinematics import Configuration
 from app.scene.effects import Effects
+from app.scene.scene_file import load_scene
 from app.scene.stability import PROBE_MASS
+from app.session.prepare import prepare
 from app.simulation.simulation import Simulation
 from app.studies.testbeds.pressed_robot import (
     ARRIVED,
@@ -128,3 +131,18 @@ def test_a_robot_without_joints_has_no_posture_to_be_off():
     assert run.posture_error(run) is None
     assert run.steady(run)
     assert run.forces.mean() == pytest.approx(PRESS_FORCE, rel=1e-3)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", ["ur5e", "icub"])
+def test_on_links_with_hollows_the_skin_is_reached(name):
+    prepared = prepare(load_scene(name))
+    pressed = press_robot(prepared.robot, prepared.skin)
+    run = run_press(pressed, effects_at_step("discrete", 1.0), prepared.scene.layer)
+    assert run.forces.mean() == pytest.approx(PRESS_FORCE, rel=0.01)
+
+
+def test_a_truth_without_contact_is_refused():
+    nothing = PressRun(np.zeros((2, 1)), np.zeros(5), np.ones(2))
+    with pytest.raises(SimulationError, match="does not reach the skin"):
+        nothing.force_errors(nothing)

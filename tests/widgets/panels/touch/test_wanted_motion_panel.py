@@ -41,7 +41,16 @@ def panel(window_again, tmp_path):
     panel = window_again.column.get(WantedMotionPanel)
     panel.set_folded(False)
     window_again.live.connect_source(LiveInputSettings(str(path), SourceOptions(speed=None)))
-    panel.read = lambda count: [run(window_again, 0.05) for _ in range(count)] and panel.refresh()
+    clock = [0.0]
+    window_again.live.live_input._motion._clock = lambda: clock[0]  # a busy machine is no source that fell silent
+
+    def read(count):
+        for _ in range(count):
+            clock[0] += 0.05
+            run(window_again, 0.05)
+        panel.refresh()
+
+    panel.read = read
     panel.read(5)
     yield panel
     window_again.live.disconnect_source()

@@ -1,0 +1,42 @@
+"""What a budget is chosen from: measured in the scene itself, and only what holds there."""
+
+from __future__ import annotations
+
+import pytest
+
+from app.core.errors import BudgetError
+from app.scene.scene_file import load_scene
+from app.session.prepare import prepare
+from app.studies.budget import LIVE_STAGES, Budget, propose
+from app.studies.budget_measurement import instant_ms, measure_for_budget
+from app.studies.work_precision import Subject
+from tests.support.touch import prepared_bar
+
+
+def silent(_text, _fraction):
+    return
+
+
+def test_stages_of_an_instant_are_timed_under_a_finger():
+    bar = prepared_bar(hinged=True)
+    spent = instant_ms(bar, {"integrator": "euler", "timestep": 0.0005}, ticks=5)
+    assert spent["physics"] > 0
+    assert spent["touch"] > 0, "a finger presses the skin"
+
+
+def test_without_a_robot_there_is_nothing_to_measure():
+    with pytest.raises(BudgetError, match="no skin on a robot"):
+        measure_for_budget(Subject.of(prepared_bar(hinged=False).map), paths=False, progress=silent)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", ["ur5e", "icub"])
+def test_real_robots_have_settings_of_every_stage(name):
+    prepared, told = prepare(load_scene(name)), []
+    subject = Subject.of(prepared.map, prepared=prepared)
+    measured = measure_for_budget(subject, paths=False, progress=lambda _text, share: told.append(share))
+    assert tuple(measured.options) == LIVE_STAGES
+    assert {option.trial.setting.method for option in measured.options["simulation"]} >= {"implicitfast", "discrete"}
+    assert told == sorted(told)
+    found = propose(Budget(milliseconds=50.0), measured.options, pitch_mm=measured.pitch_mm, force=measured.force)
+    assert found.cost == pytest.approx(found.finest)

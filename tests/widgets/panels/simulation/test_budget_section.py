@@ -1,0 +1,152 @@
+"""Budget in the panel: what is proposed is shown beside what is in force, applied by one click, and gone back from."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QApplication, QPushButton
+
+from app.core.timing import Timings
+from app.studies.budget import Cost, Option
+from app.studies.budget_measurement import BudgetMeasurement
+from app.studies.work_precision import Setting, Trial
+from widgets.common.colours import DARK
+from widgets.panels.simulation.budget_section import BudgetSection
+from widgets.theme.application_theme import apply_theme
+
+NOW = {
+    "simulation": Setting("simulation", "implicitfast", {"timestep_ms": 1.0}),
+    "touch": Setting("touch", "water-fill"),
+    "image": Setting("image", "natural-neighbour", {"pixels": 256}),
+    "control": Setting("control", "hybrid", {"path_speed_mm_s": 10.0}),
+}
+
+
+def option(stage, method, ms, mm, values=None):
+    setting = Setting(stage, method, values or {})
+    return Option(Trial(setting, "", ms, {}), Cost(ms, mm))
+
+
+def measured(*, paths=True):
+    options = {
+        "simulation": (option("simulation", "implicitfast", 0.2, 0.0, {"timestep_ms": 1.0}),),
+        "touch": (option("touch", "water-fill", 0.02, 4.0), option("touch", "punch", 0.4, 1.0)),
+        "image": (
+            option("image", "nearest", 0.01, 3.0, {"pixels": 128}),
+            option("image", "natural-neighbour", 0.5, 1.0, {"pixels": 512}),
+        ),
+    }
+    errors = {"body_mm": 2.0, "force_n": 0.2, "lost_percent": 0.0}
+    round_ = Trial(Setting("control", "parallel", {"path_speed_mm_s": 30.0}), "", 4000.0, errors)
+    return BudgetMeasurement(options, (round_,) if paths else (), 0.005, 3.0, 8.0)
+
+
+@pytest.fixture
+def section(qtbot):
+    apply_theme(QApplication.instance(), DARK)
+    made = BudgetSection()
+    qtbot.addWidget(made)
+    made.resize(280, 240)
+    made.show_present(NOW, can_measure=True)
+    made.show()
+    qtbot.waitExposed(made)
+    return made
+
+
+def press(section, name, qtbot):
+    button = section.findChild(QPushButton, f"budget-{name}")
+    assert button.isVisible()
+    assert button.isEnabled()
+    qtbot.mouseClick(button, Qt.MouseButton.LeftButton)
+
+
+def limit(section, kind, **limits):
+    section.kind.setCurrentIndex(section.kind.findData(kind))
+    section.kind.activated.emit(section.kind.currentIndex())
+    for name, number in limits.items():
+        section.limits[name].setValue(number)
+
+
+def test_the_limits_are_those_of_what_is_limited(section):
+    assert [name for name, field in section.limits.items() if field.isVisible()] == ["milliseconds"]
+    limit(section, "errors")
+    assert [name for name, field in section.limits.items() if field.isVisible()] == ["millimetres", "newtons"]
+    assert not section.apply.isEnabled()
+    section.show_present({}, can_measure=False)
+    assert not section.propose.isEnabled()
+
+
+def test_controllers_are_measured_where_errors_are_limited(section, qtbot):
+    with qtbot.waitSignal(section.asked) as asked:
+        press(section, "propose", qtbot)
+    assert asked.args == [False]
+    limit(section, "errors")
+    with qtbot.waitSignal(section.asked) as asked:
+        press(section, "propose", qtbot)
+    assert asked.args == [True]
+
+
+def test_one_measurement_answers_every_budget_and_says_what_is_given_up(section):
+    section.show_measured(measured())
+    limit(section, "time", milliseconds=0.3)
+    assert "<b>Nearest 128²</b>" in section.table.text()
+    assert "Natural neighbour 256²" in section.table.text()
+    assert "0.23\u2009ms an instant" in section.note.text()
+    assert "most accurate settings: 1.1\u2009ms" in section.note.text()
+    limit(section, "time", milliseconds=1.2)
+    assert "<b>Punch</b>" in section.table.text()
+    limit(section, "time", milliseconds=0.1)
+    assert "nearest settings need 0.23 ms" in section.note.text()
+    assert not section.table.text()
+    assert not section.apply.isEnabled()
+
+
+def test_an_error_budget_proposes_a_controller_or_says_that_none_keeps_it(section):
+    section.show_measured(measured())
+    limit(section, "errors", millimetres=4.5, newtons=0.5)
+    assert "Parallel 30\u2009mm/s" in section.table.text()
+    assert "A path of 30\u2009mm in 4\u2009s" in section.note.text()
+    limit(section, "errors", millimetres=1.5, newtons=0.1)
+    assert "No controller keeps both limits" in section.note.text()
+
+
+def test_apply_and_back_are_one_click_and_measured_stands_beside_predicted(section, qtbot):
+    section.show_measured(measured(paths=False))
+    limit(section, "time", milliseconds=0.3)
+    with qtbot.waitSignal(section.applied) as applied:
+        press(section, "apply", qtbot)
+    (settings,) = applied.args
+    assert [one.stage for one in settings] == ["simulation", "touch", "image"]
+    section.show_present({**NOW, **{one.stage: one for one in settings}}, can_measure=True)
+    assert not section.apply.isEnabled(), "it is in force"
+    section.show_frames(ticks(0.3, 0.05))
+    assert section.note.text() == "Simulation and touch: 0.22\u2009ms predicted, 0.35\u2009ms measured."
+    with qtbot.waitSignal(section.applied) as back:
+        press(section, "back", qtbot)
+    assert back.args == [tuple(NOW[one.stage] for one in settings)]
+    assert not section.back.isEnabled()
+
+
+def ticks(physics, touch):
+    return [SimpleNamespace(timings=Timings({"physics": physics, "touch": touch, "control": 9.0}))] * 60
+
+
+def test_what_is_predicted_is_for_this_window_in_which_all_takes_longer(section, qtbot):
+    """As the settings in force take three times what they took alone."""
+    section.show_measured(measured(paths=False))
+    limit(section, "time", milliseconds=1.2)
+    section.show_frames(ticks(0.6, 0.06))
+    press(section, "apply", qtbot)
+    section.show_frames(ticks(0.6, 1.1))
+    assert section.note.text() == "Simulation and touch: 1.8\u2009ms predicted, 1.7\u2009ms measured."
+
+
+def test_of_another_scene_nothing_is_kept(section):
+    section.show_measured(measured())
+    section.forget()
+    assert (section.table.text(), section.note.text()) == ("", "")
+    assert not section.apply.isEnabled()
+    limit(section, "time", milliseconds=0.5)
+    assert not section.table.text()
