@@ -5,8 +5,7 @@ Read in this order:
 
 ``work_precision``  what a stage of the program is, a setting of it, and a trial of that: errors and milliseconds
 ``stages``      the stages, each with what measures a trial; the window tries them on the user's own skin
-``budget``      the best settings of several stages within a limit of time or error;  ``budget_measurement`` is what it
-                chooses from
+``budget``      the best settings of several stages within a limit of time or error
 ``testbeds``    bodies, touches, pressed robots and paths whose truth is known
 ``study``       what a study is: a question, its cases, how one is measured
 ``running``     measures the cases in one process or many, keeps them as they come and goes on later

@@ -14,8 +14,8 @@ import pytest
 
 from app.scene.scene_file import load_scene
 from app.session.prepare import prepare
-from app.studies.budget import Budget, propose
-from app.studies.budget_measurement import TIMED_STAGES, effects_of, instant_ms, measure_for_budget
+from app.studies.budget.measurement import TIMED_STAGES, effects_of, instant_ms, measure_for_budget
+from app.studies.budget.proposal import Budget, propose
 from app.studies.work_precision import Subject
 
 FORCE = 3.0

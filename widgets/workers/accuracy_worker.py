@@ -20,7 +20,7 @@ def make_handler() -> RequestHandler:
     """In the process: a stage's name, or ``BUDGET`` or ``BUDGET_WITH_PATHS``, and a subject in; progress and trials,
     or one BudgetMeasurement, out.
     """
-    from app.studies.budget_measurement import measure_for_budget
+    from app.studies.budget.measurement import measure_for_budget
     from app.studies.stages.registry import STAGES
     from app.studies.work_precision import run_trials
 

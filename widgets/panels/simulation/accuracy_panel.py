@@ -28,7 +28,7 @@ from PySide6.QtWidgets import (
 from app.editing.document import MapDocument
 from app.session.prepare import PreparedScene
 from app.skin.skin import Skin
-from app.studies.budget_measurement import BudgetMeasurement
+from app.studies.budget.measurement import BudgetMeasurement
 from app.studies.stages.registry import STAGES
 from app.studies.work_precision import Diagram, Setting, Stage, Subject, Trial, diagram
 from widgets.common.colours import DARK, Theme

@@ -15,8 +15,8 @@ from PySide6.QtWidgets import QComboBox, QHBoxLayout, QLabel, QProgressBar, QPus
 
 from app.core.errors import BudgetError
 from app.session.frame import Frame
-from app.studies.budget import Budget, Proposal, fastest_path, propose
-from app.studies.budget_measurement import TIMED_STAGES, BudgetMeasurement
+from app.studies.budget.measurement import TIMED_STAGES, BudgetMeasurement
+from app.studies.budget.proposal import Budget, Proposal, fastest_path, propose
 from app.studies.work_precision import Setting, Trial, method_title
 from widgets.common.number_field import NumberField
 from widgets.common.wheel_guard import guard_wheel

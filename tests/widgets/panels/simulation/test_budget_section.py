@@ -9,8 +9,8 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication, QPushButton
 
 from app.core.timing import Timings
-from app.studies.budget import Cost, Option
-from app.studies.budget_measurement import BudgetMeasurement
+from app.studies.budget.measurement import BudgetMeasurement
+from app.studies.budget.proposal import Cost, Option
 from app.studies.work_precision import Setting, Trial
 from widgets.common.colours import DARK
 from widgets.panels.simulation.budget_section import BudgetSection

@@ -183,7 +183,7 @@ def propose(budget: Budget, options: Mapping[str, Sequence[Option]], *, pitch_mm
 
     Args:
         budget: What may not be passed.
-        options: Of each stage, see ``budget_measurement``.
+        options: Of each stage, see ``measurement``.
         pitch_mm: From taxel to taxel. Where errors are to be small, one of a whole pitch counts as much as one of the
             whole force, or of all the pressure.
         force: Of a usual contact [N].

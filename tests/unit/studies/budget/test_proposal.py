@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from app.core.errors import BudgetError
-from app.studies.budget import LIVE_STAGES, Budget, Cost, Option, fastest_path, options_of, propose, unbeaten
+from app.studies.budget.proposal import LIVE_STAGES, Budget, Cost, Option, fastest_path, options_of, propose, unbeaten
 from app.studies.stages.simulation import BOUNCES
 from app.studies.work_precision import Setting, Trial
 

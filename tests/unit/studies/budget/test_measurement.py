@@ -7,8 +7,8 @@ import pytest
 from app.core.errors import BudgetError
 from app.scene.scene_file import load_scene
 from app.session.prepare import prepare
-from app.studies.budget import LIVE_STAGES, Budget, propose
-from app.studies.budget_measurement import instant_ms, measure_for_budget
+from app.studies.budget.measurement import instant_ms, measure_for_budget
+from app.studies.budget.proposal import LIVE_STAGES, Budget, propose
 from app.studies.work_precision import Subject
 from tests.support.touch import prepared_bar
 

@@ -18,7 +18,7 @@ from app.scene.effects import Override
 from app.scene.scene import with_override
 from app.session.prepare import PreparedScene
 from app.session.session import Session
-from app.studies.budget import LIVE_STAGES, Option, effects_of, options_of
+from app.studies.budget.proposal import LIVE_STAGES, Option, effects_of, options_of
 from app.studies.stages.registry import STAGES
 from app.studies.work_precision import Subject, Trial, run_trials
 from app.tactile.poke import PokePressed
