@@ -9,8 +9,8 @@ from pathlib import Path
 from app.cli.output import plain_text
 from app.core.errors import UsageError
 from app.core.files import write_atomically
-from app.studies.figures import BarChart
-from app.studies.report import describe_machine, facts_html, figure_html, page_html, rows_html
+from app.studies.reporting.figures import BarChart
+from app.studies.reporting.report import describe_machine, facts_html, figure_html, page_html, rows_html
 from app.studies.rows import Row
 
 

@@ -14,8 +14,8 @@ Read in this order:
 ``loop_laws``   the study of the closed-form laws of sampled loops
 ``hypotheses``  what theory expects of a study's rows, and whether it held
 ``path_time``   the studies of the least time for a contact path, by how the skin is known and how it feels
-``rows``        tables of studies, and statistics;  ``figures`` draws them: curves and bars;  ``report`` writes CSV,
-                JSON and one HTML page;  ``catalogue`` names all studies, without loading them
+``rows``        tables of studies, and statistics;  ``reporting`` draws and writes them;  ``catalogue`` names all
+                studies, without loading them
 ``ablation``    what each effect of a scene costs, by leaving it out
 ``controller_comparison``  several controllers on the same stimulus: traces and metrics
 """

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from app.core.progress import Progress, no_progress
-from app.studies.figures import BarChart, Figure
 from app.studies.hypotheses import Hypothesis
+from app.studies.reporting.figures import BarChart, Figure
 from app.studies.rows import Case, Measure, Row
 from app.studies.running.sequential import PairedEffect
 

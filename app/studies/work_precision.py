@@ -25,7 +25,7 @@ from app.flattening.chart import Chart
 from app.flattening.cut import SeamPlan
 from app.maps.tactile_map import TactileMap
 from app.session.prepare import PreparedScene
-from app.studies.figures import Figure, panels
+from app.studies.reporting.figures import Figure, panels
 from app.studies.rows import Cell, Row
 
 Value = str | int | float

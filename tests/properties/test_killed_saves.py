@@ -29,7 +29,7 @@ from app.session.prepare import PreparedScene
 from app.session.session import Session
 from app.skin.skin_file import save_skin
 from app.stimuli.stimulus_file import save_stimuli
-from app.studies.report import StudyResult, write_report
+from app.studies.reporting.report import StudyResult, write_report
 from app.studies.study import Study
 from tests.support.child_process import Child
 from tests.support.kill_at_system_calls import can_trace, killed_at_each_system_call

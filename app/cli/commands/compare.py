@@ -27,7 +27,7 @@ from app.studies.controller_comparison import (
     controller_metrics,
     trace_csv,
 )
-from app.studies.figures import BarChart
+from app.studies.reporting.figures import BarChart
 
 SCRIPT_SECONDS = 10.0
 """Default duration of a comparison on a scene; a recording is used over its full length."""

@@ -10,7 +10,14 @@ from pathlib import Path
 from app.cli.output import print_fields, print_json, print_warning, progress_line
 from app.cli.workers import workers_from_arguments
 from app.studies.catalogue import load_study
-from app.studies.report import RunState, StudyResult, describe_machine, write_page, write_parquet, write_report
+from app.studies.reporting.report import (
+    RunState,
+    StudyResult,
+    describe_machine,
+    write_page,
+    write_parquet,
+    write_report,
+)
 from app.studies.running.case_log import CaseLog
 from app.studies.running.case_run import CaseRun, paced
 from app.studies.running.sequential import Outcome, run_within

@@ -6,9 +6,9 @@ import math
 from collections.abc import Sequence
 from typing import Literal
 
-from app.studies.figures import Figure, Panel
 from app.studies.hypotheses import Hypothesis, Interval, Judgement, all_of, bootstrap_median, within
 from app.studies.loop_laws.predictions import COMPARISONS, IDEAL_JOINTS, OUR_SERVO, PERIOD
+from app.studies.reporting.figures import Figure, Panel
 from app.studies.rows import Case, Row, distinct, number_or
 from app.studies.study import Study
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from app.studies.figures import BarChart, Figure, Panel
 from app.studies.hypotheses import Interval, bootstrap_median
 from app.studies.path_time.factors import Factor
 from app.studies.path_time.path_time import NOMINAL
+from app.studies.reporting.figures import BarChart, Figure, Panel
 from app.studies.rows import Cell, Row, distinct, number_or
 
 BOUND = "theory, without feed-forward of the speed"

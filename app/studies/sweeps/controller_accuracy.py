@@ -15,7 +15,7 @@ from app.control.controllers import CONTROL_SCHEMES
 from app.control.limit_texts import limit_texts
 from app.maps.paths import path_about
 from app.session.prepare import PreparedScene
-from app.studies.figures import BarChart, Figure, panels
+from app.studies.reporting.figures import BarChart, Figure, panels
 from app.studies.rows import Case, Cell, Row, distinct, number, p95, rms, scaled
 from app.studies.study import Study
 from app.studies.testbeds.beside_ball import SKIN_LINKS, beside_ball, forearm_skin_scene, with_finger

@@ -13,7 +13,7 @@ import numpy as np
 from app.scene.effects import EFFECTS, ContactScope, Effects, Integrator, SkinModel
 from app.simulation.model_assembly import assemble
 from app.simulation.simulation import Simulation
-from app.studies.figures import BarChart
+from app.studies.reporting.figures import BarChart
 from app.studies.rows import Case, Row, number
 from app.studies.study import Study
 from app.studies.testbeds.pressed_robot import PressedRobot, pressed_arm

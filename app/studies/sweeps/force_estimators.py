@@ -11,8 +11,8 @@ from scipy.optimize import nnls
 
 from app.contacts.force_estimation.deconvolution import BlurMatrix, nonnegative_least_squares, tikhonov
 from app.core.arrays import FloatArray
-from app.studies.figures import Figure, Panel
 from app.studies.hypotheses import Hypothesis, Interval, Judgement, Verdict, all_of, bootstrap_median, within
+from app.studies.reporting.figures import Figure, Panel
 from app.studies.rows import Case, Row, distinct, number_or
 from app.studies.study import Study
 from app.studies.testbeds.covered_lattice import AREA, PITCH, area_blur, contact_region, exact_readings

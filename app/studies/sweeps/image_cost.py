@@ -13,7 +13,7 @@ from app.core.arrays import FloatArray
 from app.maps.interpolation import INTERPOLATIONS
 from app.maps.tactile_image import TactileImage
 from app.maps.tactile_map import TactileMap
-from app.studies.figures import Figure
+from app.studies.reporting.figures import Figure
 from app.studies.rows import Case, Row
 from app.studies.stages.image import KnownField, frame_trial, hertz
 from app.studies.study import Study

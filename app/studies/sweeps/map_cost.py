@@ -13,7 +13,7 @@ from app.flattening.methods import METHODS
 from app.maps.topography import BodyDistances, measure_topography
 from app.skin.skin import Patch, Skin
 from app.skin.taxel_placement.sampling import place_evenly
-from app.studies.figures import Figure
+from app.studies.reporting.figures import Figure
 from app.studies.rows import Case, Row
 from app.studies.stages.timed_flattening import DISTORTION, distortion_percent, flatten_timed
 from app.studies.study import Study

@@ -25,7 +25,7 @@ from app.session.frame import Frame
 from app.session.prepare import PreparedScene
 from app.session.prepared_cache import prepare_cached
 from app.session.session import Session
-from app.studies.figures import BarChart
+from app.studies.reporting.figures import BarChart
 from app.studies.rows import Case, Row, number
 from app.studies.study import Study
 from app.studies.testbeds.needy_scenes import needy_scenes

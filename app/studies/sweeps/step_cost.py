@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from functools import lru_cache
 
 from app.core.errors import SimulationError
-from app.studies.figures import Figure
+from app.studies.reporting.figures import Figure
 from app.studies.rows import Case, Row
 from app.studies.stages.simulation import BOUNCES, ERRORS, INTEGRATORS, STEPS_MS, step_trial
 from app.studies.study import Study

@@ -23,7 +23,7 @@ from app.scene.effects import Effects, SkinModel
 from app.scene.object_meshes import primitive_mesh
 from app.scene.objects import ObjectSpec, SceneObject
 from app.simulation.simulation import Simulation
-from app.studies.figures import Figure
+from app.studies.reporting.figures import Figure
 from app.studies.rows import Case, Row, distinct, scaled
 from app.studies.stages.touch import ERRORS, Reader, mean_touch_errors, touch_trial
 from app.studies.study import Study

@@ -6,7 +6,7 @@ import pytest
 
 from app.cli.pages import write_fact_page
 from app.core.errors import UsageError
-from app.studies.figures import BarChart
+from app.studies.reporting.figures import BarChart
 
 
 def test_facts_tables_and_charts_stand_on_one_page(tmp_path):

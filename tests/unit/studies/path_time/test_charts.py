@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from app.studies.figures import BarChart, Figure
 from app.studies.path_time.charts import BOUND, factor_figures
 from app.studies.path_time.force_feedback import FACTORS as FEEDBACK
 from app.studies.path_time.path_time import NOMINAL
 from app.studies.path_time.representation import FACTORS as REPRESENTATION
+from app.studies.reporting.figures import BarChart, Figure
 
 
 def made(factor=NOMINAL, level="", seconds=3.0, **said):

@@ -18,8 +18,8 @@ from pathlib import Path
 
 from app.core.errors import UsageError
 from app.core.files import write_atomically
-from app.studies.figures import BarChart, Figure, figure_svg
 from app.studies.hypotheses import Hypothesis, Judgement, Verdict
+from app.studies.reporting.figures import BarChart, Figure, figure_svg
 from app.studies.rows import Cell, Row
 from app.studies.running.case_run import duration_text
 from app.studies.running.tables import columns, csv_table, parquet_table

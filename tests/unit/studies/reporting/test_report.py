@@ -11,9 +11,16 @@ import numpy as np
 import pytest
 
 from app.core.errors import UsageError
-from app.studies.figures import BarChart, Figure, Panel
 from app.studies.hypotheses import Hypothesis, Judgement, Verdict
-from app.studies.report import RunState, StudyResult, describe_machine, write_page, write_parquet, write_report
+from app.studies.reporting.figures import BarChart, Figure, Panel
+from app.studies.reporting.report import (
+    RunState,
+    StudyResult,
+    describe_machine,
+    write_page,
+    write_parquet,
+    write_report,
+)
 from app.studies.study import Study
 
 
