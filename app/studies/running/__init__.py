@@ -6,4 +6,5 @@
 ``case_run``    puts these together: what is known is not measured again; rows in the order of the cases
 ``sequential``  runs within a budget of time: whole seeds first, no more of what is settled
 ``tables``      rows as CSV and Parquet
+``study_table`` such a file read back: factors, measures, and the median of each point with its interval
 """
