@@ -202,6 +202,7 @@ class Point:
     note: str = ""
     usable: bool = True
     joined: bool = True
+    p95_ms: float | None = None
 
 
 @dataclass(frozen=True)
@@ -275,7 +276,8 @@ def diagram(stage: Stage, trials: Iterable[Trial], *, error: str = "") -> Diagra
     for trial in trials:
         took, value = trial.milliseconds, trial.errors.get(kind.key)
         if value is not None and math.isfinite(value) and took is not None and took > 0:
-            point = Point(took, value, trial.setting, trial.name, trial.note, trial.usable, trial.joined)
+            told = (trial.setting, trial.name, trial.note, trial.usable, trial.joined, trial.p95_ms)
+            point = Point(took, value, *told)
             found.setdefault(trial.setting.method, []).append(point)
         elif not trial.errors:
             missing.append(f"{method_title(trial.setting.method)}: {trial.note}")

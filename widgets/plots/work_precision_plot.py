@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -166,6 +167,7 @@ class LogCanvas(pg.PlotWidget):
 PICK_RADIUS = 12.0
 """A point so near is meant [px]."""
 _MARGIN, _LEAST_SPAN = 0.09, 0.3
+_SPREAD_WIDTH, _SPREAD_ALPHA = 4.0, 0.45
 
 
 class WorkPrecisionPlot(QWidget):
@@ -257,6 +259,7 @@ class WorkPrecisionPlot(QWidget):
         plot, colour = self.canvas.getPlotItem(), curve_colour(self._theme, curve.number)
         line = self._logarithms([point for point in curve.points if point.joined])
         plot.addItem(pg.PlotDataItem(line, pen=pg.mkPen(colour, width=1.5), antialias=True))
+        self._draw_spread(curve, colour)
         marks = [
             self._mark(point, at, colour)
             for point, at in zip(curve.points, self._logarithms(curve.points), strict=True)
@@ -265,6 +268,18 @@ class WorkPrecisionPlot(QWidget):
         scatter = pg.ScatterPlotItem(marks, symbol=curve_symbol(curve.number), antialias=True)
         scatter.setZValue(10)
         plot.addItem(scatter)
+
+    def _draw_spread(self, curve: Curve, colour: QColor) -> None:
+        """From the median time of a point to what 95 % of its runs took less than, where it was run often enough."""
+        spread = [
+            (point, replace(point, milliseconds=p95)) for point in curve.points if (p95 := point.p95_ms) is not None
+        ]
+        if spread:
+            ends = self._logarithms([end for pair in spread for end in pair])
+            faint = QColor(colour)
+            faint.setAlphaF(_SPREAD_ALPHA)
+            pen = pg.mkPen(faint, width=_SPREAD_WIDTH, cap=Qt.PenCapStyle.FlatCap)
+            self.canvas.getPlotItem().addItem(pg.PlotDataItem(ends, connect="pairs", pen=pen, antialias=True))
 
     def _mark(self, point: Point, at: FloatArray, colour: QColor) -> dict[str, Any]:
         """Full on the line, hollow for a setting beside it, small for a round on the way."""
@@ -385,4 +400,5 @@ _KEY_ORDERS: dict[Qt.Key, Callable[[Point], tuple[float, float]]] = {
 def _point_text(point: Point, unit: str) -> str:
     gap = "" if unit == "°" else "\u202f"
     name = f"{method_title(point.setting.method)}{', ' if point.name else ''}{point.name}"
-    return f"{name}: {format_number(point.error)}{gap}{unit}, {format_number(point.milliseconds)}\u202fms"
+    often = "" if point.p95_ms is None else f" (95\u202f% within {format_number(point.p95_ms)}\u202fms)"
+    return f"{name}: {format_number(point.error)}{gap}{unit}, {format_number(point.milliseconds)}\u202fms{often}"

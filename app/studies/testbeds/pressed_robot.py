@@ -178,6 +178,11 @@ class PressRun:
         return 1e6 * float(np.median(self.seconds)) / SAMPLE_MS
 
     @property
+    def p95_ms(self) -> float:
+        """The same of the slowest but 5 % of the looks."""
+        return 1e6 * float(np.percentile(self.seconds, 95)) / SAMPLE_MS
+
+    @property
     def lost(self) -> float:
         """Share of the steps at which nothing touched."""
         return float((self.forces <= 0).mean())

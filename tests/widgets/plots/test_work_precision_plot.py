@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from PySide6.QtCore import QPoint, Qt
@@ -103,6 +105,22 @@ def test_hover_names_the_point_and_leaving_the_present_setting(plot, qtbot):
     qtbot.mouseMove(plot.canvas.viewport(), place(plot, TUTTE) + QPoint(25, 40))
     assert plot.held is None
     assert detail(plot).startswith("Present:")
+
+
+def test_what_was_run_often_shows_its_slow_runs_as_a_bar(plot, qtbot):
+    spread = replace(TUTTE, p95_ms=14.0)
+    curves = tuple(
+        replace(curve, points=tuple(spread if known == TUTTE else known for known in curve.points))
+        for curve in DIAGRAM.curves
+    )
+    plot.show_diagram(replace(DIAGRAM, curves=curves), FIRST.setting)
+    for away in (QPoint(40, 40), QPoint(0, 0)):  # where it was before is no move
+        qtbot.mouseMove(plot.canvas.viewport(), place(plot, spread) + away)
+    assert detail(plot).startswith("Tutte, at 1: 20\u202f%, 10\u202fms (95\u202f% within 14\u202fms)")
+    bars = [item.getData() for item in plot.canvas.getPlotItem().listDataItems() if item.opts.get("connect") == "pairs"]
+    ((x, y),) = bars
+    assert 10**x == pytest.approx([10.0, 14.0])
+    assert 10**y == pytest.approx([20.0, 20.0])
 
 
 def test_arrows_go_along_the_points_and_enter_uses(plot, qtbot):
