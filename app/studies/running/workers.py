@@ -6,10 +6,12 @@ ends what is still being measured and leaves no process behind.
 
 from __future__ import annotations
 
+import ctypes
 import json
 import signal
 import sys
 import threading
+import time
 import warnings
 from collections.abc import Callable, Generator, Sequence
 from contextlib import contextmanager
@@ -22,6 +24,8 @@ from app.core.errors import TactileMapsError
 from app.core.interrupts import interrupts_held
 from app.studies.rows import Case, Measure, Row
 
+_TRIM_EVERY = 20.0
+"""[s]"""
 Results: TypeAlias = Generator[tuple[int, list[Row]]]
 Workers: TypeAlias = Callable[[Measure, Sequence[Case]], Results]
 
@@ -52,7 +56,24 @@ def measure_case(measure: Measure, case: Case) -> list[Row]:
     except TactileMapsError as error:
         rows = [{**case, "problem": str(error)}]
     plain: list[Row] = json.loads(json.dumps(rows, default=_plain))
+    _give_back_memory()
     return plain
+
+
+_trimmed = time.monotonic()
+
+
+def _give_back_memory() -> None:
+    """Every few seconds, where the C library can: what is freed stays with the process otherwise, between what is not.
+
+    A process that had measured 500 cases of path time held 3 GB, of which it used a tenth. Cost: 20 ms.
+    """
+    global _trimmed
+    if sys.platform == "linux" and time.monotonic() - _trimmed > _TRIM_EVERY:
+        trim = getattr(ctypes.CDLL(None), "malloc_trim", None)  # glibc's
+        if trim is not None:
+            trim(0)
+        _trimmed = time.monotonic()
 
 
 def _plain(value: Any) -> Any:

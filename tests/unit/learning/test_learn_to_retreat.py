@@ -4,12 +4,14 @@ import runpy
 from pathlib import Path
 
 import gymnasium
+import pytest
 
 import app.learning  # noqa: F401  # registers
 
 EXAMPLE = Path(__file__).resolve().parents[3] / "assets" / "guide" / "learn_to_retreat.py"
 
 
+@pytest.mark.long
 def test_two_iterations_yield_more_than_none():
     example = runpy.run_path(str(EXAMPLE))
     example["learn"].__globals__.update(TOUCHES=1, POLICIES=8, BEST=2, HELD_OUT=range(1000, 1003))

@@ -95,6 +95,7 @@ def test_a_patch_in_the_hole_of_another_overlaps_nothing():
         assert (overlaps(TactileMap(Skin(tuple(parts)), tuple(charts), layout)) > 0) == (expected > 0)
 
 
+@pytest.mark.long
 def test_what_is_known_of_the_body_need_not_be_measured_again(three_patches):
     body, image = BodyDistances(three_patches.skin, sources=3), TactileImage(three_patches)
     assert measure(three_patches, distances=body, images=(image,)) == measure(three_patches, sources=3)

@@ -23,6 +23,7 @@ from app.maps.tactile_map import TactileMap
 from tests.support.surfaces import sheet, skin_of
 
 
+@pytest.mark.long
 def test_the_areas_behind_the_pixels_are_those_of_their_faces(three_patches):
     """Many small pixels in one face add up to that face's area on the body."""
     image = TactileImage(three_patches, resolution=2.5e-4)

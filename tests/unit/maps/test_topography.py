@@ -46,6 +46,7 @@ def test_on_a_large_skin_near_ones_stay_exact_and_far_ones_come_close():
     assert np.abs(patch.near[far] / exact[far] - 1).mean() < 0.03
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("no_budget")
 def test_rows_spread_evenly_say_what_all_exact_distances_do(monkeypatch):
     """By how much the quick ones miss: stress, rank correlation, trustworthiness and continuity."""
