@@ -121,6 +121,7 @@ class Panel(QWidget):
 
     Attributes:
         undocked: Whether it stands in a window of its own.
+        help: The button that opens the guide; what the panel holds follows it when the keyboard goes on.
     """
 
     folded_changed = Signal(bool)
@@ -151,7 +152,8 @@ class Panel(QWidget):
         top = QHBoxLayout()
         top.setSpacing(8)
         top.addWidget(self._heading, 1)
-        top.addWidget(self._help_button())
+        self.help = self._help_button()
+        top.addWidget(self.help)
         whole.addLayout(top)
         self._reason: QLabel | None = None
         whole.addWidget(self._body)

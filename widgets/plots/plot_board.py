@@ -50,6 +50,7 @@ class PlotCell(QWidget):
         self._dragging = False
         for widget in (content, *content.findChildren(QWidget)):
             widget.installEventFilter(self)
+            widget.setFocusPolicy(Qt.FocusPolicy.NoFocus)  # Tab stops at the cell, which has the keys and a name
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         """Qt: the mouse on anything within."""

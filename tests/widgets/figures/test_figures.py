@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import zlib
 
 import pytest
 from PIL import Image
@@ -71,7 +72,12 @@ def test_map_and_plots_are_vectors_of_the_stated_size_and_the_window_stays_as_it
     assert "image" in drawn, "touch is a picture"
     assert "image" not in re.sub(r"image-rendering", "", (tmp_path / "plots.svg").read_text())
     figure.save(FigurePart.PLOTS, tmp_path / "plots.pdf", SMALL)
-    found = re.search(rb"MediaBox \[0 0 ([\d.]+) ([\d.]+)", (tmp_path / "plots.pdf").read_bytes())
+    page = (tmp_path / "plots.pdf").read_bytes()
+    assert b"/Type /Font" in page, "words can be searched and set otherwise"
+    assert b"/Subtype /Image" not in page
+    shown = b"".join(zlib.decompress(part) for part in re.findall(rb"stream\r?\n(x.*?)\r?\nendstream", page, re.DOTALL))
+    assert shown.count(b" Tj") + shown.count(b" TJ") > 10, "as text, not as outlines"
+    found = re.search(rb"MediaBox \[0 0 ([\d.]+) ([\d.]+)", page)
     assert [float(side) / 72 * 25.4 for side in found.groups()] == pytest.approx([80, 60], abs=0.4)
     QApplication.processEvents()
     assert window.plots.grab().toImage() == before

@@ -308,9 +308,9 @@ class ControllerPanel(Panel):
         self.column.addLayout(self._law_buttons())
         self._add_state()
         self._boxes = {name: self._choice_box(name) for name in SETTING_CHOICES}
+        self.column.addLayout(self._act_buttons())
         self.sliders = ControllerSliders(parent=self)
         self.sliders.settings_edited.connect(self._edit)
-        self.column.addLayout(self._act_buttons())
         self.column.addWidget(self.sliders)
         self.show_settings(self._settings)
 

@@ -351,6 +351,7 @@ class EffectsPanel(Panel):
             line.hide()  # it is deleted only when the events come round, and would lie over its successor
             line.deleteLater()
         self._lines = {}
+        before: dict[QWidget, QWidget] = {self._body: self.help, self._sensor: self._fold}
         for key in EFFECTS:
             group = self._sensor if EFFECTS[key].of_sensor else self._body
             line = EffectRowWidget(key, effect_choices(key, tick=prepared.scene.tick), group)
@@ -358,6 +359,8 @@ class EffectsPanel(Panel):
             line.selected.connect(self._on_selected)
             self._columns[group].addWidget(line)
             self._lines[key] = line
+            QWidget.setTabOrder(before[group], line.box)  # they come long after all that stands below them
+            before[group] = line.box
         self.show_decision(prepared.scene.decision, automatic_rows(prepared.scene))
 
     def show_decision(

@@ -1,0 +1,54 @@
+"""Tab goes from control to control through the whole window and comes back: nobody with a keyboard is caught."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import pytest
+from PySide6.QtCore import QPoint, Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication
+
+_SAME_ROW = 12
+"""Controls of one row may be so much higher or lower [px]."""
+
+
+@pytest.fixture(scope="module")
+def prepared(coarse_prepared):
+    """It is there ten times as soon."""
+    return coarse_prepared
+
+
+def walk(window, key):
+    """The controls that have the keyboard one after the other, from the robot view until it has it again."""
+    window.robot_view.setFocus(Qt.FocusReason.TabFocusReason)
+    visited = [QApplication.focusWidget()]
+    for _ in range(300):
+        QTest.keyClick(visited[-1], key)
+        found = QApplication.focusWidget()
+        if found is visited[0]:
+            return visited
+        assert found not in visited, f"{found.objectName() or found} is never left"
+        visited.append(found)
+    raise AssertionError("it never comes back")
+
+
+def test_tab_comes_back_past_every_panel_from_top_to_bottom(window_again):
+    window_again.activateWindow()
+    visited = walk(window_again, Qt.Key.Key_Tab)
+    content = window_again.column.widget()
+    rows = [one.mapTo(content, QPoint()).y() for one in visited if content.isAncestorOf(one)]
+    assert len(rows) > 40
+    jumps = [(one, other) for one, other in pairwise(rows) if other < one - _SAME_ROW]
+    assert not jumps, "up again"
+    assert {"map-view", "colour-bar", "plot-force", "effect-skin-choice", "messages-panel-help"} <= {
+        one.objectName() for one in visited
+    }
+    assert all(one.isVisible() for one in visited)
+
+
+def test_backwards_it_is_the_same_way(window_again):
+    window_again.activateWindow()
+    there = walk(window_again, Qt.Key.Key_Tab)
+    back = walk(window_again, Qt.Key.Key_Backtab)
+    assert {one.objectName() for one in back} == {one.objectName() for one in there}
