@@ -19,6 +19,7 @@ from typing import Generic, TypeVar
 
 import numpy as np
 
+from app.core.arrays import FloatArray
 from app.core.errors import TactileMapsError
 from app.core.progress import Progress
 from app.flattening.chart import Chart
@@ -29,6 +30,7 @@ from app.studies.reporting.figures import Figure, panels
 from app.studies.rows import Cell, Row
 
 Value = str | int | float
+_LAW_POINTS = 16
 Result = TypeVar("Result")
 
 
@@ -156,6 +158,25 @@ class ErrorKind:
     least: float
 
 
+@dataclass(frozen=True)
+class Law:
+    """What theory says of a stage's error in so many milliseconds.
+
+    Attributes:
+        name: In a legend.
+        source: The formula, where it comes from and what it leaves out, in a sentence.
+        error: In the units shown, of (k,) milliseconds.
+    """
+
+    name: str
+    source: str
+    error: Callable[[FloatArray], FloatArray]
+
+
+def _without_theory(_subject: Subject, _error: str) -> Sequence[Law]:
+    return ()
+
+
 def _not_in_the_map(_subject: Subject) -> None:
     return
 
@@ -176,6 +197,7 @@ class Stage:
         seconds: About how long all of it takes.
         current: The setting in force; None where there is none, or it is the scene's and not the map's.
         recipes: How a setting's patches are flattened, with their numbers; None where a setting is no edit of the map.
+        laws: Closed forms of one of its errors, by key, to be drawn under what was measured.
     """
 
     name: str
@@ -189,6 +211,7 @@ class Stage:
     seconds: Callable[[Subject], float]
     current: Callable[[Subject], Setting | None] = _not_in_the_map
     recipes: Callable[[Subject, Setting], Sequence[tuple[int, PatchRecipe]]] | None = None
+    laws: Callable[[Subject, str], Sequence[Law]] = _without_theory
 
 
 @dataclass(frozen=True)
@@ -215,6 +238,15 @@ class Curve:
 
 
 @dataclass(frozen=True)
+class LawCurve:
+    """A closed form as it is drawn: ``points`` are pairs of milliseconds and error; see ``Law``."""
+
+    name: str
+    source: str
+    points: tuple[tuple[float, float], ...]
+
+
+@dataclass(frozen=True)
 class Diagram:
     """Error against milliseconds.
 
@@ -226,6 +258,7 @@ class Diagram:
         curves: One a method.
         least: Smaller errors are drawn here.
         missing: What could not be done, and why.
+        laws: Closed forms, from the fastest to the slowest point: each with (k, 2) milliseconds and error.
     """
 
     stage: str
@@ -235,6 +268,7 @@ class Diagram:
     curves: tuple[Curve, ...]
     least: float = 1e-9
     missing: tuple[str, ...] = ()
+    laws: tuple[LawCurve, ...] = ()
 
     @property
     def points(self) -> tuple[Point, ...]:
@@ -268,8 +302,11 @@ def _try_setting(stage: Stage, subject: Subject, setting: Setting) -> list[Trial
         return [Trial(setting, "", None, {}, note=str(error), usable=False)]
 
 
-def diagram(stage: Stage, trials: Iterable[Trial], *, error: str = "") -> Diagram:
-    """The curves of ``trials`` in one of the stage's errors, by default the first; what has no such error stays out."""
+def diagram(stage: Stage, trials: Iterable[Trial], *, error: str = "", subject: Subject | None = None) -> Diagram:
+    """The curves of ``trials`` in one of the stage's errors, by default the first; what has no such error stays out.
+
+    Of a ``subject`` also what theory says.
+    """
     kind = next((kind for kind in stage.errors if kind.key == error), stage.errors[0])
     found: dict[str, list[Point]] = {}
     missing = []
@@ -283,7 +320,18 @@ def diagram(stage: Stage, trials: Iterable[Trial], *, error: str = "") -> Diagra
             missing.append(f"{method_title(trial.setting.method)}: {trial.note}")
     order = sorted(found, key=stage.methods.index)
     curves = tuple(Curve(method, tuple(found[method]), stage.methods.index(method)) for method in order)
-    return Diagram(stage.name, stage.title, kind.name, kind.unit, curves, kind.least, tuple(dict.fromkeys(missing)))
+    laws = () if subject is None else _law_curves(stage.laws(subject, kind.key), curves)
+    unmade = tuple(dict.fromkeys(missing))
+    return Diagram(stage.name, stage.title, kind.name, kind.unit, curves, kind.least, unmade, laws)
+
+
+def _law_curves(laws: Iterable[Law], curves: Iterable[Curve]) -> tuple[LawCurve, ...]:
+    times = [point.milliseconds for curve in curves for point in curve.points]
+    if not times:
+        return ()
+    along = np.geomspace(min(times), max(times), _LAW_POINTS)
+    pairs = ((law, zip(along.tolist(), law.error(along).tolist(), strict=True)) for law in laws)
+    return tuple(LawCurve(law.name, law.source, tuple(points)) for law, points in pairs)
 
 
 def pareto_front(points: Iterable[Point]) -> tuple[Point, ...]:

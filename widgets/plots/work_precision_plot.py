@@ -246,12 +246,17 @@ class WorkPrecisionPlot(QWidget):
         if len(best) > 1:
             pen = pg.mkPen(QColor(self._theme.quiet), width=1, style=Qt.PenStyle.DashLine)
             plot.addItem(pg.PlotDataItem(self._logarithms(best), pen=pen, antialias=True))
+        for law in diagram.laws:
+            pen = pg.mkPen(QColor(self._theme.quiet), width=1.5, style=Qt.PenStyle.DotLine)
+            plot.addItem(pg.PlotDataItem(np.log10(law.points), pen=pen, antialias=True))
         for curve in diagram.curves:
             self._draw_curve(curve)
         self._draw_present(diagram)
         entries: list[tuple[int | str, str]] = [(curve.number, method_title(curve.method)) for curve in diagram.curves]
         ring = [("ring", "Current setting")] if self._point_of(self._present) else []
-        self._legend.show_entries([*entries, ("best", "Pareto front"), *ring], self._theme)
+        laws: list[tuple[int | str, str]] = [("dotted", law.name) for law in diagram.laws]
+        self._legend.show_entries([*entries, ("best", "Pareto front"), *ring, *laws], self._theme)
+        self._legend.setToolTip("\n".join(f"{law.name}: {law.source}" for law in diagram.laws))
         plot.addItem(self._cursor)
         self._hold(self._held if self._held in diagram.points else None)
 

@@ -227,8 +227,6 @@ class Timeline(QWidget):
     def _show(self) -> None:
         head = self._playhead
         self._middle.setCurrentWidget(self._bar if self._replaying else self._note)
-        # While it stands for nothing that is seen, Tab would stop here for good.
-        self.setFocusProxy(self._bar if self._replaying else None)
         for widget in (self._play, self._clock, self._speed, self._live):
             widget.setVisible(self._replaying)
         self._play.setText("Pause" if head.playing else "Play")

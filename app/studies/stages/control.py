@@ -7,6 +7,7 @@ any of them, and no reason to choose by.
 from __future__ import annotations
 
 import hashlib
+import math
 from collections.abc import Iterator
 from dataclasses import replace
 from functools import lru_cache
@@ -14,12 +15,17 @@ from functools import lru_cache
 from app.control.command import ControlSettings
 from app.control.controller_registry import CONTROLLERS, has_task, settings_from
 from app.control.limit_texts import limit_texts
+from app.core.arrays import FloatArray
 from app.core.errors import SimulationError
 from app.session.prepare import PreparedScene
+from app.session.session import skin_readings
+from app.studies.path_time.body_path import path_length
+from app.studies.path_time.gains import LAG
 from app.studies.rows import scaled
 from app.studies.testbeds.beside_ball import beside_ball
+from app.studies.testbeds.force_loop import critical_gain
 from app.studies.testbeds.path_following import PathSetup, run_path
-from app.studies.work_precision import ErrorKind, Setting, Stage, Subject, Trial
+from app.studies.work_precision import ErrorKind, Law, Setting, Stage, Subject, Trial
 
 SPEEDS_MM_S = (15.0, 30.0, 60.0)
 SETTLING, _LONGEST = 0.7, 15.0
@@ -117,6 +123,26 @@ def seconds(subject: Subject) -> float:
     return 3.0 + 1.2 * len(settings(subject))
 
 
+def laws(subject: Subject, error: str) -> list[Law]:
+    """Of the place l (T / L* + e LAG) / t: the lag of a sampled loop behind a path of length l done in t, if the
+    controller is not told its speed.
+
+    T is the period of the skin's readings, L* the greatest gain of a sampled loop that does not overshoot; the posture
+    loop's lag counts as additional dead time, for which that gain is 1 / (e LAG), see ``path_time.gains``.
+    """
+    if error != "body_mm" or subject.prepared is None:
+        return []
+    scene = subject.prepared.scene
+    readings, length = skin_readings(scene.effects, scene.tick), path_length(settings_from(scene.control))
+    wait = readings.period / critical_gain(round(readings.delay / readings.period)) + math.e * LAG
+
+    def lag_mm(milliseconds: FloatArray) -> FloatArray:
+        return 1e6 * length * wait / milliseconds
+
+    source = "l (T / L* + e 50\u2009ms) / t: how far a sampled loop lags whose controller is not told the path's speed"
+    return [Law("Theory: lag", source, lag_mm)]
+
+
 STAGE = Stage(
     "control",
     "Control",
@@ -127,4 +153,5 @@ STAGE = Stage(
     trials,
     fingerprint,
     seconds,
+    laws=laws,
 )

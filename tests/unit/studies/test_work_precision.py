@@ -9,6 +9,7 @@ import pytest
 from app.core.errors import MapError
 from app.studies.work_precision import (
     ErrorKind,
+    Law,
     Point,
     Setting,
     Stage,
@@ -49,6 +50,17 @@ def test_one_curve_a_method_in_the_stages_order_with_points_as_they_came():
     assert [(p.milliseconds, p.error) for p in made.curves[0].points] == [(9, 3), (2, 4)]
     assert (made.stage, made.title, made.error_name, made.unit, made.least) == ("guess", "Guess", "Off", "%", 0.01)
     assert len(made.points) == 3
+
+
+def test_what_theory_says_is_drawn_along_the_points_of_a_subject():
+    halved = Law("half", "1 / t", lambda ms: 1 / ms)
+    with_law = replace(stage(), laws=lambda _subject, key: [halved] if key == "off" else [])
+    trials = [trial("first", 2, 4), trial("first", 8, 3)]
+    (law,) = diagram(with_law, trials, subject=NOBODY).laws
+    assert (law.name, law.source) == ("half", "1 / t")
+    assert [law.points[0], law.points[-1]] == [pytest.approx((2, 0.5)), pytest.approx((8, 0.125))]
+    assert diagram(with_law, trials).laws == ()
+    assert diagram(with_law, [], subject=NOBODY).laws == (), "nothing to lie under"
 
 
 def test_another_error_draws_only_what_has_it():

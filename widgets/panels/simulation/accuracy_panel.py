@@ -337,8 +337,8 @@ class AccuracyPanel(Panel):
         if result is None or self._document is None:
             self.board.show_empty(_measure_hint(stage, subject), can_measure=subject is not None)
         else:
-            drawn = diagram(stage, result.trials, error=self.board.error)
             now = self._now(self._document, result.subject.patches)
+            drawn = diagram(stage, result.trials, error=self.board.error, subject=now)
             present = self._told.get(stage.name) or stage.current(now)
             self.board.show_diagram(drawn, present, can_measure=True)
         if self._running is None:

@@ -10,11 +10,13 @@ import numpy as np
 import pytest
 
 from app.control.command import ControlSettings
-from app.control.controller_registry import check_settings
+from app.control.controller_registry import check_settings, settings_from
 from app.control.controllers import CONTROL_SCHEMES
 from app.core.errors import SimulationError
 from app.maps.build import build_map
+from app.studies.path_time.body_path import path_length
 from app.studies.stages.control import SPEEDS_MM_S, STAGE, stage_setting_of, with_stage_setting
+from app.studies.testbeds.force_loop import critical_gain
 from app.studies.work_precision import Setting, Subject, diagram, run_trials
 from tests.support.pressed_arm import forearm
 from tests.support.touch import prepared_bar
@@ -48,6 +50,14 @@ def test_a_faster_path_takes_less_time_and_is_farther_off(subject):
         assert 0.1 < trial.errors["body_mm"] < 20.0
         assert trial.errors["lost_percent"] == 0.0
     assert found[0].name == "30\u2009mm/s"
+
+
+def test_theory_says_how_far_a_controller_lags_that_is_not_told_the_speed(subject):
+    (law,) = STAGE.laws(subject, "body_mm")
+    length, period = path_length(settings_from(subject.prepared.scene.control)), subject.prepared.scene.tick
+    lag = period / critical_gain(0) + np.e * 0.05
+    assert law.error(np.array([1e3, 4e3])) == pytest.approx([1e3 * length * lag, 250 * length * lag])
+    assert STAGE.laws(subject, "force_n") == []
 
 
 def test_it_is_drawn_in_each_of_its_errors(subject):
