@@ -77,7 +77,6 @@ class Timeline(QWidget):
         self._bar.scrubbed.connect(self._on_bar_scrubbed)
         self._bar.range_dragged.connect(self.set_range)
         self._bar.menu_requested.connect(self.menu_requested)
-        self.setFocusProxy(self._bar)
 
     def _lay_out(self) -> None:
         self._middle.addWidget(self._note)
