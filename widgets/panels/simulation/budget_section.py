@@ -41,6 +41,7 @@ class BudgetSection(QWidget):
         self.setObjectName("budget")
         self._measured: BudgetMeasurement | None = None
         self._present: dict[str, Setting] = {}
+        self._found: Proposal | None = None
         self._proposed: tuple[Setting, ...] = ()
         self._before: tuple[Setting, ...] = ()
         self._predicted: float | None = None
@@ -111,7 +112,8 @@ class BudgetSection(QWidget):
 
     def forget(self) -> None:
         """Another scene: nothing that was measured holds."""
-        self._measured, self._proposed, self._before, self._predicted = None, (), (), None
+        self._measured, self._found, self._proposed = None, None, ()
+        self._before, self._predicted = (), None
         self._spent.clear()
         self.table.clear()
         self.say("")
@@ -173,7 +175,7 @@ class BudgetSection(QWidget):
 
     def _propose(self) -> None:
         assert self._measured is not None
-        measured, self._proposed, self._predicted = self._measured, (), None
+        measured, self._found, self._proposed, self._predicted = self._measured, None, (), None
         try:
             found = propose(self.budget, measured.options, pitch_mm=measured.pitch_mm, force=measured.force)
         except BudgetError as error:
@@ -205,6 +207,7 @@ class BudgetSection(QWidget):
 
     def _on_apply(self) -> None:
         self._before = tuple(self._present[one.stage] for one in self._proposed if one.stage in self._present)
+        assert self._found is not None
         live = sum(self._found.chosen[stage].cost.milliseconds for stage in TIMED_STAGES)
         self._predicted = live * self._slower_than_alone()
         self._spent.clear()
