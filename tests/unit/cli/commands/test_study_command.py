@@ -8,7 +8,7 @@ import pytest
 
 from app.__main__ import main
 from app.cli.commands import study as study_command
-from app.studies.catalogue import STUDY_NAMES
+from app.studies.catalogue import STUDY_NAMES, load_study
 
 QUICKEST = ("image-cost",)
 """All of its cases in a second; the others take ten seconds to some minutes."""
@@ -21,12 +21,12 @@ def test_a_quick_run_writes_table_and_page(name, tmp_path, capsys):
     assert main(["study", name, "--quick", "--json", "-o", str(tmp_path / "out")]) == 0
     told = json.loads(capsys.readouterr().out.splitlines()[-1])
     assert told["name"] == name
-    assert len(told["rows"]) > 10
+    assert len(told["rows"]) >= len(load_study(name).cases(True, 0)) >= 4
     assert told["seconds"] > 0
     files = sorted((tmp_path / "out").iterdir())
     assert [file.suffix for file in files] == [".jsonl", ".csv", ".html", ".json", ".parquet"]
     assert sorted(told["files"]) == [str(file) for file in files[1:]]
-    assert all(file.stat().st_size > 1000 for file in files)
+    assert all(file.stat().st_size > 200 for file in files)
 
 
 def test_an_unknown_name_is_bad_usage_and_lists_the_names(tmp_path, capsys):
