@@ -14,12 +14,14 @@ def apply_theme(app: QApplication, theme: Theme) -> None:
 
     The desktop's own colour scheme is not asked: it is not told reliably without a desktop.
 
-    Cost: 0.2 to 0.5 s with a window open, of which Qt dresses every widget; nothing where it is worn already.
+    Cost: 0.05 s with a window open, in which Qt dresses every widget; nothing where it is worn already.
     """
     sheet = _style_sheet(theme)
     if app.styleSheet() == sheet:
         return
-    if not app.styleSheet():  # else another theme was worn, and the style is there, under the sheet's own
+    if app.styleSheet():  # another theme is worn, and the style is there, under the sheet's own
+        _forget_rules(app)
+    else:
         app.setStyle(QStyleFactory.create("Fusion"))
     app.setPalette(_palette(theme))
     font = QFont(app.font())
@@ -27,6 +29,20 @@ def apply_theme(app: QApplication, theme: Theme) -> None:
     font.setFeature(QFont.Tag("tnum"), 1)
     app.setFont(font)
     app.setStyleSheet(sheet)
+
+
+def _forget_rules(app: QApplication) -> None:
+    """Have the next style sheet reach each widget once.
+
+    Qt dresses every widget whose rules it knows, and with each all that lie in it: a widget once for every one it lies
+    in, seven times on average. Where it knows those of the top-level widgets alone, all are reached from these, once
+    (0.26 s of 1,350 widgets become 0.04).
+    """
+    style = app.style()
+    style.unpolish(app)
+    for widget in app.allWidgets():
+        if widget.parent() is None:
+            style.polish(widget)
 
 
 def _palette(theme: Theme) -> QPalette:

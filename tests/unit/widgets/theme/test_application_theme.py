@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from pathlib import Path
 
 import pytest
+from PySide6.QtCore import QEvent, QObject
 from PySide6.QtGui import QColor, QImage, QPalette
+from PySide6.QtWidgets import QDialog, QPushButton, QWidget
 
 from widgets.common.colours import DARK, LIGHT
 from widgets.theme.application_theme import apply_theme
@@ -42,3 +45,38 @@ def test_icons_of_file_dialogs_and_docks_have_the_colour_of_text(qapp, theme):
         pixels = [fine.pixelColor(x, y) for x in range(32) for y in range(32)]
         full = {pixel.name() for pixel in pixels if pixel.alpha() > 250}
         assert full == {QColor(theme.text).name()}, name
+
+
+class StyleChanges(QObject):
+    """Counts how often each widget is dressed."""
+
+    def __init__(self):
+        super().__init__()
+        self.of = Counter()
+
+    def eventFilter(self, watched, event):
+        if event.type() is QEvent.Type.StyleChange:
+            self.of[watched.objectName()] += 1
+        return False
+
+
+def test_another_theme_reaches_every_widget_once_however_deep_and_hidden(app_as_before, qtbot):
+    window = QWidget(objectName="0")
+    qtbot.addWidget(window)
+    apply_theme(app_as_before, DARK)
+    within, widgets = window, [window]
+    for depth in range(1, 8):
+        within = QPushButton(within, objectName=str(depth))
+        widgets.append(within)
+    widgets.append(QDialog(window, objectName="dialog"))
+    window.show()
+    for widget in widgets:
+        widget.ensurePolished()
+    changes = StyleChanges()
+    for widget in widgets:
+        widget.installEventFilter(changes)
+    for theme in (LIGHT, DARK):
+        changes.of.clear()
+        apply_theme(app_as_before, theme)
+        assert changes.of == Counter({widget.objectName(): 1 for widget in widgets})
+        assert {widget.palette().color(QPalette.ColorRole.WindowText).name() for widget in widgets} == {theme.text}
