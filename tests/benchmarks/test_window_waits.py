@@ -1,0 +1,120 @@
+"""The waits of a person in the whole window: press, theme, controller, a scrub in a long recording, and the end."""
+
+from __future__ import annotations
+
+from itertools import count, cycle
+
+import numpy as np
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication
+
+from app.recording.recorder import record
+from app.scene.scene_file import load_scene
+from app.session.prepare import prepare
+from app.session.session import Session
+from tests.widgets.support.window_driver import close_window, open_window
+from widgets.panels.control.controller_panel import ControllerPanel
+from widgets.session.backends import BACKGROUND, INLINE
+
+MINUTES = 10
+
+
+@pytest.fixture(scope="module")
+def prepared():
+    return prepare(load_scene("arm"))
+
+
+@pytest.fixture
+def window(qapp, prepared, tmp_path):
+    made = open_window(tmp_path, INLINE)
+    made.live.show_prepared(prepared)
+    for _ in range(20):
+        _advance(made, 0.05)
+    yield made
+    close_window(made)
+
+
+def _advance(window, seconds):
+    """Simulate so much, and paint what came of it in both views."""
+    window.live.runner.run_for(seconds)
+    window.live.pump()
+    _paint(window)
+
+
+def _paint(window):
+    QApplication.processEvents()
+    window.robot_view.display.draw_now()
+    window.map_view.viewport().repaint()
+
+
+def test_press_on_the_map_until_both_views_are_painted(benchmark, window, prepared):
+    viewport, tick = window.map_view.viewport(), prepared.scene.tick
+    pixel = window.map_view.pixel_of(prepared.skin.taxel_point(len(prepared.skin) // 2)).toPoint()
+
+    def press():
+        QTest.mousePress(viewport, Qt.MouseButton.LeftButton, pos=pixel)
+        _advance(window, tick)
+
+    def release():
+        QTest.mouseRelease(viewport, Qt.MouseButton.LeftButton, pos=pixel)
+        _advance(window, 0.1)
+
+    benchmark.pedantic(press, setup=release, rounds=30, warmup_rounds=3)
+
+
+def test_another_theme(benchmark, window):
+    names = cycle(("light", "dark"))
+    benchmark.extra_info["widgets"] = len(QApplication.allWidgets())
+
+    def switch():
+        window.set_theme(next(names))
+        _paint(window)
+
+    benchmark.pedantic(switch, rounds=20, warmup_rounds=2)
+
+
+def test_another_controller(benchmark, window, prepared):
+    names = cycle(("hybrid", "priority", "impedance", "projection"))
+
+    def switch():
+        window.findChild(ControllerPanel).choose_controller(next(names))
+        _advance(window, prepared.scene.tick)
+
+    benchmark.pedantic(switch, rounds=20, warmup_rounds=4)
+
+
+def test_scrub_in_a_long_recording(benchmark, window, prepared, tmp_path, pytestconfig):
+    seconds = 60.0 * MINUTES if pytestconfig.getoption("benchmark_enable") else 2.0
+    path, session = tmp_path / "long.mcap", Session(prepared)
+    with record(session, path):
+        while session.frame is None or session.frame.time < seconds:
+            session.tick()
+    benchmark.extra_info["minutes, MB"] = f"{seconds / 60:.0f}, {path.stat().st_size / 1e6:.0f}"
+    window.live.open_recording(path)
+    while window.live.mode != "replaying":
+        QApplication.processEvents()
+    places = iter(np.random.default_rng(0).uniform(0, seconds - 0.1, 200))
+
+    def scrub():
+        window.live.show_time(next(places))
+        _paint(window)
+
+    benchmark.pedantic(scrub, rounds=60, warmup_rounds=3)
+
+
+def test_the_window_closed_while_it_runs(benchmark, qapp, prepared, tmp_path):
+    """Its session's thread and its processes ended too."""
+    numbers = count()
+
+    def opened():
+        folder = tmp_path / str(next(numbers))
+        folder.mkdir()
+        made = open_window(folder, BACKGROUND)
+        made.live.show_prepared(prepared)
+        for _ in range(30):
+            QTest.qWait(20)
+        return (made,), {}
+
+    benchmark.pedantic(close_window, setup=opened, rounds=5)
