@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 from PySide6.QtCore import QPointF, QRectF, Qt, Signal
-from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPalette, QPen, QPolygonF
+from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPalette, QPen, QPolygonF, QResizeEvent
 from PySide6.QtWidgets import QButtonGroup, QGridLayout, QHBoxLayout, QLabel, QPushButton, QWidget
 
 from app.control.command import ControlSettings, RegraspState
@@ -178,6 +178,8 @@ _SIZE = 14
 _LINES, _LAW_LINES, _LIMIT_LINES = 2, 3, 3
 """Room that is kept, so that nothing below moves when limits come and go, or another controller is chosen."""
 _NO_STEP = "Step response: none yet"
+_GAIN_UNIT, _WHOLE_GAIN_UNIT = "mm/s per N", "mm/\u2060s\u00a0per\u00a0N"
+"""Not broken over two lines."""
 
 
 class LimitState(Enum):
@@ -205,6 +207,7 @@ class LimitStatusLine(QWidget):
         row.addWidget(self._sign, 0, Qt.AlignmentFlag.AlignTop)
         row.addWidget(self._words, 1)
         self._words.setFixedHeight(_LIMIT_LINES * (self._words.fontMetrics().lineSpacing() + 1))
+        self._said: tuple[str, ...] = ("",)
         self.show_limits(())
 
     @property
@@ -233,12 +236,27 @@ class LimitStatusLine(QWidget):
         told = [escape(words[:1].upper() + words[1:] if stopped else words) for words in now]
         quiet = self.palette().color(QPalette.ColorRole.PlaceholderText).name()
         faded = [f'<span style="color:{quiet}">{escape(words)}</span>' for words in ended]
-        rich = f"{head}{'; '.join(told + faded)}"
-        if rich != self._words.text():
-            self._words.setText(rich)
+        said = (head, *(words.replace(_GAIN_UNIT, _WHOLE_GAIN_UNIT) for words in told + faded))
+        if said != self._said:
+            self._said = said
+            self._fit()
             self.setAccessibleName(f"{head}{'; '.join([*now, *ended])}")
             self.setToolTip(self.words)  # what has no room
         self._sign.set_state(state)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """As many limits as there is room for now."""
+        super().resizeEvent(event)
+        self._fit()
+
+    def _fit(self) -> None:
+        """Say as many as have room, and how many more there are."""
+        head, *parts = self._said
+        for count in range(len(parts), -1, -1):
+            more = f"{len(parts) - count} more"
+            self._words.setText(head + "; ".join(parts[:count] + [more] * (count < len(parts))))
+            if count <= 1 or self._words.heightForWidth(self._words.width()) <= self._words.height():
+                return
 
 
 class _LimitIcon(QWidget):

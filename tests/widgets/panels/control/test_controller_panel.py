@@ -262,6 +262,24 @@ def test_words_and_state(line, limits, state, words):
     assert (line.state, line.words) == (state, words)
 
 
+def test_limits_without_room_are_counted_and_stand_in_the_tooltip(line):
+    many = [Limit(kind) for kind in (LimitKind.SLOW_HOMING, LimitKind.SKIN_SATURATED, LimitKind.OSCILLATION)] * 2
+    line.show_limits(tuple(ShownLimit(limit, True) for limit in many))
+    label = line.findChild(QLabel)
+    assert label.text().endswith(" more")
+    assert label.heightForWidth(label.width()) <= label.height()
+    assert not line.toolTip().endswith(" more")
+    assert line.toolTip().count(limit_text(many[1])) == 2
+    line.resize(1400, 60)
+    assert not label.text().endswith(" more")
+
+
+def test_a_unit_is_not_broken_over_two_lines(line):
+    line.show_limits((ShownLimit(Limit(LimitKind.FORCE_GAIN_UNSTABLE, bound=4.6e-3), True),))
+    assert "mm/\u2060s\u00a0per\u00a0N" in line.findChild(QLabel).text()
+    assert "mm/s per N" in line.words
+
+
 def test_a_robot_without_joints_has_nothing_to_limit(line):
     line.say_no_joints()
     assert line.words == "The robot has no actuated joints"
