@@ -17,6 +17,7 @@ def test_every_case_has_a_name_of_its_own():
     assert len(CASES) == sum(len(group.CASES) for group in GROUPS)
 
 
+@pytest.mark.sampled(30)
 @pytest.mark.parametrize(("name", "controller"), runs(CASES))
 def test_the_stated_outcome_comes(name, controller):
     check(CASES[name], controller)

@@ -62,6 +62,7 @@ def check_neighbours(patch: Patch) -> None:
     assert 4 < 2 * len(pairs) / count < 7
 
 
+@pytest.mark.sampled(10)
 @pytest.mark.parametrize("name", HARD_MESHES)
 def test_a_cover_is_sound_on_any_mesh(name: str) -> None:
     skin = worn(name)

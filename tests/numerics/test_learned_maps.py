@@ -140,6 +140,7 @@ def _far(points, a, b):
     return np.linalg.norm(points[a] - points[b]) / pdist(points).max()
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("method", LEARNING_METHODS)
 def test_three_touches_at_a_time_harm_only_the_sheet_of_units(method):
     """Where pairs are compared, chance pairs are lost among true ones; one unit must claim all three places at once."""

@@ -10,7 +10,7 @@ from typing import assert_never
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QPointF, QRectF, QSizeF, Qt
+from PySide6.QtCore import QRectF, QSizeF, Qt
 from PySide6.QtGui import QColor, QFont, QFontMetricsF, QImage, QPainter, QPen
 
 from app.core.arrays import FloatArray
@@ -161,16 +161,21 @@ def paint_legend_box(painter: QPainter, box: QRectF, theme: Theme) -> None:
     painter.setBrush(Qt.BrushStyle.NoBrush)
 
 
-def paint_legend(painter: QPainter, legend: Legend, corner: QPointF, font: QFont, theme: Theme) -> QRectF:
-    """Draw it with its upper right corner at ``corner``; ``font`` is the caption's. Returns where it is."""
+def legend_size(legend: Legend, font: QFont) -> QSizeF:
+    """What it takes in ``font``, the caption's [px]."""
     metrics = QFontMetricsF(font)
     line = metrics.height() + 2
     width = max(_LEAST_WIDTH, *(metrics.horizontalAdvance(text) for text in (legend.title, *legend.lines)))
     tall = line * (1 + len(legend.lines)) + (_STRIP + line + 4 if legend.strip else 0)
-    box = QRectF(QPointF(corner.x() - width - 2 * _PAD, corner.y()), QSizeF(width + 2 * _PAD, tall + 2 * _PAD - 2))
+    return QSizeF(width + 2 * _PAD, tall + 2 * _PAD - 2)
+
+
+def paint_legend(painter: QPainter, legend: Legend, box: QRectF, font: QFont, theme: Theme) -> None:
+    """Draw it in ``box``, of its ``legend_size``; ``font`` is the caption's."""
+    line = QFontMetricsF(font).height() + 2
     paint_legend_box(painter, box, theme)
     painter.setFont(font)
-    row = QRectF(box.left() + _PAD, box.top() + _PAD - 1, width, line)
+    row = QRectF(box.left() + _PAD, box.top() + _PAD - 1, box.width() - 2 * _PAD, line)
     painter.setPen(QColor(theme.text))
     painter.drawText(row, Qt.AlignmentFlag.AlignLeft, legend.title)
     if legend.strip:
@@ -184,7 +189,6 @@ def paint_legend(painter: QPainter, legend: Legend, corner: QPointF, font: QFont
         painter.setPen(QColor(theme.fault if loud else theme.quiet))
         painter.drawText(row, Qt.AlignmentFlag.AlignLeft, text)
         row.translate(0, line)
-    return box
 
 
 def _paint_strip(painter: QPainter, legend: Legend, row: QRectF, line: float, theme: Theme) -> None:

@@ -13,14 +13,15 @@ from app.contacts.regions import ContactRegion
 from app.core.arrays import FloatArray
 from app.session.frame import Frame
 from widgets.common.colours import Theme
-from widgets.map_view.background import Legend, paint_legend
+from widgets.map_view.background import Legend, legend_size, paint_legend
+from widgets.map_view.legend_place import LegendPlace
 from widgets.map_view.map_coordinates import nice_floor
 from widgets.map_view.map_items import ZOrder
 from widgets.map_view.map_layers import ellipses_on_map
 from widgets.map_view.map_scene import CONTACT_KPA, MapScene
-from widgets.map_view.map_shapes import PatchShape
-from widgets.map_view.task_layer import TaskLegend, TaskPainter, task_legend_entries
-from widgets.map_view.taxel_faults import FaultLegend, paint_fault_legend
+from widgets.map_view.map_shapes import MapShapes, PatchShape
+from widgets.map_view.task_layer import TaskLegend, TaskPainter, task_legend_entries, task_legend_size
+from widgets.map_view.taxel_faults import FaultLegend, fault_legend_size, paint_fault_legend
 from widgets.overlays.callouts import Callout, Spot, place_callouts
 from widgets.overlays.painting import polygon
 from widgets.overlays.task_overlay import NO_TASK, TaskOverlay
@@ -144,7 +145,7 @@ class MapPainter:
     """
 
     def __init__(self, theme: Theme, font: QFont) -> None:
-        self.theme, self._task, self._keys = theme, TaskPainter(), TaskLegend()
+        self.theme, self._task, self._keys, self._legends = theme, TaskPainter(), TaskLegend(), LegendPlace(EDGE)
         self._caption, self._figure = QFont(font), QFont(font)
         self._caption.setPixelSize(11)
         self._figure.setPixelSize(13)
@@ -248,22 +249,27 @@ class MapPainter:
         taken = self._paint_scale_bar(painter, picture.shapes.frame.scale * view.m11(), room)
         if marks.readout:
             self._paint_readout(painter, marks.readout, room, taken)
-        self._paint_keys(painter, marks, room)
+        self._paint_keys(painter, marks, picture.shapes, room)
         if marks.replaying:
             self._paint_edge(painter, room)
             self._paint_chip(painter, QPointF(EDGE, EDGE), "Replaying", self._figure, QColor(self.theme.text))
         elif marks.paused:
             self._paint_chip(painter, QPointF(EDGE, EDGE), "Paused", self._figure, QColor(self.theme.text))
 
-    def _paint_keys(self, painter: QPainter, marks: MapMarks, room: QRectF) -> None:
+    def _paint_keys(self, painter: QPainter, marks: MapMarks, shapes: MapShapes, room: QRectF) -> None:
         """What colours and marks mean, one below the other."""
-        corner = QPointF(room.right() - EDGE, EDGE)
-        if marks.legend is not None:
-            corner.setY(paint_legend(painter, marks.legend, corner, self._caption, self.theme).bottom() + 8)
-        if keys := task_legend_entries(marks.task):
-            corner.setY(self._keys.paint(painter, keys, corner, self._caption, self.theme, room).bottom() + 8)
-        if marks.faults:
-            paint_fault_legend(painter, marks.faults, corner, self._caption, self.theme)
+        font, theme = self._caption, self.theme
+        legend, keys, faults = marks.legend, task_legend_entries(marks.task), marks.faults
+        sizes = [] if legend is None else [legend_size(legend, font)]
+        sizes += [task_legend_size(keys, font)] if keys else []
+        sizes += [fault_legend_size(faults, font)] if faults else []
+        boxes = iter(self._legends.boxes(sizes, shapes, room))
+        if legend is not None:
+            paint_legend(painter, legend, next(boxes), font, theme)
+        if keys:
+            self._keys.paint(painter, keys, next(boxes), font, theme, room)
+        if faults:
+            paint_fault_legend(painter, faults, next(boxes), font, theme)
 
     def _paint_name(self, painter: QPainter, patch: PatchShape, view: QTransform, room: QRectF) -> None:
         low, high = patch.box

@@ -187,6 +187,7 @@ def _paint_tail(painter: QPainter, places: FloatArray, age: FloatArray) -> None:
 
 WANTED, TARGET, ACTUAL = "Reference path", "Target", f"Contact path, last {TRAIL_SECONDS:g}\u2009s"
 _PAD, _GLYPH = 8.0, 18.0
+_INDENT = _GLYPH + 8
 _LEGEND_RIM, _LEGEND_WHITE = QColor(29, 33, 38), QColor(255, 255, 255)
 
 
@@ -210,28 +211,31 @@ class TaskLegend:
         self._stamp = CachedPixmap()
 
     def paint(
-        self, painter: QPainter, keys: tuple[str, ...], corner: QPointF, font: QFont, theme: Theme, room: QRectF
-    ) -> QRectF:
-        """Draw it with its upper right corner at ``corner``; ``font`` is the caption's. Returns where it is."""
-        draw = partial(_paint_legend, keys, QPointF(corner), QFont(font), theme)
-        return self._stamp.paint(painter, (keys, corner.x(), corner.y(), theme), draw, room)
+        self, painter: QPainter, keys: tuple[str, ...], box: QRectF, font: QFont, theme: Theme, room: QRectF
+    ) -> None:
+        """Draw it in ``box``, of its ``task_legend_size``; ``font`` is the caption's."""
+        draw = partial(_paint_legend, keys, QRectF(box), QFont(font), theme)
+        self._stamp.paint(painter, (keys, box.x(), box.y(), theme), draw, room)
 
 
-def _paint_legend(keys: tuple[str, ...], corner: QPointF, font: QFont, theme: Theme, painter: QPainter) -> QRectF:
+def task_legend_size(keys: tuple[str, ...], font: QFont) -> QSizeF:
+    """What it takes in ``font``, the caption's [px]; at least one key."""
     metrics = QFontMetricsF(font)
-    line, indent = metrics.height() + 3, _GLYPH + 8
-    width = max(metrics.horizontalAdvance(text) for text in keys) + indent
-    size = QSizeF(width + 2 * _PAD, line * len(keys) + 2 * _PAD - 3)
-    box = QRectF(QPointF(corner.x() - size.width(), corner.y()), size)
+    width = max(metrics.horizontalAdvance(text) for text in keys) + _INDENT
+    return QSizeF(width + 2 * _PAD, (metrics.height() + 3) * len(keys) + 2 * _PAD - 3)
+
+
+def _paint_legend(keys: tuple[str, ...], box: QRectF, font: QFont, theme: Theme, painter: QPainter) -> QRectF:
+    line = QFontMetricsF(font).height() + 3
     paint_legend_box(painter, box, theme)
     painter.setFont(font)
-    row = QRectF(box.left() + _PAD, box.top() + _PAD - 1, width, line)
+    row = QRectF(box.left() + _PAD, box.top() + _PAD - 1, box.width() - 2 * _PAD, line)
     for text in keys:
         middle = QPointF(row.left() + _GLYPH / 2, row.center().y())
         _paint_glyph(painter, text, middle, theme)
         painter.setPen(QColor(theme.quiet))
         painter.drawText(
-            row.adjusted(indent, 0, 0, 0), Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter, text
+            row.adjusted(_INDENT, 0, 0, 0), Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter, text
         )
         row.translate(0, line)
     return box

@@ -13,7 +13,7 @@ from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QPointF, QRectF, QSizeF, Qt
+from PySide6.QtCore import QRectF, QSizeF, Qt
 from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPen
 from PySide6.QtWidgets import QGraphicsItem, QStyleOptionGraphicsItem, QWidget
 
@@ -144,6 +144,7 @@ def _strokes_at(places: FloatArray, strokes: FloatArray) -> FloatArray:
 
 
 _PAD, _GLYPH = 8.0, 4.0
+_INDENT = 2 * _GLYPH + 8
 FaultLegend = tuple[tuple[Fault, str], ...]
 """What each mark means, in words."""
 
@@ -191,22 +192,25 @@ def broken_channels(those: BoolArray, identity: TaxelIdentity) -> str:
     return ", ".join(parts)
 
 
-def paint_fault_legend(painter: QPainter, keys: FaultLegend, corner: QPointF, font: QFont, theme: Theme) -> None:
-    """Draw them with their upper right corner at ``corner``; ``font`` is the caption's."""
+def fault_legend_size(keys: FaultLegend, font: QFont) -> QSizeF:
+    """What they take in ``font``, the caption's [px]; at least one."""
     metrics = QFontMetricsF(font)
-    line, indent = metrics.height() + 2, 2 * _GLYPH + 8
-    width = max(metrics.horizontalAdvance(text) for _, text in keys) + indent
-    size = QSizeF(width + 2 * _PAD, line * len(keys) + 2 * _PAD - 2)
-    box = QRectF(QPointF(corner.x() - size.width(), corner.y()), size)
+    width = max(metrics.horizontalAdvance(text) for _, text in keys) + _INDENT
+    return QSizeF(width + 2 * _PAD, (metrics.height() + 2) * len(keys) + 2 * _PAD - 2)
+
+
+def paint_fault_legend(painter: QPainter, keys: FaultLegend, box: QRectF, font: QFont, theme: Theme) -> None:
+    """Draw them in ``box``, of their ``fault_legend_size``; ``font`` is the caption's."""
+    line = QFontMetricsF(font).height() + 2
     paint_legend_box(painter, box, theme)
     painter.setFont(font)
-    row = QRectF(box.left() + _PAD, box.top() + _PAD - 1, width, line)
+    row = QRectF(box.left() + _PAD, box.top() + _PAD - 1, box.width() - 2 * _PAD, line)
     for fault, text in keys:
         painter.setPen(QPen(QColor(theme.text), 1.4, Qt.PenStyle.SolidLine, Qt.PenCapStyle.RoundCap))
         middle = (row.left() + _GLYPH, row.center().y())
         painter.drawLines(to_lines(STROKES[fault] * _GLYPH + middle))
         painter.setPen(QColor(theme.quiet))
         painter.drawText(
-            row.adjusted(indent, 0, 0, 0), Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter, text
+            row.adjusted(_INDENT, 0, 0, 0), Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter, text
         )
         row.translate(0, line)

@@ -132,7 +132,7 @@ def test_told_its_speed_only_the_error_of_the_map_is_left(stretch):
     assert seen == pytest.approx(speed / gain * (1 - stretch**-0.5), abs=2e-6)
 
 
-@pytest.mark.sampled(1)
+@pytest.mark.long
 @pytest.mark.parametrize("delay", DELAYS)
 def test_in_the_simulator_the_limit_of_the_force_is_the_same(delay):
     found, theory, explained = three("stability", OUR_SERVO, delay=delay)
@@ -140,7 +140,8 @@ def test_in_the_simulator_the_limit_of_the_force_is_the_same(delay):
     assert found == pytest.approx(explained, rel=0.04)
 
 
-@pytest.mark.parametrize("delay", [0, pytest.param(2, marks=pytest.mark.long)])
+@pytest.mark.long
+@pytest.mark.parametrize("delay", [0, 2])
 def test_in_the_simulator_the_limit_on_the_map_departs_by_the_posture_loop_alone(delay):
     """At 40 rad/s the posture loop is still under way when the next reading is taken, which calms what would alternate
     (place, no delay); at 400 rad/s it is not.
@@ -164,6 +165,7 @@ def test_in_the_simulator_the_stiffness_of_onset_departs_by_the_give_of_the_post
     assert found == pytest.approx(theory, rel=0.1)
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("delay", [0, 1, 2])
 def test_in_the_simulator_settling_is_the_theorys_and_the_posture_loops(delay):
     """The posture loop's lag of 50 ms overshoots without delay and hides in a longer one; at 400 rad/s it is gone."""

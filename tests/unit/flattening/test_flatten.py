@@ -138,9 +138,8 @@ def test_a_body_with_many_long_limbs_takes_a_seam_into_each():
     assert note.count > 3
 
 
-@pytest.mark.parametrize(
-    ("cells", "beam"), [pytest.param(2, 3, id="28"), pytest.param(3, 5, id="81", marks=pytest.mark.long)]
-)
+@pytest.mark.long
+@pytest.mark.parametrize(("cells", "beam"), [pytest.param(2, 3, id="28"), pytest.param(3, 5, id="81")])
 def test_a_body_with_many_handles_is_mapped(cells, beam):
     chart = flatten(scaffold(cells, beam))
     assert_one_to_one(chart)

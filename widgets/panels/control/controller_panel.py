@@ -253,7 +253,7 @@ class LimitStatusLine(QWidget):
         """Say as many as have room, and how many more there are."""
         head, *parts = self._said
         for count in range(len(parts), -1, -1):
-            more = f"{len(parts) - count} more"
+            more = f"{len(parts) - count}\u00a0more"
             self._words.setText(head + "; ".join(parts[:count] + [more] * (count < len(parts))))
             if count <= 1 or self._words.heightForWidth(self._words.width()) <= self._words.height():
                 return

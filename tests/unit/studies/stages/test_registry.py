@@ -16,7 +16,9 @@ def test_stages_are_in_the_order_of_touch():
     assert all(stage.name == name for name, stage in STAGES.items())
 
 
-@pytest.mark.parametrize("name", STAGES)
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[pytest.mark.long] if name in ("cut", "image") else []) for name in STAGES]
+)
 def test_what_a_stage_measures_can_be_drawn_in_each_of_its_errors(name, tube):
     stage = STAGES[name]
     trials = list(run_trials(stage, tube, progress=lambda *_: None))

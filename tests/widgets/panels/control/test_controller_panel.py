@@ -266,12 +266,12 @@ def test_limits_without_room_are_counted_and_stand_in_the_tooltip(line):
     many = [Limit(kind) for kind in (LimitKind.SLOW_HOMING, LimitKind.SKIN_SATURATED, LimitKind.OSCILLATION)] * 2
     line.show_limits(tuple(ShownLimit(limit, True) for limit in many))
     label = line.findChild(QLabel)
-    assert label.text().endswith(" more")
+    assert label.text().endswith("\u00a0more")
     assert label.heightForWidth(label.width()) <= label.height()
-    assert not line.toolTip().endswith(" more")
+    assert not line.toolTip().endswith("\u00a0more")
     assert line.toolTip().count(limit_text(many[1])) == 2
     line.resize(1400, 60)
-    assert not label.text().endswith(" more")
+    assert not label.text().endswith("\u00a0more")
 
 
 def test_a_unit_is_not_broken_over_two_lines(line):

@@ -52,6 +52,7 @@ def test_a_recording_and_the_way_back_are_too(window, trace, qtbot, tmp_path):
     assert window.map_view.display.picture.document is window.editor.document, "the map that is edited is back"
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("tool", [SEAMS, PINS, INTEREST], ids=lambda tool: tool.name)
 def test_what_a_tool_marks_and_points_at_goes_with_its_skin(window_again, prepared, tool):
     """The other skin has fewer patches and vertices: no mark of the one before can be drawn on it."""

@@ -114,6 +114,7 @@ def prepared(coarse_prepared):
     return coarse_prepared
 
 
+@pytest.mark.long
 def test_a_grid_is_placed_and_taken_back_in_the_window(window):
     before = window.live.prepared
     window.action("grid").trigger()

@@ -1,0 +1,63 @@
+"""Legends stand where they hide the least of the map."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from PySide6.QtCore import QRectF, QSizeF
+
+from widgets.map_view.legend_place import LegendPlace
+from widgets.map_view.map_coordinates import SceneTransform
+from widgets.map_view.map_shapes import ChartShape, MapShapes, PatchShape
+
+EDGE, ROOM, SIZE = 12.0, QRectF(0, 0, 400, 400), QSizeF(120, 60)
+
+
+def shapes(*outlines):
+    """Patches of these outlines (n, 2) [scene units]; y is down."""
+    in_place = np.array([[1.0, 0], [0, 1], [0, 0]])
+    patches = [PatchShape("", _chart(np.array(outline, float)), in_place) for outline in outlines]
+    return MapShapes(SceneTransform.around(np.array([[0.0, 0], [1, 1]])), tuple(patches), 0.1)
+
+
+def _chart(outline):
+    none = np.zeros(0, int)
+    return ChartShape(None, outline, (), (), np.zeros((0, 2)), none, none.astype(bool))
+
+
+WHOLE = [(0, 0), (1, 0), (1, 1), (0, 1)]
+WITHOUT = {
+    "upper right": [(0, 0), (0.5, 0), (1, 0.5), (1, 1), (0, 1)],
+    "lower right": [(0, 0), (1, 0), (1, 0.5), (0.5, 1), (0, 1)],
+    "upper left": [(0.5, 0), (1, 0), (1, 1), (0, 1), (0, 0.5)],
+    "lower left": [(0, 0), (1, 0), (1, 1), (0.5, 1), (0, 0.5)],
+}
+
+
+def corner(box):
+    return f"{'upper' if box.center().y() < 200 else 'lower'} {'left' if box.center().x() < 200 else 'right'}"
+
+
+@pytest.mark.parametrize("free", WITHOUT)
+def test_they_stand_in_the_corner_that_is_free(free):
+    (box,) = LegendPlace(EDGE).boxes([SIZE], shapes(WITHOUT[free]), ROOM)
+    assert corner(box) == free
+    assert ROOM.adjusted(EDGE, EDGE, -EDGE, -EDGE).contains(box)
+
+
+def test_where_all_corners_are_alike_it_is_the_upper_right():
+    for whole in (shapes(WHOLE), shapes()):
+        (box,) = LegendPlace(EDGE).boxes([SIZE], whole, ROOM)
+        assert (box.right(), box.top()) == (388, 12)
+
+
+@pytest.mark.parametrize("free", ["upper right", "upper left"])
+def test_several_stand_one_below_the_other_on_the_outer_side(free):
+    wide, narrow = LegendPlace(EDGE).boxes([SIZE, QSizeF(80, 20)], shapes(WITHOUT[free]), ROOM)
+    assert narrow.top() > wide.bottom()
+    assert (narrow.right() == wide.right()) == (free == "upper right")
+    assert (narrow.left() == wide.left()) == (free == "upper left")
+
+
+def test_without_legends_there_is_nothing():
+    assert LegendPlace(EDGE).boxes([], shapes(WHOLE), ROOM) == []
