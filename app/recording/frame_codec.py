@@ -255,8 +255,30 @@ class FrameNumbers(NamedTuple):
     error: float
 
 
-def frame_numbers(data: bytes) -> FrameNumbers | None:
-    """These numbers of a frame's message, without making the frame; None where it is not sound. Cost: 10 µs."""
+class FrameArrays(NamedTuple):
+    """What a frame's message has in numbers, as views of it, and its text unread.
+
+    Attributes:
+        tick: Of the frame.
+        posture: (joints,) [rad], of slides [m].
+        velocity: (joints,) [rad/s], [m/s].
+        pressures: (taxels,) [Pa].
+        patches: (k,) of the contacts.
+        forces: (k,) of the contacts [N].
+        text: ``FrameText`` as JSON.
+    """
+
+    tick: int
+    posture: FloatArray
+    velocity: FloatArray
+    pressures: FloatArray
+    patches: IntArray
+    forces: FloatArray
+    text: bytes
+
+
+def frame_arrays(data: bytes) -> FrameArrays | None:
+    """These of a frame's message, without making the frame; None where it is not sound. Cost: 8 µs."""
     if len(data) < _ARRAYS_AT or not has_prefix(data):
         return None
     tick, _time, *counts = _HEADER.unpack_from(data, PREFIX_BYTES)
@@ -266,13 +288,24 @@ def frame_numbers(data: bytes) -> FrameNumbers | None:
     text = before + sizes.regions * REGION.itemsize + 4 * sizes.members
     if min(sizes) < 0 or text + sizes.text != len(data):
         return None
-    values = np.frombuffer(data, "<f8", 2 * sizes.joints + sizes.taxels, _ARRAYS_AT)
-    velocity, pressures = values[sizes.joints : 2 * sizes.joints], values[2 * sizes.joints :]
-    forces = np.frombuffer(data, REGION, sizes.regions, before)["force"]
-    peak = float(np.fmax.reduce(pressures, initial=0.0))
-    return FrameNumbers(
-        tick, float(forces.sum()), peak, float(np.abs(velocity).max(initial=0.0)), _map_error(data[text:])
+    joints = sizes.joints
+    values = np.frombuffer(data, "<f8", 2 * joints + sizes.taxels, _ARRAYS_AT)
+    regions = np.frombuffer(data, REGION, sizes.regions, before)
+    return FrameArrays(
+        tick,
+        values[:joints],
+        values[joints : 2 * joints],
+        values[2 * joints :],
+        regions["at.patch"],
+        regions["force"],
+        data[text:],
     )
+
+
+def frame_numbers(frame: FrameArrays) -> FrameNumbers:
+    """The numbers of a frame that its curves are made of."""
+    peak, speed = np.fmax.reduce(frame.pressures, initial=0.0), np.abs(frame.velocity).max(initial=0.0)
+    return FrameNumbers(frame.tick, float(frame.forces.sum()), float(peak), float(speed), _map_error(frame.text))
 
 
 def _map_error(text: bytes) -> float:

@@ -27,7 +27,7 @@ from PySide6.QtWidgets import (
 )
 
 from app.recording.annotations import Outcome
-from app.recording.overview import RecordingSummary
+from app.recording.overview.summary import RecordingSummary
 from widgets.timeline.playhead import clock_text
 
 _COLUMNS = ("Recording", "Length", "Robot", "Scene", "Taxels", "Outcome", "Label", "Recorded")

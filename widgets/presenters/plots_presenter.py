@@ -18,6 +18,7 @@ from widgets.panels.touch.events_panel import EventsPanel
 from widgets.plots.plot_choice import PlotChoice, PlotKey, PlotKind
 from widgets.plots.plot_chooser import PlotChooser
 from widgets.plots.taxel_group_text import TaxelGroup
+from widgets.timeline.lanes import OVER_A_RECORDING
 
 _MOST_TAXELS = 20
 """Found by one text and listed."""
@@ -70,7 +71,7 @@ class PlotsPresenter(QObject):
 
     def plot(self, key: PlotKey) -> None:
         """Have a plot shown, and the plots with it."""
-        self._show_plots()
+        self._show_plots(key)
         self._plots.add_plot(key)
 
     def ask_group(self, taxels: Sequence[int]) -> None:
@@ -89,12 +90,12 @@ class PlotsPresenter(QObject):
             for kind in (PlotKind.GROUP_FORCE, PlotKind.GROUP_PRESSURE):
                 self.plot(PlotKey(kind, group))
 
-    def _show_plots(self) -> None:
-        """Even where the curves of a whole recording are in their place."""
+    def _show_plots(self, key: PlotKey) -> None:
+        """Even where the curves of a whole recording are in their place, unless those can show it too."""
         actions, replaying = self._context.actions, self._context.session.player is not None
         if not actions["plots"].isChecked():
             actions["plots"].trigger()
-        if replaying and actions["whole_recording"].isChecked():
+        if replaying and actions["whole_recording"].isChecked() and key.kind not in OVER_A_RECORDING:
             actions["whole_recording"].trigger()
 
     def _on_toggled(self, key: PlotKey, on: bool) -> None:

@@ -5,11 +5,13 @@ However long the recording, each pixel shows the least and the largest of what i
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from PySide6.QtCore import QEvent, QLineF, QPoint, QPointF, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import (
+    QAction,
     QColor,
     QContextMenuEvent,
     QFont,
@@ -23,13 +25,14 @@ from PySide6.QtGui import (
     QResizeEvent,
     QWheelEvent,
 )
-from PySide6.QtWidgets import QWidget
+from PySide6.QtWidgets import QToolButton, QWidget
 
 from app.core.arrays import FloatArray
 from app.core.reading_units import ReadingUnits
-from app.recording.overview import CURVES, Curves, envelope
+from app.recording.overview.curves import CURVES, Curves, envelope
 from widgets.common.colours import Theme
-from widgets.plots.trace_plots import nice_ceiling, peak_title
+from widgets.plots.trace_plots import nice_ceiling
+from widgets.timeline.lanes import AddedLane, Lane, standard_lanes
 from widgets.timeline.playhead import Span, clock_text, nice_step
 from widgets.timeline.scrub_bar import LABEL_ROOM_PX, TimelineNotes
 
@@ -38,25 +41,13 @@ _DRAG_PX = 4.0
 _ZOOM = 1.25
 _LEAST_FRAMES = 20
 """Shown at most magnified."""
+_ADDED_HEIGHT = 34
+"""Of a lane that was added [px]."""
+_LEAST_SPAN = 0.02
+"""Of an axis that need not hold zero [unit]."""
 _HEADROOM = 1.3
 """Of a lane's top, so that its title has room."""
 _EMPTY = "The curves of the whole recording are being read."
-
-
-@dataclass(frozen=True)
-class _Lane:
-    curve: str
-    title: str
-    factor: float
-    floor: float
-
-
-def _lanes(units: ReadingUnits) -> tuple[_Lane, ...]:
-    return (
-        _Lane("force", units.strength_title, 1.0, 1.0),
-        _Lane("peak", peak_title(units), 1e-3, 1.0),
-        _Lane("error", "Error on the map (mm)", 1e3, 1.0),
-    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,6 +73,29 @@ class Overlaid:
         return self.offset + self.tick * (self.curves.ticks - self.first_tick).astype(np.float64)
 
 
+@dataclass(frozen=True)
+class _Axis:
+    """Of a lane: its ends in its unit, where zero lies or would lie [px], and pixels a unit."""
+
+    low: float
+    high: float
+    zero: float
+    scale: float
+
+
+def _axis(lane: Lane, values: FloatArray, box: QRectF) -> _Axis:
+    known = values[np.isfinite(values)]
+    least, most = (float(known.min()), float(known.max())) if len(known) else (0.0, 0.0)
+    if lane.floor is None:
+        step = nice_ceiling(max(most - least, _LEAST_SPAN) / 2)
+        low, high = step * np.floor(least / step), step * np.ceil(most / step)
+        high = max(high, low + step)
+    else:
+        low, high = 0.0, nice_ceiling(max(most, lane.floor))
+    scale = box.height() / (_HEADROOM * (high - low))
+    return _Axis(float(low), float(high), box.bottom() + scale * float(low), scale)
+
+
 class RecordingPlots(QWidget):
     """Draws curves by time. A click goes there, a drag chooses a range, the wheel zooms, a double click shows all."""
 
@@ -89,6 +103,8 @@ class RecordingPlots(QWidget):
     """A person wants to see this time [s]."""
     range_dragged = Signal(object)
     """A Span was dragged over."""
+    lanes_changed = Signal()
+    """There are more or fewer lanes, which want another height."""
     menu_requested = Signal(float, QPoint)
     """The right button was pressed at a time [s], at a place on the screen."""
 
@@ -102,7 +118,7 @@ class RecordingPlots(QWidget):
         self._duration = self._time = 0.0
         self._frame_seconds = 1 / 30
         self._view = Span(0.0, 1.0)
-        self._lanes = _lanes(ReadingUnits.CALIBRATED)
+        self._units, self._added = ReadingUnits.CALIBRATED, tuple[AddedLane, ...]()
         self._times: FloatArray = np.zeros(0)
         self._values: FloatArray = np.zeros((0, len(CURVES)))
         self._other: Overlaid | None = None
@@ -113,6 +129,11 @@ class RecordingPlots(QWidget):
         self._pressed: float | None = None
         self._panned: float | None = None
         self._dragged = False
+        self._choose = QToolButton(self)
+        self._choose.setObjectName("recording-plots-choose")
+        self._choose.setAutoRaise(True)
+        self._choose.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextOnly)
+        self._choose.hide()
 
     def sizeHint(self) -> QSize:
         """Qt: as wide as there is room."""
@@ -123,19 +144,45 @@ class RecordingPlots(QWidget):
         self._theme = theme
         self._draw_anew()
 
+    def offer(self, choose: QAction) -> None:
+        """A button for it, at the upper right."""
+        self._choose.setDefaultAction(choose)
+        self._choose.setText(choose.iconText().split()[0])
+        self._choose.show()
+        self._place_button()
+
+    def _place_button(self) -> None:
+        self._choose.resize(self._choose.sizeHint())
+        self._choose.move(self.width() - self._choose.width() - 2, 0)
+
     # What is shown.
 
     def show_recording(self, duration: float, frame_seconds: float, units: ReadingUnits) -> None:
         """Begin with a recording of ``duration`` [s]; its curves come by ``show_curves``."""
         self._duration, self._frame_seconds, self._time = duration, frame_seconds, 0.0
-        self._view, self._lanes = self._whole, _lanes(units)
+        self._view, self._units = self._whole, units
         self._notes, self._range, self._other, self._empty = TimelineNotes(), None, None, _EMPTY
-        self.show_curves(np.zeros(0), np.zeros((0, len(CURVES))))
+        self.show_added(())
+
+    def show_added(self, added: Sequence[AddedLane]) -> None:
+        """Draw these below the standard lanes, from the columns behind those of ``CURVES``; the curves come anew."""
+        self._added = tuple(added)
+        self.show_curves(np.zeros(0), np.zeros((0, len(CURVES) + len(added))))
+        self.lanes_changed.emit()
+
+    @property
+    def added(self) -> tuple[AddedLane, ...]:
+        """What a person added, as it is read."""
+        return self._added
+
+    def wanted_height(self, usual: int) -> int:
+        """What the lanes are to be given where the standard ones have ``usual`` [px]."""
+        return usual + _ADDED_HEIGHT * len(self._added)
 
     def set_units(self, units: ReadingUnits) -> None:
         """What readings and contacts may be called."""
-        if (lanes := _lanes(units)) != self._lanes:
-            self._lanes = lanes
+        if units is not self._units:
+            self._units = units
             self._draw_anew()
 
     def show_curves(self, times: FloatArray, values: FloatArray) -> None:
@@ -143,7 +190,7 @@ class RecordingPlots(QWidget):
 
         Args:
             times: (n,) of frames [s from the first].
-            values: (n, len(CURVES)) SI.
+            values: (n, len(CURVES) and one for each lane that was added) SI.
         """
         self._times, self._values = times, values
         self._draw_anew()
@@ -188,7 +235,7 @@ class RecordingPlots(QWidget):
 
     @property
     def values(self) -> FloatArray:
-        """(n, len(CURVES)) of them, SI."""
+        """(n, len(CURVES) and one for each lane that was added) of them, SI."""
         return self._values
 
     @property
@@ -209,7 +256,8 @@ class RecordingPlots(QWidget):
 
     @property
     def _room(self) -> float:
-        return max(self.width() - _LEFT - _RIGHT, 1.0)
+        beside = 0 if self._choose.isHidden() else self._choose.width()
+        return max(self.width() - _LEFT - _RIGHT - beside, 1.0)
 
     def x_of(self, time: float) -> float:
         """Where ``time`` [s] lies [px]."""
@@ -284,6 +332,7 @@ class RecordingPlots(QWidget):
 
     def resizeEvent(self, _event: QResizeEvent) -> None:
         """Qt."""
+        self._place_button()
         self._draw_anew()
 
     def paintEvent(self, _event: QPaintEvent) -> None:
@@ -309,7 +358,7 @@ class RecordingPlots(QWidget):
         if self._hover is not None:
             self._paint_hover(painter, area, lanes)
 
-    def _curves_picture(self, lanes: list[_Lane], caption: QFont) -> QPixmap:
+    def _curves_picture(self, lanes: list[Lane], caption: QFont) -> QPixmap:
         """The lanes with their curves. Cost: 15 ms for ten minutes."""
         ratio = self.devicePixelRatio()
         picture = QPixmap(self.size() * ratio)
@@ -324,14 +373,15 @@ class RecordingPlots(QWidget):
         painter.end()
         return picture
 
-    def _shown_lanes(self) -> list[_Lane]:
-        """Those that have anything to show."""
+    def _shown_lanes(self) -> list[Lane]:
+        """Those that have anything to show, or are asked for."""
         curves = [self._values] + ([] if self._other is None else [self._other.curves.values])
-        return [
+        standard = [
             lane
-            for lane in self._lanes
-            if lane.curve == "force" or any(np.isfinite(part[:, CURVES.index(lane.curve)]).any() for part in curves)
+            for lane in standard_lanes(self._units)
+            if lane.always or any(np.isfinite(part[:, lane.column]).any() for part in curves)
         ]
+        return standard + [added.lane(column) for column, added in enumerate(self._added, len(CURVES))]
 
     def _paint_range(self, painter: QPainter, area: QRectF) -> None:
         if self._range is not None:
@@ -359,31 +409,37 @@ class RecordingPlots(QWidget):
             painter.setPen(QColor(self._theme.quiet))
             painter.drawText(QPointF(min(max(x - width / 2, 0.0), self.width() - width), self.height() - 4), text)
 
-    def _paint_lane(self, painter: QPainter, lane: _Lane, box: QRectF) -> None:
-        column = CURVES.index(lane.curve)
-        own = lane.factor * self._values[:, column]
-        other = np.zeros(0) if self._other is None else lane.factor * self._other.curves.values[:, column]
-        both = np.concatenate([own, other])
-        top = nice_ceiling(max(float(np.fmax.reduce(both, initial=0.0)), lane.floor))
+    def _paint_lane(self, painter: QPainter, lane: Lane, box: QRectF) -> None:
+        own, other = self._columns(lane)
+        axis = _axis(lane, np.concatenate([own, other]), box)
+        self._paint_axis(painter, axis, box)
+        painter.save()
+        painter.setClipRect(box.adjusted(0, -2, 0, 2))
+        if self._other is not None:
+            dashes = QPen(QColor(self._theme.quiet), 1.5, Qt.PenStyle.DashLine)
+            self._paint_curve(painter, dashes, self._other.times(), other, axis.zero, axis.scale)
+        self._paint_curve(painter, QPen(QColor(self._theme.text), 1.25), self._times, own, axis.zero, axis.scale)
+        painter.restore()
+        legend = "" if self._other is None or lane.column else f"    – –  {self._other.name}"
+        painter.setPen(QColor(self._theme.quiet))
+        painter.drawText(QPointF(box.left() + 4, box.top() + 9), f"{lane.title}{legend}")
+
+    def _columns(self, lane: Lane) -> tuple[FloatArray, FloatArray]:
+        """The curve, and that of the second recording, of which only the standard ones are read."""
+        own = lane.factor * self._values[:, lane.column]
+        if self._other is None or lane.column >= len(CURVES):
+            return own, np.full(0 if self._other is None else len(self._other.curves.ticks), np.nan)
+        return own, lane.factor * self._other.curves.values[:, lane.column]
+
+    def _paint_axis(self, painter: QPainter, axis: _Axis, box: QRectF) -> None:
         painter.setPen(QColor(self._theme.line))
         painter.drawLine(box.bottomLeft(), box.bottomRight())
         painter.setPen(QColor(self._theme.quiet))
-        edge = QRectF(0, box.top() - 2, _LEFT - 6, box.height() + 4)
         flags = Qt.AlignmentFlag
-        painter.drawText(edge, flags.AlignRight | flags.AlignBottom, "0")
-        tick = box.bottom() - box.height() / _HEADROOM
-        painter.drawText(QRectF(0, tick - 8, _LEFT - 6, 16), flags.AlignRight | flags.AlignVCenter, f"{top:g}")
-        painter.save()
-        painter.setClipRect(box.adjusted(0, -2, 0, 2))
-        scale = box.height() / (_HEADROOM * top)
-        if self._other is not None:
-            dashes = QPen(QColor(self._theme.quiet), 1.5, Qt.PenStyle.DashLine)
-            self._paint_curve(painter, dashes, self._other.times(), other, box.bottom(), scale)
-        self._paint_curve(painter, QPen(QColor(self._theme.text), 1.25), self._times, own, box.bottom(), scale)
-        painter.restore()
-        legend = "" if self._other is None or lane.curve != "force" else f"    – –  {self._other.name}"
-        painter.setPen(QColor(self._theme.quiet))
-        painter.drawText(QPointF(box.left() + 4, box.top() + 9), f"{lane.title}{legend}")
+        edge = QRectF(0, box.top() - 2, _LEFT - 6, box.height() + 4)
+        painter.drawText(edge, flags.AlignRight | flags.AlignBottom, f"{axis.low:.4g}")
+        tick = axis.zero - axis.scale * axis.high
+        painter.drawText(QRectF(0, tick - 8, _LEFT - 6, 16), flags.AlignRight | flags.AlignVCenter, f"{axis.high:.4g}")
 
     def _paint_curve(
         self, painter: QPainter, pen: QPen, times: FloatArray, values: FloatArray, floor: float, scale: float
@@ -433,17 +489,16 @@ class RecordingPlots(QWidget):
             points = [QPointF(x, y) for x, y in zip(xs[run].tolist(), ys[run].tolist(), strict=True)]
             painter.drawPolyline(QPolygonF(points))
 
-    def _paint_hover(self, painter: QPainter, area: QRectF, lanes: list[_Lane]) -> None:
+    def _paint_hover(self, painter: QPainter, area: QRectF, lanes: list[Lane]) -> None:
         """The time under the pointer and what the curves are there; the name of a mark."""
         assert self._hover is not None
         time = self.time_at(self._hover)
         number = int(np.clip(np.searchsorted(self._times, time + 1e-9, side="right") - 1, 0, len(self._times) - 1))
         words = [clock_text(time, decimals=2)]
         for lane in lanes:
-            value = lane.factor * float(self._values[number, CURVES.index(lane.curve)])
+            value = lane.factor * float(self._values[number, lane.column])
             if np.isfinite(value):
-                unit = lane.title[lane.title.find("(") + 1 : -1] if lane.title.endswith(")") else ""
-                words.append(f"{value:.2f}\u2009{unit}")
+                words.append(f"{value:.2f}\u2009{lane.unit}")
         words += [name for at, name in self._notes.marks if abs(self.x_of(at) - self._hover) <= _DRAG_PX][:1]
         text = "   ".join(words)
         painter.setPen(QColor(self._theme.text))

@@ -143,6 +143,7 @@ class MainWindow(QMainWindow):
         self.plots, self.recording_plots = LivePlots(self.theme), RecordingPlots(self.theme)
         self.plots.follow(self.views.selection)
         self.plots.enlarged_changed.connect(self._give_plots_room)
+        self.recording_plots.lanes_changed.connect(self._give_plots_room)
         content = QWidget()
         column = QVBoxLayout(content)
         column.setContentsMargins(0, 0, 0, 0)
@@ -242,7 +243,8 @@ class MainWindow(QMainWindow):
 
     def _give_plots_room(self) -> None:
         self.plots.setFixedHeight(self.plots.wanted_height(self.height(), low=self.height() < _LOW_WINDOW))
-        self.recording_plots.setFixedHeight(USUAL_HEIGHT if self.height() >= _LOW_WINDOW else LOWEST)
+        usual = USUAL_HEIGHT if self.height() >= _LOW_WINDOW else LOWEST
+        self.recording_plots.setFixedHeight(self.recording_plots.wanted_height(usual))
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Qt: what no widget wanted; Right steps, where it neither pans the map nor turns a gain."""

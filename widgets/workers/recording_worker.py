@@ -16,7 +16,8 @@ from PySide6.QtCore import QObject, Signal
 from app.core.errors import RecordingError, SimulationError, TactileMapsError, UsageError
 from app.core.progress import Progress
 from app.recording.annotations import Annotations, Outcome, save_annotations
-from app.recording.overview import read_curves, summarise
+from app.recording.overview.curves import FrameQuantity, read_curves
+from app.recording.overview.summary import summarise
 from app.recording.player import RecordingPlayer
 from app.recording.recorder import record
 from app.recording.trim import TrimResult, check_apart, make_folder, trim, trim_episodes
@@ -29,9 +30,10 @@ _DIED = "Reading the recording ended unexpectedly. It may need more memory."
 
 @dataclass(frozen=True)
 class ReadCurves:
-    """The curves of a whole recording; answered by ``curves``: the share that is read, and a piece of them."""
+    """The curves of a whole recording, and what was ``chosen``; answered by ``curves``: the share read, and a piece."""
 
     path: Path
+    chosen: tuple[FrameQuantity, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -123,7 +125,7 @@ def make_handler() -> RequestHandler:
             tell("progress", (text, done))
 
         if isinstance(request, ReadCurves):
-            for piece in read_curves(request.path):
+            for piece in read_curves(request.path, request.chosen):
                 tell("curves", piece)
         elif isinstance(request, Summarise):
             for path in request.paths:

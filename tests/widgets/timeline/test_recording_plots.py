@@ -10,14 +10,17 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
 from app.core.reading_units import ReadingUnits
-from app.recording.overview import CURVES, Curves
+from app.recording.overview.curves import CURVES, Curves, FrameQuantity, QuantityKind
 from widgets.common.colours import DARK
+from widgets.plots.plot_choice import PlotKey, PlotKind
+from widgets.timeline.lanes import AddedLane
 from widgets.timeline.playhead import Span
 from widgets.timeline.recording_plots import Overlaid, RecordingPlots
 
 LEFT, NONE = Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier
 SECONDS, TICK = 600.0, 0.005
 SPIKE = 300.0
+JOINT = PlotKey(PlotKind.JOINT, "elbow")
 
 
 def values_with(force):
@@ -132,3 +135,33 @@ def test_lanes_are_what_there_is(plots):
     assert plots.lanes[-1] == "Error on the map (mm)"
     plots.set_units(ReadingUnits.COUNTS)
     assert "Contact strength (relative)" in plots.lanes
+
+
+def test_what_is_added_is_a_lane_of_its_own_below(plots):
+    joint = AddedLane(JOINT, FrameQuantity(QuantityKind.JOINT_POSITION, (0,)), "rad", signed=True)
+    heights = []
+    plots.lanes_changed.connect(lambda: heights.append(plots.wanted_height(140)))
+    plots.show_added((joint,))
+    assert heights == [174]
+    plots.resize(900, 174)
+    times = np.arange(1000) * TICK
+    values = np.column_stack([values_with(np.zeros(1000)), np.linspace(-1.25, -1.05, 1000)])
+    plots.show_curves(times, values)
+    assert plots.lanes[-1] == "Joint elbow (rad)"
+    turn(plots, plots.x_of(2.5), 30)
+    picture = plots.grab().toImage().convertToFormat(QImage.Format.Format_Grayscale8)
+    rows = np.frombuffer(picture.constBits(), np.uint8).reshape(picture.height(), picture.bytesPerLine())
+    lane = rows[105:156, round(plots.x_of(0.2)) : round(plots.x_of(4.8))] > 150
+    places = [np.flatnonzero(column).max() for column in lane.T if column.any()]
+    assert len(places) > 100
+    assert places[0] > places[-1] + 15, "it rises, though it is below zero"
+    QTest.mouseMove(plots, QPoint(round(plots.x_of(2.5)), 40))
+    plots.grab()
+
+
+def test_a_second_recording_is_drawn_in_the_standard_lanes_only(plots):
+    plots.show_added((AddedLane(JOINT, FrameQuantity(QuantityKind.JOINT_POSITION, (0,)), "rad", signed=True),))
+    plots.show_curves(np.arange(10) * TICK, np.column_stack([values_with(np.zeros(10)), np.full(10, 0.5)]))
+    plots.show_overlaid(Overlaid(Curves(np.arange(10), values_with(np.ones(10))), 0, TICK, 0.0, "second"))
+    plots.grab()
+    assert len(plots.lanes) == 3

@@ -16,7 +16,7 @@ from PySide6.QtGui import QDesktopServices
 from PySide6.QtWidgets import QMessageBox, QWidget
 
 from app.recording.annotations import Outcome, annotations_file
-from app.recording.overview import RecordingSummary
+from app.recording.overview.summary import RecordingSummary
 from app.recording.trim import TrimResult
 from widgets.common.file_types import RECORDING_FILTER
 from widgets.context.app_context import AppContext

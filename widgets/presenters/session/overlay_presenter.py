@@ -12,7 +12,7 @@ from PySide6.QtCore import QObject, Signal
 from app.contacts.regions import ContactRegion
 from app.core.arrays import FloatArray
 from app.core.errors import RecordingError
-from app.recording.overview import CURVES, Curves, joined
+from app.recording.overview.curves import CURVES, Curves, joined
 from app.recording.player import RecordingPlayer
 from app.session.frame import Frame
 from app.skin.skin import Skin

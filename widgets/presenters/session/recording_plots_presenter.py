@@ -7,10 +7,13 @@ from typing import cast
 import numpy as np
 from PySide6.QtCore import QObject
 
-from app.recording.overview import Curves, joined
+from app.core.reading_units import ReadingUnits
+from app.recording.overview.curves import Curves, joined
 from app.recording.player import RecordingPlayer
 from app.session.frame import Frame
 from widgets.context.app_context import AppContext
+from widgets.plots.plot_choice import STANDARD
+from widgets.timeline.lanes import AddedLane, added_lanes
 from widgets.workers.recording_worker import ReadCurves
 from widgets.workers.worker_process import Result, SourceToken
 
@@ -33,11 +36,13 @@ class RecordingPlotsPresenter(QObject):
         self._worker = context.backends.recording_worker(self)
         self._token = SourceToken("curves")
         self._pieces: list[Curves] = []
+        self._plots.offer(context.actions["choose_plots"])
         context.actions.bind("whole_recording", self.toggle)
         context.actions["whole_recording"].setChecked(context.settings.whole_recording)
         self._worker.answered.connect(self._on_answered)
         self._session.player_changed.connect(self._on_player_changed)
         self._session.frame_ready.connect(self._on_frame_ready)
+        context.plots.choice_changed.connect(self._on_choice_changed)
         self._timeline.range_changed.connect(self._plots.show_range)
         self._timeline.notes_shown.connect(self._plots.show_notes)
         self._plots.went_to.connect(self._timeline.go_to)
@@ -63,14 +68,33 @@ class RecordingPlotsPresenter(QObject):
         self._context.plots.setVisible(not whole)
 
     def _on_player_changed(self, player: RecordingPlayer | None) -> None:
+        self._show()
+        if player is None:
+            self.close()
+            return
+        units = player.frame(0).units
+        self._plots.show_recording(player.duration, player.prepared.scene.tick, units)
+        self._read(player, self._added(player, units))
+
+    def _on_choice_changed(self) -> None:
+        """Read what was added to the live plots, or is no longer among them."""
+        player, frame = self._session.player, self._session.shown
+        if player is not None and frame is not None:
+            added = self._added(player, frame.units)
+            if [lane.key for lane in added] != [lane.key for lane in self._plots.added]:
+                self._read(player, added)
+
+    def _added(self, player: RecordingPlayer, units: ReadingUnits) -> tuple[AddedLane, ...]:
+        """What a person added to the plots, as this recording has it."""
+        keys = self._context.plots.choice.order
+        return added_lanes((key for key in keys if key not in STANDARD), player.prepared, units)
+
+    def _read(self, player: RecordingPlayer, added: tuple[AddedLane, ...]) -> None:
         self.close()
         self._pieces = []
-        self._show()
-        if player is not None:
-            units = player.frame(0).units
-            self._plots.show_recording(player.duration, player.prepared.scene.tick, units)
-            self._context.notifier.progress(CURVES_JOB, "Reading the whole recording", 0.0)
-            self._worker.ask(ReadCurves(player.path), self._token)
+        self._plots.show_added(added)
+        self._context.notifier.progress(CURVES_JOB, "Reading the whole recording", 0.0)
+        self._worker.ask(ReadCurves(player.path, tuple(lane.quantity for lane in added)), self._token)
 
     def _on_answered(self, kind: str, result: Result[object]) -> None:
         player = self._session.player

@@ -8,10 +8,12 @@ import pytest
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 
-from app.recording.overview import CURVES
+from app.control.limits import LimitKind
+from app.recording.overview.curves import CURVES
 from app.recording.recorder import Recorder
 from app.session.inputs import PokePressed
 from app.session.session import Session
+from widgets.plots.plot_choice import PlotKey, PlotKind
 from widgets.timeline.playhead import Span
 from widgets.workers.recording_worker import ReadCurves, RecordingWorker
 from widgets.workers.worker_process import SourceToken
@@ -63,6 +65,27 @@ def test_a_replay_shows_all_of_it_in_step_with_the_timeline(window_again, path):
     QTest.keyClick(window, Qt.Key.Key_F6)
     window.live.back_to_live()
     assert window.plots.isVisible()
+    path.with_suffix(".notes.json").unlink(missing_ok=True)
+
+
+def test_what_is_added_to_the_plots_is_shown_over_all_of_it(window_again, path):
+    window = window_again
+    plots, joint = window.recording_plots, window.live.prepared.robot.joints[1].name
+    window.live.open_recording(path)
+    low = plots.height()
+    window.presenters.plots.plot(PlotKey(PlotKind.JOINT, joint))
+    assert plots.isVisible(), "they stay where they are"
+    assert plots.lanes[-1] == f"Joint {joint.replace('_', ' ')} (rad)"
+    assert plots.height() > low
+    position = plots.values[:, len(CURVES)]
+    assert position[-1] == pytest.approx(window.live.player.frame(199).posture[1])
+    window.presenters.plots.plot(PlotKey(PlotKind.LIMIT, LimitKind.JOINT_LIMIT.value))
+    assert not plots.isVisible(), "a limit has no curve: the last seconds show it"
+    window.action("whole_recording").trigger()
+    assert plots.lanes[-1].startswith("Joint")
+    window.plots.remove_plot(PlotKey(PlotKind.JOINT, joint))
+    assert (plots.height(), plots.values.shape[1]) == (low, len(CURVES))
+    window.live.back_to_live()
     path.with_suffix(".notes.json").unlink(missing_ok=True)
 
 

@@ -1,101 +1,27 @@
-"""What a recording holds, without replaying it: curves over its whole length, and a summary with a small picture.
-
-Neither opens it as a player does: the curves take a few numbers of each frame, the summary a few frames of the file.
-"""
+"""What a recording is, for a list of recordings: its facts and a small picture, from a few frames of the file."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.arrays import FloatArray, freeze_arrays
 from app.core.errors import RecordingError, TactileMapsError
 from app.maps.pressure_colours import colour_image, rounded_scale
 from app.maps.tactile_image import TactileImage
 from app.recording import mcap_file
 from app.recording.annotations import Annotations, annotations_in, load_annotations
-from app.recording.frame_codec import FrameNumbers, decode_frame, frame_numbers
+from app.recording.frame_codec import decode_frame
 from app.session.bundle import unpack_scene
 from app.session.frame import Frame
 from app.session.prepare import PreparedScene
 
-CURVES = FrameNumbers._fields[1:]
-"""Names of the curves."""
-_CHUNKS_A_PIECE = 40
 THUMBNAIL_WIDTH = 96
 _LOOKED_AT = 12
 """Chunks of a recording that its summary looks into."""
 MOST_SUMMARISED_BYTES = 2_000_000_000
-
-
-@dataclass(frozen=True, eq=False)
-class Curves:
-    """Numbers of frames over time.
-
-    Attributes:
-        ticks: (n,) of the frames, rising.
-        values: (n, len(CURVES)) SI; NaN where there is none.
-    """
-
-    ticks: NDArray[np.int64]
-    values: FloatArray
-
-    def __post_init__(self) -> None:
-        freeze_arrays(self, "ticks", "values")
-
-
-def read_curves(path: str | Path) -> Iterator[tuple[float, Curves]]:
-    """The curves of a recording, a piece of some hundred frames at a time, each with the share that is read then.
-
-    Cost: 0.1 ms a frame of 1000 taxels, to unpack it.
-
-    Raises:
-        RecordingError: The file cannot be read or is not ours; damaged frames are left out.
-    """
-    contents = mcap_file.read_recording(path)
-    chunks = contents.chunks
-    for start in range(0, len(chunks), _CHUNKS_A_PIECE):
-        rows: dict[int, tuple[float, ...]] = {}
-        for chunk in chunks[start : start + _CHUNKS_A_PIECE]:
-            for topic, message in mcap_file.chunk_messages(chunk, contents.channels) or ():
-                if topic == "/frame" and (numbers := frame_numbers(message.data)) is not None:
-                    rows[numbers.tick] = numbers[1:]
-        ticks = sorted(rows)
-        values = np.array([rows[tick] for tick in ticks]).reshape(-1, len(CURVES))
-        yield min((start + _CHUNKS_A_PIECE) / len(chunks), 1.0), Curves(np.array(ticks, dtype=np.int64), values)
-
-
-def joined(pieces: list[Curves]) -> Curves:
-    """Pieces as one, by tick; of a tick that occurs again the first."""
-    if not pieces:
-        return Curves(np.zeros(0, dtype=np.int64), np.zeros((0, len(CURVES))))
-    ticks, first = np.unique(np.concatenate([piece.ticks for piece in pieces]), return_index=True)
-    return Curves(ticks, np.concatenate([piece.values for piece in pieces])[first])
-
-
-def envelope(times: FloatArray, values: FloatArray, edges: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Least and largest of the values in each bin: what is drawn when there are more than pixels, so no peak is lost.
-
-    Args:
-        times: (n,) rising [s].
-        values: (n,) of them; NaN is passed over.
-        edges: (k + 1,) of the bins, rising [s]; a bin holds its first edge and not its last.
-
-    Returns:
-        (k,) and (k,); NaN for an empty bin.
-    """
-    at = np.searchsorted(times, edges, side="left")
-    low, high = np.full(len(edges) - 1, np.nan), np.full(len(edges) - 1, np.nan)
-    full = np.flatnonzero(at[1:] > at[:-1])
-    if len(full):
-        inside = values[: at[full[-1] + 1]]  # the last bin ends there; empty bins between hold nothing
-        low[full] = np.fmin.reduceat(inside, at[full])
-        high[full] = np.fmax.reduceat(inside, at[full])
-    return low, high
 
 
 @dataclass(frozen=True, eq=False)

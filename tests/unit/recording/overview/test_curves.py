@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 import numpy as np
-import pytest
 
-from app.recording.annotations import Annotations, Mark, Outcome, save_annotations
-from app.recording.overview import CURVES, Curves, envelope, joined, read_curves, summarise
+from app.recording.overview.curves import (
+    CURVES,
+    Curves,
+    FrameQuantity,
+    QuantityKind,
+    envelope,
+    joined,
+    read_curves,
+)
 from app.recording.player import RecordingPlayer
-from app.recording.recorder import Recorder
 
 
 def test_the_curves_are_the_frames_numbers(recording):
@@ -24,6 +29,36 @@ def test_the_curves_are_the_frames_numbers(recording):
     np.testing.assert_array_equal(columns["speed"], [np.abs(frame.velocity).max() for frame in frames])
     errors = [np.nan if frame.task is None or frame.task.error is None else frame.task.error for frame in frames]
     np.testing.assert_array_equal(columns["error"], errors)
+
+
+def test_what_is_chosen_is_read_beside(recording):
+    player = RecordingPlayer(recording)
+    frames, skin = list(player), player.prepared.skin
+    taxels = (3, 20, 21, 40)
+    areas = tuple(skin.areas[list(taxels)].tolist())
+    patch = next(region.at.patch for frame in frames for region in frame.regions)
+    chosen = (
+        FrameQuantity(QuantityKind.JOINT_POSITION, (1,)),
+        FrameQuantity(QuantityKind.JOINT_SPEED, (1,)),
+        FrameQuantity(QuantityKind.PEAK_PRESSURE, taxels),
+        FrameQuantity(QuantityKind.SKIN_FORCE, taxels, areas),
+        FrameQuantity(QuantityKind.CONTACT_FORCE, (patch,)),
+        FrameQuantity(QuantityKind.CONTACT_FORCE, (patch + 1,)),
+        FrameQuantity(QuantityKind.PEAK_PRESSURE, (len(skin),)),
+    )
+    curves = joined([piece for _, piece in read_curves(recording, chosen)])
+    position, speed, peak, force, contact, elsewhere, nothing = curves.values[:, len(CURVES) :].T
+    np.testing.assert_array_equal(position, [frame.posture[1] for frame in frames])
+    np.testing.assert_array_equal(speed, [frame.velocity[1] for frame in frames])
+    pressures = np.array([frame.pressures[list(taxels)] for frame in frames])
+    np.testing.assert_array_equal(peak, pressures.max(axis=1))
+    np.testing.assert_allclose(force, pressures @ areas, rtol=1e-12)
+    assert force.max() > 0
+    on_patch = [sum(region.force for region in frame.regions if region.at.patch == patch) for frame in frames]
+    np.testing.assert_allclose(contact, on_patch)
+    assert contact.max() > 0.5
+    assert not elsewhere.any()
+    assert np.isnan(nothing).all()
 
 
 def test_pieces_that_overlap_count_once():
@@ -44,29 +79,3 @@ def test_the_envelope_keeps_every_extreme_and_leaves_gaps():
     assert np.isfinite(np.r_[high[:20], high[30:]]).all()
     empty = envelope(times, values, np.linspace(10, 11, 5))
     assert np.isnan(empty).all()
-
-
-def test_a_summary_says_what_it_is_of_and_shows_the_touch(recording, prepared, tmp_path):
-    path = tmp_path / "a.mcap"
-    path.write_bytes(recording.read_bytes())
-    save_annotations(path, Annotations(marks=(Mark(60, "x"),), outcome=Outcome.SUCCESS))
-    found = summarise(path)
-    player = RecordingPlayer(path)
-    assert found.seconds == pytest.approx(player.duration)
-    assert (found.robot, found.taxels, found.problem) == (prepared.robot.name, len(prepared.skin), "")
-    assert found.annotations.outcome is Outcome.SUCCESS
-    assert found.picture.shape[2] == 3
-    assert (found.picture[..., 0].astype(int) - found.picture[..., 2]).max() > 100, "some touch is drawn"
-
-
-def test_what_is_damaged_says_so(recording, prepared, tmp_path):
-    cut, junk, empty = tmp_path / "cut.mcap", tmp_path / "junk.mcap", tmp_path / "empty.mcap"
-    cut.write_bytes(recording.read_bytes()[:-2000])
-    junk.write_bytes(b"no recording")
-    with Recorder(prepared, empty):
-        pass
-    assert "Damaged" in summarise(cut).problem
-    assert summarise(cut).seconds > 0
-    assert "not a recording" in summarise(junk).problem
-    assert "no frame" in summarise(empty).problem
-    assert "cannot be read" in summarise(tmp_path / "gone.mcap").problem

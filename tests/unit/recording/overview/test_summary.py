@@ -1,0 +1,36 @@
+"""Curves over a whole recording lose no peak, and a summary reads no more than it must."""
+
+from __future__ import annotations
+
+import pytest
+
+from app.recording.annotations import Annotations, Mark, Outcome, save_annotations
+from app.recording.overview.summary import summarise
+from app.recording.player import RecordingPlayer
+from app.recording.recorder import Recorder
+
+
+def test_a_summary_says_what_it_is_of_and_shows_the_touch(recording, prepared, tmp_path):
+    path = tmp_path / "a.mcap"
+    path.write_bytes(recording.read_bytes())
+    save_annotations(path, Annotations(marks=(Mark(60, "x"),), outcome=Outcome.SUCCESS))
+    found = summarise(path)
+    player = RecordingPlayer(path)
+    assert found.seconds == pytest.approx(player.duration)
+    assert (found.robot, found.taxels, found.problem) == (prepared.robot.name, len(prepared.skin), "")
+    assert found.annotations.outcome is Outcome.SUCCESS
+    assert found.picture.shape[2] == 3
+    assert (found.picture[..., 0].astype(int) - found.picture[..., 2]).max() > 100, "some touch is drawn"
+
+
+def test_what_is_damaged_says_so(recording, prepared, tmp_path):
+    cut, junk, empty = tmp_path / "cut.mcap", tmp_path / "junk.mcap", tmp_path / "empty.mcap"
+    cut.write_bytes(recording.read_bytes()[:-2000])
+    junk.write_bytes(b"no recording")
+    with Recorder(prepared, empty):
+        pass
+    assert "Damaged" in summarise(cut).problem
+    assert summarise(cut).seconds > 0
+    assert "not a recording" in summarise(junk).problem
+    assert "no frame" in summarise(empty).problem
+    assert "cannot be read" in summarise(tmp_path / "gone.mcap").problem

@@ -1,0 +1,55 @@
+"""Which of the plots that a person added can be shown over a whole recording, and in which unit."""
+
+from __future__ import annotations
+
+import pytest
+
+from app.core.reading_units import ReadingUnits
+from app.recording.overview.curves import FrameQuantity, QuantityKind
+from widgets.plots.plot_choice import STANDARD, PlotKey, PlotKind
+from widgets.plots.taxel_group_text import TaxelGroup
+from widgets.timeline.lanes import added_lanes
+
+GROUP = TaxelGroup("palm", (3, 4, 5)).text
+
+
+def test_each_is_read_from_what_the_recording_has(prepared):
+    joint, link = prepared.robot.joints[2].name, prepared.skin.patches[0].link
+    keys = [
+        PlotKey(PlotKind.JOINT, joint),
+        PlotKey(PlotKind.JOINT_SPEED, joint),
+        PlotKey(PlotKind.LINK, link),
+        PlotKey(PlotKind.TAXEL, "7"),
+        PlotKey(PlotKind.GROUP_FORCE, GROUP),
+        PlotKey(PlotKind.GROUP_PRESSURE, GROUP),
+    ]
+    found = added_lanes(keys, prepared, ReadingUnits.CALIBRATED)
+    assert [lane.key for lane in found] == keys
+    assert [lane.unit for lane in found] == ["rad", "rad/s", "N", "kPa", "N", "kPa"]
+    assert [lane.signed for lane in found] == [True, True, False, False, False, False]
+    assert found[0].quantity == FrameQuantity(QuantityKind.JOINT_POSITION, (2,))
+    assert found[4].quantity.areas == tuple(prepared.skin.areas[[3, 4, 5]])
+    assert found[5].lane(9).title == "Pressure on palm (kPa)"
+
+
+@pytest.mark.parametrize(
+    "key",
+    [
+        *STANDARD,
+        PlotKey(PlotKind.JOINT, "of another robot"),
+        PlotKey(PlotKind.LINK, "of another robot"),
+        PlotKey(PlotKind.TAXEL, "123456"),
+        PlotKey(PlotKind.GROUP_FORCE, TaxelGroup("far", (1, 123456)).text),
+        PlotKey(PlotKind.CONTACT, "1"),
+        PlotKey(PlotKind.LIMIT, "joint-limit"),
+    ],
+    ids=lambda key: key.text,
+)
+def test_what_it_does_not_have_is_left_out(prepared, key):
+    assert added_lanes([key], prepared, ReadingUnits.CALIBRATED) == ()
+
+
+def test_of_counts_no_force_is_claimed(prepared):
+    keys = [PlotKey(PlotKind.GROUP_FORCE, GROUP), PlotKey(PlotKind.TAXEL, "7")]
+    (taxel,) = added_lanes(keys, prepared, ReadingUnits.COUNTS)
+    assert (taxel.key, taxel.unit) == (keys[1], "counts")
