@@ -1,14 +1,16 @@
 """A person who does anything at all: seeded acts through real events on the whole window.
 
-An act is drawn by ``seed`` and its number alone, from what the window then shows: an action by its key, by the menu or
-by triggering it; any visible button, slider, combo box, number, text or list; mouse, wheel and keys on both views with
-any tool; right clicks and their menus; fingers that stay; panels undocked, layouts kept and taken; the palette; keys
-changed; recordings replayed, marked and taken over; files that are dropped or answered to a dialog, good and bad; and
-time that passes. What is modal is answered as the next act, and a menu that runs its own loop from within that loop.
+An act is drawn by ``seed`` and its number alone, from what the window then shows: an action by its key, by the menu
+or by triggering it; any visible button, slider, combo box, number, text, list or plot; mouse, wheel and keys on both
+views with any tool; right clicks and their menus; fingers that stay; panels undocked, layouts kept and taken; the
+palette; keys changed; recordings replayed, marked and taken over; files that are dropped or answered to a dialog,
+good and bad, tables of studies among them; and time that passes. What is modal is answered as the next act, and a
+menu that runs its own loop from within that loop.
 """
 
 from __future__ import annotations
 
+import shutil
 from collections import deque
 from collections.abc import Callable
 from pathlib import Path
@@ -33,6 +35,7 @@ from PySide6.QtWidgets import (
     QApplication,
     QComboBox,
     QFileDialog,
+    QGraphicsView,
     QHeaderView,
     QInputDialog,
     QLineEdit,
@@ -49,7 +52,9 @@ from widgets.actions.keys_sheet import KeysSheet
 from widgets.actions.palette import CommandPalette
 from widgets.actions.registry import specs_in
 from widgets.common.colour_bar import ColourBar
+from widgets.plots.study_plot import StudyPlot
 from widgets.presenters.files import recordings_presenter
+from widgets.timeline.recording_plots import RecordingPlots
 from widgets.timeline.scrub_bar import ScrubBar
 from widgets.tools.registry import TOOLS
 
@@ -77,6 +82,7 @@ CHANGED_KEYS = [
 ]  # fmt: skip
 OPERATED = (
     QAbstractButton, QSlider, QComboBox, QAbstractSpinBox, QLineEdit, QAbstractItemView, ColourBar, ScrubBar,
+    RecordingPlots, StudyPlot,
 )  # fmt: skip
 LEAVES = frozenset({"quit"})
 """Actions that end the window: what a run ends with."""
@@ -93,9 +99,10 @@ DEAR_ACTIONS = frozenset(
     }
 )
 """What simulates or opens for seconds."""
-DEAR_BUTTONS = frozenset({"comparison-run", "accuracy-measure"})
+DEAR_BUTTONS = frozenset({"comparison-run", "accuracy-measure", "budget-propose"})
 """The same, of the panels."""
 BROKEN = ("broken.mcap", "broken.npz", "broken.toml", "broken.txt", "broken.urdf", "letter.docx")
+FINDINGS = Path(__file__).resolve().parents[3] / "assets/findings"
 LAST = 20
 
 
@@ -146,6 +153,7 @@ class RandomUser:
     def __enter__(self) -> RandomUser:
         for name in BROKEN:
             (self.folder / name).write_bytes(b"\x89not what the name says\n" * 9)
+        shutil.copy(FINDINGS / "loop-laws.csv", self.folder / "study.csv")
         asked = ("getOpenFileName", "getSaveFileName", "getOpenFileNames", "getExistingDirectory")
         self._kept = {name: getattr(QFileDialog, name) for name in asked}
         QFileDialog.getOpenFileName = lambda _parent, _title, _name, kinds="": (self._file_to_open(kinds), "")
@@ -339,10 +347,22 @@ class RandomUser:
             self._types(widget)
         elif isinstance(widget, QAbstractItemView):
             self._picks_in(widget)
+        elif isinstance(widget, RecordingPlots | StudyPlot):
+            self._points_in(
+                widget if isinstance(widget, RecordingPlots) else widget.findChild(QGraphicsView).viewport()
+            )
         elif self._chance(0.5):
             self._keys(widget, CONTROL_KEYS)
         else:
             self._drags_on(widget, self._anywhere(widget), self._anywhere(widget), LEFT, MODIFIERS[0])
+
+    def _points_in(self, plot: QWidget) -> None:
+        """Zooms, clicks or drags."""
+        how = self._one_of([self._wheel, lambda plot, at, _: _click(plot, at), self._drags_away])
+        how(plot, self._anywhere(plot), MODIFIERS[0])
+
+    def _drags_away(self, plot: QWidget, at: QPoint, modifier) -> None:
+        self._drags_on(plot, at, self._anywhere(plot), LEFT, modifier)
 
     def _operated(self, within: QWidget | None = None) -> list[QWidget]:
         found = [
@@ -575,7 +595,7 @@ class RandomUser:
         """One that was saved or recorded, of the kind asked for or any other; one that is broken, or is not there."""
         if self._chance(0.15):
             return ""
-        files = [path for path in sorted(self.folder.rglob("*")) if path.suffix in (".mcap", ".npz", ".toml")]
+        files = [path for path in sorted(self.folder.rglob("*")) if path.suffix in (".mcap", ".npz", ".toml", ".csv")]
         if self._scenes is None:  # of a robot's file too, the robot is prepared
             files = [path for path in files if path.suffix != ".toml" or path.name.startswith("broken")]
         asked = [path for path in files if f"*{path.suffix}" in kinds and not path.name.startswith("broken")]
