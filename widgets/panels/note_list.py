@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import ceil
 from typing import NamedTuple
 
-from PySide6.QtCore import QEvent, QModelIndex, QPersistentModelIndex, QRect, QSize, Qt
+from PySide6.QtCore import QEvent, QModelIndex, QPersistentModelIndex, QPointF, QRect, QSize, Qt
 from PySide6.QtGui import (
     QFont,
     QFontMetrics,
@@ -15,6 +16,8 @@ from PySide6.QtGui import (
     QPainter,
     QPalette,
     QResizeEvent,
+    QTextLayout,
+    QTextOption,
 )
 from PySide6.QtWidgets import (
     QAbstractItemView,
@@ -31,7 +34,8 @@ from widgets.common.panel import SLIM_SCROLL_BAR
 _TEXT_PX = 11
 _MARGIN = 4
 _NOTE = int(Qt.ItemDataRole.UserRole)
-_WRAP = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignTop | Qt.TextFlag.TextWrapAnywhere | Qt.TextFlag.TextWordWrap
+_LINE_SEPARATOR = "\u2028"
+"""What Qt's layouts take for the end of a line."""
 
 
 class Note(NamedTuple):
@@ -61,9 +65,10 @@ class _NoteDelegate(QStyledItemDelegate):
         view = self.parent()
         assert isinstance(view, QListWidget)
         width = view.viewport().width()
-        metrics = QFontMetrics(_small(option.font))
-        text = metrics.boundingRect(QRect(0, 0, _text_width(width), 10_000), _WRAP, index.data(_NOTE).text)
-        return QSize(width, metrics.lineSpacing() + text.height() + 2 * _MARGIN)
+        font = _small(option.font)
+        text = _wrapped(index.data(_NOTE).text, font, _text_width(width))
+        height = QFontMetrics(font).lineSpacing() + text.boundingRect().height() + 2 * _MARGIN
+        return QSize(width, ceil(height))
 
     def paint(
         self, painter: QPainter, option: QStyleOptionViewItem, index: QModelIndex | QPersistentModelIndex
@@ -85,7 +90,8 @@ class _NoteDelegate(QStyledItemDelegate):
         head = metrics.elidedText(note.head, Qt.TextElideMode.ElideMiddle, inner.width())
         painter.drawText(inner, Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignTop, head)
         painter.setPen(option.palette.color(role.Text))
-        painter.drawText(inner.adjusted(0, metrics.lineSpacing(), 0, 0), _WRAP, note.text)
+        below = QPointF(inner.left(), inner.top() + metrics.lineSpacing())
+        _wrapped(note.text, painter.font(), inner.width()).draw(painter, below)
         painter.restore()
 
 
@@ -93,6 +99,21 @@ def _small(font: QFont) -> QFont:
     made = QFont(font)
     made.setPixelSize(_TEXT_PX)
     return made
+
+
+def _wrapped(text: str, font: QFont, width: int) -> QTextLayout:
+    """Lines that break between words, within one only where it is longer than a line: paths are."""
+    layout, option = QTextLayout(text.replace("\n", _LINE_SEPARATOR), font), QTextOption()
+    option.setWrapMode(QTextOption.WrapMode.WrapAtWordBoundaryOrAnywhere)
+    layout.setTextOption(option)
+    layout.beginLayout()
+    bottom = 0.0
+    while (line := layout.createLine()).isValid():
+        line.setLineWidth(width)
+        line.setPosition(QPointF(0.0, bottom))
+        bottom += line.height()
+    layout.endLayout()
+    return layout
 
 
 def _text_width(width: int) -> int:
@@ -171,6 +192,6 @@ class NoteList(QListWidget):
             painter.setFont(_small(self.font()))
             painter.setPen(self.palette().color(QPalette.ColorRole.PlaceholderText))
             inner = self.viewport().rect().adjusted(2 * _MARGIN, _MARGIN, -2 * _MARGIN, -_MARGIN)
-            painter.drawText(inner, _WRAP, self._empty)
+            _wrapped(self._empty, painter.font(), inner.width()).draw(painter, QPointF(inner.topLeft()))
             painter.end()
         return done

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import itertools
+
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QGuiApplication
 from PySide6.QtTest import QTest
 
-from widgets.panels.note_list import Note, NoteList
+from widgets.panels.note_list import Note, NoteList, _wrapped
 
 NOTES = (Note("Missing mesh, a.stl", "A small box stands in", fault=True), Note("Units, b.csv", "Read as millimetres"))
 
@@ -34,6 +36,19 @@ def test_all_are_copied_where_none_is_selected_and_else_those(made):
 def test_a_long_text_wraps_and_is_given_the_lines_it_needs(made):
     made.put_first(Note("Torn", "modules whose places do not fit together " * 6), most=9)
     assert made.visualItemRect(made.item(0)).height() > 2 * made.visualItemRect(made.item(1)).height()
+
+
+@pytest.mark.parametrize("width", [60, 90, 133, 211])
+def test_lines_break_between_words_and_within_one_only_that_is_longer_than_a_line(made, width):
+    text = f"a path drawn on the map is kept in {'/folders' * 9} as\nwas said"
+    layout = _wrapped(text, made.font(), width)
+    lines = [layout.lineAt(number) for number in range(layout.lineCount())]
+    said = [text[line.textStart() : line.textStart() + line.textLength()] for line in lines]
+    assert "".join(said) == text
+    assert all(line.naturalTextWidth() <= width for line in lines)
+    broken = [one for one, other in itertools.pairwise(said) if one[-1:].isalnum() and other[:1].isalnum()]
+    assert all("folders" in one or one.startswith("/") for one in broken)
+    assert layout.boundingRect().height() == pytest.approx(sum(line.height() for line in lines))
 
 
 def test_the_newest_is_on_top_and_the_oldest_goes(made):
