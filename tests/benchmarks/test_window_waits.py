@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import count, cycle
 
 import numpy as np
@@ -47,6 +48,19 @@ def _paint(window):
     QApplication.processEvents()
     window.robot_view.display.draw_now()
     window.map_view.viewport().repaint()
+
+
+@pytest.mark.parametrize("taxels", [1_000, 10_000])
+def test_a_frame_of_body_and_map_while_fingers_press(benchmark, window, taxels):
+    """Both views, of a scene in which fingers press, with all that is simulated between."""
+    scene = load_scene("many_pokes")
+    window.live.show_prepared(prepare(replace(scene, cover=replace(scene.cover, taxels=taxels))))
+    for _ in range(20):
+        _advance(window, 0.05)
+    assert window.live.shown.regions
+    benchmark.pedantic(_advance, args=(window, 1 / 30), rounds=60, warmup_rounds=5)
+    if benchmark.stats is not None:
+        benchmark.extra_info["frames a second"] = round(1 / benchmark.stats.stats.median)
 
 
 def test_press_on_the_map_until_both_views_are_painted(benchmark, window, prepared):

@@ -5,15 +5,16 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from PySide6.QtCore import QPoint, Qt
+from PySide6.QtCore import QEvent, QPoint, Qt
 from PySide6.QtGui import QAction, QContextMenuEvent
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QDockWidget, QLabel, QMenu, QToolButton
+from PySide6.QtWidgets import QApplication, QDockWidget, QLabel, QMenu, QPushButton, QToolButton
 
 from tests.widgets.support.window_driver import press_map, run
 from widgets.common.guide_window import GuidePlace
 from widgets.common.settings import Settings
 from widgets.panels.registry import PANELS
+from widgets.panels.simulation.accuracy_panel import AccuracyPanel
 from widgets.panels.touch.contacts_panel import ContactsPanel
 
 pytestmark = pytest.mark.qt_log_ignore("This plugin does not support")
@@ -47,6 +48,19 @@ def dock_of(window, panel):
 def order(window):
     QApplication.processEvents()
     return [panel.objectName() for panel in sorted(window.column, key=lambda panel: panel.y()) if panel.isVisible()]
+
+
+def test_what_a_panel_enlarged_outlives_the_window_that_the_panel_stood_in(window):
+    panel = window.column.get(AccuracyPanel)
+    undock(panel)
+    panel.findChild(QPushButton, "accuracy-enlarge").click()
+    window.panel_docks.reset()
+    QApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete.value)
+    QApplication.processEvents()
+    assert panel.board.isVisible()
+    assert panel.board.window().objectName() == "accuracy-window"
+    panel.board.window().close()
+    assert panel.isAncestorOf(panel.board)
 
 
 def test_a_panel_lives_on_in_its_own_window_and_comes_back_to_its_place(window):

@@ -435,7 +435,7 @@ class AccuracyPanel(Panel):
         if self._window is not None:
             self._window.close()
             return
-        self._window = _DetachedWindow(self.board, self.window())
+        self._window = _DetachedWindow(self.board, _outermost(self))
         self._window.ended.connect(self._on_window_ended)
         self._away.show()
         self.board.show_enlarged(True)
@@ -449,6 +449,14 @@ class AccuracyPanel(Panel):
         if self._window is not None:
             self._window.deleteLater()
             self._window = None
+
+
+def _outermost(widget: QWidget) -> QWidget:
+    """The window that outlasts all others: that of a panel that stands apart goes when the panel comes back."""
+    window = widget.window()
+    while (parent := window.parentWidget()) is not None:
+        window = parent.window()
+    return window
 
 
 class _DetachedWindow(QDialog):
