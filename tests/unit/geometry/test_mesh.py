@@ -85,3 +85,15 @@ def test_what_was_computed_does_not_travel() -> None:
     assert mesh.vertex_normals.any()
     assert len(pickle.dumps(mesh)) == bare
     np.testing.assert_array_equal(pickle.loads(pickle.dumps(mesh)).edges, mesh.edges)
+
+
+def test_solid_is_what_is_closed_with_its_faces_outward() -> None:
+    corners = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
+    outward = np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
+    far = np.array(corners) + 1e3
+    assert Mesh(corners, outward).is_solid
+    assert Mesh(far, outward).is_solid
+    assert not Mesh(corners, outward[:, ::-1]).is_solid, "inside out"
+    assert not Mesh(corners, outward[:3]).is_solid, "open"
+    one_turned = np.array([*outward[:3], outward[3, ::-1]])
+    assert not Mesh(corners, one_turned).is_solid

@@ -20,8 +20,8 @@ ARROW_LENGTH = 0.012
 MAX_ARROW = 0.25
 MAX_CONTACTS = 8
 _SMALLEST_RING, _RING_GAP = 0.008, 0.003
-_FINGER_OPACITY = 0.12
-"""The touch is under the finger: the ball only says where that is."""
+_FINGER_OPACITY = 0.23
+"""The touch is under the finger: the ball only says where that is. Of its near half; the far one is not drawn."""
 
 
 def ring_radius(region: ContactRegion) -> float:
@@ -55,6 +55,8 @@ class ContactMarks:
         self._arrows = [add_mark(plotter, arrow, theme.accent) for _ in range(MAX_CONTACTS)]
         faint: dict[str, Any] = {"lit": True, "opacity": _FINGER_OPACITY}
         self._balls = [add_mark(plotter, ball, theme.text, **faint) for _ in range(MAX_CONTACTS)]
+        for actor in self._balls:
+            actor.prop.culling = "back"  # blending costs more than all of the robot
         self._hover = add_mark(plotter, hover, theme.accent)
         self.forces: list[tuple[FloatArray, ContactRegion]] = []
         """Each arrow's tail and tip (2, 3) [m], world, and the region whose force it stands for."""

@@ -100,6 +100,7 @@ class RobotScene:
         self._frame: Frame | None = None
         self._links: list[tuple[int, Any]] = []
         self._bodies: list[Any] = []
+        self._solids: frozenset[Any] = frozenset()
         self._placeholders: list[Any] = []
         self._bounds: list[tuple[int, FloatArray]] = []
         self._make_layers, self._shown = dict(layers or {}), frozenset[str]()
@@ -115,12 +116,16 @@ class RobotScene:
         self._prepared, self._frame = prepared, None
         self._configuration = Configuration(prepared.robot)
         self._links, self._bodies, self._placeholders, self._bounds = [], [], [], []
+        self._solids = frozenset()
         for number, link in enumerate(prepared.robot.links):
             if link.mesh is not None and len(link.mesh.faces):
                 body = polydata(link.mesh.vertices, link.mesh.vertex_normals, link.mesh.faces)
                 actor = self.plotter.add_mesh(body, color=self.theme.body, **MATTE)
                 self._links.append((number, actor))
                 (self._placeholders if link.missing else self._bodies).append(actor)
+                if link.mesh.is_solid:
+                    self._solids |= {actor}
+                    actor.prop.culling = "back"  # saves a third of the time to draw it
                 self._bounds.append((number, link.mesh.bounds))
         self._dress_placeholders()
         self.skin = SkinActors(self.plotter, prepared, self._scale)
@@ -270,7 +275,7 @@ class RobotScene:
         gone = _FADE * min(share / PEELED, 1.0)  # before the skin is laid flat, which would lead through the links
         for actor in self._bodies:
             actor.prop.opacity = 1.0 - gone
-            actor.prop.culling = "back" if share > 0 else "none"  # a shadow has no inside
+            actor.prop.culling = "back" if share > 0 or actor in self._solids else "none"  # a shadow has no inside
         self._objects.fade(gone)
         self._move()
         self._colour()

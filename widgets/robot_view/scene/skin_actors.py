@@ -202,7 +202,9 @@ class SkinActors:
         for patch in prepared.skin.patches:
             surface = polydata(patch.surface.vertices, patch.surface.vertex_normals, patch.surface.faces)
             surface.point_data["touch"] = scale.rgb(np.zeros(len(patch.surface.vertices)))
-            self._plain.append(plotter.add_mesh(surface, scalars="touch", rgb=True, copy_mesh=False, **MATTE))
+            actor = plotter.add_mesh(surface, scalars="touch", rgb=True, copy_mesh=False, **MATTE)
+            actor.prop.culling = "back"  # on the body its inside is seen by nobody
+            self._plain.append(actor)
             self._surfaces.append(surface)
         self._links = [prepared.robot.link_index[patch.link] for patch in prepared.skin.patches]
         self.link_actors: list[tuple[int, Any]] = list(zip(self._links, self._plain, strict=True))

@@ -172,3 +172,18 @@ def test_before_a_robot_it_draws_nothing_and_asks_nothing(plotter):
     scene.frame_all()
     assert scene.forces == []
     assert len(plotter.actors) == 0
+
+
+@pytest.mark.parametrize("direction", [(1, 1, 0.5), (-1, 0.3, 0.2), (0.1, -1, -0.4), (0, 0.1, 1)])
+def test_the_backs_that_are_not_drawn_were_seen_by_nobody(plotter, scene, prepared, direction):
+    drawn = [actor for actor in plotter.actors.values() if actor.visibility and actor.prop.opacity == 1.0]
+    culled = [actor for actor in drawn if actor.prop.culling == "back"]
+    assert len(culled) >= len(prepared.robot.links) + len(prepared.skin.patches) - 1
+    plotter.view_vector(direction)
+    without = plotter.screenshot(return_img=True)
+    for actor in culled:
+        actor.prop.culling = "none"
+    everything = plotter.screenshot(return_img=True)
+    assert np.ptp(everything) > 50
+    # A pixel on the rim may be the back's or the front's.
+    assert (np.abs(everything.astype(int) - without).max(axis=2) > 8).mean() < 1e-3
