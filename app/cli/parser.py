@@ -172,6 +172,15 @@ def _add_file_commands(commands: argparse._SubParsersAction) -> None:  # type: i
     weigh.add_argument("--model", metavar="NAME", help="contact model (default: the scene's)")
     weigh.add_argument("--report", metavar="FILE.html", help="write it as a page too, to be read, printed or sent")
     _json(weigh)
+    budget = commands.add_parser(
+        "budget", help="the best settings of every stage for a scene within a limit of time or of error"
+    )
+    budget.add_argument("scene_file", nargs="?", metavar="SCENE", help="a scene's name or file")
+    _scene_options(budget)
+    budget.add_argument("--milliseconds", type=_positive, metavar="MS", help="an instant may take at most")
+    budget.add_argument("--millimetres", type=_positive, metavar="MM", help="a contact's place may be off by at most")
+    budget.add_argument("--newtons", type=_positive, metavar="N", help="a contact's force may be off by at most")
+    _json(budget)
     replay = commands.add_parser("replay", help="step through a recording")
     replay.add_argument("input", metavar="FILE.mcap")
     replay.add_argument("--verify", action="store_true", help="simulate the recorded inputs again and compare")

@@ -29,6 +29,7 @@ from app.scene.effects import Effects
 from app.scene.motion import Motion
 from app.scene.scene import Scene
 from app.session.frame import Failure, Frame
+from app.session.input_log import InputLog
 from app.session.inputs import (
     BehavioursChanged,
     CalibrationUsed,
@@ -205,9 +206,7 @@ class Session:
             for session_input in runtime_settings.since(self._start)
             if not isinstance(session_input, ControlChanged)
         ]
-        self.inputs: list[tuple[int, SessionInput]] = [
-            (0, session_input) for session_input in (ControlChanged(runtime_settings.settings), *others)
-        ]
+        self.inputs = InputLog((0, one) for one in (ControlChanged(runtime_settings.settings), *others))
         self._ticks, self._remainder = 0, 0.0
         self.failure: Failure | None = None
         self.scripted = self._wants_script and bool(self.prepared.scene.stimuli)
@@ -441,7 +440,7 @@ class Session:
                 self._place(session_input.posture)
             elif not isinstance(session_input, CalibrationUsed):  # which is refused
                 self._simulation.apply(session_input)
-            self.inputs.append((self._ticks + 1, remembered(session_input)))
+            self.inputs.append(self._ticks + 1, remembered(session_input))
 
     def _change_rest(self, change: RestChanged) -> None:
         self._rest_goal = None if change.speed is None else change

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from typing import Protocol
@@ -72,7 +72,7 @@ class LiveRun:
 
     def __init__(self, runner: SessionRunner) -> None:
         self.runner = runner
-        self._inputs: list[tuple[int, SessionInput]] = []
+        self._inputs: Sequence[tuple[int, SessionInput]] = ()
         self._seen = 0
         with runner.lock:
             self.settings = runner.session.runtime_settings

@@ -14,6 +14,7 @@ from app.core.errors import RecordingError, TactileMapsError
 from app.recording.annotations import Mark
 from app.recording.recorder import Recorder
 from app.session.frame import Frame
+from app.session.input_log import InputLog
 from app.session.inputs import SessionInput
 
 MOST_WAITING = 4000
@@ -132,7 +133,7 @@ class _OpenFile:
         self._start_bytes: int | None = None  # behind the scene, which is written once
         self._told_at = float("inf")
         self._handed_over = 0
-        self._inputs: list[tuple[int, SessionInput]] = []  # the thread's own: the session's list goes on growing
+        self._inputs = InputLog()  # the thread's own: the session's list goes on growing
         self._queue: SimpleQueue[tuple[Frame, _Inputs] | Mark | None] = SimpleQueue()
         self._thread = threading.Thread(target=self._loop, name="recording", daemon=True)
         self._thread.start()
@@ -184,7 +185,8 @@ class _OpenFile:
             self.recorder.mark(item)
             return
         frame, new = item
-        self._inputs += new
+        for tick, session_input in new:
+            self._inputs.append(tick, session_input)
         self.recorder.write(frame, self._inputs)
         self._check()
 

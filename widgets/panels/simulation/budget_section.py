@@ -17,7 +17,8 @@ from app.core.errors import BudgetError
 from app.session.frame import Frame
 from app.studies.budget.measurement import TIMED_STAGES, BudgetMeasurement
 from app.studies.budget.proposal import Budget, Proposal, fastest_path, propose
-from app.studies.work_precision import Setting, Trial, method_title
+from app.studies.budget.wording import number_words, proposal_words, setting_words
+from app.studies.work_precision import Setting
 from widgets.common.number_field import NumberField
 from widgets.common.wheel_guard import guard_wheel
 
@@ -150,7 +151,7 @@ class BudgetSection(QWidget):
             self._ticks += 1
         if self._predicted is not None and self._ticks >= _EVERY and self.isVisible():
             self._ticks, median = 0, float(np.median(self._spent))
-            predicted, found = _number(self._predicted), _number(median)
+            predicted, found = number_words(self._predicted), number_words(median)
             self.say(f"Simulation and touch: {predicted}\u2009ms predicted, {found}\u2009ms measured.")
 
     @property
@@ -186,7 +187,8 @@ class BudgetSection(QWidget):
             chosen = [option.trial for option in found.chosen.values()]
             self._proposed = tuple(trial.setting for trial in (*chosen, *([path] if path else [])))
             self._show_table()
-            self.say(_words(found, path, tried=bool(measured.paths) and self.budget.of_error))
+            tried = bool(measured.paths) and self.budget.of_error
+            self.say(" ".join(proposal_words(found, path, tried=tried)))
             self._found = found
         self._enable()
 
@@ -196,7 +198,7 @@ class BudgetSection(QWidget):
             return
         rows = []
         for setting in self._proposed:
-            now, then = (_name(one) for one in (self._present.get(setting.stage), setting))
+            now, then = (setting_words(one) for one in (self._present.get(setting.stage), setting))
             same = now == then
             mark = escape(then) if same else f"<b>{escape(then)}</b>"
             rows.append(
@@ -261,33 +263,3 @@ def _row(*widgets: QWidget, stretch: bool = False) -> QHBoxLayout:
     if stretch:
         row.addStretch()
     return row
-
-
-def _name(setting: Setting | None) -> str:
-    """A setting in few words."""
-    if setting is None:
-        return "–"
-    values = setting.values
-    units = (("timestep_ms", "\u2009ms"), ("pixels", "²"), ("path_speed_mm_s", "\u2009mm/s"))
-    told = [f"{_number(float(values[key]))}{unit}" for key, unit in units if key in values]
-    return " ".join([method_title(setting.method), *told])
-
-
-def _words(found: Proposal, path: Trial | None, *, tried: bool) -> str:
-    """What the proposal costs, what it gives up, and what it gains."""
-    cost, finest = found.cost, found.finest
-    parts = [
-        f"{_number(cost.milliseconds)}\u2009ms an instant; off by {_number(cost.millimetres)}\u2009mm, "
-        f"{_number(cost.newtons)}\u2009N and {100 * cost.pressure:.0f}\u2009% of the pressure.",
-        f"The most accurate settings: {_number(finest.milliseconds)}\u2009ms, {_number(finest.millimetres)}\u2009mm, "
-        f"{_number(finest.newtons)}\u2009N, {100 * finest.pressure:.0f}\u2009%.",
-    ]
-    if path is not None and path.milliseconds is not None:
-        parts.append(f"A path of 30\u2009mm in {_number(1e-3 * path.milliseconds)}\u2009s keeps both limits.")
-    elif tried:
-        parts.append("▲ No controller keeps both limits along a path: its setting stays.")
-    return " ".join(parts)
-
-
-def _number(value: float) -> str:
-    return "0" if abs(value) < 5e-4 else f"{value:.3g}"

@@ -1,0 +1,99 @@
+"""``budget``: the best settings of every stage for a scene within milliseconds, or millimetres and newtons."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from collections.abc import Mapping
+from typing import Any
+
+from app.cli.output import print_fields, print_json, print_line, progress_line
+from app.cli.scenes import scene_from_arguments
+from app.core.errors import UsageError
+from app.session.prepare import PreparedScene
+from app.session.prepared_cache import prepare_cached
+from app.session.session import Session
+from app.studies.budget.measurement import TIMED_STAGES, BudgetMeasurement, instant_ms, measure_for_budget
+from app.studies.budget.proposal import Budget, Proposal, fastest_path, propose
+from app.studies.budget.wording import number_words, proposal_words, setting_words
+from app.studies.stages.control import stage_setting_of
+from app.studies.work_precision import Setting, Subject, Trial
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    """Measure every setting in the scene, print the best within the budget, and measure that once more."""
+    budget = _budget(arguments)
+    progress = progress_line()
+    prepared = prepare_cached(scene_from_arguments(arguments), progress=progress)
+    subject = Subject.of(prepared.map, prepared=prepared)
+    measured = measure_for_budget(subject, paths=budget.of_error, progress=progress)
+    found = propose(budget, measured.options, pitch_mm=measured.pitch_mm, force=measured.force)
+    path = fastest_path(budget, measured.paths)
+    spent = instant_ms(prepared, found.effects)
+    progress("", 1.0)
+    predicted = sum(found.chosen[stage].cost.milliseconds for stage in TIMED_STAGES)
+    again = sum(spent[name] for name in TIMED_STAGES.values())
+    if arguments.json:
+        print_json(_facts(found, path, predicted, again))
+    else:
+        _print(prepared, measured, found, path)
+        print_line(f"Simulation and touch: {number_words(predicted)} ms predicted, {number_words(again)} ms measured.")
+    return 0
+
+
+def _budget(arguments: argparse.Namespace) -> Budget:
+    limits = arguments.milliseconds, arguments.millimetres, arguments.newtons
+    if all(limit is None for limit in limits):
+        raise UsageError("there is no limit", remedy="Give --milliseconds, or --millimetres and --newtons")
+    return Budget(*limits)
+
+
+def _facts(found: Proposal, path: Trial | None, predicted: float, measured: float) -> dict[str, Any]:
+    settings = [option.trial.setting for option in found.chosen.values()] + ([path.setting] if path else [])
+    return {
+        "settings": {one.stage: {"method": one.method, **one.values} for one in settings},
+        "cost": vars(found.cost),
+        "most_accurate": vars(found.finest),
+        "effects": found.effects,
+        "predicted_ms": predicted,
+        "measured_ms": measured,
+    }
+
+
+def _print(prepared: PreparedScene, measured: BudgetMeasurement, found: Proposal, path: Trial | None) -> None:
+    settings = [option.trial.setting for option in found.chosen.values()] + ([path.setting] if path else [])
+    now = _in_force(prepared)
+    print_fields(
+        {
+            one.stage.capitalize(): setting_words(one)
+            + (f"  (now {setting_words(now[one.stage])})" if one.stage in now and now[one.stage] != one else "")
+            for one in settings
+        }
+    )
+    for sentence in proposal_words(found, path, tried=bool(measured.paths)):
+        print_line(sentence)
+    print_line("")
+    for line in _scene_lines(found, path):
+        print_line(line)
+    print_line("")
+
+
+def _in_force(prepared: PreparedScene) -> Mapping[str, Setting]:
+    """What the scene asks for now, by stage; the image is the view's."""
+    session = Session(prepared, scripted=False)
+    effects = session.effects
+    step = {"timestep_ms": round(1e3 * effects.timestep, 6)}
+    return {
+        "simulation": Setting("simulation", effects.integrator, step),
+        "touch": Setting("touch", effects.skin, {}),
+        "control": stage_setting_of(session.settings),
+    }
+
+
+def _scene_lines(found: Proposal, path: Trial | None) -> list[str]:
+    """What a scene's file has to say for these settings."""
+    lines = ["[effects]", *(f"{key} = {json.dumps(value)}" for key, value in found.effects.items())]
+    if path is not None:
+        speed = 1e-3 * float(path.setting.values["path_speed_mm_s"])
+        lines += ["", "[control]", f"controller = {json.dumps(path.setting.method)}", f"path_speed = {speed:g}"]
+    return lines

@@ -1,0 +1,55 @@
+"""``tactile-maps budget``: bad usage, and a proposal that a scene's file takes."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from app.__main__ import main
+from app.scene.scene_file import load_scene
+
+SCENE = """robot = "arm"
+[cover]
+links = ["forearm"]
+taxels = 150
+"""
+
+
+@pytest.fixture
+def scene(tmp_path):
+    path = tmp_path / "small.toml"
+    path.write_text(SCENE)
+    return path
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [([], "--milliseconds, or --millimetres"), (["--milliseconds", "-1"], "above 0"), (["--newtons", "x"], "newtons")],
+)
+def test_bad_usage(capsys, scene, words, said):
+    assert main(["budget", str(scene), *words]) == 2
+    assert said in capsys.readouterr().err
+
+
+@pytest.mark.long
+def test_its_lines_are_those_of_a_scene(capsys, scene):
+    assert main(["budget", str(scene), "--milliseconds", "2"]) == 0
+    out = capsys.readouterr().out
+    assert "ms an instant; off by" in out
+    assert "ms predicted" in out
+    lines = out[out.index("[effects]") : out.index("Simulation and touch")]
+    scene.write_text(SCENE + lines)
+    taken = load_scene(scene)
+    assert taken.effects.integrator
+    assert main(["budget", str(scene), "--milliseconds", "2", "--json"]) == 0
+    told = json.loads(capsys.readouterr().out.splitlines()[-1])
+    assert told["cost"]["milliseconds"] <= 2
+    assert set(told["settings"]) == {"simulation", "touch", "image"}
+    assert told["measured_ms"] > 0
+
+
+@pytest.mark.long
+def test_what_cannot_be_kept_says_what_would_be_nearest(capsys, scene):
+    assert main(["budget", str(scene), "--milliseconds", "0.0001"]) == 1
+    assert "The nearest settings need" in capsys.readouterr().err

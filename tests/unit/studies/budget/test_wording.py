@@ -1,0 +1,44 @@
+"""A proposal says what it costs, what it gives up, and what could not be kept."""
+
+from __future__ import annotations
+
+import pytest
+
+from app.studies.budget.proposal import Budget, Cost, Option, Proposal
+from app.studies.budget.wording import number_words, proposal_words, setting_words
+from app.studies.work_precision import Setting, Trial
+
+STEP = Setting("simulation", "implicitfast", {"timestep_ms": 2.0})
+FOUND = Proposal(
+    Budget(milliseconds=1.0),
+    {"simulation": Option(Trial(STEP, "", 1.0, {}), Cost(0.3))},
+    Cost(0.3384, 4.07, 0.0, 0.15),
+    Cost(1.72, 4.07, 0.0, 0.14),
+)
+PATH = Trial(Setting("control", "hybrid", {"path_speed_mm_s": 20.0}), "", 1500.0, {})
+
+
+@pytest.mark.parametrize(
+    ("setting", "words"),
+    [
+        (None, "–"),
+        (STEP, "Implicitfast 2\u2009ms"),
+        (Setting("image", "barycentric", {"pixels": 512}), "Barycentric 512²"),
+        (Setting("touch", "point"), "Point"),
+        (PATH.setting, "Hybrid 20\u2009mm/s"),
+    ],
+)
+def test_a_setting_is_its_method_and_numbers_with_their_units(setting, words):
+    assert setting_words(setting) == words
+
+
+def test_costs_and_the_most_accurate_are_told_and_the_path_where_one_was_sought():
+    cost, finest = proposal_words(FOUND, None, tried=False)
+    assert cost == "0.338\u2009ms an instant; off by 4.07\u2009mm, 0\u2009N and 15\u2009% of the pressure."
+    assert finest == "The most accurate settings: 1.72\u2009ms, 4.07\u2009mm, 0\u2009N, 14\u2009%."
+    assert proposal_words(FOUND, PATH, tried=True)[2] == "A path of 30\u2009mm in 1.5\u2009s keeps both limits."
+    assert proposal_words(FOUND, None, tried=True)[2].startswith("▲ No controller keeps both limits")
+
+
+def test_less_than_half_a_thousandth_is_nothing():
+    assert [number_words(value) for value in (0.0, 4e-4, -4e-4, 6e-4, 12.345)] == ["0", "0", "0", "0.0006", "12.3"]
