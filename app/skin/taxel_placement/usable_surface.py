@@ -23,6 +23,8 @@ from app.geometry.mesh import Mesh
 from app.geometry.raycast import fibonacci_sphere
 
 DIRECTIONS = 60
+_MOST_VOXELS = 4_000_000
+"""Of a table by voxel, 32 MB."""
 _FACING = 0.5
 _MIN_DIRECTIONS = 2
 
@@ -55,8 +57,9 @@ def _depth_map(points: FloatArray, depth: FloatArray, direction: FloatArray, bin
     u = np.cross(direction, aside)
     u /= np.linalg.norm(u)
     v = np.cross(direction, u)
-    i = ((points @ u - (points @ u).min()) / bin_size).astype(np.int64)
-    j = ((points @ v - (points @ v).min()) / bin_size).astype(np.int64)
+    across, along = points @ u, points @ v
+    i = ((across - across.min()) / bin_size).astype(np.int64)
+    j = ((along - along.min()) / bin_size).astype(np.int64)
     cell = i * (j.max() + 1) + j
     deepest = np.full(cell.max() + 1, -np.inf)
     np.maximum.at(deepest, cell, depth)
@@ -66,7 +69,8 @@ def _depth_map(points: FloatArray, depth: FloatArray, direction: FloatArray, bin
 def _sample_surface(mesh: Mesh, spacing: float) -> FloatArray:
     """Corners of faces and, on faces larger than a bin, points in rows between them."""
     corners = mesh.vertices[mesh.faces]
-    longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
+    x, y, z = np.moveaxis(corners - np.roll(corners, 1, axis=1), 2, 0)
+    longest = np.sqrt((x * x + y * y + z * z).T.max(axis=0))
     steps = np.minimum(np.ceil(longest / (1.5 * spacing)).astype(int), 64)
     clouds = [corners.reshape(-1, 3)]
     for number in np.unique(steps[steps > 1]):
@@ -78,11 +82,17 @@ def _sample_surface(mesh: Mesh, spacing: float) -> FloatArray:
 
 
 def _one_point_per_voxel(points: FloatArray, voxel: float) -> FloatArray:
-    """One point of each occupied voxel: a bin is two voxels wide, so more say nothing new."""
-    cell = np.floor((points - points.min(axis=0)) / voxel).astype(np.int64)
-    shape = cell.max(axis=0) + 1
-    key = (cell[:, 0] * shape[1] + cell[:, 1]) * shape[2] + cell[:, 2]
-    return points[np.unique(key, return_index=True)[1]]
+    """The first point of each occupied voxel: a bin is two voxels wide, so more say nothing new."""
+    key, size = np.zeros(len(points), dtype=np.int64), 1
+    for column in np.ascontiguousarray(points.T):
+        cell = ((column - column.min()) / voxel).astype(np.int64)
+        count = int(cell.max()) + 1
+        key, size = key * count + cell, size * count
+    if size > _MOST_VOXELS:
+        return points[np.unique(key, return_index=True)[1]]
+    first = np.full(size, len(points))  # a table spares sorting: a third of the time that a cover takes
+    first[key[::-1]] = np.arange(len(points))[::-1]
+    return points[first[first < len(points)]]
 
 
 _SMOOTHED_ROWS = 3

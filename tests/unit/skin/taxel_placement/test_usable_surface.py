@@ -8,6 +8,7 @@ import pytest
 from app.geometry.mesh import Mesh
 from app.geometry.wrap import wrap_mesh
 from app.skin.skin import patch_name
+from app.skin.taxel_placement import usable_surface
 from app.skin.taxel_placement.usable_surface import usable_components, vertices_clear_of, visible_from_outside
 from tests.hard_cases.meshes import HARD_MESHES
 
@@ -104,3 +105,16 @@ def test_nothing_usable_gives_no_pieces() -> None:
 
 def test_names_count_up() -> None:
     assert [patch_name("forearm", k) for k in range(3)] == ["forearm", "forearm 2", "forearm 3"]
+
+
+@pytest.mark.parametrize("most", [0, usable_surface._MOST_VOXELS], ids=["sorted", "by a table"])
+def test_of_each_voxel_the_first_point_stays(monkeypatch: pytest.MonkeyPatch, most: int) -> None:
+    monkeypatch.setattr(usable_surface, "_MOST_VOXELS", most)
+    points = np.random.default_rng(0).uniform(-1, 1, (3000, 3))
+    found = usable_surface._one_point_per_voxel(points, 0.25)
+    cells = np.floor((points - points.min(axis=0)) / 0.25).astype(int)
+    first: dict[tuple[int, ...], int] = {}
+    for number, cell in enumerate(map(tuple, cells.tolist())):
+        first.setdefault(cell, number)
+    assert len(first) < len(points) / 2
+    np.testing.assert_array_equal(found, points[[first[cell] for cell in sorted(first)]])
