@@ -16,6 +16,8 @@ from app.cli.parser import build_parser
 from app.core.errors import TactileMapsError, UsageError, describe_unexpected_error
 
 OpenWindow = Callable[[argparse.Namespace], int]
+_FOLDERS = dict.fromkeys(("export", "recover", "replay", "trim"), "recordings")
+"""Of ``commands``, where a command does not lie there itself."""
 
 
 def run_command(argv: Sequence[str], *, windows: dict[str, OpenWindow]) -> int:
@@ -38,7 +40,7 @@ def run_command(argv: Sequence[str], *, windows: dict[str, OpenWindow]) -> int:
         if command in windows:
             return windows[command](arguments)
         with _terminating_as_ctrl_c():
-            return int(import_module(f"app.cli.commands.{command}").execute(arguments))
+            return int(import_module(_module_of(command)).execute(arguments))
     except TactileMapsError as error:
         _print_failure(str(error), as_json, kind=type(error).__name__)
         return 2 if isinstance(error, UsageError) else 1
@@ -55,6 +57,10 @@ def run_command(argv: Sequence[str], *, windows: dict[str, OpenWindow]) -> int:
             return 130
         _print_failure(describe_unexpected_error(error), as_json, kind="Unexpected")
         return 1
+
+
+def _module_of(command: str) -> str:
+    return ".".join(["app.cli.commands", *([_FOLDERS[command]] if command in _FOLDERS else []), command])
 
 
 def _was_interrupted(error: BaseException | None) -> bool:

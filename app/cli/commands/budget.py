@@ -3,20 +3,21 @@
 from __future__ import annotations
 
 import argparse
-import json
 from collections.abc import Mapping
 from typing import Any
 
 from app.cli.output import print_fields, print_json, print_line, progress_line
 from app.cli.scenes import scene_from_arguments
+from app.control.command import ControlSettings
 from app.core.errors import UsageError
+from app.core.toml import toml_lines
 from app.session.prepare import PreparedScene
 from app.session.prepared_cache import prepare_cached
 from app.session.session import Session
 from app.studies.budget.measurement import TIMED_STAGES, BudgetMeasurement, instant_ms, measure_for_budget
 from app.studies.budget.proposal import Budget, Proposal, fastest_path, propose
 from app.studies.budget.wording import number_words, proposal_words, setting_words
-from app.studies.stages.control import stage_setting_of
+from app.studies.stages.control import stage_setting_of, with_stage_setting
 from app.studies.work_precision import Setting, Subject, Trial
 
 
@@ -73,7 +74,7 @@ def _print(prepared: PreparedScene, measured: BudgetMeasurement, found: Proposal
     for sentence in proposal_words(found, path, tried=bool(measured.paths)):
         print_line(sentence)
     print_line("")
-    for line in _scene_lines(found, path):
+    for line in scene_lines(found, path):
         print_line(line)
     print_line("")
 
@@ -90,10 +91,11 @@ def _in_force(prepared: PreparedScene) -> Mapping[str, Setting]:
     }
 
 
-def _scene_lines(found: Proposal, path: Trial | None) -> list[str]:
-    """What a scene's file has to say for these settings."""
-    lines = ["[effects]", *(f"{key} = {json.dumps(value)}" for key, value in found.effects.items())]
+def scene_lines(found: Proposal, path: Trial | None) -> list[str]:
+    """What a scene's file has to say for these settings; a controller that follows a path needs that task."""
+    lines = ["[effects]", toml_lines(found.effects)]
     if path is not None:
-        speed = 1e-3 * float(path.setting.values["path_speed_mm_s"])
-        lines += ["", "[control]", f"controller = {json.dumps(path.setting.method)}", f"path_speed = {speed:g}"]
+        then = with_stage_setting(ControlSettings(), path.setting)
+        keys = ("controller", "task", "path_speed")
+        lines += ["", "[control]", toml_lines({key: getattr(then, key) for key in keys})]
     return lines

@@ -171,7 +171,7 @@ def test_recover(capsys, recording, tmp_path):
 
 def test_an_unexpected_problem_leaves_a_log_and_no_traceback(capsys, monkeypatch, tmp_path):
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
-    monkeypatch.setattr("app.cli.commands.recover.execute", lambda _arguments: 1 // 0)
+    monkeypatch.setattr("app.cli.commands.recordings.recover.execute", lambda _arguments: 1 // 0)
     status, out, err = call(capsys, "recover", "a.mcap", "-o", "b.mcap")
     assert status == 1
     assert "ZeroDivisionError" in err

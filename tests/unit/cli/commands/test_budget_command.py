@@ -7,7 +7,10 @@ import json
 import pytest
 
 from app.__main__ import main
+from app.cli.commands.budget import scene_lines
 from app.scene.scene_file import load_scene
+from app.studies.budget.proposal import Budget, Cost, Option, Proposal
+from app.studies.work_precision import Setting, Trial
 
 SCENE = """robot = "arm"
 [cover]
@@ -30,6 +33,20 @@ def scene(tmp_path):
 def test_bad_usage(capsys, scene, words, said):
     assert main(["budget", str(scene), *words]) == 2
     assert said in capsys.readouterr().err
+
+
+def test_its_lines_apply_effects_controller_and_task(scene):
+    """As *Apply* in the window does: a controller that is quick along a path is of no use at another task."""
+    step = Option(Trial(Setting("simulation", "discrete", {"timestep_ms": 0.5}), "", 1.0, {}), Cost(1.0))
+    touch = Option(Trial(Setting("touch", "half-space"), "", 1.0, {}), Cost(1.0))
+    found = Proposal(Budget(millimetres=5.0), {"simulation": step, "touch": touch}, Cost(2.0), Cost(2.0))
+    path = Trial(Setting("control", "qp", {"path_speed_mm_s": 40.0}), "", 1e3, {})
+    scene.write_text(SCENE + "\n".join(scene_lines(found, path)) + "\n")
+    taken = load_scene(scene)
+    assert (taken.effects.integrator, taken.effects.timestep, taken.effects.skin) == ("discrete", 0.0005, "half-space")
+    assert taken.control == {"controller": "qp", "task": "follow_path", "path_speed": 0.04}
+    scene.write_text(SCENE + "\n".join(scene_lines(found, None)) + "\n")
+    assert not load_scene(scene).control, "a limit of time leaves the controller alone"
 
 
 @pytest.mark.long
