@@ -5,7 +5,7 @@ from __future__ import annotations
 from bisect import bisect_right
 from collections.abc import Iterator
 from dataclasses import replace
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -22,8 +22,8 @@ from app.recording.frame_codec import decode_frame
 from app.recording.messages import read_messages
 from app.session import bundle
 from app.session.frame import Frame
-from app.session.inputs import MapEdited
-from app.session.runtime_settings import RuntimeSettings, runtime_settings_at
+from app.session.inputs import MapEdited, SessionInput
+from app.session.runtime_settings import CHANGES, RuntimeSettings, runtime_settings_at
 from app.tactile.poke import PokePressed, PokeReleased
 
 
@@ -85,7 +85,7 @@ class RecordingPlayer:
 
     def __getstate__(self) -> dict[str, object]:
         """For another process: all but the frames that are unpacked."""
-        return {name: value for name, value in vars(self).items() if name != "_unpacked"}
+        return {name: value for name, value in vars(self).items() if name not in ("_unpacked", "_changes")}
 
     def __setstate__(self, state: dict[str, object]) -> None:
         """From another process: pickling forgets that arrays are read-only."""
@@ -131,7 +131,12 @@ class RecordingPlayer:
 
     def runtime_settings_at(self, tick: int) -> RuntimeSettings:
         """By what the session ran at one of its ticks: as its scene says, and as it had been changed by then."""
-        return runtime_settings_at(self._start, self.inputs, tick)
+        return runtime_settings_at(self._start, self._changes, tick)
+
+    @cached_property
+    def _changes(self) -> list[tuple[int, SessionInput]]:
+        """Of thousands of inputs the few that change settings: every frame that is shown asks for those in force."""
+        return [(tick, session_input) for tick, session_input in self.inputs if isinstance(session_input, CHANGES)]
 
     def annotations(self) -> Annotations:
         """What is said of it: the file beside it, else what it holds itself.

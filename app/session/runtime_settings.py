@@ -79,6 +79,10 @@ class RuntimeSettings:
         return inputs
 
 
+CHANGES = (ControlChanged, EffectsChanged, BehavioursChanged, ReadingChanged, MapEdited)
+"""The inputs that ``RuntimeSettings.after`` heeds; the others, a finger's moves most of all, change nothing of it."""
+
+
 def runtime_settings_at(
     start: RuntimeSettings, inputs: Iterable[tuple[int, SessionInput]], tick: int
 ) -> RuntimeSettings:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import get_args
 
 import pytest
 
@@ -10,8 +11,15 @@ from app.contacts.pipeline import ReadingSettings
 from app.control.behaviours import Behaviour
 from app.control.command import ControlSettings
 from app.scene.effects import Effects
-from app.session.inputs import BehavioursChanged, ControlChanged, EffectsChanged, MapEdited, ReadingChanged
-from app.session.runtime_settings import RuntimeSettings, runtime_settings_at
+from app.session.inputs import (
+    BehavioursChanged,
+    ControlChanged,
+    EffectsChanged,
+    MapEdited,
+    ReadingChanged,
+    SessionInput,
+)
+from app.session.runtime_settings import CHANGES, RuntimeSettings, runtime_settings_at
 from app.session.session import Session
 from app.studies.testbeds.reference_bodies import flat_map
 from app.tactile.poke import PokeReleased
@@ -43,6 +51,12 @@ def test_an_input_changes_its_own_part_and_is_found_again(name):
 def test_the_same_rules_need_no_input():
     assert START.since(replace(START)) == []
     assert START.after(PokeReleased(1)) is START
+
+
+def test_the_inputs_that_change_something_are_named():
+    """A player looks at these alone."""
+    for kind in get_args(SessionInput):
+        assert (kind in CHANGES) is (kind in {type(act) for act in ACTS.values()})
 
 
 @pytest.mark.parametrize(("tick", "stiffness"), [(0, 8.0), (4, 8.0), (5, 12.0), (8, 12.0), (9, 3.0), (100, 3.0)])
