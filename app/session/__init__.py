@@ -5,6 +5,7 @@
 - ``frame``: what each tick answers; a ``Failure`` where the physics gives up.
 - ``inputs``: what a person may do to a session; nothing else changes it, so a recording of the inputs is a recording
   of the run.
+- ``input_log``: those of a session in order, kept small.
 - ``runtime_settings``: the settings in force at one instant.
 """
 

@@ -1,7 +1,8 @@
 """What is being recorded, and recordings to play, scrub and step through.
 
 ``playhead`` is the rule of where a replay stands, without Qt; ``scrub_bar`` draws it with what happened and what was
-said of it; ``timeline`` adds buttons and keys.
+said of it; ``timeline`` adds buttons and keys. ``recording_plots`` shows curves over the whole: its ``lanes`` say
+which, and ``lane_painter`` draws them.
 Neither reads a clock: whoever plays passes the elapsed time in.
 """
 

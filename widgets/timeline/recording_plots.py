@@ -1,15 +1,11 @@
-"""Curves over a whole recording under the timeline: cursor, zoom, range, and a second recording dashed over the first.
-
-However long the recording, each pixel shows the least and the largest of what it stands for.
-"""
+"""Curves over a whole recording under the timeline: cursor, zoom, range, and a second recording dashed over it."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
-from PySide6.QtCore import QEvent, QLineF, QPoint, QPointF, QRectF, QSize, Qt, Signal
+from PySide6.QtCore import QEvent, QPoint, QPointF, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import (
     QAction,
     QColor,
@@ -21,7 +17,6 @@ from PySide6.QtGui import (
     QPaintEvent,
     QPen,
     QPixmap,
-    QPolygonF,
     QResizeEvent,
     QWheelEvent,
 )
@@ -29,71 +24,21 @@ from PySide6.QtWidgets import QToolButton, QWidget
 
 from app.core.arrays import FloatArray
 from app.core.reading_units import ReadingUnits
-from app.recording.overview.curves import CURVES, Curves, envelope
+from app.recording.overview.curves import CURVES
 from widgets.common.colours import Theme
-from widgets.plots.trace_plots import nice_ceiling
+from widgets.timeline.lane_painter import LEFT, LanePainter, Overlaid
 from widgets.timeline.lanes import AddedLane, Lane, standard_lanes
 from widgets.timeline.playhead import Span, clock_text, nice_step
 from widgets.timeline.scrub_bar import LABEL_ROOM_PX, TimelineNotes
 
-_LEFT, _RIGHT, _TOP, _AXIS, _GAP = 52.0, 12.0, 6.0, 18.0, 6.0
+_RIGHT, _TOP, _AXIS, _GAP = 12.0, 6.0, 18.0, 6.0
 _DRAG_PX = 4.0
 _ZOOM = 1.25
 _LEAST_FRAMES = 20
 """Shown at most magnified."""
 _ADDED_HEIGHT = 34
 """Of a lane that was added [px]."""
-_LEAST_SPAN = 0.02
-"""Of an axis that need not hold zero [unit]."""
-_HEADROOM = 1.3
-"""Of a lane's top, so that its title has room."""
 _EMPTY = "The curves of the whole recording are being read."
-
-
-@dataclass(frozen=True, eq=False)
-class Overlaid:
-    """A second recording over the first.
-
-    Attributes:
-        curves: Of it.
-        first_tick: Its first frame's.
-        tick: Of its scene [s].
-        offset: So much later than the first it begins [s].
-        name: For people.
-    """
-
-    curves: Curves
-    first_tick: int
-    tick: float
-    offset: float
-    name: str
-
-    def times(self) -> FloatArray:
-        """Of its frames [s from the first frame of the first recording]."""
-        return self.offset + self.tick * (self.curves.ticks - self.first_tick).astype(np.float64)
-
-
-@dataclass(frozen=True)
-class _Axis:
-    """Of a lane: its ends in its unit, where zero lies or would lie [px], and pixels a unit."""
-
-    low: float
-    high: float
-    zero: float
-    scale: float
-
-
-def _axis(lane: Lane, values: FloatArray, box: QRectF) -> _Axis:
-    known = values[np.isfinite(values)]
-    least, most = (float(known.min()), float(known.max())) if len(known) else (0.0, 0.0)
-    if lane.floor is None:
-        step = nice_ceiling(max(most - least, _LEAST_SPAN) / 2)
-        low, high = step * np.floor(least / step), step * np.ceil(most / step)
-        high = max(high, low + step)
-    else:
-        low, high = 0.0, nice_ceiling(max(most, lane.floor))
-    scale = box.height() / (_HEADROOM * (high - low))
-    return _Axis(float(low), float(high), box.bottom() + scale * float(low), scale)
 
 
 class RecordingPlots(QWidget):
@@ -257,15 +202,15 @@ class RecordingPlots(QWidget):
     @property
     def _room(self) -> float:
         beside = 0 if self._choose.isHidden() else self._choose.width()
-        return max(self.width() - _LEFT - _RIGHT - beside, 1.0)
+        return max(self.width() - LEFT - _RIGHT - beside, 1.0)
 
     def x_of(self, time: float) -> float:
         """Where ``time`` [s] lies [px]."""
-        return _LEFT + (time - self._view.start) / self._view.length * self._room
+        return LEFT + (time - self._view.start) / self._view.length * self._room
 
     def time_at(self, x: float) -> float:
         """The time [s] at ``x`` [px], within the recording."""
-        time = self._view.start + (x - _LEFT) / self._room * self._view.length
+        time = self._view.start + (x - LEFT) / self._room * self._view.length
         return min(max(time, 0.0), self._duration)
 
     def _show_view(self, start: float, length: float) -> None:
@@ -347,7 +292,7 @@ class RecordingPlots(QWidget):
             painter.drawText(QRectF(self.rect()), Qt.AlignmentFlag.AlignCenter, self._empty)
             return
         lanes = self._shown_lanes()
-        area = QRectF(_LEFT, _TOP, self._room, self.height() - _TOP - _AXIS)
+        area = QRectF(LEFT, _TOP, self._room, self.height() - _TOP - _AXIS)
         self._paint_range(painter, area)
         if self._picture is None or self._picture.devicePixelRatio() != self.devicePixelRatio():
             self._picture = self._curves_picture(lanes, caption)
@@ -368,8 +313,9 @@ class RecordingPlots(QWidget):
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         painter.setFont(caption)
         height = (self.height() - _TOP - _AXIS - _GAP * (len(lanes) - 1)) / len(lanes)
+        lanes_painter = LanePainter(self._theme, self._view, self._room, self._times, self._values, self._other)
         for number, lane in enumerate(lanes):
-            self._paint_lane(painter, lane, QRectF(_LEFT, _TOP + number * (height + _GAP), self._room, height))
+            lanes_painter.paint(painter, lane, QRectF(LEFT, _TOP + number * (height + _GAP), self._room, height))
         painter.end()
         return picture
 
@@ -408,86 +354,6 @@ class RecordingPlots(QWidget):
             painter.drawLine(QPointF(x, area.bottom()), QPointF(x, area.bottom() + 3))
             painter.setPen(QColor(self._theme.quiet))
             painter.drawText(QPointF(min(max(x - width / 2, 0.0), self.width() - width), self.height() - 4), text)
-
-    def _paint_lane(self, painter: QPainter, lane: Lane, box: QRectF) -> None:
-        own, other = self._columns(lane)
-        axis = _axis(lane, np.concatenate([own, other]), box)
-        self._paint_axis(painter, axis, box)
-        painter.save()
-        painter.setClipRect(box.adjusted(0, -2, 0, 2))
-        if self._other is not None:
-            dashes = QPen(QColor(self._theme.quiet), 1.5, Qt.PenStyle.DashLine)
-            self._paint_curve(painter, dashes, self._other.times(), other, axis.zero, axis.scale)
-        self._paint_curve(painter, QPen(QColor(self._theme.text), 1.25), self._times, own, axis.zero, axis.scale)
-        painter.restore()
-        legend = "" if self._other is None or lane.column else f"    – –  {self._other.name}"
-        painter.setPen(QColor(self._theme.quiet))
-        painter.drawText(QPointF(box.left() + 4, box.top() + 9), f"{lane.title}{legend}")
-
-    def _columns(self, lane: Lane) -> tuple[FloatArray, FloatArray]:
-        """The curve, and that of the second recording, of which only the standard ones are read."""
-        own = lane.factor * self._values[:, lane.column]
-        if self._other is None or lane.column >= len(CURVES):
-            return own, np.full(0 if self._other is None else len(self._other.curves.ticks), np.nan)
-        return own, lane.factor * self._other.curves.values[:, lane.column]
-
-    def _paint_axis(self, painter: QPainter, axis: _Axis, box: QRectF) -> None:
-        painter.setPen(QColor(self._theme.line))
-        painter.drawLine(box.bottomLeft(), box.bottomRight())
-        painter.setPen(QColor(self._theme.quiet))
-        flags = Qt.AlignmentFlag
-        edge = QRectF(0, box.top() - 2, _LEFT - 6, box.height() + 4)
-        painter.drawText(edge, flags.AlignRight | flags.AlignBottom, f"{axis.low:.4g}")
-        tick = axis.zero - axis.scale * axis.high
-        painter.drawText(QRectF(0, tick - 8, _LEFT - 6, 16), flags.AlignRight | flags.AlignVCenter, f"{axis.high:.4g}")
-
-    def _paint_curve(
-        self, painter: QPainter, pen: QPen, times: FloatArray, values: FloatArray, floor: float, scale: float
-    ) -> None:
-        """Sample by sample where there is room, else the extremes of each pixel; gaps stay open."""
-        painter.setPen(pen)
-        first, last = np.searchsorted(times, (self._view.start, self._view.end)).tolist()
-        part = slice(max(first - 1, 0), last + 1)
-        times, values = times[part], values[part]
-        width = int(self._room)
-        if len(times) <= 2 * width:
-            self._draw(painter, times, values, floor, scale)
-            return
-        edges = self._view.start + np.arange(width + 1) / width * self._view.length
-        low, high = envelope(times, values, edges)
-        middle = (edges[1:] + edges[:-1]) / 2
-        if pen.style() is Qt.PenStyle.SolidLine:
-            self._draw_extremes(painter, low, high, floor, scale)
-        else:  # dashes of a line to and fro could not be read
-            self._draw(painter, middle, high, floor, scale)
-
-    def _draw_extremes(self, painter: QPainter, low: FloatArray, high: FloatArray, floor: float, scale: float) -> None:
-        """An upright line a pixel, which meets the one before: a stroke to and fro would cost twenty times as much."""
-        before_low, before_high = np.r_[np.nan, low[:-1]], np.r_[np.nan, high[:-1]]
-        bottom, top = np.fmin(low, before_high), np.fmax(high, before_low)
-        there = np.flatnonzero(np.isfinite(low))
-        lines = [
-            QLineF(x, y, x, above)
-            for x, y, above in zip(
-                (_LEFT + there + 0.5).tolist(),
-                (floor - scale * bottom[there] + 0.5).tolist(),
-                (floor - scale * top[there] - 0.5).tolist(),
-                strict=True,
-            )
-        ]
-        painter.save()
-        painter.setRenderHint(QPainter.RenderHint.Antialiasing, on=False)
-        painter.setPen(QPen(painter.pen().color(), 1.0))
-        painter.drawLines(lines)
-        painter.restore()
-
-    def _draw(self, painter: QPainter, times: FloatArray, values: FloatArray, floor: float, scale: float) -> None:
-        xs = _LEFT + (times - self._view.start) / self._view.length * self._room
-        ys = floor - scale * values
-        there = np.isfinite(ys)
-        for run in np.split(np.flatnonzero(there), np.flatnonzero(np.diff(np.flatnonzero(there)) > 1) + 1):
-            points = [QPointF(x, y) for x, y in zip(xs[run].tolist(), ys[run].tolist(), strict=True)]
-            painter.drawPolyline(QPolygonF(points))
 
     def _paint_hover(self, painter: QPainter, area: QRectF, lanes: list[Lane]) -> None:
         """The time under the pointer and what the curves are there; the name of a mark."""

@@ -13,9 +13,10 @@ from app.core.reading_units import ReadingUnits
 from app.recording.overview.curves import CURVES, Curves, FrameQuantity, QuantityKind
 from widgets.common.colours import DARK
 from widgets.plots.plot_choice import PlotKey, PlotKind
+from widgets.timeline.lane_painter import Overlaid
 from widgets.timeline.lanes import AddedLane
 from widgets.timeline.playhead import Span
-from widgets.timeline.recording_plots import Overlaid, RecordingPlots
+from widgets.timeline.recording_plots import RecordingPlots
 
 LEFT, NONE = Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier
 SECONDS, TICK = 600.0, 0.005

@@ -18,7 +18,7 @@ from app.session.frame import Frame
 from app.skin.skin import Skin
 from widgets.common.file_types import RECORDING_FILTER
 from widgets.context.app_context import AppContext
-from widgets.timeline.recording_plots import Overlaid
+from widgets.timeline.lane_painter import Overlaid
 from widgets.workers.recording_worker import OpenOther, ReadCurves
 from widgets.workers.worker_process import Result, SourceToken
 
