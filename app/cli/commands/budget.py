@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any
 
 from app.cli.output import print_fields, print_json, print_line, progress_line
@@ -11,6 +12,7 @@ from app.cli.scenes import scene_from_arguments
 from app.control.command import ControlSettings
 from app.core.errors import UsageError
 from app.core.toml import toml_lines
+from app.scene.effects import Override
 from app.session.prepare import PreparedScene
 from app.session.prepared_cache import prepare_cached
 from app.session.session import Session
@@ -30,16 +32,35 @@ def execute(arguments: argparse.Namespace) -> int:
     measured = measure_for_budget(subject, paths=budget.of_error, progress=progress)
     found = propose(budget, measured.options, pitch_mm=measured.pitch_mm, force=measured.force)
     path = fastest_path(budget, measured.paths)
-    spent = instant_ms(prepared, found.effects)
+    times = _Times(
+        predicted=sum(found.chosen[stage].cost.milliseconds for stage in TIMED_STAGES),
+        measured=_live_ms(prepared, found.effects),
+        now=_live_ms(prepared, {}),
+    )
     progress("", 1.0)
-    predicted = sum(found.chosen[stage].cost.milliseconds for stage in TIMED_STAGES)
-    again = sum(spent[name] for name in TIMED_STAGES.values())
     if arguments.json:
-        print_json(_facts(found, path, predicted, again))
+        print_json(_facts(found, path, times))
     else:
         _print(prepared, measured, found, path)
-        print_line(f"Simulation and touch: {number_words(predicted)} ms predicted, {number_words(again)} ms measured.")
+        predicted, again, now = map(number_words, (times.predicted, times.measured, times.now))
+        print_line(
+            f"Simulation and touch: {predicted} ms predicted, {again} ms measured; {now} ms as the scene is now."
+        )
     return 0
+
+
+@dataclass(frozen=True)
+class _Times:
+    """Milliseconds that simulation and touch take of an instant."""
+
+    predicted: float
+    measured: float
+    now: float
+
+
+def _live_ms(prepared: PreparedScene, effects: Mapping[str, Override]) -> float:
+    spent = instant_ms(prepared, effects)
+    return sum(spent[name] for name in TIMED_STAGES.values())
 
 
 def _budget(arguments: argparse.Namespace) -> Budget:
@@ -49,34 +70,35 @@ def _budget(arguments: argparse.Namespace) -> Budget:
     return Budget(*limits)
 
 
-def _facts(found: Proposal, path: Trial | None, predicted: float, measured: float) -> dict[str, Any]:
+def _facts(found: Proposal, path: Trial | None, times: _Times) -> dict[str, Any]:
     settings = [option.trial.setting for option in found.chosen.values()] + ([path.setting] if path else [])
     return {
         "settings": {one.stage: {"method": one.method, **one.values} for one in settings},
         "cost": vars(found.cost),
         "most_accurate": vars(found.finest),
         "effects": found.effects,
-        "predicted_ms": predicted,
-        "measured_ms": measured,
+        "predicted_ms": times.predicted,
+        "measured_ms": times.measured,
+        "now_ms": times.now,
     }
 
 
 def _print(prepared: PreparedScene, measured: BudgetMeasurement, found: Proposal, path: Trial | None) -> None:
     settings = [option.trial.setting for option in found.chosen.values()] + ([path.setting] if path else [])
-    now = _in_force(prepared)
-    print_fields(
-        {
-            one.stage.capitalize(): setting_words(one)
-            + (f"  (now {setting_words(now[one.stage])})" if one.stage in now and now[one.stage] != one else "")
-            for one in settings
-        }
-    )
+    now = {stage: setting_words(setting) for stage, setting in _in_force(prepared).items()}
+    rows = {}
+    for one in settings:
+        words = setting_words(one)
+        other = f"  (now {now[one.stage]})" if now.get(one.stage, words) != words else ""
+        rows[one.stage.capitalize()] = words + other
+    print_fields(rows)
     for sentence in proposal_words(found, path, tried=bool(measured.paths)):
         print_line(sentence)
     print_line("")
     for line in scene_lines(found, path):
         print_line(line)
     print_line("")
+    print_line("The image is a setting of the window, which its panel Accuracy and time applies.")
 
 
 def _in_force(prepared: PreparedScene) -> Mapping[str, Setting]:

@@ -55,7 +55,8 @@ def test_its_lines_are_those_of_a_scene(capsys, scene):
     out = capsys.readouterr().out
     assert "ms an instant; off by" in out
     assert "ms predicted" in out
-    lines = out[out.index("[effects]") : out.index("Simulation and touch")]
+    assert "as the scene is." in out
+    lines = out[out.index("[effects]") : out.index("The image")]
     scene.write_text(SCENE + lines)
     taken = load_scene(scene)
     assert taken.effects.integrator
@@ -63,7 +64,7 @@ def test_its_lines_are_those_of_a_scene(capsys, scene):
     told = json.loads(capsys.readouterr().out.splitlines()[-1])
     assert told["cost"]["milliseconds"] <= 2
     assert set(told["settings"]) == {"simulation", "touch", "image"}
-    assert told["measured_ms"] > 0
+    assert min(told["measured_ms"], told["now_ms"]) > 0
 
 
 @pytest.mark.long
