@@ -45,6 +45,26 @@ def p95(values: FloatArray) -> float | None:
     return float(np.percentile(known, 95)) if known.size else None
 
 
+_DRAWS = 2000
+
+
+def bootstrap_interval(values: FloatArray, statistic: Callable[[FloatArray], FloatArray]) -> tuple[float, float] | None:
+    """Between what lies the statistic of the whole, of which ``values`` are a sample: its 95 % bootstrap interval.
+
+    Args:
+        values: (n,).
+        statistic: Of each row of (draws, n), as (draws,).
+
+    Returns:
+        Its ends; None for fewer than three values. Cost: 2 ms for 24.
+    """
+    if len(values) < 3:
+        return None
+    drawn = np.random.default_rng(0).choice(values, (_DRAWS, len(values)))
+    low, high = np.percentile(statistic(drawn), (2.5, 97.5))
+    return float(low), float(high)
+
+
 def scaled(value: float | None, factor: float) -> float | None:
     """``value`` in another unit; what is unknown stays so."""
     return None if value is None else factor * value

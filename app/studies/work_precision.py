@@ -127,6 +127,8 @@ class Trial:
         usable: Whether it can be chosen; a round on the way of an iterative method cannot.
         joined: Whether it belongs to the method's line.
         p95_ms: 95 % of the runs took less [ms]; None where it was not done often enough to tell.
+        intervals: By error's key, between what that of all places lies, of which some were tried (95 %); none where
+            all of it was looked at, or one place.
     """
 
     setting: Setting
@@ -137,6 +139,7 @@ class Trial:
     usable: bool = True
     joined: bool = True
     p95_ms: float | None = None
+    intervals: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -226,6 +229,7 @@ class Point:
     usable: bool = True
     joined: bool = True
     p95_ms: float | None = None
+    interval: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True)
@@ -314,7 +318,7 @@ def diagram(stage: Stage, trials: Iterable[Trial], *, error: str = "", subject: 
         took, value = trial.milliseconds, trial.errors.get(kind.key)
         if value is not None and math.isfinite(value) and took is not None and took > 0:
             told = (trial.setting, trial.name, trial.note, trial.usable, trial.joined, trial.p95_ms)
-            point = Point(took, value, *told)
+            point = Point(took, value, *told, trial.intervals.get(kind.key))
             found.setdefault(trial.setting.method, []).append(point)
         elif not trial.errors:
             missing.append(f"{method_title(trial.setting.method)}: {trial.note}")

@@ -275,9 +275,17 @@ class WorkPrecisionPlot(QWidget):
         plot.addItem(scatter)
 
     def _draw_spread(self, curve: Curve, colour: QColor) -> None:
-        """From the median time of a point to what 95 % of its runs took less than, where it was run often enough."""
+        """From the median time of a point to what 95 % of its runs took less than, and upright its error's interval.
+
+        Where it was run often enough, and at places enough.
+        """
         spread = [
             (point, replace(point, milliseconds=p95)) for point in curve.points if (p95 := point.p95_ms) is not None
+        ]
+        spread += [
+            (replace(point, error=point.interval[0]), replace(point, error=point.interval[1]))
+            for point in curve.points
+            if point.interval is not None
         ]
         if spread:
             ends = self._logarithms([end for pair in spread for end in pair])
@@ -315,7 +323,8 @@ class WorkPrecisionPlot(QWidget):
         self._floor = math.log10(min(errors) / 2 if errors else least)
         flat = any(point.error <= least for point in points)
         self.canvas.left_axis.zero = self._floor if flat else None
-        places = self._logarithms(points) if points else np.zeros((1, 2))
+        ends = [replace(point, error=end) for point in points for end in point.interval or ()]
+        places = self._logarithms([*points, *ends]) if points else np.zeros((1, 2))
         low, high = places.min(axis=0), places.max(axis=0)
         middle, half = 0.5 * (low + high), (0.5 + _MARGIN) * np.maximum(high - low, _LEAST_SPAN)
         x, y = np.stack([middle - half, middle + half], axis=1)
@@ -406,4 +415,7 @@ def _point_text(point: Point, unit: str) -> str:
     gap = "" if unit == "°" else "\u202f"
     name = f"{method_title(point.setting.method)}{', ' if point.name else ''}{point.name}"
     often = "" if point.p95_ms is None else f" (95\u202f% within {format_number(point.p95_ms)}\u202fms)"
-    return f"{name}: {format_number(point.error)}{gap}{unit}, {format_number(point.milliseconds)}\u202fms{often}"
+    error = f"{format_number(point.error)}{gap}{unit}"
+    if point.interval is not None:
+        error += f" ({format_number(point.interval[0])} to {format_number(point.interval[1])}{gap}{unit})"
+    return f"{name}: {error}, {format_number(point.milliseconds)}\u202fms{often}"

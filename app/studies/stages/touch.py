@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import itertools
 import math
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import lru_cache, partial
 from typing import TypeAlias
 
@@ -15,7 +15,7 @@ from scipy.spatial import cKDTree
 from app.core.arrays import FloatArray, IntArray
 from app.geometry.mesh import Mesh
 from app.skin.skin import Skin
-from app.studies.rows import rms
+from app.studies.rows import bootstrap_interval
 from app.studies.testbeds.reference_touch import (
     DensePoints,
     ReferenceTouch,
@@ -95,10 +95,14 @@ def touch_trial(
         name: Of the trial.
         note: Of the trial.
     """
-    errors = mean_touch_errors([read() for read in readers], touches, skin)
+    columns = _error_columns([read() for read in readers], touches, skin)
     turns = itertools.cycle(readers)
     reading = timed(lambda: next(turns)(), repeats=repeats, budget=budget, warm_up=True)
-    return Trial(setting, name, reading.ms, errors, note, p95_ms=reading.p95_ms)
+    found = {key: bootstrap_interval(column, _STATISTICS[key]) for key, column in columns.items()}
+    intervals = {key: ends for key, ends in found.items() if ends is not None}
+    return Trial(
+        setting, name, reading.ms, _means(columns, len(touches)), note, p95_ms=reading.p95_ms, intervals=intervals
+    )
 
 
 def mean_touch_errors(
@@ -109,13 +113,33 @@ def mean_touch_errors(
     Of ``place_mm`` the root mean square, over the touches of which anything was read, None of none; ``missed_percent``
     are the others.
     """
+    return _means(_error_columns(readings, touches, skin), len(touches))
+
+
+def _error_columns(
+    readings: Iterable[FloatArray], touches: Sequence[ReferenceTouch], skin: Skin
+) -> dict[str, FloatArray]:
+    """By key the errors of those touches that have one."""
     centres = cell_centres(skin)
     found = [touch_errors(touch, read, skin, centres) for touch, read in zip(touches, readings, strict=True)]
-    columns = {kind.key: [value for each in found if (value := each[kind.key]) is not None] for kind in ERRORS}
-    errors = {
-        key: rms(np.array(column)) if key == "place_mm" else float(np.mean(column)) for key, column in columns.items()
-    }
-    return errors | {"missed_percent": 100 * (sum(each["place_mm"] is None for each in found) / len(found))}
+    return {kind.key: np.array([value for each in found if (value := each[kind.key]) is not None]) for kind in ERRORS}
+
+
+def _means(columns: Mapping[str, FloatArray], touches: int) -> dict[str, float | None]:
+    errors = {key: float(_STATISTICS[key](column[None])[0]) if len(column) else None for key, column in columns.items()}
+    return errors | {"missed_percent": 100 * ((touches - len(columns["place_mm"])) / touches)}
+
+
+def _row_means(rows: FloatArray) -> FloatArray:
+    return np.asarray(rows.mean(axis=1))
+
+
+def _row_rms(rows: FloatArray) -> FloatArray:
+    return np.asarray(np.sqrt(np.mean(rows**2, axis=1)))
+
+
+_STATISTICS = {kind.key: _row_rms if kind.key == "place_mm" else _row_means for kind in ERRORS}
+"""Of (k, touches) errors (k,), by key."""
 
 
 def _build_model(skin: Skin, setting: Setting) -> ContactModel:

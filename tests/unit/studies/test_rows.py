@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from app.studies.rows import distinct, number, number_or, p95, rms, scaled
+from app.studies.rows import bootstrap_interval, distinct, number, number_or, p95, rms, scaled
 
 NAN, INF = math.nan, math.inf
 
@@ -41,3 +41,15 @@ def test_of_nothing_known_they_are_unknown(values):
 
 def test_another_unit_of_what_is_unknown_is_unknown():
     assert [scaled(value, 1e3) for value in (1.5, None)] == [1500.0, None]
+
+
+def test_the_bootstrap_interval_holds_the_truth_19_times_of_20():
+    held, random = 0, np.random.default_rng(1)
+    for _ in range(200):
+        low, high = bootstrap_interval(random.normal(3.0, 1.0, 60), lambda rows: rows.mean(axis=1))
+        held += low <= 3.0 <= high
+    assert 0.9 <= held / 200 <= 0.99
+
+
+def test_of_two_values_nothing_is_said():
+    assert bootstrap_interval(np.array([1.0, 2.0]), lambda rows: rows.mean(axis=1)) is None

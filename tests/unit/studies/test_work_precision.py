@@ -64,9 +64,9 @@ def test_what_theory_says_is_drawn_along_the_points_of_a_subject():
 
 
 def test_another_error_draws_only_what_has_it():
-    both = Trial(Setting("guess", "second"), "", 3, {"off": 1, "late": 7})
+    both = Trial(Setting("guess", "second"), "", 3, {"off": 1, "late": 7}, intervals={"off": (0.5, 2), "late": (6, 8)})
     made = diagram(stage(), [both, trial("first", 2, 4)], error="late")
-    assert [(p.error, made.unit) for p in made.points] == [(7, "mm")]
+    assert [(p.error, p.interval, made.unit) for p in made.points] == [(7, (6, 8), "mm")]
     assert made.missing == ()
 
 

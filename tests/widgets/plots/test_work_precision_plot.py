@@ -123,6 +123,26 @@ def test_what_was_run_often_shows_its_slow_runs_as_a_bar(plot, qtbot):
     assert 10**y == pytest.approx([20.0, 20.0])
 
 
+def test_the_interval_of_an_error_is_an_upright_bar(plot, qtbot):
+    sure = replace(TUTTE, interval=(18.0, 23.0))
+    curves = tuple(
+        replace(curve, points=tuple(sure if known == TUTTE else known for known in curve.points))
+        for curve in DIAGRAM.curves
+    )
+    plot.show_diagram(replace(DIAGRAM, curves=curves), FIRST.setting)
+    bars = [item.getData() for item in plot.canvas.getPlotItem().listDataItems() if item.opts.get("connect") == "pairs"]
+    ((x, y),) = bars
+    assert 10**x == pytest.approx([10.0, 10.0])
+    assert 10**y == pytest.approx([18.0, 23.0])
+    top = replace(TUTTE, interval=(18.0, 400.0))
+    plot.show_diagram(replace(DIAGRAM, curves=(Curve("tutte", (top,)),)), FIRST.setting)
+    assert plot.canvas.getPlotItem().getViewBox().viewRange()[1][1] > np.log10(400.0), "there is room for it"
+    plot.show_diagram(replace(DIAGRAM, curves=curves), FIRST.setting)
+    for away in (QPoint(40, 40), QPoint(0, 0)):
+        qtbot.mouseMove(plot.canvas.viewport(), place(plot, sure) + away)
+    assert detail(plot).startswith("Tutte, at 1: 20\u202f% (18 to 23\u202f%), 10\u202fms")
+
+
 def test_arrows_go_along_the_points_and_enter_uses(plot, qtbot):
     def press(key):
         qtbot.keyClick(plot.canvas, key)

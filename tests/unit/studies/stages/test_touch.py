@@ -31,6 +31,17 @@ def test_errors_are_ordered_by_what_models_know(found):
     assert felt[-1] < found["water-fill", None].errors["depth_percent"]
 
 
+def test_each_error_lies_in_its_interval_which_few_touches_leave_wide(found):
+    widths = []
+    for trial in found.values():
+        assert set(trial.intervals) >= {"depth_percent", "surface_percent", "force_percent"}
+        for key, (low, high) in trial.intervals.items():
+            assert low <= trial.errors[key] <= high
+        low, high = trial.intervals["depth_percent"]
+        widths.append((high - low) / trial.errors["depth_percent"])
+    assert max(widths) > 0.02
+
+
 def test_no_model_loses_force(found):
     assert all(trial.errors["force_percent"] < 1e-7 for trial in found.values())
 
