@@ -21,7 +21,7 @@ def test_a_quick_run_writes_table_and_page(name, tmp_path, capsys):
     assert main(["study", name, "--quick", "--json", "-o", str(tmp_path / "out")]) == 0
     told = json.loads(capsys.readouterr().out.splitlines()[-1])
     assert told["name"] == name
-    assert len(told["rows"]) >= len(load_study(name).cases(True, 0)) >= 4
+    assert len(told["rows"]) >= len(load_study(name).cases(True, 0)) > 1
     assert told["seconds"] > 0
     files = sorted((tmp_path / "out").iterdir())
     assert [file.suffix for file in files] == [".jsonl", ".csv", ".html", ".json", ".parquet"]
