@@ -38,10 +38,11 @@ def window(qapp, prepared, tmp_path):
 
 
 def _advance(window, seconds):
-    """Simulate so much, and paint what came of it in both views."""
+    """Simulate so much, and paint what came of it in both views: the map at once, as the window does."""
     window.live.runner.run_for(seconds)
     window.live.pump()
-    _paint(window)
+    QApplication.processEvents()
+    window.robot_view.display.draw_now()
 
 
 def _paint(window):

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from enum import IntEnum
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -21,6 +22,7 @@ from widgets.common.colours import BETWEEN_DOTS, PressureScale
 from widgets.document.taxel_selection import TAXEL_COLOURS
 from widgets.map_view.live_image import AtlasTile, LiveImage
 from widgets.map_view.map_shapes import ChartShape, MapShapes, PatchShape, Wireframe
+from widgets.overlays.paint_cache import PaintCache
 
 
 class ZOrder(IntEnum):
@@ -239,6 +241,7 @@ class TaxelsItem(QGraphicsItem):
         self._scale: PressureScale | None = None
         self._colours: list[tuple[QColor, QPolygonF]] = []
         self._points: QPolygonF | None = None
+        self._faint = PaintCache()
         self.selected: IntArray = np.zeros(0, int)
         self._inks: tuple[str, ...] = ()
         self._rings: list[tuple[QColor, QPolygonF]] = []
@@ -293,12 +296,15 @@ class TaxelsItem(QGraphicsItem):
         elif not self.replaced and len(self._held):
             self._paint_held(painter, min(max(0.36 * pitch, 2.5), 9.0), self._scale)
         elif not self.replaced and pitch >= _FAINTEST_PITCH_PX:
-            painter.setRenderHint(QPainter.RenderHint.Antialiasing)  # or some would be two pixels wide and some one
-            painter.setPen(cosmetic_pen(painter, _FAINT, min(max(0.16 * pitch, 1.0), 2.2)))
-            painter.drawPoints(self._all_drawn())
+            self._faint.paint(painter, self._all_drawn(), self.bounds, partial(self._paint_faint, pitch))
         if self._rings:
             least = 2.0 if len(self.selected) > len(TAXEL_COLOURS) else 6.0
             self._paint_selected(painter, min(max(0.36 * pitch, least), 9.0), self._scale)
+
+    def _paint_faint(self, pitch: float, painter: QPainter) -> None:
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)  # or some would be two pixels wide and some one
+        painter.setPen(cosmetic_pen(painter, _FAINT, min(max(0.16 * pitch, 1.0), 2.2)))
+        painter.drawPoints(self._all_drawn())
 
     def _paint_dots(self, painter: QPainter, size: float) -> None:
         painter.setPen(cosmetic_pen(painter, _DARK, size + 1.6))  # a rim, over the picture

@@ -37,6 +37,7 @@ from widgets.common.colours import Theme
 from widgets.map_view.map_items import LineBuffer, ZOrder, cosmetic_pen, padded_bounds, to_polygon
 from widgets.map_view.map_scene import CONTACT_KPA, MapLayer, MapScene
 from widgets.map_view.map_shapes import ChartShape
+from widgets.overlays.paint_cache import PaintCache
 from widgets.overlays.painting import draw_pin, polygon
 
 
@@ -44,10 +45,15 @@ class _OutlineItem(QGraphicsItem):
     """Lines along the outline of one patch, in its chart's frame: a child of the patch's item. Mutable."""
 
     def __init__(
-        self, parent: QGraphicsItem, order: ZOrder, paint: Callable[[QPainter, Sequence[QPolygonF]], None]
+        self,
+        parent: QGraphicsItem,
+        order: ZOrder,
+        paint: Callable[[QPainter, Sequence[QPolygonF]], None],
+        inks: Callable[[], Sequence[QColor]],
     ) -> None:
         super().__init__(parent)
-        self._paint, self._bounds = paint, QRectF()
+        self._paint, self._inks, self._bounds = paint, inks, QRectF()
+        self._cache = PaintCache()
         self._shape: ChartShape | None = None
         self._lines: list[QPolygonF] = []
         self.setZValue(order)
@@ -66,8 +72,11 @@ class _OutlineItem(QGraphicsItem):
     def paint(self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None) -> None:
         """Qt: draw the lines."""
         if self._lines:
-            painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-            self._paint(painter, self._lines)
+            self._cache.paint(painter, (self._lines, *self._inks()), self._bounds, self._draw)
+
+    def _draw(self, painter: QPainter) -> None:
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        self._paint(painter, self._lines)
 
 
 class BorderLines(MapLayer):
@@ -77,7 +86,7 @@ class BorderLines(MapLayer):
 
     def __init__(self, scene: MapScene) -> None:
         super().__init__(scene)
-        self._lines = [_OutlineItem(patch, self.order, self._paint) for patch in scene.patches]
+        self._lines = [_OutlineItem(patch, self.order, self._paint, self._inks) for patch in scene.patches]
         self.set_shown(shown=False)
         self.set_theme(scene.theme)
 
@@ -95,6 +104,9 @@ class BorderLines(MapLayer):
     def set_theme(self, theme: Theme) -> None:
         """Take the theme's line colours."""
         self._ink, self._ground = QColor(theme.quiet), QColor(theme.window)
+
+    def _inks(self) -> Sequence[QColor]:
+        return self._ink, self._ground
 
     def _lines_of(self, shape: ChartShape) -> Sequence[FloatArray]:
         return shape.border

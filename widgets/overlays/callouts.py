@@ -57,18 +57,17 @@ class Callout:
 def place_callouts(spots: Sequence[Spot], room: QRectF) -> list[Callout]:
     """A place for the words of each spot within ``room``: over no spot, and over no other words while that is possible.
 
-    Cost: 0.1 ms for eight.
+    Cost: 0.1 ms for five.
     """
+    kept = [spot.box for spot in spots]
     placed: list[Callout] = []
     for spot in spots:
-        placed.append(_place(spot, spots, [one.box for one in placed], room))
+        placed.append(_place(spot, kept, [one.box for one in placed], room))
     return placed
 
 
-def _place(spot: Spot, spots: Sequence[Spot], taken: Sequence[QRectF], room: QRectF) -> Callout:
-    clear = [box for box in _candidates(spot) if room.contains(box) and not any(box.intersects(s.box) for s in spots)]
-    free = [box for box in clear if not any(box.intersects(other) for other in taken)]
-    box = next(iter(free or clear), None) or _into(next(_candidates(spot)), room)
+def _place(spot: Spot, kept: Sequence[QRectF], taken: Sequence[QRectF], room: QRectF) -> Callout:
+    box = _first_free(spot, kept, taken, room) or _into(next(_candidates(spot)), room)
     end = QPointF(
         min(max(spot.at.x(), box.left()), box.right()),
         min(max(spot.at.y(), box.top()), box.bottom()),
@@ -78,6 +77,17 @@ def _place(spot: Spot, spots: Sequence[Spot], taken: Sequence[QRectF], room: QRe
     if distance - spot.radius < _LED_FROM or box == spot.preferred:
         return Callout(box)
     return Callout(box, (spot.at + away * (spot.radius / distance), end))
+
+
+def _first_free(spot: Spot, kept: Sequence[QRectF], taken: Sequence[QRectF], room: QRectF) -> QRectF | None:
+    """The first candidate over no place and no other words, else over no place; None where there is none."""
+    clear: QRectF | None = None
+    for box in _candidates(spot):
+        if room.contains(box) and not any(map(box.intersects, kept)):
+            if not any(map(box.intersects, taken)):
+                return box
+            clear = clear or box
+    return clear
 
 
 def _candidates(spot: Spot) -> Iterator[QRectF]:

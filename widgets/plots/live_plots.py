@@ -55,7 +55,7 @@ from widgets.plots.trace_plots import (
     speed_trace,
 )
 
-REDRAW_MS = 50
+REDRAW_MS = 100
 """Plots are redrawn at most this often; samples in between are kept, not drawn."""
 SIDE_BY_SIDE_ASPECT = 1.6
 LOWEST, USUAL_HEIGHT = 118, 140

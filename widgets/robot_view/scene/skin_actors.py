@@ -23,7 +23,7 @@ from widgets.common.colours import BETWEEN_DOTS, PressureScale, rgb
 from widgets.document.taxel_selection import TAXEL_COLOURS
 from widgets.overlays.body_overlays import SkinTexture
 from widgets.robot_view.camera import CameraRay
-from widgets.robot_view.scene.surface_marks import MATTE, TaxelMarkers, polydata, set_matrix
+from widgets.robot_view.scene.surface_marks import TaxelMarkers, add_surface, polydata, set_matrix
 
 PEELED = 0.1
 """The share at which the skin has come off the body and begins to be laid flat."""
@@ -66,7 +66,7 @@ class TexturedSkin:
     def _actor(self, mesh: pv.PolyData, places: FloatArray) -> Any:
         low, high = self._picture.extent
         mesh.active_texture_coordinates = ((places - low) / (high - low)).astype(np.float32)
-        return self._plotter.add_mesh(mesh, texture=self._texture, copy_mesh=False, **MATTE)
+        return add_surface(self._plotter, mesh, texture=self._texture)
 
     def lay(self, map_: TactileMap) -> None:
         """Take another arrangement of the same charts; ``place`` shows it."""
@@ -202,7 +202,8 @@ class SkinActors:
         for patch in prepared.skin.patches:
             surface = polydata(patch.surface.vertices, patch.surface.vertex_normals, patch.surface.faces)
             surface.point_data["touch"] = scale.rgb(np.zeros(len(patch.surface.vertices)))
-            actor = plotter.add_mesh(surface, scalars="touch", rgb=True, copy_mesh=False, **MATTE)
+            surface.set_active_scalars("touch")
+            actor = add_surface(plotter, surface, scalars="touch", rgb=True)
             actor.prop.culling = "back"  # on the body its inside is seen by nobody
             self._plain.append(actor)
             self._surfaces.append(surface)
@@ -268,8 +269,11 @@ class SkinActors:
             self._textured.refresh()
         else:
             for surface, matrix in zip(self._surfaces, self._weights, strict=True):
-                surface.point_data["touch"][:] = BETWEEN_DOTS if self.bare else scale.rgb(matrix @ kilopascals)
-                surface.GetPointData().GetArray("touch").Modified()
+                shown = surface.point_data["touch"]
+                wanted = np.broadcast_to(BETWEEN_DOTS, shown.shape) if self.bare else scale.rgb(matrix @ kilopascals)
+                if not np.array_equal(shown, wanted):  # VTK sends all of a patch anew
+                    shown[:] = wanted
+                    surface.GetPointData().GetArray("touch").Modified()
 
     def morph(self, share: float) -> None:
         """Lay the skin flat by this share, from 0 to 1; ``move`` and ``colour`` show it."""

@@ -49,6 +49,21 @@ def polydata(vertices: FloatArray, normals: FloatArray, faces: IntArray) -> pv.P
     return surface
 
 
+def add_surface(plotter: Any, mesh: pv.PolyData, **look: Any) -> pv.Actor:
+    """A lit actor of ``mesh``, which has its normals and active scalars: what changes of them is drawn from then on.
+
+    Args:
+        plotter: Where to draw.
+        mesh: Not copied.
+        look: As PyVista's ``add_mesh`` has it, beside or instead of ``MATTE``.
+    """
+    actor = plotter.add_mesh(mesh, copy_mesh=False, **(MATTE | look))
+    # Without PyVista's filters between, written in Python: they would find normals and scalars anew in each picture,
+    # and again for the depth that it takes (2 ms a picture of our arm).
+    actor.mapper.SetInputDataObject(mesh)
+    return actor
+
+
 def add_mark(
     plotter: Any,
     mesh: pv.PolyData,
