@@ -155,6 +155,20 @@ class Connectivity:
         """Whether every edge has two faces that run through it in opposite directions."""
         return bool(self.agrees_in_direction and (self.face_count == 2).all())
 
+    @property
+    def is_closed(self) -> bool:
+        """Whether every edge is run through as often in one direction as in the other; the surface may touch itself."""
+        start, end = self._directed.T
+        return not np.bincount(self.edge_of.ravel(), np.where(start < end, 1, -1)).any()
+
+    @property
+    def touching(self) -> IntArray:
+        """(m,) label of each face: faces that share a vertex, or are joined by such, have the same."""
+        count = int(self.faces.max(initial=-1)) + 1
+        ends = self.edges.T
+        graph = coo_matrix((np.ones(len(self.edges), bool), (ends[0], ends[1])), shape=(count, count))
+        return np.asarray(connected_components(graph, directed=False)[1], np.int64)[self.faces[:, 0]]
+
 
 def remove_unreferenced(faces: IntArray) -> tuple[IntArray, IntArray]:
     """Renumber so that only used vertices remain: (faces, kept vertex numbers)."""

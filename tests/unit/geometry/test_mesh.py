@@ -97,3 +97,18 @@ def test_solid_is_what_is_closed_with_its_faces_outward() -> None:
     assert not Mesh(corners, outward[:3]).is_solid, "open"
     one_turned = np.array([*outward[:3], outward[3, ::-1]])
     assert not Mesh(corners, one_turned).is_solid
+
+
+def test_solid_bodies_may_touch_and_be_many_but_each_is_outward() -> None:
+    corners = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
+    outward = np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
+    # The second shares the edge from 0 to 1, which four faces meet in.
+    both = np.vstack([corners, [[0, -1, 0], [0, 0, -1]]])
+    touching = np.vstack([outward, np.array([0, 1, 4, 5])[outward]])
+    assert not Mesh(both, touching).connectivity.is_closed_manifold
+    assert Mesh(both, touching).is_solid
+    apart = np.vstack([corners, corners + 3])
+    assert Mesh(apart, np.vstack([outward, outward + 4])).is_solid
+    large = np.vstack([9 * corners, corners + 20])
+    assert not Mesh(large, np.vstack([outward, outward[:, ::-1] + 4])).is_solid, "one is inside out"
+    assert not Mesh(np.zeros((0, 3)), np.zeros((0, 3), int)).is_solid
