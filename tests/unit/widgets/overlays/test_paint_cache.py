@@ -1,4 +1,4 @@
-"""A drawing that is copied from its pixels looks as when it is drawn, and is drawn anew when anything about it changes."""
+"""A drawing that is copied from its pixels looks as drawn anew, and is drawn anew when anything about it changes."""
 
 from __future__ import annotations
 
