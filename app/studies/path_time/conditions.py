@@ -18,10 +18,12 @@ from app.maps.learned.methods import LEARNING_METHODS
 from app.maps.tactile_map import TactileMap
 from app.session.prepare import PreparedScene
 from app.skin.calibration_error import ErrorUnit, with_area_error, with_calibration_error, with_sleeve_displaced
+from app.studies.path_time.body_path import touched_place
 from app.studies.path_time.gains import STIFFNESS, tune_gains
 from app.studies.testbeds.beside_ball import beside_ball, forearm_skin_scene, place_to_press, with_finger
 from app.studies.testbeds.isomap import ISOMAP, isomap
 from app.studies.testbeds.path_following import PathSetup
+from app.studies.testbeds.slit_map import with_slits
 from app.tactile.babbling import BabbleSpec, Kind, babble
 from app.tactile.elastic_layer import ElasticLayer
 from app.tactile.sensor_effects import Sampling, SensorEffects
@@ -62,6 +64,8 @@ class Conditions:
         sleeve_shift: How far the whole sleeve sits beside where it is believed, along the link [m].
         sleeve_turn: By how much it is turned about the link [rad].
         pitch: Spacing of the taxels [m].
+        bend: Where the skin is touched: the share of the places fit for it that are flatter.
+        cuts: How many cuts of the map lead through that place.
         layer: The cover; the controller is told its stiffness.
         touched: Whether somebody's finger also presses the link.
     """
@@ -81,6 +85,8 @@ class Conditions:
     sleeve_shift: float = 0.0
     sleeve_turn: float = 0.0
     pitch: float = PITCH
+    bend: float = 0.0
+    cuts: int = 0
     layer: ElasticLayer = field(default_factory=ElasticLayer)
     touched: bool = False
 
@@ -105,8 +111,8 @@ def setup_of(robot: str, conditions: Conditions, seed: int) -> PathSetup:
     Cost: 3 s for a robot and seed, kept; a map of its own 1 s, a learned one 5 s, kept too.
     """
     tick = min(TICK, conditions.period)
-    prepared = _robot_beside_ball(robot, conditions.pitch, conditions.layer, tick, seed)
-    return setup_under(prepared, conditions, seed)
+    prepared = _robot_beside_ball(robot, conditions.pitch, conditions.layer, conditions.bend, tick, seed)
+    return setup_under(_cut(prepared, conditions.cuts) if conditions.cuts else prepared, conditions, seed)
 
 
 def setup_under(prepared: PreparedScene, conditions: Conditions, seed: int) -> PathSetup:
@@ -123,10 +129,17 @@ def setup_under(prepared: PreparedScene, conditions: Conditions, seed: int) -> P
 
 
 @lru_cache(maxsize=4)
-def _robot_beside_ball(robot: str, pitch: float, layer: ElasticLayer, tick: float, seed: int) -> PreparedScene:
+def _robot_beside_ball(
+    robot: str, pitch: float, layer: ElasticLayer, bend: float, tick: float, seed: int
+) -> PreparedScene:
     taxels = round(_TAXELS_AT_PITCH[robot] * (PITCH / pitch) ** 2)
     prepared = forearm_skin_scene(robot, taxels, seed)
-    return beside_ball(prepared, taxel=place_to_press(prepared), layer=layer, tick=tick, seed=seed)
+    return beside_ball(prepared, taxel=place_to_press(prepared, bend=bend), layer=layer, tick=tick, seed=seed)
+
+
+@lru_cache(maxsize=4)
+def _cut(prepared: PreparedScene, cuts: int) -> PreparedScene:
+    return with_slits(prepared, touched_place(prepared), cuts)
 
 
 def believed_map(prepared: PreparedScene, conditions: Conditions, seed: int) -> TactileMap | None:

@@ -55,6 +55,10 @@ def _cover(level: Level) -> Conditions:
     return Conditions(layer=replace(ElasticLayer(), thickness=thickness, depth=thickness / 2))
 
 
+def _cuts(level: Level) -> Conditions:
+    return Conditions(cuts=int(level))
+
+
 _GEOMETRIC = tuple(name for name in METHODS if name != Conditions().map)
 _LEARNED = tuple(f"{name}{touch}" for name in LEARNING_METHODS for touch in ("", BIASED))
 FACTORS: Sequence[Factor] = (
@@ -100,6 +104,25 @@ FACTORS: Sequence[Factor] = (
         0.5,
         note="The controller is told how stiff the cover is. The bed of springs that the cover is here spreads no load "
         "aside: a thick cover is a soft one and a wide contact, and blurs nothing.",
+    ),
+    Factor(
+        "curvature",
+        "share of the places fit to be touched that are flatter",
+        (0.5, 0.9),
+        varied("bend"),
+        (0.5,),
+        0.0,
+        note="The flattest place of our arm's forearm turns by 6 degrees within 20 mm, the middle one by 23, nine of ten "
+        "by less than 31; UR5e's by 20 and 26, iCub's by 9 and 37.",
+    ),
+    Factor(
+        "cuts",
+        "seams of the map through the place that is touched",
+        (1, 2, 3),
+        _cuts,
+        (2,),
+        0,
+        note="The figure leads over each cut twice or more; on the map it goes on behind the other side.",
     ),
     Factor("dead taxels", "share of all (none at 0.005)", (0.01, 0.05, 0.1, 0.2),
            sensing(lambda share: SensorEffects(dead_taxels=DeadTaxels(share))), (0.1,), 0.0, drawn_zero=0.005),

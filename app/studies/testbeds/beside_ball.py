@@ -125,7 +125,7 @@ def points_above(prepared: PreparedScene, taxels: IntArray, height: float) -> Fl
     return np.asarray(np.concatenate(places)[taxels])
 
 
-def place_to_press(prepared: PreparedScene, *, radius: float = BALL) -> int:
+def place_to_press(prepared: PreparedScene, *, radius: float = BALL, bend: float = 0.0) -> int:
     """The taxel that a path is best led around: the flattest that the joints move well, with room around it.
 
     There is room where border and seams are ``MARGIN`` away on the map, and where a ball is as far from whatever else
@@ -135,6 +135,7 @@ def place_to_press(prepared: PreparedScene, *, radius: float = BALL) -> int:
     Args:
         prepared: Robot, skin and map.
         radius: Of the ball [m].
+        bend: The share of such taxels that are to be flatter, from 0 to 1.
 
     Raises:
         SkinError: There is no taxel.
@@ -146,13 +147,13 @@ def place_to_press(prepared: PreparedScene, *, radius: float = BALL) -> int:
         raise SkinError("there is no skin to press", remedy="Cover a link")
     room = np.concatenate([_margin_on_map(prepared.map, number) for number in range(len(skin.patches))])
     room = np.minimum(room, _margin_to_links(skin, configuration, radius))
-    bend = np.concatenate([_curvature(patch) for patch in skin.patches])
+    curvature = np.concatenate([_curvature(patch) for patch in skin.patches])
     reach = np.array([_least_singular_value(skin, configuration, taxel) for taxel in range(len(skin))])
     roomy = room >= min(MARGIN, float(room.max()))
     good = np.flatnonzero(roomy & (reach >= REACH_SHARE * float(reach[roomy].max())))
     clear = _clearance(prepared, good, radius)
     good = good[clear >= min(MARGIN, float(clear.max()))]
-    return int(good[bend[good].argmin()])
+    return int(good[np.argsort(curvature[good], kind="stable")[round(bend * (len(good) - 1))]])
 
 
 def _margin_on_map(map_: TactileMap, patch: int) -> FloatArray:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from app.control.command import ControlSettings
-from app.studies.testbeds.beside_ball import beside_ball, points_above, with_finger
+from app.studies.testbeds.beside_ball import beside_ball, place_to_press, points_above, with_finger
 from app.studies.testbeds.path_following import PathSetup
 from tests.support.pressed_arm import forearm
 
@@ -23,3 +23,16 @@ def test_a_finger_presses_with_its_force_far_from_the_ball():
     felt = sorted(region.force for region in session.frame.regions)
     assert felt == pytest.approx([2.0, 3.0], rel=0.1), "the finger's spring ends at its force, the ball is held at 3 N"
     assert session.total_normal_force == pytest.approx(5.0, rel=0.05)
+
+
+def test_the_places_to_press_go_from_flat_to_bent():
+    prepared = forearm()
+    taxels = prepared.skin.patches[0].taxels
+
+    def bend(taxel):
+        near = np.linalg.norm(taxels.positions - taxels.positions[taxel], axis=1) < 0.02
+        return np.arccos((taxels.normals[near] @ taxels.normals[taxel]).min())
+
+    places = [place_to_press(prepared, bend=share) for share in (0.0, 0.5, 1.0)]
+    assert places[0] == place_to_press(prepared)
+    assert bend(places[0]) < bend(places[1]) < bend(places[2])
