@@ -112,8 +112,8 @@ FACTORS: Sequence[Factor] = (
         varied("bend"),
         (0.5,),
         0.0,
-        note="The flattest place of our arm's forearm turns by 6 degrees within 20 mm, the middle one by 23, nine of ten "
-        "by less than 31; UR5e's by 20 and 26, iCub's by 9 and 37.",
+        note="By the greatest angle between normals within 20 mm. A more bent place touches the ball with less skin, "
+        "its normal turns faster along the way, and the joints may move it less well.",
     ),
     Factor(
         "cuts",
