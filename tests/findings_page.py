@@ -49,7 +49,8 @@ def page() -> str:
         rows = table(study)
         parts += [f"## {_TITLES[study]}", _made_by(study, rows)]
         for factor in factors:
-            parts += _factor(factor, rows)
+            if any(row["factor"] == factor.name for row in rows):
+                parts += _factor(factor, rows)
     return "\n\n".join(parts) + "\n"
 
 
