@@ -115,6 +115,23 @@ class Setting:
 
 
 @dataclass(frozen=True)
+class StabilityLimit:
+    """How far a method is predicted to be stable, as one of its settings grows.
+
+    Attributes:
+        name: In a legend.
+        source: The formula, where it comes from and what it leaves out, in a sentence.
+        key: Of the setting, among its ``values``.
+        value: The greatest that is stable.
+    """
+
+    name: str
+    source: str
+    key: str
+    value: float
+
+
+@dataclass(frozen=True)
 class Trial:
     """One setting tried.
 
@@ -129,6 +146,7 @@ class Trial:
         p95_ms: 95 % of the runs took less [ms]; None where it was not done often enough to tell.
         intervals: By error's key, between what that of all places lies, of which some were tried (95 %); none where
             all of it was looked at, or one place.
+        limit: How far the setting's method is stable; None where nothing is known to end it.
     """
 
     setting: Setting
@@ -140,6 +158,7 @@ class Trial:
     joined: bool = True
     p95_ms: float | None = None
     intervals: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    limit: StabilityLimit | None = None
 
 
 @dataclass(frozen=True)
@@ -251,6 +270,23 @@ class LawCurve:
 
 
 @dataclass(frozen=True)
+class LimitLine:
+    """Where a method's limit of stability lies; see ``StabilityLimit``.
+
+    Attributes:
+        name: In a legend.
+        source: As the limit has it.
+        milliseconds: What the method takes there, between the points that were measured or as they go on.
+        number: The method's among all of the stage.
+    """
+
+    name: str
+    source: str
+    milliseconds: float
+    number: int
+
+
+@dataclass(frozen=True)
 class Diagram:
     """Error against milliseconds.
 
@@ -263,6 +299,7 @@ class Diagram:
         least: Smaller errors are drawn here.
         missing: What could not be done, and why.
         laws: Closed forms, from the fastest to the slowest point: each with (k, 2) milliseconds and error.
+        limits: Where methods stop being stable.
     """
 
     stage: str
@@ -273,6 +310,7 @@ class Diagram:
     least: float = 1e-9
     missing: tuple[str, ...] = ()
     laws: tuple[LawCurve, ...] = ()
+    limits: tuple[LimitLine, ...] = ()
 
     @property
     def points(self) -> tuple[Point, ...]:
@@ -311,6 +349,7 @@ def diagram(stage: Stage, trials: Iterable[Trial], *, error: str = "", subject: 
 
     Of a ``subject`` also what theory says.
     """
+    trials = tuple(trials)
     kind = next((kind for kind in stage.errors if kind.key == error), stage.errors[0])
     found: dict[str, list[Point]] = {}
     missing = []
@@ -326,7 +365,24 @@ def diagram(stage: Stage, trials: Iterable[Trial], *, error: str = "", subject: 
     curves = tuple(Curve(method, tuple(found[method]), stage.methods.index(method)) for method in order)
     laws = () if subject is None else _law_curves(stage.laws(subject, kind.key), curves)
     unmade = tuple(dict.fromkeys(missing))
-    return Diagram(stage.name, stage.title, kind.name, kind.unit, curves, kind.least, unmade, laws)
+    limits = tuple(_limit_lines(curves, trials))
+    return Diagram(stage.name, stage.title, kind.name, kind.unit, curves, kind.least, unmade, laws, limits)
+
+
+def _limit_lines(curves: Iterable[Curve], trials: Sequence[Trial]) -> Iterator[LimitLine]:
+    """Of each method that has a limit and two points: time against the setting is a power law from point to point."""
+    for curve in curves:
+        limit = next((trial.limit for trial in trials if trial.limit and trial.setting.method == curve.method), None)
+        if limit is None:
+            continue
+        rows = {float(point.setting.values[limit.key]): point.milliseconds for point in curve.points}
+        if len(rows) < 2:
+            continue
+        values, times = np.log(np.array(sorted(rows.items()))).T
+        k = int(np.clip(np.searchsorted(values, math.log(limit.value)), 1, len(values) - 1))
+        slope = (times[k] - times[k - 1]) / (values[k] - values[k - 1])
+        there = math.exp(float(times[k] + slope * (math.log(limit.value) - values[k])))
+        yield LimitLine(limit.name, limit.source, there, curve.number)
 
 
 def _law_curves(laws: Iterable[Law], curves: Iterable[Curve]) -> tuple[LawCurve, ...]:

@@ -20,8 +20,12 @@ _CURVE_COLOURS = {
 MARKER_SIZE, ITERATION_MARKER_SIZE, RING_SIZE = 11, 5, 22
 """Sizes of markers [px]: of a setting, of a round on the way, of the ring around the present one."""
 _CELL = 132
-LINE_STYLES = {"best": Qt.PenStyle.DashLine, "dotted": Qt.PenStyle.DotLine}
-"""Of curves that are not measured."""
+LINE_STYLES = {
+    "best": Qt.PenStyle.DashLine,
+    "dotted": Qt.PenStyle.DotLine,
+    "upright": Qt.PenStyle.DashDotLine,
+}
+"""Of lines that are not measured; the last stands upright."""
 
 
 def curve_colour(theme: Theme, number: int) -> QColor:
@@ -54,6 +58,8 @@ class LegendSwatch(QWidget):
             painter.drawEllipse(QRectF(middle.x() - 6, middle.y() - 6, 12, 12))
         elif self._kind in LINE_STYLES:
             painter.setPen(QPen(QColor(self._theme.quiet), 1, LINE_STYLES[str(self._kind)]))
+            if self._kind == "upright":
+                ends = QPointF(middle.x(), 0), QPointF(middle.x(), self.height())
             painter.drawLine(*ends)
         else:
             colour = curve_colour(self._theme, int(self._kind))

@@ -21,6 +21,7 @@ from app.studies.work_precision import Curve, Diagram, Point, Setting, method_ti
 from widgets.common.colours import Theme
 from widgets.plots.curve_legend import (
     ITERATION_MARKER_SIZE,
+    LINE_STYLES,
     MARKER_SIZE,
     RING_SIZE,
     CurveLegend,
@@ -249,14 +250,22 @@ class WorkPrecisionPlot(QWidget):
         for law in diagram.laws:
             pen = pg.mkPen(QColor(self._theme.quiet), width=1.5, style=Qt.PenStyle.DotLine)
             plot.addItem(pg.PlotDataItem(np.log10(law.points), pen=pen, antialias=True))
+        for limit in diagram.limits:
+            pen = pg.mkPen(curve_colour(self._theme, limit.number), width=1, style=LINE_STYLES["upright"])
+            plot.addItem(pg.InfiniteLine(math.log10(limit.milliseconds), angle=90, pen=pen))
         for curve in diagram.curves:
             self._draw_curve(curve)
         self._draw_present(diagram)
         entries: list[tuple[int | str, str]] = [(curve.number, method_title(curve.method)) for curve in diagram.curves]
         ring = [("ring", "Current setting")] if self._point_of(self._present) else []
         laws: list[tuple[int | str, str]] = [("dotted", law.name) for law in diagram.laws]
-        self._legend.show_entries([*entries, ("best", "Pareto front"), *ring, *laws], self._theme)
-        self._legend.setToolTip("\n".join(f"{law.name}: {law.source}" for law in diagram.laws))
+        limits: list[tuple[int | str, str]] = [
+            ("upright", name) for name in dict.fromkeys(limit.name for limit in diagram.limits)
+        ]
+        self._legend.show_entries([*entries, ("best", "Pareto front"), *ring, *laws, *limits], self._theme)
+        sources = dict.fromkeys((law.name, law.source) for law in diagram.laws)
+        sources |= dict.fromkeys((limit.name, limit.source) for limit in diagram.limits)
+        self._legend.setToolTip("\n".join(f"{name}: {source}" for name, source in sources))
         plot.addItem(self._cursor)
         self._hold(self._held if self._held in diagram.points else None)
 
@@ -326,6 +335,8 @@ class WorkPrecisionPlot(QWidget):
         ends = [replace(point, error=end) for point in points for end in point.interval or ()]
         places = self._logarithms([*points, *ends]) if points else np.zeros((1, 2))
         low, high = places.min(axis=0), places.max(axis=0)
+        upright = [math.log10(limit.milliseconds) for limit in (self._diagram.limits if self._diagram else ())]
+        low[0], high[0] = min(low[0], *upright, math.inf), max(high[0], *upright, -math.inf)
         middle, half = 0.5 * (low + high), (0.5 + _MARGIN) * np.maximum(high - low, _LEAST_SPAN)
         x, y = np.stack([middle - half, middle + half], axis=1)
         self.canvas.getPlotItem().getViewBox().setRange(xRange=x, yRange=y, padding=0)

@@ -5,11 +5,12 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import pyqtgraph as pg
 import pytest
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtWidgets import QApplication, QLabel
 
-from app.studies.work_precision import Curve, Diagram, Point, Setting
+from app.studies.work_precision import Curve, Diagram, LimitLine, Point, Setting
 from tests.widgets.support.snapshots import pixels, shared_share
 from widgets.common.colours import DARK, LIGHT
 from widgets.plots.curve_legend import SYMBOLS, CurveLegend, curve_colour
@@ -225,3 +226,17 @@ def test_of_two_points_within_reach_the_nearer_is_meant(plot, qtbot):
     for wanted in near[:2]:
         qtbot.mouseMove(plot.canvas.viewport(), place(plot, wanted))
         assert plot.held == wanted
+
+
+def test_limits_of_stability_stand_upright_in_the_colour_of_their_method(plot):
+    lines = (LimitLine("Stability limit", "h < 0.83 / sqrt(k)", 20.0, 1), LimitLine("Stability limit", "h", 2.0, 3))
+    plot.show_diagram(replace(DIAGRAM, limits=lines), FIRST.setting)
+    drawn = [item for item in plot.canvas.getPlotItem().items if isinstance(item, pg.InfiniteLine)]
+    assert [item.value() for item in drawn] == pytest.approx(np.log10([20.0, 2.0]))
+    theme = plot._theme
+    assert [item.pen.color() for item in drawn] == [curve_colour(theme, 1), curve_colour(theme, 3)]
+    low, high = plot.canvas.getPlotItem().getViewBox().viewRange()[0]
+    assert low < np.log10(2.0) < high, "there is room for a limit beyond all points"
+    legend = plot.findChild(CurveLegend)
+    assert [label.text() for label in legend.findChildren(QLabel)].count("Stability limit") == 1
+    assert "h < 0.83 / sqrt(k)" in legend.toolTip()

@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 
 from app.core.errors import SimulationError
+from app.studies.stages import simulation as simulation_stage
 from app.studies.stages.simulation import INTEGRATORS, STAGE, STEPS_MS
+from app.studies.testbeds.pressed_robot import effects_at_step, run_press
 from app.studies.work_precision import Setting, Subject, diagram, run_trials
 from app.tactile.elastic_layer import ElasticLayer
 from tests.support.touch import prepared_bar
@@ -81,3 +83,38 @@ def test_the_basis_is_the_robot_and_its_cover(subject):
     stiffer = replace(subject, prepared=prepared_bar(layer=ElasticLayer(stiffness=2e4)))
     still = replace(subject, prepared=prepared_bar(hinged=False, layer=ElasticLayer(stiffness=1e4)))
     assert len({STAGE.fingerprint(each) for each in (subject, stiffer, still)}) == 3
+
+
+LIMITS = {"implicitfast": (0.93, 1.07), "implicit": (0.93, 1.07), "rk4": (0.6, 1.1)}
+"""Shares of it; Runge-Kutta comes later, where its long steps meet the servos first."""
+
+
+@pytest.mark.parametrize("integrator", LIMITS)
+def test_the_contact_holds_up_to_the_predicted_limit_and_no_further(subject, integrator):
+    """The prediction against the simulation itself, at steps just below and just beyond."""
+    arm, fine = simulation_stage._pressed_and_reference(subject.prepared)
+    layer = subject.prepared.scene.layer
+    limit = trial(subject, integrator, 0.5).limit
+    assert limit.key == "timestep_ms"
+    below, beyond = (
+        run_press(arm, effects_at_step(integrator, share * limit.value), layer) for share in LIMITS[integrator]
+    )
+    assert below.steady(fine)
+    assert not beyond.steady(fine)
+
+
+def test_no_limit_is_told_of_the_implicit_solver(subject):
+    assert trial(subject, "discrete", 2.0).limit is None
+    assert "discrete" not in {INTEGRATORS[line.number] for line in diagram(STAGE, _few(subject)).limits}
+
+
+def _few(subject):
+    return [trial(subject, name, step) for name in ("implicitfast", "discrete") for step in (0.5, 1.0)]
+
+
+def test_the_limit_lies_where_the_curve_would_be_at_that_step(subject):
+    trials = _few(subject)
+    (line,) = diagram(STAGE, trials).limits
+    (half, whole) = (one.milliseconds for one in trials if one.setting.method == "implicitfast")
+    slope = np.log2(whole / half)
+    assert line.milliseconds == pytest.approx(whole * trials[0].limit.value ** slope, rel=1e-9)
