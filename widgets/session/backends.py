@@ -15,6 +15,7 @@ from widgets.workers.comparison_worker import ComparisonWorker, InlineComparison
 from widgets.workers.cost_worker import CostWorker, InlineCostWorker
 from widgets.workers.map_quality_worker import InlineMapQualityWorker, MapQualityWorker
 from widgets.workers.recording_worker import InlineRecordingWorker, RecordingWorker
+from widgets.workers.reference_worker import InlineReferenceWorker, ReferenceWorker
 from widgets.workers.scene_worker import InlineSceneWorker, SceneWorker
 from widgets.workers.simulated_skin_worker import InlineSimulatedSkinWorker, SimulatedSkinWorker
 
@@ -34,6 +35,7 @@ class Backends:
         accuracy_worker: Measures a stage for its work-precision diagram.
         recording_worker: Reads curves and summaries of recordings, and cuts them.
         simulated_skin_worker: Simulates the skin in the posture of a measured one.
+        reference_worker: Simulates the running session once more, finer.
     """
 
     runner: Callable[..., SessionRunner]
@@ -46,6 +48,7 @@ class Backends:
     accuracy_worker: Callable[[QObject], AccuracyWorker]
     recording_worker: Callable[[QObject], RecordingWorker]
     simulated_skin_worker: Callable[[QObject], SimulatedSkinWorker]
+    reference_worker: Callable[[QObject], ReferenceWorker]
 
 
 BACKGROUND = Backends(
@@ -59,6 +62,7 @@ BACKGROUND = Backends(
     AccuracyWorker,
     RecordingWorker,
     SimulatedSkinWorker,
+    ReferenceWorker,
 )
 """Two threads and processes beside the window, each begun when it is needed: the window never waits."""
 INLINE = Backends(
@@ -72,5 +76,6 @@ INLINE = Backends(
     InlineAccuracyWorker,
     InlineRecordingWorker,
     InlineSimulatedSkinWorker,
+    InlineReferenceWorker,
 )
 """Here and now, and only when told to: deterministic, for tests and pictures."""

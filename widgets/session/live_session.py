@@ -48,6 +48,7 @@ from widgets.session.live_input import LiveInput, LiveInputSettings
 from widgets.session.live_run import LiveRun, Replay, Source
 from widgets.session.measurements import Measurements
 from widgets.session.recording_writer import make_recording_folder
+from widgets.session.reference_comparison import ReferenceComparison
 from widgets.session.session_runner import SessionRunner
 from widgets.session.skin_comparison import SkinComparison
 from widgets.session.take_over import TakeOver
@@ -90,6 +91,7 @@ class LiveSession(QObject):
         marks: How many moments of the recording being written are marked.
         live_input: Whose readings are shown instead of a simulation; None while it is simulated.
         skin_comparison: Simulates beside them.
+        reference: Simulates the scene that runs once more, finer.
     """
 
     frame_ready = Signal(object)
@@ -176,6 +178,7 @@ class LiveSession(QObject):
         self.worker = self._backends.worker(self)
         self.measurements = Measurements(self._backends, self)
         self.skin_comparison = SkinComparison(self._backends, self)
+        self.reference = ReferenceComparison(self._backends, self)
         self.live_input_changed.connect(self.skin_comparison.show_input)
         self.worker.progressed.connect(self.loading)
         self.worker.prepared.connect(self.show_prepared)
@@ -262,6 +265,8 @@ class LiveSession(QObject):
             self.frames_passed.emit(tuple(frame for frame in update.passed if frame is not update.frame))
             self.frame_ready.emit(update.frame)
             self.skin_comparison.show_frame(update.frame)
+            if isinstance(session := run.runner.session, Session):
+                self.reference.show_frame(session, update.frame)
 
     def _tell_failure(self, run: LiveRun, failure: TactileMapsError) -> None:
         """The session stands still, or an input was refused and it goes on."""
@@ -763,3 +768,4 @@ class LiveSession(QObject):
         self.worker.close()
         self.measurements.close()
         self.skin_comparison.close()
+        self.reference.close()

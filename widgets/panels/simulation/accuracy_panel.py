@@ -35,6 +35,7 @@ from widgets.common.colours import DARK, Theme
 from widgets.common.panel import Panel
 from widgets.document.stage_settings import subject_of
 from widgets.panels.simulation.budget_section import BudgetSection
+from widgets.panels.simulation.reference_section import ReferenceSection
 from widgets.plots.work_precision_plot import WorkPrecisionPlot
 from widgets.workers.accuracy_worker import BUDGET, BUDGET_WITH_PATHS, AccuracyWorker
 from widgets.workers.worker_process import Result, SourceToken
@@ -264,7 +265,8 @@ class AccuracyPanel(Panel):
         self.budget.asked.connect(self._on_budget_asked)
         self.budget.cancelled.connect(self._on_cancelled)
         self.budget.applied.connect(self._on_budget_applied)
-        for widget in (self.board, self._away, self.budget):
+        self.reference = ReferenceSection(self)
+        for widget in (self.board, self._away, self.budget, self.reference):
             self.column.addWidget(widget)
         self._away.hide()
         self._show()

@@ -40,6 +40,11 @@ class AccuracyPresenter(QObject):
         self._panel.chosen.connect(self._on_chosen)
         context.session.settings_changed.connect(self._on_settings_changed)
         context.session.frames_passed.connect(self._panel.budget.show_frames)
+        section, reference = self._panel.reference, context.session.reference
+        section.wanted.connect(lambda wanted: reference.set_wanted(wanted=wanted))
+        reference.compared.connect(section.show_difference)
+        reference.behind.connect(section.show_behind)
+        reference.failed.connect(section.show_refusal)
         for signal in (context.editor.settled, context.editor.selection_changed):
             signal.connect(self._show_document)
         look = ImageSettings()

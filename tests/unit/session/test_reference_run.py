@@ -1,0 +1,117 @@
+"""The reference run: the same session where the effects are the same, to the bit; else nearer to the truth."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from app.control.command import ControlSettings
+from app.core.errors import SimulationError
+from app.scene.effects import Effects
+from app.session.inputs import ControlChanged, EffectsChanged
+from app.session.prepare import PreparedScene
+from app.session.reference_run import FINER, ReferenceRun, reference_effects
+from app.session.session import Session
+from app.tactile.poke import Finger, PokeMoved, PokePressed, PokeReleased
+from tests.support.pressed_arm import forearm
+
+
+@pytest.fixture(scope="module")
+def prepared() -> PreparedScene:
+    return forearm()
+
+
+def same(effects: Effects) -> Effects:
+    return effects
+
+
+def played(prepared: PreparedScene, ticks: int = 160):
+    """A session in which a finger presses, strokes and leaves, and a person changes controller and effects."""
+    skin, session = prepared.skin, Session(prepared, scripted=False)
+    acts = {
+        5: PokePressed(1, skin.taxel_point(150), Finger(stiffness=2000.0)),
+        60: PokeMoved(1, skin.taxel_point(151)),
+        80: ControlChanged(ControlSettings(controller="hybrid", task="hold_point", force_goal=3.0)),
+        110: EffectsChanged(replace(session.effects, friction=True)),
+        140: PokeReleased(1),
+    }
+    frames = []
+    for tick in range(ticks):
+        if tick in acts:
+            session.submit(acts[tick])
+        frames.append(session.tick())
+    return session, frames
+
+
+def differences(prepared, session, frames, effects=reference_effects):
+    run = ReferenceRun(prepared, [one for one in session.inputs if one[0] == 0], effects=effects)
+    run.take(session.inputs)
+    found = []
+    for frame in frames[::4]:
+        while not run.advance(frame.tick, 10.0):
+            pass
+        found.append(run.compare(frame))
+    return found
+
+
+def test_with_the_same_effects_it_is_the_session_to_the_bit(prepared):
+    session, frames = played(prepared)
+    found = differences(prepared, session, frames, same)
+    assert any(one.place is not None for one in found)
+    assert {(one.place or 0.0, one.force, one.posture, one.wrong_taxels or 0.0, one.unmatched) for one in found} == {
+        (0.0, 0.0, 0.0, 0.0, 0)
+    }
+
+
+def test_it_is_finer_and_keeps_what_is_no_approximation():
+    usual = Effects(skin="water-fill", timestep=0.001)
+    assert reference_effects(usual) == replace(usual, timestep=0.001 / FINER, skin="half-space")
+    for model in ("foundation", "depth", "half-space", "off"):
+        assert reference_effects(replace(usual, skin=model)).skin == model
+
+
+def test_a_shorter_step_of_the_session_brings_it_nearer(prepared):
+    """The integrator is of first order: half the step, half the difference, against the same fine reference."""
+    fine = Effects(timestep=0.00015625)
+    off = []
+    for timestep in (0.005, 0.0025, 0.00125):
+        scene = replace(prepared.scene, overrides={**prepared.scene.overrides, "timestep": timestep})
+        own = replace(prepared, scene=scene)
+        session = Session(own, scripted=False)
+        session.submit(PokePressed(1, own.skin.taxel_point(150), Finger(stiffness=500.0)))
+        frames = [session.tick() for _ in range(40)]
+        assert session.effects.timestep == timestep
+        found = differences(own, session, frames, lambda effects: replace(effects, timestep=fine.timestep))
+        off.append(max(one.posture for one in found))
+    for coarse, finer in pairwise(off):
+        assert 0.3 < finer / coarse < 0.7
+
+
+def test_what_the_cover_blurs_is_on_other_taxels_and_no_other_force(prepared):
+    session, frames = played(prepared, 100)
+    found = [one for one in differences(prepared, session, frames) if one.wrong_taxels is not None]
+    assert np.median([one.wrong_taxels for one in found]) > 0.005
+    assert max(one.place for one in found if one.place is not None) < 0.005
+    assert all(one.reference_ms is not None and one.session_ms > 0 for one in found)
+
+
+def test_it_stops_on_the_way_when_its_time_is_out_and_goes_on(prepared):
+    session, frames = played(prepared, 100)
+    run = ReferenceRun(prepared, [one for one in session.inputs if one[0] == 0])
+    run.take(session.inputs)
+    assert not run.advance(100, 0.0)
+    assert run.time == 0.0
+    assert run.advance(100, 60.0)
+    assert run.time == frames[-1].time
+
+
+def test_a_reference_that_cannot_go_on_says_so(prepared):
+    session, _frames = played(prepared, 40)
+    broken = lambda effects: replace(effects, timestep=0.005, integrator="euler", gravity="on")  # noqa: E731
+    run = ReferenceRun(prepared, [one for one in session.inputs if one[0] == 0], effects=broken)
+    run.take([*session.inputs, (20, PokePressed(2, prepared.skin.taxel_point(10), Finger(stiffness=1e9)))])
+    with pytest.raises(SimulationError):
+        run.advance(40, 60.0)

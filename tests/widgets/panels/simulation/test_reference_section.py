@@ -1,0 +1,148 @@
+"""The reference run in the window: on by a switch, off where nobody sees it, and of the session that is shown."""
+
+from __future__ import annotations
+
+import os
+import signal
+
+import pytest
+from PySide6.QtCore import QPoint, Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication, QLabel
+
+from app.control.command import ControlSettings
+from app.session.reference_run import ReferenceDifference
+from app.session.session import Session
+from tests.support.touch import prepared_bar
+from tests.widgets.support.window_driver import press_map, run
+from widgets.panels.simulation.accuracy_panel import AccuracyPanel
+from widgets.panels.simulation.reference_section import SECONDS, ReferenceSection
+from widgets.workers.reference_worker import ReferenceWorker
+from widgets.workers.worker_process import SourceToken
+
+LONG = 60_000
+
+
+@pytest.fixture
+def section(window_again):
+    panel = window_again.column.get(AccuracyPanel)
+    panel.set_folded(False)
+    QApplication.processEvents()
+    yield panel.reference
+    panel.reference.switch.setChecked(False)
+    panel.set_folded(True)
+
+
+def switch_on(section):
+    """Or off again."""
+    place = QPoint(8, section.switch.height() // 2)
+    QTest.mouseClick(section.switch, Qt.MouseButton.LeftButton, pos=place)
+
+
+def text(section, name):
+    return section.findChild(QLabel, f"reference-{name}").text()
+
+
+def test_off_nothing_is_simulated_and_on_differences_stand_beside_both_times(window_again, section):
+    following = window_again.live.reference
+    told = []
+    following.compared.connect(told.append)
+    run(window_again, 0.1)
+    assert not told
+    switch_on(section)
+    assert section.switch.isChecked()
+    press_map(window_again, 30)
+    run(window_again, 0.4)
+    assert told[-1].time == window_again.live.shown.time
+    assert text(section, "contact-force-now").endswith("\u202fN")
+    assert text(section, "contact-place-now").endswith("\u202fmm")
+    assert text(section, "cost").startswith("A tick takes ")
+    assert "in the reference" in text(section, "cost")
+
+
+def test_a_reset_and_a_change_of_control_are_followed(window_again, section):
+    live, told, refused = window_again.live, [], []
+    live.reference.compared.connect(told.append)
+    live.reference.failed.connect(refused.append)
+    switch_on(section)
+    run(window_again, 0.2)
+    live.set_settings(ControlSettings(controller="hybrid", task="hold_point", force_goal=2.0))
+    run(window_again, 0.2)
+    live.reset()
+    run(window_again, 0.2)
+    assert told[-1].time == live.shown.time < 0.35
+    assert not refused
+    live.set_settings(ControlSettings())
+
+
+def test_folded_or_switched_off_it_ends(window_again, section):
+    following, told = window_again.live.reference, []
+    following.compared.connect(told.append)
+    switch_on(section)
+    run(window_again, 0.1)
+    assert told
+    panel = window_again.column.get(AccuracyPanel)
+    panel.set_folded(True)
+    QApplication.processEvents()
+    told.clear()
+    run(window_again, 0.1)
+    assert not told
+    panel.set_folded(False)
+    QApplication.processEvents()
+    run(window_again, 0.1)
+    assert told
+    switch_on(section)  # off
+    told.clear()
+    run(window_again, 0.1)
+    assert not told
+
+
+def difference(time, force, *, unmatched=0):
+    return ReferenceDifference(time, None, unmatched, force, 0.0, None, 0.2, 0.4)
+
+
+def test_the_table_has_the_last_seconds_and_forgets_another_session(qtbot):
+    section = ReferenceSection()
+    qtbot.addWidget(section)
+    section.show()
+    section.switch.setChecked(True)
+    for number in range(100):
+        section.show_difference(difference(0.2 * number, float(number)))
+    assert text(section, "contact-force-now") == "99\u202fN"
+    assert text(section, "contact-force-p95") == f"{99 - 0.05 * SECONDS / 0.2:.3g}\u202fN"
+    assert text(section, "contact-place-now") == "–"
+    section.show_difference(difference(0.1, 5.0, unmatched=2))
+    assert text(section, "contact-force-p95") == "5\u202fN"
+    assert text(section, "note") == "2 contacts that the other does not have."
+    section.show_behind(3.21)
+    assert text(section, "note") == "Catching up: 3.2\u202fs behind."
+    section.show_refusal("It cannot be simulated.")
+    assert text(section, "note") == "It cannot be simulated."
+
+
+@pytest.fixture(scope="module")
+def pressed():
+    session = Session(prepared_bar(), scripted=False)
+    session.press(session.prepared.skin.taxel_point(20))
+    return session, [session.tick() for _ in range(40)]
+
+
+def test_in_a_process_of_its_own_it_follows_frame_by_frame_and_may_die(qtbot, pressed):
+    session, frames = pressed
+    worker, token = ReferenceWorker(), SourceToken("test")
+    worker.begin(session.prepared, [one for one in session.inputs if one[0] == 0], token)
+    with qtbot.waitSignal(worker.compared, timeout=LONG) as first:
+        worker.follow([one for one in session.inputs if one[0] > 0], frames[19], token)
+    assert first.args[0].value.time == frames[19].time
+    assert first.args[0].token == token
+    qtbot.waitUntil(lambda: not worker.busy, timeout=LONG)
+    with qtbot.waitSignal(worker.compared, timeout=LONG) as second:
+        worker.follow([], frames[39], token)
+    assert second.args[0].value.time == frames[39].time
+    qtbot.waitUntil(lambda: not worker.busy, timeout=LONG)
+    with qtbot.waitSignal(worker.failed, timeout=LONG) as died:
+        os.kill(worker.process.pid, signal.SIGKILL)
+        worker.follow([], frames[39], token)
+    assert "ended unexpectedly" in died.args[0].value
+    worker.close()
+    assert worker.process.pid is None
