@@ -18,7 +18,8 @@ shares w_i = f_i / F and distances d_i from the centre:
 
 ``place`` is radial, the root of the two variances' sum: 63 % of centres lie within it. The last line takes the force in
 every area for one lump anywhere in it. That is what a contact smaller than a taxel does; a wide smooth one is known
-two to eight times better. There is no line for pixels: the centre is taken from taxels, not from an image's pixels.
+two to eight times better. There is no line for pixels: unless asked to (``image_centre``), the centre is taken from
+taxels, not from an image's pixels.
 
 Not in it: what all taxels of a module do together (a patch put on askew), the cover's blur, and force that stays below
 the threshold outside the ring.
@@ -31,6 +32,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from app.core.arrays import FloatArray, dot, length
 from app.core.errors import MapError
@@ -43,6 +45,8 @@ from app.tactile.sensor_chain import plugin_noise
 from app.tactile.sensor_effects import SensorEffects
 
 _LARGEST = 1e6
+_NEAREST = 1e-9
+"""A centre so near to a taxel is on it [m]."""
 
 
 @dataclass(frozen=True)
@@ -141,9 +145,16 @@ class BackProjector:
     Args:
         map_: The tactile map.
         body: (taxels, 3) positions on the body [m], each in its link's frame.
+
+    Attributes:
+        by_taxels: Whether a centre comes back as the mean of the three nearest taxels, weighted by the inverse of their
+            distances on the map, in place of by the triangle that contains it. That lies off the skin where it bends,
+            and jumps where another taxel becomes the third.
     """
 
     def __init__(self, map_: TactileMap, body: FloatArray) -> None:
+        self.by_taxels = False
+        self._trees: dict[int, cKDTree] = {}  # of the taxels of a patch on the map
         self._skin, self._body = map_.skin, body
         self._faces = np.concatenate([patch.taxels.faces for patch in map_.skin.patches]) if len(body) else body
         self._walks: dict[int, TriangleWalk] = {}
@@ -156,6 +167,7 @@ class BackProjector:
             if old.faces is not new.faces:
                 self._walks.pop(patch, None)
         self._triangles.clear()
+        self._trees.clear()
         self._map = map_
 
     def place(self, patch: int, centre: FloatArray, *, near: int) -> ContactLocation | None:
@@ -178,7 +190,28 @@ class BackProjector:
             if faces[0] < 0:
                 return None
             found = int(faces[0]), weights[0]
-        return self._at(patch, *found, map_point=centre, torn=False)
+        place = self._at(patch, *found, map_point=centre, torn=False)
+        return self._of_taxels(patch, place) if self.by_taxels else place
+
+    def _of_taxels(self, patch: int, place: ContactLocation) -> ContactLocation:
+        """The same centre on the map, but on the body where its three nearest taxels have it. Cost: 60 µs."""
+        first, last = self._skin.first[patch : patch + 2]
+        tree = self._trees.get(patch)
+        if tree is None:
+            tree = self._trees[patch] = cKDTree(self._map.taxel_points[first:last])
+        away, near = tree.query(place.map_point, k=min(3, int(last - first)))
+        away, near = np.atleast_1d(away), np.atleast_1d(near)
+        share = 1.0 / np.maximum(away, _NEAREST)
+        share /= share.sum()
+        normal = share @ self._skin.patches[patch].taxels.normals[near]
+        size = length(normal)
+        found = self.put_back(patch, share @ self._body[first + near])
+        return found._replace(
+            map_point=place.map_point,
+            link_position=share @ self._body[first + near],
+            link_normal=normal / size if size > 0 else place.link_normal,
+            torn=False,
+        )
 
     def put_back(self, patch: int, point: FloatArray) -> ContactLocation:
         """The place on ``patch`` closest to ``point`` (3,) [m], link frame. Cost: 60 µs."""

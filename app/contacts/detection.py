@@ -16,6 +16,7 @@ from app.contacts.centre_of_pressure import (
     propagate_uncertainty,
     taxel_positions,
 )
+from app.contacts.image_centre import CentreSettings, taxel_moments
 from app.contacts.regions import ContactRegion, SeamCrossings, TaxelGraph, TaxelGroup
 from app.contacts.tracking import RegionTracker, TrackId, TrackMemory
 from app.core.arrays import FloatArray, IntArray, dot, seal
@@ -28,6 +29,7 @@ _RELEASE = 0.5
 _DROWNED = 0.5
 """A ring that takes away this share of what the touched taxels bear is all noise."""
 _EXACT = SensorUncertainty()
+_FROM_TAXELS = CentreSettings()
 _STANDING_OUT = 6.0
 """Standard deviations of its noise that the force on a new region's touched taxels must be: as much as four taxels that
 just touch have at a threshold of three. Among 1000 taxels at 200 Hz noise alone does that once in an hour."""
@@ -42,7 +44,8 @@ class _TouchedGroup(NamedTuple):
         inside: (c,) indices into ``taxels`` of the touched ones.
         areas: (k,) [m²].
         area: Sum over the touched ones [m²].
-        points: (k, 2) on the map [m].
+        weights: (k,) of their readings in the centre: areas, or pixels.
+        points: (k, 2) where they count on the map [m].
         body: (k, 3) [m], link frame.
         patch: Which patch; neighbours are of one patch, so a region is too.
         torn: Whether a seam tears it apart on the map.
@@ -53,6 +56,7 @@ class _TouchedGroup(NamedTuple):
     inside: IntArray
     areas: FloatArray
     area: float
+    weights: FloatArray
     points: FloatArray
     body: FloatArray
     patch: int
@@ -70,6 +74,7 @@ class ContactDetector:
         map_: The tactile map.
         threshold: A taxel is touched from here [Pa] and stays so down to half of it; > 0.
         errors: How far readings may be off, for the regions' error bars; may be set at any time.
+        centre: Where a region's centre is taken from.
 
     Cost: 2 µs when nothing is touched, else 50 µs a contact, and 40 µs more when other taxels are touched than before;
     neither grows with the skin but by 1 ns a taxel. With all of 1000 taxels touched 0.4 ms, 1 ms when that changes.
@@ -77,7 +82,12 @@ class ContactDetector:
     """
 
     def __init__(
-        self, map_: TactileMap, *, threshold: float = TOUCH_THRESHOLD, errors: SensorUncertainty = _EXACT
+        self,
+        map_: TactileMap,
+        *,
+        threshold: float = TOUCH_THRESHOLD,
+        errors: SensorUncertainty = _EXACT,
+        centre: CentreSettings = _FROM_TAXELS,
     ) -> None:
         self._held: FloatArray | None = None  # a read-only reading that brings nothing new, and what was found in it
         self._found: tuple[ContactRegion, ...] = ()
@@ -90,6 +100,7 @@ class ContactDetector:
             BackProjector(map_, self._body),
         )
         self._touched: IntArray = np.zeros(0, dtype=np.int64)
+        self._centre = centre
         self.threshold = threshold
         self.use(map_)
         self.reset()
@@ -127,11 +138,22 @@ class ContactDetector:
         self._levels[self._touched] = _RELEASE * self._threshold
         self._held = None
 
+    @property
+    def centre(self) -> CentreSettings:
+        """Where a region's centre is taken from."""
+        return self._centre
+
+    @centre.setter
+    def centre(self, centre: CentreSettings) -> None:
+        self._centre, self._moments = centre, taxel_moments(self._map, centre)
+        self._projector.by_taxels = centre.back_projection == "three-taxels"
+        self._seen, self._held = b"", None
+
     def use(self, map_: TactileMap) -> None:
         """Place contacts by another map of the same skin from now on; what is touched stays touched. Cost: 0.2 ms."""
         self._map, self._seams = map_, SeamCrossings(map_, self._body)
         self._projector.use(map_)
-        self._seen, self._held = b"", None
+        self.centre = self._centre
 
     def reset(self) -> None:
         """Forget what was touched; ids start at 1 again."""
@@ -215,8 +237,10 @@ class ContactDetector:
         areas = self._areas.take(taxels)
         area = float(areas.take(inside).sum())
         torn = self._seams.tear(group.core | group.ring)
-        points, body = self._map.taxel_points.take(taxels, axis=0), self._body.take(taxels, axis=0)
-        return _TouchedGroup(name, taxels, inside, areas, area, points, body, int(self._skin.patch_of[whole[0]]), torn)
+        body, patch = self._body.take(taxels, axis=0), int(self._skin.patch_of[whole[0]])
+        weights = areas if self._centre.pixel is None else self._moments.weights.take(taxels)
+        points = self._moments.points.take(taxels, axis=0)
+        return _TouchedGroup(name, taxels, inside, areas, area, weights, points, body, patch, torn)
 
     def _region(self, felt: _TouchedGroup, pressures: FloatArray) -> ContactRegion:
         own = pressures.take(felt.taxels)
@@ -255,6 +279,8 @@ class ContactDetector:
         tube). Only where a seam tears the region apart on the map is the mean taken in space, and put back on the skin.
         """
         if not felt.torn:
+            if felt.weights is not felt.areas:
+                share = _share_of_pixels(felt, share)
             near = self._faces.get(felt.name.id)
             if near is None:
                 near = self._projector.face_of(int(felt.taxels[int(share.argmax())]))
@@ -262,6 +288,13 @@ class ContactDetector:
             if place is not None:
                 return place
         return self._projector.put_back(felt.patch, share.dot(felt.body))
+
+
+def _share_of_pixels(felt: _TouchedGroup, share: FloatArray) -> FloatArray:
+    """(k,) the share of each taxel in the sum over pixels, by its share of the force; that where no pixel shows any."""
+    pixels = share * felt.weights / felt.areas
+    total = float(pixels.sum())
+    return pixels / total if total > 0 else share
 
 
 def _own_spread(share: FloatArray, areas: FloatArray) -> float:

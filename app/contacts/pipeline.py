@@ -9,7 +9,7 @@ contacts once, without a past.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from types import MappingProxyType
 
 import numpy as np
@@ -20,12 +20,15 @@ from app.contacts.events import ContactEvent, EventDetector
 from app.contacts.force_estimation.estimate import ESTIMATORS, EstimatorName, ForceEstimate
 from app.contacts.force_estimation.estimation import FORCE_ESTIMATORS, RegionForceEstimator
 from app.contacts.force_estimation.wrench_consistency import WrenchMismatch
+from app.contacts.image_centre import BACK_PROJECTIONS, PIXELS, BackProjection, CentreSettings
 from app.contacts.regions import ContactRegion
 from app.contacts.self_touch import SelfTouchMatcher
 from app.core.arrays import FloatArray, set_fields
+from app.core.codec import LATER
 from app.core.errors import MapError, SceneError
 from app.core.reading_units import ReadingUnits
 from app.core.toml import check_keys
+from app.maps.interpolation import INTERPOLATIONS
 from app.maps.tactile_map import TactileMap
 from app.robots.kinematics import Configuration
 from app.robots.robot import Robot
@@ -49,6 +52,10 @@ class ReadingSettings:
             is more.
         wrench_noise: Standard deviation of each force that the force-torque sensor of ``lumped`` reports [N], and 2 cm
             times as much of each torque. 0 is a perfect one; an ATI Mini45 (SI-145-5) resolves 1/16 N and 1/752 N m.
+        pixel: Of the tactile image whose pixels a contact's centre is taken from [m on the map]; None for none:
+            straight from the taxels.
+        interpolation: Of that image.
+        back_projection: From a centre on the map to the body; see ``image_centre``.
 
     Raises:
         SceneError: Naming what is wrong, and what is allowed there.
@@ -57,6 +64,9 @@ class ReadingSettings:
     estimator: EstimatorName = "area-sum"
     threshold: float | None = None
     wrench_noise: float = 0.0
+    pixel: float | None = field(default=None, metadata=LATER)
+    interpolation: str = field(default="barycentric", metadata=LATER)
+    back_projection: BackProjection = field(default="triangle", metadata=LATER)
 
     def __post_init__(self) -> None:
         if self.estimator not in FORCE_ESTIMATORS:
@@ -69,6 +79,16 @@ class ReadingSettings:
         if self.threshold is not None:
             self._check("threshold", *THRESHOLDS, unit="Pa")
         self._check("wrench_noise", 0.0, NOISIEST_SENSOR, unit="N")
+        if self.pixel is not None:
+            self._check("pixel", *PIXELS, unit="m")
+        for name, allowed in (("interpolation", tuple(INTERPOLATIONS)), ("back_projection", BACK_PROJECTIONS)):
+            if (value := getattr(self, name)) not in allowed:
+                raise SceneError(
+                    "there is no such way to find a contact's centre",
+                    place=f"contacts.{name}",
+                    value=value,
+                    remedy=f"Choose one of: {', '.join(allowed)}",
+                )
 
     def _check(self, name: str, low: float, high: float, *, unit: str) -> None:
         value = getattr(self, name)
@@ -81,6 +101,11 @@ class ReadingSettings:
                 remedy=f"Choose {low:g} to {high:g} {unit}",
             )
         set_fields(self, **{name: float(value)})
+
+    @property
+    def centre(self) -> CentreSettings:
+        """Where a contact's centre is taken from."""
+        return CentreSettings(self.pixel, self.interpolation, self.back_projection)
 
     def threshold_for(self, errors: SensorUncertainty) -> float:
         """The threshold in force [Pa] with readings that are so far off.
@@ -135,7 +160,7 @@ class ContactPipeline:
         depth: float = 0.002,
         seed: int = 0,
     ) -> None:
-        self._settings, self._reader = settings, ContactDetector(map_)
+        self._settings, self._reader = settings, ContactDetector(map_, centre=settings.centre)
         self._forces = RegionForceEstimator(
             map_, estimator=settings.estimator, depth=depth, wrench_noise=settings.wrench_noise, seed=seed
         )
@@ -158,6 +183,8 @@ class ContactPipeline:
         self._forces.wrench_noise = settings.wrench_noise
         self._settings = settings
         self._reader.threshold = settings.threshold_for(self._reader.errors)
+        if settings.centre != self._reader.centre:
+            self._reader.centre = settings.centre
 
     @property
     def needs_wrenches(self) -> bool:

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 from functools import lru_cache
 
 from app.contacts.force_estimation.estimate import EstimatorName
+from app.contacts.image_centre import BackProjection
 from app.contacts.pipeline import ReadingSettings
 from app.control.command import ControlSettings
 from app.flattening.methods import METHODS
@@ -56,6 +57,9 @@ class Conditions:
         delay: Readings by which they come late.
         sensor: What else the sensor does to them.
         estimator: From readings to force.
+        pixel: Of the image that the contact's centre is taken from [m]; None for straight from the taxels.
+        interpolation: Of that image.
+        back_projection: Of a centre on the map to the body.
         map: How the map is made: a method of flattening, of learning, or ``isomap``.
         touch: How the skin is touched where its map is learned.
         misplaced: Error of the calibration along each axis [m].
@@ -77,6 +81,9 @@ class Conditions:
     delay: int = 0
     sensor: SensorEffects = field(default_factory=SensorEffects)
     estimator: EstimatorName = "area-sum"
+    pixel: float | None = None
+    interpolation: str = "barycentric"
+    back_projection: BackProjection = "triangle"
     map: str = "symmetric-dirichlet"
     touch: Kind = "unbiased"
     misplaced: float = 0.0
@@ -123,7 +130,13 @@ def setup_under(prepared: PreparedScene, conditions: Conditions, seed: int) -> P
         with_finger(prepared, FINGER_FORCE) if conditions.touched else prepared,
         believed_map(prepared, conditions, seed),
         replace(conditions.sensor, sampling=sampling),
-        ReadingSettings(estimator=conditions.estimator, wrench_noise=noise),
+        ReadingSettings(
+            conditions.estimator,
+            wrench_noise=noise,
+            pixel=conditions.pixel,
+            interpolation=conditions.interpolation,
+            back_projection=conditions.back_projection,
+        ),
         pressed_elsewhere=FINGER_FORCE if conditions.touched else 0.0,
     )
 

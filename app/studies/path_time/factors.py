@@ -23,7 +23,8 @@ class Factor:
         levels: Those that are tried besides the nominal, rising where they are numbers.
         conditions: Of a level.
         nominal: The level in nominal conditions; None where that has no number or name of its own.
-        few: Levels for robots other than our own arm; of these the first is the quick run's.
+        few: Levels for robots other than our own arm, of which the first is the quick run's; empty where only the arm
+            is asked.
         jacobians: With which of them each level is tried; the nominal likewise.
         drawn_zero: Where a level of 0 is drawn: a logarithm knows none.
         note: What has to be said beside its figure.

@@ -55,6 +55,10 @@ def _cover(level: Level) -> Conditions:
     return Conditions(layer=replace(ElasticLayer(), thickness=thickness, depth=thickness / 2))
 
 
+def _pixels(interpolation: str, level: Level) -> Conditions:
+    return Conditions(pixel=1e-3 * float(level), interpolation=interpolation)
+
+
 def _cuts(level: Level) -> Conditions:
     return Conditions(cuts=int(level))
 
@@ -105,6 +109,21 @@ FACTORS: Sequence[Factor] = (
         note="The controller is told how stiff the cover is. The bed of springs that the cover is here spreads no load "
         "aside: a thick cover is a soft one and a wide contact, and blurs nothing.",
     ),
+    *(
+        Factor(
+            f"pixel, {name}",
+            "mm, of the image that the contact's centre is taken from (straight from the taxels at 0.25)",
+            (0.5, 1.0, 2.0, 4.0, 8.0),
+            partial(_pixels, name),
+            (2.0,) if name == "barycentric" else (),
+            0.0,
+            drawn_zero=0.25,
+        )
+        for name in ("barycentric", "nearest", "natural-neighbour")
+    ),
+    Factor("back-projection", "from the contact's centre on the map to the body", ("three-taxels",),
+           chosen("back_projection"), ("three-taxels",), Conditions().back_projection,
+           jacobians=("smoothed", "raw")),
     Factor(
         "curvature",
         "share of the places fit to be touched that are flatter",

@@ -10,12 +10,14 @@ import pytest
 
 from app.contacts.events import EVENT_KINDS
 from app.contacts.force_estimation.estimate import ESTIMATORS
+from app.contacts.image_centre import BACK_PROJECTIONS
 from app.contacts.pipeline import ReadingSettings
 from app.control.behaviours import Behaviour
 from app.control.command import CHOICES, ControlSettings
 from app.control.controller_registry import settings_from
 from app.core.errors import SceneError
 from app.core.toml import toml_lines
+from app.maps.interpolation import INTERPOLATIONS
 from app.scene import scene_file
 from app.scene.effects import EFFECTS, SENSOR_KEYS
 from app.scene.motion import Unit, Waypoint
@@ -102,7 +104,11 @@ CHOICES_BY_KEY = {
     "`[[objects]]`": {"kind": OBJECT_KINDS},
     "`[[motion]]`": {"unit": get_args(Unit)},
     "`[control]`": CHOICES,
-    "`[contacts]`": {"estimator": ESTIMATORS},
+    "`[contacts]`": {
+        "estimator": ESTIMATORS,
+        "interpolation": tuple(INTERPOLATIONS),
+        "back_projection": BACK_PROJECTIONS,
+    },
     "`[[behaviours]]`": {"on": EVENT_KINDS},
 }
 

@@ -1,0 +1,110 @@
+"""A contact's centre from an image's pixels: as that of an image that was rendered, and back by three taxels."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from app.contacts.detection import ContactDetector
+from app.contacts.image_centre import BACK_PROJECTIONS, CentreSettings, taxel_moments
+from app.contacts.pipeline import ContactPipeline, ReadingSettings
+from app.core.errors import SceneError
+from app.maps.interpolation import INTERPOLATIONS
+from app.maps.tactile_image import TactileImage
+from app.tactile.sensor_effects import SensorEffects
+from tests.support.touch import arm
+
+PREPARED = arm()
+ROBOT, MAP = PREPARED.robot, PREPARED.map
+TAXEL = 150
+
+
+@pytest.fixture(scope="module")
+def pressures():
+    """One touch well inside a patch, on a taxel and, less, on those around."""
+    found = np.zeros(len(MAP.skin))
+    pairs = MAP.skin.neighbours
+    around = np.setdiff1d(pairs[(pairs == TAXEL).any(axis=1)], TAXEL)
+    found[TAXEL], found[around] = 12e3, np.linspace(2e3, 7e3, len(around))
+    return found
+
+
+def centre(pressures, **settings):
+    (region,) = ContactDetector(MAP, centre=CentreSettings(**settings)).read(pressures)
+    return region
+
+
+@pytest.mark.parametrize(
+    ("pixel", "interpolation"), [(0.001, "barycentric"), *((0.004, one) for one in INTERPOLATIONS)]
+)
+def test_it_is_the_mean_of_the_pixels_of_an_image_that_is_rendered(pressures, pixel, interpolation):
+    found = centre(pressures, pixel=pixel, interpolation=interpolation)
+    image = TactileImage(MAP, resolution=pixel, interpolation=interpolation)
+    own = np.zeros_like(pressures)
+    own[found.taxels] = pressures[found.taxels]
+    shown = image.render(own).ravel().astype(np.float64)
+    wanted = shown @ image.centres() / shown.sum()
+    assert found.map_point == pytest.approx(wanted, abs=1e-5 * pixel + 1e-7)
+    assert found.force == centre(pressures).force
+
+
+def test_small_pixels_are_near_the_taxels_own_and_large_ones_are_where_the_grid_is(pressures):
+    by_taxels = centre(pressures)
+    fine, coarse = (centre(pressures, pixel=pixel, interpolation="nearest").map_point for pixel in (0.0005, 0.016))
+    assert np.linalg.norm(fine - by_taxels.map_point) < 0.0015
+    assert 1e-4 < np.linalg.norm(coarse - fine) < 0.016
+
+
+def test_without_pixels_nothing_changes(pressures):
+    usual = ContactDetector(MAP).read(pressures)[0]
+    assert np.array_equal(centre(pressures).map_point, usual.map_point)
+    moments = taxel_moments(MAP, CentreSettings())
+    assert np.array_equal(moments.points, MAP.taxel_points)
+
+
+def test_three_taxels_are_a_mean_of_places_and_normals_weighted_by_nearness(pressures):
+    usual, found = centre(pressures), centre(pressures, back_projection="three-taxels")
+    assert np.array_equal(found.map_point, usual.map_point)
+    patch = MAP.skin.patches[usual.at.patch]
+    first = MAP.skin.first[usual.at.patch]
+    points = MAP.taxel_points[first : first + len(patch.taxels)]
+    away = np.linalg.norm(points - usual.map_point, axis=1)
+    near = np.argsort(away)[:3]
+    share = 1 / away[near]
+    share /= share.sum()
+    assert found.link_position == pytest.approx(share @ patch.taxels.positions[near])
+    normal = share @ patch.taxels.normals[near]
+    assert found.link_normal == pytest.approx(normal / np.linalg.norm(normal))
+    assert 0 < np.linalg.norm(found.link_position - usual.link_position) < 0.01
+
+
+def test_a_centre_on_a_taxel_comes_back_there():
+    projector = ContactDetector(MAP, centre=CentreSettings(back_projection="three-taxels"))._projector
+    place = projector.place(0, MAP.taxel_points[20], near=projector.face_of(20))
+    assert place.link_position == pytest.approx(MAP.skin.patches[0].taxels.positions[20], abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [("pixel", 0.0), ("pixel", 1.0), ("pixel", float("nan")), ("interpolation", "cubic"), ("back_projection", "ray")],
+)
+def test_what_there_is_not_is_refused_with_what_there_is(name, value):
+    with pytest.raises(SceneError, match=name) as refused:
+        ReadingSettings(**{name: value})
+    assert "Choose" in str(refused.value)
+
+
+def test_settings_change_while_it_runs_and_contacts_stay_who_they_are(pressures):
+    pipeline = ContactPipeline(ROBOT, MAP, SensorEffects())
+    posture = ROBOT.home
+    before = pipeline.read(0, 0.0, posture, pressures)[0]
+    pipeline.settings = replace(pipeline.settings, pixel=0.016, interpolation="nearest")
+    (after,) = pipeline.read(1, 0.005, posture, pressures)
+    assert after.id == before.id
+    assert not np.array_equal(after.map_point, before.map_point)
+    for back in BACK_PROJECTIONS:
+        pipeline.settings = ReadingSettings(back_projection=back)
+        (again,) = pipeline.read(2, 0.01, posture, pressures)
+        assert np.array_equal(again.map_point, before.map_point)
