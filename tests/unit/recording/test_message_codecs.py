@@ -83,6 +83,7 @@ AT = SurfacePoint(1, 7, (0.1, 0.2, 0.7))
         EffectsChanged(Effects(timestep=0.1 / 3, sensor=SensorEffects(noise=Noise(sd=1 / 3)))),
         ReadingChanged(ReadingSettings("lumped", threshold=1e4 / 3, wrench_noise=1 / 3)),
         ReadingChanged(ReadingSettings()),
+        ReadingChanged(ReadingSettings(pixel=1e-2 / 3, interpolation="nearest", back_projection="three-taxels")),
         RestChanged((0.1, -1 / 3, 0.0)),
     ],
 )
