@@ -118,12 +118,15 @@ FACTORS: Sequence[Factor] = (
             (2.0,) if name == "barycentric" else (),
             0.0,
             drawn_zero=0.25,
+            note="The centre is that of all pixels which the region's taxels reach; the force stays pressure times "
+            "area. At 8 mm, the taxels' own pitch, the nearest taxel's pixels show some taxels not at all.",
         )
         for name in ("barycentric", "nearest", "natural-neighbour")
     ),
     Factor("back-projection", "from the contact's centre on the map to the body", ("three-taxels",),
-           chosen("back_projection"), ("three-taxels",), Conditions().back_projection,
-           jacobians=("smoothed", "raw")),
+           chosen("back_projection"), ("three-taxels",), Conditions().back_projection, jacobians=("smoothed", "raw"),
+           note="The error of the path is taken on the map, where both are the same: what comes back to the body only "
+           "says where the Jacobian and the normal are asked for."),
     Factor(
         "curvature",
         "share of the places fit to be touched that are flatter",
@@ -132,7 +135,8 @@ FACTORS: Sequence[Factor] = (
         (0.5,),
         0.0,
         note="By the greatest angle between normals within 20 mm. A more bent place touches the ball with less skin, "
-        "its normal turns faster along the way, and the joints may move it less well.",
+        "its normal turns faster along the way, and the joints may move it less well. Bodies other than the robots' "
+        "own links, such as saddles, were not tried.",
     ),
     Factor(
         "cuts",

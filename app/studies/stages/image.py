@@ -16,7 +16,7 @@ from app.maps.interpolation import INTERPOLATIONS
 from app.maps.tactile_image import TactileImage, round_trip_mm
 from app.maps.tactile_map import TactileMap
 from app.skin.skin import Skin
-from app.studies.rows import p95, rms, scaled
+from app.studies.rows import p95, rms, rms_interval, scaled
 from app.studies.work_precision import ErrorKind, Setting, Stage, Subject, Trial, timed
 
 PIXELS = (64, 128, 256, 512)
@@ -94,10 +94,11 @@ def frame_trial(
     """
     first = next(iter(fields.values()))
     frame = timed(lambda: render(first.taxels), repeats=repeats, budget=budget, warm_up=True)
-    errors = {
-        key: scaled(rms(render(field.taxels).ravel()[field.pixels] - field.truth), 100) for key, field in fields.items()
-    }
-    return Trial(setting, name, frame.ms, errors, p95_ms=frame.p95_ms)
+    off = {key: render(field.taxels).ravel()[field.pixels] - field.truth for key, field in fields.items()}
+    errors = {key: scaled(rms(one), 100) for key, one in off.items()}
+    found = {key: rms_interval(one) for key, one in off.items()}
+    intervals = {key: (100 * ends[0], 100 * ends[1]) for key, ends in found.items() if ends is not None}
+    return Trial(setting, name, frame.ms, errors, p95_ms=frame.p95_ms, intervals=intervals)
 
 
 def resolution(map_: TactileMap, pixels: int) -> float:

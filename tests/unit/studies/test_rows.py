@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from app.studies.rows import bootstrap_interval, distinct, number, number_or, p95, rms, scaled
+from app.studies.rows import bootstrap_interval, distinct, number, number_or, p95, rms, rms_interval, scaled
 
 NAN, INF = math.nan, math.inf
 
@@ -53,3 +53,13 @@ def test_the_bootstrap_interval_holds_the_truth_19_times_of_20():
 
 def test_of_two_values_nothing_is_said():
     assert bootstrap_interval(np.array([1.0, 2.0]), lambda rows: rows.mean(axis=1)) is None
+
+
+def test_the_interval_of_a_root_mean_square_holds_the_truth_19_times_of_20():
+    held, random = 0, np.random.default_rng(2)
+    for _ in range(400):
+        low, high = rms_interval(random.laplace(0.0, 1.0, 3000))  # of variance 2
+        held += low <= math.sqrt(2.0) <= high
+    assert 0.92 <= held / 400 <= 0.98
+    assert rms_interval(np.zeros(40)) == (0.0, 0.0)
+    assert rms_interval(np.ones(29)) is None

@@ -64,3 +64,10 @@ def test_presses_of_one_patch_are_not_felt_on_another(bodies):
 
 def test_the_basis_is_the_charts(tube, hemisphere):
     assert STAGE.fingerprint(tube) == STAGE.fingerprint(hemisphere)
+
+
+def test_an_error_of_places_drawn_at_random_has_an_interval_and_one_of_all_taxels_none(tube):
+    (found,) = STAGE.trials(tube, Setting("image", "nearest", {"pixels": 64}))
+    assert set(found.intervals) == {"press", "smooth"}
+    for key, (low, high) in found.intervals.items():
+        assert low < found.errors[key] < high < 1.1 * low
