@@ -90,6 +90,7 @@ class BudgetSection(QWidget):
         self.progress.setFixedHeight(6)
         self.progress.setMinimumWidth(40)
         self.progress.setAccessibleName("Progress of measuring")
+        self.table.hide()
         for label, name in ((self.table, "table"), (self.note, "note")):
             label.setObjectName(f"budget-{name}")
             label.setProperty("role", "caption")
@@ -116,7 +117,7 @@ class BudgetSection(QWidget):
         self._measured, self._found, self._proposed = None, None, ()
         self._before, self._predicted = (), None
         self._spent.clear()
-        self.table.clear()
+        self._set_table("")
         self.say("")
         self._enable()
 
@@ -180,7 +181,7 @@ class BudgetSection(QWidget):
         try:
             found = propose(self.budget, measured.options, pitch_mm=measured.pitch_mm, force=measured.force)
         except BudgetError as error:
-            self.table.clear()
+            self._set_table("")
             self.say(f"▲ {error}")
         else:
             path = fastest_path(self.budget, measured.paths)
@@ -205,7 +206,12 @@ class BudgetSection(QWidget):
                 f"<tr><td>{escape(setting.stage.capitalize())}&nbsp;</td><td>{escape(now)}&nbsp;</td><td>{mark}</td></tr>"
             )
         head = "<tr><td></td><td>Now&nbsp;</td><td>Proposed</td></tr>"
-        self.table.setText(f"<table>{head}{''.join(rows)}</table>")
+        self._set_table(f"<table>{head}{''.join(rows)}</table>")
+
+    def _set_table(self, text: str) -> None:
+        """Empty, it leaves no gap."""
+        self.table.setText(text)
+        self.table.setVisible(bool(text))
 
     def _on_apply(self) -> None:
         self._before = tuple(self._present[one.stage] for one in self._proposed if one.stage in self._present)

@@ -104,15 +104,20 @@ class ReferenceSection(QWidget):
         while found.time - self._seen[0].time > SECONDS:
             self._seen.popleft()
         self._show()
-        self.note.setText("" if not found.unmatched else _unmatched_words(found.unmatched))
+        self._say_note("" if not found.unmatched else _unmatched_words(found.unmatched))
 
     def show_behind(self, seconds: float) -> None:
         """It is still on its way to what is shown."""
-        self.note.setText(f"Catching up: {seconds:.1f}\u202fs behind.")
+        self._say_note(f"Catching up: {seconds:.1f}\u202fs behind.")
 
     def show_refusal(self, text: str) -> None:
         """There is no reference of this session."""
+        self._say_note(text)
+
+    def _say_note(self, text: str) -> None:
+        """Empty, it leaves no gap."""
         self.note.setText(text)
+        self.note.setVisible(bool(text) and self.switch.isChecked())
 
     def showEvent(self, event: QShowEvent) -> None:
         """Qt: it goes on."""
@@ -125,8 +130,9 @@ class ReferenceSection(QWidget):
         self._tell_wanted()
 
     def _on_toggled(self, on: bool) -> None:
-        for widget in (self._table, self._cost, self.note):
+        for widget in (self._table, self._cost):
             widget.setVisible(on)
+        self.note.setVisible(on and bool(self.note.text()))
         self._tell_wanted()
 
     def _tell_wanted(self) -> None:
@@ -135,7 +141,7 @@ class ReferenceSection(QWidget):
             self._wanted = wanted
             self._seen.clear()
             self._show()
-            self.note.setText(_WAITING)
+            self._say_note(_WAITING)
             self.wanted.emit(wanted)
 
     def _show(self) -> None:
