@@ -1,6 +1,7 @@
 """Writes the guide's page of findings from the tables in ``assets/findings``: ``python -m tests.findings_page``.
 
-Every figure on the page is worked out here, from rows that a command made; a test writes it again and compares.
+Every number on the page is worked out here, from rows that a command made, and so are the figures beside it; a test
+writes the page again and compares, and asks of each figure whether it is of the rows that are there.
 """
 
 from __future__ import annotations
@@ -8,20 +9,26 @@ from __future__ import annotations
 import csv
 import json
 import math
-from collections.abc import Iterator, Sequence
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from hashlib import blake2b
 from pathlib import Path
 
 from app.studies.catalogue import load_study
 from app.studies.hypotheses import Interval, bootstrap_median
 from app.studies.path_time import force_feedback, representation
-from app.studies.path_time.charts import rows_with_nominal, seconds_of
+from app.studies.path_time.charts import factor_figures, rows_with_nominal, seconds_of
 from app.studies.path_time.factors import Factor
 from app.studies.path_time.path_time import ROBOTS
+from app.studies.reporting.figures import BarChart, Figure, figure_svg
 from app.studies.rows import Cell, Row, distinct
 
 ASSETS = Path(__file__).resolve().parent.parent / "assets"
 TABLES, PAGE = ASSETS / "findings", ASSETS / "guide" / "findings.md"
 PATH_TIME = {"representation": representation.FACTORS, "force-feedback": force_feedback.FACTORS}
+FIGURES = TABLES / "figures"
+_COLOURS = "<style>svg{color:#333}@media(prefers-color-scheme:dark){svg{color:#ccc}}</style>"
+"""A picture has no colours of the page that it stands on."""
 JUDGED = ("representation", "force-feedback", "loop-laws", "force-estimators")
 _TEXTS = ("controller", "estimator", "law", "plant", "what", "robot", "factor", "jacobian", "verdict", "limited_by")
 
@@ -51,20 +58,75 @@ def page() -> str:
         for factor in factors:
             if any(row["factor"] == factor.name for row in rows):
                 parts += _factor(factor, rows)
+    for study in (study for study in JUDGED if study not in PATH_TIME):
+        drawn = load_study(study).figures(table(study))
+        parts += [f"## {_TITLES[study]}", f"`tactile-maps study {study}` ([rows](../findings/{study}.csv))."]
+        parts += ["\n".join(map(_picture, drawn))]
     return "\n\n".join(parts) + "\n"
+
+
+def figures() -> Mapping[str, Figure | BarChart]:
+    """What is drawn, by the name of its file: each factor of path time, and all figures of the other studies."""
+    of_factors = [figure for study, factors in PATH_TIME.items() for figure in _drawn(factors, table(study))]
+    others = [
+        figure for study in JUDGED if study not in PATH_TIME for figure in load_study(study).figures(table(study))
+    ]
+    return {_file_name(figure): figure for figure in (*of_factors, *others)}
+
+
+def _drawn(factors: Sequence[Factor], rows: Sequence[Row]) -> list[Figure | BarChart]:
+    """Without the bars of what is at all levels impossible."""
+    made = factor_figures(factors, rows)
+    return [
+        one
+        for one in made
+        if not isinstance(one, BarChart)
+        or any(amount is not None and math.isfinite(amount) for amount in one.amounts.values())
+    ]
+
+
+def _file_name(figure: Figure | BarChart) -> str:
+    return re.sub(r"[^a-z0-9]+", "-", figure.title.lower()).strip("-") + ".svg"
+
+
+def mark(figure: Figure | BarChart) -> str:
+    """Stands in a picture, and says what was drawn."""
+    return f"<!-- {blake2b(repr(figure).encode(), digest_size=8).hexdigest()} -->"
+
+
+def _picture(figure: Figure | BarChart) -> str:
+    return f"![{figure.title}](../findings/figures/{_file_name(figure)})"
+
+
+def write() -> None:
+    """The page, and a picture of each figure; others that lie there are taken away."""
+    PAGE.write_text(page(), encoding="utf8")
+    FIGURES.mkdir(exist_ok=True)
+    drawn = figures()
+    for old in FIGURES.glob("*.svg"):
+        if old.name not in drawn:
+            old.unlink()
+    for name, figure in drawn.items():
+        head, _, body = figure_svg(figure).partition(">")
+        (FIGURES / name).write_text(f"{head}>{mark(figure)}{_COLOURS}{body}\n", encoding="utf8")
 
 
 _HEAD = """# What accuracy costs in time: findings
 
 This page is written from the tables in `assets/findings` by `python -m tests.findings_page`, and a test writes it
-again; each table is made by the command that stands beside it. `tactile-maps study NAME` draws the same as figures,
-and says how it measures. Measured with {machine}.
+again; each table is made by the command that stands beside it. `tactile-maps study NAME` draws the same figures, and
+says how it measures. Measured with {machine}.
 
 The measure is the least time for a figure of eight of 91 mm on the forearm's skin, pressed on a ball with 3 N, such
 that 95 % of the errors on the body are within 3 mm and the force is within 0.6 N for 95 % of the time, contact never
 lost. Times are medians over seeds with their 95 % bootstrap interval, to 9 %; *cannot* means that most seeds can at no
 speed from 4 to 128 mm/s."""
-_TITLES = {"representation": "How the skin is known and made", "force-feedback": "How the force is felt"}
+_TITLES = {
+    "representation": "How the skin is known and made",
+    "force-feedback": "How the force is felt",
+    "loop-laws": "Laws of the sampled loop",
+    "force-estimators": "From readings to a force",
+}
 
 
 def _made_by(study: str, rows: Sequence[Row]) -> str:
@@ -109,6 +171,7 @@ def _factor(factor: Factor, rows: Sequence[Row]) -> Iterator[str]:
         ]
         lines.append(f"| {_level(level)}{' (nominal)' * (level == factor.nominal)} | {' | '.join(cells)} |")
     yield "\n".join(lines)
+    yield "\n".join(map(_picture, _drawn([factor], rows)))
     if factor.note:
         yield factor.note
 
@@ -132,4 +195,4 @@ def _interval(found: Interval) -> str:
 
 
 if __name__ == "__main__":
-    PAGE.write_text(page(), encoding="utf8")
+    write()

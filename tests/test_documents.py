@@ -17,7 +17,7 @@ from app.scene.effects import EFFECTS
 from app.scene.scene_file import load_scene, scene_from_toml, scene_names
 from app.studies.catalogue import STUDY_NAMES
 from app.studies.sweeps.needs import Verdict
-from tests.findings_page import PAGE, page
+from tests.findings_page import FIGURES, PAGE, figures, mark, page
 
 ROOT = Path(__file__).resolve().parents[1]
 GUIDE = ROOT / "assets" / "guide"
@@ -102,6 +102,15 @@ def test_the_guides_table_of_needs_is_that_of_the_rows():
 
 def test_the_page_of_findings_is_that_of_the_rows():
     assert PAGE.read_text(encoding="utf8") == page(), "write it again: python -m tests.findings_page"
+
+
+def test_the_figures_of_findings_are_of_the_rows():
+    drawn = {path.name: path.read_text(encoding="utf8") for path in FIGURES.glob("*.svg")}
+    wanted = figures()
+    assert sorted(drawn) == sorted(wanted), "write them again: python -m tests.findings_page"
+    assert [name for name, figure in wanted.items() if mark(figure) not in drawn[name]] == []
+    text = PAGE.read_text(encoding="utf8")
+    assert [name for name in wanted if f"(../findings/figures/{name})" not in text] == []
 
 
 def test_the_guide_names_every_command_and_study():

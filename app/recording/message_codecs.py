@@ -12,8 +12,6 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Literal, NamedTuple, TypeAlias
 
-import numpy as np
-
 from app.contacts.events import ContactEvent
 from app.core.codec import dump_json, json_schema, load_json
 from app.core.errors import RecordingError, SimulationError, TactileMapsError
@@ -34,7 +32,7 @@ from app.session.inputs import (
     RestChanged,
     SessionInput,
 )
-from app.skin.skin import Skin
+from app.skin.skin import Skin, same_triangles
 from app.tactile.poke import PokeInput, PokeMoved, PokePressed
 
 
@@ -96,20 +94,15 @@ def encode_input(tick: int, session_input: SessionInput, base: TactileMap) -> by
     """One input as a message; ``base``: the recording's own map. Cost: 20 µs; an edit's as ``edit_to_bytes``.
 
     Raises:
-        RecordingError: The map is of a skin whose taxels are believed to lie elsewhere than the recording's.
+        RecordingError: The map is of a skin with other triangles than the recording's: those of a map that was learned,
+            between taxels. Places of the one skin are none of the other, so no frame could be read with it.
     """
     if not isinstance(session_input, MapEdited):
         return dump_json(InputMessage(tick, session_input))
-    if not _same_places(session_input.map.skin, base.skin):
+    if not all(map(same_triangles, session_input.map.skin.patches, base.skin.patches)):
         remedy = "Record with a map of the skin that is simulated"
-        raise RecordingError("a recording cannot store a skin with a calibration error", remedy=remedy)
+        raise RecordingError("a recording cannot store a map whose triangles are not the skin's", remedy=remedy)
     return dump_json(InputMessage(tick, MapEdit(session_input.name, edit_to_bytes(session_input.map, base))))
-
-
-def _same_places(one: Skin, other: Skin) -> bool:
-    """Whether two skins, of the same taxels, have them in the same places."""
-    pairs = zip(one.patches, other.patches, strict=True)
-    return one is other or all(np.array_equal(a.taxels.positions, b.taxels.positions) for a, b in pairs)
 
 
 def _check_calibration(found: CalibrationUsed, taxels: int, file: str | None) -> None:

@@ -133,10 +133,13 @@ def with_area_error(skin: Skin, factor: float) -> Skin:
     """
     if not 0.01 <= factor <= 100:  # NaN compares false
         raise SkinError("the gain error is out of range", place="factor", value=factor, remedy="Choose 0.01 to 100")
-    patches = tuple(
-        replace(patch, taxels=replace(patch.taxels, areas=factor * patch.taxels.areas)) for patch in skin.patches
-    )
-    return Skin(patches, skin.findings)
+    return Skin(tuple(_enlarged(patch, factor) for patch in skin.patches), skin.findings)
+
+
+def _enlarged(patch: Patch, factor: float) -> Patch:
+    taxels, quadrature = patch.taxels, patch.taxels.quadrature
+    quadrature = replace(quadrature, areas=factor * quadrature.areas)
+    return replace(patch, taxels=replace(taxels, areas=factor * taxels.areas, quadrature=quadrature))
 
 
 def _taxel_errors(positions: FloatArray, stream: np.random.Generator, _sd: float) -> FloatArray:

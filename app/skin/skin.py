@@ -336,6 +336,13 @@ class Skin:
         return self.patches[at.patch].link
 
 
+def same_triangles(one: Patch, other: Patch) -> bool:
+    """Whether a ``SurfacePoint`` of one is, materially, the same place on the other: so it is on a skin that is only
+    believed to lie elsewhere, and not on one whose surface was learned.
+    """
+    return np.array_equal(one.surface.faces, other.surface.faces)
+
+
 def patch_name(link: str, before: int) -> str:
     """Name of the patch on ``link`` when ``before`` others have been named: "forearm", "forearm 2"."""
     return link if before == 0 else f"{link} {before + 1}"

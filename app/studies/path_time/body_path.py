@@ -18,7 +18,7 @@ from app.maps.paths import draw_path, path_about
 from app.maps.tactile_map import TactileMap
 from app.robots.kinematics import Configuration
 from app.session.prepare import PreparedScene
-from app.skin.skin import Skin
+from app.skin.skin import same_triangles
 from app.studies.testbeds.path_following import PathSetup
 
 _CORNERS = 128
@@ -71,16 +71,13 @@ def taken_over(points: FloatArray, true: TactileMap, believed: TactileMap) -> Fl
         if face < 0:
             continue
         place = _surface_point(int(patch), int(face), weights)
-        if not _same_triangles(true.skin, believed.skin, place.patch):
-            surface = nearest.setdefault(place.patch, ClosestPoint(believed.skin.patches[place.patch].surface))
+        other = believed.skin.patches[place.patch]
+        if not same_triangles(true.skin.patches[place.patch], other):
+            surface = nearest.setdefault(place.patch, ClosestPoint(other.surface))
             faces, shares, _ = surface.query(true.skin.position(place)[None])
             place = _surface_point(place.patch, int(faces[0]), shares[0])
         found.append(believed.to_map(place))
     return np.array(found).reshape(-1, 2)
-
-
-def _same_triangles(true: Skin, believed: Skin, patch: int) -> bool:
-    return np.array_equal(true.patches[patch].surface.faces, believed.patches[patch].surface.faces)
 
 
 def _surface_point(patch: int, face: int, weights: FloatArray) -> SurfacePoint:

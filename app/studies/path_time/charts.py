@@ -74,9 +74,10 @@ def _bars(factor: Factor, rows: Sequence[Row]) -> list[BarChart]:
     return [
         BarChart(
             f"Time by {factor.name}, {robot}",
-            "seconds for the path, median over seeds",
+            "seconds for the path, median over seeds and its 95 % interval",
             {name: interval.middle for name, interval in of.items()},
-            note=_impossible(of),
+            _impossible(of),
+            {name: (interval.low, interval.high) for name, interval in of.items()},
         )
         for robot in distinct(rows, "robot")
         for of in [by_name(factor, [row for row in rows if row["robot"] == robot])]

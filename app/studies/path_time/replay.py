@@ -7,7 +7,8 @@ from dataclasses import replace
 
 from app.core.errors import UsageError
 from app.session.inputs import ControlChanged
-from app.studies.path_time.body_path import path_length
+from app.skin.skin import same_triangles
+from app.studies.path_time.body_path import path_length, with_path_on_body
 from app.studies.path_time.conditions import setup_of
 from app.studies.path_time.factors import Factor
 from app.studies.path_time.path_time import QUICK_SIZE, conditions_of, settings_of
@@ -21,8 +22,8 @@ def replay_row(factors: Sequence[Factor], row: Row) -> CaseReplay:
     """The run behind a row, at the speed that was found; where none was well enough, at the slowest that was tried.
 
     Raises:
-        UsageError: The row is of no case of these factors, or its controller believes another map than the true one:
-            a recording holds one.
+        UsageError: The row is of no case of these factors, or its controller believes a learned map: a recording holds
+            places of the skin, which has other triangles.
 
     Cost: 3 s to prepare.
     """
@@ -31,13 +32,14 @@ def replay_row(factors: Sequence[Factor], row: Row) -> CaseReplay:
         setup = setup_of(str(row["robot"]), conditions, int(number_or(row["seed"], 0)))
     except (KeyError, TypeError, ValueError) as error:
         raise UsageError("the row is of no case of this study", value=error) from error
-    if setup.believed is not None:
+    if not all(map(same_triangles, setup.map.skin.patches, setup.prepared.skin.patches)):
         raise UsageError(
-            "the controller of this case believes another map than the skin's, and a recording holds one map",
+            "a learned map has triangles of its own, and a recording cannot hold places on them",
             value=f"{row['factor']} {row['level']}",
-            remedy="Choose a row of a factor that leaves the map as it is, such as rate, delay or noise",
+            remedy="Choose a row whose map was not learned",
         )
-    settings = settings_of(conditions, QUICK_SIZE if row.get("quick") else None)
+    about = settings_of(conditions, QUICK_SIZE if row.get("quick") else None)
+    settings = with_path_on_body(about, setup)
     speed = number_or(row["speed_mm_s"], 1e3 * SLOWEST) / 1e3
     seconds = number_or(row["seconds"], path_length(settings) / speed)
     tick = setup.prepared.scene.tick

@@ -112,14 +112,15 @@ FACTORS: Sequence[Factor] = (
     *(
         Factor(
             f"pixel, {name}",
-            "mm, of the image that the contact's centre is taken from (straight from the taxels at 0.25)",
+            "mm a pixel (straight from the taxels at 0.25)",
             (0.5, 1.0, 2.0, 4.0, 8.0),
             partial(_pixels, name),
             (2.0,) if name == "barycentric" else (),
             0.0,
             drawn_zero=0.25,
-            note="The centre is that of all pixels which the region's taxels reach; the force stays pressure times "
-            "area. At 8 mm, the taxels' own pitch, the nearest taxel's pixels show some taxels not at all.",
+            note="Of the image that the contact's centre is taken from: it is that of all pixels which the region's "
+            "taxels reach; the force stays pressure times area. At 8 mm, the taxels' own pitch, the nearest taxel's "
+            "pixels show some taxels not at all.",
         )
         for name in ("barycentric", "nearest", "natural-neighbour")
     ),
@@ -129,22 +130,24 @@ FACTORS: Sequence[Factor] = (
            "says where the Jacobian and the normal are asked for."),
     Factor(
         "curvature",
-        "share of the places fit to be touched that are flatter",
+        "share of places that are flatter (the flattest at 0.25)",
         (0.5, 0.9),
         varied("bend"),
         (0.5,),
         0.0,
-        note="By the greatest angle between normals within 20 mm. A more bent place touches the ball with less skin, "
-        "its normal turns faster along the way, and the joints may move it less well. Bodies other than the robots' "
-        "own links, such as saddles, were not tried.",
+        drawn_zero=0.25,
+        note="Of the places fit to be touched, by the greatest angle between normals within 20 mm. A more bent one "
+        "touches the ball with less skin, its normal turns faster along the way, and the joints may move it less well. "
+        "Bodies other than the robots' own links, such as saddles, were not tried.",
     ),
     Factor(
         "cuts",
-        "seams of the map through the place that is touched",
+        "seams through the place touched (none at 0.5)",
         (1, 2, 3),
         _cuts,
         (2,),
         0,
+        drawn_zero=0.5,
         note="The figure leads over each cut twice or more; on the map it goes on behind the other side.",
     ),
     Factor("dead taxels", "share of all (none at 0.005)", (0.01, 0.05, 0.1, 0.2),

@@ -66,7 +66,8 @@ class Panel:
     Attributes:
         title: What is the same for all its curves.
         curves: Points (x, y) by method, in the order they are joined.
-        intervals: (x, low, high) by method, drawn as upright lines: confidence intervals of the points.
+        intervals: (x, low, high) by method, drawn as upright lines: confidence intervals of the points. One with
+            an infinite high ends in an arrow at the top.
     """
 
     title: str
@@ -104,12 +105,14 @@ class BarChart:
         x: What the amounts are, with their unit.
         amounts: None where it is not known; that and what is infinite is left out.
         note: What has to be said beside it, in a sentence or two.
+        intervals: (low, high) of amounts by name: confidence intervals, drawn over the bars and written beside them.
     """
 
     title: str
     x: str
     amounts: Mapping[str, float | None]
     note: str = ""
+    intervals: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
 
 def panels(
@@ -182,11 +185,12 @@ def _draw_panels(figure: Figure) -> Canvas:
 def _draw_panel(axes: Axes, panel: Panel, figure: Figure, looks: Mapping[str, tuple[str, str]]) -> None:
     curves = {name: _drawable(points, figure.least) for name, points in panel.curves.items()}
     spans = {
-        name: [ends for x, low, high in rows if len(ends := _drawable([(x, low), (x, high)], figure.least)) == 2]
+        name: [(x, max(low, figure.least), high) for x, low, high in rows if x > 0 and np.isfinite([x, low]).all()]
         for name, rows in panel.intervals.items()
         if name in curves
     }
-    every = np.concatenate([*curves.values(), *(ends for rows in spans.values() for ends in rows), np.zeros((0, 2))])
+    ends = [(x, y) for rows in spans.values() for x, *both in rows for y in both]
+    every = np.concatenate([*curves.values(), _drawable(ends, figure.least)])
     if not len(every):
         _say_nothing_measured(axes)
         return
@@ -198,9 +202,13 @@ def _draw_panel(axes: Axes, panel: Panel, figure: Figure, looks: Mapping[str, tu
         if len(points):
             colour, marker = looks[name]
             axes.plot(*points.T, label=name, color=colour, marker=marker)
+    highest = axes.get_ylim()[1]
     for name, rows in spans.items():
-        for ends in rows:
-            axes.plot(*ends.T, color=looks[name][0], linewidth=0.8, alpha=0.6, label="_interval")
+        line: dict[str, Any] = {"color": looks[name][0], "alpha": 0.6, "label": "_interval", "clip_on": False}
+        for x, low, high in rows:
+            axes.plot([x, x], [low, min(high, highest)], linewidth=0.8, **line)
+            if math.isinf(high):
+                axes.plot([x], [highest], marker="^", **line)
 
 
 def _drawable(points: Points, least: float) -> FloatArray:
@@ -227,14 +235,19 @@ def _draw_bars(chart: BarChart) -> Canvas:
 
     known = ((value, name) for name, value in chart.amounts.items() if value is not None)
     shown = sorted((value, name) for value, name in known if math.isfinite(value))
+    spans = [chart.intervals.get(name, (value, value)) for value, name in shown]
     canvas = Canvas(figsize=(_BAR_WIDTH, _BAR_PITCH * max(len(shown), 1) + _BAR_AXIS), layout="constrained")
     axes = canvas.add_subplot()
     if not shown:
         _say_nothing_measured(axes)
         return canvas
-    bars = axes.barh([name for _, name in shown], [value for value, _ in shown], color=_COLOURS[0])
-    axes.bar_label(bars, fmt="{:.3g}", padding=3)
-    axes.margins(x=0.08, y=0.02)
+    axes.barh([name for _, name in shown], [value for value, _ in shown], color=_COLOURS[0])
+    for place, ((value, name), (low, high)) in enumerate(zip(shown, spans, strict=True)):
+        text = f"{value:.3g}" + (f" [{low:.3g}, {high:.3g}]" if name in chart.intervals else "")
+        end = high if math.isfinite(high) else value
+        axes.plot([low, end], [place, place], color=_INK, linewidth=0.8)
+        axes.annotate(text, (end, place), (3, 0), textcoords="offset points", va="center")
+    axes.margins(x=0.2 if chart.intervals else 0.08, y=0.02)
     axes.set_xlabel(chart.x)
     return canvas
 

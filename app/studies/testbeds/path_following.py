@@ -29,7 +29,7 @@ from app.session.frame import Frame
 from app.session.inputs import ControlChanged
 from app.session.prepare import PreparedScene
 from app.session.session import Session
-from app.skin.skin import Skin
+from app.skin.skin import Skin, same_triangles
 from app.studies.rows import p95, rms
 from app.tactile.sensor_effects import SensorEffects
 
@@ -51,10 +51,7 @@ class TrueContact:
     def __init__(self, robot: Robot, skin: Skin, map_: TactileMap) -> None:
         self._skin, self._believed, self._configuration = skin, map_.skin, Configuration(robot)
         self._nearest = [(patch, ClosestPoint(patch.surface)) for patch in skin.patches]
-        self._same = [
-            np.array_equal(true.surface.faces, believed.surface.faces)
-            for true, believed in zip(skin.patches, map_.skin.patches, strict=True)
-        ]
+        self._same = list(map(same_triangles, skin.patches, map_.skin.patches))
 
     def error(self, target: SurfacePoint, ball: FloatArray, posture: FloatArray) -> float:
         """From the place of the skin nearest to a ball's middle to where the target lies [m].

@@ -16,7 +16,8 @@ from app.control.command import ControlSettings
 from app.core.errors import RecordingError, SimulationError
 from app.editing.arrange import move, rotate
 from app.editing.document import MapDocument
-from app.geometry.mesh import SurfacePoint
+from app.geometry.mesh import Mesh, SurfacePoint
+from app.maps.build import build_map
 from app.recording.message_codecs import (
     TOPICS,
     decode_event,
@@ -31,6 +32,7 @@ from app.recording.recorder import Recorder
 from app.scene.effects import Effects
 from app.session.inputs import ControlChanged, EffectsChanged, MapEdited, ReadingChanged, RestChanged
 from app.session.session import Session
+from app.skin.calibration_error import with_calibration_error
 from app.studies.testbeds.reference_bodies import flat_map
 from app.tactile.poke import Finger, PokeMoved, PokePressed, PokeReleased
 from app.tactile.sensor_effects import SENSOR_KEYS, Noise, SensorEffects
@@ -109,6 +111,27 @@ def test_an_edit_of_another_skins_map_is_refused(prepared):
     assert len(other.charts) != len(prepared.map.charts)
     with pytest.raises(RecordingError, match=r"/input: input\.map"):
         decode_input(data, other)
+
+
+def test_a_map_of_a_skin_believed_elsewhere_is_held_whole_and_none_of_another_skin_is(prepared):
+    believed = build_map(with_calibration_error(prepared.skin, 0.002, seed=1))
+    data = encode_input(3, MapEdited("Believed", believed), prepared.map)
+    _, act = decode_input(data, prepared.map)
+    for got, own in zip(act.map.skin.patches, believed.skin.patches, strict=True):
+        assert (got.taxels.positions == own.taxels.positions).all()
+        assert (got.surface.vertices == own.surface.vertices).all()
+    with pytest.raises(RecordingError, match=r"input\.map, skin: the edit is of another skin's map"):
+        decode_input(data, flat_map(30))
+    turned = replace(
+        believed.skin, patches=tuple(patch if n else mirrored(patch) for n, patch in enumerate(believed.skin.patches))
+    )
+    with pytest.raises(RecordingError, match="whose triangles are not the skin's"):
+        encode_input(3, MapEdited("Other", replace(believed, skin=turned)), prepared.map)
+
+
+def mirrored(patch):
+    """The patch with its triangles turned over: the same taxels on another surface."""
+    return replace(patch, surface=Mesh(patch.surface.vertices, patch.surface.faces[:, ::-1]))
 
 
 def message(**fields) -> bytes:

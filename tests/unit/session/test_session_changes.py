@@ -13,6 +13,8 @@ from app.control.behaviours import Behaviour, trigger_text
 from app.control.command import ControlSettings
 from app.core.errors import MapError, RecordingError, SceneError, SimulationError
 from app.maps.build import build_map
+from app.maps.learned.as_tactile_map import learned_tactile_map
+from app.maps.learned.learned_map import LearnedMap
 from app.maps.tactile_map import TactileMap
 from app.recording.player import RecordingPlayer
 from app.recording.recorder import Recorder
@@ -31,7 +33,7 @@ from app.session.inputs import (
     RestChanged,
 )
 from app.session.session import Session
-from app.skin.calibration_error import with_calibration_error
+from app.skin.calibration_error import with_area_error, with_calibration_error, with_sleeve_displaced
 from app.skin.skin import Skin
 from app.stimuli.stimulus_kinds import Poke, Stroke
 from app.tactile.poke import Finger, PokePressed, PokeReleased
@@ -411,10 +413,36 @@ def test_a_skin_that_is_believed_to_lie_elsewhere_places_contacts_there(name):
         assert region.force == other.force, "areas are known"
 
 
-def test_a_recording_does_not_pretend_to_hold_another_skin(tmp_path):
-    session = Session(BAR, map_=build_map(with_calibration_error(BAR.skin, 0.003)))
-    refused = pytest.raises(RecordingError, match="with a calibration error")
-    with Recorder(BAR, tmp_path / "believed.mcap") as recorder, refused:
+@pytest.mark.parametrize("error", [
+    lambda skin: with_calibration_error(skin, 0.003, seed=1), lambda skin: with_area_error(skin, 0.8),
+    lambda skin: with_sleeve_displaced(skin, shift=0.002),
+], ids=["misplaced", "areas", "sleeve"])  # fmt: skip
+def test_a_skin_that_is_believed_to_lie_elsewhere_is_recorded_and_simulated_again(error, tmp_path):
+    prepared = arm()
+    believed = error(prepared.skin)
+    session = Session(prepared, scripted=False, map_=build_map(believed))
+    session.submit(PokePressed(1, prepared.skin.taxel_point(int(prepared.skin.first[1]) + 20), FORCE))
+    with Recorder(prepared, tmp_path / "believed.mcap") as recorder:
+        for _ in range(40):
+            recorder.write(session.tick(), session.inputs)
+    player = RecordingPlayer(tmp_path / "believed.mcap")
+    assert verify(player).identical
+    assert session.frame.regions
+    held = player.runtime_settings_at(0).map.skin
+    assert np.array_equal(held.areas, believed.areas)
+    for one, other in zip(held.patches, believed.patches, strict=True):
+        assert np.array_equal(one.taxels.positions, other.taxels.positions)
+    without = RecordingPlayer(tmp_path / "believed.mcap")
+    without.inputs = [(tick, act) for tick, act in without.inputs if not isinstance(act, MapEdited)]
+    assert not verify(without).identical
+
+
+def test_a_recording_does_not_pretend_to_hold_a_learned_map(tmp_path):
+    (patch,) = BAR.skin.patches
+    learned = LearnedMap(patch.taxels.positions[:, :2], np.ones(len(BAR.skin), bool), "by hand", 0.0, None)
+    session = Session(BAR, map_=learned_tactile_map(BAR.skin, learned))
+    refused = pytest.raises(RecordingError, match="a map whose triangles are not the skin's")
+    with Recorder(BAR, tmp_path / "learned.mcap") as recorder, refused:
         recorder.write(session.tick(), session.inputs)
 
 

@@ -73,9 +73,20 @@ def test_every_axis_has_ticks_within(x):
 def test_intervals_stand_upright_in_the_colour_of_their_curve():
     made, spans = {"ours": [(0.1, 1.0), (1.0, 0.5)]}, {"ours": [(0.1, 0.7, 2.0), (1.0, 0.5, float("inf"))]}
     (axes,) = draw(figure(Panel("one", made, spans | {"theirs": [(0.1, 0.7, 2.0)]}))).axes
-    (upright,) = [line for line in axes.lines if line.get_label().startswith("_")]
+    upright, endless, arrow = [line for line in axes.lines if line.get_label().startswith("_")]
     np.testing.assert_allclose(upright.get_xydata(), [[0.1, 0.7], [0.1, 2.0]])
-    assert upright.get_color() == curves(axes)["ours"].get_color()
+    top = axes.get_ylim()[1]
+    np.testing.assert_allclose(endless.get_xydata(), [[1.0, 0.5], [1.0, top]], err_msg="up to the top")
+    np.testing.assert_allclose(arrow.get_xydata(), [[1.0, top]])
+    assert upright.get_color() == arrow.get_color() == curves(axes)["ours"].get_color()
+
+
+def test_intervals_of_bars_lie_over_them_and_stand_beside_them():
+    chart = BarChart("What?", "s", {"b": 3.0, "a": 2.0, "c": 4.0}, "", {"a": (1.5, 2.5), "b": (1.0, float("inf"))})
+    (axes,) = draw(chart).axes
+    first, second, third = (line.get_xdata() for line in axes.lines)
+    assert [list(first), list(second), list(third)] == [[1.5, 2.5], [1.0, 3.0], [4.0, 4.0]]
+    assert {"2 [1.5, 2.5]", "3 [1, inf]", "4"} <= set(texts(chart))
 
 
 def test_rows_become_panels_and_curves_in_their_order():
