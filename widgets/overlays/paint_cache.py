@@ -11,11 +11,16 @@ from PySide6.QtGui import QPaintEngine, QPainter, QPixmap, QTransform
 class PaintCache:
     """One drawing, copied from its pixels while neither it nor the view of it changes. Mutable.
 
-    Pixels are kept from the second time on that it is drawn alike, so that a view that is being moved pays nothing for
-    it. Files of lines and words, such as PDF and SVG, get the lines.
+    Files of lines and words, such as PDF and SVG, get the lines.
+
+    Args:
+        at_once: Whether it is drawn by way of its pixels from the first time on, so that it never differs by a rounding
+            of its rim; else from the second time that it is drawn alike, so that a view that is being moved pays
+            nothing for it.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, *, at_once: bool = False) -> None:
+        self._at_once = at_once
         self._last: tuple[object, ...] | None = None
         self._pixels: QPixmap | None = None
 
@@ -36,8 +41,9 @@ class PaintCache:
         now = (content, painter.worldTransform(), bounds, size, ratio)
         if now != self._last:
             self._last, self._pixels = now, None
-            draw(painter)
-            return
+            if not self._at_once:
+                draw(painter)
+                return
         view = painter.worldTransform() * QTransform.fromScale(ratio, ratio)
         room = QRectF(0, 0, ratio * size[0], ratio * size[1])
         area = view.mapRect(bounds).intersected(room).toAlignedRect()

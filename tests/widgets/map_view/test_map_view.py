@@ -320,6 +320,22 @@ def test_nothing_is_drawn_over_a_touch(view, prepared):
     assert np.ptp(bare[away < 10], axis=0).max() > 60, "the pressure is seen there"
 
 
+def test_a_patch_that_is_copied_looks_as_one_that_is_painted(view, prepared):
+    """Pressed, let go and coloured otherwise, each three times: what is kept of a patch is never what it was before."""
+    pressed = replace(touched(prepared.map, [40], radius=0.03), regions=(), pokes=())
+    quiet = replace(pressed, pressures=np.zeros_like(pressed.pressures))
+    pictures = {}
+    for name, frame, scale in [("quiet", quiet, 20.0), ("pressed", pressed, 20.0), ("pale", pressed, 60.0)] * 2:
+        view.display.set_scale(PressureScale(scale))
+        view.display.show_frame(frame)
+        shown = [seen(view) for _ in range(3)]
+        pictures.setdefault(name, shown[0])
+        for picture in shown:
+            np.testing.assert_array_equal(picture, pictures[name], err_msg=name)
+    assert np.abs(pictures["quiet"] - pictures["pressed"]).max() > 60
+    assert np.abs(pictures["pale"] - pictures["pressed"]).max() > 20
+
+
 def test_taxels_are_faint_points_at_the_zoom_that_frames_the_map(view, prepared):
     view.resize(420, 380)
     picture = view.display.picture
