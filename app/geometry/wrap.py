@@ -20,7 +20,7 @@ from scipy import ndimage
 
 from app.core.arrays import FloatArray, IntArray
 from app.core.errors import Finding, MeshError
-from app.geometry.closest_point import ClosestPoint
+from app.geometry.closest_point import ClosestPoint, closest_point
 from app.geometry.connectivity import averaging_matrix, remove_unreferenced
 from app.geometry.mesh import Mesh
 
@@ -55,7 +55,7 @@ def wrap_mesh(mesh: Mesh, *, thickness: float, voxel: float, closing: float = 0.
     Args:
         mesh: Faces with area; any topology, any orientation.
         thickness: Distance of the surface from the mesh [m], > 0.
-        voxel: Wanted edge length [m]; at most 1.9 thicknesses are used, so that no thin sheet slips through the grid.
+        voxel: Wanted edge length [m]; at most ``coarsest_voxel`` is used.
         closing: Radius [m] of a ball that rolls over the cover from outside: where it does not fit, in holes, grooves
             and gaps, the surface spans them as stretched fabric would. Zero follows everything.
         where: The mesh's name, for findings and errors.
@@ -67,9 +67,9 @@ def wrap_mesh(mesh: Mesh, *, thickness: float, voxel: float, closing: float = 0.
     """
     if not (thickness > 0 and voxel > 0 and closing >= 0 and np.isfinite(thickness + voxel + closing)):
         raise MeshError("thickness and voxel must be positive", file=where, value=(thickness, voxel, closing))
-    thickness, voxel, findings = _within_memory(mesh, thickness, closing, min(voxel, 1.9 * thickness), where)
+    thickness, voxel, findings = _within_memory(mesh, thickness, closing, min(voxel, coarsest_voxel(thickness)), where)
     grid = _VoxelGrid.around(mesh, thickness + closing, voxel)
-    closest = ClosestPoint(mesh)
+    closest = closest_point(mesh)
     field = _outside_distance(closest, mesh, grid, thickness + closing)
     if closing > 0:
         mesh, loose = _isosurface(grid, field, thickness + closing, where)
@@ -78,6 +78,11 @@ def wrap_mesh(mesh: Mesh, *, thickness: float, voxel: float, closing: float = 0.
     surface, loose = _isosurface(grid, _snapped_field(field, thickness, voxel), thickness, where)
     surface = _smoothed(surface, closest, mesh, -closing if closing > 0 else thickness)
     return WrappedMesh(surface, voxel, thickness, findings + loose)
+
+
+def coarsest_voxel(thickness: float) -> float:
+    """Of a grid through which no thin sheet in a cover of this ``thickness`` slips [m]."""
+    return 1.9 * thickness
 
 
 @dataclass(frozen=True, eq=False)

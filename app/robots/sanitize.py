@@ -213,7 +213,7 @@ def prepare_degenerate_meshes(spec: mujoco.MjSpec, assets: Mapping[str, bytes]) 
     for element in spec.meshes:
         if element.file not in assets:
             continue
-        mesh = parse_mesh(assets[element.file], Path(element.file))
+        mesh = parse_mesh(assets[element.file], Path(element.file), weld=False)
         if _is_flat(mesh):
             flat.add(element.name)
         if element.name in flat or _is_hollow(mesh):

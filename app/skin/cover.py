@@ -19,12 +19,17 @@ from app.core.progress import Progress, no_progress
 from app.geometry.mesh import Mesh
 from app.geometry.pose import Pose
 from app.geometry.repair import clean_mesh
-from app.geometry.wrap import wrap_mesh
+from app.geometry.wrap import coarsest_voxel, wrap_mesh
 from app.robots.kinematics import Configuration
 from app.robots.robot import Robot
 from app.skin.skin import Patch, Skin, patch_name
 from app.skin.taxel_placement.sampling import place_evenly
-from app.skin.taxel_placement.usable_surface import usable_components, vertices_clear_of, visible_from_outside
+from app.skin.taxel_placement.usable_surface import (
+    sample_surface,
+    usable_components,
+    vertices_clear_of,
+    visible_from_outside,
+)
 
 MAX_COVER_TAXELS = 20_000
 CLOSING_FACTOR = 3.0
@@ -107,10 +112,11 @@ def cover_robot(robot: Robot, spec: CoverSpec | None = None, *, progress: Progre
     _check_links(robot, links, meshes)
     voxel = _voxel({name: meshes[name] for name in links}, spec.taxels)
     configuration = Configuration(robot)
+    clouds = {name: sample_surface(mesh, min(voxel, coarsest_voxel(spec.thickness))) for name, mesh in meshes.items()}
     pieces: list[_Piece] = []
     for i, name in enumerate(links):
         progress(f"Covering {name}", 0.7 * i / len(links))
-        found, notes = _usable_pieces(configuration, meshes, name, spec.thickness, voxel)
+        found, notes = _usable_pieces(configuration, meshes, clouds, name, spec.thickness, voxel)
         pieces += found
         findings += notes
     if not pieces:
@@ -152,17 +158,21 @@ def _voxel(meshes: dict[str, Mesh], taxels: int) -> float:
 
 
 def _usable_pieces(
-    configuration: Configuration, meshes: dict[str, Mesh], name: str, thickness: float, voxel: float
+    configuration: Configuration,
+    meshes: dict[str, Mesh],
+    clouds: dict[str, FloatArray],
+    name: str,
+    thickness: float,
+    voxel: float,
 ) -> tuple[list[_Piece], list[Finding]]:
+    """Of a link; ``clouds`` are points of all links' meshes, in their own frames."""
     wrapped = wrap_mesh(meshes[name], thickness=thickness, voxel=voxel, closing=CLOSING_FACTOR * thickness, where=name)
     here = configuration.pose(name).inverse
-    others = []
-    for other, mesh in meshes.items():
-        if other != name:
-            relative = here @ configuration.pose(other)
-            others.append(Mesh(relative.points(mesh.vertices), mesh.faces))
+    poses = {other: here @ configuration.pose(other) for other in meshes if other != name}
+    others = [(pose, meshes[other]) for other, pose in poses.items()]
+    blockers = [pose.points(clouds[other]) for other, pose in poses.items()]
     usable = vertices_clear_of(wrapped.surface, others, distance=JOINT_CLEARANCE)
-    usable &= visible_from_outside(wrapped.surface, others, voxel=wrapped.voxel)
+    usable &= visible_from_outside(wrapped.surface, blockers, voxel=wrapped.voxel)
     taxel_area = FACES_PER_TAXEL * voxel**2 / 3
     smallest = max(_MIN_SHARE * wrapped.surface.area, _MIN_TAXELS * taxel_area)
     found = usable_components(wrapped.surface, usable, smallest=smallest, largest_hole=_MAX_HOLE_TAXELS * taxel_area)

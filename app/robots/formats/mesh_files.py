@@ -17,6 +17,7 @@ from xml.etree.ElementTree import tostring
 
 import numpy as np
 from collada.common import DaeError
+from numpy.typing import NDArray
 
 from app.core.arrays import FloatArray, IntArray
 from app.core.codec import parse_json
@@ -56,8 +57,14 @@ def read_mesh(path: Path) -> Mesh:
     return parse_mesh(read_bytes(path), path)
 
 
-def parse_mesh(data: bytes, path: Path) -> Mesh:
-    """Like ``read_mesh``, from bytes; ``path`` tells the format by its suffix and the name for errors."""
+def parse_mesh(data: bytes, path: Path, *, weld: bool = True) -> Mesh:
+    """Like ``read_mesh``, from bytes.
+
+    Args:
+        data: The file's.
+        path: Tells the format by its suffix, and the name for errors.
+        weld: Whether corners at the same place become one vertex. In files that ``AssetStore`` wrote they are.
+    """
     check_format(path)
     suffix = path.suffix.lower()
     try:
@@ -68,7 +75,8 @@ def parse_mesh(data: bytes, path: Path) -> Mesh:
         ) from error
     _check_limits(vertices, faces, path)
     try:
-        return Mesh(*_weld(vertices, Mesh(vertices, faces).faces))
+        mesh = Mesh(vertices, faces)
+        return Mesh(*_weld(vertices, mesh.faces)) if weld else mesh
     except MeshError as error:
         raise error.at(file=path) from error
 
@@ -218,12 +226,24 @@ _COLLADA_MATERIALS = ("bind_material", "library_effects", "library_materials", "
 def _weld(vertices: FloatArray, faces: IntArray) -> tuple[FloatArray, IntArray]:
     """Let corners at exactly the same place share a vertex; formats such as STL repeat them for each triangle."""
     rows = np.ascontiguousarray(vertices + 0.0)  # -0.0 and 0.0 are one place
-    keys = rows.view([("", rows.dtype)] * 3).ravel()
-    _, first, inverse = np.unique(keys, return_index=True, return_inverse=True)
+    _, first, inverse = np.unique(_hashes(rows), return_index=True, return_inverse=True)
+    if not np.array_equal(rows[first[inverse]], rows):  # two places with one hash
+        keys = rows.view([("", rows.dtype)] * 3).ravel()
+        _, first, inverse = np.unique(keys, return_index=True, return_inverse=True)
     order = np.argsort(first)  # keep the file's order of vertices
     rank = np.empty(len(order), dtype=np.int64)
     rank[order] = np.arange(len(order))
     return rows[first[order]], rank[inverse.ravel()][faces]
+
+
+_ODD = np.array([0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F, 0x165667B19E3779F9], np.uint64)
+
+
+def _hashes(rows: FloatArray) -> NDArray[np.uint64]:
+    """(n,) of the bits of ``rows`` (n, 3): numbers are sorted four times as fast as rows."""
+    mixed = rows.view(np.uint64) * _ODD
+    mixed ^= mixed >> np.uint64(31)
+    return np.asarray((mixed * _ODD[::-1]).sum(axis=1, dtype=np.uint64))
 
 
 PLACEHOLDER_SIZE = 0.02  # m

@@ -17,9 +17,10 @@ import numpy as np
 from scipy.sparse import diags
 
 from app.core.arrays import BoolArray, FloatArray
-from app.geometry.closest_point import ClosestPoint
+from app.geometry.closest_point import closest_point
 from app.geometry.connectivity import Connectivity, averaging_matrix, faces_touching, remove_unreferenced
 from app.geometry.mesh import Mesh
+from app.geometry.pose import Pose
 from app.geometry.raycast import fibonacci_sphere
 
 DIRECTIONS = 60
@@ -29,15 +30,15 @@ _FACING = 0.5
 _MIN_DIRECTIONS = 2
 
 
-def visible_from_outside(surface: Mesh, others: Sequence[Mesh], *, voxel: float) -> BoolArray:
+def visible_from_outside(surface: Mesh, blockers: Sequence[FloatArray], *, voxel: float) -> BoolArray:
     """(n,) vertices seen from at least two of 60 directions that they face.
 
     Args:
         surface: Evenly meshed with edges of about ``voxel``.
-        others: What may stand in the way, in the surface's frame.
+        blockers: Points (k, 3) of what may stand in the way, in the surface's frame, no farther apart than
+            ``sample_surface`` has them.
         voxel: Edge length [m]; a bin is two edges wide.
     """
-    blockers = [_sample_surface(other, voxel) for other in others]
     points = np.concatenate([surface.vertices, *(_one_point_per_voxel(cloud, voxel) for cloud in blockers)])
     count = len(surface.vertices)
     seen = np.zeros(count, dtype=int)
@@ -66,12 +67,14 @@ def _depth_map(points: FloatArray, depth: FloatArray, direction: FloatArray, bin
     return deepest[cell]
 
 
-def _sample_surface(mesh: Mesh, spacing: float) -> FloatArray:
-    """Corners of faces and, on faces larger than a bin, points in rows between them."""
+def sample_surface(mesh: Mesh, voxel: float) -> FloatArray:
+    """(k, 3) points for ``visible_from_outside`` with this ``voxel`` [m]: corners of faces and, on faces larger than a
+    bin, points in rows between them. Cost: 1 ms for 10,000 faces.
+    """
     corners = mesh.vertices[mesh.faces]
     x, y, z = np.moveaxis(corners - np.roll(corners, 1, axis=1), 2, 0)
     longest = np.sqrt((x * x + y * y + z * z).T.max(axis=0))
-    steps = np.minimum(np.ceil(longest / (1.5 * spacing)).astype(int), 64)
+    steps = np.minimum(np.ceil(longest / (1.5 * voxel)).astype(int), 64)
     clouds = [corners.reshape(-1, 3)]
     for number in np.unique(steps[steps > 1]):
         i, j = np.meshgrid(np.arange(number + 1), np.arange(number + 1), indexing="ij")
@@ -98,24 +101,27 @@ def _one_point_per_voxel(points: FloatArray, voxel: float) -> FloatArray:
 _SMOOTHED_ROWS = 3
 
 
-def vertices_clear_of(surface: Mesh, others: Sequence[Mesh], *, distance: float) -> BoolArray:
+def vertices_clear_of(surface: Mesh, others: Sequence[tuple[Pose, Mesh]], *, distance: float) -> BoolArray:
     """(n,) vertices that keep ``distance`` [m] from every other mesh and do not lie inside one.
 
     Args:
         surface: The candidate surface.
-        others: Cleaned meshes in the surface's frame; they need not be closed (inside is judged by winding number).
+        others: Cleaned meshes and their poses in the surface's frame; they need not be closed (inside is judged by
+            winding number).
         distance: To keep [m].
     """
     clear = np.ones(len(surface.vertices), dtype=bool)
-    for other in others:
+    for pose, other in others:
         low, high = other.bounds
-        near = ((surface.vertices > low - distance) & (surface.vertices < high + distance)).all(axis=1)
-        near = np.flatnonzero(near & clear)
-        if len(near):
-            points = np.ascontiguousarray(surface.vertices[near])
-            away = ClosestPoint(other).query(points)[2]
-            winding = igl.fast_winding_number(other.vertices, other.faces, points)
-            clear[near[(away < distance) | (np.abs(winding) > 0.5)]] = False
+        points = pose.inverse.points(surface.vertices)
+        near = np.flatnonzero(clear & ((points > low - distance) & (points < high + distance)).all(axis=1))
+        if not len(near):
+            continue
+        clear[near] = closest_point(other).query(points[near])[2] >= distance
+        within = near[clear[near] & ((points[near] > low) & (points[near] < high)).all(axis=1)]
+        if len(within):
+            winding = igl.fast_winding_number(other.vertices, other.faces, np.ascontiguousarray(points[within]))
+            clear[within] = np.abs(winding) <= 0.5
     return clear
 
 

@@ -264,3 +264,48 @@ def test_all_meshes_together_are_bounded(tmp_path: Path, rod: bytes, monkeypatch
     store.add(tmp_path / "rod.stl")
     with pytest.raises(RobotError, match="together"):
         store.add(tmp_path / "rod.stl", variant="again")
+
+
+def test_corners_at_one_place_become_one_vertex_in_the_order_of_the_file():
+    rng = np.random.default_rng(5)
+    corners = 0.25 * rng.integers(-3, 4, (300, 3)) + np.where(rng.random((300, 3)) < 0.5, 0.0, -0.0)
+    faces = rng.permutation(300).reshape(100, 3)
+    welded = read_obj(corners, faces)
+    assert [tuple(row) for row in welded.vertices.tolist()] == list(dict.fromkeys(map(tuple, corners.tolist())))
+    np.testing.assert_array_equal(welded.vertices[welded.faces], corners[faces])
+
+
+def test_two_places_with_one_hash_stay_two_vertices():
+    one, other = same_hash()
+    np.testing.assert_array_equal(*mesh_files._hashes(np.array([one, other]))[:, None])
+    corners = np.array([one, other, [0.0, 0.0, 0.0], one, other, [0.0, 0.0, 1.0]])
+    welded = read_obj(corners, np.arange(6).reshape(2, 3))
+    np.testing.assert_array_equal(welded.vertices, corners[[0, 1, 2, 5]])
+
+
+def read_obj(corners, faces):
+    lines = [f"v {x!r} {y!r} {z!r}" for x, y, z in corners.tolist()]
+    lines += [f"f {a + 1} {b + 1} {c + 1}" for a, b, c in faces.tolist()]
+    return parse_mesh("\n".join(lines).encode(), Path("soup.obj"))
+
+
+def same_hash():
+    """Two places of ordinary size that differ in x and y and have the same hash."""
+    mask, (odd, middle, last) = 2**64 - 1, (int(value) for value in mesh_files._ODD)
+
+    def bits(value):
+        return struct.unpack("<Q", struct.pack("<d", value))[0]
+
+    def mixed(number, factor):
+        number = number * factor & mask
+        return number ^ number >> 31
+
+    wanted = mixed(bits(0.1), odd) * last + mixed(bits(0.2), middle) * middle
+    for step in range(10_000):
+        x = 0.3 + 1e-4 * step
+        left = (wanted - mixed(bits(x), odd) * last) * pow(middle, -1, 2**64) & mask
+        left ^= left >> 31 ^ left >> 62
+        y = struct.unpack("<d", struct.pack("<Q", left * pow(middle, -1, 2**64) & mask))[0]
+        if 1e-3 < abs(y) < 1.0:
+            return (0.1, 0.2, 0.5), (x, y, 0.5)
+    raise AssertionError("none found")

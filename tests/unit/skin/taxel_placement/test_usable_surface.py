@@ -6,10 +6,16 @@ import numpy as np
 import pytest
 
 from app.geometry.mesh import Mesh
+from app.geometry.pose import Pose
 from app.geometry.wrap import wrap_mesh
 from app.skin.skin import patch_name
 from app.skin.taxel_placement import usable_surface
-from app.skin.taxel_placement.usable_surface import usable_components, vertices_clear_of, visible_from_outside
+from app.skin.taxel_placement.usable_surface import (
+    sample_surface,
+    usable_components,
+    vertices_clear_of,
+    visible_from_outside,
+)
 from tests.hard_cases.meshes import HARD_MESHES
 
 VOXEL = 0.008
@@ -36,7 +42,7 @@ def test_what_another_link_hides_is_not_seen() -> None:
     ball = wrap_mesh(HARD_MESHES["sphere"], thickness=0.01, voxel=VOXEL).surface
     shell = wrap_mesh(HARD_MESHES["sphere"], thickness=0.1, voxel=VOXEL).surface
     half = Mesh(shell.vertices, shell.faces[shell.vertices[shell.faces].mean(axis=1)[:, 2] > 0])
-    seen = visible_from_outside(ball, [half], voxel=VOXEL)
+    seen = visible_from_outside(ball, [sample_surface(half, VOXEL)], voxel=VOXEL)
     assert not seen[ball.vertices[:, 2] > 0.1].any()
     assert seen[ball.vertices[:, 2] < -0.03].all()
 
@@ -47,14 +53,14 @@ HEIGHT = BALL.vertices[:, 2]
 
 def test_clear_of_keeps_the_distance() -> None:
     post = Mesh(HARD_MESHES["cube"].vertices * 0.2 + [0, 0, 0.13], HARD_MESHES["cube"].faces)
-    clear = vertices_clear_of(BALL, [post], distance=0.03)
+    clear = vertices_clear_of(BALL, [(Pose.identity(), post)], distance=0.03)
     assert 0 < (~clear).sum() < len(clear) / 4
     assert HEIGHT[~clear].min() > 0.08
 
 
 def test_clear_of_sees_what_lies_deep_inside_another_link() -> None:
     around = Mesh(HARD_MESHES["cube"].vertices * 10, HARD_MESHES["cube"].faces)
-    assert not vertices_clear_of(BALL, [around], distance=0.001).any()
+    assert not vertices_clear_of(BALL, [(Pose.identity(), around)], distance=0.001).any()
 
 
 def test_clear_of_nothing_is_everything() -> None:
