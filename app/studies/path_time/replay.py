@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
+from app.control.command import ControlSettings
 from app.core.errors import UsageError
 from app.session.inputs import ControlChanged
 from app.skin.skin import same_triangles
@@ -15,7 +16,7 @@ from app.studies.path_time.path_time import QUICK_SIZE, conditions_of, settings_
 from app.studies.path_time.speed_search import SLOWEST
 from app.studies.rows import Row, number_or
 from app.studies.study import CaseReplay
-from app.studies.testbeds.path_following import SETTLING
+from app.studies.testbeds.path_following import SETTLING, PathSetup
 
 
 def replay_row(factors: Sequence[Factor], row: Row) -> CaseReplay:
@@ -42,10 +43,15 @@ def replay_row(factors: Sequence[Factor], row: Row) -> CaseReplay:
     settings = with_path_on_body(about, setup)
     speed = number_or(row["speed_mm_s"], 1e3 * SLOWEST) / 1e3
     seconds = number_or(row["seconds"], path_length(settings) / speed)
+    return replay_path(setup, replace(settings, path_speed=speed), seconds)
+
+
+def replay_path(setup: PathSetup, settings: ControlSettings, seconds: float) -> CaseReplay:
+    """What ``run_path`` runs: the contact settles, then goes along its path for ``seconds``."""
     tick = setup.prepared.scene.tick
     settling = round(SETTLING / tick)
     return CaseReplay(
         setup.session(replace(settings, path_speed=0.0)),
         settling + round(seconds / tick),
-        {settling: ControlChanged(replace(settings, path_speed=speed))},
+        {settling: ControlChanged(settings)},
     )

@@ -13,11 +13,13 @@ from app.contacts.pipeline import ReadingSettings
 from app.control.command import ControllerName, ControlSettings
 from app.control.controllers import CONTROL_SCHEMES
 from app.control.limit_texts import limit_texts
+from app.core.errors import UsageError
 from app.maps.paths import path_about
 from app.session.prepare import PreparedScene
+from app.studies.path_time.replay import replay_path
 from app.studies.reporting.figures import BarChart, Figure, panels
-from app.studies.rows import Case, Cell, Row, distinct, number, p95, rms, scaled
-from app.studies.study import Study
+from app.studies.rows import Case, Cell, Row, distinct, number, number_or, p95, rms, scaled
+from app.studies.study import CaseReplay, Study
 from app.studies.testbeds.beside_ball import SKIN_LINKS, beside_ball, forearm_skin_scene, with_finger
 from app.studies.testbeds.force_loop import ForceLoop, force_loop_at_goal, predicted_gain_limit
 from app.studies.testbeds.path_following import PathRun, PathSetup, run_path
@@ -84,16 +86,38 @@ def cases(quick: bool, seed: int) -> list[Case]:
 
 def measure(case: Case) -> list[Row]:
     """One row: errors of place and force, times and bounds of one round, and the gain the controller had."""
-    settings = settings_for(case["controller"], case["path"])
-    setup = setup_for(case["robot"], case["sensor"], case["seed"], touched=case["path"] == SECOND_CONTACT)
-    stable = predicted_gain_limit(_force_loop(case["robot"], case["seed"]), settings)
-    settings = replace(settings, force_gain=min(GAIN_SHARE * stable, settings.force_gain))
-    nominal = duration(settings)
-    course = run_path(setup, settings, nominal if settings.task != "follow_path" else _LONGEST * nominal)
+    setup, settings, stable = _run_of(case)
+    course = run_path(setup, settings, _longest(settings))
     gains = {"force_gain": settings.force_gain, "stable_gain": stable}
     # What truly presses is the sum of all: beside a finger it says nothing of the ball.
     force = _force_errors(course) if case["path"] != SECOND_CONTACT else {}
     return [{**_place_errors(course), **force, **_limits(course, settings), **gains}]
+
+
+def _run_of(case: Case) -> tuple[PathSetup, ControlSettings, float]:
+    """What a case runs: robot and controller, and the force gain up to which its loop is stable."""
+    settings = settings_for(case["controller"], case["path"])
+    setup = setup_for(case["robot"], case["sensor"], case["seed"], touched=case["path"] == SECOND_CONTACT)
+    stable = predicted_gain_limit(_force_loop(case["robot"], case["seed"]), settings)
+    return setup, replace(settings, force_gain=min(GAIN_SHARE * stable, settings.force_gain)), stable
+
+
+def _longest(settings: ControlSettings) -> float:
+    nominal = duration(settings)
+    return nominal if settings.task != "follow_path" else _LONGEST * nominal
+
+
+def replay(row: Row) -> CaseReplay:
+    """The run behind a row.
+
+    Raises:
+        UsageError: The row is of no case of this study.
+    """
+    try:
+        setup, settings, _ = _run_of({**row, "seed": int(number_or(row["seed"], 0))})
+    except (KeyError, ValueError) as error:
+        raise UsageError("the row is of no case of this study", value=error) from error
+    return replay_path(setup, settings, number_or(row.get("finished_s"), _longest(settings)))
 
 
 def settings_for(controller: ControllerName, path: str) -> ControlSettings:
@@ -232,4 +256,5 @@ STUDY = Study(
     cases,
     measure,
     figures,
+    replay=replay,
 )

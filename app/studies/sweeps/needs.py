@@ -17,7 +17,7 @@ import numpy as np
 
 from app.contacts.regions import ContactRegion
 from app.core.arrays import FloatArray
-from app.core.errors import TactileMapsError
+from app.core.errors import TactileMapsError, UsageError
 from app.scene.effect_decision import EffectRow
 from app.scene.effects import EFFECTS
 from app.scene.scene import Scene
@@ -26,8 +26,8 @@ from app.session.prepare import PreparedScene
 from app.session.prepared_cache import prepare_cached
 from app.session.session import Session
 from app.studies.reporting.figures import BarChart
-from app.studies.rows import Case, Row, number
-from app.studies.study import Study
+from app.studies.rows import Case, Row, number, number_or
+from app.studies.study import CaseReplay, Study
 from app.studies.testbeds.needy_scenes import needy_scenes
 
 TOLERANCE = 0.02
@@ -107,11 +107,31 @@ def outputs_of(prepared: PreparedScene, scene: Scene, seconds: float) -> Mapping
     Raises:
         TactileMapsError: It cannot be simulated so.
     """
-    session = Session(replace(prepared, scene=scene), effects=scene.unattended.effects)
+    session = _unattended(prepared, scene)
     frames = [session.tick() for _ in range(round(seconds / scene.tick))]
     if session.failure is not None:
         raise session.failure.error
     return {output: np.array([_SIGNALS[output](frame) for frame in frames]) for output in scene.wanted}
+
+
+def _unattended(prepared: PreparedScene, scene: Scene) -> Session:
+    return Session(replace(prepared, scene=scene), effects=scene.unattended.effects)
+
+
+def replay(row: Row) -> CaseReplay:
+    """The run of a row's scene with its effect switched the other way.
+
+    Raises:
+        UsageError: The row is of no scene and effect of this study.
+        TactileMapsError: It cannot be simulated so, which the row's note says.
+    """
+    try:
+        scene = replace(needy_scenes()[str(row["scene"])], seed=int(number_or(row["seed"], 0)))
+        (effect,) = (one for one in scene.unattended.rows if one.name == row["effect"])
+        seconds = float(number_or(row["seconds"], _SECONDS))
+    except (KeyError, ValueError) as error:
+        raise UsageError("the row is of no case of this study", value=error) from error
+    return CaseReplay(_unattended(prepare_cached(scene), _switched(scene, effect)), round(seconds / scene.tick), {})
 
 
 def change_of(output: str, decided: FloatArray, switched: FloatArray) -> float:
@@ -137,6 +157,10 @@ def switched_to(row: EffectRow) -> str | float:
     return "off" if row.on else entry.when_on
 
 
+def _switched(scene: Scene, row: EffectRow) -> Scene:
+    return replace(scene, overrides={**scene.overrides, row.name: switched_to(row)})
+
+
 def _row(prepared: PreparedScene, decided: Mapping[str, FloatArray], row: EffectRow, seconds: float) -> Row:
     scene, other = prepared.scene, switched_to(row)
     told: dict[str, str | float | bool | None] = {
@@ -150,7 +174,7 @@ def _row(prepared: PreparedScene, decided: Mapping[str, FloatArray], row: Effect
         return told | {"change": None, "output": None, "verdict": Verdict.NO_OUTPUT.value, "cpu_s": None}
     began = time.process_time()
     try:
-        switched = outputs_of(prepared, replace(scene, overrides={**scene.overrides, row.name: other}), seconds)
+        switched = outputs_of(prepared, _switched(scene, row), seconds)
     except TactileMapsError as error:
         unknown = {"change": None, "output": None, "cpu_s": None}
         return told | unknown | {"verdict": Verdict.NEEDED.value, "note": str(error)}
@@ -194,4 +218,5 @@ STUDY = Study(
     cases,
     measure,
     figures,
+    replay=replay,
 )

@@ -25,7 +25,9 @@ from widgets.workers.worker_process import Result, SourceToken
 
 REPLAY_JOB = "replay-case"
 """Key of the progress of simulating a case."""
-_REPLAYED = ("representation", "force-feedback")
+_NAMING = ("scene", "effect", "robot", "factor", "level", "path", "controller", "sensor", "seed")
+"""Columns that name a case, and its recording."""
+_REPLAYED = ("representation", "force-feedback", "controller-accuracy", "needs")
 """Studies whose rows are of one run each; a test compares it with the studies, which take a second to load."""
 
 
@@ -70,7 +72,7 @@ class StudyPresenter(QObject):
         """Simulate the run behind a row anew, and open it as a recording; what is simulated before is given up."""
         self.close()
         folder = recordings_folder()
-        words = (row[name] for name in ("robot", "factor", "level", "seed") if row.get(name) is not None)
+        words = (row[name] for name in _NAMING if row.get(name) is not None)
         name = " ".join(str(word).replace("/", "-") for word in (study, *words))
         self._scratch = folder / f".tactile-maps-{secrets.token_hex(8)}.part"
         self._context.notifier.progress(REPLAY_JOB, f"Replaying a run of {study}", 0.0)
@@ -120,4 +122,4 @@ def no_replay(study: str) -> str:
         return ""
     if study not in STUDY_NAMES:
         return f"Whose table this is, its file's name says: {study} is no study"
-    return f"No row of {study} is of one run; those of {' and '.join(_REPLAYED)} are"
+    return f"No row of {study} is of one run; those of {', '.join(_REPLAYED[:-1])} and {_REPLAYED[-1]} are"

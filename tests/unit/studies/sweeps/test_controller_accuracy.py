@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from app.control.controllers import CONTROL_SCHEMES
+from app.core.errors import UsageError
 from app.studies.sweeps.controller_accuracy import (
     FINGER_FORCE,
     FORCE_ONLY,
@@ -95,3 +96,17 @@ def test_the_skin_tells_two_contacts_apart_and_the_wrench_stops_the_arm():
     assert not skin.stopped
     assert np.nanmax(skin.body_error) < 5e-3
     assert wrench.stopped.startswith("stopped: one wrench from several contacts")
+
+
+@pytest.mark.long
+def test_a_replay_presses_as_the_row_says():
+    case = {"robot": "arm", "path": "line", "controller": "hybrid", "sensor": "skin", "seed": 0}
+    (row,) = measure(case)
+    replay, forces = STUDY.replay({**case, **row}), []
+    with replay.session.watched(lambda frame: forces.append(replay.session.total_normal_force)):
+        replay.play()
+    moving = np.array(forces[min(replay.inputs) :]) - GOAL
+    assert len(moving) == round(row["finished_s"] / replay.session.prepared.scene.tick)
+    assert np.sqrt(np.mean(moving**2)) == pytest.approx(row["force_rms_N"])
+    with pytest.raises(UsageError, match="of no case of this study"):
+        STUDY.replay({**case, **row, "path": "nowhere"})

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from app.core.errors import UsageError
 from app.scene.effects import EFFECTS
 from app.scene.tasks import OUTPUTS
 from app.studies.sweeps.needs import STUDY, Verdict, cases, change_of, figures, measure, outputs_of, switched_to
@@ -35,6 +36,29 @@ def test_what_a_touch_needs_is_found_needed(rows):
     assert rows["timestep"]["verdict"] == Verdict.FINE_ENOUGH.value
     assert rows["joint_limits"]["verdict"] == Verdict.SPARE.value
     assert {rows[name]["verdict"] for name in ("noise", "sampling")} == {Verdict.NO_OUTPUT.value}
+
+
+@pytest.mark.parametrize("effect", ["skin", "timestep", "noise"])
+def test_a_replay_changes_what_the_row_says(rows, effect):
+    case, seen = STUDY.replay(rows[effect]), []
+    with case.session.watched(lambda frame: seen.append(frame.pressures)):
+        case.play()
+    scene = needy_scenes()["poke"]
+    assert len(seen) == case.ticks == round(0.8 / scene.tick)
+    assert case.session.prepared.scene.overrides == {**scene.overrides, effect: switched_to(row_of(scene, effect))}
+    if rows[effect]["output"] == "pressure":
+        decided = outputs_of(case.session.prepared, scene, 0.8)["pressure"]
+        assert change_of("pressure", decided, np.array(seen)) == pytest.approx(rows[effect]["change"])
+
+
+def row_of(scene, effect):
+    return next(row for row in scene.unattended.rows if row.name == effect)
+
+
+@pytest.mark.parametrize("change", [{"scene": "nowhere"}, {"effect": "gravitation"}])
+def test_a_row_of_no_case_is_not_replayed(rows, change):
+    with pytest.raises(UsageError, match="of no case of this study"):
+        STUDY.replay({**rows["skin"], **change})
 
 
 def test_a_change_is_a_share_of_the_outputs_own_size():
