@@ -85,6 +85,7 @@ def beside_ball(
     alone = replace(scene, objects=(ball,), layer=cover, stimuli=(), motion=(), tick=tick or scene.tick)
     pressed = replace(
         alone,
+        description=f"The skin is pressed on a fixed ball of {1e3 * radius:g} mm radius",
         task="slide",
         outputs=("force", "pressure"),
         overrides={**scene.overrides, "skin": model},
@@ -112,7 +113,8 @@ def with_finger(prepared: PreparedScene, force: float) -> PreparedScene:
     )
     path = ((0.0, *outside), (_APPROACH, *inside), (3600.0, *inside))
     finger = ObjectSpec("finger", "probe", (_FINGER_RADIUS,), mass=0.1, friction=0.0, max_force=force, path=path)
-    both = replace(scene, objects=(ball, finger))
+    said = f"{scene.description}, and a finger pushes elsewhere with {force:g} N"
+    both = replace(scene, objects=(ball, finger), description=said)
     return replace(prepared, scene=both, objects=make_objects(both))
 
 
