@@ -138,6 +138,8 @@ _AGED = 1e-3
 """A last step that still gains so much of the energy wants a new Hessian."""
 _NEGLIGIBLE = 1e-4
 """Pulls and gains below this are left to the next round."""
+_ROUNDING = 1e-13
+"""Steps that promise less of the energy are lost in its rounding: how far they get says nothing about the reach."""
 
 Barrier = Callable[[PinnedEnergy], Energy]
 
@@ -207,7 +209,10 @@ class PinDescent:
         gain = 0.0
         for _ in range(count):
             step = -quasi_newton(self._factor, self._steps, gradient).reshape(-1, 2)
-            after, reached, length = line_search(near, plane, step, energy, dot(gradient, step.ravel()))
+            slope = dot(gradient, step.ravel())
+            if -slope <= _ROUNDING * energy:
+                break
+            after, reached, length = line_search(near, plane, step, energy, slope)
             self._shortest = min(self._shortest, length)
             if length == 0:
                 break
