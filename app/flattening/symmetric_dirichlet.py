@@ -57,19 +57,25 @@ def rest_triangles(positions: FloatArray, faces: IntArray) -> RestTriangles:
     A face that is a line or a point has no shape to compare a map with. Its sides are lengthened by the same amount
     until they form a triangle (local intrinsic mollification, Sharp and Crane 2020); no vertex moves.
     """
-    corners = positions[faces]
-    first, second = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-    base = np.linalg.norm(first, axis=1)
-    height = np.linalg.norm(np.cross(first, second), axis=1)
+    a, b, c = (np.ascontiguousarray(positions[corner].T) for corner in faces.T)
+    first, second, third = b - a, c - a, c - b
+    base = _length(first)
+    height = _length((first[[1, 2, 0]] * second[[2, 0, 1]]) - (first[[2, 0, 1]] * second[[1, 2, 0]]))
     safe = np.where(base > 0, base, 1.0)
-    along, across = (first * second).sum(axis=1) / safe, height / safe
-    sides = np.linalg.norm(corners - np.roll(corners, -1, axis=1), axis=2)
+    along, across = (first * second).sum(axis=0) / safe, height / safe
+    sides = np.stack([base, _length(third), _length(second)])
     # The two shorter sides must exceed the longest by the margin.
-    lacking = MOLLIFICATION * sides.mean() - (sides.sum(axis=1) - 2 * sides.max(axis=1))
+    lacking = MOLLIFICATION * sides.mean() - (sides.sum(axis=0) - 2 * sides.max(axis=0))
     thin = lacking > 0
     if thin.any():
-        base[thin], along[thin], across[thin] = _triangle_from_sides(sides[thin] + lacking[thin, None])
+        base[thin], along[thin], across[thin] = _triangle_from_sides((sides[:, thin] + lacking[thin]).T)
     return RestTriangles(base, along, across, int(thin.sum()))
+
+
+def _length(vectors: FloatArray) -> FloatArray:
+    """(m,) of ``vectors`` (3, m): by columns, which takes a third of the time of norms of rows."""
+    x, y, z = vectors
+    return np.asarray(np.sqrt(x * x + y * y + z * z))
 
 
 def _triangle_from_sides(sides: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -231,18 +237,20 @@ class SymmetricDirichlet:
     def _slopes(self, s1: FloatArray, s2: FloatArray) -> tuple[FloatArray, FloatArray]:
         """By face, weighted, along s1 and s2."""
         long, round_, i1, i2 = self._lengths * self._weight, (1 - self._lengths) * self._weight, 1 / s1, 1 / s2
-        first = 2 * long * (s1 - i1**3) + 2 * round_ * (i2 - s2 * i1 * i1)
-        return first, 2 * long * (s2 - i2**3) + 2 * round_ * (i1 - s1 * i2 * i2)
+        first = 2 * long * (s1 - i1 * i1 * i1) + 2 * round_ * (i2 - s2 * i1 * i1)
+        return first, 2 * long * (s2 - i2 * i2 * i2) + 2 * round_ * (i1 - s1 * i2 * i2)
 
     def _curvatures(self, s1: FloatArray, s2: FloatArray) -> tuple[FloatArray, ...]:
         """By face, weighted, not negative: 11, 12 and 22 of stretching, and of the modes twist and flip."""
         long, round_ = self._lengths * self._weight, (1 - self._lengths) * self._weight
         i1, i2, product = 1 / s1, 1 / s2, s1 * s2
-        cubes, squares = product**-3, product**-2
+        inverse = 1 / product
+        squares = inverse * inverse
+        cubes = squares * inverse
         twist = long * (2 - 2 * (s1 * s1 - product + s2 * s2) * cubes) - 2 * round_ * (s1 - s2) ** 2 * squares
         flip = long * (2 + 2 * (s1 * s1 + product + s2 * s2) * cubes) + 2 * round_ * (s1 + s2) ** 2 * squares
-        first = long * _curvature(s1) + 4 * round_ * s2 * i1**3
-        second = long * _curvature(s2) + 4 * round_ * s1 * i2**3
+        first = long * _curvature(s1, i1) + 4 * round_ * s2 * i1 * i1 * i1
+        second = long * _curvature(s2, i2) + 4 * round_ * s1 * i2 * i2 * i2
         mixed = -2 * round_ * (i1 * i1 + i2 * i2)
         return *_without_negative(first, mixed, second), np.maximum(twist, 0.0), flip
 
@@ -306,16 +314,17 @@ def _matrices(rotation: tuple[FloatArray, FloatArray]) -> FloatArray:
     return np.stack([cosine, -sine, sine, cosine], axis=1).reshape(-1, 2, 2)
 
 
-def _curvature(s: FloatArray) -> FloatArray:
-    """Of s² + 1/s² [per unit area]: the true one where a face is stretched, a gentler one where it is squeezed.
+def _curvature(s: FloatArray, inverse: FloatArray) -> FloatArray:
+    """Of s² + 1/s² [per unit area], from s and 1/s: the true one where a face is stretched, a gentler one where it is squeezed.
 
     From far below one, Newton's steps on 1/s² grow s by a third only. The chord to s = 1 has the curvature
     2 (1 + s) (1 + s²) / s³ and would jump there in one step, too far where its neighbours hold a face squeezed. Their
     geometric mean takes half the rounds of Newton's (measured: 14 -> 7 on a bump, 13 -> 6 on a waved tube, 21 -> 14 on
     a deep cup) and the same optimum, since only the gradient says where that is.
     """
-    true = 2 + 6 * s**-4
-    return np.where(s < 1, np.sqrt(true * 2 * (1 + s) * (1 + s * s) * s**-3), true)
+    square = inverse * inverse
+    true = 2 + 6 * square * square
+    return np.where(s < 1, np.sqrt(true * 2 * (1 + s) * (1 + s * s) * square * inverse), true)
 
 
 def _without_negative(a: FloatArray, b: FloatArray, c: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
