@@ -172,6 +172,18 @@ def test_a_far_pin_is_followed_in_reaches(rest):
     assert 0 < gone < 1.5 * reach < 0.4
 
 
+@pytest.mark.parametrize("slant", [0.0, 0.3, 1.1])
+def test_a_map_at_rest_is_carried_without_a_shorter_reach(rest, slant):
+    """All that a step could still gain is rounding there: luck of the last digits must not slow the pins."""
+    descent, reach = PinDescent(rest[1]), PinDescent(rest[1]).reach
+    for step in range(1, 41):
+        way = 0.03 * step * np.array([np.cos(slant), np.sin(slant)])
+        energy = wanted(rest, way, way, way)
+        descent.round(energy)
+        assert descent.reach >= reach
+    assert np.abs(energy.places(descent.plane) - energy.goals).max() < 1e-3
+
+
 def test_one_factorisation_serves_several_rounds(rest):
     asked = []
 
