@@ -47,7 +47,7 @@ class SparseLDL:
             raise ArithmeticError("the matrix cannot be factored") from error
 
     def _analyse(self, upper: csc_matrix) -> None:
-        """Take the pattern of ``upper``; RSLAB asks for the lower triangle, whose entries are the same in another order."""
+        """Take the pattern of ``upper``; RSLAB wants the lower triangle: the same entries in another order."""
         numbered = csc_matrix((np.arange(upper.nnz, dtype=np.float64), upper.indices, upper.indptr), shape=upper.shape)
         lower = csc_matrix(numbered.T)
         lower.sort_indices()

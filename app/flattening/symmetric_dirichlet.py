@@ -315,7 +315,7 @@ def _matrices(rotation: tuple[FloatArray, FloatArray]) -> FloatArray:
 
 
 def _curvature(s: FloatArray, inverse: FloatArray) -> FloatArray:
-    """Of s² + 1/s² [per unit area], from s and 1/s: the true one where a face is stretched, a gentler one where it is squeezed.
+    """Of s² + 1/s² [per unit area]: the true one where a face is stretched, a gentler one where it is squeezed.
 
     From far below one, Newton's steps on 1/s² grow s by a third only. The chord to s = 1 has the curvature
     2 (1 + s) (1 + s²) / s³ and would jump there in one step, too far where its neighbours hold a face squeezed. Their
