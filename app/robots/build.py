@@ -71,12 +71,12 @@ def geom_triangles(model: mujoco.MjModel, geom: int) -> tuple[FloatArray, IntArr
 
 
 def _local_triangles(model: mujoco.MjModel, geom: int) -> tuple[FloatArray, IntArray]:
-    import trimesh  # 0.1 s, and what is kept on disk needs none
-
     shape = mujoco.mjtGeom
     kind, size = shape(int(model.geom_type[geom])), model.geom_size[geom]
     if kind == shape.mjGEOM_MESH:
         return _mesh_triangles(model, int(model.geom_dataid[geom]))
+    import trimesh  # 0.1 s, and a robot of meshes needs none
+
     if kind == shape.mjGEOM_BOX:
         solid = trimesh.creation.box(2 * size)
     elif kind == shape.mjGEOM_CYLINDER:

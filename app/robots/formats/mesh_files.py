@@ -10,13 +10,13 @@ import logging
 import re
 import struct
 import warnings
+from collections.abc import Callable, Mapping
 from functools import cache
 from pathlib import Path
 from urllib.parse import unquote
 from xml.etree.ElementTree import tostring
 
 import numpy as np
-from collada.common import DaeError
 from numpy.typing import NDArray
 
 from app.core.arrays import FloatArray, IntArray
@@ -24,6 +24,7 @@ from app.core.codec import parse_json
 from app.core.errors import Finding, MeshError, RobotError
 from app.geometry.mesh import Mesh
 from app.robots.files.safe_files import parse_xml, read_bytes, resolve_inside
+from app.robots.formats.plain_meshes import read_binary_stl, read_plain_obj
 
 MESH_SUFFIXES = (".obj", ".stl", ".ply", ".off", ".gltf", ".glb", ".dae", ".msh")
 FOREIGN_FORMATS = {
@@ -41,10 +42,15 @@ LARGEST_IN_METRES, SMALLEST_IN_METRES = 10.0, 1e-3  # m, of the bounding box's d
 _FAR = 1e3  # sizes from the origin
 _QUOTED = re.compile(r"b?'[^']*'|b?\"[^\"]*\"")
 logging.getLogger("trimesh").addHandler(logging.NullHandler())  # its tracebacks are not for users; our errors are
-# What third-party parsers raise on files that are not what they claim to be.
-_PARSER_ERRORS = (ValueError, TypeError, KeyError, IndexError, AttributeError, NameError, AssertionError,
-                  NotImplementedError, MemoryError, OverflowError, RecursionError, EOFError, struct.error,
-                  DaeError, DeprecationWarning)  # fmt: skip
+
+
+def _parser_errors() -> tuple[type[Exception], ...]:
+    """What third-party parsers raise on files that are not what they claim to be; asked for only when one has."""
+    from collada.common import DaeError  # 70 ms: it brings a library of pictures along
+
+    return (ValueError, TypeError, KeyError, IndexError, AttributeError, NameError, AssertionError,
+            NotImplementedError, MemoryError, OverflowError, RecursionError, EOFError, struct.error,
+            DaeError, DeprecationWarning)  # fmt: skip
 
 
 def read_mesh(path: Path) -> Mesh:
@@ -68,8 +74,9 @@ def parse_mesh(data: bytes, path: Path, *, weld: bool = True) -> Mesh:
     check_format(path)
     suffix = path.suffix.lower()
     try:
-        vertices, faces = _from_msh(data) if suffix == ".msh" else _by_trimesh(data, suffix, path)
-    except _PARSER_ERRORS as error:
+        plain = _PLAIN_READERS[suffix](data) if suffix in _PLAIN_READERS else None
+        vertices, faces = plain or _by_trimesh(data, suffix, path)
+    except _parser_errors() as error:
         raise MeshError(
             "the mesh cannot be read", file=path, value=_without_content(error), remedy="Export it again"
         ) from error
@@ -139,10 +146,14 @@ def to_msh(mesh: Mesh) -> bytes:
 
 def box_mesh(size: float) -> Mesh:
     """A cube with edges of ``size`` [m] about the origin: the placeholder for a mesh that is missing."""
-    import trimesh  # 0.1 s, and what is kept on disk needs none
+    return Mesh(size * (np.indices((2, 2, 2), dtype=np.float64).reshape(3, 8).T - 0.5), _BOX_FACES)
 
-    cube = trimesh.creation.box((size, size, size))
-    return Mesh(np.asarray(cube.vertices), np.asarray(cube.faces))
+
+_BOX_FACES = np.array(
+    [[1, 3, 0], [4, 1, 0], [0, 3, 2], [2, 4, 0], [1, 7, 3], [5, 1, 4],
+     [5, 7, 1], [3, 7, 2], [6, 4, 2], [2, 7, 6], [6, 5, 4], [7, 5, 6]]
+)  # fmt: skip
+"""In the order that recordings of before have: a placeholder is known by its bytes."""
 
 
 @cache
@@ -175,6 +186,14 @@ def _from_msh(data: bytes) -> tuple[FloatArray, IntArray]:
     positions = np.frombuffer(data, "<f4", 3 * vertices, 16).reshape(-1, 3)
     indices = np.frombuffer(data, "<i4", 3 * faces, 16 + 4 * (3 * vertices + 3 * normals + 2 * coordinates))
     return positions.astype(np.float64), indices.reshape(-1, 3).astype(np.int64)
+
+
+_PLAIN_READERS: Mapping[str, Callable[[bytes], tuple[FloatArray, IntArray] | None]] = {
+    ".msh": _from_msh,
+    ".obj": read_plain_obj,
+    ".stl": read_binary_stl,
+}
+"""By suffix, what reads a file without trimesh, or gives None where it takes trimesh."""
 
 
 def _by_trimesh(data: bytes, suffix: str, path: Path) -> tuple[FloatArray, IntArray]:
