@@ -402,6 +402,11 @@ def _package_roots(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def package_roots(arguments: argparse.Namespace) -> tuple[str, ...]:
+    """The folders of ``--package-root``, as absolute paths."""
+    return tuple(str(Path(root).absolute()) for root in getattr(arguments, "package_root", None) or ())
+
+
 def _folder(text: str) -> str:
     if not Path(text).is_dir():
         raise argparse.ArgumentTypeError(f"there is no such folder: {text}")

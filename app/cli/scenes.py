@@ -6,6 +6,7 @@ import argparse
 from dataclasses import replace
 from pathlib import Path
 
+from app.cli.parser import package_roots
 from app.core.errors import SkinError, UsageError
 from app.scene.scene import Scene, with_package_roots
 from app.scene.scene_file import scene_for, scene_for_taxels, scene_names, with_taxels
@@ -76,8 +77,3 @@ def is_skin_folder(name: str) -> bool:
         remedy = "Give a scene, or a folder of a skin's positions files (*.txt)"
         raise UsageError("a folder is no scene", file=name, remedy=remedy)
     return True
-
-
-def package_roots(arguments: argparse.Namespace) -> tuple[str, ...]:
-    """The folders of ``--package-root``, as absolute paths."""
-    return tuple(str(Path(root).absolute()) for root in getattr(arguments, "package_root", None) or ())

@@ -183,7 +183,7 @@ def _check_asset(name: str, data: bytes, file: str) -> None:
     if not name.endswith(".msh"):
         problem = "the recording's robot holds a file that is no mesh"
         raise RecordingError(problem, file=file, place=ROBOT, value=name, remedy=DAMAGED)
-    parse_mesh(data, Path(name))
+    parse_mesh(data, Path(name), weld=False)
 
 
 def _check_members(members: list[zipfile.ZipInfo], file: str) -> None:

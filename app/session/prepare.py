@@ -12,9 +12,6 @@ from pathlib import Path
 
 import numpy as np
 
-from app.contacts.pipeline import reading_from
-from app.control.behaviours import behaviours_from
-from app.control.controller_registry import settings_from
 from app.core.errors import SceneError, SkinError, TactileMapsError
 from app.core.progress import Progress, no_progress, part_of_progress
 from app.geometry.mesh import Mesh
@@ -159,6 +156,10 @@ def open_scene(
 
 def _check(scene: Scene, load: Callable[[Scene], Robot]) -> None:
     """Refuse what a session of the scene would refuse, with its place in the scene."""
+    from app.contacts.pipeline import reading_from  # 0.2 s, and a scene that ships needs no checking
+    from app.control.behaviours import behaviours_from
+    from app.control.controller_registry import settings_from
+
     robot = _checked_robot(scene, load)
     if scene.taxel_file:
         _check_taxels(scene, robot)

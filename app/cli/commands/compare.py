@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, cast
 
 from app.cli.output import print_fields, print_json, print_line, progress_line
-from app.cli.scenes import package_roots
+from app.cli.parser import package_roots
 from app.control.command import CHOICES, ControlSettings, TaskName
 from app.control.controller_registry import CONTROLLERS, check_settings, settings_from
 from app.control.limit_texts import limit_name

@@ -9,26 +9,23 @@ from pathlib import Path
 from typing import Any
 
 from app.cli.output import plain_text, print_fields, print_json, print_line, progress_line
-from app.cli.scenes import package_roots
+from app.cli.parser import package_roots
 from app.core.errors import Finding, RecordingError, TactileMapsError, UsageError
 from app.core.plugins import Plugin, Registry, unknown_kinds
 from app.maps.formats.map_file import load_map
-from app.maps.quality import measure
 from app.recording.damage import damage_text
-from app.recording.player import RecordingPlayer
 from app.robots.formats.touch_sensors import read_touch_sensors
 from app.robots.library import load_robot
 from app.robots.robot import Robot
 from app.scene.scene import Scene
 from app.scene.scene_file import scene_names
-from app.session.prepare import open_scene
+from app.session.prepare import PreparedScene, open_scene
 from app.session.prepared_cache import load_robot_cached, prepare_cached
 from app.skin.formats.icub_layout import read_icub_layout
 from app.skin.formats.import_skin import TAXEL_ENDINGS, holds_taxels, is_own_skin, is_robot_with_taxels
 from app.skin.formats.taxel_files import read_taxel_sets, taxel_format_for
 from app.skin.skin import Skin, identity_summary, identity_text, join_identities
 from app.skin.skin_file import load_skin
-from app.studies.ablation import ablation_cost
 
 REGISTRIES: Mapping[str, tuple[str, str]] = {
     "contact_models": ("app.tactile.models.contact_model", "CONTACT_MODELS"),
@@ -160,7 +157,7 @@ def _skin(skin: Skin) -> dict[str, Any]:
 
 def _scene(scene: Scene, *, costs: bool) -> dict[str, Any]:
     prepared = prepare_cached(scene, progress=progress_line())
-    measured = ablation_cost(prepared) if costs else {}
+    measured = _costs(prepared) if costs else {}
     effects = [
         {
             "name": row.name,
@@ -192,7 +189,15 @@ def _scene(scene: Scene, *, costs: bool) -> dict[str, Any]:
     }
 
 
+def _costs(prepared: PreparedScene) -> Mapping[str, float]:
+    from app.studies.ablation import ablation_cost  # 0.1 s: it simulates
+
+    return ablation_cost(prepared)
+
+
 def _recording(name: str) -> dict[str, Any]:
+    from app.recording.player import RecordingPlayer  # 0.1 s: it can simulate anew what is recorded
+
     player = RecordingPlayer(name)
     tick, remedy = player.prepared.scene.tick, f"tactile-maps recover {name} -o recovered.mcap keeps what is whole"
     problems = [
@@ -227,6 +232,8 @@ def _recording(name: str) -> dict[str, Any]:
 
 def _arrays(name: str) -> dict[str, Any]:
     """A map, or failing that a skin; both are npz."""
+    from app.maps.quality import measure  # only a map is measured
+
     try:
         map_ = load_map(name)
     except TactileMapsError as not_a_map:

@@ -9,12 +9,12 @@ import argparse
 import time
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from app.cli.output import print_fields, print_json, print_line, progress_line
-from app.cli.scenes import package_roots
+from app.cli.parser import package_roots
 from app.core.arrays import FloatArray
 from app.core.errors import Finding, MapError, RecordingError, UsageError
 from app.core.progress import Progress
@@ -25,12 +25,9 @@ from app.maps.comparison import TaxelLayout, compare_maps, drawn_layout
 from app.maps.formats.export import ENDINGS, write_map
 from app.maps.formats.map_file import load_map
 from app.maps.formats.obj import read_map_obj
-from app.maps.learned.as_tactile_map import learned_tactile_map
-from app.maps.learned.methods import LEARNING_METHODS
 from app.maps.quality import measure
 from app.maps.tactile_map import TactileMap
 from app.maps.topography import BodyDistances
-from app.recording.player import RecordingPlayer
 from app.robots.library import load_robot
 from app.robots.load import MESH_LINK
 from app.skin.fit import GridSpec
@@ -41,7 +38,9 @@ from app.skin.formats.taxel_files import read_taxels
 from app.skin.open import SkinOptions, open_skin
 from app.skin.skin import Skin, identity_summary, identity_text
 from app.skin.taxel_placement.placement import BoundaryZone, PlacementSpec
-from app.tactile.babbling import BabbleSpec, babble
+
+if TYPE_CHECKING:
+    from app.recording.player import RecordingPlayer
 
 SENSORS_ENDING = ".xml"
 """The robot as MJCF with a touch sensor for each taxel."""
@@ -53,11 +52,17 @@ def recorded_touch(path: str | Path) -> tuple[Skin, FloatArray]:
     Raises:
         RecordingError: It cannot be read, or nothing was touched in it.
     """
-    player = RecordingPlayer(path)
+    player = _recording(path)
     readings = np.stack([player.frame(number).pressures for number in range(len(player))])
     if not readings.any():
         raise RecordingError("the recording contains no contact", file=path, remedy="Record strokes over the skin")
     return player.prepared.skin, readings
+
+
+def _recording(path: str | Path) -> RecordingPlayer:
+    from app.recording.player import RecordingPlayer  # 0.2 s: it can simulate anew what is recorded
+
+    return RecordingPlayer(path)
 
 
 def learned_map(arguments: argparse.Namespace, skin: Skin, readings: FloatArray | None, report: Progress) -> TactileMap:
@@ -66,6 +71,10 @@ def learned_map(arguments: argparse.Namespace, skin: Skin, readings: FloatArray 
     Raises:
         UsageError: There is no such builder.
     """
+    from app.maps.learned.as_tactile_map import learned_tactile_map
+    from app.maps.learned.methods import LEARNING_METHODS
+    from app.tactile.babbling import BabbleSpec, babble  # what touches and learns: 0.1 s, which few ask for
+
     if arguments.learn not in LEARNING_METHODS:
         raise UsageError(
             "there is no such learning method",
@@ -173,7 +182,7 @@ def _write(map_: TactileMap, target: Path, arguments: argparse.Namespace) -> Non
     if target.suffix.lower() != SENSORS_ENDING:
         write_map(map_, target)
     elif Path(arguments.input).suffix.lower() == ".mcap":
-        write_touch_sensors(map_.skin, RecordingPlayer(arguments.input).prepared.robot, target)
+        write_touch_sensors(map_.skin, _recording(arguments.input).prepared.robot, target)
     else:
         robot = load_robot(arguments.robot or arguments.input, package_roots=package_roots(arguments))
         write_touch_sensors(map_.skin, robot, target)

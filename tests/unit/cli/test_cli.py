@@ -51,6 +51,18 @@ def test_help_and_version(capsys):
     assert call(capsys, "--version")[1].startswith("tactile-maps 0.")
 
 
+def test_maps_are_made_and_robots_told_of_without_what_simulates_controls_records_or_knows_rare_formats():
+    """Each takes 0.1 s or more to import; in a fresh interpreter, since this one has them."""
+    code = (
+        "import sys, app.cli.commands.inspect, app.cli.commands.map\n"
+        "from app.robots.formats.mesh_files import placeholder; placeholder()\n"
+        "named = ('trimesh', 'collada', 'mcap', 'app.control', 'app.contacts', 'app.simulation', 'app.learning')\n"
+        "print([m for m in sys.modules for name in named if m == name or m.startswith(name + '.')])\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True)
+    assert (done.returncode, done.stdout.strip()) == (0, "[]"), done.stderr
+
+
 @pytest.mark.parametrize(
     "words",
     [
