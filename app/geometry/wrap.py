@@ -12,13 +12,14 @@ vanish.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import igl
 import numpy as np
 from scipy import ndimage
 
-from app.core.arrays import FloatArray, IntArray
+from app.core.arrays import FloatArray
 from app.core.errors import Finding, MeshError
 from app.geometry.closest_point import ClosestPoint, closest_point
 from app.geometry.connectivity import averaging_matrix, remove_unreferenced
@@ -28,8 +29,10 @@ MAX_NODES = 6_000_000
 """Of the voxel grid; about 50 MB of distances."""
 _SNAP = 0.12
 _ROUNDS = 4
-_DEEP = 4.0
-"""Voxels inside the level beyond which no node of a cell that the level passes through can lie."""
+_HALF_CELL = 3**0.5 / 2
+"""Voxels from any point to the nearest node, at most."""
+_SAMPLED = 3**-0.5
+"""Voxels from any point of a mesh to the nearest of the samples of ``_distance_to_samples``, at most."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,7 +77,7 @@ def wrap_mesh(mesh: Mesh, *, thickness: float, voxel: float, closing: float = 0.
     if closing > 0:
         mesh, loose = _isosurface(grid, field, thickness + closing, where)
         closest = ClosestPoint(mesh)
-        field = _closed_field(closest, field, grid, thickness, closing)
+        field = _closed_field(closest, field, grid, thickness, closing, whole=not loose)
     surface, loose = _isosurface(grid, _snapped_field(field, thickness, voxel), thickness, where)
     surface = _smoothed(surface, closest, mesh, -closing if closing > 0 else thickness)
     return WrappedMesh(surface, voxel, thickness, findings + loose)
@@ -118,35 +121,56 @@ def _within_memory(
 
 
 def _outside_distance(closest: ClosestPoint, mesh: Mesh, grid: _VoxelGrid, level: float) -> FloatArray:
-    """(n,) distance to the mesh where the outside reaches, less than ``level`` everywhere else.
-
-    Exact only within a band around the surface; further away a constant will do.
-    """
-    band = level + 3 * grid.voxel
-    near = _nodes_near(mesh, grid.nodes, grid.shape, band, grid.voxel)
-    field = np.full(len(grid.nodes), band)
-    field[near] = closest.query(grid.nodes[near])[2]
+    """(n,) distance to the mesh where the outside reaches, less than ``level`` everywhere else; exact at that level."""
+    near, half = _distance_to_samples(mesh, grid), _HALF_CELL * grid.voxel
+    lowest, highest = near - half - _SAMPLED * grid.voxel, near + half
+    field = _exact_at(level, lowest, highest, grid, lambda nodes: closest.query(nodes)[2])
     labels, _ = ndimage.label(field.reshape(grid.shape[::-1]) > level)
     outside = (labels == labels[0, 0, 0]).ravel()
     return np.where(outside, field, np.minimum(field, level - 1e-6 * grid.voxel))
 
 
 def _closed_field(
-    closest: ClosestPoint, field: FloatArray, grid: _VoxelGrid, thickness: float, closing: float
+    closest: ClosestPoint, field: FloatArray, grid: _VoxelGrid, thickness: float, closing: float, *, whole: bool
 ) -> FloatArray:
     """(n,) the same field with the gaps filled: level ``thickness`` lies ``closing`` inside the outer surface.
 
-    Exact only around that level; deeper inside a constant will do.
+    Exact at that level. ``whole``: the surface passes everywhere between nodes inside and nodes outside.
     """
     level = thickness + closing
     inside = field < level
     depth = grid.voxel * ndimage.distance_transform_edt(inside.reshape(grid.shape[::-1])).ravel()
-    # From a node outside to the surface, and from one node of a cell to another, it is at most a cell's diagonal.
-    deep = depth > closing + _DEEP * grid.voxel
-    asked = np.flatnonzero(inside & ~deep & (field > thickness - 3 * grid.voxel))
-    rolled = np.where(deep, np.minimum(field, thickness - grid.voxel), field)
-    rolled[asked] = level - closest.query(grid.nodes[asked])[2]
-    return rolled
+    # A node is at most as far from the surface as from the nearest node outside, and at least that less a diagonal.
+    lowest = np.where(inside, level - depth if whole else -np.inf, field)
+    highest = np.where(inside, level - depth + 2 * _HALF_CELL * grid.voxel, field)
+    return _exact_at(thickness, lowest, highest, grid, lambda nodes: level - closest.query(nodes)[2])
+
+
+def _exact_at(
+    level: float,
+    lowest: FloatArray,
+    highest: FloatArray,
+    grid: _VoxelGrid,
+    exact: Callable[[FloatArray], FloatArray],
+) -> FloatArray:
+    """(n,) a field between ``lowest`` and ``highest``, exact wherever its surface at ``level`` depends on it.
+
+    That is on the edges that the surface passes through. So a node is asked for where the bounds leave open on which
+    side of the surface it is, and then where a node beside it is on the other side.
+    """
+    unsure = (lowest <= level) & (highest >= level)
+    field = highest.copy()
+    field[unsure] = exact(grid.nodes[unsure])
+    above = field.reshape(grid.shape[::-1]) > level
+    passed = np.zeros_like(above)
+    for axis in range(3):
+        differ = np.diff(above, axis=axis)
+        first, second = (passed.swapaxes(0, axis)[side] for side in (np.s_[:-1], np.s_[1:]))
+        first |= differ.swapaxes(0, axis)
+        second |= differ.swapaxes(0, axis)
+    ends = passed.ravel() & ~unsure
+    field[ends] = exact(grid.nodes[ends])
+    return field
 
 
 def _snapped_field(field: FloatArray, level: float, voxel: float) -> FloatArray:
@@ -156,10 +180,14 @@ def _snapped_field(field: FloatArray, level: float, voxel: float) -> FloatArray:
     return np.where(near, level + np.where(offset < 0, -_SNAP, _SNAP) * voxel, field)
 
 
-def _nodes_near(mesh: Mesh, nodes: FloatArray, shape: tuple[int, int, int], band: float, voxel: float) -> IntArray:
-    """Numbers of nodes that may be within ``band`` of the mesh: voxels of dense samples, dilated."""
-    low = nodes[0]
-    occupied = np.zeros(shape[::-1], dtype=bool)
+def _distance_to_samples(mesh: Mesh, grid: _VoxelGrid) -> FloatArray:
+    """(n,) from each node to the nearest node with a sample of the mesh in its voxel [m].
+
+    That is at most half a cell's diagonal less than the distance to the mesh, and at most ``_SAMPLED`` voxels besides
+    more.
+    """
+    low, voxel = grid.nodes[0], grid.voxel
+    occupied = np.zeros(grid.shape[::-1], dtype=bool)
     corners = mesh.vertices[mesh.faces]
     longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
     for steps in np.unique(np.ceil(longest / voxel).astype(int)):
@@ -171,8 +199,7 @@ def _nodes_near(mesh: Mesh, nodes: FloatArray, shape: tuple[int, int, int], band
         for block in np.array_split(group, max(1, len(group) * len(weights) // 2_000_000)):
             cells = np.rint(((weights @ block).reshape(-1, 3) - low) / voxel).astype(int)
             occupied[cells[:, 2], cells[:, 1], cells[:, 0]] = True
-    reach = ndimage.distance_transform_edt(~occupied, sampling=voxel)
-    return np.flatnonzero(reach.ravel() <= band + voxel)
+    return np.asarray(ndimage.distance_transform_edt(~occupied, sampling=voxel).ravel())
 
 
 def _isosurface(grid: _VoxelGrid, field: FloatArray, level: float, where: str) -> tuple[Mesh, tuple[Finding, ...]]:

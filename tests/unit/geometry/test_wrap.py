@@ -1,8 +1,12 @@
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any
+
 import numpy as np
 import pytest
 
+from app.core.arrays import FloatArray
 from app.core.errors import MeshError
 from app.geometry import wrap as wrap_module
 from app.geometry.wrap import wrap_mesh
@@ -25,14 +29,34 @@ def test_triangles_are_well_shaped() -> None:
     assert np.percentile(2 * surface.face_areas / longest**2, 1) > 0.3  # height over longest side
 
 
-@pytest.mark.parametrize("name", ["cube", "two components"])
-def test_what_lies_deep_inside_is_not_asked_and_changes_nothing(monkeypatch: pytest.MonkeyPatch, name: str) -> None:
+@pytest.mark.parametrize("closing", [0.0, 0.012])
+@pytest.mark.parametrize("name", ["cube", "two components", "torus"])
+def test_few_nodes_are_asked_and_the_others_change_nothing(
+    monkeypatch: pytest.MonkeyPatch, name: str, closing: float
+) -> None:
     mesh = HARD_MESHES[name]
-    quick = wrap_mesh(mesh, thickness=0.004, voxel=0.006, closing=0.012).surface
-    monkeypatch.setattr(wrap_module, "_DEEP", np.inf)
-    asked = wrap_mesh(mesh, thickness=0.004, voxel=0.006, closing=0.012).surface
-    assert np.array_equal(quick.faces, asked.faces)
-    assert np.array_equal(quick.vertices, asked.vertices)
+    asked: list[int] = []
+
+    def ask(points: FloatArray, exact: Callable[[FloatArray], FloatArray]) -> FloatArray:
+        asked[-1] += len(points)
+        return exact(points)
+
+    def exact_here(level: float, lowest: FloatArray, highest: FloatArray, grid: Any, exact: Any) -> FloatArray:
+        asked.append(0)
+        return thrifty(level, lowest, highest, grid, lambda points: ask(points, exact))
+
+    def exact_everywhere(level: float, lowest: FloatArray, highest: FloatArray, grid: Any, exact: Any) -> FloatArray:
+        return np.where(highest > lowest, exact(grid.nodes), highest)
+
+    thrifty = wrap_module._exact_at
+    monkeypatch.setattr(wrap_module, "_exact_at", exact_here)
+    quick = wrap_mesh(mesh, thickness=0.004, voxel=0.006, closing=closing)
+    monkeypatch.setattr(wrap_module, "_exact_at", exact_everywhere)
+    slow = wrap_mesh(mesh, thickness=0.004, voxel=0.006, closing=closing)
+    assert max(asked) < 8 * len(quick.surface.vertices)
+    assert quick.findings == slow.findings
+    assert np.array_equal(quick.surface.faces, slow.surface.faces)
+    assert np.array_equal(quick.surface.vertices, slow.surface.vertices)
 
 
 @pytest.mark.long
