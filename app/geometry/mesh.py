@@ -32,16 +32,16 @@ class Mesh:
     def __post_init__(self) -> None:
         freeze_arrays(self, "vertices", columns=3)
         freeze_arrays(self, "faces", dtype=np.int64, columns=3)
-        bad = np.flatnonzero(~np.isfinite(self.vertices).all(axis=1))
-        if bad.size:
-            value, remedy = self.vertices[bad[0]].tolist(), "Export the mesh again without NaN or infinity"
-            raise MeshError("a vertex is not a finite number", place=f"vertex {bad[0]}", value=value, remedy=remedy)
-        outside = np.flatnonzero(((self.faces < 0) | (self.faces >= len(self.vertices))).any(axis=1))
-        if outside.size:
+        if not np.isfinite(self.vertices).all():
+            bad = np.flatnonzero(~np.isfinite(self.vertices).all(axis=1))[0]
+            value, remedy = self.vertices[bad].tolist(), "Export the mesh again without NaN or infinity"
+            raise MeshError("a vertex is not a finite number", place=f"vertex {bad}", value=value, remedy=remedy)
+        if self.faces.min(initial=0) < 0 or self.faces.max(initial=-1) >= len(self.vertices):
+            outside = np.flatnonzero(((self.faces < 0) | (self.faces >= len(self.vertices))).any(axis=1))[0]
             raise MeshError(
                 "a face names a vertex that does not exist",
-                place=f"face {outside[0]}",
-                value=self.faces[outside[0]].tolist(),
+                place=f"face {outside}",
+                value=self.faces[outside].tolist(),
                 remedy="Export the mesh again",
             )
 
@@ -64,8 +64,10 @@ class Mesh:
     @cached_property
     def vertex_normals(self) -> FloatArray:
         """(n, 3) area-weighted unit normals; zero where no face with area meets the vertex."""
-        total = np.zeros_like(self.vertices)
-        np.add.at(total, self.faces.ravel(), np.repeat(self._cross, 3, axis=0))
+        corners, count = self.faces.ravel(), len(self.vertices)
+        total = np.stack(
+            [np.bincount(corners, np.repeat(column, 3), count) for column in self._cross.T], 1, dtype=float
+        )
         length = np.linalg.norm(total, axis=1, keepdims=True)
         return readonly(np.divide(total, length, out=np.zeros_like(total), where=length > 0))
 
@@ -115,10 +117,10 @@ class Mesh:
         volumes = np.bincount(bodies, np.einsum("ij,ij->i", a, np.cross(b, c)))[np.unique(bodies)]  # six times
         return bool((volumes > 0).all())
 
-    @property
+    @cached_property
     def bounds(self) -> FloatArray:
         """(2, 3) smallest and largest coordinates [m]."""
-        return np.stack([self.vertices.min(axis=0), self.vertices.max(axis=0)])
+        return readonly(np.stack([self.vertices.min(axis=0), self.vertices.max(axis=0)]))
 
     @property
     def size(self) -> float:

@@ -112,3 +112,8 @@ def test_solid_bodies_may_touch_and_be_many_but_each_is_outward() -> None:
     large = np.vstack([9 * corners, corners + 20])
     assert not Mesh(large, np.vstack([outward, outward[:, ::-1] + 4])).is_solid, "one is inside out"
     assert not Mesh(np.zeros((0, 3)), np.zeros((0, 3), int)).is_solid
+
+
+def test_a_mesh_without_faces_has_no_normals() -> None:
+    alone = Mesh(np.eye(3), np.zeros((0, 3), dtype=np.int64))
+    np.testing.assert_array_equal(alone.vertex_normals, np.zeros((3, 3)))
