@@ -72,15 +72,18 @@ class Geodesics:
             return np.where(found <= reach, found, np.inf)
         start, goals = self._number[source], self._number[targets]
         within = self._face_centres.query_ball_point(self._mesh.vertices[start], reach + self._reach_of_faces)
-        faces, kept = remove_unreferenced(self._mesh.faces[within])
-        place = np.searchsorted(kept, np.append(goals, start))
-        inside = np.append(np.isin(goals, kept), True)
-        result = np.full(len(goals), np.inf)
-        goal = place[:-1][inside[:-1]]
-        found = _exact(self._mesh.vertices[kept], faces, int(place[-1]), goal)
+        faces = self._mesh.faces[within]
+        met = np.zeros(len(self._mesh.vertices), dtype=bool)
+        met[faces] = True
+        kept = np.flatnonzero(met)
+        place = np.cumsum(met) - 1  # of each vertex among those kept: to sort and search them takes twice as long
+        inside = met[goals]
+        goal, beginning = place[goals[inside]], int(place[start])
+        found = _exact(self._mesh.vertices[kept], place[faces], beginning, goal)
         # What the ball cut off is told as 0.
-        reached = (found <= reach) & ((found > 0) | (goal == place[-1]))
-        result[inside[:-1]] = np.where(reached, found, np.inf)
+        reached = (found <= reach) & ((found > 0) | (goal == beginning))
+        result = np.full(len(goals), np.inf)
+        result[inside] = np.where(reached, found, np.inf)
         return result
 
     def approximate_from_vertex(self, source: int, targets: IntArray) -> FloatArray:

@@ -91,7 +91,7 @@ class BodyDistances:
             surface = _PatchSurface(patch)
             made = surface.distances(wanted, generator)
             patches.append(made)
-            lengths.append(surface.lengths())
+            lengths.append(surface.lengths(made))
             if not surface.exact:
                 findings.append(Finding("inexact-distance", patch.name, "body distances taken along edges"))
         self.patches: tuple[PatchDistances, ...] = tuple(patches)
@@ -156,18 +156,29 @@ class _PatchSurface:
         chosen = _some(count, max(2, min(sources, _FACES_EXACT // self._faces)), generator)
         return PatchDistances(chosen, self._afar(chosen), rows, near)
 
-    def lengths(self) -> FloatArray:
-        """(e,) between neighbours [m]: exact, or of arcs where that is not possible or would take too long."""
+    def lengths(self, known: PatchDistances) -> FloatArray:
+        """(e,) between neighbours [m]: exact, or of arcs where that is not possible or would take too long.
+
+        Args:
+            known: Of the patch; its near ones are exact within each taxel's reach.
+        """
         pairs = self._taxels.neighbours
         if not self.exact or len(self._taxels) * self._faces > _PAIRS_EXACT:
             return self._arcs
-        source = _covering_ends(pairs)
+        row = np.full(len(self._taxels), -1)
+        row[known.rows] = np.arange(len(known.rows))
+        source = _covering_ends(pairs, row >= 0)
         target, order = pairs.sum(axis=1) - source, np.argsort(source, kind="stable")
-        result = np.empty(len(pairs))
+        result = known.near[row[source], target]
+        open_ = (row[source] < 0) | (result >= self._reach[source])
+        order = order[open_[order]]
         for mine in np.split(order, np.flatnonzero(np.diff(source[order])) + 1):
             if len(mine):
                 asked = int(source[mine[0]])
                 result[mine] = self._near(asked, target[mine], self._reach[asked])
+                far = mine[result[mine] >= self._reach[asked]]  # where the skin turns more sharply than its arc
+                if len(far):
+                    result[far] = self._near(asked, target[far], 2 * self._reach[asked])
         return result
 
     def _afar(self, taxels: IntArray) -> FloatArray:
@@ -184,12 +195,15 @@ class _PatchSurface:
         return found
 
 
-def _covering_ends(pairs: IntArray) -> IntArray:
-    """(e,) an end of each of ``pairs`` (e, 2), few in all: those outside a set of taxels without neighbours in it."""
-    alone = np.ones(pairs.max(initial=-1) + 1, dtype=bool)
+def _covering_ends(pairs: IntArray, taken: BoolArray) -> IntArray:
+    """(e,) an end of each of ``pairs`` (e, 2): of those ``taken`` (n,) where one is, else of few others.
+
+    These are the taxels outside a set without neighbours in it.
+    """
+    alone = ~taken
     for low, high in sorted(np.sort(pairs, axis=1).tolist()):
         alone[high] &= not alone[low]
-    return np.where(alone[pairs[:, 0]], pairs[:, 1], pairs[:, 0])
+    return np.where(taken[pairs[:, 1]] | alone[pairs[:, 0]], pairs[:, 1], pairs[:, 0])
 
 
 def _through_space(positions: FloatArray) -> PatchDistances:

@@ -303,6 +303,17 @@ def test_patches_too_small_to_rank_are_unknown_not_perfect():
     assert measure_topography(map_.taxel_points, BodyDistances(map_.skin)).trustworthiness is None
 
 
+@pytest.mark.usefixtures("no_budget")
+@pytest.mark.parametrize("rows", [0, 5, 40])
+def test_across_a_sharp_bend_neighbours_are_exactly_apart_though_farther_than_their_arc(monkeypatch, rows):
+    monkeypatch.setattr(topography, "_ROWS", rows)
+    skin = skin_of(sheet(48, 32, shape=lambda x, y: 3 * np.abs(x - 0.06)), taxels=60)
+    body, exact = BodyDistances(skin), _exact(skin)
+    i, j = skin.neighbours.T
+    assert (exact[i, j] > 1.1 * topography._arcs(skin.patches[0].taxels)).any()
+    np.testing.assert_allclose(body.lengths, exact[i, j], atol=1e-12)
+
+
 def test_a_single_taxel_has_no_lengths():
     map_ = build_map(skin_of(sheet(), taxels=1))
     body = BodyDistances(map_.skin)
