@@ -7,10 +7,10 @@ from dataclasses import replace
 
 from app.control.command import ControlSettings
 from app.core.errors import UsageError
+from app.flattening.methods import METHODS
 from app.session.inputs import ControlChanged
-from app.skin.skin import same_triangles
 from app.studies.path_time.body_path import path_length, with_path_on_body
-from app.studies.path_time.conditions import setup_of
+from app.studies.path_time.conditions import Conditions, setup_of
 from app.studies.path_time.factors import Factor
 from app.studies.path_time.path_time import QUICK_SIZE, conditions_of, settings_of
 from app.studies.path_time.speed_search import SLOWEST
@@ -23,27 +23,32 @@ def replay_row(factors: Sequence[Factor], row: Row) -> CaseReplay:
     """The run behind a row, at the speed that was found; where none was well enough, at the slowest that was tried.
 
     Raises:
-        UsageError: The row is of no case of these factors, or its controller believes a learned map: a recording holds
-            places of the skin, which has other triangles.
+        UsageError: The row is of no case of these factors, or its controller believes a map between taxels, learned
+            or by isomap: a recording holds places of the skin, which has other triangles. Said before anything is made.
 
     Cost: 3 s to prepare.
     """
     try:
         conditions = conditions_of(factors, row)
+        _check_map(conditions, row)
         setup = setup_of(str(row["robot"]), conditions, int(number_or(row["seed"], 0)))
     except (KeyError, TypeError, ValueError) as error:
         raise UsageError("the row is of no case of this study", value=error) from error
-    if not all(map(same_triangles, setup.map.skin.patches, setup.prepared.skin.patches)):
-        raise UsageError(
-            "a learned map has triangles of its own, and a recording cannot hold places on them",
-            value=f"{row['factor']} {row['level']}",
-            remedy="Choose a row whose map was not learned",
-        )
     about = settings_of(conditions, QUICK_SIZE if row.get("quick") else None)
     settings = with_path_on_body(about, setup)
     speed = number_or(row["speed_mm_s"], 1e3 * SLOWEST) / 1e3
     seconds = number_or(row["seconds"], path_length(settings) / speed)
     return replay_path(setup, replace(settings, path_speed=speed), seconds)
+
+
+def _check_map(conditions: Conditions, row: Row) -> None:
+    if conditions.map not in METHODS:
+        raise UsageError(
+            "this run cannot be replayed: its map has triangles of its own between the taxels, and a recording holds "
+            "places of the skin's",
+            value=f"{row['factor']} {row['level']}",
+            remedy=f"Choose a row of another factor, or of a map by {' or '.join(METHODS)}",
+        )
 
 
 def replay_path(setup: PathSetup, settings: ControlSettings, seconds: float) -> CaseReplay:

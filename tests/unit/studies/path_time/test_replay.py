@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from app.core.errors import UsageError
-from app.studies.path_time import force_feedback, representation
+from app.studies.path_time import force_feedback, replay, representation
 from app.studies.path_time.replay import replay_row
 from app.studies.running.study_table import read_study_table
 from app.studies.testbeds.path_following import TrueContact
@@ -38,21 +38,25 @@ TUTTE = _row("representation", factor="map by geometry", level="tutte", jacobian
     ids=["nominal", "taxels misplaced", "another map"],
 )  # fmt: skip
 def test_the_run_has_the_error_that_the_row_tells(study, row):
-    replay = replay_row(study.FACTORS, row)
-    prepared, errors = replay.session.prepared, []
-    truth = TrueContact(prepared.robot, prepared.skin, replay.session.map)
+    run = replay_row(study.FACTORS, row)
+    prepared, errors = run.session.prepared, []
+    truth = TrueContact(prepared.robot, prepared.skin, run.session.map)
 
     def look(frame):
-        if frame.task is not None and frame.task.target is not None and replay.session.total_normal_force > 0:
+        if frame.task is not None and frame.task.target is not None and run.session.total_normal_force > 0:
             errors.append((frame.tick, truth.error(frame.task.target, frame.objects[0, :3, 3], frame.posture)))
 
-    with replay.session.watched(look):
-        replay.play()
-    moving = [error for tick, error in errors if tick > min(replay.inputs)]
+    with run.session.watched(look):
+        run.play()
+    moving = [error for tick, error in errors if tick > min(run.inputs)]
     assert 1e3 * np.percentile(moving, 95) == pytest.approx(row["error_mm"], rel=0.02)
 
 
-@pytest.mark.long
-def test_a_learned_map_is_refused():
-    with pytest.raises(UsageError, match="has triangles of its own"):
-        replay_row(representation.FACTORS, {**NOMINAL, "factor": "map learned", "level": "information-distance"})
+@pytest.mark.parametrize(
+    ("factor", "level"), [("map learned", "information-distance"), ("map by geometry", "isomap")], ids=str
+)
+def test_a_map_between_taxels_is_refused_before_anything_is_made(monkeypatch, factor, level):
+    monkeypatch.setattr(replay, "setup_of", lambda *_: pytest.fail("seconds for nothing"))
+    with pytest.raises(UsageError, match="cannot be replayed.*Choose a row of another factor, or .*lscm") as told:
+        replay_row(representation.FACTORS, {**NOMINAL, "factor": factor, "level": level})
+    assert told.value.value == f"{factor} {level}"
