@@ -217,6 +217,7 @@ class Stage:
         trials: Tries one; the last trial is the setting's own. Raises a named error where it cannot be done.
         fingerprint: In few letters what the trials depend on, so that one can tell when they are out of date.
         seconds: About how long all of it takes.
+        certainty: What the upright lines at its points are the intervals of, or why there are none, in a sentence.
         current: The setting in force; None where there is none, or it is the scene's and not the map's.
         recipes: How a setting's patches are flattened, with their numbers; None where a setting is no edit of the map.
         laws: Closed forms of one of its errors, by key, to be drawn under what was measured.
@@ -231,6 +232,7 @@ class Stage:
     trials: Callable[[Subject, Setting], Iterable[Trial]]
     fingerprint: Callable[[Subject], str]
     seconds: Callable[[Subject], float]
+    certainty: str
     current: Callable[[Subject], Setting | None] = _not_in_the_map
     recipes: Callable[[Subject, Setting], Sequence[tuple[int, PatchRecipe]]] | None = None
     laws: Callable[[Subject, str], Sequence[Law]] = _without_theory

@@ -153,5 +153,6 @@ STAGE = Stage(
     trials,
     fingerprint,
     seconds,
+    "One round of one path: there is no interval, and another path errs otherwise.",
     laws=laws,
 )

@@ -88,6 +88,7 @@ STAGE = Stage(
     trials,
     fingerprint,
     seconds,
+    "Errors are those of the whole patch, not of a sample of it: there is no interval.",
     current_setting,
     recipes,
 )

@@ -139,4 +139,5 @@ STAGE = Stage(
     trials,
     fingerprint,
     seconds,
+    "One press, in which nothing is random: there is no interval, and another press errs otherwise.",
 )

@@ -236,4 +236,5 @@ STAGE = Stage(
     trials,
     fingerprint,
     seconds,
+    "Upright lines are 95\u2009% intervals over the places that were touched.",
 )

@@ -33,7 +33,7 @@ NOBODY = Subject(None, (), (), ())
 
 def stage(trials=lambda subject, setting: [], settings=()):
     return Stage("guess", "Guess", "Which?", ("first", "second", "third"), (OFF, SLOW), lambda _: settings, trials,
-                 lambda _: "", lambda _: 1.0)  # fmt: skip
+                 lambda _: "", lambda _: 1.0, "There is no interval.")  # fmt: skip
 
 
 def trial(method, milliseconds, off, **more):

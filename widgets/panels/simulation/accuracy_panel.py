@@ -365,6 +365,7 @@ class AccuracyPanel(Panel):
         parts = (
             trouble,
             f"Measured on {result.subject.title}." if stage.recipes else "Measured on the whole map.",
+            stage.certainty,
             "▲ The map has changed: measure again." if stale else "",
             f"Not available: {'; '.join(drawn.missing)}" if drawn.missing else "",
         )

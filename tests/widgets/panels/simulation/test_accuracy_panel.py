@@ -132,7 +132,7 @@ def test_a_click_on_what_was_measured_chooses_it_and_the_editors_answer_moves_th
     points = drawn(panel)
     usable = {p.setting.method for p in points if p.usable}
     assert usable == set(STAGES["flatten"].methods)
-    assert said(panel, "note") == "Measured on hemisphere."
+    assert said(panel, "note") == f"Measured on hemisphere. {STAGES['flatten'].certainty}"
     assert panel.board.plot._named(None).startswith("Present: Symmetric Dirichlet: ")
     target, at = alone(panel)
     with qtbot.waitSignal(panel.chosen) as got:
@@ -191,7 +191,7 @@ def test_the_views_image_setting_is_ringed(panel, qtbot, monkeypatch):
     panel.show_present(Setting("image", "nearest", {"pixels": 128}))
     measure(panel, qtbot, "image")
     assert panel.board.plot._named(None).startswith("Present: Nearest, ")
-    assert said(panel, "note") == "Measured on the whole map."
+    assert said(panel, "note") == f"Measured on the whole map. {STAGES['image'].certainty}"
 
 
 @in_a_process
