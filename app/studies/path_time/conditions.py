@@ -21,6 +21,7 @@ from app.session.prepare import PreparedScene
 from app.skin.calibration_error import ErrorUnit, with_area_error, with_calibration_error, with_sleeve_displaced
 from app.studies.path_time.body_path import touched_place
 from app.studies.path_time.gains import STIFFNESS, tune_gains
+from app.studies.testbeds.bent_skin import BODIES, with_bent_skin
 from app.studies.testbeds.beside_ball import beside_ball, forearm_skin_scene, place_to_press, with_finger
 from app.studies.testbeds.isomap import ISOMAP, isomap
 from app.studies.testbeds.path_following import PathSetup
@@ -69,6 +70,7 @@ class Conditions:
         sleeve_turn: By how much it is turned about the link [rad].
         pitch: Spacing of the taxels [m].
         bend: Where the skin is touched: the share of the places fit for it that are flatter.
+        body: What bears the skin: the robot's own link, or one of ``BODIES`` over that place.
         cuts: How many cuts of the map lead through that place.
         layer: The cover; the controller is told its stiffness.
         touched: Whether somebody's finger also presses the link.
@@ -93,6 +95,7 @@ class Conditions:
     sleeve_turn: float = 0.0
     pitch: float = PITCH
     bend: float = 0.0
+    body: str = "own link"
     cuts: int = 0
     layer: ElasticLayer = field(default_factory=ElasticLayer)
     touched: bool = False
@@ -118,7 +121,8 @@ def setup_of(robot: str, conditions: Conditions, seed: int) -> PathSetup:
     Cost: 3 s for a robot and seed, kept; a map of its own 1 s, a learned one 5 s, kept too.
     """
     tick = min(TICK, conditions.period)
-    prepared = _robot_beside_ball(robot, conditions.pitch, conditions.layer, conditions.bend, tick, seed)
+    at = (conditions.bend, conditions.body)
+    prepared = _robot_beside_ball(robot, conditions.pitch, conditions.layer, at, tick, seed)
     return setup_under(_cut(prepared, conditions.cuts) if conditions.cuts else prepared, conditions, seed)
 
 
@@ -143,11 +147,14 @@ def setup_under(prepared: PreparedScene, conditions: Conditions, seed: int) -> P
 
 @lru_cache(maxsize=4)
 def _robot_beside_ball(
-    robot: str, pitch: float, layer: ElasticLayer, bend: float, tick: float, seed: int
+    robot: str, pitch: float, layer: ElasticLayer, at: tuple[float, str], tick: float, seed: int
 ) -> PreparedScene:
-    taxels = round(_TAXELS_AT_PITCH[robot] * (PITCH / pitch) ** 2)
+    taxels, (bend, body) = round(_TAXELS_AT_PITCH[robot] * (PITCH / pitch) ** 2), at
     prepared = forearm_skin_scene(robot, taxels, seed)
-    return beside_ball(prepared, taxel=place_to_press(prepared, bend=bend), layer=layer, tick=tick, seed=seed)
+    taxel = place_to_press(prepared, bend=bend)
+    if body in BODIES:
+        prepared, taxel = with_bent_skin(prepared, taxel, BODIES[body], pitch=pitch, seed=seed)
+    return beside_ball(prepared, taxel=taxel, layer=layer, tick=tick, seed=seed)
 
 
 @lru_cache(maxsize=4)

@@ -18,6 +18,7 @@ from app.studies.path_time.path_time import METHOD, list_cases, measure_case
 from app.studies.path_time.replay import replay_row
 from app.studies.rows import Case, Row
 from app.studies.study import Study
+from app.studies.testbeds.bent_skin import BODIES
 from app.studies.testbeds.isomap import ISOMAP
 from app.tactile.elastic_layer import ElasticLayer
 from app.tactile.sensor_effects import DeadTaxels, SensorEffects
@@ -137,8 +138,20 @@ FACTORS: Sequence[Factor] = (
         0.0,
         drawn_zero=0.25,
         note="Of the places fit to be touched, by the greatest angle between normals within 20 mm. A more bent one "
-        "touches the ball with less skin, its normal turns faster along the way, and the joints may move it less well. "
-        "Bodies other than the robots' own links, such as saddles, were not tried.",
+        "touches the ball with less skin, its normal turns faster along the way, and the joints may move it less well: "
+        "what bending alone does is asked of the bodies.",
+    ),
+    Factor(
+        "body",
+        "what bears the skin",
+        tuple(BODIES),
+        chosen("body"),
+        (),
+        Conditions().body,
+        note="Discs of skin of 90 mm over the place of nominal conditions, 30 mm above the link: place and posture are "
+        "the same for all, what bends is the skin alone. Radii of 80 and 40 mm are 10 and 5 pitches. The figure is 91 "
+        "mm long on the map; on the body it is up to 6 % longer on the spheres and as much shorter on the saddles, "
+        "whose lengths no map keeps.",
     ),
     Factor(
         "cuts",

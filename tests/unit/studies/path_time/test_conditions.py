@@ -10,7 +10,8 @@ import pytest
 
 from app.contacts.pipeline import ReadingSettings
 from app.control.command import ControlSettings
-from app.studies.path_time.conditions import WRENCH_NOISE, Conditions, setup_under
+from app.studies.path_time import conditions
+from app.studies.path_time.conditions import PITCH, WRENCH_NOISE, Conditions, setup_under
 from app.studies.testbeds.beside_ball import beside_ball
 from app.tactile.elastic_layer import ElasticLayer
 from app.tactile.sensor_effects import Noise, Sampling, SensorEffects
@@ -96,6 +97,19 @@ def test_the_controller_is_told_how_stiff_the_cover_is():
     usual, given = Conditions().settings(ControlSettings()), hard.settings(ControlSettings())
     assert given.force_gain < usual.force_gain
     assert (given.controller, given.gains) == ("hybrid", "as_given")
+
+
+def test_a_body_bears_the_skin_instead_of_the_link(monkeypatch):
+    monkeypatch.setattr(conditions, "forearm_skin_scene", lambda *_: forearm())
+    own, plate = (
+        conditions.setup_of("arm", Conditions(body=body), seed=99).prepared
+        for body in (Conditions().body, "plate")
+    )  # fmt: skip
+    (worn,), (mounted,) = own.skin.patches, plate.skin.patches
+    assert worn is forearm().skin.patches[0]
+    assert mounted.link == worn.link
+    assert len(mounted.taxels) == pytest.approx(math.pi * 0.045**2 / PITCH**2, rel=0.02)
+    assert np.linalg.norm(np.subtract(own.scene.objects[0].at, plate.scene.objects[0].at)) < 0.04
 
 
 def test_conditions_are_values():
