@@ -11,17 +11,22 @@ import json
 import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
+from functools import cache
 from hashlib import blake2b
 from pathlib import Path
+from typing import NamedTuple
 
 from app.studies.catalogue import load_study
 from app.studies.hypotheses import Interval, bootstrap_median
 from app.studies.path_time import force_feedback, representation
 from app.studies.path_time.charts import factor_figures, rows_with_nominal, seconds_of
+from app.studies.path_time.expectations import EFFECT, time_effect
 from app.studies.path_time.factors import Factor
 from app.studies.path_time.path_time import ROBOTS
 from app.studies.reporting.figures import BarChart, Figure, figure_svg
 from app.studies.rows import Cell, Row, distinct
+from app.studies.running.case_run import CaseRun
+from app.studies.running.sequential import SEED, Settled, run_within
 
 ASSETS = Path(__file__).resolve().parent.parent / "assets"
 TABLES, PAGE = ASSETS / "findings", ASSETS / "guide" / "findings.md"
@@ -58,6 +63,7 @@ def page() -> str:
         for factor in factors:
             if any(row["factor"] == factor.name for row in rows):
                 parts += _factor(factor, rows)
+    parts += _racing()
     for study in (study for study in JUDGED if study not in PATH_TIME):
         drawn = load_study(study).figures(table(study))
         parts += [f"## {_TITLES[study]}", f"`tactile-maps study {study}` ([rows](../findings/{study}.csv))."]
@@ -120,7 +126,8 @@ says how it measures. Measured with {machine}.
 The measure is the least time for a figure of eight of 91 mm on the forearm's skin, pressed on a ball with 3 N, such
 that 95 % of the errors on the body are within 3 mm and the force is within 0.6 N for 95 % of the time, contact never
 lost. Times are medians over seeds with their 95 % bootstrap interval, to 9 %; *cannot* means that most seeds can at no
-speed from 4 to 128 mm/s."""
+speed from 4 to 128 mm/s. *Effect* is the time on the arm minus that in nominal conditions: the median of the
+differences between runs of the same seed, with its interval."""
 _TITLES = {
     "representation": "How the skin is known and made",
     "force-feedback": "How the force is felt",
@@ -157,6 +164,53 @@ def _hypotheses() -> Iterator[str]:
     )
 
 
+class Race(NamedTuple):
+    """What ``--budget`` with time enough asks of the rows that ship, of our arm.
+
+    Attributes:
+        run: Cases that it asks for, until all is settled that it can settle.
+        cases: All.
+        answers: Of each level: what all seeds say of its effect, and what those do that were asked for.
+    """
+
+    run: int
+    cases: int
+    answers: Mapping[str, tuple[Settled, Settled]]
+
+
+@cache
+def race(study: str) -> Race:
+    """Of a study of path time: each case that is asked for answers with the row that ships."""
+    rows = [row for row in table(study) if row["robot"] == ROBOTS[0]]
+    known = {_case_key(row): row for row in rows}
+    cases = [{name: row[name] for name in (*EFFECT.keys, SEED)} for row in rows]
+    run = CaseRun(study, lambda case: [known[_case_key(case)]], cases)
+    run_within(run, until=math.inf, effect=EFFECT)
+    full, raced = EFFECT.effects(rows), EFFECT.effects(run.rows)
+    answers = {group: (EFFECT.verdict(full[group])[0], EFFECT.verdict(raced[group])[0]) for group in full}
+    return Race(run.done, len(cases), answers)
+
+
+def _case_key(case: Row) -> tuple[Cell, ...]:
+    return tuple(case[name] for name in (*EFFECT.keys, SEED))
+
+
+def _racing() -> Iterator[str]:
+    yield "## Fewer runs"
+    races = [race(study) for study in PATH_TIME]
+    told = [answer for one in races for answer in one.answers.values()]
+    same = sum(full is raced for full, raced in told)
+    sooner = sum(full is Settled.OPEN is not raced for full, raced in told)
+    later = sum(raced is Settled.OPEN is not full for full, raced in told)
+    yield (
+        "`--budget` asks no more seeds of what is settled. Asked of the rows above on the arm, with time enough, it "
+        f"takes {sum(one.run for one in races)} of {sum(one.cases for one in races)} cases. Whether a level takes "
+        "longer than nominal conditions, or as long to 10 %, it answers as all seeds do for "
+        f"{same} of {len(told)} levels; {sooner} are settled by few seeds and open by all, {later} are left open and "
+        f"settled by all, {len(told) - same - sooner - later} have the opposite answer."
+    )
+
+
 def _factor(factor: Factor, rows: Sequence[Row]) -> Iterator[str]:
     of = rows_with_nominal(rows, factor)
     levels, robots = distinct(of, "level"), distinct(of, "robot")
@@ -164,11 +218,14 @@ def _factor(factor: Factor, rows: Sequence[Row]) -> Iterator[str]:
     several = len(factor.jacobians) > 1
     titles = [f"{robot}, {jacobian}" if several else str(robot) for robot, jacobian in kinds]
     yield f"### {factor.name.capitalize()}: {factor.axis.partition(' (')[0]}"
+    effects = [jacobian for jacobian in factor.jacobians if robots[0] == ROBOTS[0]]
+    titles += [f"effect, {jacobian}" if several else "effect" for jacobian in effects]
     lines = [f"| | {' | '.join(titles)} |", f"|---|{'---|' * len(titles)}"]
     for level in levels:
         cells = [
             _time(seconds_of([row for row in of if (row["robot"], row["jacobian"]) == kind], level)) for kind in kinds
         ]
+        cells += [_effect(time_effect(rows, factor.name, level, jacobian)) for jacobian in effects]
         lines.append(f"| {_level(level)}{' (nominal)' * (level == factor.nominal)} | {' | '.join(cells)} |")
     yield "\n".join(lines)
     yield "\n".join(map(_picture, _drawn([factor], rows)))
@@ -187,6 +244,16 @@ def _time(seconds: Sequence[float]) -> str:
     if math.isinf(found.middle):
         return "cannot"
     return _interval(found) if len(seconds) > 1 else f"{found.middle:.3g} s"
+
+
+def _effect(found: Interval | None) -> str:
+    """Paired, in seconds; empty in nominal conditions, of which there is none."""
+    if found is None:
+        return ""
+    if math.isinf(found.middle):
+        return "cannot"
+    high = "cannot" if math.isinf(found.high) else f"{found.high:+.2f}"
+    return f"{found.middle:+.2f} s [{found.low:+.2f}, {high}]"
 
 
 def _interval(found: Interval) -> str:

@@ -16,8 +16,9 @@ from app.robots.library import list_robots
 from app.scene.effects import EFFECTS
 from app.scene.scene_file import load_scene, scene_from_toml, scene_names
 from app.studies.catalogue import STUDY_NAMES
+from app.studies.running.sequential import Settled
 from app.studies.sweeps.needs import Verdict
-from tests.findings_page import FIGURES, PAGE, figures, mark, page
+from tests.findings_page import FIGURES, PAGE, figures, mark, page, race
 
 ROOT = Path(__file__).resolve().parents[1]
 GUIDE = ROOT / "assets" / "guide"
@@ -102,6 +103,15 @@ def test_the_guides_table_of_needs_is_that_of_the_rows():
 
 def test_the_page_of_findings_is_that_of_the_rows():
     assert PAGE.read_text(encoding="utf8") == page(), "write it again: python -m tests.findings_page"
+
+
+def test_fewer_runs_answer_as_all_seeds_do_on_the_rows_that_ship():
+    races = [race(study) for study in ("representation", "force-feedback")]
+    answers = [answer for one in races for answer in one.answers.values()]
+    assert sum(one.run for one in races) < 0.65 * sum(one.cases for one in races)
+    assert {Settled.DIFFERS, Settled.EQUIVALENT} <= {full for full, _ in answers}
+    assert not [answer for answer in answers if set(answer) == {Settled.DIFFERS, Settled.EQUIVALENT}], "none opposite"
+    assert sum(full is raced for full, raced in answers) > 0.95 * len(answers)
 
 
 def test_the_figures_of_findings_are_of_the_rows():

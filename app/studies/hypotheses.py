@@ -63,6 +63,11 @@ def paired_ratio(values: Sequence[float], others: Sequence[float]) -> Interval:
     return bootstrap_median([one / other for one, other in zip(values, others, strict=True)])
 
 
+def paired_difference(values: Sequence[float], others: Sequence[float]) -> Interval:
+    """The median over seeds of value minus other, as ``paired_ratio``: the effect in the values' own unit."""
+    return bootstrap_median([one - other for one, other in zip(values, others, strict=True)])
+
+
 def _median(rows: FloatArray) -> FloatArray:
     """(k,) of each row (k, n): the upper one of two, which is one of the values."""
     return np.asarray(np.sort(rows, axis=1)[:, rows.shape[1] // 2])

@@ -6,7 +6,16 @@ import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from app.studies.hypotheses import Hypothesis, Interval, Judgement, Verdict, all_of, paired_ratio, within
+from app.studies.hypotheses import (
+    Hypothesis,
+    Interval,
+    Judgement,
+    Verdict,
+    all_of,
+    paired_difference,
+    paired_ratio,
+    within,
+)
 from app.studies.path_time.factors import Level
 from app.studies.path_time.path_time import NOMINAL, ROBOTS
 from app.studies.rows import Row, distinct, number_or
@@ -26,6 +35,20 @@ def time_ratio(rows: Sequence[Row], factor: str, level: Level, jacobian: str = "
     with some; fewer than ``LEAST_SEEDS`` say nothing. Seeds that cannot do the nominal path are left out: nothing can
     be said of a ratio there.
     """
+    times = _paired_times(rows, factor, level, jacobian)
+    return None if times is None else paired_ratio(*times)
+
+
+def time_effect(rows: Sequence[Row], factor: str, level: Level, jacobian: str = "smoothed") -> Interval | None:
+    """The time at a level minus that in nominal conditions [s], by seed; None and seeds left out as ``time_ratio``."""
+    times = _paired_times(rows, factor, level, jacobian)
+    return None if times is None else paired_difference(*times)
+
+
+def _paired_times(
+    rows: Sequence[Row], factor: str, level: Level, jacobian: str
+) -> tuple[list[float], list[float]] | None:
+    """At a level and in nominal conditions [s], one a seed."""
     ours = [row for row in rows if row["robot"] == ROBOTS[0]]
     nominal = {row["seed"]: _seconds(row) for row in ours if _is(row, NOMINAL, "", "smoothed")}
     there = {row["seed"]: _seconds(row) for row in ours if _is(row, factor, level, jacobian)}
@@ -33,7 +56,7 @@ def time_ratio(rows: Sequence[Row], factor: str, level: Level, jacobian: str = "
     known = [seed for seed in seeds if seed in there]
     if len(known) < LEAST_SEEDS or known != seeds[: len(known)]:
         return None
-    return paired_ratio([there[seed] for seed in known], [nominal[seed] for seed in known])
+    return [there[seed] for seed in known], [nominal[seed] for seed in known]
 
 
 def _is(row: Row, factor: str, level: Level, jacobian: str) -> bool:

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from app.studies.hypotheses import Interval, Verdict, all_of, bootstrap_median, paired_ratio, within
+from app.studies.hypotheses import Interval, Verdict, all_of, bootstrap_median, paired_difference, paired_ratio, within
 
 
 def test_medians_count_what_cannot_as_endless():
@@ -18,9 +18,10 @@ def test_medians_count_what_cannot_as_endless():
     assert bootstrap_median([1.0, 1.5, math.inf]).middle == 1.5
 
 
-def test_what_a_seed_does_alike_cancels_in_a_paired_ratio():
+def test_what_a_seed_does_alike_cancels_where_it_is_paired():
     seeds = np.linspace(1.0, 5.0, 9)
     assert paired_ratio(2.0 * seeds, seeds) == pytest.approx((2.0, 2.0, 2.0))
+    assert paired_difference(0.5 + seeds, seeds) == pytest.approx((0.5, 0.5, 0.5))
     unpaired = bootstrap_median((2.0 * seeds).tolist())
     assert unpaired.high - unpaired.low > 1.0
 

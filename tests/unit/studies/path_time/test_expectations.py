@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from app.studies.hypotheses import Verdict
-from app.studies.path_time.expectations import EFFECT, OF_FORCE_FEEDBACK, OF_REPRESENTATION, time_ratio
+from app.studies.path_time.expectations import EFFECT, OF_FORCE_FEEDBACK, OF_REPRESENTATION, time_effect, time_ratio
 from app.studies.path_time.path_time import NOMINAL
 
 SEEDS = range(5)
@@ -35,6 +35,13 @@ def test_ratios_are_seed_by_seed_and_of_our_own_arm():
     assert time_ratio(rows[:5] + rows[6:], "pitch", 16.0) is None, "a seed is missing"
     assert time_ratio(rows, "pitch", 4.0) is None
     assert time_ratio([row for row in rows if row["seed"] < 2], "pitch", 16.0) is None, "of two seeds"
+
+
+def test_an_effect_is_in_seconds_and_seed_by_seed():
+    rows = NOMINALS + times("pitch", 16.0, 6.0) + times("pitch", 4.0, None)
+    assert time_effect(rows, "pitch", 16.0).middle == pytest.approx(4.0 * 3), "the middle seed takes thrice as long"
+    assert time_effect(rows, "pitch", 4.0).middle == float("inf")
+    assert time_effect(rows[:5] + rows[6:10], "pitch", 16.0) is None, "a seed is missing"
 
 
 @pytest.mark.parametrize(("lscm", "verdict"), [(2.1, Verdict.HELD), (3.0, Verdict.NOT_HELD)])
