@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import json
 import re
 import tomllib
 from pathlib import Path
@@ -16,9 +17,11 @@ from app.robots.library import list_robots
 from app.scene.effects import EFFECTS
 from app.scene.scene_file import load_scene, scene_from_toml, scene_names
 from app.studies.catalogue import STUDY_NAMES
+from app.studies.loop_laws.loop_laws import LOOP_GAINS
+from app.studies.loop_laws.predictions import IDEAL_JOINTS
 from app.studies.running.sequential import Settled
 from app.studies.sweeps.needs import Verdict
-from tests.findings_page import FIGURES, PAGE, figures, mark, page, race
+from tests.findings_page import FIGURES, PAGE, figures, mark, page, race, table
 
 ROOT = Path(__file__).resolve().parents[1]
 GUIDE = ROOT / "assets" / "guide"
@@ -99,6 +102,45 @@ def test_the_guides_table_of_needs_is_that_of_the_rows():
         cells = [str(found.count(verdict.value) or "") for verdict in shown]
         assert f"| {EFFECTS[effect].title} | {' | '.join(cells)} |" in text
     assert f"{len({row['scene'] for row in rows})} in all" in text
+
+
+def test_the_guides_measurements_are_those_of_the_rows_that_ship():
+    text = " ".join((GUIDE / "measurements.md").read_text(encoding="utf8").split())
+    rows = json.loads((ROOT / "assets" / "stability.json").read_text(encoding="utf8"))["rows"]
+    steps = sorted({row["timestep_ms"] for row in rows})
+    stable = {
+        name: [max(row["stiffness"] for row in rows if (row["integrator"], row["timestep_ms"], row["verdict"])
+                   == (name, step, "steady")) for step in steps]
+        for name in ("implicitfast", "discrete")
+    }  # fmt: skip
+    took = {(row["integrator"], row["timestep_ms"], row["stiffness"]): row["ms"] for row in rows}
+    ratios = [
+        took["discrete", *case] / ms for (name, *case), ms in took.items() if name == "implicitfast" and ms is not None
+    ]
+    (most,) = set(stable["discrete"])
+    assert (
+        f"at {'; '.join(f'{step:g}' for step in steps)} ms `implicitfast` is stable up to "
+        f"{'; '.join(f'{1e-3 * stiffness:g}' for stiffness in stable['implicitfast'])} kN/m; "
+        f"`discrete` up to {1e-6 * most:g} MN/m at all of them, for {np.median(ratios):.1f} times the time"
+    ) in text
+    laws = [row for row in table("loop-laws") if row["plant"] == IDEAL_JOINTS]
+    off = {
+        law: [row["measured"] / row["predicted"] for row in laws if row["law"] == law] for law in ("settling", "onset")
+    }
+    ripple = [
+        np.median([row["measured"] / row["predicted"] for row in laws if (row["law"], row["x"]) == ("ripple", gain)])
+        for gain in LOOP_GAINS
+    ]
+    assert set(off["settling"]) == {1.0}
+    assert "steps settle to the sample" in text
+    assert f"swing at a stiffness {100 * (max(off['onset']) - 1):.1f} % above theory's" in text
+    assert min(off["onset"]) > 1
+    assert f"ripple is within {100 * max(abs(value - 1) for value in ripple):.1f} %" in text
+
+
+def test_the_tables_that_ship_are_small():
+    shipped = [path for path in (ROOT / "assets" / "findings").rglob("*") if path.is_file()]
+    assert sum(path.stat().st_size for path in shipped) < 2_000_000
 
 
 def test_the_page_of_findings_is_that_of_the_rows():
