@@ -8,7 +8,7 @@ from typing import Any
 
 import pyqtgraph as pg
 from PySide6.QtCore import QPointF, Qt, Signal
-from PySide6.QtGui import QColor, QFont, QPainterPath
+from PySide6.QtGui import QColor, QFont, QFontMetrics, QPainterPath
 from PySide6.QtWidgets import QVBoxLayout, QWidget
 
 from app.studies.rows import Cell, number
@@ -18,7 +18,10 @@ from widgets.plots.curve_legend import LINE_STYLES, MARKER_SIZE, RING_SIZE, Curv
 
 _APART = 0.08
 """Between points of two curves at one named value, as a share of the way to the next value."""
-_MOST_LABELS = 14
+_LABELLED = 520
+"""Of the axis, that labels of named values share [px]; about what it is long when the window is opened."""
+_LABEL_GAP = 10
+"""Between two labels [px]."""
 _THEORY_WIDTH = 0.6
 """Of a law at a named value, as a share of the way to the next."""
 _CAP = 5
@@ -61,10 +64,10 @@ class StudyPlot(QWidget):
         self.canvas.setMouseEnabled(x=False, y=False)
         menu = self.canvas.getPlotItem().ctrlMenu  # made without a parent, it would outlive the plot
         menu.setParent(self, menu.windowFlags())
-        small = QFont(self.font())
-        small.setPixelSize(11)
+        self._small = QFont(self.font())
+        self._small.setPixelSize(11)
         for side in ("left", "bottom"):
-            self.canvas.getAxis(side).setTickFont(small)
+            self.canvas.getAxis(side).setTickFont(self._small)
         self._legend = CurveLegend(self)
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
@@ -126,8 +129,11 @@ class StudyPlot(QWidget):
     def _label_values(self) -> None:
         places = None
         if self._values is not None:
-            every = math.ceil(len(self._values) / _MOST_LABELS)
-            places = [[(place, cell_text(cell)) for cell, place in self._values.items() if place % every == 0]]
+            texts = [(place, cell_text(cell)) for cell, place in self._values.items()]
+            measure = QFontMetrics(self._small).horizontalAdvance
+            widest = max((measure(text) for _, text in texts), default=0) + _LABEL_GAP
+            every = math.ceil(len(texts) * widest / _LABELLED)
+            places = [[(place, text) for place, text in texts if place % max(every, 1) == 0]]
         self.canvas.getAxis("bottom").setTicks(places)
 
     def _draw_series(self, points: Sequence[TablePoint], order: int) -> None:

@@ -1,7 +1,8 @@
 """A study's table, read back: what was varied, what was measured, and the median over seeds of each point.
 
 Any table that ``tactile-maps study`` writes can be read, as CSV or Parquet. What it is a table of, its columns say: the
-keys of a case come first and end with ``seed``, and what was measured follows.
+keys of a case come first and end with ``seed``, and what was measured follows. Where a case has several rows, words
+behind ``seed`` tell them apart.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ import io
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from importlib.util import find_spec
 from pathlib import Path
 from statistics import median
@@ -79,16 +81,34 @@ class StudyTable:
     file: Path
     rows: tuple[Row, ...]
 
-    @property
+    @cached_property
     def columns(self) -> list[str]:
         """All, in the file's order."""
         return columns(self.rows)
 
-    @property
+    @cached_property
     def case_columns(self) -> list[str]:
-        """What makes a case, without its seed: the columns before ``seed``."""
+        """What makes a row, without its seed: the columns before ``seed``; where a case has several rows, also the
+        first columns of words behind it that tell those apart, if there are such.
+        """
         names = self.columns
-        return names[: names.index(SEED)]
+        before = names[: names.index(SEED)]
+        made = list(before)
+        words = (name for name in names[len(before) + 1 :] if not self._holds_numbers(name))
+        while not self._tells_rows_apart(made):
+            more = next(words, None)
+            if more is None:
+                return before
+            made.append(more)
+        return made
+
+    def _tells_rows_apart(self, names: Sequence[str]) -> bool:
+        return len({tuple(row[name] for name in (*names, SEED)) for row in self.rows}) == len(self.rows)
+
+    def _holds_numbers(self, name: str) -> bool:
+        """Whether most cells that are filled do."""
+        filled = [row[name] for row in self.rows if row[name] is not None]
+        return 2 * sum(map(_is_number, filled)) > len(filled)
 
     @property
     def factors(self) -> list[str]:
@@ -97,8 +117,8 @@ class StudyTable:
 
     @property
     def measures(self) -> list[str]:
-        """Columns with numbers, those after the seed first."""
-        known = [name for name in self.columns if name != SEED and any(_is_number(row[name]) for row in self.rows)]
+        """Columns that hold numbers rather than words, those that make no row first."""
+        known = [name for name in self.columns if name != SEED and self._holds_numbers(name)]
         return sorted(known, key=lambda name: name in self.case_columns)
 
     def theory(self, measure: str) -> tuple[TheoryColumn, ...]:

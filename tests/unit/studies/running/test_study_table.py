@@ -8,7 +8,7 @@ import pytest
 
 from app.core.errors import UsageError
 from app.studies.hypotheses import bootstrap_median
-from app.studies.running.study_table import is_study_table, only, read_study_table, table_points
+from app.studies.running.study_table import StudyTable, is_study_table, only, read_study_table, table_points
 from app.studies.running.tables import csv_table, parquet_table
 from assets import asset
 
@@ -57,6 +57,17 @@ def test_rows_of_several_cases_at_a_point_are_told(table):
     assert [row["seed"] for row in rows] == list(range(5))
     (point,) = table_points(table, rows, "level", "seconds")
     assert not point.pooled
+
+
+def test_rows_of_one_case_are_told_apart_by_words_and_words_are_no_measure():
+    table = read_study_table(asset("findings", "needs.csv"))
+    assert table.case_columns == ["scene", "seconds", "effect"]
+    assert "switched" not in table.measures, "some of what was switched are numbers, most are words"
+    assert table.measures[0] == "change"
+    (point, *_) = table_points(table, table.rows, "scene", "change")
+    assert point.pooled == ("effect",)
+    twice = StudyTable(table.file, (*table.rows, *table.rows))
+    assert twice.case_columns == ["scene", "seconds"], "nothing tells a row from its copy"
 
 
 def test_who_cannot_is_infinite_and_what_is_missing_is_counted(table):
