@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 import subprocess
 import sys
@@ -12,7 +13,8 @@ import pytest
 
 from app.studies.reporting.figures import BarChart, Figure, Panel, draw, figure_svg, panels
 
-TEXT = "{http://www.w3.org/2000/svg}text"
+SVG = "{http://www.w3.org/2000/svg}"
+TEXT = f"{SVG}text"
 
 
 def figure(*drawn, least=1e-9):
@@ -61,6 +63,25 @@ def test_few_points_or_none_are_no_trouble(made):
     shown = texts(figure(Panel("one", made)))
     assert "one" in shown
     assert ("nothing measured" in shown) == (not any(made.values()))
+
+
+def test_the_point_under_the_pointer_tells_its_numbers():
+    spans = {"raw": [(2.0, 16.3, math.inf), (3.0, 20.0, 30.0)]}
+    curves = {"<smooth>": [(2.0, 4.52), (3.0, math.inf)], "raw": [(2.0, 19.93), (3.0, 25.0)]}
+    svg = ElementTree.fromstring(figure_svg(figure(Panel("arm", curves, spans), Panel("icub", {"raw": [(5.0, 7.0)]}))))
+    told = {
+        marker.findtext(f"{SVG}title"): float(marker.get("x"))
+        for marker in svg.iter(f"{SVG}use")
+        if marker.find(f"{SVG}title") is not None
+    }
+    assert list(told) == [
+        "arm, <smooth>\nseconds: 2\nerror: 4.52",
+        "arm, raw\nseconds: 2\nerror: 19.9 [16.3, inf]",
+        "arm, raw\nseconds: 3\nerror: 25 [20, 30]",
+        "icub, raw\nseconds: 5\nerror: 7",
+    ]
+    smooth, raw, further, _ = told.values()
+    assert smooth == raw < further, "each at its own marker"
 
 
 @pytest.mark.parametrize("x", [1.0, 3.0, 0.07, 5e-6])
