@@ -151,7 +151,8 @@ FACTORS: Sequence[Factor] = (
         note="Discs of skin of 90 mm over the place of nominal conditions, 30 mm above the link: place and posture are "
         "the same for all, what bends is the skin alone. Radii of 80 and 40 mm are 10 and 5 pitches. The figure is 91 "
         "mm long on the map; on the body it is up to 6 % longer on the spheres and as much shorter on the saddles, "
-        "whose lengths no map keeps.",
+        "whose lengths no map keeps. Pitch and ball are the same throughout: what of it is pitch over radius, and what "
+        "the ball's radius over the skin's, these rows do not tell.",
     ),
     Factor(
         "cuts",

@@ -30,13 +30,15 @@ def test_a_row_of_no_case_is_refused(change):
 
 MISPLACED = _row("representation", factor="taxels misplaced", level="2.0", jacobian="smoothed")
 TUTTE = _row("representation", factor="map by geometry", level="tutte", jacobian="smoothed")
+SADDLE = _row("representation", factor="body", level="saddle of 40 mm")
 
 
 @pytest.mark.long
 @pytest.mark.parametrize(
-    ("study", "row"), [(force_feedback, NOMINAL), (representation, MISPLACED), (representation, TUTTE)],
-    ids=["nominal", "taxels misplaced", "another map"],
-)  # fmt: skip
+    ("study", "row"),
+    [(force_feedback, NOMINAL), (representation, MISPLACED), (representation, TUTTE), (representation, SADDLE)],
+    ids=["nominal", "taxels misplaced", "another map", "another body"],
+)
 def test_the_run_has_the_error_that_the_row_tells(study, row):
     run = replay_row(study.FACTORS, row)
     prepared, errors = run.session.prepared, []
