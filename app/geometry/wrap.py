@@ -66,7 +66,7 @@ def wrap_mesh(mesh: Mesh, *, thickness: float, voxel: float, closing: float = 0.
     Raises:
         MeshError: The sizes are not positive, or nothing is left to wrap.
 
-    Cost: about 3 µs per grid node near the mesh; a forearm at 4 mm takes 0.1 s, twice that with closing.
+    Cost: about 4 µs per grid node next to the surface; a forearm at 4 mm takes 0.1 s, or 0.2 s with closing.
     """
     if not (thickness > 0 and voxel > 0 and closing >= 0 and np.isfinite(thickness + voxel + closing)):
         raise MeshError("thickness and voxel must be positive", file=where, value=(thickness, voxel, closing))
