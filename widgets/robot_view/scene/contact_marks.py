@@ -13,7 +13,7 @@ from app.core.reading_units import ReadingUnits
 from app.session.frame import Frame
 from app.session.prepare import PreparedScene
 from widgets.common.colours import Theme
-from widgets.robot_view.scene.surface_marks import add_mark
+from widgets.robot_view.scene.surface_marks import add_mark, set_matrix
 
 ARROW_LENGTH = 0.012
 """Metres of arrow per newton."""
@@ -109,11 +109,13 @@ class ContactMarks:
 
 def _place(actor: Any, point: FloatArray, normal: FloatArray, width: float, length: float) -> None:
     """Show an actor at ``point`` with its z axis along ``normal``, scaled across and along it."""
-    aside = np.eye(3)[np.abs(normal).argmin()]
-    x = np.cross(aside, normal)
-    x /= np.linalg.norm(x)
+    a, b, c = normal.tolist()
+    least = min(abs(a), abs(b), abs(c))  # x is across the axis that the normal is farthest from
+    x = np.array([0.0, -c, b] if least == abs(a) else [c, 0.0, -a] if least == abs(b) else [-b, a, 0.0])
+    x /= np.sqrt(x @ x)
+    d, e, f = x.tolist()
     matrix = np.eye(4)
-    matrix[:3, 0], matrix[:3, 1], matrix[:3, 2] = width * x, width * np.cross(normal, x), length * normal
-    matrix[:3, 3] = point
-    actor.user_matrix = matrix
+    matrix[:3, 0], matrix[:3, 2], matrix[:3, 3] = width * x, length * normal, point
+    matrix[:3, 1] = width * (b * f - c * e), width * (c * d - a * f), width * (a * e - b * d)
+    set_matrix(actor, matrix)
     actor.visibility = True

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 import pyvista as pv
+from scipy.sparse import csr_matrix
 
 from app.core.arrays import FloatArray, IntArray
 from app.geometry.mesh import Mesh, SurfacePoint
@@ -196,7 +197,7 @@ class SkinActors:
 
     def __init__(self, plotter: Any, prepared: PreparedScene, scale: PressureScale) -> None:
         self._plotter, self._prepared = plotter, prepared
-        self._weights = vertex_weights(prepared.map)
+        self._use_weights(vertex_weights(prepared.map))
         self._surfaces: list[pv.PolyData] = []
         self._plain: list[Any] = []
         for patch in prepared.skin.patches:
@@ -217,6 +218,11 @@ class SkinActors:
         self._picture: SkinTexture | None = None
         self._textured: TexturedSkin | None = None
 
+    def _use_weights(self, weights: list[csr_matrix]) -> None:
+        """Colour vertices by these from now on; nothing is coloured yet."""
+        self._weights, self._asked = weights, [np.unique(matrix.indices) for matrix in weights]
+        self._coloured: list[tuple[PressureScale, bool, FloatArray] | None] = [None] * len(weights)
+
     def carry(self, markers: TaxelMarkers) -> None:
         """Move these with the skin from now on."""
         self._carried.append(markers)
@@ -229,7 +235,7 @@ class SkinActors:
         """
         old, self._prepared = self._prepared.map, replace(self._prepared, map=map_)
         if any(one is not other for one, other in zip(old.charts, map_.charts, strict=True)):
-            self._weights = vertex_weights(map_)
+            self._use_weights(vertex_weights(map_))
             self.set_texture(None, always=self._always)
         elif self._textured is not None:
             self._textured.lay(map_)
@@ -268,7 +274,11 @@ class SkinActors:
         if self._textured is not None:
             self._textured.refresh()
         else:
-            for surface, matrix in zip(self._surfaces, self._weights, strict=True):
+            for number, (surface, matrix) in enumerate(zip(self._surfaces, self._weights, strict=True)):
+                felt, before = kilopascals[self._asked[number]], self._coloured[number]
+                if before is not None and before[:2] == (scale, self.bare) and np.array_equal(before[2], felt):
+                    continue  # most patches are not touched most of the time
+                self._coloured[number] = scale, self.bare, felt
                 shown = surface.point_data["touch"]
                 wanted = np.broadcast_to(BETWEEN_DOTS, shown.shape) if self.bare else scale.rgb(matrix @ kilopascals)
                 if not np.array_equal(shown, wanted):  # VTK sends all of a patch anew
