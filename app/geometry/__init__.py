@@ -7,6 +7,7 @@
 ``repair``          a file's mesh cleaned for native code, or repaired to be flattened
 ``wrap``            one clean outer surface of any mesh, at a distance from it
 ``refine``          more vertices on the same surface: subdivision, vertices at given points
+``simplify``        fewer triangles of the same vertices, and how far they are from the mesh
 ``closest_point``   the point of a mesh nearest to another; barycentric weights
 ``raycast``         the first hit of a ray; the faces seen from outside
 ``geodesics``       distances over a surface

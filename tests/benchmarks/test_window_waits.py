@@ -14,7 +14,9 @@ from PySide6.QtWidgets import QApplication
 from app.recording.recorder import record
 from app.scene.scene_file import load_scene
 from app.session.prepare import prepare
+from app.session.prepared_cache import link_levels_cached, prepare_cached
 from app.session.session import Session
+from app.tactile.poke import PokePressed
 from tests.widgets.support.window_driver import close_window, open_window
 from widgets.panels.control.controller_panel import ControllerPanel
 from widgets.session.backends import BACKGROUND, INLINE
@@ -62,6 +64,24 @@ def test_a_frame_of_body_and_map_while_fingers_press(benchmark, window, taxels):
     benchmark.pedantic(_advance, args=(window, 1 / 30), rounds=60, warmup_rounds=5)
     if benchmark.stats is not None:
         benchmark.extra_info["frames a second"] = round(1 / benchmark.stats.stats.median)
+
+
+@pytest.mark.parametrize("coarse", [False, True])
+def test_a_frame_of_a_robot_of_many_triangles(benchmark, window, pytestconfig, coarse):
+    """Both views of the whole of iCub, its links as they are and as coarse as the picture can show."""
+    scene = load_scene("icub_whole" if pytestconfig.getoption("benchmark_enable") else "arm")
+    shown = prepare_cached(scene)
+    window.live.show_prepared(shown)
+    if coarse:
+        window.robot_view.display.set_link_levels(link_levels_cached(shown.robot))
+    for finger, patch in enumerate(range(0, len(shown.skin.patches), 3)):
+        middle = int(shown.skin.first[patch : patch + 2].mean())
+        window.live.runner.submit(PokePressed(finger, shown.skin.taxel_point(middle)))
+    for _ in range(20):
+        _advance(window, 0.05)
+    benchmark.pedantic(_advance, args=(window, 1 / 30), rounds=60, warmup_rounds=5)
+    drawn = [actor.mapper.GetInput().GetNumberOfCells() for _, actor in window.robot_view.display.scene.links.placed]
+    benchmark.extra_info["triangles of links"] = sum(drawn)
 
 
 def test_press_on_the_map_until_both_views_are_painted(benchmark, window, prepared):

@@ -33,10 +33,17 @@ pv.global_theme.multi_samples = 1  # 4 samples cost four to five times the frame
 
 
 class Canvas(Protocol):
-    """A widget with a plotter. ``draw`` renders now; ``close_plotter`` gives everything back."""
+    """A widget with a plotter. ``draw`` renders now; ``close_plotter`` gives everything back.
+
+    Attributes:
+        plotter: What is drawn.
+        widget: Shows it.
+        in_software: Whether each triangle costs: there is no graphics card, and pictures are drawn when told to.
+    """
 
     plotter: Any
     widget: QWidget
+    in_software: bool
 
     def draw(self, *, quality: float = 1.0) -> None:
         """Render the scene, at ``quality`` times the display's own resolution where the canvas can."""
@@ -47,6 +54,8 @@ class Canvas(Protocol):
 
 class ImageCanvas(QWidget):
     """Renders off screen and paints the picture; works on every platform Qt runs on."""
+
+    in_software = True
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -93,6 +102,8 @@ class ImageCanvas(QWidget):
 
 class OpenGLCanvas:
     """``pyvistaqt.QtInteractor`` on a display with OpenGL. Its own mouse handling is not used."""
+
+    in_software = False
 
     def __init__(self, parent: QWidget | None = None) -> None:
         from pyvistaqt import QtInteractor
@@ -168,8 +179,8 @@ class RenderScheduler(QObject):
         clock: Seconds.
     """
 
-    due = Signal()
-    """A picture is about to be drawn: bring the scene up to date."""
+    due = Signal(float)
+    """A picture is about to be drawn, at so many times the display's resolution: bring the scene up to date."""
     drawn = Signal(float)
     """A picture was drawn: its milliseconds, with bringing the scene up to date."""
 
@@ -228,7 +239,7 @@ class RenderScheduler(QObject):
 
     def _draw(self, quality: float) -> None:
         start = self._clock()
-        self.due.emit()
+        self.due.emit(quality)
         self._canvas.draw(quality=quality)
         self._ended = 1e3 * self._clock()
         elapsed = self._ended - 1e3 * start

@@ -15,6 +15,7 @@ from app.core.reading_units import ReadingUnits
 from app.geometry.mesh import SurfacePoint
 from app.maps.tactile_map import TactileMap
 from app.session.frame import Frame
+from app.session.link_levels import LinkLevels
 from app.session.prepare import PreparedScene
 from widgets.common.colours import PressureScale, Theme
 from widgets.interaction.select_gesture import RubberBand
@@ -130,6 +131,17 @@ class RobotDisplay(QObject):
         if self.prepared is not None and map_ is not self.prepared.map:
             self.prepared = replace(self.prepared, map=map_)
             self.scene.show_map(map_)
+            self.request()
+
+    @property
+    def takes_levels(self) -> bool:
+        """Whether coarser links save time here: a graphics card draws all of them as fast."""
+        return self.canvas.in_software
+
+    def set_link_levels(self, levels: LinkLevels | None) -> None:
+        """Draw links no finer than the picture can show, of the robot that these are of; None for as they are."""
+        if self.takes_levels:
+            self.scene.set_link_levels(levels)
             self.request()
 
     def set_marks(self, marks: ToolMarks) -> None:
@@ -298,7 +310,7 @@ class RobotDisplay(QObject):
         self.prepared = None
         self.canvas.close_plotter()
 
-    def _on_drawing_due(self) -> None:
+    def _on_drawing_due(self, quality: float) -> None:
         if self._frame is not None and not self.scene.shows(self._frame):
             self.scene.show_frame(self._frame)
         if self._task_is_new:
@@ -306,6 +318,7 @@ class RobotDisplay(QObject):
             self.scene.show_task(self._task)
         self.scene.set_hover(self._mark)
         self.scene.fit_depth()
+        self.scene.fit_detail(self._view.height() * self._view.devicePixelRatioF() * quality)
         view, size = self.scene.viewpoint, self.size
         units = ReadingUnits.CALIBRATED if self._frame is None else self._frame.units
         forces = tuple(

@@ -12,6 +12,7 @@ from PySide6.QtGui import QCloseEvent
 from PySide6.QtWidgets import QDockWidget, QMainWindow, QMenu
 
 from app.session.frame import Frame
+from app.session.link_levels import LinkLevels
 from app.session.prepare import PreparedScene
 from widgets.common.colours import Theme
 from widgets.context.app_context import AppContext
@@ -63,6 +64,7 @@ class MoreViews(QObject):
         session, views = context.session, context.views
         session.prepared_changed.connect(self._on_prepared_changed)
         session.frame_ready.connect(self._on_frame_ready)
+        session.worker.levels_made.connect(self._on_levels_made)
         context.theme.changed.connect(self._on_theme_changed)
         views.bar.maximum_changed.connect(self._on_scale_changed)
         views.overlays_changed.connect(self._on_overlays_changed)
@@ -145,6 +147,7 @@ class MoreViews(QObject):
     def _fill(self, view: SecondView) -> None:
         session, views = self._context.session, self._context.views
         view.display.show_layers(views.overlays.shown)
+        view.display.set_link_levels(views.robot.display.scene.link_levels)
         if session.prepared is not None:
             view.show_prepared(session.prepared)
         if session.shown is not None:
@@ -157,6 +160,10 @@ class MoreViews(QObject):
     def _on_frame_ready(self, frame: Frame) -> None:
         for view in self._shown:
             view.show_frame(frame)
+
+    def _on_levels_made(self, levels: LinkLevels) -> None:
+        for view in self._shown:
+            view.display.set_link_levels(levels)
 
     def _on_theme_changed(self, theme: Theme) -> None:
         for view in self._shown:

@@ -1,8 +1,11 @@
-"""A process for slow work: opening scenes and recordings, and laying patches flat anew. So the window never waits."""
+"""A process for slow work: opening scenes and recordings, laying patches flat anew. So the window never waits.
+
+When it has nothing else to do it makes the coarser links that the robot view draws without a graphics card.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -11,9 +14,11 @@ from PySide6.QtCore import QObject, Signal
 from app.core.errors import TactileMapsError
 from app.editing.reflatten import ReflattenRequest, ReflattenResult, reflatten
 from app.recording.player import RecordingPlayer
+from app.robots.robot import Robot
 from app.scene.scene import Scene
+from app.session.link_levels import LinkLevels
 from app.session.prepare import PreparedScene, open_scene
-from app.session.prepared_cache import load_robot_cached, prepare_cached
+from app.session.prepared_cache import link_levels_cached, load_robot_cached, prepare_cached
 from widgets.workers.worker_process import Reply, RequestHandler, Result, SourceToken, WorkerProcess
 
 _DIED_PREPARING = (
@@ -39,6 +44,13 @@ class OpenRecording:
     path: Path
 
 
+@dataclass(frozen=True, eq=False)
+class _MakeLevels:
+    """Make the coarser surfaces of a robot's links."""
+
+    robot: Robot
+
+
 Task = Scene | OpenScene | OpenRecording | ReflattenRequest
 _OPENING = SourceToken("opening")
 """Of a scene or a recording: what is opened is shown whatever was shown before."""
@@ -60,6 +72,8 @@ def make_handler() -> RequestHandler:
             tell("opened", RecordingPlayer(request.path, progress=progress))
         elif isinstance(request, ReflattenRequest):
             tell("reflattened", reflatten(request, progress=progress))
+        elif isinstance(request, _MakeLevels):
+            tell("levels", link_levels_cached(request.robot))
 
     return serve
 
@@ -84,6 +98,8 @@ class SceneWorker(QObject):
     """The Result with a ReflattenResult."""
     edit_failed = Signal(object)
     """The Result with why there is none; with nothing where a scene took its place."""
+    levels_made = Signal(object)
+    """The LinkLevels of the robot asked for last."""
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -92,6 +108,8 @@ class SceneWorker(QObject):
         self.process.ended.connect(self._on_ended)
         self._task: Task | None = None
         self._token = _OPENING
+        self._detail: _MakeLevels | None = None
+        self._detail_number = 0
 
     @property
     def busy(self) -> bool:
@@ -123,6 +141,20 @@ class SceneWorker(QObject):
         else:
             self._request(request, token)
 
+    def make_levels(self, robot: Robot) -> None:
+        """Make the coarser links of ``robot`` once nothing else is to be done; whatever is asked for goes before it."""
+        if self._detail is not None:
+            if self._detail.robot.links is robot.links:
+                return
+            if self._task is None:
+                self.process.close()  # whatever it makes is of another robot
+        self._detail = _MakeLevels(replace(robot, mjcf="", assets={}))
+        self._send_detail()
+
+    def _send_detail(self) -> None:
+        if self._detail is not None:
+            self._detail_number = self.process.send(self._detail, _OPENING)
+
     def _instead_of_an_edit(self, task: Task, dropped: str) -> None:
         editing, token = self.editing, self._token
         self._request(task, _OPENING)
@@ -134,6 +166,8 @@ class SceneWorker(QObject):
             self.process.close()
         self._task, self._token = task, token
         self.process.send(task, token)
+        if self.editing:  # what is opened has links of its own
+            self._send_detail()
 
     def drop(self) -> None:
         """Drop whatever is being done: a scene that needs no worker takes its place."""
@@ -155,16 +189,23 @@ class SceneWorker(QObject):
 
     def close(self) -> None:
         """End the process, whatever it does."""
-        self._task = None
+        self._task = self._detail = None
         self.process.close()
 
     def _drop(self) -> None:
-        self.close()
+        self._task = None
+        self.process.close()
         self.warm()
+        self._send_detail()
 
-    def _on_answered(self, _number: int, kind: str, result: Result[Any]) -> None:
-        """Of one request only: another ends the process before it is sent."""
+    def _on_answered(self, number: int, kind: str, result: Result[Any]) -> None:
+        """Of one task only: another ends the process before it is sent; or of the links that are made after it."""
         editing, content = self.editing, result.value
+        if number == self._detail_number and number:
+            self._detail = None  # made, or not to be had: links are drawn as they are
+            if isinstance(content, LinkLevels):
+                self.levels_made.emit(content)
+            return
         if kind == "progress":
             (self.edit_progressed if editing else self.progressed).emit(*content)
             return
@@ -175,15 +216,16 @@ class SceneWorker(QObject):
             self.edit_failed.emit(result) if editing else self.failed.emit(content)
         elif isinstance(content, ReflattenResult):
             self.reflattened.emit(result)
-        elif isinstance(content, PreparedScene):
-            self.prepared.emit(content)
-        elif isinstance(content, RecordingPlayer):
-            self.opened.emit(content)
+        elif isinstance(content, PreparedScene | RecordingPlayer):
+            self._detail = None
+            (self.prepared if isinstance(content, PreparedScene) else self.opened).emit(content)
 
     def _on_ended(self, token: SourceToken) -> None:
         """The process died: killed, out of memory, or a native library crashed in it."""
         task = self._task
         self.close()
+        if task is None:
+            return  # links are drawn as they are
         if isinstance(task, ReflattenRequest):
             self.edit_failed.emit(Result(token, _DIED_EDITING))
         else:
@@ -195,6 +237,9 @@ class InlineSceneWorker(SceneWorker):
 
     def warm(self) -> None:
         """There is no process to start."""
+
+    def make_levels(self, robot: Robot) -> None:
+        """Links are drawn as they are: nothing is beside to make others."""
 
     def _request(self, task: Task, token: SourceToken) -> None:
         self._task, self._token = task, token

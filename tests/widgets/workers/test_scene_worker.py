@@ -14,6 +14,7 @@ from app.editing.reflatten import apply_result, set_method
 from app.recording.player import RecordingPlayer
 from app.recording.verify import verify
 from app.scene.scene_file import scene_to_toml
+from app.session.link_levels import links_digest
 from tests.support.recordings import record
 from tests.widgets.support.samples import coarse
 from widgets.workers.scene_worker import OpenScene, SceneWorker
@@ -241,3 +242,26 @@ def test_a_process_that_dies_at_an_edit_is_told(worker, document, qtbot):
         worker.reflatten(set_method(document, [0], "slim"), HERE)
         os.kill(worker.process.pid, signal.SIGKILL)
     assert "the map before it is kept" in failure.args[0].value
+
+
+def test_coarser_links_are_made_when_nothing_else_is_to_be_done(worker, prepared, document, qtbot):
+    """An edit goes before them, and they come all the same."""
+    order, made = [], []
+    worker.levels_made.connect(made.append)
+    worker.levels_made.connect(lambda _levels: order.append("levels"))
+    worker.reflattened.connect(lambda _result: order.append("edit"))
+    with qtbot.waitSignals([worker.levels_made, worker.reflattened], timeout=LONG):
+        worker.make_levels(prepared.robot)
+        worker.make_levels(prepared.robot)  # that is asked for already
+        worker.reflatten(set_method(document, [0], "lscm"), HERE)
+    assert order == ["edit", "levels"]
+    assert made[0].digest == links_digest(prepared.robot)
+
+
+def test_links_whose_process_dies_are_drawn_as_they_are(worker, prepared, qtbot):
+    worker.warm()
+    qtbot.waitUntil(lambda: worker.process.ready, timeout=LONG)
+    with qtbot.assertNotEmitted(worker.failed), qtbot.assertNotEmitted(worker.levels_made):
+        worker.make_levels(prepared.robot)
+        os.kill(worker.process.pid, signal.SIGKILL)
+        qtbot.waitUntil(lambda: worker.process.pid is None, timeout=LONG)

@@ -7,7 +7,9 @@ from __future__ import annotations
 from PySide6.QtCore import QObject, Signal
 
 from app.core.plugins import Plugin, broken_plugins
+from app.robots.robot import Robot
 from app.session.frame import Frame
+from app.session.link_levels import MANY_FACES, faces_of_links, links_digest
 from app.session.prepare import PreparedScene
 from widgets.context.app_context import AppContext
 from widgets.panels.findings_panel import findings_of
@@ -47,6 +49,7 @@ class ScenePresenter(QObject):
         self._plugins_told: set[Plugin] = set()
         session, views = context.session, context.views
         session.prepared_changed.connect(self._on_prepared_changed)
+        session.worker.levels_made.connect(views.robot.display.set_link_levels)
         session.frames_passed.connect(context.plots.keep)
         session.frame_ready.connect(self._on_frame_ready)
         context.panels.get(LiveInputPanel).rate_changed.connect(self._on_rate_changed)
@@ -76,6 +79,16 @@ class ScenePresenter(QObject):
         elif prepared.scene.description:
             context.notifier.introduce(prepared.scene.description, prepared.scene.suggestion)
         self._tell_of_plugins()
+        self._make_links_coarser(prepared.robot)
+
+    def _make_links_coarser(self, robot: Robot) -> None:
+        """Ask for what the views draw faster than links of very many triangles, where that is worth it."""
+        display = self._context.views.robot.display
+        known = display.scene.link_levels
+        if not display.takes_levels or faces_of_links(robot) < MANY_FACES:
+            return
+        if known is None or known.digest != links_digest(robot):
+            self._session.worker.make_levels(robot)
 
     def _tell_of_plugins(self) -> None:
         """Plug-ins that were left out, each once."""

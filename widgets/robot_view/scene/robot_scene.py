@@ -18,16 +18,18 @@ from app.geometry.mesh import SurfacePoint
 from app.maps.tactile_map import TactileMap
 from app.robots.kinematics import Configuration
 from app.session.frame import Frame
+from app.session.link_levels import LinkLevels
 from app.session.prepare import PreparedScene
 from widgets.common.colours import PressureScale, Theme, mixed
 from widgets.overlays.body_overlays import SkinTexture, ToolMarks
 from widgets.overlays.task_overlay import TaskOverlay
 from widgets.robot_view.camera import CameraRay, Viewpoint, framing
 from widgets.robot_view.scene.contact_marks import ContactMarks
+from widgets.robot_view.scene.link_actors import LinkActors
 from widgets.robot_view.scene.object_actors import ObjectActors, floor_grid
 from widgets.robot_view.scene.opening_view import initial_direction, places_of_interest
 from widgets.robot_view.scene.skin_actors import PEELED, SkinActors
-from widgets.robot_view.scene.surface_marks import add_surface, polydata, set_matrix
+from widgets.robot_view.scene.surface_marks import set_matrix
 from widgets.robot_view.scene.tool_and_task_marks import EditToolMarks, TaskMarks
 
 _STILL = 2e-5
@@ -87,7 +89,9 @@ class RobotScene:
     Attributes:
         plotter: As above.
         theme: As above, or as set since.
-        skin: The skin's actors; like ``prepared`` and the ``layers``, there from ``show_prepared`` on.
+        skin: The skin's actors; like ``prepared``, ``links`` and the ``layers``, there from ``show_prepared`` on.
+        links: The bare links' actors.
+        link_levels: Coarser surfaces of some robot's links; None for none.
         layers: Those of this scene, by name.
         hidden: The links, and the objects behind the links, by number, that are left out.
     """
@@ -98,10 +102,7 @@ class RobotScene:
         self.plotter, self.theme, self._scale = plotter, theme, scale
         self._prepared: PreparedScene | None = None
         self._frame: Frame | None = None
-        self._links: list[tuple[int, Any]] = []
-        self._bodies: list[Any] = []
-        self._solids: frozenset[Any] = frozenset()
-        self._placeholders: list[Any] = []
+        self.link_levels: LinkLevels | None = None
         self._bounds: list[tuple[int, FloatArray]] = []
         self._make_layers, self._shown = dict(layers or {}), frozenset[str]()
         self.layers: dict[str, BodyLayer] = {}
@@ -115,20 +116,11 @@ class RobotScene:
             self.hidden = frozenset()
         self._prepared, self._frame = prepared, None
         self._configuration = Configuration(prepared.robot)
-        self._links, self._bodies, self._placeholders, self._bounds = [], [], [], []
-        self._solids = frozenset()
         self.skin = SkinActors(self.plotter, prepared, self._scale)  # before the links, most of which it hides
-        for number, link in enumerate(prepared.robot.links):
-            if link.mesh is not None and len(link.mesh.faces):
-                body = polydata(link.mesh.vertices, link.mesh.vertex_normals, link.mesh.faces)
-                actor = add_surface(self.plotter, body, color=self.theme.body)
-                self._links.append((number, actor))
-                (self._placeholders if link.missing else self._bodies).append(actor)
-                if link.mesh.is_solid:
-                    self._solids |= {actor}
-                    actor.prop.culling = "back"  # saves a third of the time to draw it
-                self._bounds.append((number, link.mesh.bounds))
-        self._dress_placeholders()
+        self.links = LinkActors(self.plotter, prepared.robot, self.theme)
+        self.links.set_levels(self.link_levels)
+        meshes = ((number, link.mesh) for number, link in enumerate(prepared.robot.links))
+        self._bounds = [(number, mesh.bounds) for number, mesh in meshes if mesh is not None and len(mesh.faces)]
         self._bounds += [(prepared.robot.link_index[p.link], p.surface.bounds) for p in prepared.skin.patches]
         self._objects = ObjectActors(self.plotter, self.theme, prepared.objects)
         self._plane = np.eye(4)
@@ -190,7 +182,8 @@ class RobotScene:
     def _leave_out(self) -> None:
         """Take the actors of what is hidden off the picture: whether they are otherwise to be seen stays theirs."""
         carried = (self._edit_marks, self._task_marks)
-        actors = [*self._links, *self.skin.link_actors, *(pair for marks in carried for pair in marks.link_actors)]
+        marks = [pair for kind in carried for pair in kind.link_actors]
+        actors = [*self.links.placed, *self.skin.link_actors, *marks]
         first = len(self.prepared.robot.links)
         actors += [*self.skin.textured_actors, *((first + number, actor) for number, actor in self._objects.actors)]
         renderer = self.plotter.renderer
@@ -273,9 +266,7 @@ class RobotScene:
         for marks in (self._edit_marks, self._task_marks):
             marks.hide(hidden=share > 0)
         gone = _FADE * min(share / PEELED, 1.0)  # before the skin is laid flat, which would lead through the links
-        for actor in self._bodies:
-            actor.prop.opacity = 1.0 - gone
-            actor.prop.culling = "back" if share > 0 or actor in self._solids else "none"  # a shadow has no inside
+        self.links.fade(gone)
         self._objects.fade(gone)
         self._move()
         self._colour()
@@ -310,10 +301,8 @@ class RobotScene:
         """Take another theme."""
         self.theme = theme
         self.plotter.set_background(theme.window)
-        for actor in self._bodies:
-            actor.prop.color = theme.body
-        self._dress_placeholders()
         if self._prepared is not None:
+            self.links.set_theme(theme)
             self._marks.set_theme(theme)
             for layer in self.layers.values():
                 layer.set_theme(theme)
@@ -321,12 +310,6 @@ class RobotScene:
             self._edit_marks.set_theme(theme)
             self._task_marks.set_theme(theme)
             self._ground()
-
-    def _dress_placeholders(self) -> None:
-        """What stands for a missing mesh looks like nothing of the robot: edges in the colour of warnings."""
-        for actor in self._placeholders:
-            actor.prop.style, actor.prop.line_width = "wireframe", 2.0
-            actor.prop.color, actor.prop.lighting = self.theme.warning, False
 
     def set_scale(self, scale: PressureScale) -> None:
         """Take another pressure scale."""
@@ -386,6 +369,17 @@ class RobotScene:
             central = self._places.points
             self.look(framing(points, self._away, shape, view_angle=30.0, fill=0.92, central=central))
 
+    def set_link_levels(self, levels: LinkLevels | None) -> None:
+        """Draw links as coarse as ``fit_detail`` finds fit, of any robot that these are of; None for never."""
+        self.link_levels = levels
+        if self._prepared is not None:
+            self.links.set_levels(levels)
+
+    def fit_detail(self, height: float) -> None:
+        """Let links be as fine as a picture of this height [px] can show; before each picture."""
+        if self._prepared is not None:
+            self.links.choose(self.viewpoint, height, self.poses)
+
     def fit_depth(self) -> None:
         """Let the camera's depth hold all that is drawn; before each picture, since the robot moves."""
         self.plotter.renderer.ResetCameraClippingRange()
@@ -402,7 +396,7 @@ class RobotScene:
 
     def _move(self) -> None:
         poses = self.poses
-        for number, actor in self._links:
+        for number, actor in self.links.placed:
             set_matrix(actor, poses[number])
         for number, actor in (*self._edit_marks.link_actors, *self._task_marks.link_actors):
             set_matrix(actor, poses[number])

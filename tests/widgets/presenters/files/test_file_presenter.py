@@ -407,6 +407,6 @@ def test_a_missing_mesh_is_said_aloud(window, tmp_path):
     window.presenters.files.open_path(str(model))
     assert "ball.stl" in window.notification_bar.text
     assert "missing" in window.notification_bar.text
-    (stand_in,) = window.robot_view.display.scene._placeholders
+    (stand_in,) = window.robot_view.display.scene.links._placeholders
     assert stand_in.prop.style == "Wireframe", "drawn as none of the robot's"
     assert window.presenters.pointing.resolve(PointedAt(body=0)).name == "tip (missing: ball)"

@@ -112,7 +112,7 @@ def test_objects_are_not_taken_for_the_robot_and_a_probe_looks_like_a_finger(sce
     crate, probe = scene._objects._solids
     assert probe.prop.color.hex_rgb == theme.text
     assert probe.prop.opacity < 1
-    link = scene._bodies[0]
+    link = scene.links.placed[0][1]
     assert np.abs(np.subtract(crate.prop.color.float_rgb, link.prop.color.float_rgb)).max() > 0.1
     assert crate.prop.specular > 0 == link.prop.specular
 

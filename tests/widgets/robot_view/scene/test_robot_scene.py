@@ -73,7 +73,7 @@ def test_a_hidden_link_is_left_out_with_its_skin_and_touch_and_comes_back(plotte
     renderer, whole = plotter.renderer, len(scene._corners())
     before = renderer.GetViewProps().GetNumberOfItems()
     scene.hide(frozenset({link}))
-    gone = [actor for number, actor in [*scene._links, *scene.skin.link_actors] if number == link]
+    gone = [actor for number, actor in [*scene.links.placed, *scene.skin.link_actors] if number == link]
     assert gone
     assert not any(renderer.HasViewProp(actor) for actor in gone)
     assert len(scene._corners()) < whole, "what is framed"

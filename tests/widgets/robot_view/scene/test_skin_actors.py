@@ -104,7 +104,7 @@ def test_the_skin_comes_off_the_body_before_it_goes_straight_to_the_map(still):
             height = np.einsum("kd,kd->k", near - there, normal)
             assert height.min() > 0.0005
             np.testing.assert_allclose(near, there + height[:, None] * normal, atol=1e-6)
-    assert all(actor.prop.opacity < 0.1 for actor in scene._bodies), "from here on it may go through them"
+    assert all(actor.prop.opacity < 0.1 for _, actor in scene.links.placed), "from here on it may go through them"
     peeled = points(still)
     lay(still, 1.0)
     flats = points(still)

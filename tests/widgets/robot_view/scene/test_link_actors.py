@@ -1,0 +1,168 @@
+"""Links as coarse as the picture can show: by zoom and resolution, back to their own near the eye, alike to the eye."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import pyvista as pv
+
+from app.geometry.mesh import Mesh
+from app.robots.load import robot_of_mesh
+from app.session.link_levels import LinkLevels
+from widgets.common.colours import DARK, LIGHT, PressureScale
+from widgets.robot_view.camera import Viewpoint, orbit, zoom
+from widgets.robot_view.scene.link_actors import PIXELS, LinkActors
+from widgets.robot_view.scene.robot_scene import RobotScene
+
+SIZE = (320, 280)
+
+
+@pytest.fixture(scope="module")
+def levels(prepared):
+    made = LinkLevels.make(prepared.robot)
+    assert any(made.links), "the arm has links with triangles to spare"
+    return made
+
+
+@pytest.fixture
+def plotter():
+    plotter = pv.Plotter(off_screen=True, window_size=SIZE, lighting="none")
+    yield plotter
+    plotter.close()
+
+
+@pytest.fixture
+def scene(plotter, prepared):
+    scene = RobotScene(plotter, DARK, PressureScale())
+    scene.show_prepared(prepared)
+    return scene
+
+
+def _picture(scene, *, detail):
+    """(height, width, 3) of the scene, with links as coarse as a picture of so many rows may have them."""
+    scene.fit_depth()
+    scene.fit_detail(detail)
+    scene.plotter.render_window.Render()
+    return scene.plotter.screenshot(return_img=True).astype(int)
+
+
+def _counts(scene):
+    return [actor.mapper.GetInput().GetNumberOfCells() for _, actor in scene.links.placed]
+
+
+def test_no_link_is_farther_from_its_own_than_half_a_pixel_where_it_is_nearest(scene, levels):
+    scene.set_link_levels(levels)
+    start = scene.viewpoint
+    for factor in (0.2, 0.5, 1.0, 3.0):
+        scene.look(zoom(start, factor))
+        scene.fit_detail(SIZE[1])
+        view = scene.viewpoint
+        for row, (number, _) in enumerate(scene.links.placed):
+            mesh, pose = scene.prepared.robot.links[number].mesh, scene.poses[number]
+            depth = float(((mesh.vertices @ pose[:3, :3].T + pose[:3, 3] - view.eye) @ view.axes[2]).min())
+            pixel = 2 * depth * np.tan(np.radians(view.view_angle) / 2) / SIZE[1]
+            level = int(scene.links.shown[row])
+            error = levels.links[number][level - 1].error if level else 0.0
+            assert error <= PIXELS * pixel
+
+
+def test_it_grows_finer_towards_the_eye_and_with_the_resolution(scene, levels, prepared):
+    own = _counts(scene)
+    scene.set_link_levels(levels)
+    assert _counts(scene) == own, "nothing coarse is shown before it is known to be fit"
+    start, drawn = scene.viewpoint, []
+    for factor in (0.1, 0.5, 1.0, 40.0):
+        scene.look(zoom(start, factor))
+        scene.fit_detail(SIZE[1])
+        drawn.append(sum(_counts(scene)))
+    assert drawn == sorted(drawn)
+    assert drawn[0] < 0.6 * sum(own)
+    scene.look(start)
+    scene.fit_detail(SIZE[1])
+    few = sum(_counts(scene))
+    scene.fit_detail(100 * SIZE[1])
+    assert few < sum(_counts(scene)) == sum(own)
+
+
+def test_a_link_around_the_eye_is_its_own(scene, levels):
+    scene.set_link_levels(levels)
+    row = int(np.argmax([len(levels.links[number]) for number, _ in scene.links.placed]))
+    number, _ = scene.links.placed[row]
+    middle = scene.prepared.robot.links[number].mesh.bounds.mean(axis=0)
+    place = scene.poses[number][:3, :3] @ middle + scene.poses[number][:3, 3]
+    view = scene.viewpoint
+    scene.look(replace(view, eye=place, focus=place + 0.1 * view.axes[2]))
+    scene.fit_detail(SIZE[1])
+    assert scene.links.shown[row] == 0
+
+
+@pytest.mark.parametrize("theme", [DARK, LIGHT], ids=["dark", "light"])
+def test_nobody_sees_which_is_shown(scene, levels, theme):
+    scene.set_theme(theme)
+    scene.skin.link_actors.clear()  # the links alone, of which the skin hides most
+    for _, actor in list(enumerate(scene.skin._plain)):
+        actor.visibility = False
+    start = scene.viewpoint
+    for turn in range(4):
+        scene.look(orbit(start, SIZE[1] * 1.5 * turn / 4, 0, SIZE[1]))
+        scene.set_link_levels(None)
+        full = _picture(scene, detail=SIZE[1])
+        scene.set_link_levels(levels)
+        coarse = _picture(scene, detail=SIZE[1])
+        assert scene.links.shown.any()
+        robot = (full != full[0, 0]).any(axis=2)
+        apart = np.abs(full - coarse).max(axis=2)[robot]
+        assert (apart > 32).mean() < 0.005
+        assert apart.mean() < 2.5
+
+
+def _plate_with_a_groove():
+    """A plate of 0.3 m that has a groove of half a millimetre: smaller than a pixel, but steep."""
+    x = np.unique(np.concatenate([np.linspace(-0.15, 0.15, 31), [-1.6e-3, -1.5e-3, 1.5e-3, 1.6e-3]]))
+    y = np.linspace(-0.15, 0.15, 31)
+    grid = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
+    height = np.where(np.abs(grid[:, 0]) < 1.55e-3, -0.5e-3, 0.0)
+    corner = np.arange(len(grid)).reshape(len(x), len(y))
+    a, b, c, d = (corner[i : len(x) - 1 + i, j : len(y) - 1 + j].ravel() for i, j in ((0, 0), (1, 0), (1, 1), (0, 1)))
+    faces = np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)])
+    return Mesh(np.column_stack([grid, height]), faces)
+
+
+def test_a_groove_too_small_to_be_seen_shades_nothing_around_it(plotter):
+    robot = robot_of_mesh(_plate_with_a_groove(), name="plate", source="plate", link="plate")
+    actors = LinkActors(plotter, robot, DARK)
+    actors.set_levels(LinkLevels.make(robot))
+    view = Viewpoint(np.array([0.0, 0.0, 1.0]), np.zeros(3), np.array([0.0, 1.0, 0.0]), 30.0)
+    actors.choose(view, SIZE[1], np.eye(4)[None])
+    assert actors.shown.any()
+    shown = pv.wrap(actors.placed[0][1].mapper.GetInput())
+    corners = np.asarray(shown.point_data["Normals"])[shown.regular_faces]
+    large = np.asarray(shown.compute_cell_sizes()["Area"]) > 1e-4
+    assert large.any()
+    assert corners[large][:, :, 2].min() > 0.95
+
+
+def test_those_of_another_robot_count_as_none(scene, levels):
+    own = _counts(scene)
+    scene.set_link_levels(LinkLevels("another", levels.links))
+    scene.fit_detail(1.0)
+    assert _counts(scene) == own
+
+
+def test_they_stay_for_the_same_robot_shown_again(scene, levels, prepared):
+    scene.set_link_levels(levels)
+    scene.show_prepared(prepared)
+    scene.fit_detail(20.0)
+    assert scene.links.shown.any()
+
+
+def test_hidden_links_stay_hidden_and_closed_ones_keep_their_backs_out(plotter, scene, levels):
+    hidden = frozenset({scene.links.placed[1][0]})
+    scene.hide(hidden)
+    scene.set_link_levels(levels)
+    scene.fit_detail(20.0)
+    assert not plotter.renderer.HasViewProp(scene.links.placed[1][1])
+    solid = [scene.prepared.robot.links[number].mesh.is_solid for number, _ in scene.links.placed]
+    assert [actor.prop.culling == "back" for _, actor in scene.links.placed] == solid
