@@ -4,9 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from scipy.sparse import csc_matrix, random, triu
+from scipy.sparse import csc_matrix, diags, random, triu
 
+from app.core import sparse_ldl
 from app.core.sparse_ldl import SparseLDL
+
+
+@pytest.fixture(params=["by columns", "supernodal"], autouse=True)
+def library(request, monkeypatch):
+    """Every promise holds for both libraries, on small systems too."""
+    monkeypatch.setattr(sparse_ldl, "SUPERNODAL_FROM", 1 if request.param == "supernodal" else 10**9)
 
 
 def _upper(matrix) -> csc_matrix:
@@ -59,3 +66,24 @@ def test_nothing_is_solved_before_or_after_a_failure(positive):
         factor.update(_upper(np.ones((2, 2))))
     with pytest.raises(ArithmeticError, match="no factored matrix"):
         factor.solve(np.ones(40))
+
+
+def test_large_systems_are_factored_by_supernodes(monkeypatch):
+    monkeypatch.undo()
+    chosen = []
+    for kind in ("_ByColumns", "_Supernodal"):
+        made = getattr(sparse_ldl, kind)
+        monkeypatch.setattr(sparse_ldl, kind, lambda upper, kind=kind, made=made: (chosen.append(kind), made(upper))[1])
+    for size in (100, sparse_ldl.SUPERNODAL_FROM):
+        factor = SparseLDL()
+        factor.update(_chain(size))
+        residual = _chain(size, whole=True) @ factor.solve(np.ones(size)) - 1
+        assert np.abs(residual).max() < 1e-9
+    assert chosen == ["_ByColumns", "_Supernodal"]
+
+
+def _chain(size, *, whole=False):
+    """Springs in a row, each vertex held a little: the upper triangle, or the whole matrix."""
+    sides = np.full(size - 1, -1.0)
+    return csc_matrix(diags([sides, np.full(size, 2.1), sides] if whole else [np.full(size, 2.1), sides],
+                            [-1, 0, 1] if whole else [0, 1]))  # fmt: skip
