@@ -5,6 +5,9 @@ with planes weighted by the angle at the vertex, so that many slivers count as t
 all those collapse at once of which no two are neighbours. That is a map of vertices onto vertices: a closed surface
 stays closed, and each vertex left keeps its place. No triangle may turn over. What is thinner than the tolerance may
 become flat: two triangles of the same corners, each seen from its own side.
+
+Our own, since links must stay closed (their backs are not drawn): VTK's decimations and libigl's open them, leave 15 of
+iCub's 39 links as they are, or go 2 to 8 mm off.
 """
 
 from __future__ import annotations
