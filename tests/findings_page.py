@@ -1,12 +1,17 @@
 """Writes the guide's page of findings from the tables in ``assets/findings``: ``python -m tests.findings_page``.
 
+With ``--tables DIR`` it first takes the tables that ``tactile-maps study NAME -o DIR`` wrote in the place of those that
+ship: the columns that ship, numbers to five digits.
+
 Every number on the page is worked out here, from rows that a command made, and so are the figures beside it; a test
 writes the page again and compares, and asks of each figure whether it is of the rows that are there.
 """
 
 from __future__ import annotations
 
+import argparse
 import csv
+import io
 import json
 import math
 import re
@@ -51,6 +56,33 @@ def _cell(name: str, text: str) -> Cell:
         return json.loads(text) if text else ("" if name == "level" else None)
     except ValueError:
         return text
+
+
+def as_shipped(text: str, kept: Sequence[str]) -> str:
+    """A study's table with the columns ``kept`` and numbers to five digits: a tenth of the size, for every figure."""
+    short = io.StringIO()
+    writer = csv.DictWriter(short, kept, extrasaction="ignore", lineterminator="\n")
+    writer.writeheader()
+    for row in csv.DictReader(io.StringIO(text, newline="")):
+        writer.writerow({name: _five_digits(cell) for name, cell in row.items()})
+    return short.getvalue()
+
+
+def _five_digits(text: str) -> str:
+    try:
+        number = json.loads(text)
+    except ValueError:
+        return text
+    return repr(float(f"{number:.5g}")) if isinstance(number, float) else text
+
+
+def take_tables(folder: Path) -> None:
+    """Ship the tables of ``folder``; those it has not stay, and ``needs`` ships whole."""
+    for study in JUDGED:
+        made, shipped = folder / f"{study}.csv", TABLES / f"{study}.csv"
+        if made.is_file():
+            kept = shipped.read_text(encoding="utf8").partition("\n")[0].split(",")
+            shipped.write_text(as_shipped(made.read_text(encoding="utf8"), kept), encoding="utf8", newline="")
 
 
 def page() -> str:
@@ -262,4 +294,9 @@ def _interval(found: Interval) -> str:
 
 
 if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--tables", type=Path, metavar="DIR", help="take the tables of this folder first")
+    folder = parser.parse_args().tables
+    if folder is not None:
+        take_tables(folder)
     write()

@@ -21,7 +21,7 @@ from app.studies.loop_laws.loop_laws import LOOP_GAINS
 from app.studies.loop_laws.predictions import IDEAL_JOINTS
 from app.studies.running.sequential import Settled
 from app.studies.sweeps.needs import Verdict
-from tests.findings_page import FIGURES, PAGE, figures, mark, page, race, table
+from tests.findings_page import FIGURES, JUDGED, PAGE, TABLES, as_shipped, figures, mark, page, race, table
 
 ROOT = Path(__file__).resolve().parents[1]
 GUIDE = ROOT / "assets" / "guide"
@@ -145,6 +145,15 @@ def test_the_tables_that_ship_are_small():
 
 def test_the_page_of_findings_is_that_of_the_rows():
     assert PAGE.read_text(encoding="utf8") == page(), "write it again: python -m tests.findings_page"
+
+
+@pytest.mark.parametrize("study", JUDGED)
+def test_tables_ship_as_the_command_makes_them(study):
+    text = (TABLES / f"{study}.csv").read_text(encoding="utf8")
+    kept = text.partition("\n")[0].split(",")
+    longer = text.replace("\n", ",3.14159265\n").replace(",3.14159265", ",another", 1)
+    assert as_shipped(longer, kept) == text
+    assert as_shipped("a,b,c\n1.23456789,x,7\n", ("a", "c")) == "a,c\n1.2346,7\n"
 
 
 def test_fewer_runs_answer_as_all_seeds_do_on_the_rows_that_ship():
