@@ -19,7 +19,7 @@ import igl
 import numpy as np
 from scipy import ndimage
 
-from app.core.arrays import FloatArray
+from app.core.arrays import BoolArray, FloatArray
 from app.core.errors import Finding, MeshError
 from app.geometry.closest_point import ClosestPoint, closest_point
 from app.geometry.connectivity import averaging_matrix, remove_unreferenced
@@ -72,12 +72,14 @@ def wrap_mesh(mesh: Mesh, *, thickness: float, voxel: float, closing: float = 0.
         raise MeshError("thickness and voxel must be positive", file=where, value=(thickness, voxel, closing))
     thickness, voxel, findings = _within_memory(mesh, thickness, closing, min(voxel, coarsest_voxel(thickness)), where)
     grid = _VoxelGrid.around(mesh, thickness + closing, voxel)
-    closest = closest_point(mesh)
-    field = _outside_distance(closest, mesh, grid, thickness + closing)
+    closest, level = closest_point(mesh), thickness + closing
+    field = _outside_distance(closest, mesh, grid, level)
     if closing > 0:
-        mesh, loose = _isosurface(grid, field, thickness + closing, where)
+        mesh, loose = _isosurface(grid, field, level, where)
+        findings += loose
         closest = ClosestPoint(mesh)
-        field = _closed_field(closest, field, grid, thickness, closing, whole=not loose)
+        field = np.where(_enclosed(mesh, grid, field < level), field, np.maximum(field, level))
+        field = _closed_field(closest, field, grid, thickness, closing)
     surface, loose = _isosurface(grid, _snapped_field(field, thickness, voxel), thickness, where)
     surface = _smoothed(surface, closest, mesh, -closing if closing > 0 else thickness)
     return WrappedMesh(surface, voxel, thickness, findings + loose)
@@ -130,18 +132,33 @@ def _outside_distance(closest: ClosestPoint, mesh: Mesh, grid: _VoxelGrid, level
     return np.where(outside, field, np.minimum(field, level - 1e-6 * grid.voxel))
 
 
+def _enclosed(surface: Mesh, grid: _VoxelGrid, inside: BoolArray) -> BoolArray:
+    """(n,) which of the nodes ``inside`` the kept ``surface`` encloses: those of pieces left out count as outside.
+
+    Each vertex lies on an edge of the grid between a node inside and one outside.
+    """
+    labels, count = ndimage.label(inside.reshape(grid.shape[::-1]))
+    places = (surface.vertices - grid.nodes[0]) / grid.voxel
+    kept = np.zeros(count + 1, dtype=bool)
+    for ends in (np.floor(places + 1e-6), np.ceil(places - 1e-6)):
+        x, y, z = ends.astype(int).T
+        kept[labels[z, y, x]] = True
+    kept[0] = False
+    return np.asarray(kept[labels].ravel())
+
+
 def _closed_field(
-    closest: ClosestPoint, field: FloatArray, grid: _VoxelGrid, thickness: float, closing: float, *, whole: bool
+    closest: ClosestPoint, field: FloatArray, grid: _VoxelGrid, thickness: float, closing: float
 ) -> FloatArray:
     """(n,) the same field with the gaps filled: level ``thickness`` lies ``closing`` inside the outer surface.
 
-    Exact at that level. ``whole``: the surface passes everywhere between nodes inside and nodes outside.
+    Exact at that level.
     """
     level = thickness + closing
     inside = field < level
     depth = grid.voxel * ndimage.distance_transform_edt(inside.reshape(grid.shape[::-1])).ravel()
     # A node is at most as far from the surface as from the nearest node outside, and at least that less a diagonal.
-    lowest = np.where(inside, level - depth if whole else -np.inf, field)
+    lowest = np.where(inside, level - depth, field)
     highest = np.where(inside, level - depth + 2 * _HALF_CELL * grid.voxel, field)
     return _exact_at(thickness, lowest, highest, grid, lambda nodes: level - closest.query(nodes)[2])
 

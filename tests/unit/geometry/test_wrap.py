@@ -76,6 +76,14 @@ def test_a_grid_too_large_is_made_coarser_and_said(monkeypatch: pytest.MonkeyPat
     assert result.thickness >= result.voxel / 1.9 - 1e-12
 
 
+@pytest.mark.parametrize("voxel", [0.012, 0.02, 0.028])
+def test_a_part_left_out_before_the_gaps_are_filled_does_not_come_back(voxel: float) -> None:
+    """Grown by the ball that rolls over them, what is left of it would enclose more than the part that is kept."""
+    result = wrap_mesh(HARD_MESHES["two components"], thickness=0.0154, voxel=voxel, closing=0.0463)
+    assert np.linalg.norm(result.surface.vertices, axis=1) == pytest.approx(0.1154, abs=0.004)
+    assert [(f.kind, f.count) for f in result.findings] == [("loose-part", 1)]
+
+
 def test_loose_parts_are_said() -> None:
     result = wrap_mesh(HARD_MESHES["two components"], thickness=0.005, voxel=0.008)
     assert [(f.kind, f.count) for f in result.findings] == [("loose-part", 1)]
