@@ -4,13 +4,11 @@
 ``pose``            a rigid transform
 ``plane``           cross products and winding numbers in the plane
 ``connectivity``    adjacency: edges, boundaries, components, orientation, manifold parts
-``repair``          a file's mesh cleaned for native code, or repaired to be flattened
-``wrap``            one clean outer surface of any mesh, at a distance from it
-``refine``          more vertices on the same surface: subdivision, vertices at given points
-``simplify``        fewer triangles of the same vertices, and how far they are from the mesh
+``remesh``          repaired, wrapped, refined, simplified
 ``closest_point``   the point of a mesh nearest to another; barycentric weights
 ``raycast``         the first hit of a ray; the faces seen from outside
 ``geodesics``       distances over a surface
+``surface_grid``    straight walks, and a grid of points between two points of a surface
 ``point_location``  which triangle of the plane holds a point, among many
 ``triangle_walk``   the same, from a triangle near by
 """

@@ -4,8 +4,8 @@ from .geodesics import Geodesics
 from .mesh import Mesh, SurfacePoint
 from .pose import Pose
 from .raycast import RayCaster
-from .repair import clean_mesh, repair_mesh
-from .wrap import wrap_mesh
+from .remesh.repair import clean_mesh, repair_mesh
+from .remesh.wrap import wrap_mesh
 
 __all__ = [
     "ClosestPoint",

@@ -19,7 +19,7 @@ from scipy.spatial.distance import cdist
 from app.core.arrays import BoolArray, FloatArray, IntArray, freeze_arrays, readonly
 from app.core.errors import Finding
 from app.geometry.geodesics import Geodesics
-from app.geometry.refine import insert_vertices
+from app.geometry.remesh.refine import insert_vertices
 from app.maps.tactile_map import SEAM_RATIO
 from app.skin.skin import Patch, Skin, Taxels
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from app.core.errors import RecordingError
 from app.core.files import pack_arrays, unpack_arrays
-from app.geometry.simplify import CoarseSurface, simplify
+from app.geometry.remesh.simplify import CoarseSurface, simplify
 from app.robots.robot import Robot
 
 TOLERANCES = (0.4e-3, 0.7e-3, 1.0e-3, 2.0e-3)

@@ -18,8 +18,8 @@ from app.core.errors import Finding, SkinError
 from app.core.progress import Progress, no_progress
 from app.geometry.mesh import Mesh
 from app.geometry.pose import Pose
-from app.geometry.repair import clean_mesh
-from app.geometry.wrap import coarsest_voxel, wrap_mesh
+from app.geometry.remesh.repair import clean_mesh
+from app.geometry.remesh.wrap import coarsest_voxel, wrap_mesh
 from app.robots.kinematics import Configuration
 from app.robots.robot import Robot
 from app.skin.skin import Patch, Skin, patch_name
@@ -91,7 +91,7 @@ def cover_robot(robot: Robot, spec: CoverSpec | None = None, *, progress: Progre
     """Cover ``robot`` as ``spec`` says.
 
     Args:
-        robot: Its links' meshes may be in any state; see ``geometry.wrap``.
+        robot: Its links' meshes may be in any state; see ``geometry.remesh.wrap``.
         spec: What is wanted; by default 1000 taxels on the three links that show the most of themselves.
         progress: Told what is being done and how far it is, 0 to 1; may raise to cancel.
 

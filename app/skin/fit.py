@@ -25,9 +25,9 @@ from app.geometry.closest_point import ClosestPoint
 from app.geometry.geodesics import distances_from
 from app.geometry.mesh import Mesh
 from app.geometry.pose import Pose
-from app.geometry.repair import clean_mesh
+from app.geometry.remesh.repair import clean_mesh
+from app.geometry.remesh.wrap import wrap_mesh
 from app.geometry.surface_grid import SurfaceGrid, surface_grid
-from app.geometry.wrap import wrap_mesh
 from app.robots.kinematics import Configuration
 from app.robots.robot import Robot
 from app.skin.cover import CLOSING_FACTOR

@@ -13,7 +13,7 @@ from app.core.progress import Progress, no_progress
 from app.geometry.connectivity import components_of, manifold_twins, remove_unreferenced, split_nonmanifold
 from app.geometry.mesh import Mesh
 from app.geometry.raycast import outer_faces, without_islands
-from app.geometry.repair import repair_mesh
+from app.geometry.remesh.repair import repair_mesh
 from app.skin.skin import Patch, Skin, Taxels, patch_name
 from app.skin.taxel_placement.placement import HEXAGON_AREA, MODULE_PITCH, PlacementSpec, place_taxels, refine_for_spec
 

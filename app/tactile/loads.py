@@ -20,7 +20,7 @@ from app.core.errors import MeshError, SimulationError
 from app.geometry.closest_point import ClosestPoint
 from app.geometry.mesh import Mesh
 from app.geometry.pose import Pose
-from app.geometry.repair import clean_mesh
+from app.geometry.remesh.repair import clean_mesh
 
 
 class Shape(Protocol):

@@ -9,7 +9,7 @@ import numpy as np
 from app.flattening.cut import cut_to_disk, far_points, farthest_from_border
 from app.flattening.initial_map import Disk
 from app.geometry.mesh import Mesh
-from app.geometry.wrap import wrap_mesh
+from app.geometry.remesh.wrap import wrap_mesh
 from app.robots.library import load_robot
 from tests.support.surfaces import cap, frustum, sheet, torus
 

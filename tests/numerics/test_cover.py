@@ -18,8 +18,8 @@ from app.core.errors import MeshError
 from app.geometry.closest_point import ClosestPoint
 from app.geometry.mesh import Mesh
 from app.geometry.raycast import RayCaster
-from app.geometry.repair import clean_mesh
-from app.geometry.wrap import WrappedMesh, wrap_mesh
+from app.geometry.remesh.repair import clean_mesh
+from app.geometry.remesh.wrap import WrappedMesh, wrap_mesh
 from app.robots.library import icub_folder, load_robot
 from app.skin.cover import CoverSpec, cover_robot
 from app.skin.skin import Patch, Skin

@@ -11,7 +11,7 @@ import pytest
 
 from app.geometry.closest_point import ClosestPoint
 from app.geometry.connectivity import Connectivity
-from app.geometry.refine import subdivide
+from app.geometry.remesh.refine import subdivide
 from app.maps.build import build_map
 from app.maps.comparison import compare_maps, drawn_layout
 from app.maps.quality import measure

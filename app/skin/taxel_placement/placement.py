@@ -26,7 +26,7 @@ from app.geometry.closest_point import barycentric
 from app.geometry.connectivity import averaging_matrix
 from app.geometry.geodesics import distances_from, edge_graph
 from app.geometry.mesh import Mesh
-from app.geometry.refine import SubdividedMesh, subdivide, subdivided_count
+from app.geometry.remesh.refine import SubdividedMesh, subdivide, subdivided_count
 from app.skin.skin import Taxels
 from app.skin.taxel_placement.patterns import place_lattice, place_modules
 from app.skin.taxel_placement.sampling import place_evenly

@@ -9,7 +9,7 @@ from app.flattening.cut import SeamPlan, cut_as_planned, cut_to_disk
 from app.flattening.flatten import flatten
 from app.flattening.initial_map import Disk, projection
 from app.geometry.mesh import Mesh
-from app.geometry.refine import subdivide
+from app.geometry.remesh.refine import subdivide
 from tests.hard_cases.meshes import spiked
 from tests.support.surfaces import cap, frustum, sheet, sphere
 

@@ -19,7 +19,7 @@ from app.geometry.connectivity import (
     twins_within,
 )
 from app.geometry.mesh import Mesh
-from app.geometry.repair import inside_out
+from app.geometry.remesh.repair import inside_out
 from tests.hard_cases.meshes import HARD_MESHES, hard_mesh
 from tests.support.surfaces import cap, sphere
 

@@ -8,7 +8,7 @@ import pytest
 from app.core.errors import MeshError
 from app.geometry.mesh import Mesh
 from app.geometry.raycast import DIRECTIONS, RayCaster, fibonacci_sphere, outer_faces, without_islands
-from app.geometry.repair import repair_mesh
+from app.geometry.remesh.repair import repair_mesh
 from tests.hard_cases.meshes import HARD_MESHES, HOPELESS_MESHES, hard_mesh, joined, loose_pieces, moved
 from tests.support.references import first_hit
 from tests.support.surfaces import frustum, sheet, sphere

@@ -8,7 +8,7 @@ from scipy.optimize import minimize_scalar
 from scipy.stats import spearmanr
 
 from app.geometry.geodesics import Geodesics
-from app.geometry.refine import insert_vertices
+from app.geometry.remesh.refine import insert_vertices
 from app.maps import topography
 from app.maps.build import build_map
 from app.maps.topography import BodyDistances, PatchDistances, edge_lengths, measure_topography, neighbourhoods

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from app.core.errors import RobotError
-from app.geometry.refine import subdivide
+from app.geometry.remesh.refine import subdivide
 from app.robots.load import load_robot_file
 from app.scene.effects import Effects
 from app.simulation.contact_stiffness import unstable_contacts

@@ -17,6 +17,8 @@ from widgets.robot_view.robot_view import RobotView
 LEFT, MIDDLE, NONE = Qt.MouseButton.LeftButton, Qt.MouseButton.MiddleButton, Qt.KeyboardModifier.NoModifier
 SHIFT = Qt.KeyboardModifier.ShiftModifier
 BESIDE = QPoint(4, 4)
+PICTURE = (320, 280)
+"""Width and height of a scene on a plain plotter [pixels]."""
 
 
 def open_view(qtbot) -> RobotView:

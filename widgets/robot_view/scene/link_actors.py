@@ -11,7 +11,7 @@ import numpy as np
 import pyvista as pv
 
 from app.core.arrays import FloatArray
-from app.geometry.simplify import coarse_mesh
+from app.geometry.remesh.simplify import coarse_mesh
 from app.robots.robot import Robot
 from app.session.link_levels import LinkLevels, links_digest
 from widgets.common.colours import Theme

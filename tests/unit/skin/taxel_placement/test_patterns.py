@@ -11,7 +11,7 @@ from scipy.spatial.distance import pdist
 
 from app.core.errors import SkinError
 from app.geometry.closest_point import ClosestPoint
-from app.geometry.refine import subdivide
+from app.geometry.remesh.refine import subdivide
 from app.skin.taxel_placement.patterns import (
     BOARD_MARGIN,
     MODULE_PADS,

@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial import cKDTree
 
 from app.core.errors import SkinError
-from app.geometry.wrap import wrap_mesh
+from app.geometry.remesh.wrap import wrap_mesh
 from app.skin.taxel_placement.sampling import (
     face_graph,
     farthest_points,

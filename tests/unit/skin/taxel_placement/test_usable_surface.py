@@ -7,7 +7,7 @@ import pytest
 
 from app.geometry.mesh import Mesh
 from app.geometry.pose import Pose
-from app.geometry.wrap import wrap_mesh
+from app.geometry.remesh.wrap import wrap_mesh
 from app.skin.skin import patch_name
 from app.skin.taxel_placement import usable_surface
 from app.skin.taxel_placement.usable_surface import (

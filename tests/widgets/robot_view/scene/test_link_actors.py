@@ -11,12 +11,12 @@ import pyvista as pv
 from app.geometry.mesh import Mesh
 from app.robots.load import robot_of_mesh
 from app.session.link_levels import LinkLevels
-from widgets.common.colours import DARK, LIGHT, PressureScale
+from tests.widgets.support.robot_view_driver import PICTURE
+from widgets.common.colours import DARK, LIGHT
 from widgets.robot_view.camera import Viewpoint, orbit, zoom
 from widgets.robot_view.scene.link_actors import PIXELS, LinkActors
-from widgets.robot_view.scene.robot_scene import RobotScene
 
-SIZE = (320, 280)
+ROWS = PICTURE[1]
 
 
 @pytest.fixture(scope="module")
@@ -24,20 +24,6 @@ def levels(prepared):
     made = LinkLevels.make(prepared.robot)
     assert any(made.links), "the arm has links with triangles to spare"
     return made
-
-
-@pytest.fixture
-def plotter():
-    plotter = pv.Plotter(off_screen=True, window_size=SIZE, lighting="none")
-    yield plotter
-    plotter.close()
-
-
-@pytest.fixture
-def scene(plotter, prepared):
-    scene = RobotScene(plotter, DARK, PressureScale())
-    scene.show_prepared(prepared)
-    return scene
 
 
 def _picture(scene, *, detail):
@@ -57,12 +43,12 @@ def test_no_link_is_farther_from_its_own_than_half_a_pixel_where_it_is_nearest(s
     start = scene.viewpoint
     for factor in (0.2, 0.5, 1.0, 3.0):
         scene.look(zoom(start, factor))
-        scene.fit_detail(SIZE[1])
+        scene.fit_detail(ROWS)
         view = scene.viewpoint
         for row, (number, _) in enumerate(scene.links.placed):
             mesh, pose = scene.prepared.robot.links[number].mesh, scene.poses[number]
             depth = float(((mesh.vertices @ pose[:3, :3].T + pose[:3, 3] - view.eye) @ view.axes[2]).min())
-            pixel = 2 * depth * np.tan(np.radians(view.view_angle) / 2) / SIZE[1]
+            pixel = 2 * depth * np.tan(np.radians(view.view_angle) / 2) / ROWS
             level = int(scene.links.shown[row])
             error = levels.links[number][level - 1].error if level else 0.0
             assert error <= PIXELS * pixel
@@ -75,14 +61,14 @@ def test_it_grows_finer_towards_the_eye_and_with_the_resolution(scene, levels, p
     start, drawn = scene.viewpoint, []
     for factor in (0.1, 0.5, 1.0, 40.0):
         scene.look(zoom(start, factor))
-        scene.fit_detail(SIZE[1])
+        scene.fit_detail(ROWS)
         drawn.append(sum(_counts(scene)))
     assert drawn == sorted(drawn)
     assert drawn[0] < 0.6 * sum(own)
     scene.look(start)
-    scene.fit_detail(SIZE[1])
+    scene.fit_detail(ROWS)
     few = sum(_counts(scene))
-    scene.fit_detail(100 * SIZE[1])
+    scene.fit_detail(100 * ROWS)
     assert few < sum(_counts(scene)) == sum(own)
 
 
@@ -94,7 +80,7 @@ def test_a_link_around_the_eye_is_its_own(scene, levels):
     place = scene.poses[number][:3, :3] @ middle + scene.poses[number][:3, 3]
     view = scene.viewpoint
     scene.look(replace(view, eye=place, focus=place + 0.1 * view.axes[2]))
-    scene.fit_detail(SIZE[1])
+    scene.fit_detail(ROWS)
     assert scene.links.shown[row] == 0
 
 
@@ -106,11 +92,11 @@ def test_nobody_sees_which_is_shown(scene, levels, theme):
         actor.visibility = False
     start = scene.viewpoint
     for turn in range(4):
-        scene.look(orbit(start, SIZE[1] * 1.5 * turn / 4, 0, SIZE[1]))
+        scene.look(orbit(start, ROWS * 1.5 * turn / 4, 0, ROWS))
         scene.set_link_levels(None)
-        full = _picture(scene, detail=SIZE[1])
+        full = _picture(scene, detail=ROWS)
         scene.set_link_levels(levels)
-        coarse = _picture(scene, detail=SIZE[1])
+        coarse = _picture(scene, detail=ROWS)
         assert scene.links.shown.any()
         robot = (full != full[0, 0]).any(axis=2)
         apart = np.abs(full - coarse).max(axis=2)[robot]
@@ -135,7 +121,7 @@ def test_a_groove_too_small_to_be_seen_shades_nothing_around_it(plotter):
     actors = LinkActors(plotter, robot, DARK)
     actors.set_levels(LinkLevels.make(robot))
     view = Viewpoint(np.array([0.0, 0.0, 1.0]), np.zeros(3), np.array([0.0, 1.0, 0.0]), 30.0)
-    actors.choose(view, SIZE[1], np.eye(4)[None])
+    actors.choose(view, ROWS, np.eye(4)[None])
     assert actors.shown.any()
     shown = pv.wrap(actors.placed[0][1].mapper.GetInput())
     corners = np.asarray(shown.point_data["Normals"])[shown.regular_faces]

@@ -6,33 +6,19 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-import pyvista as pv
 
 from app.recording.player import RecordingPlayer
 from app.recording.recorder import Recorder
 from app.scene.object_meshes import make_objects
 from app.scene.objects import ObjectSpec
 from app.session.session import Session
-from widgets.common.colours import DARK, LIGHT, PressureScale
-from widgets.robot_view.scene.robot_scene import RobotScene
+from widgets.common.colours import DARK, LIGHT
 
 BALL = ObjectSpec("ball", "sphere", size=(0.06,), at=(0.2, 0.5, 0.4), mass=0.2)
 CRATE = ObjectSpec("crate", "box", size=(0.2, 0.1, 0.1), at=(0.5, -0.1, 0.05), turn=(0.0, 0.0, 30.0))
 PROBE = ObjectSpec("finger", "probe", size=(0.02,), at=(0.4, 0.2, 0.5))
 FLOOR = ObjectSpec("floor", "plane")
 FAR = ObjectSpec("far", "box", size=(0.2, 0.2, 0.2), at=(9.0, 0.0, 0.1))
-
-
-@pytest.fixture
-def plotter():
-    plotter = pv.Plotter(off_screen=True, window_size=(240, 200), lighting="none")
-    yield plotter
-    plotter.close()
-
-
-@pytest.fixture
-def scene(plotter):
-    return RobotScene(plotter, DARK, PressureScale())
 
 
 def among(prepared, *specs):

@@ -4,27 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-import pyvista as pv
 
 from app.robots.kinematics import Configuration
 from app.session.session import Session
 from app.tactile.poke import PokePressed
+from tests.widgets.support.robot_view_driver import PICTURE
 from widgets.common.colours import DARK, LIGHT, PressureScale
 from widgets.robot_view.scene.robot_scene import RobotScene
-
-
-@pytest.fixture
-def plotter():
-    plotter = pv.Plotter(off_screen=True, window_size=(240, 200), lighting="none")
-    yield plotter
-    plotter.close()
-
-
-@pytest.fixture
-def scene(plotter, prepared):
-    scene = RobotScene(plotter, DARK, PressureScale())
-    scene.show_prepared(prepared)
-    return scene
 
 
 @pytest.fixture(scope="module")
@@ -147,10 +133,10 @@ def test_framed_the_whole_robot_is_in_the_picture(plotter, scene, prepared):
         for link in prepared.robot.links
         if link.mesh is not None
     ]
-    pixels = scene.viewpoint.pixels(np.concatenate(points), (240, 200))
+    pixels = scene.viewpoint.pixels(np.concatenate(points), PICTURE)
     assert (pixels > 0).all()
-    assert (pixels < (240, 200)).all()
-    assert (np.ptp(pixels, axis=0) / (240, 200)).max() > 0.6
+    assert (pixels < PICTURE).all()
+    assert (np.ptp(pixels, axis=0) / PICTURE).max() > 0.6
 
 
 def test_our_arithmetic_agrees_with_the_picture(plotter, scene, prepared):
@@ -161,7 +147,7 @@ def test_our_arithmetic_agrees_with_the_picture(plotter, scene, prepared):
     plotter.renderer.SetWorldPoint(*point, 1.0)
     plotter.renderer.WorldToDisplay()
     x, y, _ = plotter.renderer.GetDisplayPoint()
-    np.testing.assert_allclose(scene.viewpoint.pixels(point, (240, 200))[0], (x, 200 - y), atol=0.6)
+    np.testing.assert_allclose(scene.viewpoint.pixels(point, PICTURE)[0], (x, PICTURE[1] - y), atol=0.6)
 
 
 def test_before_a_robot_it_draws_nothing_and_asks_nothing(plotter):

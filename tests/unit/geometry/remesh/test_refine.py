@@ -7,7 +7,7 @@ import pytest
 
 from app.core.errors import MeshError
 from app.geometry.mesh import Mesh
-from app.geometry.refine import CORNER_SNAP, SIDE_INSET, insert_vertices, subdivide, subdivided_count
+from app.geometry.remesh.refine import CORNER_SNAP, SIDE_INSET, insert_vertices, subdivide, subdivided_count
 from tests.hard_cases.meshes import HARD_MESHES, hard_mesh
 from tests.support.surfaces import cap, named, sheet, taxels_on
 

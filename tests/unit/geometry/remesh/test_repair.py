@@ -10,7 +10,7 @@ import pytest
 from app.core.errors import MeshError
 from app.geometry.connectivity import Connectivity, orient_faces
 from app.geometry.mesh import Mesh
-from app.geometry.repair import (
+from app.geometry.remesh.repair import (
     RepairedMesh,
     clean_mesh,
     flip_degenerate_faces,

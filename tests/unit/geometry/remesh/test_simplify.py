@@ -8,7 +8,7 @@ import pyvista as pv
 
 from app.geometry.closest_point import ClosestPoint
 from app.geometry.mesh import Mesh
-from app.geometry.simplify import coarse_mesh, simplify
+from app.geometry.remesh.simplify import coarse_mesh, simplify
 
 TOLERANCES = (0.2e-3, 0.5e-3, 1e-3)
 

@@ -8,8 +8,8 @@ import pytest
 
 from app.core.arrays import FloatArray
 from app.core.errors import MeshError
-from app.geometry import wrap as wrap_module
-from app.geometry.wrap import wrap_mesh
+from app.geometry.remesh import wrap as wrap_module
+from app.geometry.remesh.wrap import wrap_mesh
 from tests.hard_cases.meshes import HARD_MESHES
 
 SPHERE = HARD_MESHES["sphere"]

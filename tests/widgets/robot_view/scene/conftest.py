@@ -1,0 +1,24 @@
+"""A plain plotter, and the small arm on it."""
+
+from __future__ import annotations
+
+import pytest
+import pyvista as pv
+
+from tests.widgets.support.robot_view_driver import PICTURE
+from widgets.common.colours import DARK, PressureScale
+from widgets.robot_view.scene.robot_scene import RobotScene
+
+
+@pytest.fixture
+def plotter():
+    plotter = pv.Plotter(off_screen=True, window_size=PICTURE, lighting="none")
+    yield plotter
+    plotter.close()
+
+
+@pytest.fixture
+def scene(plotter, prepared):
+    scene = RobotScene(plotter, DARK, PressureScale())
+    scene.show_prepared(prepared)
+    return scene
