@@ -19,6 +19,7 @@ from app.core.arrays import FloatArray
 from app.studies.controller_comparison import ControllerTrace
 from widgets.common.colours import Theme
 from widgets.plots.curve_legend import curve_colour
+from widgets.plots.plot_canvas import PlotCanvas
 
 LETTERS = "ABCD"
 """Names of contenders; more than these could not be told apart."""
@@ -95,7 +96,7 @@ class ComparisonPlots(QWidget):
         self._traces: tuple[ControllerTrace, ...] = ()
         self._caption = QFont(self.font())
         self._caption.setPixelSize(11)
-        self.plots: dict[str, pg.PlotWidget] = {}
+        self.plots: dict[str, PlotCanvas] = {}
         self._titles: list[QLabel] = []
         self._column = QVBoxLayout(self)
         self._column.setContentsMargins(0, 0, 0, 0)
@@ -136,19 +137,13 @@ class ComparisonPlots(QWidget):
         self._limits.setXRange(0.0, last, padding=0.01)
 
     def _add(self, name: str, title: str, share: int) -> None:
-        label, plot = QLabel(title, self), pg.PlotWidget(self, background=None, viewBox=_TimeBox(self))
+        label, plot = QLabel(title, self), PlotCanvas(self, viewBox=_TimeBox(self))
         label.setFont(self._caption)
         plot.setAccessibleName(title)
-        plot.setAcceptDrops(False)
-        plot.setMenuEnabled(False)
         plot.setMouseEnabled(x=True, y=False)
-        plot.hideButtons()
-        menu = plot.getPlotItem().ctrlMenu  # made without a parent, it would outlive the plot
-        menu.setParent(plot, menu.windowFlags())
         plot.getPlotItem().setDownsampling(auto=True, mode="peak")
         plot.getPlotItem().setClipToView(True)
         for side in ("left", "bottom"):
-            plot.getAxis(side).setTickFont(self._caption)
             plot.getAxis(side).setStyle(tickLength=3)
         plot.getAxis("left").setWidth(_AXIS)
         plot.getAxis("bottom").setStyle(showValues=False)
@@ -177,7 +172,7 @@ class ComparisonPlots(QWidget):
         low = min((float(np.nanmin(getattr(t, quantity.name), initial=0.0)) for t in self._traces), default=0.0)
         plot.setYRange(quantity.scale * low, reach or 1.0, padding=0.1)
 
-    def _draw_goals(self, plot: pg.PlotWidget) -> float:
+    def _draw_goals(self, plot: PlotCanvas) -> float:
         """The goals as one violet line each; equal ones lie on each other."""
         drawn: list[FloatArray] = []
         for trace in self._traces:

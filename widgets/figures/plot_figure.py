@@ -51,7 +51,6 @@ def write_plot_figure(plots: LivePlots, keys: Sequence[PlotKey], path: str | Pat
     try:
         for ground in grounds:  # or it is that of the application's theme
             ground.setBackgroundBrush(QColor(theme.panel))
-            ground.setCacheMode(QGraphicsView.CacheModeFlag.CacheNone)  # which would be a picture
         plots.set_theme(theme)
         plots.draw()
         write_figure(path, spec, theme.panel, paint)
@@ -59,7 +58,6 @@ def write_plot_figure(plots: LivePlots, keys: Sequence[PlotKey], path: str | Pat
         plots.set_theme(before)
         for ground in grounds:
             ground.setBackgroundBrush(Qt.BrushStyle.NoBrush)
-            ground.setCacheMode(QGraphicsView.CacheModeFlag.CacheBackground)
         for content, size in zip(contents, sizes, strict=True):
             _give(content, size)
 

@@ -8,13 +8,14 @@ from typing import Any
 
 import pyqtgraph as pg
 from PySide6.QtCore import QPointF, Qt, Signal
-from PySide6.QtGui import QColor, QFont, QFontMetrics, QPainterPath
+from PySide6.QtGui import QColor, QFontMetrics, QPainterPath
 from PySide6.QtWidgets import QVBoxLayout, QWidget
 
 from app.studies.rows import Cell, number
 from app.studies.running.study_table import TablePoint, TheoryColumn
 from widgets.common.colours import Theme
 from widgets.plots.curve_legend import LINE_STYLES, MARKER_SIZE, RING_SIZE, CurveLegend, curve_colour, curve_symbol
+from widgets.plots.plot_canvas import PlotCanvas
 
 _APART = 0.08
 """Between points of two curves at one named value, as a share of the way to the next value."""
@@ -57,17 +58,8 @@ class StudyPlot(QWidget):
         self._theory: tuple[TheoryColumn, ...] = ()
         self._names, self._series = ("", ""), list[Cell]()
         self._values: Mapping[Cell, int] | None = None
-        self.canvas = pg.PlotWidget(self, background=None, enableMenu=False)
+        self.canvas = PlotCanvas(self)
         self.canvas.setObjectName("study-canvas")
-        self.canvas.setAcceptDrops(False)  # a file dropped here is the window's
-        self.canvas.hideButtons()
-        self.canvas.setMouseEnabled(x=False, y=False)
-        menu = self.canvas.getPlotItem().ctrlMenu  # made without a parent, it would outlive the plot
-        menu.setParent(self, menu.windowFlags())
-        self._small = QFont(self.font())
-        self._small.setPixelSize(11)
-        for side in ("left", "bottom"):
-            self.canvas.getAxis(side).setTickFont(self._small)
         self._legend = CurveLegend(self)
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
@@ -130,7 +122,7 @@ class StudyPlot(QWidget):
         places = None
         if self._values is not None:
             texts = [(place, cell_text(cell)) for cell, place in self._values.items()]
-            measure = QFontMetrics(self._small).horizontalAdvance
+            measure = QFontMetrics(self.canvas.small).horizontalAdvance
             widest = max((measure(text) for _, text in texts), default=0) + _LABEL_GAP
             every = math.ceil(len(texts) * widest / _LABELLED)
             places = [[(place, text) for place, text in texts if place % max(every, 1) == 0]]

@@ -14,7 +14,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 import pyqtgraph as pg
 from PySide6.QtCore import Qt
-from PySide6.QtGui import QColor, QFont
+from PySide6.QtGui import QColor
 from PySide6.QtWidgets import QLabel, QVBoxLayout, QWidget
 
 from app.contacts.regions import ContactRegion
@@ -25,6 +25,7 @@ from app.session.frame import Frame
 from widgets.common.colours import Theme, mixed
 from widgets.document.taxel_selection import TAXEL_COLOURS, region_colour
 from widgets.plots.history import SampleHistory, TaxelHistory
+from widgets.plots.plot_canvas import PlotCanvas
 
 PLOT_SECONDS = 10.0
 """What the time axis shows [s]."""
@@ -88,12 +89,10 @@ class TracePlot(QWidget):
         self._marks: list[pg.InfiniteLine] = []
         self._mark_pen = pg.mkPen(None)
         self.setAccessibleName(title)
-        self._caption = QFont(self.font())
-        self._caption.setPixelSize(11)
         self._heading = QLabel(title, self)
-        self._heading.setFont(self._caption)
         self._heading.setWordWrap(True)
-        self.plot = pg.PlotWidget(self, background=None, enableMenu=False)
+        self.plot = PlotCanvas(self)
+        self._heading.setFont(self.plot.small)
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.setSpacing(4)
@@ -103,19 +102,12 @@ class TracePlot(QWidget):
         self.reach(0.0)
 
     def _set_up_axes(self) -> None:
-        self.plot.setAcceptDrops(False)  # a file dropped here is the window's
-        self.plot.setMouseEnabled(x=False, y=False)
-        self.plot.hideButtons()
-        menu = self.plot.getPlotItem().ctrlMenu  # made without a parent, it would outlive the plot
-        menu.setParent(self.plot, menu.windowFlags())
         self.plot.setXRange(AXIS_START, AXIS_END, padding=0)
         left, bottom = self.plot.getAxis("left"), self.plot.getAxis("bottom")
         bottom.setTicks([list(TIME_TICKS)])
         bottom.setStyle(hideOverlappingLabels=False, tickLength=3)
         left.setStyle(tickLength=3)
         left.setWidth(34)
-        for axis in (left, bottom):
-            axis.setTickFont(self._caption)
 
     @property
     def heading(self) -> str:

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pyqtgraph as pg
 from PySide6.QtCore import QEvent, QPointF, Qt, Signal
-from PySide6.QtGui import QColor, QFocusEvent, QFont, QKeyEvent, QMouseEvent, QWheelEvent
+from PySide6.QtGui import QColor, QFocusEvent, QKeyEvent, QMouseEvent, QWheelEvent
 from PySide6.QtWidgets import QApplication, QLabel, QSizePolicy, QVBoxLayout, QWidget
 
 from app.core.arrays import FloatArray
@@ -28,6 +28,7 @@ from widgets.plots.curve_legend import (
     curve_colour,
     curve_symbol,
 )
+from widgets.plots.plot_canvas import PlotCanvas
 
 _STEPS = ((1, 1.2, 1.5, 2, 2.5, 3, 4, 5, 6, 8), (1, 1.5, 2, 3, 4, 5, 6, 8), (1, 2, 3, 5), (1, 2, 5), (1, 3), (1,))
 _ROOM = {"bottom": 40, "left": 22}
@@ -84,7 +85,7 @@ def format_number(value: float) -> str:
     return text.rstrip("0").rstrip(".") if "." in text else text
 
 
-class LogCanvas(pg.PlotWidget):
+class LogCanvas(PlotCanvas):
     """Tells where the pointer is, what was clicked, and which arrows, Enter or Escape were pressed; draws nothing."""
 
     hovered = Signal(object)
@@ -95,22 +96,14 @@ class LogCanvas(pg.PlotWidget):
     def __init__(self, parent: QWidget) -> None:
         self.left_axis, self.bottom_axis = LogAxis("left"), LogAxis("bottom")
         axes = {"left": self.left_axis, "bottom": self.bottom_axis}
-        super().__init__(parent, background=None, axisItems=axes, enableMenu=False)
+        super().__init__(parent, axisItems=axes)
         self.setObjectName("work-precision-canvas")
-        self.setAcceptDrops(False)  # a file dropped here is the window's
-        self.setMouseEnabled(x=False, y=False)
-        self.hideButtons()
-        menu = self.getPlotItem().ctrlMenu  # made without a parent, it would outlive the plot
-        menu.setParent(self, menu.windowFlags())
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setMouseTracking(True)
         self.setMinimumHeight(190)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
-        small = QFont(self.font())
-        small.setPixelSize(11)
         for axis in axes.values():
             axis.setStyle(tickLength=3, hideOverlappingLabels=False)
-            axis.setTickFont(small)
         self.left_axis.setWidth(52)
         self.bottom_axis.setHeight(34)
         self._pressed: QPointF | None = None

@@ -1,0 +1,26 @@
+"""What all plots are drawn on: the ground of whatever theme is shown."""
+
+from __future__ import annotations
+
+from PySide6.QtWidgets import QApplication, QVBoxLayout, QWidget
+
+from widgets.common.colours import DARK, LIGHT
+from widgets.plots.plot_canvas import PlotCanvas
+from widgets.theme.application_theme import apply_theme
+
+
+def test_its_ground_is_that_of_the_theme_shown(qtbot):
+    panel = QWidget()
+    qtbot.addWidget(panel)
+    QVBoxLayout(panel).addWidget(PlotCanvas(panel))
+    panel.resize(300, 200)
+    panel.show()
+    qtbot.waitExposed(panel)
+    grounds = []
+    for theme in (DARK, LIGHT):
+        apply_theme(QApplication.instance(), theme)
+        picture = panel.grab().toImage()
+        beside, within = picture.pixelColor(2, 2), picture.pixelColor(panel.width() - 20, 14)
+        assert within == beside
+        grounds.append(within.name())
+    assert grounds[0] != grounds[1]
