@@ -177,7 +177,7 @@ def _add_file_commands(commands: argparse._SubParsersAction) -> None:  # type: i
     )
     budget.add_argument("scene_file", nargs="?", metavar="SCENE", help="a scene's name or file")
     _scene_options(budget)
-    budget.add_argument("--milliseconds", type=_positive, metavar="MS", help="an instant may take at most")
+    budget.add_argument("--milliseconds", type=_positive, metavar="MS", help="a tick may take at most")
     budget.add_argument("--millimetres", type=_positive, metavar="MM", help="a contact's place may be off by at most")
     budget.add_argument("--newtons", type=_positive, metavar="N", help="a contact's force may be off by at most")
     _json(budget)

@@ -64,13 +64,13 @@ class ContactEvent:
             case "self-touch":
                 facts = [f"{names[0]} touches {names[-1]}"]
             case "stroke":
-                facts = [f"stroke on {names[0]}", f"{1e3 * self.travelled:.0f}\u2009mm"]
+                facts = [f"stroke on {names[0]}", f"{1e3 * self.travelled:.0f}\u202fmm"]
             case kind:
                 facts = [f"{kind} {'of' if kind == 'grasp' else 'on'} {names[0]}"]
         if self.force is not None:
-            facts.append(f"{self.force:.1f}\u2009N")
+            facts.append(f"{self.force:.1f}\u202fN")
         if self.phase == "ended":
-            facts.append(f"{self.duration:.1f}\u2009s")
+            facts.append(f"{self.duration:.1f}\u202fs")
         return ", ".join(facts)
 
 

@@ -75,7 +75,7 @@ class Behaviour:
         """Like "double tap on forearm"."""
         often = {1: "", 2: "double ", 3: "triple "}.get(self.times, f"{self.times} times ")
         place = f" on {self.where.replace('_', ' ')}" if self.where else ""
-        return f"{often}{self.on}{place}" + (f" above {self.above:g}\u2009N" if self.above else "")
+        return f"{often}{self.on}{place}" + (f" above {self.above:g}\u202fN" if self.above else "")
 
 
 ControlTrigger: TypeAlias = Behaviour | Literal["released"]

@@ -78,7 +78,7 @@ def _fact(limit: Limit) -> str:
         case LimitKind.JOINT_LIMIT:
             return ", ".join(names)
         case LimitKind.ENERGY_TANK:
-            return "" if value is None else f"{value:.1f}\u2009J"
+            return "" if value is None else f"{value:.1f}\u202fJ"
         case LimitKind.SLOW_HOMING:
             return "the lost contact may be in the way"
         case LimitKind.PATH_REFUSED:
@@ -94,21 +94,21 @@ def _fact(limit: Limit) -> str:
         case LimitKind.OSCILLATION:
             return "reduce the force gain"
         case LimitKind.FORCE_GAIN_HELD:
-            return "" if value is None else f"{1e3 * value:.2g}\u2009mm/s per N, skin {_timing(limit)}"
+            return "" if value is None else f"{1e3 * value:.2g}\u202fmm/s per N, skin {_timing(limit)}"
         case LimitKind.POSITION_GAIN_HELD:
             return "" if value is None else f"{value:.2g}/s, skin {_timing(limit)}"
         case LimitKind.FORCE_GAIN_UNSTABLE:
-            most = "" if bound is None else f"stable up to {1e3 * bound:.2g}\u2009mm/s per N, "
+            most = "" if bound is None else f"stable up to {1e3 * bound:.2g}\u202fmm/s per N, "
             return f"{most}skin {_timing(limit)}"
         case LimitKind.STOPPED_BY_FORCE:
-            return _GO_ON if value is None else f"{value:.0f}\u2009N, more than {bound or 0:.0f}\u2009N; {_GO_ON}"
+            return _GO_ON if value is None else f"{value:.0f}\u202fN, more than {bound or 0:.0f}\u202fN; {_GO_ON}"
         case LimitKind.STOPPED_BY_SPEED:
-            return _GO_ON if value is None else f"{value:.1f}\u2009rad/s; {_GO_ON}"
+            return _GO_ON if value is None else f"{value:.1f}\u202frad/s; {_GO_ON}"
         case LimitKind.STOPPED_UNREADABLE:
             return _GO_ON
         case LimitKind.STOPPED_BY_MISMATCH:
             where = f"{names[0]}, " if names else ""
-            left = "" if value is None else f"{value:.2g}\u2009N\u2009m unexplained; "
+            left = "" if value is None else f"{value:.2g}\u202fN\u202fm unexplained; "
             return f"{where}{left}leave one contact to continue"
         case _:
             return ""
@@ -125,7 +125,7 @@ def _why_no_regrasp(limit: Limit) -> str:
     """Like "out of the arm's reach by 120 mm" or "every posture found collides: forearm with post 1"."""
     cause = "" if limit.cause is None else _CAUSES[limit.cause]
     if limit.cause is RegraspFailure.UNREACHABLE and limit.value is not None:
-        cause += f" by {1e3 * limit.value:.0f}\u2009mm"
+        cause += f" by {1e3 * limit.value:.0f}\u202fmm"
     if not limit.between:
         return cause
     one, other = (name.replace("_", " ") for name in limit.between)
@@ -133,5 +133,5 @@ def _why_no_regrasp(limit: Limit) -> str:
 
 
 def _timing(limit: Limit) -> str:
-    rate = f"read at {1 / limit.period:.3g}\u2009Hz" if limit.period else "read continuously"
-    return f"{rate}, {1e3 * limit.delay:.0f}\u2009ms delay" if limit.delay else rate
+    rate = f"read at {1 / limit.period:.3g}\u202fHz" if limit.period else "read continuously"
+    return f"{rate}, {1e3 * limit.delay:.0f}\u202fms delay" if limit.delay else rate

@@ -10,7 +10,7 @@ from __future__ import annotations
 from enum import Enum
 from typing import NamedTuple
 
-THIN = "\u2009"
+THIN = "\u202f"
 
 
 class _Words(NamedTuple):

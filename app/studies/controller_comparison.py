@@ -257,7 +257,7 @@ def compare_controllers(
     count = max(round(seconds / prepared.scene.tick), 1)
     for number in range(count):
         if number % _REPORT_TICKS == 0:
-            progress(f"{number * prepared.scene.tick:.1f} of {seconds:.1f}\u2009s", number / count)
+            progress(f"{number * prepared.scene.tick:.1f} of {seconds:.1f}\u202fs", number / count)
         for run in runs:
             run.tick()
     progress("", 1.0)

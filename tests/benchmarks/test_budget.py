@@ -14,7 +14,7 @@ import pytest
 
 from app.scene.scene_file import load_scene
 from app.session.prepare import prepare
-from app.studies.budget.measurement import TIMED_STAGES, effects_of, instant_ms, measure_for_budget
+from app.studies.budget.measurement import TIMED_STAGES, effects_of, measure_for_budget, tick_ms
 from app.studies.budget.proposal import Budget, propose
 from app.studies.work_precision import Subject
 
@@ -55,7 +55,7 @@ def _tried(prepared, chosen, pitch_mm):
     simulation, touch, image = chosen
     key = (prepared.scene.name, *(str(option.trial.setting) for option in (simulation, touch)))
     if key not in _KNOWN:
-        spent = instant_ms(prepared, {**effects_of(simulation.trial), **effects_of(touch.trial)})
+        spent = tick_ms(prepared, {**effects_of(simulation.trial), **effects_of(touch.trial)})
         _KNOWN[key] = sum(spent[name] for name in TIMED_STAGES.values())
     return _KNOWN[key] + image.cost.milliseconds, first.millimetres, _wrong(first, pitch_mm), first.milliseconds
 

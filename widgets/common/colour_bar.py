@@ -106,7 +106,7 @@ class ColourBar(QWidget):
         menu = QMenu(self)
         group = QActionGroup(menu)
         for maximum in MAXIMA:
-            action = QAction(f"0 to {maximum:g}\u2009{self._units.unit}", group)
+            action = QAction(f"0 to {maximum:g}\u202f{self._units.unit}", group)
             action.setCheckable(True)
             action.setChecked(maximum == self._scale.maximum)
             action.setData(maximum)

@@ -196,7 +196,7 @@ class ControllerSliders(QWidget):
         self._defaults = defaults
         for name, slider in self.by_name.items():
             spec = SLIDERS[name]
-            slider.set_default_tip(f"{getattr(defaults, name) * spec.scale:.4g}\u2009{spec.unit}".strip())
+            slider.set_default_tip(f"{getattr(defaults, name) * spec.scale:.4g}\u202f{spec.unit}".strip())
 
     def show_settings(self, settings: ControlSettings) -> None:
         """Show the settings in force."""

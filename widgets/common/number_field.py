@@ -44,7 +44,7 @@ class NumberField(QDoubleSpinBox):
         self.setDecimals(decimals_of(step))
         self.setSingleStep(step)
         self.setRange(low, high)
-        self.setSuffix(f"\u2009{unit}" if unit else "")
+        self.setSuffix(f"\u202f{unit}" if unit else "")
         longest = max((f"{end:.{self.decimals()}f}{self.suffix()}" for end in (low, high)), key=len)
         self.setFixedWidth(self.fontMetrics().horizontalAdvance(longest) + _ROOM)
         self.setFrame(False)

@@ -160,7 +160,7 @@ class StimulusChoice(QWidget):
         guard_wheel(self.seconds)
         self.seconds.setRange(0.1, MOST_SECONDS)
         self.seconds.setDecimals(1)
-        self.seconds.setSuffix("\u2009s")
+        self.seconds.setSuffix("\u202fs")
         self.seconds.setAccessibleName("Seconds")
         self.seconds.setToolTip("Duration for each controller; a longer stimulus is cut off")
         self.seconds.valueChanged.connect(self._on_seconds_changed)

@@ -107,7 +107,7 @@ class ComparisonView(QWidget):
         self.rest()
         self.traces = traces
         self._titles = {card.letter: card.title for card in self.cards}
-        ended = [f"▲ {self._titles[t.name]} stopped at {_last(t):.2f}\u2009s: {t.ended}" for t in traces if t.ended]
+        ended = [f"▲ {self._titles[t.name]} stopped at {_last(t):.2f}\u202fs: {t.ended}" for t in traces if t.ended]
         self._show_traces()
         self._say("\n".join(ended))
 

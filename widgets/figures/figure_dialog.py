@@ -40,7 +40,7 @@ _COLOURS = {
     FigureColours.LIGHT: "Light theme",
     FigureColours.DARK: "Dark theme",
 }
-_WIDTHS = {"One column, 85\u2009mm": 85.0, "Two columns, 170\u2009mm": 170.0}
+_WIDTHS = {"One column, 85\u202fmm": 85.0, "Two columns, 170\u202fmm": 170.0}
 _A4 = 210.0, 297.0
 
 
@@ -102,11 +102,11 @@ class FigureDialog(QDialog):
         self.width_mm, self.height_mm, self.dpi = QDoubleSpinBox(self), QDoubleSpinBox(self), QSpinBox(self)
         for side in (self.width_mm, self.height_mm):
             side.setRange(SMALLEST_MM, LARGEST_MM)
-            side.setSuffix("\u2009mm")
+            side.setSuffix("\u202fmm")
             side.setDecimals(1)
             side.valueChanged.connect(self._on_changed)
         self.dpi.setRange(LEAST_DPI, MOST_DPI)
-        self.dpi.setSuffix("\u2009dpi")
+        self.dpi.setSuffix("\u202fdpi")
         self.dpi.valueChanged.connect(self._on_changed)
         self.dpi.setToolTip("Of PNG, and of the robot and of touch within SVG and PDF; all else there is vectors")
         self.column.activated.connect(self._on_column_chosen)

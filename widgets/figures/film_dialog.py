@@ -45,7 +45,7 @@ class FilmDialog(QDialog):
             self.size_px.addItem(words, size)
         self.rate.setRange(1, 120)
         self.rate.setValue(25)
-        self.rate.setSuffix("\u2009a second")
+        self.rate.setSuffix("\u202fa second")
         self.theme.addItem("Dark theme", "dark")
         self.theme.addItem("Light theme", "light")
         self.theme.setCurrentIndex(self.theme.findData(theme))
@@ -53,7 +53,7 @@ class FilmDialog(QDialog):
         for edge, value in zip((self.first, self.last), span or (0.0, duration), strict=True):
             edge.setDecimals(2)
             edge.setRange(0.0, duration)
-            edge.setSuffix("\u2009s")
+            edge.setSuffix("\u202fs")
             edge.setValue(value)
             edge.valueChanged.connect(self._on_changed)
         self.rate.valueChanged.connect(self._on_changed)

@@ -28,7 +28,7 @@ _LIGHT, _SHADE = PressureScale().table[0].astype(np.float64), np.array([172.0, 1
 """Of the textures: the bare skin's own neutral, and one darker."""
 FLIPPED = (224, 49, 49)
 _PATTERNS_ACROSS = 20.0
-THIN = "\u2009"
+THIN = "\u202f"
 
 
 @dataclass(frozen=True, eq=False)

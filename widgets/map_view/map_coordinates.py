@@ -126,9 +126,9 @@ def readout_text(
     if taxel is not None:
         facts.append(taxel_words(tactile_map.skin, taxel) + (f", {fault}" if fault else ""))
         if pressures is not None:
-            facts.append(f"{format_three_digits(float(pressures[taxel]) / 1e3)}\u2009{units.unit}")
+            facts.append(f"{format_three_digits(float(pressures[taxel]) / 1e3)}\u202f{units.unit}")
     x, y = 1e3 * tactile_map.to_map(at)
-    facts.append(f"x {x:.1f}, y {y:.1f}\u2009mm")
+    facts.append(f"x {x:.1f}, y {y:.1f}\u202fmm")
     return "  ·  ".join(facts)
 
 

@@ -28,7 +28,7 @@ from widgets.overlays.task_overlay import NO_TASK, TaskOverlay
 
 EDGE = 12.0
 """Distance of captions from the viewport's edge [px]."""
-THIN = "\u2009"
+THIN = "\u202f"
 _LONGEST_SCALE = 100.0
 """Of the scale bar [px]."""
 _RING_GAP, _SMALLEST_RING = 4.0, 8.0

@@ -185,7 +185,7 @@ def _paint_tail(painter: QPainter, places: FloatArray, age: FloatArray) -> None:
             painter.drawPolyline(line)
 
 
-WANTED, TARGET, ACTUAL = "Reference path", "Target", f"Contact path, last {TRAIL_SECONDS:g}\u2009s"
+WANTED, TARGET, ACTUAL = "Reference path", "Target", f"Contact path, last {TRAIL_SECONDS:g}\u202fs"
 _PAD, _GLYPH = 8.0, 18.0
 _INDENT = _GLYPH + 8
 _LEGEND_RIM, _LEGEND_WHITE = QColor(29, 33, 38), QColor(255, 255, 255)

@@ -73,7 +73,7 @@ class SpanStrip(QWidget):
 
     def show_rows(self, title: str, rows: Sequence[SpanRow], active: int, marks: Sequence[float]) -> None:
         """Show these, ``active`` of which last, and settings changed at these ages [s]."""
-        words = title if rows else f"{title}: none in the last {PLOT_SECONDS:g}\u2009s"
+        words = title if rows else f"{title}: none in the last {PLOT_SECONDS:g}\u202fs"
         self._heading.setText(f"{words}, {active} now" if active else words)
         said = ", ".join(row.name for row in rows)
         self.setAccessibleName(f"{title} in the last {PLOT_SECONDS:g} seconds: {said or 'none'}")

@@ -30,8 +30,8 @@ from widgets.plots.plot_canvas import PlotCanvas
 PLOT_SECONDS = 10.0
 """What the time axis shows [s]."""
 TIME_TICKS = (
-    (-PLOT_SECONDS, f"−{PLOT_SECONDS:g}\u2009s"),
-    (-PLOT_SECONDS / 2, f"−{PLOT_SECONDS / 2:g}\u2009s"),
+    (-PLOT_SECONDS, f"−{PLOT_SECONDS:g}\u202fs"),
+    (-PLOT_SECONDS / 2, f"−{PLOT_SECONDS / 2:g}\u202fs"),
     (0.0, "now"),
 )
 """What is written on it: age [s] and words."""

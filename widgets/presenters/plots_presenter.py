@@ -138,7 +138,7 @@ class PlotsPresenter(QObject):
         """Show the instant of a recording at which something clicked began."""
         session, notifier = self._context.session, self._context.notifier
         if session.player is None:
-            notifier.status(f"That was at {seconds:.2f}\u2009s; in a recording a click goes there")
+            notifier.status(f"That was at {seconds:.2f}\u202fs; in a recording a click goes there")
             return
         self._context.timeline.go_to(seconds - float(session.player.times[0]))
 

@@ -131,7 +131,7 @@ class PointingPresenter(QObject):
         return True
 
     def _on_taken_over(self, seconds: float, same: bool) -> None:
-        words = f"Taken over at {seconds:.2f}\u2009s"
+        words = f"Taken over at {seconds:.2f}\u202fs"
         if same:
             self.context.notifier.status(f"{words}, in the recorded state bit for bit")
         else:
@@ -269,7 +269,7 @@ def _pin(editor: MapEditor, at: SurfacePoint) -> SurfacePoint | None:
 def _poke_words(presenter: PointingPresenter, pointed: Pointed) -> str:
     force = presenter.fingers.held.value()
     wanted = presenter.running and pointed.at is not None and pointed.finger is None
-    return f"Poke here with {force:g}\u2009N, and stay" if wanted else ""
+    return f"Poke here with {force:g}\u202fN, and stay" if wanted else ""
 
 
 def _poke(presenter: PointingPresenter, pointed: Pointed) -> None:
@@ -278,7 +278,7 @@ def _poke(presenter: PointingPresenter, pointed: Pointed) -> None:
 
 
 def _away_words(_presenter: PointingPresenter, pointed: Pointed) -> str:
-    return "" if pointed.finger is None else f"Take the finger away ({pointed.finger.force:.1f}\u2009N)"
+    return "" if pointed.finger is None else f"Take the finger away ({pointed.finger.force:.1f}\u202fN)"
 
 
 def _away(presenter: PointingPresenter, pointed: Pointed) -> None:
@@ -515,7 +515,7 @@ def _copy(presenter: PointingPresenter, pointed: Pointed) -> None:
 
 def _values(presenter: PointingPresenter, pointed: Pointed) -> str:
     told = presenter.context.views.map.display.words_for(pointed.at) or pointed.name
-    lines = [told.replace("\u2009", " ")]
+    lines = [told.replace("\u202f", " ")]
     if pointed.region is not None:
         region = pointed.region
         lines.append(f"Contact {region.id}: {region.force:.4g} N, {region.area:.4g} m², peak {region.peak:.4g} Pa")

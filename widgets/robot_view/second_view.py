@@ -264,7 +264,7 @@ class _FollowingView(SecondView):
             self.followed.emit(None, "No contact")
             return
         unit = frame.units.force
-        value = f"{region.force:.1f}\u2009{unit}" if unit else f"{region.force:.3g}"
+        value = f"{region.force:.1f}\u202f{unit}" if unit else f"{region.force:.3g}"
         self.followed.emit(region, f"{region.link.replace('_', ' ')}, {value}")
         self._follow(frame, region)
 

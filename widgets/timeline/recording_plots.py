@@ -364,7 +364,7 @@ class RecordingPlots(QWidget):
         for lane in lanes:
             value = lane.factor * float(self._values[number, lane.column])
             if np.isfinite(value):
-                words.append(f"{value:.2f}\u2009{lane.unit}")
+                words.append(f"{value:.2f}\u202f{lane.unit}")
         words += [name for at, name in self._notes.marks if abs(self.x_of(at) - self._hover) <= _DRAG_PX][:1]
         text = "   ".join(words)
         painter.setPen(QColor(self._theme.text))

@@ -117,7 +117,7 @@ class StatusLine(QStatusBar):
 
     def show_rate(self, rate: float) -> None:
         """Readings of a real skin a second [Hz]."""
-        self._show_pace(f"{rate:.0f}\u2009Hz")
+        self._show_pace(f"{rate:.0f}\u202fHz")
 
     def _show_pace(self, text: str) -> None:
         if text != self.factor.text():

@@ -44,7 +44,7 @@ class ComparisonStimulus:
     def words(self) -> str:
         """Like "12.4 s, 3 touches"."""
         touches = f"{self.touches} touch{'es' * (self.touches != 1)}" if self.touches else "no touch"
-        return f"{touches}, again and again" if self.inputs is None else f"{self.seconds:.1f}\u2009s, {touches}"
+        return f"{touches}, again and again" if self.inputs is None else f"{self.seconds:.1f}\u202fs, {touches}"
 
 
 _DIED = "The comparison ended unexpectedly; earlier results are kept. Run it again, for fewer seconds."

@@ -16,7 +16,7 @@ from app.scene.effects import Override
 from app.session.prepare import PreparedScene
 from app.session.prepared_cache import prepare_cached
 from app.session.session import Session
-from app.studies.budget.measurement import TIMED_STAGES, BudgetMeasurement, instant_ms, measure_for_budget
+from app.studies.budget.measurement import TIMED_STAGES, BudgetMeasurement, measure_for_budget, tick_ms
 from app.studies.budget.proposal import Budget, Proposal, fastest_path, propose
 from app.studies.budget.wording import number_words, proposal_words, setting_words
 from app.studies.stages.control import stage_setting_of, with_stage_setting
@@ -51,7 +51,7 @@ def execute(arguments: argparse.Namespace) -> int:
 
 @dataclass(frozen=True)
 class _Times:
-    """Milliseconds that simulation and touch take of an instant."""
+    """Milliseconds that simulation and touch take of a tick."""
 
     predicted: float
     measured: float
@@ -59,7 +59,7 @@ class _Times:
 
 
 def _live_ms(prepared: PreparedScene, effects: Mapping[str, Override]) -> float:
-    spent = instant_ms(prepared, effects)
+    spent = tick_ms(prepared, effects)
     return sum(spent[name] for name in TIMED_STAGES.values())
 
 

@@ -1,4 +1,4 @@
-"""What a budget is chosen from: each setting of the stages that work at each instant, in the user's own scene.
+"""What a budget is chosen from: each setting of the stages that work in each tick, in the user's own scene.
 
 Errors are those of the stages' own trials, against their references. Times are those of the scene itself, running with
 one setting after the other while a finger presses the skin: what else the scene calls for has its part in them.
@@ -39,7 +39,7 @@ class BudgetMeasurement:
     Attributes:
         options: By stage.
         paths: Trials of the control stage; none where the robot does not move or nobody asked for them.
-        tick: Between two instants [s].
+        tick: Between two ticks [s].
         force: Of a usual contact, the one that the controller wants [N].
         pitch_mm: From taxel to taxel.
     """
@@ -52,7 +52,7 @@ class BudgetMeasurement:
 
 
 def measure_for_budget(subject: Subject, *, paths: bool, progress: Progress) -> BudgetMeasurement:
-    """Try every setting of the stages that work at each instant, and where asked for every controller along a path.
+    """Try every setting of the stages that work in each tick, and where asked for every controller along a path.
 
     Args:
         subject: The map, with the robot that wears its skin.
@@ -91,14 +91,14 @@ def _timed_in_scene(prepared: PreparedScene, stage: str, options: tuple[Option, 
     timed = []
     for option in options:
         try:
-            spent = instant_ms(prepared, effects_of(option.trial))
+            spent = tick_ms(prepared, effects_of(option.trial))
         except TactileMapsError:
             continue  # it diverges in this scene
         timed.append(replace(option, cost=replace(option.cost, milliseconds=spent[TIMED_STAGES[stage]])))
     return tuple(timed)
 
 
-def instant_ms(prepared: PreparedScene, effects: Mapping[str, Override], *, ticks: int = _TICKS) -> dict[str, float]:
+def tick_ms(prepared: PreparedScene, effects: Mapping[str, Override], *, ticks: int = _TICKS) -> dict[str, float]:
     """The median milliseconds of each stage of a tick while a finger presses the middle of the skin.
 
     Args:

@@ -1,14 +1,14 @@
 """Settings within a budget: the most accurate that are fast enough, or the fastest that are accurate enough.
 
-What a person feels is an instant: one tick of the simulation, one reading of the skin, one image of the map. The stages
-that work at each instant have been tried one by one on the user's own robot (``work_precision.run_trials``); here their
-trials are put together. Times add up. Errors of different stages have different causes, so their squares add up; what
-one stage does to another's error is left out. All combinations of settings that no other beats are looked at, so the
-answer is the best there is by these figures, and not a search's.
+What must keep up with the robot is a tick: a step of the simulation, a reading of the skin, an image of the map. The
+stages that work in each tick have been tried one by one on the user's own robot (``work_precision.run_trials``); here
+their trials are put together. Times add up. Errors of different stages have different causes, so their squares add up;
+what one stage does to another's error is left out. All combinations of settings that no other beats are looked at, so
+the answer is the best there is by these figures, and not a search's.
 
 A controller's choice costs the robot's time and not the computer's, so it is chosen by itself: the fastest way along a
 path whose true errors, in which all stages have their part, keep the limits. Cutting and flattening take their time
-once and not at each instant, and are left as they are.
+once and not in each tick, and are left as they are.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from app.studies.work_precision import Trial
 from app.tactile.half_space_stress import TAIL_SHARE
 
 LIVE_STAGES = ("simulation", "touch", "image")
-"""Names of the stages that work at each instant."""
+"""Names of the stages that work in each tick."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ class Cost:
     """What settings take and how far they are off.
 
     Attributes:
-        milliseconds: An instant takes.
+        milliseconds: A tick takes.
         millimetres: Error of the place of a contact.
         newtons: Error of its force.
         pressure: Error of the pressure that is drawn, as a share; no budget limits it.
@@ -59,10 +59,10 @@ class Cost:
 
 @dataclass(frozen=True)
 class Budget:
-    """The most that an instant may take, or that a contact may be wrong by; None where that is left open.
+    """The most that a tick may take, or that a contact may be wrong by; None where that is left open.
 
     Attributes:
-        milliseconds: For an instant.
+        milliseconds: For a tick.
         millimetres: Of a contact's place.
         newtons: Of its force.
 
@@ -102,7 +102,7 @@ def options_of(stage: str, trials: Iterable[Trial], *, tick: float, force: float
     Args:
         stage: One of ``LIVE_STAGES``.
         trials: All that were tried of it.
-        tick: Between two instants [s].
+        tick: Between two ticks [s].
         force: Of a contact as it is usual [N]; errors of the force were measured as a share of it.
     """
     costs = ((trial, _cost(stage, trial, tick, force)) for trial in trials)
@@ -117,7 +117,7 @@ def unbeaten(options: Iterable[Option]) -> tuple[Option, ...]:
 
 
 def _cost(stage: str, trial: Trial, tick: float, force: float) -> Cost | None:
-    """What a trial costs an instant; None where it cannot be chosen, or did not hold a contact."""
+    """What a trial costs a tick; None where it cannot be chosen, or did not hold a contact."""
     took, errors = trial.milliseconds, trial.errors
     if not trial.usable or took is None or trial.note == BOUNCES or errors.get("lost_percent"):
         return None
@@ -125,7 +125,7 @@ def _cost(stage: str, trial: Trial, tick: float, force: float) -> Cost | None:
         return None  # a scene has the half-space with the widest fields only
     if stage == "simulation":
         if abs(tick / step_of(trial) - round(tick / step_of(trial))) > 1e-6:
-            return None  # an instant is a whole number of steps
+            return None  # a tick is a whole number of steps
         took *= tick  # that was of a simulated second
     place, share = errors.get("place_mm", errors.get("place", 0.0)), errors.get("force_percent", 0.0)
     pressure = errors.get("depth_percent", errors.get("press", 0.0))
@@ -158,7 +158,7 @@ def _beaten(own: FloatArray, others: FloatArray) -> bool:
 
 @dataclass(frozen=True)
 class Proposal:
-    """Settings of all stages that work at each instant.
+    """Settings of all stages that work in each tick.
 
     Attributes:
         budget: That was kept.

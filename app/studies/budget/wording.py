@@ -28,7 +28,7 @@ def proposal_words(found: Proposal, path: Trial | None, *, tried: bool) -> tuple
     """
     cost, finest = found.cost, found.finest
     said = [
-        f"{number_words(cost.milliseconds)}{THIN}ms an instant; off by {number_words(cost.millimetres)}{THIN}mm, "
+        f"{number_words(cost.milliseconds)}{THIN}ms a tick; off by {number_words(cost.millimetres)}{THIN}mm, "
         f"{number_words(cost.newtons)}{THIN}N and {100 * cost.pressure:.0f}{THIN}% of the pressure.",
         f"The most accurate settings: {number_words(finest.milliseconds)}{THIN}ms, "
         f"{number_words(finest.millimetres)}{THIN}mm, {number_words(finest.newtons)}{THIN}N, "

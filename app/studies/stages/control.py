@@ -63,7 +63,7 @@ def trials(subject: Subject, setting: Setting) -> Iterator[Trial]:
         "force_n": course.force_p95(asked.force_goal),
         "lost_percent": 100 * course.lost,
     }
-    yield Trial(setting, f"{speed:g}\u2009mm/s", 1e3 * course.finished, errors, limit_texts(course.why_limited))
+    yield Trial(setting, f"{speed:g}\u202fmm/s", 1e3 * course.finished, errors, limit_texts(course.why_limited))
 
 
 def with_stage_setting(settings: ControlSettings, setting: Setting) -> ControlSettings:
@@ -139,7 +139,7 @@ def laws(subject: Subject, error: str) -> list[Law]:
     def lag_mm(milliseconds: FloatArray) -> FloatArray:
         return 1e6 * length * wait / milliseconds
 
-    source = "l (T / L* + e 50\u2009ms) / t: how far a sampled loop lags whose controller is not told the path's speed"
+    source = "l (T / L* + e 50\u202fms) / t: how far a sampled loop lags whose controller is not told the path's speed"
     return [Law("Theory: lag", source, lag_mm)]
 
 

@@ -212,5 +212,5 @@ STAGE = Stage(
     trials,
     fingerprint,
     seconds,
-    "Upright lines are 95\u2009% intervals over the pixels that were compared.",
+    "Upright lines are 95\u202f% intervals over the pixels that were compared.",
 )

@@ -79,7 +79,7 @@ def step_trial(setting: Setting, arm: PressedRobot, layer: ElasticLayer, fine: P
         "lost_percent": 1e2 * run.lost,
     }
     note = "" if run.steady(fine) else BOUNCES
-    return Trial(setting, f"{step:g}\u2009ms", run.ms, errors, note, p95_ms=run.p95_ms)
+    return Trial(setting, f"{step:g}\u202fms", run.ms, errors, note, p95_ms=run.p95_ms)
 
 
 @lru_cache(maxsize=1)

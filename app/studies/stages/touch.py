@@ -63,7 +63,7 @@ def trials(subject: Subject, setting: Setting) -> Iterator[Trial]:
     touches, model = _touches(skin), _build_model(skin, setting)
     readers = [partial(model.pressures, [touch.load]) for touch in touches]
     share = setting.values.get("share")
-    name = "" if share is None else f"{100 * float(share):g}\u2009% left out"
+    name = "" if share is None else f"{100 * float(share):g}\u202f% left out"
     note = "; ".join(map(contact_note_text, model.notes))
     yield touch_trial(setting, readers, touches, skin, repeats=_READINGS, budget=_BUDGET, name=name, note=note)
 
@@ -236,5 +236,5 @@ STAGE = Stage(
     trials,
     fingerprint,
     seconds,
-    "Upright lines are 95\u2009% intervals over the places that were touched.",
+    "Upright lines are 95\u202f% intervals over the places that were touched.",
 )

@@ -41,7 +41,7 @@ def event(kind, phase, *links):
 )
 def test_each_kind_reads_well(kind, phase, links, words):
     assert kind in EVENT_KINDS
-    assert event(kind, phase, *links).words.replace("\u2009", " ") == words
+    assert event(kind, phase, *links).words.replace("\u202f", " ") == words
 
 
 @pytest.mark.parametrize("seed", range(5))

@@ -19,7 +19,7 @@ RETREAT = {"task": "retreat"}
     [
         ({"on": "tap"}, "tap"),
         ({"on": "tap", "times": 2, "where": "upper_arm"}, "double tap on upper arm"),
-        ({"on": "press", "above": 5.0}, "press above 5\u2009N"),
+        ({"on": "press", "above": 5.0}, "press above 5\u202fN"),
         ({"on": "touch", "times": 4}, "4 times touch"),
     ],
 )

@@ -18,31 +18,31 @@ def test_every_kind_has_a_name_of_its_own_and_a_text_that_begins_with_it():
     ("limit", "words"),
     [
         (Limit(LimitKind.JOINT_LIMIT, ("l_elbow", "l_wrist")), "joint limit: l elbow, l wrist"),
-        (Limit(LimitKind.ENERGY_TANK, value=0.9), "net energy output to the contact: 0.9\u2009J"),
+        (Limit(LimitKind.ENERGY_TANK, value=0.9), "net energy output to the contact: 0.9\u202fJ"),
         (
             Limit(LimitKind.STOPPED_BY_FORCE, value=41.2, bound=40.0),
-            "stopped: contact force too high: 41\u2009N, more than 40\u2009N; remove the contact to continue",
+            "stopped: contact force too high: 41\u202fN, more than 40\u202fN; remove the contact to continue",
         ),
         (
             Limit(LimitKind.STOPPED_BY_SPEED, value=3.14, bound=3.0),
-            "stopped: joint speed too high: 3.1\u2009rad/s; remove the contact to continue",
+            "stopped: joint speed too high: 3.1\u202frad/s; remove the contact to continue",
         ),
         (
             Limit(LimitKind.STOPPED_BY_MISMATCH, ("forearm",), value=0.312, bound=0.1),
-            "stopped: one wrench from several contacts: forearm, 0.31\u2009N\u2009m unexplained; "
+            "stopped: one wrench from several contacts: forearm, 0.31\u202fN\u202fm unexplained; "
             "leave one contact to continue",
         ),
         (
             Limit(LimitKind.FORCE_GAIN_HELD, value=0.002, bound=0.01, period=0.2, delay=0.1),
-            "force gain reduced: 2\u2009mm/s per N, skin read at 5\u2009Hz, 100\u2009ms delay",
+            "force gain reduced: 2\u202fmm/s per N, skin read at 5\u202fHz, 100\u202fms delay",
         ),
         (
             Limit(LimitKind.POSITION_GAIN_HELD, value=1.0, bound=4.0, period=0.2, delay=0.0),
-            "position gain reduced: 1/s, skin read at 5\u2009Hz",
+            "position gain reduced: 1/s, skin read at 5\u202fHz",
         ),
         (
             Limit(LimitKind.FORCE_GAIN_UNSTABLE, value=0.03, bound=0.02, period=0.05, delay=0.0),
-            "force gain too high: stable up to 20\u2009mm/s per N, skin read at 20\u2009Hz",
+            "force gain too high: stable up to 20\u202fmm/s per N, skin read at 20\u202fHz",
         ),
         (Limit(LimitKind.REGRASP_MOVES, ("forearm", "left_hand")), "regrasping: to the left hand"),
         (
@@ -64,7 +64,7 @@ def test_figures_are_told(limit, words):
     ("limit", "text"),
     [
         (Limit(LimitKind.REGRASP_FAILED, ("hand", "upper_arm"), value=0.019, cause=RegraspFailure.UNREACHABLE),
-         "the regrasp failed: to the upper arm, out of the arm's reach by 19\u2009mm"),
+         "the regrasp failed: to the upper arm, out of the arm's reach by 19\u202fmm"),
         (Limit(LimitKind.REGRASP_FAILED, ("hand", "arm"), cause=RegraspFailure.BLOCKED, between=("l_elbow", "post 1")),
          "the regrasp failed: to the arm, every posture found collides: l elbow with post 1"),
         (Limit(LimitKind.REGRASP_FAILED, ("hand", "forearm"), cause=RegraspFailure.NO_PATH),

@@ -65,7 +65,7 @@ class Everything:
 
 
 WHOLE = Everything(
-    7, 1 / 3, math.inf, True, "ü\u2009\n", b"\x00\xff", "b", Colour.BLUE, (Region(0.1, "x"), Region(0.2, "y")),
+    7, 1 / 3, math.inf, True, "ü\u202f\n", b"\x00\xff", "b", Colour.BLUE, (Region(0.1, "x"), Region(0.2, "y")),
     (1, "one"), None, Box((1.0, 2.0, 3.0)), "word", {"left": Region(1e-300, "")}, {-3: (1, 2), 10: ()},
 )  # fmt: skip
 

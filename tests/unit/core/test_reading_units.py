@@ -10,8 +10,8 @@ from app.core.reading_units import ReadingUnits
 def test_calibrated_readings_are_kilopascals_and_newtons():
     units = ReadingUnits.CALIBRATED
     assert (units.unit, units.force, units.title, units.axis_label) == ("kPa", "N", "Pressure (kPa)", "pressure [kPa]")
-    assert units.reading(4200.0) == "4.2\u2009kPa"
-    assert units.force_words(1.234, 2) == units.contact_words(1.234, 4e3, 2) == "1.23\u2009N"
+    assert units.reading(4200.0) == "4.2\u202fkPa"
+    assert units.force_words(1.234, 2) == units.contact_words(1.234, 4e3, 2) == "1.23\u202fN"
     assert units.strength_title == "Contact force (N)"
 
 
@@ -19,7 +19,7 @@ def test_calibrated_readings_are_kilopascals_and_newtons():
 def test_others_tell_how_hard_by_their_highest_reading(units):
     assert units.force is None
     assert units.force_words(1.2) is None
-    assert units.contact_words(1.2, 60_000.0) == f"60\u2009{units.unit}"
+    assert units.contact_words(1.2, 60_000.0) == f"60\u202f{units.unit}"
     assert units.strength_title == "Contact strength (relative)"
 
 

@@ -105,7 +105,7 @@ def test_events_of_a_skin_that_is_not_calibrated_claim_no_force():
         frame = measured.show(at(0.1 * number, 0.01 * touched(), unit=Unit.COUNTS))
     assert [event.force for event in frame.recent] == [None, None]
     assert frame.recent[0].words.startswith("press on")
-    assert " N" not in frame.recent[0].words.replace("\u2009", " ")
+    assert " N" not in frame.recent[0].words.replace("\u202f", " ")
 
 
 def test_pressures_with_the_untouched_value_in_them_are_no_forces():

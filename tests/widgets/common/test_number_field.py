@@ -21,7 +21,7 @@ def test_what_is_in_force_is_shown_as_it_is_and_only_numbers_within_can_be_typed
     qtbot.addWidget(field)
     told = []
     field.valueChanged.connect(told.append)
-    for number, text in ((3.0, "3.0\u2009N"), (25.0, "25.0\u2009N"), (math.inf, "∞"), (0.0, "0.0\u2009N")):
+    for number, text in ((3.0, "3.0\u202fN"), (25.0, "25.0\u202fN"), (math.inf, "∞"), (0.0, "0.0\u202fN")):
         field.show_number(number)
         assert field.text() == text
     assert told == []

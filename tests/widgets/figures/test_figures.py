@@ -68,7 +68,7 @@ def test_map_and_plots_are_vectors_of_the_stated_size_and_the_window_stays_as_it
         assert 'width="80mm" height="60mm"' in text
         assert text.count("<path") + text.count("<polyline") > 20
     drawn = (tmp_path / "map.svg").read_text()
-    assert all(word in drawn for word in ("forearm", "Pressure (kPa)", "\u2009mm<"))
+    assert all(word in drawn for word in ("forearm", "Pressure (kPa)", "\u202fmm<"))
     assert "image" in drawn, "touch is a picture"
     assert "image" not in re.sub(r"image-rendering", "", (tmp_path / "plots.svg").read_text())
     figure.save(FigurePart.PLOTS, tmp_path / "plots.pdf", SMALL)

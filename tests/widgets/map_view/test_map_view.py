@@ -202,9 +202,9 @@ def test_hover_tells_place_and_pressure(view, heard, prepared):
     QTest.mouseMove(view.viewport(), pixel_of_taxel(view, prepared, taxel))
     assert heard.hovers[-1].patch == prepared.skin.patch_of[taxel]
     assert f"taxel {taxel}" in heard.words[-1]
-    assert "12.0\u2009kPa" in heard.words[-1]
+    assert "12.0\u202fkPa" in heard.words[-1]
     view.display.show_frame(touched(prepared.map, []))
-    assert "0.00\u2009kPa" in heard.words[-1]
+    assert "0.00\u202fkPa" in heard.words[-1]
     QTest.mouseMove(view.viewport(), BESIDE)
     assert heard.hovers[-1] is None
     assert heard.words[-1] == ""

@@ -146,7 +146,7 @@ def test_the_force_is_told_beside_its_goal_for_the_contact_that_has_one(view, ta
     frame = touched(tactile_map, [middle_taxel(tactile_map, 0), middle_taxel(tactile_map, 1)])
     view.display.show_frame(frame, task=TaskOverlay(goal=3.0, contact=frame.regions[0].id))
     first, second = (mark.text for mark in view.display.marks.contacts)
-    assert first.endswith("of 3.0\u2009N")
+    assert first.endswith("of 3.0\u202fN")
     assert "of" not in second
 
 

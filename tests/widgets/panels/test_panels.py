@@ -75,7 +75,7 @@ def test_a_slider_moves_by_keys(qtbot):
     slider.set_value(3.0)
     QTest.keyClick(slider._slider, Qt.Key.Key_Right)
     assert got == [3.5]
-    assert "3.5\u2009N" in texts(slider)
+    assert "3.5\u202fN" in texts(slider)
 
 
 def test_a_slider_rests_once_the_hand_lets_go(qtbot):
@@ -104,7 +104,7 @@ def test_a_slider_of_values_that_differ_has_no_number(qtbot):
     slider.set_mixed()
     assert texts(slider) == ["Gain", "—"]
     slider.set_value(5.0)
-    assert texts(slider) == ["Gain", "5.0\u2009N"]
+    assert texts(slider) == ["Gain", "5.0\u202fN"]
 
 
 def test_a_heading_folds_its_panel(qtbot):
@@ -280,8 +280,8 @@ def test_contacts_are_listed_with_units_and_cleared(qtbot, touched):
         f"{1e-3 * region.peak:.1f}",
         f"{1e6 * region.area:.0f}",
     ]
-    assert f"{region.force:.2f} ± {region.force_error:.2f}\u2009N" in told
-    assert f"± {1e3 * region.place_error:.1f}\u2009mm" in told
+    assert f"{region.force:.2f} ± {region.force_error:.2f}\u202fN" in told
+    assert f"± {1e3 * region.place_error:.1f}\u202fmm" in told
     panel.clear()
     assert region.link not in texts(panel)
 
@@ -315,7 +315,7 @@ def test_times_follow_the_work_and_say_real_time(qtbot, touched):
     panel.show_frame(touched)
     names = [panel._grid.itemAtPosition(row, 0).widget().text() for row in range(panel._grid.rowCount())]
     assert names == ["Real time", "Physics", "Touch", "Sensor", "Contacts", "Control", "3-D view"]
-    assert panel.findChild(QLabel, f"timing-{VIEW_STAGE}").text() == "2.00\u2009ms"
+    assert panel.findChild(QLabel, f"timing-{VIEW_STAGE}").text() == "2.00\u202fms"
     assert panel.findChild(QLabel, "timing-factor").text() == "0.97×"
     panel.clear()
     assert panel.findChild(QLabel, f"timing-{VIEW_STAGE}").text() == "–"

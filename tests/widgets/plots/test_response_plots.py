@@ -168,7 +168,7 @@ def limits_words(plots):
 def test_limits_are_listed_and_counted(plots, prepared):
     plots.show_settings(FOLLOW)
     play(plots, prepared, [0.0])
-    assert limits_words(plots) == "Limits: none in the last 10\u2009s"
+    assert limits_words(plots) == "Limits: none in the last 10\u202fs"
     play(plots, prepared, [0.1, 0.2], limits=(JOINT_LIMIT, Limit(LimitKind.JOINT_SPEED)))
     assert limits_words(plots) == "Limits, 2 now"
     play(plots, prepared, [0.3])

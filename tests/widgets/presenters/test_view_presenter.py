@@ -93,7 +93,7 @@ def test_the_numbers_printed_are_those_measured(still, prepared, ground, measure
     still.action(f"ground_{ground.value}").trigger()
     legend, spread = still.map_view.display.marks.legend, stretch(prepared.map, measure).spread
     assert legend.title == ground.title
-    said = legend.lines[0].replace("\u2009", " ")
+    said = legend.lines[0].replace("\u202f", " ")
     assert said == f"Median ×{spread.median:.2f}   95 % ×{spread.p95:.2f}   max ×{format_three_digits(spread.max)}"
     assert legend.lines[1] == "0 triangles flipped, 0 overlapping"
     assert legend.strip

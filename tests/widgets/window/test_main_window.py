@@ -289,7 +289,7 @@ def test_the_readout_follows_the_pressure(window):
     QTest.mouseMove(window.map_view.viewport(), pixel)
     before = window.readout.text()
     run(window, 0.2)
-    assert "0.00\u2009kPa" in window.readout.text()
+    assert "0.00\u202fkPa" in window.readout.text()
     assert before != window.readout.text()
 
 

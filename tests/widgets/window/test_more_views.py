@@ -54,7 +54,7 @@ def test_the_inset_looks_at_the_strongest_contact_and_a_double_click_looks_there
     window.live.hold_finger(at, 3.0)
     run(window, 1.0)
     inset = window.more_views.inset
-    qtbot.waitUntil(lambda: " N" in inset.words.text().replace("\u2009", " "))
+    qtbot.waitUntil(lambda: " N" in inset.words.text().replace("\u202f", " "))
     strongest = max(window.live.shown.regions, key=lambda region: region.force)
     configuration = Configuration(window.live.prepared.robot)
     configuration.update(window.live.shown.posture)

@@ -52,7 +52,7 @@ a task.
 def event_text(behaviour: Behaviour) -> str:
     """The event that triggers it, without where."""
     known = EVENT_CHOICES.get((behaviour.on, behaviour.times), f"{behaviour.times} times {behaviour.on}")
-    return known + (f" > {behaviour.above:g}\u2009N" if behaviour.above else "")
+    return known + (f" > {behaviour.above:g}\u202fN" if behaviour.above else "")
 
 
 def response_text(then: Mapping[str, SettingValue]) -> str:

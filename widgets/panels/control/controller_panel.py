@@ -90,12 +90,12 @@ class StepResponseMonitor:
 
 def step_response_text(response: StepResponse) -> str:
     """Like "Goal 3.0 → 6.0 N: 12 % overshoot, settled in 0.42 s, ripple 0.05 N"."""
-    parts = [f"{100 * response.overshoot:.0f}\u2009% overshoot"]
+    parts = [f"{100 * response.overshoot:.0f}\u202f% overshoot"]
     if response.settling is not None and response.ripple is not None:
-        parts += [f"settled in {response.settling:.2f}\u2009s", f"ripple {response.ripple:.2f}\u2009N"]
+        parts += [f"settled in {response.settling:.2f}\u202fs", f"ripple {response.ripple:.2f}\u202fN"]
     else:
         parts.append("not settled yet")
-    return f"Goal {response.before:.1f} → {response.goal:.1f}\u2009N: {', '.join(parts)}"
+    return f"Goal {response.before:.1f} → {response.goal:.1f}\u202fN: {', '.join(parts)}"
 
 
 _STILL = 0.02
@@ -387,7 +387,7 @@ class ControllerPanel(Panel):
         _set_text(self._state, task_status_text(self._settings, frame))
         if frame.task is not None:
             _set_text(
-                self._energy, f"{round(frame.task.energy, 2) + 0.0:.2f}\u2009J, {frame.task.tank:.2f}\u2009J left"
+                self._energy, f"{round(frame.task.energy, 2) + 0.0:.2f}\u202fJ, {frame.task.tank:.2f}\u202fJ left"
             )
         goal = frame.task.force_goal if frame.task else None
         force = max((region.force for region in frame.regions), default=0.0)

@@ -202,7 +202,7 @@ def position_of(joint: Joint, value: float) -> float:
 
 
 def _with_unit(joint: Joint, position: float) -> str:
-    return f"{shown(joint, position):+.0f}\u2009mm" if joint.slide else f"{shown(joint, position):+.0f}°"
+    return f"{shown(joint, position):+.0f}\u202fmm" if joint.slide else f"{shown(joint, position):+.0f}°"
 
 
 def _slider(joint: Joint, parent: QWidget) -> LabelledSlider:

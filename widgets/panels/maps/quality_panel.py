@@ -40,7 +40,7 @@ class _Measure:
 
 
 def _percent(value: float) -> str:
-    return f"{100 * value:.1f}\u2009%"
+    return f"{100 * value:.1f}\u202f%"
 
 
 def _three_digits(value: float) -> str:
@@ -83,7 +83,7 @@ _MEASURES = (
     _Measure("continuity", "Continuity", lambda v: f"{v:.4f}",
          "1 if the six nearest taxels on the body are nearest on the map too: no lost neighbours.",
          lambda v: v < 0.95, "lost neighbours"),
-    _Measure("round_trip_mm", "Round-trip error", lambda v: f"{_three_digits(v)}\u2009mm",
+    _Measure("round_trip_mm", "Round-trip error", lambda v: f"{_three_digits(v)}\u202fmm",
          "From the body to the map, to a pixel of the image and back: error, 95th percentile over taxels.",
          lambda v: v > 3.0, "round-trip error"),
     _Measure("taxels", "Taxels", lambda v: f"{v}", "Number of tactile elements on the map.", lambda _: False),
@@ -181,7 +181,7 @@ class QualityPanel(Panel):
         counts = [sum(better == side for better in self._better.values()) for side in ("first", "second")]
         self._note.setText(
             f"{names[0]} is better in {counts[0]} measures, {names[1]} in {counts[1]}; Procrustes distance "
-            f"{comparison.procrustes_mm:.1f}\u2009mm apart."
+            f"{comparison.procrustes_mm:.1f}\u202fmm apart."
         )
         for head, name in zip(self._heads, names, strict=True):
             head.setText(name)

@@ -494,5 +494,5 @@ def _measure_hint(stage: Stage, subject: Subject | None) -> str:
         return f"{stage.question} Open a robot to measure its skin."
     what = subject.title if stage.recipes else "the whole map"
     errors = ", ".join(kind.name.lower() for kind in stage.errors)
-    took = f"about {max(round(stage.seconds(subject)), 1)}\u2009s"
+    took = f"about {max(round(stage.seconds(subject)), 1)}\u202fs"
     return f"{stage.question} Measuring {what} takes {took} and draws each setting: {errors}, against milliseconds."

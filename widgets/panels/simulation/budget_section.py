@@ -50,7 +50,7 @@ class BudgetSection(QWidget):
         self._ticks, self._can_measure = 0, False
         self.kind = QComboBox(self)
         self.limits = {
-            "milliseconds": NumberField("Time of an instant", "ms", 0.05, 100.0, 0.05, _TIME_TIP, self),
+            "milliseconds": NumberField("Time per tick", "ms", 0.05, 100.0, 0.05, _TIME_TIP, self),
             "millimetres": NumberField("Error of the place", "mm", 0.1, 50.0, 0.1, _PLACE_TIP, self),
             "newtons": NumberField("Error of the force", "N", 0.01, 10.0, 0.01, _FORCE_TIP, self),
         }
@@ -66,7 +66,7 @@ class BudgetSection(QWidget):
     def _lay_out(self) -> None:
         heading = QLabel("Budget", self)
         heading.setToolTip("The best settings of simulation, touch, image and control within a limit")
-        self.kind.addItem("Instant at most", _TIME)
+        self.kind.addItem("Time per tick at most", _TIME)
         self.kind.addItem("Contact within", _ERRORS)
         self.kind.setObjectName("budget-kind")
         self.kind.setAccessibleName("What is limited")
@@ -153,7 +153,7 @@ class BudgetSection(QWidget):
         if self._predicted is not None and self._ticks >= _EVERY and self.isVisible():
             self._ticks, median = 0, float(np.median(self._spent))
             predicted, found = number_words(self._predicted), number_words(median)
-            self.say(f"Simulation and touch: {predicted}\u2009ms predicted, {found}\u2009ms measured.")
+            self.say(f"Simulation and touch: {predicted}\u202fms predicted, {found}\u202fms measured.")
 
     @property
     def budget(self) -> Budget:
@@ -257,8 +257,8 @@ class BudgetSection(QWidget):
 
 
 _TIME_TIP = "Simulation, touch and one image of the map together, as often as the skin is read"
-_PLACE_TIP = "Of a contact's centre; for controllers, of the true contact from its path, 95\u2009% of the time"
-_FORCE_TIP = "Of a contact; for controllers, of the true force from its goal, 95\u2009% of the time"
+_PLACE_TIP = "Of a contact's centre; for controllers, of the true contact from its path, 95\u202f% of the time"
+_FORCE_TIP = "Of a contact; for controllers, of the true force from its goal, 95\u202f% of the time"
 
 
 def _row(*widgets: QWidget, stretch: bool = False) -> QHBoxLayout:

@@ -155,7 +155,7 @@ class EffectCosts:
         """All of a tick, beside the time there is for it in real time; empty before the first tick."""
         if not self._totals:
             return ""
-        return f"{float(np.median(self._totals)):.2f} of {1e3 * self._tick:g}\u2009ms a tick"
+        return f"{float(np.median(self._totals)):.2f} of {1e3 * self._tick:g}\u202fms a tick"
 
 
 def _format_ms(milliseconds: float) -> str:

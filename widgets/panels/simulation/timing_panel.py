@@ -76,8 +76,8 @@ class TimingPanel(Panel):
             if stage not in self._values:
                 self._add_row(stage, stage[0].upper() + stage[1:], "Per tick")
             median, high = np.percentile(list(values), [50, 95])
-            self._values[stage].setText(f"{median:.2f}\u2009ms")
-            self._values[stage].setToolTip(f"Median of the last {len(values)}; 95\u2009% within {high:.2f}\u2009ms")
+            self._values[stage].setText(f"{median:.2f}\u202fms")
+            self._values[stage].setToolTip(f"Median of the last {len(values)}; 95\u202f% within {high:.2f}\u202fms")
 
     def _add_row(self, key: str, text: str, tip: str) -> None:
         row = len(self._values)

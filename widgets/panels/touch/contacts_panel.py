@@ -53,8 +53,8 @@ def estimate_text(estimate: ForceEstimate, units: ReadingUnits = ReadingUnits.CA
 
 def _residual_text(estimate: ForceEstimate, units: ReadingUnits) -> str:
     if estimate.noise > 0:
-        return f"residual {_format_number(estimate.misfit)}\u2009×\u2009noise"
-    return f"residual {1e-3 * estimate.residual:.2g}\u2009{units.unit}"
+        return f"residual {_format_number(estimate.misfit)}\u202f×\u202fnoise"
+    return f"residual {1e-3 * estimate.residual:.2g}\u202f{units.unit}"
 
 
 def _format_number(value: float) -> str:
@@ -89,7 +89,7 @@ ESTIMATORS: dict[EstimatorName, tuple[str, str]] = {
 ESTIMATOR_TIP = "Force estimator: how contact forces follow from the readings; controllers use the result"
 THRESHOLD_TIP = (
     "Contact threshold: a taxel is in contact from this pressure on, and stays so down to half of it.\n"
-    "Automatic is 1\u2009kPa (1 count of a skin that is not calibrated), or three standard deviations of the noise if\n"
+    "Automatic is 1\u202fkPa (1 count of a skin that is not calibrated), or three standard deviations of the noise if\n"
     "that is more."
 )
 THRESHOLDS = (None, 500.0, 1000.0, 2000.0, 3000.0, 5000.0, 10000.0)
@@ -106,7 +106,7 @@ SHEAR_TIP = (
 def threshold_text(threshold: float | None, usual: float, units: ReadingUnits = ReadingUnits.CALIBRATED) -> str:
     """Like "Contact threshold 2 kPa"; ``usual`` is what automatic means now [Pa]."""
     level, automatic = (usual, ", automatic") if threshold is None else (threshold, "")
-    return f"Contact threshold {1e-3 * level:.3g}\u2009{units.unit}{automatic}"
+    return f"Contact threshold {1e-3 * level:.3g}\u202f{units.unit}{automatic}"
 
 
 def estimator_words(name: EstimatorName) -> tuple[str, str]:
@@ -275,11 +275,11 @@ class ContactRow:
 def region_summary(region: ContactRegion, among: Sequence[ContactRegion], units: ReadingUnits) -> str:
     """What is known of a region, in two lines; a third names the one among ``among`` that it touches."""
     long, short = 2e3 * np.linalg.norm(region.link_axes, axis=1)
-    size = f"{long:.0f} × {short:.0f}\u2009mm" if long > 0 else "shape not resolved"
+    size = f"{long:.0f} × {short:.0f}\u202fmm" if long > 0 else "shape not resolved"
     error = units.force_words(region.force_error, 2)
     force = "Force unknown" if error is None else f"{region.force:.2f} ± {error}"
     lines = [
-        f"{force}, centre ± {1e3 * region.place_error:.1f}\u2009mm",
+        f"{force}, centre ± {1e3 * region.place_error:.1f}\u202fmm",
         f"Mean {units.reading(region.mean)}, {size}",
     ]
     lines += [f"Touches {other.link.replace('_', ' ')}" for other in among if other.id == region.partner]

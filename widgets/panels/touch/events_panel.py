@@ -53,7 +53,7 @@ def event_lines(recent: Sequence[ContactEvent]) -> list[EventLine]:
             continue
         ongoing = event.phase == "began" and event.kind in _LASTING
         text = event.words[:1].upper() + event.words[1:]
-        lines.append(EventLine(f"{event.time:.1f}\u2009s", text, ongoing, event.time - _lasted(event)))
+        lines.append(EventLine(f"{event.time:.1f}\u202fs", text, ongoing, event.time - _lasted(event)))
     return lines
 
 
@@ -115,7 +115,7 @@ class _EventDelegate(QStyledItemDelegate):
         if index.data(_ONGOING):
             painter.fillRect(QRect(rect.left(), rect.top() + 3, 3, rect.height() - 6), option.palette.color(role.Link))
         centred = Qt.AlignmentFlag.AlignVCenter
-        time = QRect(rect.left() + 4, rect.top(), metrics.horizontalAdvance("000.0\u2009s"), rect.height())
+        time = QRect(rect.left() + 4, rect.top(), metrics.horizontalAdvance("000.0\u202fs"), rect.height())
         painter.setPen(option.palette.color(role.PlaceholderText))
         painter.drawText(time, Qt.AlignmentFlag.AlignRight | centred, str(index.data(_TIME)))
         words = QRect(time.right() + 8, rect.top(), rect.right() - time.right() - 8, rect.height())

@@ -124,7 +124,7 @@ class _Row:
 
     def show(self, where: str, force: float) -> None:
         """Say on which link it presses, and how hard now."""
-        words = f"{where[:1].upper()}{where[1:]}, {force:.1f}\u2009N of"
+        words = f"{where[:1].upper()}{where[1:]}, {force:.1f}\u202fN of"
         if words != self._where.text():
             self._where.setText(words)
             self._where.setMinimumWidth(1)  # a long name is cut, and does not widen the panel

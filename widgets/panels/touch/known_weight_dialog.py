@@ -48,9 +48,9 @@ class KnownWeightDialog(QDialog):
         steps = QLabel(_STEPS, self)
         steps.setWordWrap(True)
         form.addRow(steps)
-        self.grams = self._number("weight-grams", 0.1, 100_000.0, 500.0, "\u2009g")
+        self.grams = self._number("weight-grams", 0.1, 100_000.0, 500.0, "\u202fg")
         form.addRow("Weight", self.grams)
-        self.seconds = self._number("weight-seconds", 0.1, LONGEST, 2.0, "\u2009s")
+        self.seconds = self._number("weight-seconds", 0.1, LONGEST, 2.0, "\u202fs")
         form.addRow("Mean over", self.seconds)
         self.scope = QLabel(self)
         self.scope.setObjectName("weight-scope")
@@ -80,7 +80,7 @@ class KnownWeightDialog(QDialog):
         self.undo.setEnabled(weighing.undoable or weighing.left is not None)
         self.save.setEnabled(facts.calibrated)
         if weighing.left is not None:
-            text = f"Measuring, {weighing.left:.1f}\u2009s left" if weighing.left > 0 else "Waiting for a reading"
+            text = f"Measuring, {weighing.left:.1f}\u202fs left" if weighing.left > 0 else "Waiting for a reading"
         elif error or weighing.problem:
             text = error or str(weighing.problem)
         elif facts.taring or not facts.tared:

@@ -184,14 +184,14 @@ def _texts(status: ConnectionStatus, facts: MeasuredFacts, taxels: int) -> dict[
     counts, delay = status.counts, status.delay
     state = status.state.value.capitalize()
     if status.state is ConnectionState.RECONNECTING and status.next_try is not None:
-        state = f"Reconnecting in {status.next_try:.1f}\u2009s"
+        state = f"Reconnecting in {status.next_try:.1f}\u202fs"
     trouble = {name: getattr(counts, name) for name in ("malformed", "duplicated", "reordered", "late", "restarts")}
     trouble |= {"overflowed": counts.overflowed, "refused": facts.refused, "reconnects": status.reconnects}
     return {
         "state": state,
-        "rate": f"{status.rate:.0f}\u2009Hz",
-        "delay": "–" if delay is None else f"{1e3 * delay.median:.1f}, {1e3 * delay.p95:.1f}\u2009ms",
-        "loss": f"{100 * counts.loss:.2g}\u2009%",
+        "rate": f"{status.rate:.0f}\u202fHz",
+        "delay": "–" if delay is None else f"{1e3 * delay.median:.1f}, {1e3 * delay.p95:.1f}\u202fms",
+        "loss": f"{100 * counts.loss:.2g}\u202f%",
         "counts": str(facts.readings),
         "trouble": ", ".join(f"{number} {name}" for name, number in trouble.items() if number) or "None",
         "taxels": f"{taxels - facts.unheard} of {taxels}",

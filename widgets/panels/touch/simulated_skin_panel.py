@@ -119,8 +119,8 @@ class SimulatedSkinPanel(Panel):
         skin, worst = self._map.skin, int(np.argmax(np.abs(found.difference)))
         measured, simulated = _force(skin, found.measured), _force(skin, found.simulated)
         return {
-            "force": f"{measured:.2f}, {simulated:.2f}\u2009N",
-            "rms": f"{1e-3 * found.rms:.2f}\u2009kPa",
+            "force": f"{measured:.2f}, {simulated:.2f}\u202fN",
+            "rms": f"{1e-3 * found.rms:.2f}\u202fkPa",
             "largest": f"{_signed(found.difference[worst])} at {taxel_words(skin, worst)}",
         }
 
@@ -146,7 +146,7 @@ def _force(skin: Skin, pressures: FloatArray) -> float:
 
 
 def _signed(pascals: float) -> str:
-    return f"{1e-3 * pascals:+.2f}\u2009kPa".replace("-", "−")
+    return f"{1e-3 * pascals:+.2f}\u202fkPa".replace("-", "−")
 
 
 def _assumed(live: LiveInput) -> str:

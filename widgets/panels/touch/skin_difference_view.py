@@ -163,7 +163,7 @@ class SkinDifferenceView(QWidget):
         painter.fillRect(QRectF(left, top, width, _KEY), gradient)
         painter.setPen(QColor(self._theme.quiet))
         most = self.scales[number == 2]
-        words = (f"−{most:g}", f"{most:g}\u2009kPa") if number == 2 else ("0", f"{most:g}\u2009kPa")
+        words = (f"−{most:g}", f"{most:g}\u202fkPa") if number == 2 else ("0", f"{most:g}\u202fkPa")
         line = QRectF(left, top + _KEY + 1, width, _LINE)
         painter.drawText(line, Qt.AlignmentFlag.AlignLeft, words[0])
         if QFontMetricsF(painter.font()).horizontalAdvance("".join(words)) < width:

@@ -118,7 +118,7 @@ class WantedMotionPanel(Panel):
         self._controller.say(CONTROLLERS[name].title)
         wanted = facts.wanted
         self._joints.setText(_fastest(self._input.origin.robot, facts))
-        self._force.setText(_UNKNOWN if wanted is None else f"{wanted.force:.1f}\u2009N")
+        self._force.setText(_UNKNOWN if wanted is None else f"{wanted.force:.1f}\u202fN")
         limits = () if wanted is None else wanted.limits
         self._told.setText("\n".join([self._error or facts.problem or "", *map(limit_text, limits)]).strip())
         self._told.setHidden(not self._told.text())
@@ -165,7 +165,7 @@ def _fastest(robot: Robot, facts: MotionFacts) -> str:
     order = np.argsort(-np.abs(velocity), kind="stable")[:_FASTEST]
     moving = [number for number in order if abs(velocity[number]) >= 5e-4]
     units = {number: "m/s" if robot.joints[number].slide else "rad/s" for number in moving}
-    lines = [f"{robot.joints[number].name} {velocity[number]:+.3f}\u2009{units[number]}" for number in moving]
+    lines = [f"{robot.joints[number].name} {velocity[number]:+.3f}\u202f{units[number]}" for number in moving]
     return "\n".join(lines).replace("-", "−") if lines else "none moves"
 
 

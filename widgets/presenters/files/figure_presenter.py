@@ -65,7 +65,7 @@ class FigurePresenter(QObject):
         except TactileMapsError as error:
             self._context.notifier.fault(str(error))
         else:
-            self._context.notifier.say(f"Saved {path}: {spec.width:g} × {spec.height:g}\u2009mm, {spec.dpi}\u2009dpi")
+            self._context.notifier.say(f"Saved {path}: {spec.width:g} × {spec.height:g}\u202fmm, {spec.dpi}\u202fdpi")
 
     def save(self, part: FigurePart, path: Path, spec: FigureSpec) -> None:
         """Write what is shown now.

@@ -139,7 +139,7 @@ class OverlayPresenter(QObject):
         self._show_curves()
         if self._session.shown is not None:
             self._on_frame_ready(self._session.shown)
-        self._context.notifier.status(f"The overlay begins at {self.offset:+.2f}\u2009s")
+        self._context.notifier.status(f"The overlay begins at {self.offset:+.2f}\u202fs")
 
     # What comes.
 
@@ -186,7 +186,7 @@ class OverlayPresenter(QObject):
             tick = other.prepared.scene.tick
             first = round(float(other.times[0]) / tick)
             curves = joined(self._pieces)
-            overlaid = Overlaid(curves, first, tick, self.offset, f"{other.path.stem} {self.offset:+.2f}\u2009s")
+            overlaid = Overlaid(curves, first, tick, self.offset, f"{other.path.stem} {self.offset:+.2f}\u202fs")
             self._context.recording_plots.show_overlaid(overlaid)
 
     def _on_frame_ready(self, frame: Frame) -> None:

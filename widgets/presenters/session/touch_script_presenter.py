@@ -117,6 +117,6 @@ class TouchScriptPresenter(QObject):
 
     def _on_weighed(self, weighed: WeighingResult) -> None:
         self._context.notifier.say(
-            f"{MASS:g}\u2009kg reads {weighed.read_N:.3f}\u2009N (wanted {weighed.wanted_N:.3f}\u2009N), "
+            f"{MASS:g}\u202fkg reads {weighed.read_N:.3f}\u202fN (wanted {weighed.wanted_N:.3f}\u202fN), "
             f"with {weighed.model} on {weighed.patch}"
         )

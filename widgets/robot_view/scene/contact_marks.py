@@ -33,7 +33,7 @@ def arrow_legend(units: ReadingUnits) -> str:
     """What an arrow's length means."""
     if units.force is None:
         return "Arrow: relative, readings are not calibrated"
-    return f"Arrow: {1e3 * ARROW_LENGTH:g}\u2009mm per newton"
+    return f"Arrow: {1e3 * ARROW_LENGTH:g}\u202fmm per newton"
 
 
 class ContactMarks:

@@ -102,8 +102,8 @@ class ForceHandle:
         font = QFont(painter.font())
         font.setPixelSize(13)
         font.setWeight(QFont.Weight.DemiBold)
-        metrics, text = QFontMetricsF(font), f"{self._settings_editor.settings.force_goal:.1f}\u2009N"
-        width = metrics.horizontalAdvance("00.0\u2009N") + 26
+        metrics, text = QFontMetricsF(font), f"{self._settings_editor.settings.force_goal:.1f}\u202fN"
+        width = metrics.horizontalAdvance("00.0\u202fN") + 26
         self._box = QRectF(at + _AWAY, at + _AWAY + QPointF(width, 24))
         ink = QColor(theme.intent)
         painter.setPen(QPen(ink, 2.0 if hovered or self.held else 1.2))

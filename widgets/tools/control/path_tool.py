@@ -249,7 +249,7 @@ class PathTool(ControlTool):
             self._plate.hide()
             if self._pixel is not None and self._place.point is not None:
                 length = np.linalg.norm(np.diff(shape.line, axis=0), axis=1).sum()
-                draw_label(painter, f"{1e3 * length:.0f}\u2009mm", theme, at=self._pixel)
+                draw_label(painter, f"{1e3 * length:.0f}\u202fmm", theme, at=self._pixel)
         else:  # beside the path, not over its handles
             line = shape.line
             self._paint_plate(painter, to_pixels, theme, np.array([line[:, 0].max(), line[:, 1].max()]))

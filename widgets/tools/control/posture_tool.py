@@ -109,7 +109,7 @@ class PostureTool(ViewTool):
         robot = self._editor.robot
         if answer.away < _TOLD_FROM or robot is None:
             return ""
-        far = f"{1e3 * answer.away:.0f}\u2009mm short"
+        far = f"{1e3 * answer.away:.0f}\u202fmm short"
         if not answer.stuck:
             return f"Out of reach, {far}"
         names = ", ".join(robot.joints[joint].name.replace("_", " ") for joint in answer.stuck[:2])

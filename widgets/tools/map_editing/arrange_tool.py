@@ -94,7 +94,7 @@ def _moved(grip: DragStart, by: FloatArray, *, reach: float, straight: bool) -> 
         step = np.array(by) * [along == 0, along == 1]
         met = snap_move(grip.document, grip.numbers, step, reach=reach)
         snap = Snap((met.by[0], 0.0), x=met.x) if along == 0 else Snap((0.0, met.by[1]), y=met.y)
-    words = _signed(f"x {1e3 * snap.by[0]:+.1f}, y {1e3 * snap.by[1]:+.1f}\u2009mm")
+    words = _signed(f"x {1e3 * snap.by[0]:+.1f}, y {1e3 * snap.by[1]:+.1f}\u202fmm")
     marks = ArrangeMarks(grip.frame.moved(snap.by), snap.x, snap.y, words=words)
     return partial(move, numbers=grip.numbers, by=snap.by), marks
 

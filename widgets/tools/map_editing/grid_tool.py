@@ -238,7 +238,7 @@ class GridTool(ViewTool):
         off = int((~self._preview.grid.on).sum())
         beside = f"  \u00b7  {off} off the skin" if off else ""
         pitch = 1e3 * float(self._preview.grid.pitch[0])
-        return f"{self._rows} rows × {self._columns} columns, {pitch:.2f}\u2009mm apart{beside}  \u00b7  Enter places"
+        return f"{self._rows} rows × {self._columns} columns, {pitch:.2f}\u202fmm apart{beside}  \u00b7  Enter places"
 
     @property
     def _document(self) -> MapDocument | None:

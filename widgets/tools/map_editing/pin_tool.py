@@ -94,7 +94,7 @@ def _draw_lag(painter: QPainter, at: FloatArray, goal: FloatArray, lag: float, t
             painter.setPen(QPen(ink, width))
             painter.drawLine(QPointF(*at), QPointF(*goal))
             painter.drawEllipse(QPointF(*goal), 2.5, 2.5)
-        draw_label(painter, f"{1e3 * lag:.1f}\u2009mm off", theme, at=QPointF(*goal))
+        draw_label(painter, f"{1e3 * lag:.1f}\u202fmm off", theme, at=QPointF(*goal))
 
 
 FRAME_MS = 16

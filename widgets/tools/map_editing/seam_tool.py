@@ -269,7 +269,7 @@ class SeamTool(MapEditTool):
         if proposal.gain is None:
             offer = "A further seam"
         elif proposal.gain >= 0.005:
-            offer = f"{100 * proposal.gain:.0f}\u2009% less distortion"
+            offer = f"{100 * proposal.gain:.0f}\u202f% less distortion"
         else:
             offer = "No less distortion"
         return f"{offer}  \u00b7  Enter accepts, Escape declines"

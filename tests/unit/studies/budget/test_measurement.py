@@ -7,7 +7,7 @@ import pytest
 from app.core.errors import BudgetError
 from app.scene.scene_file import load_scene
 from app.session.prepare import prepare
-from app.studies.budget.measurement import instant_ms, measure_for_budget
+from app.studies.budget.measurement import measure_for_budget, tick_ms
 from app.studies.budget.proposal import LIVE_STAGES, Budget, propose
 from app.studies.work_precision import Subject
 from tests.support.touch import prepared_bar
@@ -19,7 +19,7 @@ def silent(_text, _fraction):
 
 def test_stages_of_an_instant_are_timed_under_a_finger():
     bar = prepared_bar(hinged=True)
-    spent = instant_ms(bar, {"integrator": "euler", "timestep": 0.0005}, ticks=5)
+    spent = tick_ms(bar, {"integrator": "euler", "timestep": 0.0005}, ticks=5)
     assert spent["physics"] > 0
     assert spent["touch"] > 0, "a finger presses the skin"
 

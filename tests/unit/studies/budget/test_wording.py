@@ -22,10 +22,10 @@ PATH = Trial(Setting("control", "hybrid", {"path_speed_mm_s": 20.0}), "", 1500.0
     ("setting", "words"),
     [
         (None, "–"),
-        (STEP, "Implicitfast 2\u2009ms"),
+        (STEP, "Implicitfast 2\u202fms"),
         (Setting("image", "barycentric", {"pixels": 512}), "Barycentric 512²"),
         (Setting("touch", "point"), "Point"),
-        (PATH.setting, "Hybrid 20\u2009mm/s"),
+        (PATH.setting, "Hybrid 20\u202fmm/s"),
     ],
 )
 def test_a_setting_is_its_method_and_numbers_with_their_units(setting, words):
@@ -34,9 +34,9 @@ def test_a_setting_is_its_method_and_numbers_with_their_units(setting, words):
 
 def test_costs_and_the_most_accurate_are_told_and_the_path_where_one_was_sought():
     cost, finest = proposal_words(FOUND, None, tried=False)
-    assert cost == "0.338\u2009ms an instant; off by 4.07\u2009mm, 0\u2009N and 15\u2009% of the pressure."
-    assert finest == "The most accurate settings: 1.72\u2009ms, 4.07\u2009mm, 0\u2009N, 14\u2009%."
-    assert proposal_words(FOUND, PATH, tried=True)[2] == "A path of 30\u2009mm in 1.5\u2009s keeps both limits."
+    assert cost == "0.338\u202fms a tick; off by 4.07\u202fmm, 0\u202fN and 15\u202f% of the pressure."
+    assert finest == "The most accurate settings: 1.72\u202fms, 4.07\u202fmm, 0\u202fN, 14\u202f%."
+    assert proposal_words(FOUND, PATH, tried=True)[2] == "A path of 30\u202fmm in 1.5\u202fs keeps both limits."
     assert proposal_words(FOUND, None, tried=True)[2].startswith("▲ No controller keeps both limits")
 
 

@@ -49,7 +49,7 @@ def test_a_faster_path_takes_less_time_and_is_farther_off(subject):
     for trial in found:
         assert 0.1 < trial.errors["body_mm"] < 20.0
         assert trial.errors["lost_percent"] == 0.0
-    assert found[0].name == "30\u2009mm/s"
+    assert found[0].name == "30\u202fmm/s"
 
 
 def test_theory_says_how_far_a_controller_lags_that_is_not_told_the_speed(subject):

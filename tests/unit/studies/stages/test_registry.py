@@ -27,7 +27,7 @@ def test_what_a_stage_measures_can_be_drawn_in_each_of_its_errors(name, tube):
         made = diagram(stage, trials, error=kind.key)
         assert made.error_name == kind.name
         assert {p.setting.method for p in made.points} == {s.method for s in stage.settings(tube)}
-    told = stage.certainty.startswith("Upright lines are 95\u2009% intervals")
+    told = stage.certainty.startswith("Upright lines are 95\u202f% intervals")
     assert told or "there is no interval" in stage.certainty
     assert all(bool(trial.intervals) is told for trial in trials if trial.usable), "what is said of them is so"
     assert stage.seconds(tube) > 0

@@ -204,9 +204,9 @@ def test_the_target_and_the_goal_are_the_report_s(sight, tactile_map):
     assert sight.shown.target == target
     assert (sight.shown.goal, sight.shown.contact) == (2.5, 7)
     own, other = (region_at(tactile_map, middle(tactile_map), number=number, force=1.84) for number in (7, 8))
-    assert sight.shown.force_words(own, ReadingUnits.CALIBRATED) == "1.8 of 2.5\u2009N"
-    assert sight.shown.force_words(other, ReadingUnits.CALIBRATED) == "1.8\u2009N"
-    assert sight.shown.force_words(other, ReadingUnits.COUNTS) == "10\u2009counts"
+    assert sight.shown.force_words(own, ReadingUnits.CALIBRATED) == "1.8 of 2.5\u202fN"
+    assert sight.shown.force_words(other, ReadingUnits.CALIBRATED) == "1.8\u202fN"
+    assert sight.shown.force_words(other, ReadingUnits.COUNTS) == "10\u202fcounts"
 
 
 def test_a_held_point_moves_with_the_settings_though_time_stands_still(sight, tactile_map):

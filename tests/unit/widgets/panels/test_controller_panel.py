@@ -40,13 +40,13 @@ def test_a_step_is_read():
     found = stepped().response
     assert (found.before, found.goal, found.overshoot) == (3.0, 6.0, 0.0)
     assert found.settling == pytest.approx(0.3, abs=2 * TICK)
-    assert step_response_text(found).startswith("Goal 3.0 → 6.0\u2009N: 0\u2009% overshoot, settled in 0.3")
+    assert step_response_text(found).startswith("Goal 3.0 → 6.0\u202fN: 0\u202f% overshoot, settled in 0.3")
 
 
 def test_one_that_overshoots_says_so_and_one_that_has_not_settled_too():
     found = stepped(lambda t: 6.0 + 1.5 * np.exp(-t) * np.cos(8 * t)).response
     assert found.overshoot == pytest.approx(0.5, abs=0.02)
-    assert step_response_text(stepped(lambda _t: 4.0).response).endswith("0\u2009% overshoot, not settled yet")
+    assert step_response_text(stepped(lambda _t: 4.0).response).endswith("0\u202f% overshoot, not settled yet")
 
 
 def test_a_slider_on_its_way_is_one_step():

@@ -124,6 +124,6 @@ def test_the_total_is_told_beside_the_time_there_is():
     assert costs.total == ""
     costs.clear(0.005)
     costs.add(Timings({"physics": 1.0, "touch": 0.25}))
-    assert costs.total == "1.25 of 5\u2009ms a tick"
+    assert costs.total == "1.25 of 5\u202fms a tick"
     costs.clear(0.01)
     assert costs.total == ""

@@ -98,7 +98,7 @@ def test_the_cross_takes_that_one_away(panel, qtbot):
 
 def test_what_a_scene_wants_that_no_list_offers_is_told(panel):
     panel.show_behaviours((Behaviour("press", times=4, above=5.0, then={"force_goal": 1.5, "task": "hold_point"}),))
-    assert box(panel, "when").words == "4 times press > 5\u2009N"
+    assert box(panel, "when").words == "4 times press > 5\u202fN"
     assert box(panel, "then").words == "force goal 1.5, task hold point"
 
 

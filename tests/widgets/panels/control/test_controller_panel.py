@@ -184,7 +184,7 @@ def test_what_it_does_and_the_energy_it_gave_are_said(panel, prepared):
     report = TaskReport(error=0.0021, force_goal=3.0, energy=-0.126, tank=0.99)
     panel.show_frame(moving(prepared, 1.0, task=report))
     assert text(panel, "task-state") == "Holding the point, error 2.1\u202fmm"
-    assert text(panel, "energy") == "-0.13\u2009J, 0.99\u2009J left"
+    assert text(panel, "energy") == "-0.13\u202fJ, 0.99\u202fJ left"
     panel.show_settings(ControlSettings())
     assert text(panel, "energy") == MIXED_VALUES
 
@@ -215,7 +215,7 @@ def test_the_answer_to_a_step_of_the_goal_is_told_until_something_else_is_change
     for k in range(50, 100):
         panel.show_frame(moving(prepared, 0.02 * k, task=TaskReport(force_goal=6.0)))
     assert "6.0" in label.text()
-    assert label.text().startswith("Goal 3.0 → 6.0\u2009N: ")
+    assert label.text().startswith("Goal 3.0 → 6.0\u202fN: ")
     samples = len(panel._step._samples)
     panel.show_settings(replace(settings, force_goal=6.0, force_gain=0.02))
     panel.show_frame(moving(prepared, 2.0, task=TaskReport(force_goal=6.0)))

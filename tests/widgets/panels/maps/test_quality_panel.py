@@ -51,7 +51,7 @@ def test_a_good_map_has_no_mark(panel, leaves):
     panel.show_quality(leaves[2])
     assert _text(panel, "bijective") == "yes"
     assert _text(panel, "angle") == "×1.00"
-    assert _text(panel, "torn") == "0.0\u2009%"
+    assert _text(panel, "torn") == "0.0\u202f%"
     assert _text(panel, "note") == "No issues."
     assert _marked(panel) == set()
     assert not panel.findChild(QLabel, "quality-bijective-b").isVisible()
@@ -128,4 +128,4 @@ def test_an_edit_while_two_maps_are_compared_changes_only_the_first(panel, leave
 def test_numbers_have_three_digits(panel, leaves):
     panel.show_quality(replace(leaves[2], area=DistortionSummary(1.5, 701.54, 900.0), round_trip_mm=13.456))
     assert _text(panel, "area") == "×702"
-    assert _text(panel, "round_trip_mm") == "13.5\u2009mm"
+    assert _text(panel, "round_trip_mm") == "13.5\u202fmm"

@@ -115,7 +115,7 @@ def alone(panel):
 
 @in_a_process
 def test_until_measured_it_says_what_it_would_show_and_how_long_that_takes(panel, qtbot):
-    assert "Measuring hemisphere takes about 2\u2009s" in said(panel, "question")
+    assert "Measuring hemisphere takes about 2\u202fs" in said(panel, "question")
     press(panel, "image", qtbot)
     assert "Measuring the whole map takes about" in said(panel, "question")
     assert "a press, smooth pressure, round trip" in said(panel, "question")

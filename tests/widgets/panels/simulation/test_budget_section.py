@@ -93,8 +93,8 @@ def test_one_measurement_answers_every_budget_and_says_what_is_given_up(section)
     limit(section, "time", milliseconds=0.3)
     assert "<b>Nearest 128²</b>" in section.table.text()
     assert "Natural neighbour 256²" in section.table.text()
-    assert "0.23\u2009ms an instant" in section.note.text()
-    assert "most accurate settings: 1.1\u2009ms" in section.note.text()
+    assert "0.23\u202fms a tick" in section.note.text()
+    assert "most accurate settings: 1.1\u202fms" in section.note.text()
     limit(section, "time", milliseconds=1.2)
     assert "<b>Punch</b>" in section.table.text()
     limit(section, "time", milliseconds=0.1)
@@ -106,8 +106,8 @@ def test_one_measurement_answers_every_budget_and_says_what_is_given_up(section)
 def test_an_error_budget_proposes_a_controller_or_says_that_none_keeps_it(section):
     section.show_measured(measured())
     limit(section, "errors", millimetres=4.5, newtons=0.5)
-    assert "Parallel 30\u2009mm/s" in section.table.text()
-    assert "A path of 30\u2009mm in 4\u2009s" in section.note.text()
+    assert "Parallel 30\u202fmm/s" in section.table.text()
+    assert "A path of 30\u202fmm in 4\u202fs" in section.note.text()
     limit(section, "errors", millimetres=1.5, newtons=0.1)
     assert "No controller keeps both limits" in section.note.text()
 
@@ -122,7 +122,7 @@ def test_apply_and_back_are_one_click_and_measured_stands_beside_predicted(secti
     section.show_present({**NOW, **{one.stage: one for one in settings}}, can_measure=True)
     assert not section.apply.isEnabled(), "it is in force"
     section.show_frames(ticks(0.3, 0.05))
-    assert section.note.text() == "Simulation and touch: 0.22\u2009ms predicted, 0.35\u2009ms measured."
+    assert section.note.text() == "Simulation and touch: 0.22\u202fms predicted, 0.35\u202fms measured."
     with qtbot.waitSignal(section.applied) as back:
         press(section, "back", qtbot)
     assert back.args == [tuple(NOW[one.stage] for one in settings)]
@@ -140,7 +140,7 @@ def test_what_is_predicted_is_for_this_window_in_which_all_takes_longer(section,
     section.show_frames(ticks(0.6, 0.06))
     press(section, "apply", qtbot)
     section.show_frames(ticks(0.6, 1.1))
-    assert section.note.text() == "Simulation and touch: 1.8\u2009ms predicted, 1.7\u2009ms measured."
+    assert section.note.text() == "Simulation and touch: 1.8\u202fms predicted, 1.7\u202fms measured."
 
 
 def test_of_another_scene_nothing_is_kept(section):

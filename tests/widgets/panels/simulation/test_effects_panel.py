@@ -122,7 +122,7 @@ def test_stages_cost_what_they_cost_here_and_the_rest_is_quiet(panel, prepared):
     assert [label.text() for label in cost.values()] == ["0.25", "0.04", "–"]
     assert cost["skin"].foregroundRole() == QPalette.ColorRole.WindowText
     assert cost["joint_limits"].foregroundRole() == QPalette.ColorRole.PlaceholderText
-    assert panel.findChild(QLabel, "effects-total").text() == "0.75 of 5\u2009ms a tick"
+    assert panel.findChild(QLabel, "effects-total").text() == "0.75 of 5\u202fms a tick"
 
 
 def test_a_note_of_one_tick_is_shown_at_the_next_refresh_and_once(panel, prepared):

@@ -65,7 +65,7 @@ def test_a_hand_chooses_an_estimator_and_a_threshold(qtbot, box):
     assert WORDS["tikhonov"][1] in box.estimator.toolTip()
     choose(box.threshold, 1)
     assert wanted[-1] == ReadingSettings("tikhonov", 500.0)
-    assert box.threshold.words == "Contact threshold 0.5\u2009kPa"
+    assert box.threshold.words == "Contact threshold 0.5\u202fkPa"
     choose(box.threshold, -1)
     assert wanted[-1].threshold is None
 
@@ -75,7 +75,7 @@ def test_what_is_in_force_is_shown_and_not_asked_for(box):
     box.reading_edited.connect(wanted.append)
     box.show_reading(ReadingSettings("lumped", 1234.0, wrench_noise=0.1))
     assert box.estimator.words == WORDS["lumped"][0]
-    assert box.threshold.words == "Contact threshold 1.23\u2009kPa"
+    assert box.threshold.words == "Contact threshold 1.23\u202fkPa"
     assert wanted == []
     choose(box.estimator, -1)
     assert wanted == [ReadingSettings("tikhonov", 1234.0, wrench_noise=0.1)], "the rest stays"
@@ -90,17 +90,17 @@ def test_choosing_what_is_chosen_asks_for_nothing(box):
 
 
 def test_automatic_says_what_it_means_under_the_noise_in_force(box):
-    assert box.threshold.words == "Contact threshold 1\u2009kPa, automatic"
+    assert box.threshold.words == "Contact threshold 1\u202fkPa, automatic"
     box.show_effects(Effects(sensor=SensorEffects(noise=Noise(2000.0))))
-    assert box.threshold.words == "Contact threshold 6\u2009kPa, automatic"
+    assert box.threshold.words == "Contact threshold 6\u202fkPa, automatic"
     assert box.threshold.itemText(0) == box.threshold.words
 
 
 def test_how_well_a_force_is_told_is_said_in_words():
     assert estimate_text(TOLD) == (
-        "Effective rank 12/14, residual 1.1\u2009×\u2009noise\nCondition 4.1, peak 41.0 and mean 12.3\u2009kPa"
+        "Effective rank 12/14, residual 1.1\u202f×\u202fnoise\nCondition 4.1, peak 41.0 and mean 12.3\u202fkPa"
     )
-    assert "residual 0.11\u2009kPa" in estimate_text(replace(TOLD, noise=0.0))
+    assert "residual 0.11\u202fkPa" in estimate_text(replace(TOLD, noise=0.0))
     head, why = estimate_text(REFUSED).split("\n")
     assert head == "Effective rank 3/14, condition 4.1"
     assert why.startswith("Refused: the effective rank is too low")
@@ -161,7 +161,7 @@ def test_in_the_window_a_choice_reaches_the_session_and_a_paused_one_after_a_res
     live.reset()
     live.step()
     assert live.runner.session.runtime_settings.reading == ReadingSettings("tikhonov", 2000.0)
-    assert reading.threshold.words == "Contact threshold 2\u2009kPa"
+    assert reading.threshold.words == "Contact threshold 2\u202fkPa"
 
 
 def test_of_seven_contacts_all_can_be_scrolled_to(panel, prepared, qtbot):

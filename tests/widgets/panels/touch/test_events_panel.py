@@ -39,18 +39,18 @@ def frame(recent):
 
 def words(panel):
     rows = panel.events.rowCount()
-    return [panel.events.index(row).data().replace("\u2009", " ") for row in range(rows)]
+    return [panel.events.index(row).data().replace("\u202f", " ") for row in range(rows)]
 
 
 def test_what_goes_on_is_told_and_marked():
     first, second = event_lines(PRESSING)
     assert first.ongoing
     assert not second.ongoing
-    assert (first.time, first.text) == ("0.3\u2009s", "Press on forearm, 4.2\u2009N")
+    assert (first.time, first.text) == ("0.3\u202fs", "Press on forearm, 4.2\u202fN")
 
 
 def test_what_has_ended_is_told_once():
-    assert [line.text.replace("\u2009", " ") for line in event_lines(RELEASED)] == [
+    assert [line.text.replace("\u202f", " ") for line in event_lines(RELEASED)] == [
         "Release on forearm, 4.2 N, 0.8 s",
         "Press on forearm, 4.2 N, 0.8 s",
         "Touch on forearm",
@@ -112,7 +112,7 @@ def test_lines_are_drawn_and_read_aloud(panel):
     drawn = panel.list.grab().toImage()
     assert blank != drawn
     index = panel.events.index(0)
-    assert index.data(Qt.ItemDataRole.AccessibleTextRole).replace("\u2009", " ").endswith("at 0.9 s")
+    assert index.data(Qt.ItemDataRole.AccessibleTextRole).replace("\u202f", " ").endswith("at 0.9 s")
     assert panel.events.data(panel.events.index(-1)) is None
     assert panel.events.rowCount(index) == 0, "lines have no lines of their own"
 

@@ -29,7 +29,7 @@ def test_a_weight_calibrates_and_is_taken_back(window, tmp_path, monkeypatch):
     session.tare(1)
     send(0.0, 20.0)
     dialog.measure.click()
-    assert "2.0\u2009s left" in state.text()
+    assert "2.0\u202fs left" in state.text()
     send(2.5, 10.0)
     assert "not felt" in state.text()
     dialog.measure.click()

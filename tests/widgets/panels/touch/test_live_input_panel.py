@@ -57,7 +57,7 @@ def test_it_is_there_while_something_is_connected(window, tmp_path):
 def test_it_tells_how_readings_arrive(window, tmp_path):
     panel = connected(window, tmp_path)
     assert text(panel, "counts") == "5"
-    assert text(panel, "loss") == "17\u2009%"
+    assert text(panel, "loss") == "17\u202f%"
     assert text(panel, "taxels") == "150 of 150"
     notes = text(panel, "notes")
     assert "does not have: 150" in notes
@@ -72,7 +72,7 @@ def _told(window):
     texts += [mark.text for mark in window.views.map.display.marks.contacts]
     texts += [window.plots._force._plot.heading, window.plots._pressure._plot.heading]
     texts.append(window.views.map.display.words_for(window.live.prepared.skin.taxel_point(3)))
-    return [text.replace("\u2009", " ") for text in texts]
+    return [text.replace("\u202f", " ") for text in texts]
 
 
 def test_counts_are_never_called_pressure_or_force(window, tmp_path):
@@ -81,7 +81,7 @@ def test_counts_are_never_called_pressure_or_force(window, tmp_path):
     window.live.stop_recording()
     told = _told(window)
     assert "Reading (counts)" in told
-    assert window.status_line.factor.text().endswith("\u2009Hz")
+    assert window.status_line.factor.text().endswith("\u202fHz")
     assert not any(line.box.isEnabled() for line in window.column.get(EffectsPanel).lines.values())
     for kind in (ControllerPanel, BehavioursPanel, EffectsPanel):
         panel = window.column.get(kind)

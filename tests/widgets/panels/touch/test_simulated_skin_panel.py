@@ -63,7 +63,7 @@ def connected(window, tmp_path, meeting, *, unit="Pa", folded=False):
 
 
 def text(panel, name):
-    return panel.findChild(QLabel, f"simulated-{name}").text().replace("\u2009", " ")
+    return panel.findChild(QLabel, f"simulated-{name}").text().replace("\u202f", " ")
 
 
 def test_a_taxel_of_twice_the_gain_is_found(window, tmp_path, meeting):

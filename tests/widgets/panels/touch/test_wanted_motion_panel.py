@@ -57,7 +57,7 @@ def panel(window_again, tmp_path):
 
 
 def text(panel, name):
-    return panel.findChild(QLabel, f"motion-{name}").text().replace("\u2009", " ")
+    return panel.findChild(QLabel, f"motion-{name}").text().replace("\u202f", " ")
 
 
 def choose(panel, title):

@@ -95,7 +95,7 @@ def curves(board, name):
 def test_it_opens_with_the_law_in_force_and_another_on_what_was_done(board):
     assert [card.settings.controller for card in board.cards] == ["hybrid", "qp"]
     assert board.stimulus.occasion.touches == 1
-    assert board.stimulus.occasion.words.startswith("0.6\u2009s, 1 touch")
+    assert board.stimulus.occasion.words.startswith("0.6\u202fs, 1 touch")
     assert board.stimulus.seconds.value() == pytest.approx(0.6)
     assert not board.stimulus.own_task
     assert board.traces == ()
@@ -255,7 +255,7 @@ def test_a_failure_is_told_and_what_was_there_stays(board, touched_window):
 
 
 def test_progress_and_cancel_stand_in_the_place_of_run(board):
-    board.show_progress("1.0 of 2.0\u2009s", 0.5)
+    board.show_progress("1.0 of 2.0\u202fs", 0.5)
     assert board._progress.value() == 500
     assert not board.findChild(QPushButton, "comparison-run").isVisible()
     click(board, "comparison-cancel")
@@ -267,7 +267,7 @@ def test_one_that_stopped_is_named_with_its_reason(board):
     click(board, "comparison-run")
     torn = replace(board.traces[1], ended="the simulation diverged.")
     board.show_compared((board.traces[0], torn))
-    assert note(board) == "▲ B: Quadratic program stopped at 0.60\u2009s: the simulation diverged."
+    assert note(board) == "▲ B: Quadratic program stopped at 0.60\u202fs: the simulation diverged."
 
 
 def test_each_stroke_differs_in_colour_and_dash():

@@ -219,7 +219,7 @@ def test_wanted_and_actual_are_shown_live_and_in_replay(window, tmp_path):
     assert live.target is not None
     assert live.goal == 3.0
     words = [mark.text for mark in window.map_view.display.marks.contacts]
-    assert any("of 3.0\u2009N" in text for text in words)
+    assert any("of 3.0\u202fN" in text for text in words)
     QTest.mouseRelease(window.map_view.viewport(), LEFT, NONE, pixel)
     window.live.stop_recording()
     window.live.open_recording(tmp_path / "led.mcap")

@@ -97,8 +97,8 @@ def test_a_bad_script_changes_nothing_and_is_named(window, script):
 def test_a_known_load_reads_its_weight(window):
     window.action("weigh").trigger()
     words = window.notification_bar.text
-    assert words.startswith("0.1\u2009kg reads 0.9")
-    assert "(wanted 0.981\u2009N)" in words
+    assert words.startswith("0.1\u202fkg reads 0.9")
+    assert "(wanted 0.981\u202fN)" in words
     assert not window.loading_bar.busy
 
 
