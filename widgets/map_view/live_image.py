@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtGui import QImage
 from scipy.ndimage import distance_transform_edt
-from scipy.sparse import csr_matrix
+from scipy.sparse import csc_matrix, csr_matrix
 
 from app.core.arrays import BoolArray, FloatArray, IntArray
 from app.flattening.chart import Chart
@@ -109,6 +109,8 @@ def halo_of(inside: BoolArray) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
 
 
 _SPARE = 8
+_FEW = 0.25
+"""Up to this share of all weights, writing only the pixels that change is the faster way."""
 _MAX_GROWTH = 4.0
 """As many times the pixels of the map as it was first packed, and they become larger."""
 
@@ -172,9 +174,34 @@ class ImageAtlas:
         """Flat numbers of the pixels around the patches, and of those that they copy."""
         return self._through([tile.halo for tile in self.tiles]), self._through([tile.source for tile in self.tiles])
 
-    def render(self, pressures: FloatArray, out: NDArray[np.float32]) -> None:
-        """Write the pressures (taxels,) [Pa] into ``out`` (rows, columns) [kPa]. Cost: 0.3 ms."""
-        out.reshape(-1)[self._pixels] = self._weights @ (1e-3 * np.asarray(pressures)).astype(np.float32)
+    def render(
+        self, pressures: FloatArray, out: NDArray[np.float32], *, changed: IntArray | None = None
+    ) -> IntArray | None:
+        """Write the pressures (taxels,) [Pa] into ``out`` (rows, columns) [kPa]; the flat numbers of what was written.
+
+        Args:
+            pressures: Of all taxels.
+            out: Where to.
+            changed: (k,) taxels whose pressure may not be the one that ``out`` shows; None for all of them, and where
+                so many show in much of the image, all is written, and None returned.
+
+        Cost: 0.3 ms; 0.05 ms for a touch of a few taxels.
+        """
+        kilopascals = (1e-3 * np.asarray(pressures)).astype(np.float32)
+        if changed is not None:
+            ends = self._taxel_rows.indptr
+            if int((ends[changed + 1] - ends[changed]).sum()) < _FEW * self._taxel_rows.nnz:
+                rows = np.unique(self._taxel_rows[:, changed].indices)
+                written = self._pixels[rows]
+                out.reshape(-1)[written] = self._weights[rows] @ kilopascals
+                return written
+        out.reshape(-1)[self._pixels] = self._weights @ kilopascals
+        return None
+
+    @cached_property
+    def _taxel_rows(self) -> csc_matrix:
+        """Which rows of the weights each taxel has a part in."""
+        return self._weights.tocsc()
 
     def window(self, number: int) -> tuple[slice, slice]:
         """Rows and columns of a patch's tile."""
@@ -298,15 +325,31 @@ class LiveImage:
         """(h, w) 0xffRRGGBB as last filled, row 0 at the top; changes in place."""
         return self._pixels
 
-    def fill(self, kilopascals: NDArray[Any], scale: PressureScale) -> None:
-        """Colour the image by ``kilopascals`` (h, w) [kPa]. Cost: about 1 ms for 512² pixels."""
+    def fill(self, kilopascals: NDArray[Any], scale: PressureScale, *, changed: IntArray | None = None) -> None:
+        """Colour the image by ``kilopascals`` (h, w) [kPa].
+
+        Args:
+            kilopascals: Of all pixels.
+            scale: Their colours.
+            changed: (k,) flat numbers of the pixels that differ from the last time; None for all.
+
+        Cost: about 1 ms for 512² pixels.
+        """
         colours = scale.lut
         top = len(colours) - 1
-        np.multiply(kilopascals, top / scale.maximum, out=self._level, casting="unsafe")
-        np.clip(self._level, 0, top, out=self._level)
-        np.copyto(self._index, self._level, casting="unsafe")
-        np.take(colours, self._index, out=self._pixels, mode="clip")
-        if self.ground is not None:
-            np.copyto(self._pixels, self.ground, where=np.asarray(kilopascals) < self.touch_from)
         flat = self._pixels.reshape(-1)
+        if changed is None:
+            np.multiply(kilopascals, top / scale.maximum, out=self._level, casting="unsafe")
+            np.clip(self._level, 0, top, out=self._level)
+            np.copyto(self._index, self._level, casting="unsafe")
+            np.take(colours, self._index, out=self._pixels, mode="clip")
+            if self.ground is not None:
+                np.copyto(self._pixels, self.ground, where=np.asarray(kilopascals) < self.touch_from)
+        else:
+            values = kilopascals.reshape(-1)[changed]
+            level = np.clip(values * np.float32(top / scale.maximum), 0, top)
+            found = colours[level.astype(np.uint16)]
+            if self.ground is not None:
+                found = np.where(values < self.touch_from, self.ground.reshape(-1)[changed], found)
+            flat[changed] = found
         flat[self._halo] = flat[self._source]

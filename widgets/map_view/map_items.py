@@ -128,7 +128,7 @@ class PatchItem(QGraphicsItem):
         self._net: list[QLineF] = []
         self._live: LiveImage | None = None
         self._cache = PaintCache(at_once=True)
-        self._tile, self._painted = (slice(0), slice(0)), np.zeros((0, 0), np.uint32)
+        self._tile, self._painted, self._paintings = (slice(0), slice(0)), np.zeros((0, 0), np.uint32), 0
         self._bounds = QRectF()
         self.setZValue(ZOrder.PATCHES)
 
@@ -185,12 +185,25 @@ class PatchItem(QGraphicsItem):
             self._paint_net(painter)
 
     def _paint_image(self, painter: QPainter, pixels: NDArray[np.uint32]) -> None:
-        """As it was painted last while the view stays: most patches are not touched, and to compare their ``pixels``
-        (h, w) takes a tenth of the time of smoothing them.
+        """As it was painted last while the view stays, but where it changed: most of the skin is not touched, and to
+        compare its ``pixels`` (h, w) takes a tenth of the time of smoothing them.
         """
-        if not np.array_equal(pixels, self._painted):
-            self._painted = pixels.copy()
-        self._cache.paint(painter, (id(self._painted), self._area), self._bounds, self._fill)
+        changed = None
+        if pixels.shape != self._painted.shape:
+            self._painted, self._paintings = pixels.copy(), self._paintings + 1
+        elif len(rows := np.flatnonzero((differs := pixels != self._painted).any(axis=1))):
+            columns = np.flatnonzero(differs.any(axis=0))
+            around = slice(rows[0], rows[-1] + 1), slice(columns[0], columns[-1] + 1)
+            self._painted[around] = pixels[around]
+            self._paintings += 1
+            changed = self._brush.transform().mapRect(self._on_image(around))
+        self._cache.paint(painter, (self._paintings, self._area), self._bounds, self._fill, changed=changed)
+
+    def _on_image(self, around: tuple[slice, slice]) -> QRectF:
+        """Rows and columns of the tile on the live image, with the pixels into which they are smoothed."""
+        (top, bottom), (left, right) = ((part.start - 1, part.stop + 1) for part in around)
+        own_rows, own_columns = self._tile
+        return QRectF(own_columns.start + left, own_rows.start + top, float(right - left), float(bottom - top))
 
     def _fill(self, painter: QPainter) -> None:
         painter.setRenderHints(QPainter.RenderHint.Antialiasing | QPainter.RenderHint.SmoothPixmapTransform)

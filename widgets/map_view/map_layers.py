@@ -28,7 +28,7 @@ from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPen, QPolygon
 from PySide6.QtWidgets import QGraphicsItem, QStyleOptionGraphicsItem, QWidget
 
 from app.contacts.regions import ContactRegion
-from app.core.arrays import FloatArray
+from app.core.arrays import BoolArray, FloatArray
 from app.editing.pins import pin_places
 from app.maps.tactile_map import TactileMap
 from app.session.frame import Frame
@@ -268,9 +268,21 @@ def contour_segments(image: NDArray[Any], level: float) -> FloatArray:
         level: Values at or above it are inside.
 
     Returns:
-        (s, 2, 2) segments as (column, row) with the first pixel's centre at (0, 0). Cost: 0.3 ms for 512² pixels.
+        (s, 2, 2) segments as (column, row) with the first pixel's centre at (0, 0). Cost: 0.05 ms for a touch within
+        512² pixels; 0.3 ms where all of them are around the level.
     """
-    inside = (image >= level).view(np.uint8)
+    above = image >= level
+    taken_rows, taken_columns = (np.flatnonzero(above.any(axis=axis)) for axis in (1, 0))
+    if not len(taken_rows):
+        return np.zeros((0, 2, 2))
+    top, left = max(int(taken_rows[0]) - 1, 0), max(int(taken_columns[0]) - 1, 0)
+    around = slice(top, int(taken_rows[-1]) + 2), slice(left, int(taken_columns[-1]) + 2)
+    return _segments_around(image[around], above[around], level) + [left, top]
+
+
+def _segments_around(image: NDArray[Any], above: BoolArray, level: float) -> FloatArray:
+    """(s, 2, 2) segments of ``image`` (h, w) as above, by the four corners of each cell."""
+    inside = above.view(np.uint8)
     upper = inside[:-1, :-1] | inside[:-1, 1:] << 1
     lower = inside[1:, 1:] << 2 | inside[1:, :-1] << 3
     cases = upper | lower
@@ -329,7 +341,7 @@ class TouchContours(MapLayer):
         found = [np.zeros((0, 2, 2))]
         for number, shape in enumerate(self.scene.shapes.patches):
             tile, values = self.scene.tile(number)
-            if shape.shown and number not in self.scene.held and values.max() >= CONTACT_KPA:
+            if shape.shown and number not in self.scene.held:
                 found.append(shape.to_scene(tile.chart_points(contour_segments(values, CONTACT_KPA))))
         return np.concatenate(found)
 

@@ -197,17 +197,22 @@ class MapScene:
         return legend_of(self.ground, self._flaws)
 
     def show(self, frame: Frame, scale: PressureScale) -> None:
-        """Colour image and taxels by the frame's pressures. Cost: about 3 ms for 512² pixels."""
+        """Colour image and taxels by the frame's pressures. Cost: 0.5 ms; 3 ms for 512² pixels that all change."""
+        changed = np.flatnonzero(frame.pressures != self.pressures)
         self.pressures = frame.pressures
-        self._atlas.render(frame.pressures, self._kilopascals)
-        self.recolour(scale)
+        pixels = self._atlas.render(frame.pressures, self._kilopascals, changed=changed)
+        self._colour(scale, pixels if scale is self._scale else None)
         for layer in self.layers.values():
             layer.show_frame(frame)
 
     def recolour(self, scale: PressureScale) -> None:
         """Show the same pressures on another scale."""
+        self._colour(scale, None)
+
+    def _colour(self, scale: PressureScale, changed: IntArray | None) -> None:
+        """All pixels, or those that ``changed``."""
         self._scale = scale
-        self._live.fill(self._kilopascals, scale)
+        self._live.fill(self._kilopascals, scale, changed=changed)
         self.taxels.colour(self.pressures / 1e3, scale)
         self._mark_faults()
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from PySide6.QtCore import QPointF, QRect, QRectF, Qt
+from PySide6.QtCore import QPoint, QPointF, QRect, QRectF, Qt
 from PySide6.QtGui import QPaintEngine, QPainter, QPixmap, QTransform
 
 
@@ -24,7 +24,15 @@ class PaintCache:
         self._last: tuple[object, ...] | None = None
         self._pixels: QPixmap | None = None
 
-    def paint(self, painter: QPainter, content: object, bounds: QRectF, draw: Callable[[QPainter], None]) -> None:
+    def paint(
+        self,
+        painter: QPainter,
+        content: object,
+        bounds: QRectF,
+        draw: Callable[[QPainter], None],
+        *,
+        changed: QRectF | None = None,
+    ) -> None:
         """Draw, or copy what was drawn.
 
         Args:
@@ -32,6 +40,8 @@ class PaintCache:
             content: All that ``draw`` depends on but the view; equal where it draws the same.
             bounds: Around all of it, in the coordinates of ``draw``.
             draw: Draws it; sets pen and hints itself.
+            changed: Other content than the last differs within this, in the coordinates of ``draw``, and nowhere else;
+                None for anywhere.
         """
         if painter.paintEngine().type() is not QPaintEngine.Type.Raster:
             draw(painter)
@@ -39,8 +49,11 @@ class PaintCache:
         device = painter.device()
         ratio, size = device.devicePixelRatio(), (device.width(), device.height())
         now = (content, painter.worldTransform(), bounds, size, ratio)
-        if now != self._last:
-            self._last, self._pixels = now, None
+        known = now == self._last
+        if not known:
+            if changed is None or self._last is None or now[1:] != self._last[1:]:
+                self._pixels = None
+            self._last = now
             if not self._at_once:
                 draw(painter)
                 return
@@ -50,20 +63,33 @@ class PaintCache:
         if area.isEmpty():
             return
         if self._pixels is None:
-            self._pixels = _draw_pixels(painter.worldTransform(), area, ratio, draw)
+            self._pixels = QPixmap(area.size())
+            self._pixels.setDevicePixelRatio(ratio)
+            self._pixels.fill(Qt.GlobalColor.transparent)
+            _draw_pixels(self._pixels, area, painter.worldTransform(), area.topLeft(), draw)
+        elif not known and changed is not None:
+            part = view.mapRect(changed).toAlignedRect().adjusted(-1, -1, 1, 1) & area
+            _draw_pixels(self._pixels, part, painter.worldTransform(), area.topLeft(), draw)
         painter.save()
         painter.resetTransform()
         painter.drawPixmap(QPointF(area.topLeft()) / ratio, self._pixels)
         painter.restore()
 
 
-def _draw_pixels(view: QTransform, area: QRect, ratio: float, draw: Callable[[QPainter], None]) -> QPixmap:
-    """What ``draw`` draws of a view within ``area``, in the pixels of the device."""
-    pixels = QPixmap(area.size())
-    pixels.setDevicePixelRatio(ratio)
-    pixels.fill(Qt.GlobalColor.transparent)
+def _draw_pixels(
+    pixels: QPixmap, part: QRect, view: QTransform, origin: QPoint, draw: Callable[[QPainter], None]
+) -> None:
+    """Into ``pixels``, whose first lies at ``origin`` of the device, what ``draw`` draws in a ``part`` of the view.
+
+    ``part`` and ``origin`` are in pixels of the device.
+    """
+    ratio = pixels.devicePixelRatio()
     painter = QPainter(pixels)
-    painter.setTransform(view * QTransform.fromTranslate(-area.left() / ratio, -area.top() / ratio))
+    there = QRectF(part.translated(-origin))
+    painter.setClipRect(QRectF(there.topLeft() / ratio, there.size() / ratio))
+    painter.setCompositionMode(QPainter.CompositionMode.CompositionMode_Clear)
+    painter.fillRect(painter.clipBoundingRect(), Qt.GlobalColor.transparent)
+    painter.setCompositionMode(QPainter.CompositionMode.CompositionMode_SourceOver)
+    painter.setTransform(view * QTransform.fromTranslate(-origin.x() / ratio, -origin.y() / ratio))
     draw(painter)
     painter.end()
-    return pixels

@@ -117,6 +117,36 @@ def _folded(document):
     return replace(document, map=replace(document.map, charts=charts))
 
 
+@pytest.mark.parametrize("over_a_ground", [False, True])
+def test_what_is_brought_up_to_date_is_what_is_made_anew(prepared, over_a_ground):
+    """Bit for bit, whether few taxels changed or all; in the pressures and in the colours."""
+    atlas, scale, random = ImageAtlas(prepared.map), PressureScale(20.0), np.random.default_rng(1)
+    count, old = len(prepared.skin), np.zeros(len(prepared.skin))
+    kept, anew = (LiveImage(atlas.shape, *atlas.halo) for _ in range(2))
+    if over_a_ground:
+        for live in (kept, anew):
+            live.ground, live.touch_from = np.full(atlas.shape, 0xFF336699, np.uint32), 1.0
+    values = np.zeros(atlas.shape, np.float32)
+    atlas.render(old, values)
+    kept.fill(values, scale)
+    written = []
+    for changes in (5, 1, 0, 40, count, 3):
+        pressures = old.copy()
+        changed = np.sort(random.choice(count, changes, replace=False))
+        pressures[changed] = 3e4 * random.random(changes)
+        pressures[changed[1::3]] = 0.0
+        pixels = atlas.render(pressures, values, changed=np.flatnonzero(pressures != old))
+        kept.fill(values, scale, changed=pixels)
+        expected = np.zeros(atlas.shape, np.float32)
+        assert atlas.render(pressures, expected) is None
+        anew.fill(expected, scale)
+        np.testing.assert_array_equal(values, expected)
+        np.testing.assert_array_equal(kept.pixels, anew.pixels)
+        written.append(atlas.inside.size if pixels is None else len(pixels))
+        old = pressures
+    assert written[2] == 0 < written[1] < written[0] < written[3] < written[4]
+
+
 def _sorted(rows):
     return rows[np.lexsort(np.round(rows, 9).T)]
 

@@ -3,7 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
+from PySide6.QtGui import QImage
+from PySide6.QtWidgets import QApplication
 
+from tests.widgets.support.layered_map_view import layered_map_view
+from tests.widgets.support.samples import touched
+from widgets.common.colours import DARK, PressureScale
 from widgets.map_view.map_items import LineBuffer
 
 
@@ -14,3 +20,39 @@ def test_lines_filled_again_are_those_of_the_newest_segments():
         lines = buffer.fill(segments)
         found = [[[line.x1(), line.y1()], [line.x2(), line.y2()]] for line in lines]
         assert np.array_equal(np.reshape(found, (-1, 2, 2)), segments)
+
+
+@pytest.fixture
+def open_view(qtbot, prepared):
+    """Opens views of the small arm that all look from the same place."""
+
+    def make():
+        view = layered_map_view(DARK, PressureScale(20.0))
+        qtbot.addWidget(view)
+        view.resize(420, 380)
+        view.show_prepared(prepared)
+        view.show()
+        qtbot.waitExposed(view)
+        return view
+
+    return make
+
+
+@pytest.mark.parametrize("zoom", [1.0, 4.0])
+def test_a_touch_that_moves_is_painted_as_by_a_view_that_sees_it_first(open_view, prepared, zoom):
+    place = prepared.skin.taxel_point(len(prepared.skin) // 2)
+    kept = open_view()
+    kept.zoom(zoom, kept.pixel_of(place))
+    for tick, taxels in enumerate(([20, 21], [21, 22, 40], [], [len(prepared.skin) // 2], [3, 90])):
+        frame = touched(prepared.map, taxels, tick=tick)
+        other = open_view()
+        other.zoom(zoom, other.pixel_of(place))
+        pictures = []
+        for view in (kept, other):
+            view.display.show_frame(frame)
+            QApplication.processEvents()
+            view.viewport().repaint()
+            picture = view.grab().toImage().convertToFormat(QImage.Format.Format_RGB32)
+            pictures.append(np.array(picture.constBits()).astype(int))
+        assert np.abs(pictures[0] - pictures[1]).max() <= 2  # dots and dashes are copied by the kept one, and rounded
+        other.hide()

@@ -41,6 +41,12 @@ def test_lines_in_noise_close(seed):
     assert set(Counter(map(tuple, np.round(ends, 9))).values()) <= {2, 4}
 
 
+def test_a_line_lies_where_it_does_in_a_larger_image():
+    """Only what is around the values above the level is looked at."""
+    part = contour_segments(_disc(5.0)[24:40, 22:41], 0.0) + [22, 24]
+    np.testing.assert_allclose(contour_segments(_disc(5.0), 0.0), part)
+
+
 @pytest.mark.parametrize("value", [0.0, 5.0])
 def test_a_flat_field_has_no_line(value):
     assert contour_segments(np.full((8, 8), value), 1.0).shape == (0, 2, 2)

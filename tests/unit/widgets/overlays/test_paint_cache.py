@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 import pytest
 from PySide6.QtCore import QBuffer, QPointF, QRectF, Qt
@@ -77,6 +79,32 @@ def test_drawn_anew_when_content_view_or_resolution_change(qapp):
         assert paint(*changed) == 1
         assert paint(*changed) == 1  # its pixels
         assert paint(*changed) == 0
+
+
+@pytest.mark.parametrize("view", VIEWS.values(), ids=VIEWS)
+@pytest.mark.parametrize("ratio", [1.0, 1.5, 2.0])
+def test_what_changed_in_one_place_looks_as_drawn_whole(qapp, ratio, view):
+    """Grey on nothing, so that what is drawn over its old pixels shows."""
+    cache = PaintCache(at_once=True)
+
+    def draw(number: int, painter: QPainter) -> None:
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        painter.setPen(Qt.PenStyle.NoPen)
+        painter.setBrush(QColor(29, 33, 38, 120))
+        painter.drawEllipse(QRectF(-25, -15, 50, 30))
+        painter.drawEllipse(QPointF(9 * number - 16, 3 * number - 5), 4, 4)
+
+    for number in range(4):
+        places = [QPointF(9 * k - 16, 3 * k - 5) for k in (number - 1, number)]
+        changed = QRectF(places[0], places[1]).adjusted(-4, -4, 4, 4)
+        paint = partial(_paint, number, partial(draw, number), changed)
+        shown, wanted = (_picture(ratio, view, partial(paint, kept)) for kept in (cache, PaintCache(at_once=True)))
+        assert np.ptp(wanted) > 50
+        np.testing.assert_array_equal(shown, wanted)
+
+
+def _paint(content, draw, changed, cache: PaintCache, painter: QPainter) -> None:
+    cache.paint(painter, content, BOUNDS, draw, changed=changed)
 
 
 def test_files_get_lines(qapp):
