@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from itertools import count
+from itertools import count, cycle
 
 import numpy as np
 import pytest
@@ -16,7 +16,7 @@ from app.editing.document import MapDocument
 from app.scene.scene_file import load_scene
 from app.session.prepare import prepare
 from app.session.session import Session
-from app.tactile.poke import PokePressed, PokeReleased
+from app.tactile.poke import PokeMoved, PokePressed, PokeReleased
 from tests.widgets.support.layered_map_view import layered_map_view
 from widgets.common.colours import DARK, PressureScale
 from widgets.overlays.task_overlay import ContactTrail
@@ -50,13 +50,27 @@ def pressed(prepared):
     return session
 
 
+def _dragged(session):
+    """Frames of a finger that goes 30 mm along the map and back."""
+    map_ = session.prepared.map
+    start = session.frame.regions[0].map_point
+    frames = []
+    for share in np.concatenate([np.linspace(0, 1, 40), np.linspace(1, 0, 40)]):
+        session.submit(PokeMoved(0, map_.to_body(start + [0.03 * share, 0.0])))
+        frames.append(session.tick())
+    assert frames[0].regions[0].taxels.tolist() != frames[40].regions[0].taxels.tolist()
+    return frames
+
+
 @pytest.mark.parametrize("zoom", [1.0, 6.0], ids=["framed", "zoomed in on the taxels"])
 def test_map_frame_shown_and_painted(benchmark, view, prepared, pressed, zoom):
+    """The finger is dragged, so that no frame is like the one before."""
     view.zoom(zoom, view.pixel_of(prepared.skin.taxel_point(len(prepared.skin) // 2)))
     benchmark.extra_info["taxels"] = len(prepared.skin)
+    dragged = cycle(_dragged(pressed))
 
     def frame():
-        view.display.show_frame(pressed.frame)
+        view.display.show_frame(next(dragged))
         view.viewport().repaint()
 
     benchmark.pedantic(frame, rounds=100, warmup_rounds=5)
