@@ -149,6 +149,7 @@ class PatchItem(QGraphicsItem):
         self._live = live  # keeps the memory behind the brush
         (row, column), (height, width) = corner, tile.shape
         self._tile = slice(row, row + height), slice(column, column + width)
+        self._painted = np.zeros((0, 0), np.uint32)  # nothing painted before lies where this does
         self._brush = QBrush(live.image)
         pixel = scale * tile.resolution
         x, y = scale * tile.corner - pixel * np.array([corner[1], -corner[0]])

@@ -68,7 +68,9 @@ class PaintCache:
             self._pixels.fill(Qt.GlobalColor.transparent)
             _draw_pixels(self._pixels, area, painter.worldTransform(), area.topLeft(), draw)
         elif not known and changed is not None:
-            part = view.mapRect(changed).toAlignedRect().adjusted(-1, -1, 1, 1) & area
+            part = view.mapRect(changed).toAlignedRect().adjusted(-1, -1, 1, 1)
+            # Whole rows: Qt adds up what it rounds from a row's first pixel on.
+            part = QRect(area.left(), part.top(), area.width(), part.height()) & area
             _draw_pixels(self._pixels, part, painter.worldTransform(), area.topLeft(), draw)
         painter.save()
         painter.resetTransform()
