@@ -97,7 +97,7 @@ def _follow_simulated_skin(panel: SimulatedSkinPanel, session: LiveSession, sele
     comparison = session.skin_comparison
     comparison.compared.connect(panel.show_difference)
     comparison.failed.connect(panel.show_refusal)
-    panel.wanted.connect(lambda wanted: comparison.set_wanted(wanted=wanted))
+    panel.wanted.connect(comparison.set_wanted)
     panel.follow(selection)
 
 

@@ -43,7 +43,7 @@ class ReferenceComparison(QObject):
         self._given = 0
         self._wanted = self._refused = False
 
-    def set_wanted(self, *, wanted: bool) -> None:
+    def set_wanted(self, wanted: bool) -> None:
         """Compare from now on, or not; the process ends with the wish."""
         if wanted != self._wanted:
             self._wanted = wanted

@@ -42,7 +42,7 @@ class SkinComparison(QObject):
         if live is None:
             self.worker.close()
 
-    def set_wanted(self, *, wanted: bool) -> None:
+    def set_wanted(self, wanted: bool) -> None:
         """Compare from now on, or not; the process ends with the wish."""
         self._wanted = wanted
         if not wanted:

@@ -41,7 +41,7 @@ class AccuracyPresenter(QObject):
         context.session.settings_changed.connect(self._on_settings_changed)
         context.session.frames_passed.connect(self._panel.budget.show_frames)
         section, reference = self._panel.reference, context.session.reference
-        section.wanted.connect(lambda wanted: reference.set_wanted(wanted=wanted))
+        section.wanted.connect(reference.set_wanted)  # by no lambda: it may be told once the receiver is gone
         reference.compared.connect(section.show_difference)
         reference.behind.connect(section.show_behind)
         reference.failed.connect(section.show_refusal)

@@ -1,0 +1,28 @@
+"""Panels that tell a wish while the window is taken down: nobody is left to hear it."""
+
+from __future__ import annotations
+
+import pytest
+import shiboken6
+from PySide6.QtWidgets import QApplication
+
+from tests.widgets.support.window_driver import close_window, open_window
+from widgets.panels.simulation.accuracy_panel import AccuracyPanel
+from widgets.panels.touch.simulated_skin_panel import SimulatedSkinPanel
+from widgets.session.backends import INLINE
+
+
+@pytest.mark.parametrize("name", ["reference", "skin_comparison"])
+def test_a_wish_told_after_its_receiver_is_gone_is_heard_by_nobody(qtbot, prepared, tmp_path, own_files, name):
+    window = open_window(tmp_path, INLINE)
+    window.live.show_prepared(prepared)
+    QApplication.processEvents()
+    panels = window.context.panels
+    tellers = {"reference": panels.get(AccuracyPanel).reference, "skin_comparison": panels.get(SimulatedSkinPanel)}
+    receiver = getattr(window.live, name)
+    worker = receiver.worker
+    close_window(window)
+    shiboken6.delete(receiver)
+    assert not shiboken6.isValid(worker)
+    tellers[name].wanted.emit(True)
+    tellers[name].wanted.emit(False)
