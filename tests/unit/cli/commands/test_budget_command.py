@@ -53,7 +53,7 @@ def test_its_lines_apply_effects_controller_and_task(scene):
 def test_its_lines_are_those_of_a_scene(capsys, scene):
     assert main(["budget", str(scene), "--milliseconds", "2"]) == 0
     out = capsys.readouterr().out
-    assert "ms an instant; off by" in out
+    assert "ms a tick; off by" in out
     assert "ms predicted" in out
     assert "as the scene is." in out
     lines = out[out.index("[effects]") : out.index("The image")]
