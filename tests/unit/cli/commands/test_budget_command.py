@@ -55,7 +55,7 @@ def test_its_lines_are_those_of_a_scene(capsys, scene):
     out = capsys.readouterr().out
     assert "ms a tick; off by" in out
     assert "ms predicted" in out
-    assert "as the scene is." in out
+    assert "as the scene is now." in out
     lines = out[out.index("[effects]") : out.index("The image")]
     scene.write_text(SCENE + lines)
     taken = load_scene(scene)
