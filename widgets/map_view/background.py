@@ -14,6 +14,7 @@ from PySide6.QtCore import QRectF, QSizeF, Qt
 from PySide6.QtGui import QColor, QFont, QFontMetricsF, QImage, QPainter, QPen
 
 from app.core.arrays import FloatArray
+from app.core.reading_units import THIN
 from app.geometry.mesh import SurfacePoint
 from app.maps.distortion import DistortionMeasure, Stretch, TissotCircles, checkerboard, stretch
 from app.maps.tactile_map import TactileMap
@@ -28,7 +29,6 @@ _LIGHT, _SHADE = PressureScale().table[0].astype(np.float64), np.array([172.0, 1
 """Of the textures: the bare skin's own neutral, and one darker."""
 FLIPPED = (224, 49, 49)
 _PATTERNS_ACROSS = 20.0
-THIN = "\u202f"
 
 
 @dataclass(frozen=True, eq=False)

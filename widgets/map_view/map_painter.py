@@ -11,6 +11,7 @@ from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPen, QTransfo
 
 from app.contacts.regions import ContactRegion
 from app.core.arrays import FloatArray
+from app.core.reading_units import THIN
 from app.session.frame import Frame
 from widgets.common.colours import Theme
 from widgets.map_view.background import Legend, legend_size, paint_legend
@@ -28,7 +29,6 @@ from widgets.overlays.task_overlay import NO_TASK, TaskOverlay
 
 EDGE = 12.0
 """Distance of captions from the viewport's edge [px]."""
-THIN = "\u202f"
 _LONGEST_SCALE = 100.0
 """Of the scale bar [px]."""
 _RING_GAP, _SMALLEST_RING = 4.0, 8.0
