@@ -17,7 +17,7 @@ from foxglove.websocket import ChannelView, Client, ServerListener
 
 from app.core.errors import ExportError
 from app.maps.tactile_map import TactileMap
-from app.recording.viewer_messages import ENCODING, ROBOT_TOPIC, ViewerMessages
+from app.recording.encoding.viewer_messages import ENCODING, ROBOT_TOPIC, ViewerMessages
 from app.session.frame import Frame
 from app.session.prepare import PreparedScene
 

@@ -14,7 +14,7 @@ from app.core.reading_units import ReadingUnits
 from app.maps.pressure_colours import COLOURS, colour_image
 from app.maps.tactile_image import TactileImage
 from app.maps.tactile_map import TactileMap
-from app.recording.viewer_messages import object_frame
+from app.recording.encoding.viewer_messages import object_frame
 from app.robots.kinematics import Configuration
 from app.session.frame import Frame
 from app.session.prepare import PreparedScene

@@ -28,8 +28,8 @@ from app.core.reading_units import ReadingUnits
 from app.export.optional import packages_of
 from app.export.tables import batches, taxel_labels
 from app.maps.tactile_image import TactileImage
+from app.recording.encoding.viewer_messages import object_frame
 from app.recording.player import RecordingPlayer
-from app.recording.viewer_messages import object_frame
 from app.robots.kinematics import Configuration
 from app.session.frame import Frame
 

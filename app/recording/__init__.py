@@ -9,9 +9,7 @@
 - ``trim``: cuts a part out into a new file.
 - ``sweep_recording``: one of many recordings of a scene with varied settings.
 - ``overview``: curves over a whole recording, and a summary of it.
-- ``bundle``: a prepared scene as attachments.
-- ``frame_codec``: frames as bytes.
-- ``message_codecs``: inputs, events, marks and failures as JSON; the list of topics.
+- ``encoding``: frames, inputs and events as bytes, and what other programs' viewers read.
 """
 
 import lazy_loader

@@ -21,8 +21,8 @@ from mcap.writer import Writer
 
 from app.core.errors import RecordingError
 from app.core.files import open_regular_file
-from app.recording.message_codecs import TOPICS
-from app.recording.viewer_messages import ENCODING, Schema
+from app.recording.encoding.message_codecs import TOPICS
+from app.recording.encoding.viewer_messages import ENCODING, Schema
 from app.session.bundle import MEDIA_TYPES
 
 FORMAT = "11"

@@ -17,8 +17,8 @@ from app.core.progress import Progress, no_progress
 from app.recording import mcap_file
 from app.recording.annotations import Mark
 from app.recording.damage import DamageKind, Hole, RecordingDamage, find_losses, find_lost_frames, lost_at_end
-from app.recording.frame_codec import tick_of
-from app.recording.message_codecs import decode_event, decode_failure, decode_input, decode_mark
+from app.recording.encoding.frame_codec import tick_of
+from app.recording.encoding.message_codecs import decode_event, decode_failure, decode_input, decode_mark
 from app.session.bundle import DAMAGED
 from app.session.inputs import SessionInput
 from app.session.prepare import PreparedScene

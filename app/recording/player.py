@@ -18,7 +18,7 @@ from app.core.progress import Progress, no_progress
 from app.recording import mcap_file
 from app.recording.annotations import Annotations, annotations_in, load_annotations
 from app.recording.damage import RecordingDamage
-from app.recording.frame_codec import decode_frame
+from app.recording.encoding.frame_codec import decode_frame
 from app.recording.messages import read_messages
 from app.session import bundle
 from app.session.frame import Frame

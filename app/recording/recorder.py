@@ -21,10 +21,10 @@ from mcap.writer import CompressionType, Writer
 from app.core.errors import RecordingError
 from app.core.interrupts import interrupts_held
 from app.recording.annotations import Mark
-from app.recording.frame_codec import encode_frame
+from app.recording.encoding.frame_codec import encode_frame
+from app.recording.encoding.message_codecs import encode_event, encode_failure, encode_input, encode_mark
+from app.recording.encoding.viewer_messages import ViewerMessages
 from app.recording.mcap_file import MEASURED, NO_SPACE, STARTED, add_viewer_channels, begin_recording, create_file
-from app.recording.message_codecs import encode_event, encode_failure, encode_input, encode_mark
-from app.recording.viewer_messages import ViewerMessages
 from app.session.bundle import pack_scene
 from app.session.frame import Failure, Frame
 from app.session.inputs import MapEdited, SessionInput

@@ -12,8 +12,8 @@ from app.core.errors import RecordingError
 from app.core.files import open_atomically
 from app.recording import mcap_file
 from app.recording.damage import DamageKind, RecordingDamage
+from app.recording.encoding.viewer_messages import viewer_schemas
 from app.recording.messages import damage_entry, read_messages
-from app.recording.viewer_messages import viewer_schemas
 from app.session.bundle import DAMAGED, unpack_scene
 from app.session.prepare import PreparedScene
 

@@ -20,9 +20,9 @@ from app.core.progress import Progress, no_progress, part_of_progress
 from app.recording import mcap_file
 from app.recording.annotations import LabelledEpisode, annotations_entry, annotations_in, load_annotations
 from app.recording.damage import DamageKind, RecordingDamage
+from app.recording.encoding.viewer_messages import ROBOT_TOPIC, viewer_schemas
 from app.recording.messages import RecordedMessages, damage_entry, read_messages
 from app.recording.player import RecordingPlayer
-from app.recording.viewer_messages import ROBOT_TOPIC, viewer_schemas
 from app.session.bundle import unpack_scene
 from app.session.prepare import PreparedScene
 

@@ -11,7 +11,7 @@ from app.core.errors import RecordingError, SimulationError
 from app.core.progress import Progress, no_progress
 from app.core.timing import Timings
 from app.recording.damage import DamageKind, RecordingDamage
-from app.recording.frame_codec import encode_frame
+from app.recording.encoding.frame_codec import encode_frame
 from app.recording.player import RecordingPlayer
 from app.recording.recorder import versions
 from app.session.frame import Frame

@@ -2,9 +2,7 @@
 
 - ``simulation``: the whole, with fingers, sensor and effects that change while it runs.
 - ``physics``: one compiled model at work: its steps and what acts between them.
-- ``model_assembly``: a MuJoCo model of exactly the effects that are on.
-- ``object_geoms``: the scene's objects in it; ``model_names``: names of what is added to the robot.
-- ``contact_pairs``: who may touch whom; ``contact_stiffness``: how stiff that is.
+- ``model``: a MuJoCo model of exactly the effects that are on: objects, contact pairs, stiffness.
 - ``fingers``: springs that press the skin.
 - ``pressing_shapes``: the solid shapes that may press.
 - ``contact_loads``: what contacts do to skin and links.

@@ -1,5 +1,5 @@
 from .known_load_check import weigh
-from .model_assembly import assemble
+from .model.model_assembly import assemble
 from .simulation import Simulation
 
 __all__ = [

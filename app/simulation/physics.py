@@ -13,11 +13,11 @@ from app.robots.robot import Robot
 from app.scene.effects import Effects
 from app.scene.objects import SceneObject
 from app.simulation.contact_loads import ContactLoads, LinkWrenches
-from app.simulation.contact_stiffness import ContactStiffness, unstable_contacts
 from app.simulation.contact_watch import ContactWatch
-from app.simulation.model_assembly import assemble
-from app.simulation.model_names import body_name
-from app.simulation.object_geoms import ProbeDrives, has_body
+from app.simulation.model.contact_stiffness import ContactStiffness, unstable_contacts
+from app.simulation.model.model_assembly import assemble
+from app.simulation.model.model_names import body_name
+from app.simulation.model.object_geoms import ProbeDrives, has_body
 from app.simulation.pressing_shapes import Solids, contact_candidates
 from app.simulation.step_checks import DivergenceGuard, ImpedanceCommand, TunnellingCheck, unstable_servos
 from app.skin.skin import Skin

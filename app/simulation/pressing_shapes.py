@@ -21,9 +21,9 @@ from app.robots.build import geom_triangles
 from app.robots.robot import Robot
 from app.scene.effects import Effects
 from app.scene.objects import SceneObject
-from app.simulation.contact_pairs import allows_self_contact
-from app.simulation.model_names import body_name, slab_name
-from app.simulation.object_geoms import has_body
+from app.simulation.model.contact_pairs import allows_self_contact
+from app.simulation.model.model_names import body_name, slab_name
+from app.simulation.model.object_geoms import has_body
 from app.skin.link_hulls import excluded_pairs, hull_name, skinned_links
 from app.skin.skin import Skin
 from app.tactile.loads import Box, Cylinder, MeshShape, Plane, Shape, Sphere

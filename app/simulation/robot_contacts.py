@@ -13,8 +13,8 @@ from app.core.arrays import FloatArray
 from app.robots.robot import Robot
 from app.scene.effects import Effects
 from app.scene.objects import SceneObject
-from app.simulation.model_assembly import assemble
-from app.simulation.model_names import plain_name
+from app.simulation.model.model_assembly import assemble
+from app.simulation.model.model_names import plain_name
 from app.skin.skin import Skin
 from app.tactile.elastic_layer import ElasticLayer
 

@@ -20,7 +20,7 @@ from app.scene.effects import Effects
 from app.scene.objects import SceneObject
 from app.simulation.contact_loads import add_loads
 from app.simulation.fingers import Fingers
-from app.simulation.object_geoms import initial_pose
+from app.simulation.model.object_geoms import initial_pose
 from app.simulation.physics import Physics
 from app.simulation.robot_contacts import RobotContacts
 from app.simulation.step_checks import ImpedanceCommand, check_command

@@ -20,7 +20,7 @@ from app.core.arrays import FloatArray, IntArray, all_finite
 from app.core.errors import SimulationError
 from app.robots.robot import Robot
 from app.scene.objects import SceneObject
-from app.simulation.model_names import body_name, is_hull, plain_name
+from app.simulation.model.model_names import body_name, is_hull, plain_name
 from app.tactile.contact_notes import ContactNote, ContactNoteKind
 
 

@@ -15,7 +15,7 @@ from app.flattening.flatten import flatten
 from app.geometry.mesh import Mesh
 from app.maps.tactile_image import TactileImage
 from app.maps.tactile_map import TactileMap
-from app.recording.frame_codec import encode_frame
+from app.recording.encoding.frame_codec import encode_frame
 from app.session.session import Session
 from app.studies.testbeds.reference_bodies import bumpy_shell, closed_link, flat_map
 from app.tactile.press import press_skin

@@ -21,7 +21,7 @@ from app.scene.effects import Effects
 from app.scene.scene_file import load_scene
 from app.session.prepare import PreparedScene, prepare
 from app.session.session import Session
-from app.simulation.model_assembly import assemble
+from app.simulation.model.model_assembly import assemble
 from app.simulation.simulation import Simulation
 from app.tactile.poke import Finger, PokePressed
 from tests.support.touch import arm, hold

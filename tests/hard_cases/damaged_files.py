@@ -28,7 +28,7 @@ from app.maps.build import build_map
 from app.maps.formats.map_file import save_map
 from app.maps.formats.obj import write_map_obj
 from app.recording import mcap_file
-from app.recording.message_codecs import TOPICS
+from app.recording.encoding.message_codecs import TOPICS
 from app.recording.player import open_recording
 from app.recording.recorder import Recorder
 from app.robots.formats.mesh_files import to_msh

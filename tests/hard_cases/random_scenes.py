@@ -31,7 +31,7 @@ from app.scene.object_meshes import make_objects
 from app.scene.scene_file import load_scene, scene_from_toml
 from app.session.prepare import PreparedScene, prepare
 from app.session.session import Session
-from app.simulation.model_names import is_hull, is_object
+from app.simulation.model.model_names import is_hull, is_object
 
 SECONDS = 0.3
 _ROUNDING, _GAIN = 1e-3, 0.05

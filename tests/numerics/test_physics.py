@@ -16,7 +16,7 @@ from app.robots.kinematics import Configuration
 from app.scene.effects import Effects
 from app.scene.objects import MIN_MOVING_MASS
 from app.session.session import Session
-from app.simulation.model_assembly import assemble
+from app.simulation.model.model_assembly import assemble
 from app.simulation.simulation import Simulation
 from app.tactile.elastic_layer import ElasticLayer
 from app.tactile.poke import Finger, PokePressed, PokeReleased

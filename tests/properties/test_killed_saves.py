@@ -19,7 +19,7 @@ from app.core.files import claim_folder
 from app.editing.arrange import move
 from app.editing.document import MapDocument
 from app.editing.document_file import save_document
-from app.recording.frame_codec import encode_frame
+from app.recording.encoding.frame_codec import encode_frame
 from app.recording.player import RecordingPlayer
 from app.recording.recorder import Recorder
 from app.recording.recover import recover

@@ -24,9 +24,9 @@ from app.core.errors import RecordingError, SimulationError
 from app.editing.arrange import move
 from app.editing.document import MapDocument
 from app.recording import mcap_file
-from app.recording.frame_codec import HEADER
-from app.recording.frame_schema import PREFIX_BYTES, prefix
-from app.recording.message_codecs import TOPICS
+from app.recording.encoding.frame_codec import HEADER
+from app.recording.encoding.frame_schema import PREFIX_BYTES, prefix
+from app.recording.encoding.message_codecs import TOPICS
 from app.recording.player import RecordingPlayer
 from app.recording.recorder import Recorder
 from app.recording.recover import recover

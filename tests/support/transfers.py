@@ -18,8 +18,8 @@ from app.scene.object_meshes import make_objects
 from app.scene.objects import ObjectSpec
 from app.scene.scene_file import load_scene
 from app.session.prepare import PreparedScene, prepare
-from app.simulation.model_assembly import assemble
-from app.simulation.model_names import body_name
+from app.simulation.model.model_assembly import assemble
+from app.simulation.model.model_names import body_name
 from tests.support.pressed_arm import beside_ball, place_of
 
 RADIUS, DEPTH = 0.03, 0.001

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from widgets.common.settings import OverlayOptions
-from widgets.map_view.map_layers import (
+from widgets.map_view.foreground.map_layers import (
     BorderLines,
     ContactEllipses,
     PinMarks,

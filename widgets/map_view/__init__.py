@@ -4,8 +4,8 @@ Read in this order: ``map_view`` is the Qt view: its camera and the gestures, tu
 It holds a ``map_display``, what is drawn: frames, states and overlays. ``map_coordinates`` knows where on the skin a
 place of the view is, and the camera as a value. ``map_scene`` keeps one document ready to be drawn: its ``live_image``,
 rebuilt only where a chart changed, its ``map_shapes``, the ``map_items`` in the scene, ``background`` and legend of an
-overlay, ``taxel_faults`` and the marks of ``bijectivity``. ``map_layers`` are what View >
-Overlay shows or hides. ``map_painter`` draws what lies over the scene, with the ``task_layer``.
+overlay, ``taxel_faults`` and the marks of ``bijectivity``. ``foreground`` is what lies over the scene: View > Overlay
+and the controller's task.
 """
 
 import lazy_loader

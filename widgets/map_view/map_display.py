@@ -18,9 +18,9 @@ from app.session.frame import Frame
 from app.session.prepare import PreparedScene
 from widgets.common.colours import PressureScale, Theme
 from widgets.common.settings import OverlayOptions
+from widgets.map_view.foreground.map_painter import MapMarks, MapPainter, outlines
 from widgets.map_view.live_image import ImageAtlas, ImageSettings
 from widgets.map_view.map_coordinates import nearest_taxel, readout_text
-from widgets.map_view.map_painter import MapMarks, MapPainter, outlines
 from widgets.map_view.map_scene import MapLayerFactory, MapScene
 from widgets.map_view.taxel_faults import NO_FAULTS, TaxelFaults
 from widgets.overlays.body_overlays import SkinTexture

@@ -28,9 +28,12 @@ from app.session.frame import Frame
 from app.session.prepare import PreparedScene
 from widgets.common.colours import Theme
 from widgets.document.taxel_selection import TaxelSelection
-from widgets.plots.chosen_traces import SourcedTrace, StageAreas, TraceSource
-from widgets.plots.group_traces import GroupPressure, GroupSamples
-from widgets.plots.history import (
+from widgets.plots.plot_board import PlotBoard, PlotCell
+from widgets.plots.plot_choice import OF_GROUPS, STANDARD, PlotChoice, PlotKey, PlotKind
+from widgets.plots.taxel_group_text import TaxelGroup
+from widgets.plots.traces.chosen_traces import SourcedTrace, StageAreas, TraceSource
+from widgets.plots.traces.group_traces import GroupPressure, GroupSamples
+from widgets.plots.traces.history import (
     EventHistory,
     LimitHistory,
     SampleHistory,
@@ -38,11 +41,8 @@ from widgets.plots.history import (
     VectorHistory,
     stage_times,
 )
-from widgets.plots.plot_board import PlotBoard, PlotCell
-from widgets.plots.plot_choice import OF_GROUPS, STANDARD, PlotChoice, PlotKey, PlotKind
-from widgets.plots.span_strip import EventStrip, LimitStrip
-from widgets.plots.taxel_group_text import TaxelGroup
-from widgets.plots.trace_plots import (
+from widgets.plots.traces.span_strip import EventStrip, LimitStrip
+from widgets.plots.traces.trace_plots import (
     PLOT_SECONDS,
     ForceTraces,
     PlotPart,

@@ -14,7 +14,7 @@ from PySide6.QtGui import QColor, QPainter, QPen, QPolygonF
 from app.core.arrays import FloatArray
 from app.recording.overview.curves import CURVES, Curves, envelope
 from widgets.common.colours import Theme
-from widgets.plots.trace_plots import nice_ceiling
+from widgets.plots.traces.trace_plots import nice_ceiling
 from widgets.timeline.lanes import Lane
 from widgets.timeline.playhead import Span
 

@@ -10,7 +10,7 @@ from app.recording.overview.curves import CURVES, FrameQuantity, QuantityKind
 from app.session.prepare import PreparedScene
 from widgets.plots.plot_choice import PlotKey, PlotKind
 from widgets.plots.taxel_group_text import TaxelGroup
-from widgets.plots.trace_plots import peak_title
+from widgets.plots.traces.trace_plots import peak_title
 
 
 @dataclass(frozen=True)

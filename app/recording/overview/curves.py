@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from app.core.arrays import FloatArray, freeze_arrays
 from app.recording import mcap_file
-from app.recording.frame_codec import FrameArrays, FrameNumbers, frame_arrays, frame_numbers
+from app.recording.encoding.frame_codec import FrameArrays, FrameNumbers, frame_arrays, frame_numbers
 
 CURVES = FrameNumbers._fields[1:]
 """Names of the curves."""

@@ -13,7 +13,7 @@ from app.maps.pressure_colours import colour_image, rounded_scale
 from app.maps.tactile_image import TactileImage
 from app.recording import mcap_file
 from app.recording.annotations import Annotations, annotations_in, load_annotations
-from app.recording.frame_codec import decode_frame
+from app.recording.encoding.frame_codec import decode_frame
 from app.session.bundle import unpack_scene
 from app.session.frame import Frame
 from app.session.prepare import PreparedScene

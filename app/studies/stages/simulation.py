@@ -11,8 +11,8 @@ from typing import get_args
 from app.core.errors import SimulationError
 from app.scene.effects import Integrator
 from app.session.prepare import PreparedScene
-from app.simulation.contact_stiffness import stable_timesteps
-from app.simulation.model_assembly import assemble
+from app.simulation.model.contact_stiffness import stable_timesteps
+from app.simulation.model.model_assembly import assemble
 from app.studies.rows import scaled
 from app.studies.testbeds.pressed_robot import (
     REFERENCE_EFFECTS,

@@ -11,7 +11,7 @@ import mujoco
 import numpy as np
 
 from app.scene.effects import EFFECTS, ContactScope, Effects, Integrator, SkinModel
-from app.simulation.model_assembly import assemble
+from app.simulation.model.model_assembly import assemble
 from app.simulation.simulation import Simulation
 from app.studies.reporting.figures import BarChart
 from app.studies.rows import Case, Row, number

@@ -22,8 +22,8 @@ from app.scene.object_meshes import make_objects
 from app.scene.objects import ObjectSpec
 from app.scene.scene_file import scene_for
 from app.session.prepare import PreparedScene, prepare
-from app.simulation.model_assembly import assemble
-from app.simulation.model_names import body_name
+from app.simulation.model.model_assembly import assemble
+from app.simulation.model.model_names import body_name
 from app.skin.skin import Patch, Skin
 from app.tactile.elastic_layer import ElasticLayer
 

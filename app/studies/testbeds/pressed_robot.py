@@ -27,8 +27,8 @@ from app.scene.effects import Effects, Integrator
 from app.scene.object_meshes import primitive_mesh
 from app.scene.objects import ObjectSpec, SceneObject
 from app.scene.stability import PROBE_MASS
-from app.simulation.model_assembly import assemble
-from app.simulation.model_names import body_name
+from app.simulation.model.model_assembly import assemble
+from app.simulation.model.model_names import body_name
 from app.simulation.simulation import Simulation
 from app.skin.cover import CoverSpec, cover_robot
 from app.skin.skin import Skin

@@ -22,7 +22,7 @@ from app.flattening.flatten import flatten
 from app.flattening.methods import METHODS, find_method
 from app.live.readings import SourceEndedError
 from app.live.sources.open import SOURCE_KINDS, open_source
-from app.recording.message_codecs import decode_input, encode_input
+from app.recording.encoding.message_codecs import decode_input, encode_input
 from app.recording.player import RecordingPlayer
 from app.scene.effects import EFFECTS, Effects, effect_entry
 from app.scene.scene_file import scene_from_toml, scene_to_toml

@@ -13,7 +13,7 @@ import pytest
 
 from app.core.errors import ExportError
 from app.export.live_server import LOOPBACK, LiveServer
-from app.recording.viewer_messages import viewer_schemas
+from app.recording.encoding.viewer_messages import viewer_schemas
 from app.session.session import Session
 from app.tactile.poke import PokePressed
 from tests.support.recordings import small_arm

@@ -12,13 +12,13 @@ from mcap.writer import CompressionType, Writer
 
 from app.core.errors import RecordingError
 from app.recording.damage import DamageKind, Hole, RecordingDamage, damage_text, find_losses, lost_at_end
-from app.recording.frame_codec import tick_of
+from app.recording.encoding.frame_codec import tick_of
+from app.recording.encoding.message_codecs import TOPICS
+from app.recording.encoding.viewer_messages import viewer_schemas
 from app.recording.mcap_file import add_viewer_channels, begin_recording, chunk_messages, read_recording
-from app.recording.message_codecs import TOPICS
 from app.recording.player import RecordingPlayer
 from app.recording.recover import recover
 from app.recording.verify import verify
-from app.recording.viewer_messages import viewer_schemas
 from app.session.bundle import unpack_scene
 
 FIRST, LAST = 51, 250

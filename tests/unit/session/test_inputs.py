@@ -9,7 +9,7 @@ import numpy as np
 from app.contacts.pipeline import ReadingSettings
 from app.control.behaviours import Behaviour
 from app.control.command import ControlSettings
-from app.recording.message_codecs import decode_input, encode_input
+from app.recording.encoding.message_codecs import decode_input, encode_input
 from app.scene.effects import Effects
 from app.session.inputs import (
     BehavioursChanged,

@@ -11,7 +11,7 @@ from app.core.errors import RecordingError
 from app.core.reading_units import ReadingUnits
 from app.live.measured_session import MeasuredSession
 from app.live.prepare import as_measured
-from app.recording.frame_codec import decode_frame, encode_frame
+from app.recording.encoding.frame_codec import decode_frame, encode_frame
 from app.session.measured_values import MeasuredValues
 from tests.support.touch import prepared_bar
 

@@ -9,8 +9,8 @@ import pytest
 from app.control.path_following.clearance import FAR, Clearance
 from app.scene.effects import Effects
 from app.session.obstacles import obstacles_of
-from app.simulation.model_assembly import assemble
-from app.simulation.model_names import body_name
+from app.simulation.model.model_assembly import assemble
+from app.simulation.model.model_names import body_name
 from app.skin.link_hulls import hull_name
 from tests.support.scene_objects import SIZES, thing
 from tests.support.touch import pair

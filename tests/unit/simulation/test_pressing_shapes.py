@@ -8,8 +8,8 @@ import pytest
 
 from app.geometry.mesh import Mesh
 from app.scene.effects import Effects
-from app.simulation.model_assembly import assemble
-from app.simulation.object_geoms import has_body
+from app.simulation.model.model_assembly import assemble
+from app.simulation.model.object_geoms import has_body
 from app.simulation.pressing_shapes import Solids, contact_candidates
 from app.skin.link_hulls import excluded_pairs, skinned_links
 from app.tactile.loads import Box, Cylinder, MeshShape, Plane, Sphere

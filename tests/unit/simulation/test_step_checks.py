@@ -10,7 +10,7 @@ import pytest
 
 from app.core.errors import SimulationError
 from app.scene.effects import Effects
-from app.simulation.model_assembly import assemble
+from app.simulation.model.model_assembly import assemble
 from app.simulation.simulation import Simulation
 from app.simulation.step_checks import MAX_SPEED, DivergenceGuard, TunnellingCheck
 from app.tactile.contact_notes import ContactNoteKind, contact_note_text

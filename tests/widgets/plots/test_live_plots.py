@@ -10,7 +10,7 @@ from app.control.command import ControlSettings
 from tests.widgets.support.samples import touched
 from widgets.common.colours import DARK, LIGHT
 from widgets.plots.live_plots import LivePlots
-from widgets.plots.trace_plots import nice_ceiling
+from widgets.plots.traces.trace_plots import nice_ceiling
 
 
 @pytest.fixture

@@ -19,7 +19,7 @@ from widgets.common.colours import DARK, LIGHT
 from widgets.common.tool_kinds import SelectionMode
 from widgets.document.taxel_selection import SelectionUpdate, TaxelSelection
 from widgets.plots.live_plots import MIN_PLOT_WIDTH, LivePlots
-from widgets.plots.trace_plots import TOLERANCE, TracePlot
+from widgets.plots.traces.trace_plots import TOLERANCE, TracePlot
 
 FOLLOW = ControlSettings(controller="hybrid", task="follow_path")
 KEEP = ControlSettings(controller="qp", task="keep_force")

@@ -35,7 +35,7 @@ from widgets.common.controller_settings import (
     settings_by_controller,
 )
 from widgets.common.panel import MIXED_VALUES, FlatComboBox, Panel, value_label
-from widgets.plots.history import LimitHistory, ShownLimit
+from widgets.plots.traces.history import LimitHistory, ShownLimit
 
 STEP_DURATION = 10.0
 """A step is watched for so long [s]."""

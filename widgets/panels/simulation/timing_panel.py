@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QLabel, QWidget
 from app.session.frame import Frame
 from app.session.prepare import PreparedScene
 from widgets.common.panel import Panel, value_label
-from widgets.plots.history import SENSOR_STAGE, stage_times
+from widgets.plots.traces.history import SENSOR_STAGE, stage_times
 
 _WINDOW = 120
 _REFRESH_EVERY = 15

@@ -6,7 +6,7 @@ from PySide6.QtCore import QObject, QTimer
 
 from app.session.frame import Frame
 from widgets.context.app_context import AppContext
-from widgets.plots.trace_plots import PLOT_SECONDS
+from widgets.plots.traces.trace_plots import PLOT_SECONDS
 
 _REST_MS = 60
 """After the last jump, before anything is read: a scrub is many."""

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from app.scene.effects import EFFECTS, Effects
-from app.simulation.model_assembly import assemble
+from app.simulation.model.model_assembly import assemble
 from app.simulation.simulation import Simulation
 from app.studies.sweeps.effect_cost import ALL_OFF, STUDY, cases, effect_cases, figures, measure
 from app.studies.testbeds.pressed_robot import pressed_arm

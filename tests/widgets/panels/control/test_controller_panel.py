@@ -21,7 +21,7 @@ from widgets.common.colours import DARK, LIGHT
 from widgets.common.controller_settings import SLIDERS
 from widgets.common.panel import MIXED_VALUES
 from widgets.panels.control.controller_panel import ControllerPanel, LimitState, LimitStatusLine
-from widgets.plots.history import ShownLimit
+from widgets.plots.traces.history import ShownLimit
 from widgets.theme.application_theme import apply_theme
 
 

@@ -12,8 +12,8 @@ from PySide6.QtGui import QColor
 
 from app.core.arrays import FloatArray
 from widgets.common.colours import Theme
-from widgets.plots.history import SampleHistory
-from widgets.plots.trace_plots import PlotSeries, TracePlot, legend_entry, max_or_zero
+from widgets.plots.traces.history import SampleHistory
+from widgets.plots.traces.trace_plots import PlotSeries, TracePlot, legend_entry, max_or_zero
 
 
 class TraceSource(NamedTuple):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from PySide6.QtCore import QRectF, QSizeF
 
-from widgets.map_view.legend_place import LegendPlace
+from widgets.map_view.foreground.legend_place import LegendPlace
 from widgets.map_view.map_coordinates import SceneTransform
 from widgets.map_view.map_shapes import ChartShape, MapShapes, PatchShape
 

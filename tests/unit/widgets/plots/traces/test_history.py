@@ -9,7 +9,7 @@ from app.contacts.events import ContactEvent
 from app.control.limits import Limit, LimitKind
 from app.core.timing import Timings
 from app.geometry.mesh import SurfacePoint
-from widgets.plots.history import (
+from widgets.plots.traces.history import (
     LIMIT_SHOWN_FOR,
     EventHistory,
     LimitHistory,

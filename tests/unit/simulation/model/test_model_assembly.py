@@ -10,7 +10,7 @@ import pytest
 
 from app.core.errors import RobotError
 from app.scene.effects import Effects
-from app.simulation.model_assembly import assemble
+from app.simulation.model.model_assembly import assemble
 from tests.support.scene_objects import every_kind, thing
 from tests.support.touch import arm, bar, bar_skin
 

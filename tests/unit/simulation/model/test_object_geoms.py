@@ -8,8 +8,15 @@ import pytest
 
 from app.scene.effects import Effects
 from app.scene.objects import MIN_MOVING_MASS, OBJECT_KINDS
-from app.simulation.model_assembly import assemble
-from app.simulation.object_geoms import PROBE_STIFFNESS, ProbeDrives, ProbePath, has_body, initial_pose, is_simulated
+from app.simulation.model.model_assembly import assemble
+from app.simulation.model.object_geoms import (
+    PROBE_STIFFNESS,
+    ProbeDrives,
+    ProbePath,
+    has_body,
+    initial_pose,
+    is_simulated,
+)
 from app.simulation.simulation import Simulation
 from tests.support.scene_objects import thing
 from tests.support.touch import bar, bar_skin, no_command

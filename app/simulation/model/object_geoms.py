@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 from app.core.arrays import FloatArray
 from app.scene.effects import Effects
 from app.scene.objects import MIN_MOVING_MASS, ObjectKind, ObjectSpec, SceneObject
-from app.simulation.model_names import body_name, slab_name
+from app.simulation.model.model_names import body_name, slab_name
 
 PROBE_STIFFNESS = 1000.0
 """Of the spring by which a probe's motors hold it to its path [N/m]; their damping is critical."""

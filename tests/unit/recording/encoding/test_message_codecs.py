@@ -18,7 +18,7 @@ from app.editing.arrange import move, rotate
 from app.editing.document import MapDocument
 from app.geometry.mesh import Mesh, SurfacePoint
 from app.maps.build import build_map
-from app.recording.message_codecs import (
+from app.recording.encoding.message_codecs import (
     TOPICS,
     decode_event,
     decode_failure,

@@ -15,8 +15,8 @@ from PySide6.QtWidgets import QLabel, QVBoxLayout, QWidget
 
 from app.control.limit_texts import limit_name
 from widgets.common.colours import Theme, mixed
-from widgets.plots.history import EventHistory, LimitHistory
-from widgets.plots.trace_plots import AXIS_END, AXIS_START, PLOT_SECONDS, TIME_TICKS, PlotSeries
+from widgets.plots.traces.history import EventHistory, LimitHistory
+from widgets.plots.traces.trace_plots import AXIS_END, AXIS_START, PLOT_SECONDS, TIME_TICKS, PlotSeries
 
 _ROW, _BAR, _THINNEST = 21.0, 4.0, 2.0
 _AXIS = 16.0

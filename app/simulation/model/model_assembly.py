@@ -10,10 +10,10 @@ from app.robots.mujoco_spec import compile_spec, robot_spec
 from app.robots.robot import Robot
 from app.scene.effects import Effects, Integrator
 from app.scene.objects import SceneObject
-from app.simulation.contact_pairs import add_contact_pairs, allows_self_contact
-from app.simulation.contact_stiffness import ContactStiffness
-from app.simulation.model_names import is_object
-from app.simulation.object_geoms import add_object, is_simulated
+from app.simulation.model.contact_pairs import add_contact_pairs, allows_self_contact
+from app.simulation.model.contact_stiffness import ContactStiffness
+from app.simulation.model.model_names import is_object
+from app.simulation.model.object_geoms import add_object, is_simulated
 from app.skin.skin import Skin
 from app.tactile.elastic_layer import ElasticLayer
 from app.tactile.models.depth import add_taxel_sensors

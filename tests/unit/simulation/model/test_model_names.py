@@ -9,9 +9,9 @@ from app.core.errors import RobotError
 from app.geometry.remesh.refine import subdivide
 from app.robots.load import load_robot_file
 from app.scene.effects import Effects
-from app.simulation.contact_stiffness import unstable_contacts
-from app.simulation.model_assembly import assemble
-from app.simulation.model_names import body_name, is_hull, is_object, plain_name, shape_name, slab_name
+from app.simulation.model.contact_stiffness import unstable_contacts
+from app.simulation.model.model_assembly import assemble
+from app.simulation.model.model_names import body_name, is_hull, is_object, plain_name, shape_name, slab_name
 from app.simulation.simulation import Simulation
 from app.skin.link_hulls import hull_name
 from app.skin.skin import Patch, Skin

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from app.scene.effects import Effects
-from app.simulation.contact_pairs import allows_self_contact
-from app.simulation.model_assembly import assemble
+from app.simulation.model.contact_pairs import allows_self_contact
+from app.simulation.model.model_assembly import assemble
 from app.skin.link_hulls import excluded_pairs, skinned_links
 from app.tactile.elastic_layer import ElasticLayer
 from tests.support.scene_objects import every_kind, thing

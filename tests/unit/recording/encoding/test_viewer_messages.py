@@ -13,11 +13,11 @@ from mcap_protobuf.decoder import DecoderFactory
 from scipy.spatial.transform import Rotation
 
 from app.core.errors import SimulationError
+from app.recording.encoding.viewer_messages import RATE, ViewerMessages, viewer_schemas
 from app.recording.player import RecordingPlayer
 from app.recording.recorder import Recorder
 from app.recording.recover import recover
 from app.recording.verify import verify
-from app.recording.viewer_messages import RATE, ViewerMessages, viewer_schemas
 from app.robots.kinematics import Configuration
 from app.session.frame import Failure
 from app.session.session import Session

@@ -24,8 +24,8 @@ from app.core.reading_units import ReadingUnits
 from app.session.frame import Frame
 from widgets.common.colours import Theme, mixed
 from widgets.document.taxel_selection import TAXEL_COLOURS, region_colour
-from widgets.plots.history import SampleHistory, TaxelHistory
 from widgets.plots.plot_canvas import PlotCanvas
+from widgets.plots.traces.history import SampleHistory, TaxelHistory
 
 PLOT_SECONDS = 10.0
 """What the time axis shows [s]."""

@@ -18,7 +18,7 @@ from widgets.common.tool_kinds import SelectionMode
 from widgets.document.taxel_selection import TAXEL_COLOURS, SelectionUpdate, TaxelSelection, region_colour
 from widgets.panels.touch.contacts_panel import ContactsPanel
 from widgets.plots.live_plots import LivePlots
-from widgets.plots.trace_plots import TracePlot
+from widgets.plots.traces.trace_plots import TracePlot
 
 NEAR, OTHER = 10, 70
 LEFT = Qt.MouseButton.LeftButton

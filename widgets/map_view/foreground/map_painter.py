@@ -15,13 +15,13 @@ from app.core.reading_units import THIN
 from app.session.frame import Frame
 from widgets.common.colours import Theme
 from widgets.map_view.background import Legend, legend_size, paint_legend
-from widgets.map_view.legend_place import LegendPlace
+from widgets.map_view.foreground.legend_place import LegendPlace
+from widgets.map_view.foreground.map_layers import ellipses_on_map
+from widgets.map_view.foreground.task_layer import TaskLegend, TaskPainter, task_legend_entries, task_legend_size
 from widgets.map_view.map_coordinates import nice_floor
 from widgets.map_view.map_items import ZOrder
-from widgets.map_view.map_layers import ellipses_on_map
 from widgets.map_view.map_scene import CONTACT_KPA, MapScene
 from widgets.map_view.map_shapes import MapShapes, PatchShape
-from widgets.map_view.task_layer import TaskLegend, TaskPainter, task_legend_entries, task_legend_size
 from widgets.map_view.taxel_faults import FaultLegend, fault_legend_size, paint_fault_legend
 from widgets.overlays.callouts import Callout, Spot, place_callouts
 from widgets.overlays.painting import polygon

@@ -28,7 +28,7 @@ from app.core.errors import RecordingError
 from app.core.reading_units import ReadingUnits
 from app.core.timing import Timings
 from app.geometry.mesh import SurfacePoint
-from app.recording.frame_schema import PREFIX_BYTES, descriptor, has_prefix, prefix
+from app.recording.encoding.frame_schema import PREFIX_BYTES, descriptor, has_prefix, prefix
 from app.session.bundle import DAMAGED
 from app.session.frame import Frame
 from app.session.measured_values import MeasuredValues

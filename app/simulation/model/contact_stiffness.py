@@ -14,7 +14,7 @@ import mujoco
 import numpy as np
 
 from app.core.arrays import FloatArray
-from app.simulation.model_names import is_hull, plain_name
+from app.simulation.model.model_names import is_hull, plain_name
 from app.tactile.contact_notes import ContactNote, ContactNoteKind
 from app.tactile.elastic_layer import ElasticLayer
 

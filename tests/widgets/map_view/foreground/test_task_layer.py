@@ -14,8 +14,8 @@ from tests.widgets.support.samples import leaf_map, middle_taxel, touched
 from tests.widgets.support.snapshots import check_picture, pixels
 from widgets.common.colours import DARK, LIGHT, PressureScale
 from widgets.layers.registry import LAYERS, at_first
-from widgets.map_view.map_layers import ellipses_on_map
-from widgets.map_view.task_layer import ACTUAL, TARGET, WANTED, task_legend_entries
+from widgets.map_view.foreground.map_layers import ellipses_on_map
+from widgets.map_view.foreground.task_layer import ACTUAL, TARGET, WANTED, task_legend_entries
 from widgets.overlays.task_overlay import NO_TASK, ContactTrail, ReferencePath, TaskOverlay, lines_on_skin
 
 

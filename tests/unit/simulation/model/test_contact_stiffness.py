@@ -8,8 +8,13 @@ import numpy as np
 import pytest
 
 from app.scene.effects import Effects
-from app.simulation.contact_stiffness import FRICTION_DAMPING, SOLVER_IMPEDANCE, ContactStiffness, unstable_contacts
-from app.simulation.model_assembly import assemble
+from app.simulation.model.contact_stiffness import (
+    FRICTION_DAMPING,
+    SOLVER_IMPEDANCE,
+    ContactStiffness,
+    unstable_contacts,
+)
+from app.simulation.model.model_assembly import assemble
 from app.simulation.simulation import Simulation
 from app.tactile.contact_notes import ContactNoteKind, contact_note_text
 from app.tactile.elastic_layer import ElasticLayer

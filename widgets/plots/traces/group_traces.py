@@ -12,7 +12,7 @@ from PySide6.QtGui import QColor
 
 from app.core.arrays import FloatArray
 from widgets.common.colours import Theme
-from widgets.plots.trace_plots import PlotSeries, TracePlot, legend_entry, max_or_zero
+from widgets.plots.traces.trace_plots import PlotSeries, TracePlot, legend_entry, max_or_zero
 
 
 @dataclass(frozen=True, eq=False)

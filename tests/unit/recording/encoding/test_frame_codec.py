@@ -15,8 +15,16 @@ from app.control.command import RegraspState, TaskReport
 from app.control.limits import Limit, LimitKind, RegraspFailure
 from app.core.errors import RecordingError
 from app.geometry.mesh import SurfacePoint
-from app.recording.frame_codec import FRAME_LAYOUT, FRAME_SCHEMA, POKE, REGION, FrameText, decode_frame, encode_frame
-from app.recording.frame_schema import PREFIX_BYTES
+from app.recording.encoding.frame_codec import (
+    FRAME_LAYOUT,
+    FRAME_SCHEMA,
+    POKE,
+    REGION,
+    FrameText,
+    decode_frame,
+    encode_frame,
+)
+from app.recording.encoding.frame_schema import PREFIX_BYTES
 from app.scene.object_meshes import primitive_mesh
 from app.scene.objects import ObjectSpec, SceneObject
 from app.session.session import Session

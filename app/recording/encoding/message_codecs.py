@@ -19,7 +19,7 @@ from app.geometry.mesh import SurfacePoint
 from app.maps.formats.map_file import edit_from_bytes, edit_to_bytes
 from app.maps.tactile_map import TactileMap
 from app.recording.annotations import Mark
-from app.recording.frame_codec import FRAME_SCHEMA, check_place
+from app.recording.encoding.frame_codec import FRAME_SCHEMA, check_place
 from app.session.bundle import DAMAGED
 from app.session.inputs import (
     BehavioursChanged,

@@ -15,9 +15,9 @@ import mujoco
 from app.robots.robot import Robot
 from app.scene.effects import Effects
 from app.scene.objects import SceneObject
-from app.simulation.contact_stiffness import SOLVER_IMPEDANCE
-from app.simulation.model_names import body_name, is_object, shape_name, slab_name
-from app.simulation.object_geoms import is_simulated
+from app.simulation.model.contact_stiffness import SOLVER_IMPEDANCE
+from app.simulation.model.model_names import body_name, is_object, shape_name, slab_name
+from app.simulation.model.object_geoms import is_simulated
 from app.skin.link_hulls import add_hull, excluded_pairs, hull_name, skinned_links
 from app.skin.skin import Skin
 from app.tactile.elastic_layer import ElasticLayer
