@@ -13,9 +13,8 @@ from PySide6.QtTest import QTest
 from app.editing.arrange import mirror, move, rotate, scale
 from app.editing.document import MapDocument, rename_patch, show_patches
 from tests.widgets.support.arrange_driver import bent
-from tests.widgets.support.layered_map_view import layered_map_view
 from tests.widgets.support.samples import leaf_map, middle_taxel, touched
-from widgets.common.colours import DARK, PressureScale
+from widgets.common.colours import PressureScale
 from widgets.common.settings import BaseLayer
 from widgets.layers.registry import LAYERS, at_first
 
@@ -30,14 +29,8 @@ EDITS = {
 
 
 @pytest.fixture
-def view(qtbot):
-    view = layered_map_view(DARK, PressureScale(20.0))
-    qtbot.addWidget(view)
-    view.resize(640, 560)
-    view.display.show_document(MapDocument.of(leaves()))
-    view.show()
-    qtbot.waitExposed(view)
-    return view
+def view(open_map_view):
+    return open_map_view(640, 560, lambda view: view.display.show_document(MapDocument.of(leaves())))
 
 
 @pytest.fixture

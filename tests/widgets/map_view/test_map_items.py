@@ -7,9 +7,7 @@ import pytest
 from PySide6.QtGui import QImage
 from PySide6.QtWidgets import QApplication
 
-from tests.widgets.support.layered_map_view import layered_map_view
 from tests.widgets.support.samples import touched
-from widgets.common.colours import DARK, PressureScale
 from widgets.map_view.map_items import LineBuffer
 
 
@@ -23,19 +21,9 @@ def test_lines_filled_again_are_those_of_the_newest_segments():
 
 
 @pytest.fixture
-def open_view(qtbot, prepared):
+def open_view(open_map_view, prepared):
     """Opens views of the small arm that all look from the same place."""
-
-    def make():
-        view = layered_map_view(DARK, PressureScale(20.0))
-        qtbot.addWidget(view)
-        view.resize(420, 380)
-        view.show_prepared(prepared)
-        view.show()
-        qtbot.waitExposed(view)
-        return view
-
-    return make
+    return lambda: open_map_view(420, 380, lambda view: view.show_prepared(prepared))
 
 
 @pytest.mark.parametrize("zoom", [1.0, 4.0])

@@ -51,14 +51,8 @@ class Heard:
 
 
 @pytest.fixture
-def view(qtbot, prepared):
-    view = layered_map_view(DARK, PressureScale(20.0))
-    qtbot.addWidget(view)
-    view.resize(700, 600)
-    view.show_prepared(prepared, atlas=atlas_of(prepared.map))
-    view.show()
-    qtbot.waitExposed(view)
-    return view
+def view(open_map_view, prepared):
+    return open_map_view(700, 600, lambda view: view.show_prepared(prepared, atlas=atlas_of(prepared.map)))
 
 
 @pytest.fixture

@@ -10,10 +10,8 @@ from PySide6.QtCore import QPointF
 from PySide6.QtGui import QColor
 
 from app.editing.document import MapDocument, show_patches
-from tests.widgets.support.layered_map_view import layered_map_view
 from tests.widgets.support.samples import touched
 from tests.widgets.support.snapshots import pixels
-from widgets.common.colours import DARK, PressureScale
 from widgets.map_view.live_image import ImageAtlas
 from widgets.map_view.taxel_faults import NO_FAULTS, Fault, TaxelFaults
 
@@ -21,14 +19,8 @@ DEAD, STUCK = 40, 90
 
 
 @pytest.fixture
-def view(qtbot, prepared):
-    view = layered_map_view(DARK, PressureScale(20.0))
-    qtbot.addWidget(view)
-    view.resize(700, 600)
-    view.show_prepared(prepared, atlas=ImageAtlas(prepared.map))
-    view.show()
-    qtbot.waitExposed(view)
-    return view
+def view(open_map_view, prepared):
+    return open_map_view(700, 600, lambda view: view.show_prepared(prepared, atlas=ImageAtlas(prepared.map)))
 
 
 @pytest.fixture
