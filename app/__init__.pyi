@@ -3,9 +3,9 @@ from .contacts.regions import ContactRegion
 from .control.command import ControlSettings
 from .core.errors import TactileMapsError
 from .maps.build import build_map
-from .maps.comparison import compare_maps
+from .maps.evaluation.comparison import compare_maps
+from .maps.evaluation.quality import measure
 from .maps.formats.map_file import load_map, save_map
-from .maps.quality import measure
 from .maps.tactile_image import TactileImage
 from .maps.tactile_map import TactileMap, back_project
 from .plot import draw_contacts, draw_forces, draw_map

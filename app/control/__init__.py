@@ -4,10 +4,10 @@
 a person. ``controller_manager`` is what a session asks: it runs the chosen one of the eight ``controllers`` or of a
 plug-in (``controller_registry``), switches without a jump, and minds the skin's limits (``force_loop``).
 
-Two controllers stand alone, impedance and hold force; six do a task. ``tasks`` says what is wanted of each contact:
-``path_following`` leads a target along a path on the skin; where it goes on at a far place or on another link, it
-regrasps there along a way planned clear of the robot itself and of obstacles. How errors become joint velocities is
-the matter of six ``schemes``, solved in order of ``task_priority``; ``monitors`` stop what is unsafe. All move a wanted
+Two controllers stand alone, impedance and hold force; six do a task. ``task_control`` has what is wanted of each
+contact, how errors become joint velocities (``map_kinematics``, solved in order of ``task_priority``), and the monitors
+that stop what is unsafe. ``path_following`` leads a target along a path on the skin; where it goes on at a far place or
+on another link, it regrasps there along a way planned clear of the robot itself and of obstacles. All move a wanted
 posture that a stiff ``joint_impedance`` holds.
 
 ``behaviours``: contact events may change the settings.

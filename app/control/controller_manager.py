@@ -25,7 +25,7 @@ from app.control.force_loop.loop_stability import (
 from app.control.limits import Limit, LimitKind
 from app.control.map_kinematics import MapKinematics
 from app.control.path_following.clearance import Surroundings, nothing_around
-from app.control.tasks import TaskManager
+from app.control.task_control.tasks import TaskManager
 from app.core.arrays import FloatArray, largest
 from app.maps.tactile_map import TactileMap
 from app.robots.robot import Robot

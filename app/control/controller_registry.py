@@ -32,8 +32,8 @@ from app.control.controllers import (
 )
 from app.control.limits import Limit
 from app.control.map_kinematics import MapKinematics
+from app.control.task_control.tasks import TaskManager
 from app.control.task_priority import ControlScheme
-from app.control.tasks import TaskManager
 from app.core.arrays import FloatArray
 from app.core.errors import SceneError
 from app.core.plugins import Plugin, Registry, check_call, check_members

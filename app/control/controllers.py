@@ -30,8 +30,8 @@ from app.control.force_loop.normal_motion import ENOUGH_TILT, LEAST_TILT, Rising
 from app.control.joint_impedance import MAX_POINT_SPEED, PostureReference, joint_impedance, limit_joint_speed
 from app.control.limits import ActiveLimits, Limit, LimitKind
 from app.control.map_kinematics import MapKinematics
-from app.control.monitors import EnergyTank, SafetyMonitor, StallDetector, mismatch_limit
-from app.control.schemes import (
+from app.control.task_control.monitors import EnergyTank, SafetyMonitor, StallDetector, mismatch_limit
+from app.control.task_control.schemes import (
     AdmittanceScheme,
     ForceServo,
     HybridScheme,
@@ -40,6 +40,7 @@ from app.control.schemes import (
     ProjectionScheme,
     QuadraticProgramScheme,
 )
+from app.control.task_control.tasks import TaskManager
 from app.control.task_priority import (
     ArmState,
     ContactGoal,
@@ -49,7 +50,6 @@ from app.control.task_priority import (
     TaskContact,
     solve_within_limits,
 )
-from app.control.tasks import TaskManager
 from app.core.arrays import FloatArray, largest, length, readonly
 from app.robots.kinematics import Configuration
 from app.robots.robot import Robot

@@ -19,7 +19,7 @@ from app.editing.document import MapDocument
 from app.editing.document_file import load_document
 from app.editing.reflatten import ReflattenRequest, request_reflatten
 from app.flattening.chart import Pin
-from app.maps.comparison import TaxelLayout, drawn_layout
+from app.maps.evaluation.comparison import TaxelLayout, drawn_layout
 from app.maps.layout import MapLayout, Placement, fit_placement
 from app.skin.formats.icub_layout import apply_layout, read_icub_layout
 from app.skin.formats.taxel_files import read_taxel_sets, read_taxels

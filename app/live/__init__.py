@@ -5,8 +5,7 @@
 - ``sources``: where readings come from; ``open_source`` chooses one by its address.
 - ``arrival``: puts them in order and counts what is malformed, late, repeated or lost.
 - ``connection``: a source that is opened again when it breaks, by hand or on a thread.
-- ``matching``: which taxel each value is of. ``calibration``: what pressure it means; ``weighing``: by a known weight.
-- ``channel_health``: which channels never change. ``channel_swaps``: which stand in each other's place.
+- ``channels``: which taxel each value is of, what pressure it means, and which channels to doubt.
 - ``measured_session``: what a ``Session`` is for a simulation: frames with contacts, events and forces.
 - ``simulated_skin``: what the skin should read in the measured posture, and the difference.
 - ``prepare``: the robot, skin and map that readings are shown on.

@@ -1,4 +1,4 @@
-from .calibration import Calibration, ValueMode, load_calibration, save_calibration
+from .channels.calibration import Calibration, ValueMode, load_calibration, save_calibration
 from .connection import Connection
 from .measured_session import MeasuredSession
 from .prepare import prepare_measured

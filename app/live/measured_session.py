@@ -20,12 +20,12 @@ from app.core.errors import LiveError, SimulationError
 from app.core.reading_units import ReadingUnits
 from app.core.timing import Stopwatch
 from app.live.arrival import Arrived
-from app.live.calibration import Calibration, Tare, ValueMode
-from app.live.channel_health import QUIET_SECONDS, ChannelHealth, SilentChannel
-from app.live.channel_swaps import SwapDetector, SwappedChannels
-from app.live.matching import TaxelMatcher
+from app.live.channels.calibration import Calibration, Tare, ValueMode
+from app.live.channels.channel_health import QUIET_SECONDS, ChannelHealth, SilentChannel
+from app.live.channels.channel_swaps import SwapDetector, SwappedChannels
+from app.live.channels.matching import TaxelMatcher
+from app.live.channels.weighing import RecentReadings, Weighing, WeighingState
 from app.live.readings import MalformedReadingError, Unit
-from app.live.weighing import RecentReadings, Weighing, WeighingState
 from app.session.frame import Frame
 from app.session.inputs import (
     CalibrationUsed,

@@ -5,8 +5,7 @@ charts arranged (``layout``). ``tactile_map`` goes from the body to the map and 
 over its seams, ``paths`` are drawn on it and laid over seams and patches, ``jacobian`` is its differential, for
 control. ``tactile_image`` shows pressures as a picture, by ``interpolation``, and keeps their force.
 
-How good it is: ``distortion`` (by face, and patterns that show it), ``topography`` (by taxel, against distances over
-the body), all together in ``quality``; ``comparison`` sets two maps side by side, also one drawn by hand.
+``evaluation`` says how good it is: distortion by face, topography by taxel, two maps side by side.
 
 ``formats`` keeps maps in files and takes them to other programs; ``learned`` makes maps from touch alone.
 """

@@ -1,14 +1,14 @@
 from .build import build_map
-from .comparison import TaxelLayout, compare_maps
+from .evaluation.comparison import TaxelLayout, compare_maps
+from .evaluation.quality import MapQuality, measure
+from .evaluation.topography import BodyDistances, measure_topography
 from .interpolation import INTERPOLATIONS
 from .jacobian import MapJacobian
 from .layout import MapLayout, Placement, pack_charts
 from .paths import MapPath, draw_path
-from .quality import MapQuality, measure
 from .seam_transitions import SeamTransitions
 from .tactile_image import TactileImage
 from .tactile_map import BodyPoint, TactileMap, back_project
-from .topography import BodyDistances, measure_topography
 
 __all__ = [
     "INTERPOLATIONS",

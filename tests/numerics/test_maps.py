@@ -20,14 +20,14 @@ from app.flattening.initial_map import tutte
 from app.flattening.symmetric_dirichlet import SymmetricDirichlet, rotation_svd
 from app.geometry.mesh import Mesh
 from app.maps.build import build_map
-from app.maps.distortion import distortion
+from app.maps.evaluation.distortion import distortion
+from app.maps.evaluation.quality import measure
+from app.maps.evaluation.topography import BodyDistances, measure_topography
 from app.maps.formats.map_file import map_from_bytes, map_to_bytes
 from app.maps.layout import MapLayout, Placement
-from app.maps.quality import measure
 from app.maps.seam_transitions import SeamTransitions
 from app.maps.tactile_image import TactileImage
 from app.maps.tactile_map import TactileMap
-from app.maps.topography import BodyDistances, measure_topography
 from tests.support.references import unrolled
 from tests.support.surfaces import SURFACES, cap, frustum, named, sheet, skin_of, spiral
 

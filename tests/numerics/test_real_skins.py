@@ -13,8 +13,8 @@ from app.geometry.closest_point import ClosestPoint
 from app.geometry.connectivity import Connectivity
 from app.geometry.remesh.refine import subdivide
 from app.maps.build import build_map
-from app.maps.comparison import compare_maps, drawn_layout
-from app.maps.quality import measure
+from app.maps.evaluation.comparison import compare_maps, drawn_layout
+from app.maps.evaluation.quality import measure
 from app.skin.formats.icub_layout import apply_layout, read_icub_layout
 from app.skin.formats.icub_positions import read_icub_positions
 from app.skin.formats.import_skin import NO_ROBOT

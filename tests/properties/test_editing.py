@@ -38,7 +38,7 @@ from app.flattening.methods import METHODS
 from app.flattening.pinned_patch import PinnedPatch
 from app.geometry.mesh import Mesh, SurfacePoint
 from app.maps.build import build_map
-from app.maps.quality import overlaps
+from app.maps.evaluation.quality import overlaps
 from tests.support.examples import examples
 from tests.support.surfaces import cap, frustum, sheet, skin_of
 

@@ -16,7 +16,7 @@ from PySide6.QtGui import QColor, QFont, QFontMetricsF, QImage, QPainter, QPen
 from app.core.arrays import FloatArray
 from app.core.reading_units import THIN
 from app.geometry.mesh import SurfacePoint
-from app.maps.distortion import DistortionMeasure, Stretch, TissotCircles, checkerboard, stretch
+from app.maps.evaluation.distortion import DistortionMeasure, Stretch, TissotCircles, checkerboard, stretch
 from app.maps.tactile_map import TactileMap
 from widgets.common.colours import PressureScale, StretchScale, Theme, words32
 from widgets.common.settings import BaseLayer

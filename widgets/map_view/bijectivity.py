@@ -19,7 +19,7 @@ from app.core.arrays import FloatArray, IntArray, freeze_arrays
 from app.editing.document import MapDocument
 from app.flattening.bijectivity import crossing_sides, flipped
 from app.flattening.chart import Chart
-from app.maps.distortion import nested_patches
+from app.maps.evaluation.distortion import nested_patches
 from widgets.common.colours import Theme
 from widgets.map_view.map_coordinates import SceneTransform
 from widgets.map_view.map_items import ZOrder, cosmetic_pen, padded_bounds, to_lines, to_polygon

@@ -10,9 +10,9 @@ from pathlib import Path
 from app.control.command import ControlSettings
 from app.core.arrays import IntArray
 from app.core.errors import SimulationError, describe_unexpected_error
-from app.live.calibration import ValueMode, load_calibration, save_calibration
+from app.live.channels.calibration import ValueMode, load_calibration, save_calibration
+from app.live.channels.matching import load_matching
 from app.live.connection import Connection, ConnectionStatus
-from app.live.matching import load_matching
 from app.live.measured_session import MeasuredFacts, MeasuredSession, silent_text, swapped_texts
 from app.live.motion.motion_sender import MotionLimits
 from app.live.prepare import as_measured

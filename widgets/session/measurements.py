@@ -10,7 +10,7 @@ from typing import Any
 
 from PySide6.QtCore import QObject, Signal
 
-from app.maps.comparison import TaxelLayout
+from app.maps.evaluation.comparison import TaxelLayout
 from app.maps.tactile_map import TactileMap
 from app.scene.effects import Effects
 from app.session.prepare import PreparedScene

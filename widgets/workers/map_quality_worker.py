@@ -10,12 +10,12 @@ import numpy as np
 from PySide6.QtCore import QObject, Signal
 
 from app.flattening.chart import Chart
-from app.maps.comparison import TaxelLayout, compare_maps
+from app.maps.evaluation.comparison import TaxelLayout, compare_maps
+from app.maps.evaluation.quality import MapQuality, measure
+from app.maps.evaluation.topography import BodyDistances
 from app.maps.layout import MapLayout, Placement
-from app.maps.quality import MapQuality, measure
 from app.maps.tactile_image import TactileImage
 from app.maps.tactile_map import TactileMap
-from app.maps.topography import BodyDistances
 from app.skin.skin import Skin
 from widgets.workers.worker_process import Reply, RequestHandler, Result, SourceToken, WorkerProcess
 

@@ -232,7 +232,7 @@ def _recording(name: str) -> dict[str, Any]:
 
 def _arrays(name: str) -> dict[str, Any]:
     """A map, or failing that a skin; both are npz."""
-    from app.maps.quality import measure  # only a map is measured
+    from app.maps.evaluation.quality import measure  # only a map is measured
 
     try:
         map_ = load_map(name)

@@ -16,9 +16,9 @@ from app.cli.scenes import scene_from_arguments
 from app.control.controller_registry import settings_from
 from app.control.limit_texts import limit_text
 from app.core.errors import LiveError, UsageError
-from app.live.calibration import ValueMode, load_calibration, save_calibration
+from app.live.channels.calibration import ValueMode, load_calibration, save_calibration
+from app.live.channels.matching import load_matching
 from app.live.connection import Connection, ConnectionStatus
-from app.live.matching import load_matching
 from app.live.measured_session import MeasuredFacts, MeasuredSession, silent_text, swapped_texts
 from app.live.motion.motion_output import MotionOutput
 from app.live.motion.motion_sender import MotionLimits, check_sending

@@ -21,13 +21,13 @@ from app.core.progress import Progress
 from app.flattening.cut import SeamPlan
 from app.flattening.methods import METHODS
 from app.maps.build import build_map
-from app.maps.comparison import TaxelLayout, compare_maps, drawn_layout
+from app.maps.evaluation.comparison import TaxelLayout, compare_maps, drawn_layout
+from app.maps.evaluation.quality import measure
+from app.maps.evaluation.topography import BodyDistances
 from app.maps.formats.export import ENDINGS, write_map
 from app.maps.formats.map_file import load_map
 from app.maps.formats.obj import read_map_obj
-from app.maps.quality import measure
 from app.maps.tactile_map import TactileMap
-from app.maps.topography import BodyDistances
 from app.robots.library import load_robot
 from app.robots.load import MESH_LINK
 from app.skin.fit import GridSpec

@@ -17,7 +17,7 @@ from PIL.PngImagePlugin import PngInfo
 from app.core.arrays import FloatArray
 from app.core.errors import MapError
 from app.core.files import write_atomically
-from app.maps.distortion import distortion
+from app.maps.evaluation.distortion import distortion
 from app.maps.tactile_image import TactileImage
 from app.maps.tactile_map import TactileMap
 

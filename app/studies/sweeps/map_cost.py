@@ -10,7 +10,7 @@ import numpy as np
 
 from app.flattening.cut import SeamPlan
 from app.flattening.methods import METHODS
-from app.maps.topography import BodyDistances, measure_topography
+from app.maps.evaluation.topography import BodyDistances, measure_topography
 from app.skin.skin import Patch, Skin
 from app.skin.taxel_placement.sampling import place_evenly
 from app.studies.reporting.figures import Figure

@@ -16,7 +16,7 @@ from app.control.command import ControlSettings, JointCommand
 from app.control.controller_registry import ControllerEntry, build_by_scheme
 from app.control.joint_impedance import joint_impedance
 from app.control.map_kinematics import MapKinematics
-from app.control.schemes import HybridScheme
+from app.control.task_control.schemes import HybridScheme
 from app.core.errors import SkinError
 from app.core.progress import Progress
 from app.export.export import ExportFormat, ExportOptions

@@ -23,9 +23,9 @@ from app.control.joint_impedance import DAMPING, HOME_SPEED, MAX_JOINT_SPEED, MA
 from app.control.limit_texts import limit_text
 from app.control.limits import Limit, LimitKind
 from app.control.map_kinematics import MapKinematics
-from app.control.schemes import HybridScheme, QuadraticProgramScheme
+from app.control.task_control.schemes import HybridScheme, QuadraticProgramScheme
+from app.control.task_control.tasks import TaskManager
 from app.control.task_priority import ContactPresence
-from app.control.tasks import TaskManager
 from app.geometry.mesh import SurfacePoint
 from tests.support.limits import kinds
 from tests.support.touch import BAR_INERTIA, arm, bar, prepared_bar

@@ -11,9 +11,9 @@ from app.core.errors import MapError
 from app.editing.arrange import EDGES, align, mirror, move, repack, rotate, scale, snap_angle, snap_move, true_size
 from app.editing.document import show_patches
 from app.flattening.bijectivity import signed_areas
-from app.maps.distortion import distortion
+from app.maps.evaluation.distortion import distortion
+from app.maps.evaluation.quality import overlaps
 from app.maps.layout import MapLayout, Placement
-from app.maps.quality import overlaps
 
 
 def _middle(document, numbers):

@@ -23,7 +23,7 @@ from app.editing.reflatten import apply_result, reflatten
 from app.flattening.bijectivity import flipped
 from app.geometry.mesh import Mesh
 from app.maps.build import build_map
-from app.maps.comparison import TaxelLayout, procrustes
+from app.maps.evaluation.comparison import TaxelLayout, procrustes
 from app.maps.formats.map_file import save_map
 from app.skin.formats.icub_layout import IcubLayout, LayoutModule, write_icub_layout
 from app.skin.formats.taxel_files import taxel_sets, write_taxels

@@ -21,7 +21,7 @@ from app.editing.seams import (
     propose_seam,
 )
 from app.maps.build import build_map
-from app.maps.distortion import distortion
+from app.maps.evaluation.distortion import distortion
 from tests.support.surfaces import named, skin_of
 
 ROWS = 7  # vertices of a column of the sheet, which is 9 columns wide

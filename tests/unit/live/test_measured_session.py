@@ -9,7 +9,7 @@ from app.contacts.pipeline import ReadingSettings
 from app.core.errors import LiveError, RecordingError, SimulationError
 from app.core.reading_units import ReadingUnits
 from app.live.arrival import Arrived
-from app.live.calibration import Calibration, ValueMode
+from app.live.channels.calibration import Calibration, ValueMode
 from app.live.measured_session import MeasuredSession, silent_text
 from app.live.prepare import as_measured
 from app.live.readings import Reading, Unit

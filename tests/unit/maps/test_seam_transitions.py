@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from app.maps.build import build_map
+from app.maps.evaluation.topography import BodyDistances
 from app.maps.layout import MapLayout, Placement
 from app.maps.seam_transitions import SeamTransitions, line_crossing
 from app.maps.tactile_map import TactileMap
-from app.maps.topography import BodyDistances
 from tests.support.references import unrolled
 from tests.support.surfaces import frustum, named, sheet, skin_of
 

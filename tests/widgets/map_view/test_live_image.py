@@ -16,7 +16,7 @@ from app.editing.arrange import mirror, move, rotate, scale
 from app.editing.document import MapDocument, show_patches
 from app.editing.reflatten import apply_result, reflatten, set_lengths
 from app.flattening.bijectivity import crossing_sides, flipped
-from app.maps.distortion import nested_patches
+from app.maps.evaluation.distortion import nested_patches
 from app.maps.tactile_image import TactileImage
 from tests.widgets.support.arrange_driver import bent
 from tests.widgets.support.samples import leaf_map

@@ -13,7 +13,7 @@ from PySide6.QtWidgets import QApplication, QDoubleSpinBox, QLabel
 from app.control.command import ControlSettings
 from app.control.limits import Limit, LimitKind
 from app.editing.document import MapDocument
-from app.maps.quality import measure
+from app.maps.evaluation.quality import measure
 from app.session.session import Session
 from app.tactile.poke import PokePressed
 from widgets.common.colours import LIGHT

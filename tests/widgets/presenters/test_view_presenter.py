@@ -14,7 +14,7 @@ from PySide6.QtWidgets import QApplication, QInputDialog, QLabel
 
 from app.editing.document import MapDocument
 from app.editing.pins import add_pin
-from app.maps.distortion import distortion, stretch
+from app.maps.evaluation.distortion import distortion, stretch
 from app.maps.tactile_map import TactileMap
 from app.skin.skin import TaxelIdentity
 from tests.widgets.support.layered_map_view import layered_map_view

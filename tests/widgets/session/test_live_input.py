@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from app.core.errors import LiveError, TactileMapsError
-from app.live.calibration import ValueMode
+from app.live.channels.calibration import ValueMode
 from app.live.readings import Reading, Unit
 from app.live.wire_format import encode_binary
 from app.recording.player import open_recording

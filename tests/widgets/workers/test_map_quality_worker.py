@@ -12,8 +12,8 @@ from app.editing.arrange import scale
 from app.editing.document import MapDocument
 from app.editing.reflatten import apply_result, reflatten, set_method
 from app.maps.build import build_map
-from app.maps.comparison import compare_maps
-from app.maps.quality import measure
+from app.maps.evaluation.comparison import compare_maps
+from app.maps.evaluation.quality import measure
 from tests.support.surfaces import cap, frustum, skin_of
 from widgets.workers.map_quality_worker import InlineMapQualityWorker, MapQualityWorker
 from widgets.workers.worker_process import SourceToken

@@ -19,7 +19,7 @@ from app.editing.layout_import import (
     read_other_layout,
     same_skin,
 )
-from app.maps.comparison import Comparison, TaxelLayout
+from app.maps.evaluation.comparison import Comparison, TaxelLayout
 from widgets.common.panel import Panel
 from widgets.document.map_editor import MapEditor
 

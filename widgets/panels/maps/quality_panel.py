@@ -9,8 +9,8 @@ from typing import Any
 from PySide6.QtGui import QPalette
 from PySide6.QtWidgets import QHBoxLayout, QWidget
 
-from app.maps.comparison import Comparison
-from app.maps.quality import MapQuality
+from app.maps.evaluation.comparison import Comparison
+from app.maps.evaluation.quality import MapQuality
 from app.session.prepare import PreparedScene
 from widgets.common.panel import Panel, value_label
 

@@ -14,8 +14,8 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from app.live.channels.weighing import LONGEST
 from app.live.measured_session import MeasuredFacts
-from app.live.weighing import LONGEST
 
 _STEPS = (
     "1. Tare while nothing touches the skin.\n"

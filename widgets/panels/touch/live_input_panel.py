@@ -8,7 +8,7 @@ from PySide6.QtCore import QTimer, Signal
 from PySide6.QtWidgets import QComboBox, QHBoxLayout, QLabel, QPushButton, QWidget
 
 from app.core.errors import TactileMapsError
-from app.live.calibration import ValueMode
+from app.live.channels.calibration import ValueMode
 from app.live.connection import ConnectionState, ConnectionStatus
 from app.live.measured_session import MeasuredFacts
 from widgets.common.panel import Panel, value_label

@@ -13,7 +13,7 @@ from app.core.arrays import IntArray
 from app.editing.document import MapDocument
 from app.editing.seams import draw_seam, erase_seams, propose_seam
 from app.geometry.mesh import SurfacePoint
-from app.maps.distortion import distortion
+from app.maps.evaluation.distortion import distortion
 from widgets.common.colours import Theme
 from widgets.document.map_editor import MapEditor
 from widgets.interaction.select_gesture import CLICK_PX

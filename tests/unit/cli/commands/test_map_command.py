@@ -15,9 +15,9 @@ from app.cli.commands.inspect import describe
 from app.cli.commands.map import print_quality
 from app.cli.main import run_command
 from app.maps.build import build_map
-from app.maps.distortion import DistortionSummary
+from app.maps.evaluation.distortion import DistortionSummary
+from app.maps.evaluation.quality import measure
 from app.maps.formats.export import ENDINGS
-from app.maps.quality import measure
 from app.skin.formats.icub_layout import IcubLayout, LayoutModule, write_icub_layout
 from tests.support.surfaces import sheet, skin_of
 

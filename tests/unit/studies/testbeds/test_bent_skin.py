@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from app.control.command import ControlSettings
-from app.maps.quality import measure
+from app.maps.evaluation.quality import measure
 from app.studies.testbeds.bent_skin import BODIES, HEIGHT, REACH, bent_disc, with_bent_skin
 from app.studies.testbeds.beside_ball import beside_ball
 from app.studies.testbeds.path_following import PathSetup

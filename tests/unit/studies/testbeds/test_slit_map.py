@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from app.control.path_following.surface_path import SurfacePath
+from app.maps.evaluation.quality import measure
 from app.maps.paths import path_about
-from app.maps.quality import measure
 from app.maps.seam_transitions import SeamTransitions
 from app.studies.path_time.body_path import touched_place
 from app.studies.testbeds.beside_ball import beside_ball

@@ -9,8 +9,8 @@ import pytest
 
 from app.editing.document import MapDocument
 from app.maps.build import build_map
-from app.maps.distortion import distortion
-from app.maps.quality import measure
+from app.maps.evaluation.distortion import distortion
+from app.maps.evaluation.quality import measure
 from tests.support.surfaces import frustum, named, skin_of
 from widgets.map_view.bijectivity import FlawFinder
 

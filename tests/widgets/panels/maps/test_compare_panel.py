@@ -15,7 +15,7 @@ from app.editing.document import MapDocument, rename_patch
 from app.editing.document_file import save_document
 from app.editing.pins import pin_places
 from app.editing.reflatten import set_method
-from app.maps.comparison import TaxelLayout, compare_maps, procrustes
+from app.maps.evaluation.comparison import TaxelLayout, compare_maps, procrustes
 from app.maps.formats.map_file import save_map
 from app.skin.formats.taxel_files import write_taxels
 from tests.widgets.support.samples import leaf_map

@@ -9,10 +9,10 @@ import pytest
 from PySide6.QtGui import QPalette
 from PySide6.QtWidgets import QApplication, QLabel
 
-from app.maps.comparison import TaxelLayout, compare_maps
-from app.maps.distortion import DistortionSummary
-from app.maps.quality import measure
-from app.maps.topography import BodyDistances
+from app.maps.evaluation.comparison import TaxelLayout, compare_maps
+from app.maps.evaluation.distortion import DistortionSummary
+from app.maps.evaluation.quality import measure
+from app.maps.evaluation.topography import BodyDistances
 from tests.widgets.support.samples import leaf_map
 from widgets.common.colours import DARK, LIGHT
 from widgets.panels.maps.quality_panel import QualityPanel

@@ -10,7 +10,7 @@ import pytest
 
 from app.contacts.force_estimation.wrench_consistency import WrenchMismatch
 from app.control.limits import Limit, LimitKind
-from app.control.monitors import (
+from app.control.task_control.monitors import (
     AGAIN,
     AGREED,
     FULL,

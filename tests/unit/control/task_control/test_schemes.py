@@ -12,7 +12,7 @@ from app.control.controllers import CONTROL_SCHEMES
 from app.control.joint_impedance import MAX_JOINT_SPEED, MAX_POINT_SPEED, WEAK, PostureReference, joint_limits
 from app.control.limits import ActiveLimits, LimitKind
 from app.control.map_kinematics import MapKinematics
-from app.control.schemes import (
+from app.control.task_control.schemes import (
     CAP_SHARE,
     MAX_ACCELERATION,
     AdmittanceScheme,

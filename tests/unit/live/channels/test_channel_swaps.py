@@ -8,7 +8,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from app.live.channel_swaps import SwapDetector
+from app.live.channels.channel_swaps import SwapDetector
 from app.skin.skin import Skin, TaxelIdentity
 from app.studies.testbeds.reference_bodies import flat_map
 

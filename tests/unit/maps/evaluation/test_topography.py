@@ -9,9 +9,15 @@ from scipy.stats import spearmanr
 
 from app.geometry.geodesics import Geodesics
 from app.geometry.remesh.refine import insert_vertices
-from app.maps import topography
 from app.maps.build import build_map
-from app.maps.topography import BodyDistances, PatchDistances, edge_lengths, measure_topography, neighbourhoods
+from app.maps.evaluation import topography
+from app.maps.evaluation.topography import (
+    BodyDistances,
+    PatchDistances,
+    edge_lengths,
+    measure_topography,
+    neighbourhoods,
+)
 from tests.support.surfaces import frustum, named, sheet, skin_of
 
 

@@ -10,10 +10,10 @@ import numpy as np
 from app.core.arrays import FloatArray, IntArray
 from app.core.errors import Finding
 from app.flattening.bijectivity import crossings
-from app.maps.distortion import DistortionSummary, distortion, nested_patches
+from app.maps.evaluation.distortion import DistortionSummary, distortion, nested_patches
+from app.maps.evaluation.topography import BodyDistances, Topography, measure_topography
 from app.maps.tactile_image import TactileImage, force_error, round_trip_mm
 from app.maps.tactile_map import TactileMap
-from app.maps.topography import BodyDistances, Topography, measure_topography
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -10,9 +10,9 @@ import pytest
 from app.control.command import ControlSettings
 from app.control.limits import ActiveLimits, Limit, LimitKind, RegraspFailure
 from app.control.map_kinematics import MapKinematics
-from app.control.monitors import EnergyTank
+from app.control.task_control.monitors import EnergyTank
+from app.control.task_control.tasks import MOST_ERROR, SEARCH_TIME, TaskManager
 from app.control.task_priority import ContactPresence
-from app.control.tasks import MOST_ERROR, SEARCH_TIME, TaskManager
 from app.robots.kinematics import Configuration
 from tests.support.touch import prepared_bar
 from tests.unit.control.contacts_by_hand import TICK, region, touch_on

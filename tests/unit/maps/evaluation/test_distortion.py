@@ -9,7 +9,7 @@ import pytest
 
 from app.core.errors import MapError
 from app.maps.build import build_map
-from app.maps.distortion import (
+from app.maps.evaluation.distortion import (
     Distortion,
     TissotCircles,
     checkerboard,
@@ -18,7 +18,7 @@ from app.maps.distortion import (
     spaced_subset,
     stretch,
 )
-from app.maps.quality import measure
+from app.maps.evaluation.quality import measure
 from app.maps.tactile_map import TactileMap
 from tests.support.surfaces import named, sheet, skin_of
 

@@ -11,14 +11,14 @@ import pytest
 
 from app.core.errors import MapError
 from app.maps.build import build_map
-from app.maps.comparison import IDEALS, TaxelLayout, compare_maps, drawn_layout, procrustes
-from app.maps.quality import measure
+from app.maps.evaluation.comparison import IDEALS, TaxelLayout, compare_maps, drawn_layout, procrustes
+from app.maps.evaluation.quality import measure
+from app.maps.evaluation.topography import BodyDistances
 from app.maps.tactile_map import TactileMap
-from app.maps.topography import BodyDistances
 from app.skin.formats.taxel_set import TaxelSet
 from tests.support.surfaces import named, sheet, skin_of
 
-ICUB = Path(__file__).parents[4] / "shared" / "data" / "icub-skin"
+ICUB = Path(__file__).parents[5] / "shared" / "data" / "icub-skin"
 
 
 @pytest.fixture(scope="module")

@@ -10,7 +10,7 @@ import numpy as np
 
 from app.core.arrays import FloatArray, IntArray
 from app.core.errors import LiveError
-from app.live.calibration import Calibration, check_mass
+from app.live.channels.calibration import Calibration, check_mass
 
 LONGEST = 60.0
 """Seconds over which readings are averaged at most."""

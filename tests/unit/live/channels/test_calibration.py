@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from app.core.errors import LiveError
-from app.live.calibration import GRAVITY, Calibration, Tare, ValueMode, load_calibration, save_calibration
+from app.live.channels.calibration import GRAVITY, Calibration, Tare, ValueMode, load_calibration, save_calibration
 from app.live.readings import Unit
 from tests.support.touch import bar_skin
 

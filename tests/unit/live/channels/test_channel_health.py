@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from app.live.channel_health import ChannelHealth, SilentChannel
+from app.live.channels.channel_health import ChannelHealth, SilentChannel
 from tests.support.touch import bar_skin
 
 ALL = np.arange(60)

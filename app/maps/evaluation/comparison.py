@@ -15,10 +15,10 @@ from scipy.spatial import cKDTree
 
 from app.core.arrays import FloatArray, IntArray, freeze_arrays
 from app.core.errors import MapError
+from app.maps.evaluation.quality import measure
+from app.maps.evaluation.topography import BodyDistances, Topography, json_value, measure_topography
 from app.maps.layout import fit_placement
-from app.maps.quality import measure
 from app.maps.tactile_map import TactileMap
-from app.maps.topography import BodyDistances, Topography, json_value, measure_topography
 from app.skin.formats.taxel_set import TaxelSet
 from app.skin.skin import Skin
 

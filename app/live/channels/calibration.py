@@ -19,7 +19,7 @@ import numpy as np
 from app.core.arrays import FloatArray, IntArray, freeze_arrays
 from app.core.errors import LiveError
 from app.core.files import read_bounded_text, write_atomically
-from app.live.matching import read_rows, whole
+from app.live.channels.matching import read_rows, whole
 from app.live.readings import Unit
 from app.skin.skin import Skin
 

@@ -11,11 +11,11 @@ import pytest
 from app.flattening.chart import Chart
 from app.geometry.mesh import Mesh
 from app.maps.build import build_map
+from app.maps.evaluation.quality import measure, overlaps
+from app.maps.evaluation.topography import BodyDistances
 from app.maps.layout import MapLayout, Placement
-from app.maps.quality import measure, overlaps
 from app.maps.tactile_image import TactileImage
 from app.maps.tactile_map import TactileMap
-from app.maps.topography import BodyDistances
 from app.skin.skin import Skin
 from tests.support.surfaces import frustum, named, sheet, skin_of
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from app.core.errors import LiveError
-from app.live.matching import TaxelMatcher, load_matching, read_rows
+from app.live.channels.matching import TaxelMatcher, load_matching, read_rows
 from app.live.readings import MalformedReadingError, Reading
 from app.skin.skin import Skin, TaxelIdentity
 from tests.support.touch import bar_skin

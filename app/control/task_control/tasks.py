@@ -18,11 +18,11 @@ from app.contacts.regions import ContactRegion
 from app.control.command import ControlSettings, RegraspState, TaskReport
 from app.control.limits import ActiveLimits, Limit, LimitKind, RegraspFailure
 from app.control.map_kinematics import MapKinematics
-from app.control.monitors import EnergyTank
 from app.control.path_following.clearance import Surroundings, nothing_around
 from app.control.path_following.follower import PathFollower, over_borders
 from app.control.path_following.regrasp import RegraspManager
 from app.control.path_following.surface_path import PathCrossing
+from app.control.task_control.monitors import EnergyTank
 from app.control.task_priority import ContactGoal, ContactPresence
 from app.core.arrays import FloatArray, length
 from app.geometry.mesh import SurfacePoint

@@ -8,11 +8,11 @@ import pytest
 from app.core.errors import LiveError
 from app.core.reading_units import ReadingUnits
 from app.live.arrival import Arrived
-from app.live.calibration import GRAVITY, Calibration
+from app.live.channels.calibration import GRAVITY, Calibration
+from app.live.channels.weighing import RecentReadings, Weighing
 from app.live.measured_session import MeasuredSession
 from app.live.prepare import as_measured
 from app.live.readings import Reading, Unit
-from app.live.weighing import RecentReadings, Weighing
 from app.tactile.press import press_skin
 from tests.support.touch import bar_skin, prepared_bar
 
