@@ -38,6 +38,8 @@ The folders follow the chain from body to motion; read them in this order:
 ``session``     one run of all of it, tick by tick, as frozen frames
 ``recording``   sessions in files that survive a crash and can be replayed and verified
 ``live``        readings of real skins as frames of a session
+``export``      recordings for other programs, sessions live in their viewers
+``learning``    Gymnasium environments in which a policy learns from touch
 ``studies``     what accuracy costs in time, as tables and plots
 ``cli``         the command line; ``plot`` draws with matplotlib
 

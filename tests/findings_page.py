@@ -159,7 +159,13 @@ The measure is the least time for a figure of eight of 91 mm on the forearm's sk
 that 95 % of the errors on the body are within 3 mm and the force is within 0.6 N for 95 % of the time, contact never
 lost. Times are medians over seeds with their 95 % bootstrap interval, to 9 %; *cannot* means that most seeds can at no
 speed from 4 to 128 mm/s. *Effect* is the time on the arm minus that in nominal conditions: the median of the
-differences between runs of the same seed, with its interval."""
+differences between runs of the same seed, with its interval.
+
+T is the time between two readings of the skin and d their delay in such times; k_f is the force gain [m/s/N], k the
+contact's stiffness and L = k k_f T the loop gain, whose limit of stability is L_max = 2 sin(π/(2(2d+1))), and
+L* = d^d/(d+1)^(d+1) the greatest without overshoot; l is the path's length, e the tolerance. The map's Jacobian is
+*smoothed* (fitted over two rings of taxels), *raw* (of the single triangle) or *isometric* (as if the map were free of
+stretch)."""
 _TITLES = {
     "representation": "How the skin is known and made",
     "force-feedback": "How the force is felt",

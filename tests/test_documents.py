@@ -133,7 +133,7 @@ def test_the_guides_measurements_are_those_of_the_rows_that_ship():
     ]
     assert set(off["settling"]) == {1.0}
     assert "steps settle to the sample" in text
-    assert f"swing at a stiffness {100 * (max(off['onset']) - 1):.1f} % above theory's" in text
+    assert f"oscillate at a stiffness {100 * (max(off['onset']) - 1):.1f} % above theory's" in text
     assert min(off["onset"]) > 1
     assert f"ripple is within {100 * max(abs(value - 1) for value in ripple):.1f} %" in text
 

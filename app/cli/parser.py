@@ -12,7 +12,8 @@ EXPORT_FORMATS = ("csv", "parquet", "npz", "hdf5", "lerobot", "rosbag2", "mp4", 
 """Those of ``app.export.export``, which is not imported to parse a line."""
 EPILOG = """exit codes: 0 done, 1 the work failed and says why, 2 bad usage,
             130 Ctrl-C, 143 ended by SIGTERM
-robots: arm (our own), ur5e, icub (pip install 'tactile-maps[robots]'), a file, or a model in MENAGERIE_ROOT"""
+robots: arm, two_arms (ours); ur5e, icub, icub_whole (pip install 'tactile-maps[robots]'); a file;
+        a model in MENAGERIE_ROOT or known to mujoco-menagerie"""
 
 _UNITS = {"s": 1.0, "min": 60.0, "h": 3600.0}
 
@@ -235,7 +236,8 @@ def _add_compare(commands: argparse._SubParsersAction) -> None:  # type: ignore[
 
 def _add_study(commands: argparse._SubParsersAction) -> None:  # type: ignore[type-arg]
     study = commands.add_parser(
-        "study", help="measure accuracy against computing time; writes CSV, JSON and an HTML report"
+        "study",
+        help="measure accuracy against computing time; writes CSV, JSON, an HTML report and, with pyarrow, Parquet",
     )
     study.add_argument("name", metavar="NAME", help=" or ".join(STUDY_NAMES))
     study.add_argument(
@@ -367,7 +369,7 @@ def _comparison_options(parser: argparse.ArgumentParser) -> None:
         "--exact-distances",
         type=_count,
         metavar="N",
-        help="measure stress by exact geodesics from N taxels (default: within about 1 %% from 250)",
+        help="measure stress by exact geodesics from N taxels (default: by the heat method from 250, within 2 %%)",
     )
 
 

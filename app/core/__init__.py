@@ -9,6 +9,8 @@
 ``files``       bounded reads, atomic writes, text by lines, named arrays as npz
 ``codec``       frozen dataclasses as JSON and strictly back, by their type hints; schemas of them
 ``toml``        TOML that people write, with located mistakes
+``plugins``     what other installed packages add
+``reading_units``  what readings, and sums of them, may be called
 ``sparse_ldl``  sparse symmetric systems solved by LDL' factoring
 """
 

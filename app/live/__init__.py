@@ -7,6 +7,7 @@
 - ``connection``: a source that is opened again when it breaks, by hand or on a thread.
 - ``channels``: which taxel each value is of, what pressure it means, and which channels to doubt.
 - ``measured_session``: what a ``Session`` is for a simulation: frames with contacts, events and forces.
+- ``motion``: what a controller wants of a real robot: shown, and sent where a person says so.
 - ``simulated_skin``: what the skin should read in the measured posture, and the difference.
 - ``prepare``: the robot, skin and map that readings are shown on.
 """

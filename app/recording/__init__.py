@@ -2,6 +2,7 @@
 
 - ``recorder``: writes a session while it runs, or what stopped it.
 - ``mcap_file``: the file: how one begins, and reading without trust whatever is left of one.
+- ``messages``: all messages of a recording, and where they are; ``damage``: what one has lost.
 - ``player``: a recording opened for replay.
 - ``verify``: simulates it again and compares every state.
 - ``recover``: salvages a recording that was cut off.

@@ -44,7 +44,7 @@ class Scene:
         objects: What there is besides the robot; their names differ.
         overrides: Effects that do not follow from the needs, by key of ``EFFECTS``.
         control: Settings of the controller that differ from its defaults, by name.
-        behaviours: What contact events change of the controller's settings, see ``app.control.behaviour``.
+        behaviours: What contact events change of the controller's settings, see ``app.control.behaviours``.
         reading: How contacts are read, where that differs from the usual, by name.
         motion: The robot's own way, again and again; none stays at home.
         stimuli: What the scripted fingers do.

@@ -94,12 +94,12 @@ def open_skin(source: str | Path, options: SkinOptions | None = None, *, progres
 
 def _cover_spec(wanted: SkinOptions) -> CoverSpec:
     placement = wanted.placement
-    if placement.taxels is None or placement.pattern != "even" or placement.density is not None:
+    if placement.taxels is None or placement.pattern != "even" or placement.density is not None or placement.keep_out:
         raise SkinError(
             "a cover has evenly spread taxels, stated by their number",
             place="placement",
-            value=placement.pattern,
-            remedy="Choose a bare mesh's own surface for a pitch, a pattern or a density",
+            value=None if placement.pattern == "even" else placement.pattern,
+            remedy="Choose a bare mesh's own surface for a pitch, a pattern, a density or a border",
         )
     return CoverSpec(wanted.links, placement.taxels, wanted.thickness, placement.seed)
 

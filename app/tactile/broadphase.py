@@ -148,7 +148,7 @@ class NearbyPoints(NamedTuple):
     """Points that face a load, and their distances from its body.
 
     Attributes:
-        points: (k,) numbers through the skin, as in ``skin_points``.
+        points: (k,) numbers through the skin, as in ``quadrature_points``.
         positions: (k, 3) [m], link frame.
         areas: (k,) [m²].
         distances: (k,) signed distance from the body [m]; inf where the point does not face the load.
@@ -172,7 +172,7 @@ class LinkBroadphase:
         link: One that has a patch.
 
     Attributes:
-        points: (n,) the numbers of the link's points through the skin, as in ``skin_points``; near ones together.
+        points: (n,) the numbers of the link's points through the skin, as in ``quadrature_points``; near ones together.
         spacing: Of the points [m].
         beside: A body farther than this [m] from all points presses beside the skin.
     """

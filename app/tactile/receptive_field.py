@@ -38,7 +38,7 @@ def quadrature_points(skin: Skin) -> Quadrature:
 
 @dataclass(frozen=True, eq=False)
 class ReceptiveField:
-    """The table, by quadrature point in the order of ``skin_points``.
+    """The table, by quadrature point in the order of ``quadrature_points``.
 
     Attributes:
         taxels: (q, w) which taxels feel the point; w is the most that feel one.

@@ -1,7 +1,7 @@
 """A named catalogue of what is hard to control by touch, and what must come of each: the stated outcome.
 
 A ``HardCase`` says how to set it up on the whole arm, what must happen in words, and checks that. The groups lie in
-``hard_control_postures``, ``_environments``, ``_sensing``, ``_maps`` and ``_events``, each with its ``CASES`` by name.
+``control_postures``, ``_environments``, ``_sensing``, ``_maps`` and ``_events``, each with its ``CASES`` by name.
 What holds for all of them is ``check_bounds``: all finite, joints no faster than twice what laws ask for, a bound on
 the force that truly presses, whatever the sensor says, and words for whatever stops or holds up the arm.
 """

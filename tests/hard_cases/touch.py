@@ -2,7 +2,8 @@
 
 ``PLACES[name]()`` is skin on a link that stands still, and the way of one or two contacts over it. ``dropped``,
 ``teleported``, ``jammed`` and ``whip`` are scenes in which bodies are too deep, fast, light, heavy, stiff or shut in.
-All are plain ``Prepared`` scenes, so whatever they do can be recorded and replayed; ``touch_laws`` has what must hold.
+All are plain ``PreparedScene`` values, so whatever they do can be recorded and replayed; ``touch_laws`` has what must
+hold.
 """
 
 from __future__ import annotations

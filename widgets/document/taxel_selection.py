@@ -13,7 +13,7 @@ from widgets.common.tool_kinds import SelectionMode
 TAXEL_COLOURS = ("#22b8cf", "#f06595", "#51cf66", "#5c7cfa", "#cc5de8")
 """Of the first few selected taxels, each its own; more are marked alike, in the first."""
 REGION_COLOURS = ("#5c7cfa", "#51cf66", "#cc5de8", "#f06595", "#22b8cf", "#a9e34b")
-"""Of contact regions, by turns; ordered unlike ``INKS``, so that the first region and the first taxel differ."""
+"""Of contact regions, by turns; ordered unlike ``TAXEL_COLOURS``, so that first region and first taxel differ."""
 
 
 def region_colour(region: int) -> str:

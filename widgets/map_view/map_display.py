@@ -159,7 +159,7 @@ class MapDisplay(QObject):
             self._update_marks()
 
     def set_image(self, look: ImageSettings) -> None:
-        """Make the live image otherwise, in this scene and those after it. Cost: as ``MapPicture.make_image``."""
+        """Make the live image otherwise, in this scene and those after it. Cost: as ``MapScene.make_image``."""
         self._look = look
         if self.picture is not None:
             self.picture.make_image(look)

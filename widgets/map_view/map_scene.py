@@ -164,7 +164,7 @@ class MapScene:
         return rebuilt
 
     def make_image(self, look: ImageSettings) -> None:
-        """Make the live image otherwise. Cost: as ``Atlas``; other interpolations than the usual take up to 1 s."""
+        """Make the live image otherwise. Cost: as ``ImageAtlas``; interpolations other than the usual: up to 1 s."""
         self._use_atlas(ImageAtlas(self.document.map, look=look))
         self._grounds.clear()
         self._place()

@@ -69,7 +69,7 @@ class PatchShape:
     Attributes:
         name: What people call it.
         chart: Its shape.
-        placed: (3, 2) that takes chart points [m] into the scene; see ``MapFrame.placed``.
+        placed: (3, 2) that takes chart points [m] into the scene; see ``SceneTransform.placed``.
         shown: Whether it is drawn.
     """
 

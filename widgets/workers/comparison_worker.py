@@ -52,7 +52,7 @@ _DIED = "The comparison ended unexpectedly; earlier results are kept. Run it aga
 
 @dataclass(frozen=True, eq=False)
 class ComparisonRequest:
-    """Who is compared on what, for how long, and whose task they do; see ``side_by_side``."""
+    """Who is compared on what, for how long, and whose task they do; see ``compare_controllers``."""
 
     occasion: ComparisonStimulus
     contenders: tuple[Contender, ...]

@@ -129,7 +129,7 @@ class Deconvolution:
         MapError: The depth is no such number.
         SimulationError: The cover is too deep for so fine a skin.
 
-    Cost: as ``Spread`` to build.
+    Cost: as ``ContactOperator`` to build.
     """
 
     def __init__(self, skin: Skin, solver: Solver, *, depth: float) -> None:

@@ -104,8 +104,9 @@ class GainLimiter:
         self._estimator.reset()
 
     def hold_lower(self, settings: ControlSettings) -> None:
-        """The force swings under ``settings``: while these are set, gains with a virtual inertia keep farther from the
-        limit. Others are as far from it as they need to be, and are not worked out anew where the arm happens to be.
+        """The force oscillates under ``settings``: while these are set, gains with a virtual inertia keep farther from
+        the limit. Others are as far from it as they need to be, and are not worked out anew where the arm happens to
+        be.
         """
         if not _of_the_same_loop(self._swung, settings) and LoopFilter.of(settings).inertia_time > 0:
             self._swung, self._stale = settings, True

@@ -1,8 +1,8 @@
 """What a controller knows of the skin's readings, and the signs of a force loop that asks more of them than they give.
 
 ``SensorTiming`` says how often readings come, how late, and how high they go. ``OscillationDetector`` notices that the
-force swings about its goal: the sign of a loop with more gain than skin, arm and cover can hold; what they can hold is
-``force_loop``'s matter. ``step_response`` reads overshoot, settling time and the ripple that stays from a step of a
+force oscillates about its goal: the sign of a loop with more gain than skin, arm and cover can hold; what they can hold
+is ``force_loop``'s matter. ``step_response`` reads overshoot, settling time and the ripple that stays from a step of a
 goal.
 """
 

@@ -92,7 +92,7 @@ class PressedArm:
         return 2 * math.sin(math.pi / (2 * late)) / (series * readings.period) if series > 0 else math.inf
 
     def gain_limit(self, controller: LoopFilter, readings: SensorTiming, tick: float) -> float:
-        """The force gain [m/s/N] from which on the force swings; inf where no gain is too much.
+        """The force gain [m/s/N] from which on the force oscillates; inf where no gain is too much.
 
         The controller moves the wanted posture once a ``tick`` [s] by what was read last. Cost: 0.4 ms.
         """

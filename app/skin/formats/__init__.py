@@ -12,6 +12,7 @@
 ``npz``                      named arrays (.npz)
 ``unige_json``               the robot skin library of the University of Genoa (.json)
 ``urdf_tactile``             sensors in URDF as tactile_toolbox defines them (.urdf)
+``mujoco_touch``             MuJoCo's touch sensors, there and back (.xml)
 """
 
 import lazy_loader

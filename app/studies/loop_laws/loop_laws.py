@@ -59,7 +59,7 @@ def figures(rows: Sequence[Row]) -> list[Figure]:
     made = []
     for law, title, unit in (
         ("settling", "Settling of a step to 2 %", "s"),
-        ("onset", "Stiffness from which on the force swings", "N/m"),
+        ("onset", "Stiffness from which on the force oscillates", "N/m"),
     ):
         of = [row for row in rows if row["law"] == law]
         if of:
@@ -101,7 +101,7 @@ def _settling(rows: Sequence[Row]) -> Judgement:
 def _onset(rows: Sequence[Row]) -> Judgement:
     of = _of(rows, "onset")
     ratios = [number_or(row["measured"], math.inf) / number_or(row["predicted"], math.inf) for row in of]
-    return _single(ratios, "stiffness of onset over L / (k_f T)")
+    return _single(ratios, "stiffness of onset over L_max / (k_f T)")
 
 
 def _single(ratios: Sequence[float], words: str) -> Judgement:
@@ -145,6 +145,6 @@ STUDY = Study(
     (
         Hypothesis("H3", "A step settles to 2 % in 6.4 (d + 1/2) T, within a tenth.", _settling),
         Hypothesis("H4", "Ripple squared times settling time is the same at every gain.", _ripple),
-        Hypothesis("H5", "The force swings from a stiffness of L / (k_f T) on, within a tenth.", _onset),
+        Hypothesis("H5", "The force oscillates from a stiffness of L_max / (k_f T) on, within a tenth.", _onset),
     ),
 )

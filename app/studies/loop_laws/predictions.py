@@ -88,7 +88,7 @@ def stability(case: Case) -> Comparison:
 
 
 def onset_stiffness(case: Case) -> Comparison:
-    """Stiffness of the contact at which a given force gain is too much [N/m]: L / (k_f T)."""
+    """Stiffness of the contact at which a given force gain is too much [N/m]: L_max / (k_f T)."""
     loop = loop_of(case)
     predicted = sampled_loop_limit(loop.delay) / (ONSET_GAIN * loop.period)
     explained = stability_limit(lambda k: LinearLoop(replace(loop, stiffness=k), Filter(ONSET_GAIN)).stable, predicted)

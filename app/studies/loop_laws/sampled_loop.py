@@ -153,7 +153,7 @@ class LinearLoop:
 def _plant(loop: Loop, slides: bool) -> tuple[FloatArray, FloatArray, FloatArray, float]:
     """How the state goes on in a tick, by itself (n, n) and for a wanted place (n,); the reading's rows (n,) and 1.
 
-    MuJoCo's contact with an impedance of one half (``real_stiffness``) makes the body that it holds as heavy as two,
+    MuJoCo's contact with an impedance of one half (``SOLVER_IMPEDANCE``) makes the body that it holds as heavy as two,
     damps that critically, and bears half of the servo's force and half of what its spring and damper say.
     """
     stiffness = 1.0 if slides else loop.stiffness

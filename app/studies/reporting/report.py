@@ -36,10 +36,15 @@ def describe_machine() -> dict[str, str]:
     return {
         "processor": _processor(),
         "cores": str(os.cpu_count()),
-        "system": f"{platform.system()} {platform.release()} {platform.machine()}",
+        "system": f"{platform.system()} {_release()} {platform.machine()}",
         "Python": platform.python_version(),
         **{name: version(name) for name in _LIBRARIES},
     }
+
+
+def _release() -> str:
+    """The system's version without what its distributor adds to it."""
+    return ".".join(platform.release().split(".")[:2])
 
 
 def _processor() -> str:

@@ -52,8 +52,8 @@ THEORY: dict[str, tuple[TheoryColumn, ...]] = {
         TheoryColumn(
             "predicted",
             "Theory, ideal joints",
-            "Sampled integrating loop with d + 1/2 readings of delay: settling 6.4 (d + 1/2) T, onset of swings at a "
-            "stiffness of L / (k_f T), ripple sqrt(L / (2 - L))",
+            "Sampled integrating loop with d + 1/2 readings of delay: settling 6.4 (d + 1/2) T, oscillation from a "
+            "stiffness of L_max / (k_f T) on, ripple sqrt(L / (2 - L))",
         ),
         TheoryColumn("explained", "Theory with the posture loop", "The same sampled loop with the joints' lag in it"),
     ),

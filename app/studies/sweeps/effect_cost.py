@@ -32,7 +32,7 @@ class EffectCase:
     """One effect on, and what it stands on.
 
     Attributes:
-        effect: Its key in ``effect_table``; ``none`` for the row with all off.
+        effect: Its key in ``EFFECTS``; ``none`` for the row with all off.
         choice: What it is set to.
         effects: With it.
         without: The same without it.

@@ -200,7 +200,7 @@ def controller_filter(settings: ControlSettings) -> Filter:
 
 
 def predicted_gain_limit(loop: ForceLoop, settings: ControlSettings) -> float:
-    """The force gain from which on the force swings [m/s/N]."""
+    """The force gain from which on the force oscillates [m/s/N]."""
     controller = controller_filter(settings)
     return stability_limit(lambda gain: loop.stable(replace(controller, gain=gain)), _GUESS)
 

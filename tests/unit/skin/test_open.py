@@ -13,7 +13,7 @@ from app.skin.formats.import_skin import NO_ROBOT
 from app.skin.formats.taxel_files import write_taxels
 from app.skin.open import SkinOptions, open_skin
 from app.skin.skin_file import save_skin
-from app.skin.taxel_placement.placement import PlacementSpec
+from app.skin.taxel_placement.placement import BoundaryZone, PlacementSpec
 from tests.support.surfaces import frustum, sheet, skin_of
 
 FEW = PlacementSpec(taxels=40)
@@ -64,8 +64,9 @@ def test_a_robot_is_covered():
 
 
 def test_what_a_cover_cannot_do_is_refused():
-    with pytest.raises(SkinError, match="evenly spread"):
-        open_skin("arm", SkinOptions(PlacementSpec(pitch=0.01)))
+    for placement in (PlacementSpec(pitch=0.01), PlacementSpec(taxels=300, keep_out=(BoundaryZone(0.01),))):
+        with pytest.raises(SkinError, match="evenly spread"):
+            open_skin("arm", SkinOptions(placement))
     with pytest.raises(SkinError, match=r"no such surface.*lower"):
         SkinOptions(surface="lower")
 

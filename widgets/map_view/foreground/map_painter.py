@@ -137,7 +137,7 @@ def _reach(region: ContactRegion, at: QPointF, frame: Frame, picture: MapScene) 
 
 
 class MapPainter:
-    """Draws ``Marks`` over a viewport. Mutable only in its theme.
+    """Draws ``MapMarks`` over a viewport. Mutable only in its theme.
 
     Args:
         theme: Colours of everything that is not skin.

@@ -35,7 +35,7 @@ def effect_choices(key: str, *, tick: float) -> EffectChoices:
     """(words, wish) of all that an effect may be set to, ``auto`` first.
 
     Args:
-        key: Of ``effect_table``.
+        key: Of ``EFFECTS``.
         tick: Of the scene [s].
     """
     entry = EFFECTS[key]

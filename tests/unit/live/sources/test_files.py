@@ -15,7 +15,7 @@ from app.recording.recorder import Recorder
 from app.session.session import Session
 from tests.support.touch import prepared_bar
 
-CYSKIN = Path("/work/refdata/cyskin/src/cyskin_acquisition/data")
+CYSKIN = Path(__file__).parents[5] / "shared" / "data" / "cyskin_acquisition"
 TABLE = """# unit: kPa
 time,sequence,87012,87013,joint:elbow
 0.0,0,1.5,2.5,0.1
@@ -105,7 +105,7 @@ def test_the_text_of_cyskins_acquisition(tmp_path):
         rows(path, read_text)
 
 
-@pytest.mark.skipif(not CYSKIN.is_dir(), reason="CySkin's recordings are not here")
+@pytest.mark.skipif(not CYSKIN.is_dir(), reason="CySkin's recordings are not in shared/data")
 def test_recorded_samples_of_a_real_skin_are_read_whole():
     path = next(iter(sorted(CYSKIN.glob("3_finger/*.txt"))))
     readings = rows(path, read_text)
