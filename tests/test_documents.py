@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 import re
+import shlex
 import tomllib
 from pathlib import Path
 
@@ -179,6 +180,16 @@ def test_the_guide_names_every_command_and_study():
     commands = next(action.choices for action in build_parser()._actions if action.dest == "command")
     assert not [name for name in commands if f"`tactile-maps {name}" not in text.replace("[gui]", "gui")]
     assert not [name for name in STUDY_NAMES if f"`{name}`" not in text]
+
+
+@pytest.mark.parametrize("path", DOCUMENTS, ids=lambda path: str(path.relative_to(ROOT)))
+def test_every_whole_command_is_understood_and_its_scene_exists(path):
+    """Lines of blocks that are a command; names in capitals stand for the user's own, ``...`` for more."""
+    text = path.read_text(encoding="utf8")
+    for line in re.findall(r"^(?: {4})?(?:\.venv/bin/)?tactile-maps (.+?)(?: \.\.\.)?$", text, re.MULTILINE):
+        arguments = build_parser().parse_args(shlex.split(line, comments=True))
+        scene = getattr(arguments, "scene", None)
+        assert scene is None or scene.isupper() or "." in scene or scene in scene_names(), line
 
 
 @pytest.mark.parametrize("path", DOCUMENTS, ids=lambda path: str(path.relative_to(ROOT)))
