@@ -104,9 +104,11 @@ class MapDisplay(QObject):
             self.picture_changed.emit()
 
     def _show_first(self, document: MapDocument, atlas: ImageAtlas | None) -> None:
-        picture = MapScene(
-            document, self.theme, atlas=atlas or ImageAtlas(document.map, look=self._look), layers=self._layers
-        )
+        # A scene that starts again, with other effects or touches, is on the same skin: its image is there already.
+        before = self.picture
+        known = before.atlas if before is not None and before.document.skin is document.skin else None
+        atlas = atlas or ImageAtlas(document.map, known=known, look=self._look)
+        picture = MapScene(document, self.theme, atlas=atlas, layers=self._layers)
         picture.overlay(self._overlays, self._scale)
         picture.use_faults(self._faults)
         scene = QGraphicsScene(self)

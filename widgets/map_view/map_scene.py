@@ -93,6 +93,7 @@ class MapScene:
 
     Attributes:
         document: What is drawn.
+        atlas: Its live image; another one where a chart changed.
         theme: As above, or as set since.
         layers: Those of this scene, by name.
         patches: An item for each patch, in its chart's frame.
@@ -150,11 +151,11 @@ class MapScene:
         """
         self.document = document
         self.shapes = MapShapes.of(document, self.shapes.frame, known=self.shapes)
-        pairs = enumerate(zip(self._atlas.charts, document.charts, strict=True))
+        pairs = enumerate(zip(self.atlas.charts, document.charts, strict=True))
         new = tuple(number for number, (old, chart) in pairs if old is not chart)
         rebuilt = bool(new) and not in_gesture
         if rebuilt:
-            self._use_atlas(ImageAtlas(document.map, known=self._atlas, look=self._atlas.look))
+            self._use_atlas(ImageAtlas(document.map, known=self.atlas, look=self.atlas.look))
         elif in_gesture or self.held:
             self._show_wireframes(new)
         self._place()
@@ -177,7 +178,7 @@ class MapScene:
             layer.set_shown(shown=overlays.shows(name))
         replaced = any(layer.shown and layer.replaces_image for layer in self.layers.values())
         self.taxels.replaced, ground = replaced, self.ground
-        bare = np.full(self._atlas.shape, words32(np.array(BETWEEN_DOTS, np.uint8))) if replaced else None
+        bare = np.full(self.atlas.shape, words32(np.array(BETWEEN_DOTS, np.uint8))) if replaced else None
         self._live.ground = bare if ground is None else ground.pixels
         self._live.touch_from = np.inf if replaced else CONTACT_KPA
         self.recolour(scale)
@@ -188,7 +189,7 @@ class MapScene:
         kind = self._overlays.ground
         if kind not in self._grounds:
             self._grounds_of = _placement_scales(self.document)
-            self._grounds[kind] = make_background(kind, self.map, self._atlas)
+            self._grounds[kind] = make_background(kind, self.map, self.atlas)
         return self._grounds[kind]
 
     @property
@@ -200,7 +201,7 @@ class MapScene:
         """Colour image and taxels by the frame's pressures. Cost: 0.5 ms; 3 ms for 512² pixels that all change."""
         changed = np.flatnonzero(frame.pressures != self.pressures)
         self.pressures = frame.pressures
-        pixels = self._atlas.render(frame.pressures, self._kilopascals, changed=changed)
+        pixels = self.atlas.render(frame.pressures, self._kilopascals, changed=changed)
         self._colour(scale, pixels if scale is self._scale else None)
         for layer in self.layers.values():
             layer.show_frame(frame)
@@ -258,27 +259,25 @@ class MapScene:
 
     def tile(self, number: int) -> tuple[AtlasTile, NDArray[np.float32]]:
         """A patch's part of the image, and the pressures in it [kPa]; of a patch that is held those are old."""
-        return self._atlas.tiles[number], self._kilopascals[self._atlas.window(number)]
+        return self.atlas.tiles[number], self._kilopascals[self.atlas.window(number)]
 
     def _use_atlas(self, atlas: ImageAtlas) -> None:
         """Draw every patch by this live image."""
-        self._atlas, self.held = atlas, ()
+        self.atlas, self.held = atlas, ()
         self._live = LiveImage(atlas.shape, *atlas.halo)
         planes = tuple(atlas.plane(number) for number in range(len(atlas.tiles)))
         self.skin_texture = SkinTexture(self._live.pixels, atlas.extent, planes)
         self._kilopascals = np.zeros(atlas.shape, np.float32)
-        self._atlas.render(self.pressures, self._kilopascals)
+        self.atlas.render(self.pressures, self._kilopascals)
         self._grounds: dict[BaseLayer, Background | None] = {}
         self._grounds_of = _placement_scales(self.document)
         for number in range(len(self.patches)):
             self._show_image(number)
 
     def _show_image(self, number: int) -> None:
-        rows, columns = self._atlas.window(number)
+        rows, columns = self.atlas.window(number)
         shape, scale = self.shapes.patches[number].chart, self.shapes.frame.scale
-        self.patches[number].show_image(
-            shape, scale, self._live, self._atlas.tiles[number], (rows.start, columns.start)
-        )
+        self.patches[number].show_image(shape, scale, self._live, self.atlas.tiles[number], (rows.start, columns.start))
 
     def _show_wireframes(self, new: Sequence[int]) -> None:
         """Draw these as nets, and those again by the image that were."""

@@ -51,14 +51,14 @@ def near(one, other):
 
 @pytest.mark.parametrize("edit", EDITS)
 def test_touch_goes_with_its_patch_and_nothing_is_built(view, document, edit):
-    taxel, tiles = middle_taxel(leaves(), 0), view.display.picture._atlas.tiles
+    taxel, tiles = middle_taxel(leaves(), 0), view.display.picture.atlas.tiles
     quiet = colour_beside(view, taxel)
     view.display.show_frame(touched(leaves(), [taxel], kilopascals=19.0, radius=0.06))
     loud = colour_beside(view, taxel)
     assert loud != quiet
     edited = EDITS[edit](document)
     view.display.show_document(edited)
-    assert view.display.picture._atlas.tiles is tiles
+    assert view.display.picture.atlas.tiles is tiles
     assert near(colour_beside(view, taxel), loud)
     assert not near(quiet, loud)
     for number in range(2):
@@ -153,6 +153,14 @@ def test_names_are_those_of_the_document(view, document):
     assert view.display.words_for(leaves().skin.taxel_point(0)).startswith("Leaf of mine")
 
 
+def test_a_scene_that_starts_again_is_the_same_picture_and_no_image_is_built(view, prepared):
+    view.display.show_prepared(prepared)
+    tiles, first = view.display.picture.atlas.tiles, view.grab().toImage()
+    view.display.show_prepared(replace(prepared))
+    assert all(old is new for old, new in zip(tiles, view.display.picture.atlas.tiles, strict=True))
+    assert view.grab().toImage() == first
+
+
 def test_undone_it_is_the_very_same_picture(view, document):
     view.display.show_frame(touched(leaves(), [0, middle_taxel(leaves(), 1)], radius=0.04))
     first = view.grab().toImage()
@@ -166,12 +174,12 @@ def test_undone_it_is_the_very_same_picture(view, document):
 def test_a_chart_in_the_hand_is_a_net_and_at_rest_only_its_own_image_is_built(view, document):
     taxel = middle_taxel(leaves(), 0)
     view.display.show_frame(touched(leaves(), [taxel], kilopascals=19.0, radius=0.06))
-    heard, tiles, first = [], view.display.picture._atlas.tiles, view.grab().toImage()
+    heard, tiles, first = [], view.display.picture.atlas.tiles, view.grab().toImage()
     view.display.picture_changed.connect(lambda: heard.append(True))
     for share in (0.05, 0.1):
         held = bent(document, share=share)
         view.display.show_document(held, in_gesture=True)
-    assert view.display.picture._atlas.tiles is tiles
+    assert view.display.picture.atlas.tiles is tiles
     assert heard == []
     assert view.grab().toImage() != first
     place = view.display.picture.shapes.frame.to_scene(held.map.taxel_points[taxel])
@@ -181,7 +189,7 @@ def test_a_chart_in_the_hand_is_a_net_and_at_rest_only_its_own_image_is_built(vi
     view.display.set_scale(PressureScale(20.0))
     net = view.grab().toImage()
     view.display.show_document(held)
-    assert [old is new for old, new in zip(tiles, view.display.picture._atlas.tiles, strict=True)] == [False, True]
+    assert [old is new for old, new in zip(tiles, view.display.picture.atlas.tiles, strict=True)] == [False, True]
     assert heard == [True]
     assert view.grab().toImage() != net
     assert view.point_at(view.pixel_of(leaves().skin.taxel_point(taxel))).patch == 0

@@ -222,7 +222,7 @@ def test_a_point_of_the_accuracy_panel_is_taken(window):
     accuracy.chosen.emit(Setting("flatten", "lscm", {}, (1,)))
     assert window.editor.document.charts[1].method == "lscm"
     accuracy.chosen.emit(Setting("image", "nearest", {"pixels": 128}))
-    assert window.map_view.display.picture._atlas.look == ImageSettings("nearest", 128)
+    assert window.map_view.display.picture.atlas.look == ImageSettings("nearest", 128)
     run(window, 0.1)
 
 
