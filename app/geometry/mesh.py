@@ -102,7 +102,7 @@ class Mesh:
         """Total area [m²]."""
         return float(self.face_areas.sum())
 
-    @property
+    @cached_property
     def is_solid(self) -> bool:
         """Whether each of its bodies is closed and its faces look outward: nobody outside sees the back of one.
 

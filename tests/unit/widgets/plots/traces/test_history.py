@@ -85,6 +85,25 @@ def test_series_that_fell_silent_are_dropped():
     assert history.names == ("all",)
 
 
+def test_those_that_stay_keep_their_samples_and_one_that_returns_is_new():
+    history = SampleHistory(seconds=2.0)
+    for k in range(30):
+        history.add(0.125 * k, {"short": -1.0} if k < 5 else {"later": 1.0 * k} | ({"short": -2.0} if k == 29 else {}))
+        history.forget_silent()
+    assert history.names == ("later", "short")
+    assert history.series("later")[1].tolist() == list(range(13, 30))
+    _, short = history.series("short")
+    assert np.isnan(short[:-1]).all()
+    assert short[-1] == -2.0
+
+
+def test_of_merged_samples_one_that_said_nothing_hides_no_number():
+    history = SampleHistory(seconds=10.0, capacity=20)
+    for k in range(4):
+        history.add(0.1 * k, {"all": 1.0} | ({"some": 5.0} if k == 2 else {}))
+    assert np.nanmax(history.series("some")[1]) == 5.0
+
+
 def test_a_taxel_asked_for_later_shows_its_past():
     history = TaxelHistory(seconds=2.0, capacity=64)
     for k in range(100):
