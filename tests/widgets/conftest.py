@@ -15,6 +15,7 @@ from PySide6.QtWidgets import QApplication
 from vtkmodules.vtkRenderingCore import vtkRenderWindow
 
 from app.editing.document import MapDocument
+from app.maps.image_atlas import AtlasTile, ImageAtlas
 from app.maps.tactile_image import vertex_weights
 from app.scene.scene_file import load_scene
 from app.session.prepare import PreparedScene, prepare
@@ -22,7 +23,6 @@ from tests.widgets.support.samples import coarse
 from tests.widgets.support.window_driver import begin_again, close_window, open_window, window_facts
 from widgets.document.map_editor import MapEditor
 from widgets.map_view import map_display
-from widgets.map_view.live_image import AtlasTile, ImageAtlas
 from widgets.robot_view.scene import skin_actors
 from widgets.session.backends import INLINE
 from widgets.workers.scene_worker import InlineSceneWorker

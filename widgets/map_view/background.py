@@ -17,11 +17,11 @@ from app.core.arrays import FloatArray
 from app.core.reading_units import THIN
 from app.geometry.mesh import SurfacePoint
 from app.maps.evaluation.distortion import DistortionMeasure, Stretch, TissotCircles, checkerboard, stretch
+from app.maps.image_atlas import ImageAtlas
 from app.maps.tactile_map import TactileMap
 from widgets.common.colours import PressureScale, StretchScale, Theme, words32
 from widgets.common.settings import BaseLayer
 from widgets.map_view.bijectivity import Flaws
-from widgets.map_view.live_image import ImageAtlas
 from widgets.map_view.map_coordinates import format_three_digits, nice_floor
 
 STRETCH_SCALE = StretchScale()

@@ -14,17 +14,20 @@ from app.core.arrays import FloatArray, IntArray
 from app.core.reading_units import ReadingUnits
 from app.editing.document import MapDocument
 from app.geometry.mesh import SurfacePoint
+from app.maps.image_atlas import ImageAtlas, ImageSettings
 from app.session.frame import Frame
 from app.session.prepare import PreparedScene
 from widgets.common.colours import PressureScale, Theme
 from widgets.common.settings import OverlayOptions
 from widgets.map_view.foreground.map_painter import MapMarks, MapPainter, outlines
-from widgets.map_view.live_image import ImageAtlas, ImageSettings
 from widgets.map_view.map_coordinates import nearest_taxel, readout_text
 from widgets.map_view.map_scene import MapLayerFactory, MapScene
 from widgets.map_view.taxel_faults import NO_FAULTS, TaxelFaults
 from widgets.overlays.body_overlays import SkinTexture
 from widgets.overlays.task_overlay import NO_TASK, TaskOverlay
+
+_KEPT_IMAGES = 3
+"""Skins whose live image stays: a scene, the recording replayed over it, and one that was opened before."""
 
 
 class MapDisplay(QObject):
@@ -76,12 +79,18 @@ class MapDisplay(QObject):
         self._hovered_at: SurfacePoint | None = None
         self._stale = self._unseen = False
         self._overlays, self._look = OverlayOptions(), ImageSettings()
+        self._images: tuple[ImageAtlas, ...] = ()  # of other skins too, the newest first
         self._faults, self._task = NO_FAULTS, NO_TASK
         self._painter = MapPainter(theme, font)
 
-    def show_prepared(self, prepared: PreparedScene, *, atlas: ImageAtlas | None = None) -> None:
-        """Show the map of ``prepared``; ``atlas`` saves building its live image here."""
-        self._show_first(MapDocument.of(prepared.map), atlas)
+    def keep_image(self, image: ImageAtlas) -> None:
+        """Have this live image when its skin is shown, soon: it saves building it here, which takes some tenths."""
+        others = [kept for kept in self._images if kept.skin is not image.skin]
+        self._images = (image, *others[: _KEPT_IMAGES - 1])
+
+    def show_prepared(self, prepared: PreparedScene) -> None:
+        """Show the map of ``prepared``. Cost: 15 ms; where its live image is not kept from before, that of it too."""
+        self._show_first(MapDocument.of(prepared.map))
 
     def show_document(self, document: MapDocument, *, in_gesture: bool = False) -> None:
         """Show a document as it is being edited; of the skin that is shown already, the camera stays where it is.
@@ -94,7 +103,7 @@ class MapDisplay(QObject):
         its part of the live image is built: 60 ms for 300² pixels.
         """
         if self.picture is None or self.picture.document.skin is not document.skin:
-            self._show_first(document, None)
+            self._show_first(document)
             return
         rebuilt = self.picture.take(document, in_gesture=in_gesture)
         if not in_gesture:
@@ -103,11 +112,12 @@ class MapDisplay(QObject):
         if rebuilt:
             self.picture_changed.emit()
 
-    def _show_first(self, document: MapDocument, atlas: ImageAtlas | None) -> None:
-        # A scene that starts again, with other effects or touches, is on the same skin: its image is there already.
-        before = self.picture
-        known = before.atlas if before is not None and before.document.skin is document.skin else None
-        atlas = atlas or ImageAtlas(document.map, known=known, look=self._look)
+    def _show_first(self, document: MapDocument) -> None:
+        # A scene that starts again, or comes back after a replay, is on the same skin: its image is there already.
+        if self.picture is not None:
+            self.keep_image(self.picture.atlas)
+        known = next((kept for kept in self._images if kept.skin is document.skin), None)
+        atlas = ImageAtlas(document.map, known=known, look=self._look)
         picture = MapScene(document, self.theme, atlas=atlas, layers=self._layers)
         picture.overlay(self._overlays, self._scale)
         picture.use_faults(self._faults)

@@ -19,9 +19,10 @@ from PySide6.QtWidgets import QGraphicsItem, QStyleOptionGraphicsItem, QWidget
 from shiboken6 import VoidPtr, wrapInstance
 
 from app.core.arrays import FloatArray, IntArray
+from app.maps.image_atlas import AtlasTile
 from widgets.common.colours import BETWEEN_DOTS, PressureScale
 from widgets.document.taxel_selection import TAXEL_COLOURS
-from widgets.map_view.live_image import AtlasTile, LiveImage
+from widgets.map_view.live_image import LiveImage
 from widgets.map_view.map_shapes import ChartShape, MapShapes, PatchShape, Wireframe
 from widgets.overlays.paint_cache import PaintCache
 

@@ -18,13 +18,14 @@ from app.contacts.detection import TOUCH_THRESHOLD
 from app.core.arrays import BoolArray, IntArray
 from app.editing.document import MapDocument
 from app.geometry.mesh import SurfacePoint
+from app.maps.image_atlas import AtlasTile, ImageAtlas, ImageSettings
 from app.maps.tactile_map import TactileMap
 from app.session.frame import Frame
 from widgets.common.colours import BETWEEN_DOTS, PressureScale, Theme, words32
 from widgets.common.settings import BaseLayer, OverlayOptions
 from widgets.map_view.background import Background, Legend, legend_of, make_background
 from widgets.map_view.bijectivity import FlawFinder, Flaws, FlawsItem
-from widgets.map_view.live_image import AtlasTile, ImageAtlas, ImageSettings, LiveImage
+from widgets.map_view.live_image import LiveImage
 from widgets.map_view.map_coordinates import SceneTransform, VisiblePatches
 from widgets.map_view.map_items import PatchItem, TaxelsItem, ZOrder
 from widgets.map_view.map_shapes import MapShapes, Wireframe, wireframe
@@ -88,7 +89,7 @@ class MapScene:
     Args:
         document: What to draw.
         theme: Colours of everything that is not skin.
-        atlas: Its live image, where one exists already; building one takes some tenths of a second.
+        atlas: Its live image.
         layers: Makes each layer, by name.
 
     Attributes:
@@ -109,7 +110,7 @@ class MapScene:
         document: MapDocument,
         theme: Theme,
         *,
-        atlas: ImageAtlas | None = None,
+        atlas: ImageAtlas,
         layers: Mapping[str, MapLayerFactory] | None = None,
     ) -> None:
         self.document, self.pressures = document, np.zeros(len(document.skin))
@@ -124,7 +125,7 @@ class MapScene:
         self.fault_legend: FaultLegend = ()
         self._found: Mapping[Fault, BoolArray] = {}
         self._overlays, self._scale = OverlayOptions(), PressureScale()
-        self._use_atlas(atlas or ImageAtlas(document.map))
+        self._use_atlas(atlas)
         self._place()
 
     def add_to(self, scene: QGraphicsScene) -> None:

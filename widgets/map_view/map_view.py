@@ -34,7 +34,6 @@ from widgets.interaction.poke_gesture import Panned
 from widgets.interaction.select_gesture import Pixel, paint_rubber_band
 from widgets.interaction.view_interaction import ViewInteraction
 from widgets.interaction.view_tool import PointerHit, ViewTool
-from widgets.map_view.live_image import ImageAtlas
 from widgets.map_view.map_coordinates import MapCamera, SceneTransform, nearest_taxel
 from widgets.map_view.map_display import MapDisplay
 from widgets.map_view.map_scene import MapLayerFactory, MapScene
@@ -133,10 +132,10 @@ class MapView(QGraphicsView):
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.viewport().setMouseTracking(True)
 
-    def show_prepared(self, prepared: PreparedScene, *, atlas: ImageAtlas | None = None) -> None:
-        """Show the map of ``prepared``, framed; ``atlas`` saves building its live image here."""
+    def show_prepared(self, prepared: PreparedScene) -> None:
+        """Show the map of ``prepared``, framed."""
         self.interaction.cancel()
-        self.display.show_prepared(prepared, atlas=atlas)
+        self.display.show_prepared(prepared)
         self.interaction.show_nothing()
 
     def set_tool(self, tool: ToolKind) -> None:

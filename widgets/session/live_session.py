@@ -220,6 +220,11 @@ class LiveSession(QObject):
         return self._run is not None and self.live_input is None
 
     @property
+    def run(self) -> LiveRun | None:
+        """The scene that runs, or waits behind a recording; None before there is one."""
+        return self._run
+
+    @property
     def runner(self) -> SessionRunner | None:
         """Of the scene that runs, shown or not; None before there is one."""
         return None if self._run is None else self._run.runner

@@ -12,7 +12,9 @@ from typing import Any
 from PySide6.QtCore import QObject, Signal
 
 from app.core.errors import TactileMapsError
+from app.core.progress import Progress
 from app.editing.reflatten import ReflattenRequest, ReflattenResult, reflatten
+from app.maps.image_atlas import ImageAtlas, ImageSettings
 from app.recording.player import RecordingPlayer
 from app.robots.robot import Robot
 from app.scene.scene import Scene
@@ -51,7 +53,26 @@ class _MakeLevels:
     robot: Robot
 
 
-Task = Scene | OpenScene | OpenRecording | ReflattenRequest
+Opening = Scene | OpenScene | OpenRecording
+Task = Opening | ReflattenRequest
+
+
+@dataclass(frozen=True)
+class _OpenWithImage:
+    """Open a scene or a recording, and make the live image of its map."""
+
+    opening: Opening
+    image: ImageSettings
+
+
+@dataclass(frozen=True, eq=False)
+class _Opened:
+    """What was opened, and its live image, of the very same charts; None where whoever shows it makes it."""
+
+    content: PreparedScene | RecordingPlayer
+    image: ImageAtlas | None
+
+
 _OPENING = SourceToken("opening")
 """Of a scene or a recording: what is opened is shown whatever was shown before."""
 
@@ -63,13 +84,12 @@ def make_handler() -> RequestHandler:
         def progress(text: str, done: float) -> None:
             tell("progress", (text, done))
 
-        if isinstance(request, Scene):
-            tell("prepared", prepare_cached(request, progress=progress))
-        elif isinstance(request, OpenScene):
-            scene = open_scene(str(request.path), package_roots=request.package_roots, load=load_robot_cached)
-            tell("prepared", prepare_cached(scene, progress=progress))
-        elif isinstance(request, OpenRecording):
-            tell("opened", RecordingPlayer(request.path, progress=progress))
+        if isinstance(request, _OpenWithImage):
+            content = _open(request.opening, progress)
+            shown = content.prepared if isinstance(content, RecordingPlayer) else content
+            tell("opened", _Opened(content, ImageAtlas(shown.map, look=request.image)))
+        elif isinstance(request, Opening):
+            tell("opened", _Opened(_open(request, progress), None))
         elif isinstance(request, ReflattenRequest):
             tell("reflattened", reflatten(request, progress=progress))
         elif isinstance(request, _MakeLevels):
@@ -78,14 +98,27 @@ def make_handler() -> RequestHandler:
     return serve
 
 
+def _open(opening: Opening, progress: Progress) -> PreparedScene | RecordingPlayer:
+    if isinstance(opening, OpenRecording):
+        return RecordingPlayer(opening.path, progress=progress)
+    if isinstance(opening, OpenScene):
+        opening = open_scene(str(opening.path), package_roots=opening.package_roots, load=load_robot_cached)
+    return prepare_cached(opening, progress=progress)
+
+
 class SceneWorker(QObject):
     """Does one thing at a time; the newest request wins, a scene or recording before an edit.
 
     ``close`` ends the process.
+
+    Attributes:
+        image: How the live image of what is opened is to be made.
     """
 
     progressed = Signal(str, float)
     """What is being done for a scene or a recording, and how far it is, 0 to 1."""
+    image_made = Signal(object)
+    """The ImageAtlas of the scene or recording that comes next."""
     prepared = Signal(object)
     """A PreparedScene."""
     opened = Signal(object)
@@ -106,6 +139,7 @@ class SceneWorker(QObject):
         self.process = WorkerProcess("prepare", make_handler, self)
         self.process.answered.connect(self._on_answered)
         self.process.ended.connect(self._on_ended)
+        self.image = ImageSettings()
         self._task: Task | None = None
         self._token = _OPENING
         self._detail: _MakeLevels | None = None
@@ -114,7 +148,7 @@ class SceneWorker(QObject):
     @property
     def busy(self) -> bool:
         """Whether a scene or a recording is being opened."""
-        return isinstance(self._task, Scene | OpenScene | OpenRecording)
+        return isinstance(self._task, Opening)
 
     @property
     def editing(self) -> bool:
@@ -165,7 +199,7 @@ class SceneWorker(QObject):
         if self.process.waiting:
             self.process.close()
         self._task, self._token = task, token
-        self.process.send(task, token)
+        self.process.send(_OpenWithImage(task, self.image) if isinstance(task, Opening) else task, token)
         if self.editing:  # what is opened has links of its own
             self._send_detail()
 
@@ -216,9 +250,12 @@ class SceneWorker(QObject):
             self.edit_failed.emit(result) if editing else self.failed.emit(content)
         elif isinstance(content, ReflattenResult):
             self.reflattened.emit(result)
-        elif isinstance(content, PreparedScene | RecordingPlayer):
+        elif isinstance(content, _Opened):
             self._detail = None
-            (self.prepared if isinstance(content, PreparedScene) else self.opened).emit(content)
+            if content.image is not None:
+                self.image_made.emit(content.image)
+            shown = content.content
+            (self.prepared if isinstance(shown, PreparedScene) else self.opened).emit(shown)
 
     def _on_ended(self, token: SourceToken) -> None:
         """The process died: killed, out of memory, or a native library crashed in it."""

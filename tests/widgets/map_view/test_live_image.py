@@ -14,15 +14,14 @@ import pytest
 
 from app.editing.arrange import mirror, move, rotate, scale
 from app.editing.document import MapDocument, show_patches
-from app.editing.reflatten import apply_result, reflatten, set_lengths
 from app.flattening.bijectivity import crossing_sides, flipped
 from app.maps.evaluation.distortion import nested_patches
-from app.maps.tactile_image import TactileImage
+from app.maps.image_atlas import ImageAtlas, halo_of
 from tests.widgets.support.arrange_driver import bent
 from tests.widgets.support.samples import leaf_map
 from widgets.common.colours import PressureScale
 from widgets.map_view.bijectivity import FlawFinder, Flaws
-from widgets.map_view.live_image import ImageAtlas, ImageSettings, LiveImage, halo_of
+from widgets.map_view.live_image import LiveImage
 from widgets.map_view.map_coordinates import MapCamera
 
 
@@ -151,34 +150,6 @@ def _sorted(rows):
     return rows[np.lexsort(np.round(rows, 9).T)]
 
 
-def test_the_image_is_that_of_the_whole_map(prepared):
-    atlas, whole = ImageAtlas(prepared.map), TactileImage(prepared.map, width=700)
-    pressures = 1e4 * np.random.default_rng(3).random(len(prepared.skin))
-    out = np.zeros(atlas.shape, np.float32)
-    atlas.render(pressures, out)
-    expected = whole.render(pressures)
-    patch, face, bary = atlas.places
-    held = np.flatnonzero(face >= 0)[::97]
-    points = prepared.map.to_map_many(patch[held], face[held], bary[held])
-    there = np.array([expected[whole.pixel(point)] for point in points])
-    assert len(held) > 1000
-    assert np.abs(out.ravel()[held] - there).mean() < 0.02 * out.max()
-    for number, chart in enumerate(prepared.map.charts):
-        middles = atlas.plane(number)[chart.faces].mean(axis=1)
-        columns, rows = (middles / atlas.resolution).astype(int).T
-        flat = (atlas.shape[0] - 1 - rows) * atlas.shape[1] + columns
-        assert (patch[flat] == number).mean() > 0.99
-
-
-def test_a_chart_that_outgrows_its_image_gets_coarser_pixels():
-    document = MapDocument.of(leaves())
-    first = ImageAtlas(document.map)
-    charts = (replace(document.charts[0], plane=9 * document.charts[0].plane), document.charts[1])
-    second = ImageAtlas(replace(document.map, charts=charts), known=first)
-    assert second.resolution > 2 * first.resolution
-    assert np.prod(second.shape) < 2 * np.prod(first.shape)
-
-
 def test_a_camera_over_other_content_sees_the_same():
     camera, room = MapCamera((100.0, 50.0), (20.0, 30.0), 2.0), (640.0, 480.0)
     other = camera.over((400.0, 700.0), (-80.0, 5.0), room)
@@ -187,14 +158,3 @@ def test_a_camera_over_other_content_sees_the_same():
     assert framed.to_scene((320.0, 240.0), room) == pytest.approx((120.0, 355.0))
     far = other.over((10.0, 10.0), (900.0, 900.0), room)
     assert far.panned(1.0, 1.0, room).centre == pytest.approx(far.centre, abs=1.0)
-
-
-def test_an_undone_chart_finds_its_tile_again(prepared):
-    document = MapDocument.of(prepared.map)
-    other = apply_result(document, reflatten(set_lengths(document, [1], 0.5)))
-    first = ImageAtlas(document.map)
-    second = ImageAtlas(other.map, known=first)
-    again = ImageAtlas(document.map, known=second)
-    assert second.tiles[1] is not first.tiles[1]
-    assert all(tile is old for tile, old in zip(again.tiles, first.tiles, strict=True))
-    assert ImageAtlas(document.map, known=again, look=ImageSettings("nearest")).tiles[0] is not first.tiles[0]

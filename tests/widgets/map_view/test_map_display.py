@@ -12,13 +12,13 @@ from PySide6.QtTest import QTest
 
 from app.editing.arrange import mirror, move, rotate, scale
 from app.editing.document import MapDocument, rename_patch, show_patches
+from app.maps.image_atlas import AtlasTile, ImageAtlas
 from tests.widgets.support.arrange_driver import bent
 from tests.widgets.support.samples import leaf_map, middle_taxel, touched
 from widgets.common.colours import PressureScale
 from widgets.common.settings import BaseLayer
 from widgets.layers.registry import LAYERS, at_first
 from widgets.map_view import map_display
-from widgets.map_view.live_image import AtlasTile
 
 leaves = cache(leaf_map)
 EDITS = {
@@ -155,14 +155,39 @@ def test_names_are_those_of_the_document(view, document):
     assert view.display.words_for(leaves().skin.taxel_point(0)).startswith("Leaf of mine")
 
 
-def test_a_scene_that_starts_again_is_the_same_picture_and_no_image_is_built(view, prepared, monkeypatch):
+@pytest.fixture
+def images_anew(monkeypatch):
+    """Without the cache that all tests share."""
     for owner, name in ((AtlasTile, "of"), (map_display, "ImageAtlas")):
-        monkeypatch.setattr(owner, name, getattr(owner, name).__wrapped__)  # without the cache that all tests share
+        monkeypatch.setattr(owner, name, getattr(owner, name).__wrapped__)
+
+
+@pytest.mark.usefixtures("images_anew")
+def test_a_scene_that_starts_again_is_the_same_picture_and_no_image_is_built(view, prepared):
     view.display.show_prepared(prepared)
     tiles, first = view.display.picture.atlas.tiles, view.grab().toImage()
     view.display.show_prepared(replace(prepared))
     assert all(old is new for old, new in zip(tiles, view.display.picture.atlas.tiles, strict=True))
     assert view.grab().toImage() == first
+
+
+@pytest.mark.usefixtures("images_anew")
+def test_an_image_made_elsewhere_is_drawn_and_stays_while_another_skin_is_shown(view, prepared):
+    image, other = ImageAtlas(prepared.map), replace(prepared, map=leaves())
+    view.display.keep_image(image)
+    for shown in (prepared, other, prepared):
+        view.display.show_prepared(shown)
+    assert all(made is drawn for made, drawn in zip(image.tiles, view.display.picture.atlas.tiles, strict=True))
+
+
+@pytest.mark.usefixtures("images_anew")
+def test_of_skins_seen_long_ago_no_image_is_kept(view, prepared):
+    view.display.show_prepared(prepared)
+    tiles = view.display.picture.atlas.tiles
+    for _ in range(3):
+        view.display.show_prepared(replace(prepared, map=leaf_map()))
+    view.display.show_prepared(prepared)
+    assert not any(old is new for old, new in zip(tiles, view.display.picture.atlas.tiles, strict=True))
 
 
 def test_undone_it_is_the_very_same_picture(view, document):

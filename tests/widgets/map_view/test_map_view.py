@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import cache
 
 import numpy as np
 import pytest
@@ -16,12 +15,9 @@ from tests.widgets.support.layered_map_view import layered_map_view
 from tests.widgets.support.samples import touched
 from tests.widgets.support.snapshots import pixels
 from widgets.common.colours import DARK, LIGHT, PressureScale
-from widgets.map_view.live_image import ImageAtlas
 
 LEFT, MIDDLE, NONE = Qt.MouseButton.LeftButton, Qt.MouseButton.MiddleButton, Qt.KeyboardModifier.NoModifier
 BESIDE = QPoint(4, 4)
-atlas_of = cache(ImageAtlas)
-"""One live image for all tests of a map; building it is most of a test's time."""
 
 
 class Heard:
@@ -52,7 +48,7 @@ class Heard:
 
 @pytest.fixture
 def view(open_map_view, prepared):
-    return open_map_view(700, 600, lambda view: view.show_prepared(prepared, atlas=atlas_of(prepared.map)))
+    return open_map_view(700, 600, lambda view: view.show_prepared(prepared))
 
 
 @pytest.fixture
@@ -287,7 +283,7 @@ def test_themes_and_maps_change_while_it_is_open(view, prepared, qtbot):
     view.set_theme(LIGHT)
     assert view.grab().toImage() != dark
     view.set_theme(DARK)
-    view.show_prepared(prepared, atlas=atlas_of(prepared.map))
+    view.show_prepared(prepared)
     assert view.grab().toImage() == dark
 
 

@@ -12,7 +12,6 @@ from PySide6.QtGui import QColor
 from app.editing.document import MapDocument, show_patches
 from tests.widgets.support.samples import touched
 from tests.widgets.support.snapshots import pixels
-from widgets.map_view.live_image import ImageAtlas
 from widgets.map_view.taxel_faults import NO_FAULTS, Fault, TaxelFaults
 
 DEAD, STUCK = 40, 90
@@ -20,7 +19,7 @@ DEAD, STUCK = 40, 90
 
 @pytest.fixture
 def view(open_map_view, prepared):
-    return open_map_view(700, 600, lambda view: view.show_prepared(prepared, atlas=ImageAtlas(prepared.map)))
+    return open_map_view(700, 600, lambda view: view.show_prepared(prepared))
 
 
 @pytest.fixture

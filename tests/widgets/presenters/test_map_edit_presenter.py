@@ -32,6 +32,7 @@ from app.editing.document_file import load_document
 from app.editing.reflatten import set_lengths, set_method
 from app.flattening.bijectivity import flipped
 from app.flattening.methods import METHODS
+from app.maps.image_atlas import ImageSettings
 from app.recording.player import RecordingPlayer
 from app.recording.verify import verify
 from app.session.inputs import MapEdited
@@ -39,7 +40,6 @@ from app.studies.work_precision import Setting
 from tests.widgets.support.window_driver import press_map, run
 from widgets.common.settings import Settings
 from widgets.common.tool_kinds import POKE, SELECT_BOX
-from widgets.map_view.live_image import ImageSettings
 from widgets.session.backends import INLINE
 from widgets.tools.registry import ARRANGE, INTEREST, PINS, SEAMS
 from widgets.window.main_window import MainWindow

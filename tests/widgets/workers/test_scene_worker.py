@@ -11,6 +11,7 @@ import pytest
 
 from app.editing.document import MapDocument
 from app.editing.reflatten import apply_result, set_method
+from app.maps.image_atlas import ImageSettings
 from app.recording.player import RecordingPlayer
 from app.recording.verify import verify
 from app.scene.scene_file import scene_to_toml
@@ -71,6 +72,21 @@ def test_a_scene_comes_back_prepared(worker, scene, qtbot):
     assert not worker.busy
     assert len(stages) > 3
     assert [done for _, done in stages] == sorted(done for _, done in stages), "progress never goes back"
+
+
+@pytest.mark.parametrize("look", [ImageSettings(), ImageSettings("nearest", 200)])
+def test_its_live_image_comes_before_it_and_is_of_its_charts(worker, scene, qtbot, look):
+    came = []
+    worker.image_made.connect(came.append)
+    worker.image = look
+    with qtbot.waitSignal(worker.prepared, timeout=LONG) as got:
+        worker.prepare(scene)
+    worker.image = ImageSettings()
+    worker.image_made.disconnect(came.append)
+    (image,) = came
+    assert image.look == look
+    assert image.skin is got.args[0].skin
+    assert all(tile.chart is chart for tile, chart in zip(image.tiles, got.args[0].map.charts, strict=True))
 
 
 def test_what_a_scene_file_names_is_checked_there_and_a_mistake_has_its_line(worker, scene, qtbot, tmp_path):

@@ -7,12 +7,12 @@ from collections.abc import Callable
 from PySide6.QtCore import QObject
 
 from app.control.command import ControlSettings
+from app.maps.image_atlas import ImageSettings
 from app.studies.stages.control import stage_setting_of, with_stage_setting
 from app.studies.stages.registry import edits_map
 from app.studies.work_precision import Setting
 from widgets.context.app_context import AppContext
 from widgets.document.stage_settings import reflatten_for
-from widgets.map_view.live_image import ImageSettings
 from widgets.panels.control.controller_panel import ControllerPanel
 from widgets.panels.simulation.accuracy_panel import AccuracyPanel
 from widgets.presenters.session.effects_presenter import EffectsPresenter
@@ -75,7 +75,9 @@ class AccuracyPresenter(QObject):
         self._context.session.set_settings(with_stage_setting(settings, setting))
 
     def _use_image(self, setting: Setting) -> None:
-        self._context.views.map.display.set_image(ImageSettings(setting.method, int(setting.values["pixels"])))
+        look = ImageSettings(setting.method, int(setting.values["pixels"]))
+        self._context.session.worker.image = look
+        self._context.views.map.display.set_image(look)
         self._panel.show_present(setting)
 
     def _on_settings_changed(self, settings: ControlSettings) -> None:

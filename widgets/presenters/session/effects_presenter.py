@@ -23,6 +23,7 @@ from widgets.panels.simulation.effects_panel import (
     credited_decision,
     recorded_decision,
 )
+from widgets.session.live_run import LiveRun
 
 
 class EffectsPresenter(QObject):
@@ -64,6 +65,11 @@ class EffectsPresenter(QObject):
         if self._live.player is None and prepared is not self._home:
             self._home, self._chosen = prepared, {prepared.scene.effects: prepared.scene}
             self._at_rest = False
+
+    def chosen(self, run: LiveRun) -> Scene:
+        """The scene that runs, or waits behind a recording, with every effect as it was chosen."""
+        own = run.prepared.scene
+        return self._chosen.get(run.settings.effects, own) if run.prepared is self._home else own
 
     def _on_effects_changed(self, effects: Effects) -> None:
         """Asked for, gone back to after a refusal, or passed in a replay."""

@@ -49,6 +49,7 @@ class ScenePresenter(QObject):
         self._plugins_told: set[Plugin] = set()
         session, views = context.session, context.views
         session.prepared_changed.connect(self._on_prepared_changed)
+        session.worker.image_made.connect(views.map.display.keep_image)
         session.worker.levels_made.connect(views.robot.display.set_link_levels)
         session.frames_passed.connect(context.plots.keep)
         session.frame_ready.connect(self._on_frame_ready)

@@ -91,13 +91,12 @@ class TouchScriptPresenter(QObject):
         if not stimuli:
             self._context.notifier.say("Nothing touches the skin in this recording.")
             return
-        self._live.back_to_live()
-        prepared, scene, source = self._live.prepared, self._effects.scene, self._live.source
-        if prepared is not None and scene is not None and source is not None:
-            settings, map_ = source.settings.settings, source.settings.map
-            self._live.show_prepared(replace(prepared, scene=replace(scene, stimuli=stimuli), map=map_))
-            self._live.set_settings(settings)
-            self._context.notifier.say("The touches of the recording are repeated here. Record them to compare both.")
+        if (run := self._live.run) is None:
+            return
+        scene, settings = replace(self._effects.chosen(run), stimuli=stimuli), run.settings
+        self._live.show_prepared(replace(run.prepared, scene=scene, map=settings.map))
+        self._live.set_settings(settings.settings)
+        self._context.notifier.say("The touches of the recording are repeated here. Record them to compare both.")
 
     def weigh(self) -> None:
         """Lay a known load on a copy of the scene beside, and say what it reads."""

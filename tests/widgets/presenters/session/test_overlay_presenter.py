@@ -84,8 +84,11 @@ def test_its_contacts_are_outlined_when_they_are_and_moved_in_time(window, prepa
 
 def test_the_touches_are_repeated_on_the_scene_that_waits(window):
     assert window.action("repeat_touches").isEnabled()
+    shown = []
+    window.live.prepared_changed.connect(shown.append)
     window.action("repeat_touches").trigger()
     assert window.live.mode == "live"
+    assert len(shown) == 1, "all that is drawn is made once"
     assert not outlined(window), "it went with the recording it lay over"
     assert len(window.live.prepared.scene.stimuli) == 1
     run(window, 0.4)
