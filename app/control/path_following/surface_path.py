@@ -78,7 +78,7 @@ class SurfacePath:
     Raises:
         MapError: It does not start on the skin.
 
-    Cost: 0.3 ms and 5 µs a side inside a patch, 50 µs a side behind a seam; 2 ms when a patch of 10,000 triangles is
+    Cost: 0.3 ms and 5 µs a side inside a patch, 10 µs a side behind a seam; 2 ms when a patch of 10,000 triangles is
     first asked about, then 10 µs a question.
     """
 
