@@ -1,11 +1,18 @@
 """Symmetric systems solved by factoring: the pattern is analysed once, new numbers are factored into it.
 
-Two libraries do it, both in an approximate minimum degree order. QDLDL goes column by column and is the faster one on
-small systems; RSLAB gathers columns into dense blocks (supernodes), which pays from some thousand unknowns on. Newton's
-matrices of flattening, milliseconds of CPU, a factorisation with a solution (QDLDL; RSLAB): 2,000 faces 2.1; 3.5,
-8,000 faces 18; 14, 16,000 faces 49; 31, 30,000 faces 150; 70, 100,000 faces 1,500; 340. SuperLU takes twice as long as
-QDLDL. CHOLMOD's supernodal code would be a third faster than RSLAB still, but is under the GPL; PARDISO's does not run
-on macOS.
+Two libraries do it, both in an approximate minimum degree order. QDLDL goes column by column; RSLAB gathers columns
+into dense blocks (supernodes), which pays where the factor has many more entries than the matrix: from 6.7 times on,
+whether there are 10,000 unknowns or 200,000, one a vertex or two. Newton's matrices of flattening, milliseconds of CPU
+for a factorisation with three solutions (QDLDL; RSLAB):
+
+    unknowns  of a square    of a strip of 50 times its width   of one of 1,000 times
+    8,000     30; 44         6; 16                              3; 18
+    33,000    232; 155       40; 84                             5; 40
+    93,000    1,759; 526     206; 276                           63; 251
+    200,000   4,786; 966     864; 798                           239; 555
+
+SuperLU takes twice as long as QDLDL. CHOLMOD's supernodal code would be a third faster than RSLAB still, but is under
+the GPL; PARDISO's does not run on macOS.
 """
 
 from __future__ import annotations
@@ -20,7 +27,9 @@ from scipy.sparse import csc_matrix
 from app.core.arrays import FloatArray
 
 SUPERNODAL_FROM = 8000
-"""Unknowns from which supernodes pay."""
+"""Unknowns below which supernodes never pay, so that nothing is to be found out."""
+SUPERNODAL_FILL = 6.7
+"""As many entries of the factor for each of the matrix's upper triangle, and supernodes pay."""
 
 
 class SparseLDL:
@@ -45,7 +54,7 @@ class SparseLDL:
         pattern = (upper.indices.ctypes.data, upper.indptr.ctypes.data, upper.nnz)
         try:
             if self._solver is None or pattern != self._pattern:
-                self._solver = (_Supernodal if upper.shape[0] >= SUPERNODAL_FROM else _ByColumns)(upper)
+                self._solver = _factored(upper)
                 # Held on to, so that no other array can come to lie at the same address.
                 self._pattern, self._held = pattern, upper
             else:
@@ -70,8 +79,18 @@ class SparseLDL:
         return found.reshape(right.shape)
 
 
+def _factored(upper: csc_matrix) -> _Solver:
+    """By the library that is faster on this pattern."""
+    if upper.shape[0] >= SUPERNODAL_FROM:
+        analysed = _Supernodal(upper)
+        if analysed.fill >= SUPERNODAL_FILL:
+            analysed.update(upper)
+            return analysed
+    return _ByColumns(upper)
+
+
 class _Solver(Protocol):
-    """A matrix's factors; made with the first numbers of a pattern."""
+    """A matrix's factors."""
 
     def update(self, upper: csc_matrix, /) -> None:
         """Factor other numbers of the pattern."""
@@ -94,7 +113,13 @@ class _ByColumns:
 
 
 class _Supernodal:
-    """By RSLAB, which wants the lower triangle: the same entries in another order."""
+    """By RSLAB, which wants the lower triangle: the same entries in another order.
+
+    Made for a pattern; ``update`` gives it numbers.
+
+    Attributes:
+        fill: Entries of the factor for each of ``upper``.
+    """
 
     def __init__(self, upper: csc_matrix) -> None:
         numbered = csc_matrix((np.arange(upper.nnz, dtype=np.float64), upper.indices, upper.indptr), shape=upper.shape)
@@ -102,7 +127,7 @@ class _Supernodal:
         lower.sort_indices()
         self._order = lower.data.astype(np.int64)
         self._symbolic: Any = rslab.analyze(lower, path="ldlt", ordering="amd", scaling="identity", threads=1)
-        self.update(upper)
+        self.fill: float = self._symbolic.factor_nnz / upper.nnz
 
     def update(self, upper: csc_matrix) -> None:
         self._factors: Any = self._symbolic.factor(upper.data[self._order])

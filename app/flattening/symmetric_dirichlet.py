@@ -174,6 +174,7 @@ class SymmetricDirichlet:
         self._rest, self._lengths, self._count = rest, lengths, len(rest.vertices)
         self._base, self._along, self._across = 1 / shape.base, shape.along, 1 / shape.across
         self._weight = shape.areas / shape.areas.sum()
+        self._corners = np.ascontiguousarray(rest.faces.T)
         self._pattern: HessianPattern | None = None
 
     def jacobians(self, plane: FloatArray) -> FloatArray:
@@ -182,11 +183,15 @@ class SymmetricDirichlet:
 
     def _jacobian(self, plane: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
         """Entries xx, xy, yx, yy, each (m,): one array an entry is several times faster than small matrices."""
-        x, y = plane[:, 0][self.faces.T], plane[:, 1][self.faces.T]
+        x, y = self._at_corners(plane)
         xx, yx = (x[1] - x[0]) * self._base, (y[1] - y[0]) * self._base
         xy = (x[2] - x[0] - xx * self._along) * self._across
         yy = (y[2] - y[0] - yx * self._along) * self._across
         return xx, xy, yx, yy
+
+    def _at_corners(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """(3, m) each, x and y of ``points`` (k, 2) at the faces' corners."""
+        return points[:, 0].take(self._corners), points[:, 1].take(self._corners)
 
     def energy(self, plane: FloatArray) -> float:
         """Mean energy by area; inf where a face has no positive area."""
@@ -267,12 +272,12 @@ class SymmetricDirichlet:
         result = np.empty((self._count, 2))
         for axis, part in enumerate((x, y)):
             corners = np.concatenate([-part.sum(axis=0), part[0], part[1]])
-            result[:, axis] = np.bincount(self.faces.T.ravel(), corners, minlength=self._count)
+            result[:, axis] = np.bincount(self._corners.ravel(), corners, minlength=self._count)
         return result.ravel()
 
     def largest_step(self, plane: FloatArray, step: FloatArray) -> float:
         """How far along ``step`` (k, 2) the first face loses its area; inf if none does."""
-        (x, y), (dx, dy) = (part.T[:, self.faces.T] for part in (plane, step))
+        (x, y), (dx, dy) = self._at_corners(plane), self._at_corners(step)
         x1, y1, x2, y2 = x[1] - x[0], y[1] - y[0], x[2] - x[0], y[2] - y[0]
         u1, v1, u2, v2 = dx[1] - dx[0], dy[1] - dy[0], dx[2] - dx[0], dy[2] - dy[0]
         c, b, a = x1 * y2 - y1 * x2, x1 * v2 - y1 * u2 + u1 * y2 - v1 * x2, u1 * v2 - v1 * u2
@@ -299,14 +304,34 @@ def rotation_svd(matrices: FloatArray) -> tuple[FloatArray, FloatArray, FloatArr
 def _rotations_and_values(
     xx: FloatArray, xy: FloatArray, yx: FloatArray, yy: FloatArray
 ) -> tuple[tuple[FloatArray, FloatArray], tuple[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]:
-    """Cosine and sine of u, the two values, cosine and sine of v, each (m,), with u diag(s) v' the matrix."""
-    same, other = np.hypot(xx + yy, yx - xy) / 2, np.hypot(xx - yy, xy + yx) / 2
-    turn, twist = np.arctan2(yx - xy, xx + yy), np.arctan2(xy + yx, xx - yy)
-    largest = same + other
-    # The smaller value by the determinant: the difference same - other would lose its digits.
+    """Cosine and sine of u, the two values, cosine and sine of v, each (m,), with u diag(s) v' the matrix.
+
+    The matrix is a scaled rotation by u - v plus a scaled reflection by u + v. Both directions are unit vectors, and
+    half of their sum comes by the half-angle formulas: arcs and their sines take twice the time.
+    """
+    spun, flipped = np.hypot(xx + yy, yx - xy), np.hypot(xx - yy, xy + yx)
+    c, s = _directions(xx + yy, yx - xy, spun)
+    d, t = _directions(xx - yy, xy + yx, flipped)
+    largest = (spun + flipped) / 2
+    # The smaller value by the determinant: the difference of the two would lose its digits.
     smallest = (xx * yy - xy * yx) / np.where(largest > 0, largest, 1.0)
-    left, right = 0.5 * (twist + turn), 0.5 * (twist - turn)
-    return (np.cos(left), np.sin(left)), (largest, smallest), (np.cos(right), np.sin(right))
+    cosine, sine = _halved(c * d - s * t, s * d + c * t)
+    return (cosine, sine), (largest, smallest), (cosine * c + sine * s, sine * c - cosine * s)
+
+
+def _directions(x: FloatArray, y: FloatArray, length: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Cosine and sine, each (m,), of vectors of these lengths; those of the x axis where there is no length."""
+    held = length > np.finfo(float).tiny
+    if not held.all():
+        x, y, length = np.where(held, x, 1.0), np.where(held, y, 0.0), np.where(held, length, 1.0)
+    return x / length, y / length
+
+
+def _halved(cosine: FloatArray, sine: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Cosine and sine of half the angles; each by the formula that cancels no digits."""
+    larger = np.sqrt(0.5 * (1 + np.abs(cosine)))
+    smaller, ahead = 0.5 * sine / larger, cosine >= 0
+    return np.where(ahead, larger, np.abs(smaller)), np.where(ahead, smaller, np.copysign(larger, sine))
 
 
 def _matrices(rotation: tuple[FloatArray, FloatArray]) -> FloatArray:

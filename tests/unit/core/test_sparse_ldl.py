@@ -14,6 +14,7 @@ from app.core.sparse_ldl import SparseLDL
 def library(request, monkeypatch):
     """Every promise holds for both libraries, on small systems too."""
     monkeypatch.setattr(sparse_ldl, "SUPERNODAL_FROM", 1 if request.param == "supernodal" else 10**9)
+    monkeypatch.setattr(sparse_ldl, "SUPERNODAL_FILL", 0.0)
 
 
 def _upper(matrix) -> csc_matrix:
@@ -68,22 +69,25 @@ def test_nothing_is_solved_before_or_after_a_failure(positive):
         factor.solve(np.ones(40))
 
 
-def test_large_systems_are_factored_by_supernodes(monkeypatch):
+@pytest.mark.parametrize(
+    ("rows", "columns", "kind"),
+    [(30, 30, "_ByColumns"), (120, 120, "_Supernodal"), (4, 3000, "_ByColumns")],
+    ids=["small", "square", "strip"],
+)
+def test_supernodes_factor_what_is_large_and_fills(monkeypatch, rows, columns, kind):
     monkeypatch.undo()
-    chosen = []
-    for kind in ("_ByColumns", "_Supernodal"):
-        made = getattr(sparse_ldl, kind)
-        monkeypatch.setattr(sparse_ldl, kind, lambda upper, kind=kind, made=made: (chosen.append(kind), made(upper))[1])
-    for size in (100, sparse_ldl.SUPERNODAL_FROM):
-        factor = SparseLDL()
-        factor.update(_chain(size))
-        residual = _chain(size, whole=True) @ factor.solve(np.ones(size)) - 1
-        assert np.abs(residual).max() < 1e-9
-    assert chosen == ["_ByColumns", "_Supernodal"]
+    factor, matrix = SparseLDL(), _grid(rows, columns)
+    factor.update(_upper(matrix))
+    assert isinstance(factor._solver, getattr(sparse_ldl, kind))
+    right = np.random.default_rng(2).normal(size=rows * columns)
+    np.testing.assert_allclose(matrix @ factor.solve(right), right, atol=1e-9)
 
 
-def _chain(size, *, whole=False):
-    """Springs in a row, each vertex held a little: the upper triangle, or the whole matrix."""
-    sides = np.full(size - 1, -1.0)
-    return csc_matrix(diags([sides, np.full(size, 2.1), sides] if whole else [np.full(size, 2.1), sides],
-                            [-1, 0, 1] if whole else [0, 1]))  # fmt: skip
+def _grid(rows, columns):
+    """Springs along the sides and one diagonal of a grid, each vertex held a little."""
+    number = np.arange(rows * columns).reshape(rows, columns)
+    pairs = [(number[:, 1:], number[:, :-1]), (number[1:], number[:-1]), (number[1:, 1:], number[:-1, :-1])]
+    first, second = (np.concatenate([pair[k].ravel() for pair in pairs]) for k in (0, 1))
+    springs = csc_matrix((np.ones(len(first)), (first, second)), shape=(rows * columns,) * 2)
+    springs = springs + springs.T
+    return csc_matrix(diags(np.asarray(springs.sum(axis=0)).ravel() + 0.1) - springs)
