@@ -216,14 +216,18 @@ class ThreadReadingsRunner(_TakesReadings):
         self.real_time_factor = 1.0
         self._connection, self._motion, self._ended = connection, motion, threading.Event()
         self._thread = threading.Thread(target=self._loop, name="readings", daemon=True)
-        connection.start()
+
+    def start(self) -> None:
+        """Receive and take readings from now on, once."""
+        self._connection.start()
         self._thread.start()
 
     def stop(self) -> None:
         """End both threads and wait for them."""
         self._ended.set()
         self._connection.close()
-        self._thread.join()
+        if self._thread.is_alive():
+            self._thread.join()
         self._motion.stop()
 
     def _loop(self) -> None:

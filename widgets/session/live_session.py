@@ -363,6 +363,7 @@ class LiveSession(QObject):
         self._show_other(self._run.prepared)
         self._active_settings.show(self._run.settings)
         self.mode_changed.emit(self.mode)
+        runner.start()  # not before: its first ticks would be seen by nobody, and take their time from what shows them
         self.pump()
 
     # Going on from a recording.
@@ -472,9 +473,9 @@ class LiveSession(QObject):
             return
         self._leave_replay()
         if (run := self._run) is not None:
-            run.runner.paused = self._was_paused
             self._show_other(run.prepared)
             self._active_settings.show(run.settings)
+            run.runner.paused = self._was_paused
         self.mode_changed.emit(self.mode)
         self.pump()
 

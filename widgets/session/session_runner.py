@@ -90,6 +90,9 @@ class SessionRunner:
         self.strokes = StrokePlan(session.prepared.skin, session.prepared.scene.tick)
         self._recent: deque[Frame] = deque(maxlen=_MOST_RECENT)
 
+    def start(self) -> None:
+        """Run from now on, once: whatever shows the session is there."""
+
     def take_recent(self) -> tuple[Frame, ...]:
         """Every frame since this was last asked, the oldest first; under the lock."""
         recent = tuple(self._recent)
@@ -178,12 +181,16 @@ class ThreadRunner(SessionRunner):
         self._clock, self._ended = clock, threading.Event()
         self._remainder = 0.0
         self._thread = threading.Thread(target=self._loop, name="session", daemon=True)
+
+    def start(self) -> None:
+        """Run from now on, once."""
         self._thread.start()
 
     def stop(self) -> None:
         """End the thread and wait for it."""
         self._ended.set()
-        self._thread.join()
+        if self._thread.is_alive():
+            self._thread.join()
 
     def _loop(self) -> None:
         last = self._clock()

@@ -43,9 +43,17 @@ def thread(session):
     ticks = []
     runner = ThreadRunner(session, ticks.append)
     runner.ticks = ticks
+    runner.start()
     yield runner
     runner.stop()
     assert not runner._thread.is_alive()
+
+
+def test_no_tick_passes_before_its_start_and_it_can_be_ended_before(session):
+    runner = ThreadRunner(session, lambda _frame: None)
+    assert not runner._thread.is_alive()
+    runner.stop()
+    assert session.frame.tick == 0
 
 
 def test_what_the_session_refuses_at_once_is_told_and_it_goes_on(session):
@@ -132,6 +140,7 @@ class GatedSession(Session):
 def test_whoever_asks_waits_for_one_tick_not_for_a_batch(prepared, qtbot):
     session, seen = GatedSession(prepared), []
     runner = ThreadRunner(session, lambda _frame: None, clock=accumulate(repeat(0.1)).__next__)
+    runner.start()
     assert session.entered.wait(10)
 
     def ask():
@@ -173,6 +182,7 @@ def test_a_session_runs_at_the_speed_asked_for_and_makes_up_a_tenth_of_a_second_
     clock, ended = looks(*gaps)
     told = []
     runner = ThreadRunner(session, told.append, speed=speed, clock=clock)
+    runner.start()
     assert ended.wait(10)
     runner.stop()
     assert len(told) == ticks
@@ -182,6 +192,7 @@ def test_time_that_cannot_be_kept_up_with_is_dropped(session):
     """A clock that jumps an hour a look: the session does a bounded batch, not an hour's worth."""
     looks = iter(range(10**6))
     runner = ThreadRunner(session, lambda _frame: None, clock=lambda: 3600.0 * next(looks))
+    runner.start()
     runner.stop()
     assert session.frame.time < 60.0
     assert runner.real_time_factor < 0.01
