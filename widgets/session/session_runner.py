@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 import threading
 import time
 from collections import deque
@@ -18,6 +19,9 @@ from widgets.session.stroke import StrokePlan
 
 BATCH_SECONDS = 0.010
 """Seconds between two batches of ticks: longer than Python's thread switch, shorter than a drawn frame."""
+SWITCH_SECONDS = 0.5e-3
+"""So long a thread waits for Python's lock at most. The window lets go of it with each call of Qt, and would wait ten
+times as long by default: a hundred calls, and it is away for half a second."""
 LONGEST_GAP = 0.1
 """Wall seconds that one batch makes up for at most; the rest of a longer gap is dropped."""
 _SMOOTH = 0.1
@@ -184,6 +188,7 @@ class ThreadRunner(SessionRunner):
 
     def start(self) -> None:
         """Run from now on, once."""
+        sys.setswitchinterval(SWITCH_SECONDS)
         self._thread.start()
 
     def stop(self) -> None:

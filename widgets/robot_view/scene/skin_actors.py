@@ -16,6 +16,7 @@ import pyvista as pv
 from scipy.sparse import csr_matrix
 
 from app.core.arrays import FloatArray, IntArray
+from app.core.weak_cache import weak_cache
 from app.geometry.mesh import Mesh, SurfacePoint
 from app.maps.tactile_image import vertex_weights
 from app.maps.tactile_map import TactileMap
@@ -181,6 +182,12 @@ RING_SIZE, FEW_RING_SIZE = 0.34, 0.55
 """Radius of a selected taxel's ring, as a share of the root of its area: one of many, and one of few."""
 
 
+@weak_cache
+def _weights_of(map_: TactileMap) -> list[csr_matrix]:
+    """For each patch, how its vertices are coloured: the same in a second view, and when a scene starts again."""
+    return vertex_weights(map_)
+
+
 class SkinActors:
     """All that is drawn of one skin. Mutable.
 
@@ -197,7 +204,7 @@ class SkinActors:
 
     def __init__(self, plotter: Any, prepared: PreparedScene, scale: PressureScale) -> None:
         self._plotter, self._prepared = plotter, prepared
-        self._use_weights(vertex_weights(prepared.map))
+        self._use_weights(_weights_of(prepared.map))
         self._surfaces: list[pv.PolyData] = []
         self._plain: list[Any] = []
         for patch in prepared.skin.patches:
@@ -235,7 +242,7 @@ class SkinActors:
         """
         old, self._prepared = self._prepared.map, replace(self._prepared, map=map_)
         if any(one is not other for one, other in zip(old.charts, map_.charts, strict=True)):
-            self._use_weights(vertex_weights(map_))
+            self._use_weights(_weights_of(map_))
             self.set_texture(None, always=self._always)
         elif self._textured is not None:
             self._textured.lay(map_)
