@@ -38,6 +38,7 @@ from app.core.arrays import FloatArray
 from app.core.errors import SceneError
 from app.core.plugins import Plugin, Registry, check_call, check_members
 from app.core.toml import check_keys
+from app.scene.scene import Setting
 from app.robots.robot import Robot
 
 BuildController = Callable[[Robot, TaskManager, MapKinematics], Controller]
@@ -328,3 +329,10 @@ def settings_from(values: Mapping[str, object]) -> ControlSettings:
             "this is not a path on the map", place="control.path", value=values["path"], remedy=remedy
         ) from error
     return check_settings(settings)
+
+
+def scene_values(settings: ControlSettings) -> dict[str, Setting]:
+    """A scene's table, from which ``settings_from`` reads these settings: what differs from the defaults, by name."""
+    default = ControlSettings()
+    values: dict[str, Setting] = {field.name: getattr(settings, field.name) for field in fields(settings)}
+    return {name: value for name, value in values.items() if value != getattr(default, name)}

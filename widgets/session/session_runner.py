@@ -24,6 +24,9 @@ SWITCH_SECONDS = 0.5e-3
 times as long by default: a hundred calls, and it is away for half a second."""
 LONGEST_GAP = 0.1
 """Wall seconds that one batch makes up for at most; the rest of a longer gap is dropped."""
+UNREAD_SECONDS = 0.2
+"""Wall seconds for which a session runs on while its window does not look: then it waits for it. They share Python's
+lock, and a window that builds the views of another scene, or lays a path, would be away for twice as long."""
 _SMOOTH = 0.1
 _MOST_RECENT = 1000
 """Frames kept for a window that is late; of more the oldest are dropped."""
@@ -164,7 +167,9 @@ class InlineRunner(SessionRunner):
 
 
 class ThreadRunner(SessionRunner):
-    """Runs by the wall clock on a thread of its own. Time it cannot keep up with is dropped; the factor tells.
+    """Runs by the wall clock on a thread of its own, as long as somebody takes its frames.
+
+    Time it cannot keep up with, or waits for its window, is dropped; the factor tells.
 
     Args:
         session: As ``SessionRunner``.
@@ -183,13 +188,18 @@ class ThreadRunner(SessionRunner):
     ) -> None:
         super().__init__(session, each, speed=speed)
         self._clock, self._ended = clock, threading.Event()
-        self._remainder = 0.0
+        self._remainder, self._taken = 0.0, 0.0
         self._thread = threading.Thread(target=self._loop, name="session", daemon=True)
 
     def start(self) -> None:
         """Run from now on, once."""
         sys.setswitchinterval(SWITCH_SECONDS)
         self._thread.start()
+
+    def take_recent(self) -> tuple[Frame, ...]:
+        """As ``SessionRunner``; and the session runs on."""
+        self._taken = self._clock()
+        return super().take_recent()
 
     def stop(self) -> None:
         """End the thread and wait for it."""
@@ -198,12 +208,13 @@ class ThreadRunner(SessionRunner):
             self._thread.join()
 
     def _loop(self) -> None:
-        last = self._clock()
+        last = self._taken = self._clock()
         while not self._ended.wait(BATCH_SECONDS):
             now = self._clock()
             elapsed, last = now - last, now
             simulated = 0.0
-            for _ in range(self._ticks_due(elapsed)):
+            waits = self._recent and now - self._taken > UNREAD_SECONDS
+            for _ in range(0 if waits else self._ticks_due(elapsed)):
                 with self.lock:  # for one tick: the window never waits for longer
                     if self.paused or self._ended.is_set():
                         break

@@ -82,7 +82,8 @@ class WorkerProcess(QObject):
     """One process, started when it is needed. Answers come in the order of the requests; ``close`` ends it.
 
     A request is handed over only when the process waits for one: a pipe holds little, and whoever writes more into it
-    waits until it is read. The window never does.
+    waits until it is read. The window never does. To read a large answer takes some tenths, and so does what is made of
+    it: between the two the event loop turns.
 
     Args:
         name: For people who list processes.
@@ -107,6 +108,7 @@ class WorkerProcess(QObject):
         self._process: Any = None
         self._connection: Connection | None = None
         self._queue: list[tuple[int, SourceToken, object]] = []
+        self._read: list[tuple[str, Any]] = []  # and not told yet
         self._sent = self._current = 0
         self._token: SourceToken | None = None  # of the request being answered
         self._ready = self._busy = False
@@ -152,6 +154,7 @@ class WorkerProcess(QObject):
         """End the process, whatever it does; nothing is answered any more."""
         self._timer.stop()
         self._queue.clear()
+        self._read.clear()
         self._ready = self._busy = False
         if self._process is not None:
             self._process.kill()
@@ -183,11 +186,19 @@ class WorkerProcess(QObject):
             self._on_ended()
 
     def _on_timer(self) -> None:
+        if self._read:
+            self._tell()
+            return
         try:
             while self._connection is not None and self._connection.poll():
-                self._take(*self._connection.recv())
+                self._read.append(self._connection.recv())
         except (EOFError, ConnectionResetError):
+            self._tell()
             self._on_ended()
+
+    def _tell(self) -> None:
+        while self._read:  # whoever is told may close
+            self._take(*self._read.pop(0))
 
     def _take(self, kind: str, content: Any) -> None:
         if kind == "ready":

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from app.control.command import CHOICES, MOST_POINTS, RANGES, ControlSettings, JointCommand
-from app.control.controller_registry import check_settings, settings_from
+from app.control.controller_registry import check_settings, scene_values, settings_from
 from app.core.errors import SceneError
 
 
@@ -76,6 +76,15 @@ def test_starts_are_counted(starts):
     assert check_settings(ControlSettings(starts=3)).starts == 3
     with pytest.raises(SceneError, match=r"control\.starts"):
         check_settings(ControlSettings(starts=starts))
+
+
+def test_the_table_of_a_scene_says_what_differs_and_is_read_back():
+    assert scene_values(ControlSettings()) == {}
+    path = ((0.01, 0.02), (0.03, 0.02))
+    settings = ControlSettings(controller="hybrid", task="follow_path", path_kind="polyline", path=path, starts=2)
+    values = scene_values(settings)
+    assert set(values) == {"controller", "task", "path_kind", "path", "starts"}
+    assert settings_from(values) == settings
 
 
 def test_settings_from_a_scene():

@@ -11,7 +11,7 @@ import pytest
 from app.session.inputs import EffectsChanged, MapEdited
 from app.session.session import Session
 from app.studies.testbeds.reference_bodies import flat_map
-from widgets.session.session_runner import InlineRunner, ThreadRunner
+from widgets.session.session_runner import UNREAD_SECONDS, InlineRunner, ThreadRunner
 
 
 class FailingSession(Session):
@@ -112,7 +112,7 @@ def test_a_refused_input_is_told_and_time_goes_on(session):
 
 
 def test_the_thread_runs_by_the_clock_and_stops(thread, qtbot):
-    qtbot.waitUntil(lambda: thread.session.frame.time > 0.2, timeout=10_000)
+    qtbot.waitUntil(lambda: thread.session.frame.time > 0.1, timeout=10_000)
     with thread.lock:
         assert len(thread.ticks) == thread.session.frame.tick
     assert thread.real_time_factor > 0
@@ -176,7 +176,7 @@ def looks(*gaps):
     (2.0, [0.010] * 10, 40),
     (1.0, [0.007] * 10, 14),
     (0.5, [3600.0], 10),
-    (0.5, [3600.0, 0.010], 11),
+    (0.5, [0.15, 0.010], 11),
 ])  # fmt: skip
 def test_a_session_runs_at_the_speed_asked_for_and_makes_up_a_tenth_of_a_second_at_most(session, speed, gaps, ticks):
     clock, ended = looks(*gaps)
@@ -186,6 +186,24 @@ def test_a_session_runs_at_the_speed_asked_for_and_makes_up_a_tenth_of_a_second_
     assert ended.wait(10)
     runner.stop()
     assert len(told) == ticks
+
+
+def test_a_session_waits_for_a_window_that_does_not_look(session):
+    """Half a second of looks a hundredth apart, and the frames are taken once: after two tenths the session waits."""
+    clock, ended = looks(*[0.010] * 50)
+    ticks_when_taken, told = 25, []
+
+    def each(frame):
+        told.append(frame.tick)
+        if frame.tick == ticks_when_taken:
+            runner.take_recent()
+
+    runner = ThreadRunner(session, each, clock=clock)
+    runner.start()
+    assert ended.wait(10)
+    runner.stop()
+    unread = UNREAD_SECONDS / session.prepared.scene.tick
+    assert ticks_when_taken + unread <= len(told) <= ticks_when_taken + unread + 4, "and 2 ticks are due a look"
 
 
 def test_time_that_cannot_be_kept_up_with_is_dropped(session):

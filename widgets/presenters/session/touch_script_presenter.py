@@ -7,6 +7,7 @@ from pathlib import Path
 
 from PySide6.QtCore import QObject
 
+from app.control.controller_registry import scene_values
 from app.core.errors import TactileMapsError
 from app.simulation.known_load_check import WeighingResult
 from app.stimuli.stimuli_from_pokes import stimuli_from_pokes
@@ -93,9 +94,9 @@ class TouchScriptPresenter(QObject):
             return
         if (run := self._live.run) is None:
             return
-        scene, settings = replace(self._effects.chosen(run), stimuli=stimuli), run.settings
-        self._live.show_prepared(replace(run.prepared, scene=scene, map=settings.map))
-        self._live.set_settings(settings.settings)
+        control = scene_values(run.settings.settings)
+        scene = replace(self._effects.chosen(run), stimuli=stimuli, control=control)
+        self._live.show_prepared(replace(run.prepared, scene=scene, map=run.settings.map))
         self._context.notifier.say("The touches of the recording are repeated here. Record them to compare both.")
 
     def weigh(self) -> None:

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QFileDialog, QInputDialog
 
+from app.control.command import ControlSettings
 from app.recording.recorder import Recorder
 from app.session.session import Session
 from app.tactile.poke import PokePressed
@@ -95,6 +98,19 @@ def test_the_touches_are_repeated_on_the_scene_that_waits(window):
     assert [region.link for region in window.live.shown.regions] == [
         window.live.prepared.skin.link(window.live.prepared.skin.taxel_point(TAXEL))
     ]
+
+
+def test_the_controller_that_was_chosen_is_that_of_the_repetition_also_after_a_reset(window, two):
+    window.live.back_to_live()
+    path = ((0.01, 0.02), (0.03, 0.02))
+    wanted = replace(ControlSettings(), controller="hybrid", task="follow_path", path_kind="polyline", path=path)
+    window.live.set_settings(wanted)
+    window.live.open_recording(two[0])
+    window.action("repeat_touches").trigger()
+    assert window.live.run.settings.settings == wanted
+    window.live.reset()
+    run(window, 0.1)
+    assert window.live.runner.session.runtime_settings.settings == wanted
 
 
 @pytest.mark.long
