@@ -38,8 +38,8 @@ from app.core.arrays import FloatArray
 from app.core.errors import SceneError
 from app.core.plugins import Plugin, Registry, check_call, check_members
 from app.core.toml import check_keys
-from app.scene.scene import Setting
 from app.robots.robot import Robot
+from app.scene.scene import Setting
 
 BuildController = Callable[[Robot, TaskManager, MapKinematics], Controller]
 

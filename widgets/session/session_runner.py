@@ -116,12 +116,15 @@ class SessionRunner:
         A finger that moves far is led there over the next ticks (``StrokePlan``).
         """
         with self.lock:
-            tick = self.session.frame.tick
-            try:
-                for now in self.strokes.take(act, tick) if isinstance(act, PokeInput) else (act,):
-                    self.session.submit(now)
-            except TactileMapsError as error:
-                self.failure = error
+            self._hand_over(act)
+
+    def _hand_over(self, act: SessionInput) -> None:
+        tick = self.session.frame.tick
+        try:
+            for now in self.strokes.take(act, tick) if isinstance(act, PokeInput) else (act,):
+                self.session.submit(now)
+        except TactileMapsError as error:
+            self.failure = error
 
     def step(self) -> None:
         """One tick while paused."""
@@ -188,6 +191,7 @@ class ThreadRunner(SessionRunner):
     ) -> None:
         super().__init__(session, each, speed=speed)
         self._clock, self._ended = clock, threading.Event()
+        self._asked: deque[SessionInput] = deque()
         self._remainder, self._taken = 0.0, 0.0
         self._thread = threading.Thread(target=self._loop, name="session", daemon=True)
 
@@ -195,6 +199,32 @@ class ThreadRunner(SessionRunner):
         """Run from now on, once."""
         sys.setswitchinterval(SWITCH_SECONDS)
         self._thread.start()
+
+    def submit(self, act: SessionInput) -> None:
+        """As ``SessionRunner``; handed over by the thread, since some take the session 0.2 s, as a path's first does.
+
+        While paused, when a person looks at what an act has done, at once.
+        """
+        self._asked.append(act)
+        if self.paused:
+            with self.lock:
+                self._hand_over_asked()
+
+    def step(self) -> None:
+        """As ``SessionRunner``."""
+        with self.lock:
+            self._hand_over_asked()
+        super().step()
+
+    def reset(self) -> None:
+        """As ``SessionRunner``."""
+        self._asked.clear()
+        super().reset()
+
+    def _hand_over_asked(self) -> None:
+        """All that was asked for, in its order; under the lock."""
+        while self._asked:
+            self._hand_over(self._asked.popleft())
 
     def take_recent(self) -> tuple[Frame, ...]:
         """As ``SessionRunner``; and the session runs on."""
@@ -213,13 +243,16 @@ class ThreadRunner(SessionRunner):
             now = self._clock()
             elapsed, last = now - last, now
             simulated = 0.0
+            if self._asked:
+                with self.lock:
+                    self._guarded(self._hand_over_asked)
             waits = self._recent and now - self._taken > UNREAD_SECONDS
             for _ in range(0 if waits else self._ticks_due(elapsed)):
                 with self.lock:  # for one tick: the window never waits for longer
                     if self.paused or self._ended.is_set():
                         break
                     before = self.session.frame.time
-                    self._tick_guarded()
+                    self._guarded(self._tick)
                     simulated += self.session.frame.time - before
             self._measure(simulated, elapsed)
 
@@ -231,9 +264,9 @@ class ThreadRunner(SessionRunner):
         self._remainder = max(self._remainder - count * tick, 0.0)
         return min(count, MAX_TICKS)
 
-    def _tick_guarded(self) -> None:
+    def _guarded(self, act: Callable[[], None]) -> None:
         try:
-            self._tick()
+            act()
         except Exception as error:  # the thread's last door: beyond it nobody would notice that time stands still
             self.failure = SimulationError(describe_unexpected_error(error), remedy="Reset starts the scene again")
             self._halt()

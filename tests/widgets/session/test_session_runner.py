@@ -216,6 +216,60 @@ def test_time_that_cannot_be_kept_up_with_is_dropped(session):
     assert runner.real_time_factor < 0.01
 
 
+class SlowToAsk(FailingSession):
+    """A real session that takes an input only when ``gate`` opens, as one that builds shapes for a first path."""
+
+    def __init__(self, prepared):
+        super().__init__(prepared)
+        self.gate, self.asked_by = threading.Event(), []
+
+    def submit(self, session_input):
+        """Wait for the gate."""
+        self.asked_by.append(threading.current_thread().name)
+        assert self.gate.wait(10)
+        super().submit(session_input)
+
+
+def test_who_asks_does_not_wait_until_the_session_has_taken_it(prepared, qtbot):
+    session = SlowToAsk(prepared)
+    runner = ThreadRunner(session, lambda _frame: None)
+    runner.start()
+    wanted = replace(session.effects, timestep=0.0025)
+    runner.submit(EffectsChanged(replace(session.effects, timestep=0.003)))
+    runner.submit(EffectsChanged(wanted))
+    session.gate.set()
+    qtbot.waitUntil(lambda: session.effects == wanted, timeout=10_000)
+    runner.stop()
+    assert set(session.asked_by) == {"session"}
+    assert "whole number" in str(runner.failure), "what was asked for first was taken first, and refused"
+
+
+def test_what_is_asked_for_while_paused_is_taken_at_once_and_after_what_was_asked_before(session):
+    runner = ThreadRunner(session, lambda _frame: None)
+    wanted = [replace(session.effects, timestep=step) for step in (0.0025, 0.00125)]
+    runner.submit(EffectsChanged(wanted[0]))
+    runner.paused = True
+    runner.submit(EffectsChanged(wanted[1]))
+    runner.step()
+    assert session.effects == wanted[1]
+    runner.paused = False
+    runner.submit(EffectsChanged(wanted[0]))
+    runner.step()
+    assert session.effects == wanted[0], "a step takes what still waits"
+    runner.submit(EffectsChanged(wanted[1]))
+    runner.reset()
+    runner.step()
+    assert session.effects == wanted[0], "and a reset forgets it"
+
+
+def test_nobody_foresaw_what_an_input_does_and_the_window_hears_of_it(thread, qtbot, monkeypatch):
+    monkeypatch.setattr(thread.session, "submit", lambda _input: 1 / 0)
+    thread.submit(EffectsChanged(thread.session.effects))
+    qtbot.waitUntil(lambda: thread.failure is not None, timeout=10_000)
+    assert thread.halted
+    assert thread._thread.is_alive()
+
+
 @pytest.mark.parametrize("why", ["diverged", "nobody foresaw this"])
 def test_a_failure_on_the_thread_is_kept_for_the_window(thread, qtbot, monkeypatch, tmp_path, why):
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))

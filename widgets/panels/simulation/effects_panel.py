@@ -308,6 +308,7 @@ class EffectsPanel(Panel):
         self._costs = EffectCosts()
         self._decision: EffectDecision | None = None
         self._lines: dict[str, EffectRowWidget] = {}
+        self._listed = 0.0  # the tick whose choices they have [s]
         self._count, self._open = 0, True
         self._content = QWidget(self)
         self.column.addWidget(self._content)
@@ -347,6 +348,13 @@ class EffectsPanel(Panel):
         self._empty.hide()
         self._content.show()
         self._costs.clear(prepared.scene.tick)
+        if prepared.scene.tick != self._listed:
+            self._list_effects(prepared.scene.tick)
+        self.show_decision(prepared.scene.decision, automatic_rows(prepared.scene))
+
+    def _list_effects(self, tick: float) -> None:
+        """A row for each, with what can be chosen at a tick [s]. Cost: 60 ms, more than all else of the panel."""
+        self._listed = tick
         for line in self._lines.values():
             line.hide()  # it is deleted only when the events come round, and would lie over its successor
             line.deleteLater()
@@ -354,14 +362,13 @@ class EffectsPanel(Panel):
         before: dict[QWidget, QWidget] = {self._body: self.help, self._sensor: self._fold}
         for key in EFFECTS:
             group = self._sensor if EFFECTS[key].of_sensor else self._body
-            line = EffectRowWidget(key, effect_choices(key, tick=prepared.scene.tick), group)
+            line = EffectRowWidget(key, effect_choices(key, tick=tick), group)
             line.chosen.connect(self.wished)
             line.selected.connect(self._on_selected)
             self._columns[group].addWidget(line)
             self._lines[key] = line
             QWidget.setTabOrder(before[group], line.box)  # they come long after all that stands below them
             before[group] = line.box
-        self.show_decision(prepared.scene.decision, automatic_rows(prepared.scene))
 
     def show_decision(
         self, decision: EffectDecision, autos: Mapping[str, EffectRow], *, notes: Sequence[Finding] = ()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -36,6 +37,17 @@ def arrow_legend(units: ReadingUnits) -> str:
     return f"Arrow: {1e3 * ARROW_LENGTH:g}\u202fmm per newton"
 
 
+@cache
+def _mark_shapes() -> tuple[pv.PolyData, pv.PolyData, pv.PolyData, pv.PolyData]:
+    """Rings of a contact and under the pointer, finger and arrow, of size 1: of all scenes and views, never changed."""
+    return (
+        pv.Disc(inner=0.93, outer=1.0, c_res=64),  # a ring, so that the touch within stays in sight
+        pv.Disc(inner=0.62, outer=1.0, c_res=48),
+        pv.Sphere(theta_resolution=24, phi_resolution=16),
+        pv.Arrow(start=(0, 0, 1), direction=(0, 0, -1), tip_length=0.2, tip_radius=0.04, shaft_radius=0.013),
+    )
+
+
 class ContactMarks:
     """A fixed set of small actors, placed and shown as needed: nothing is created while frames flow.
 
@@ -47,10 +59,7 @@ class ContactMarks:
 
     def __init__(self, plotter: Any, theme: Theme, prepared: PreparedScene) -> None:
         self._index = prepared.robot.link_index
-        disc = pv.Disc(inner=0.93, outer=1.0, c_res=64)  # a ring, so that the touch within stays in sight
-        hover = pv.Disc(inner=0.62, outer=1.0, c_res=48)
-        ball = pv.Sphere(theta_resolution=24, phi_resolution=16)
-        arrow = pv.Arrow(start=(0, 0, 1), direction=(0, 0, -1), tip_length=0.2, tip_radius=0.04, shaft_radius=0.013)
+        disc, hover, ball, arrow = _mark_shapes()
         self._discs = [add_mark(plotter, disc, theme.accent) for _ in range(MAX_CONTACTS)]
         self._arrows = [add_mark(plotter, arrow, theme.accent) for _ in range(MAX_CONTACTS)]
         faint: dict[str, Any] = {"lit": True, "opacity": _FINGER_OPACITY}

@@ -46,7 +46,7 @@ class LinkActors:
         for number, link in enumerate(robot.links):
             if link.mesh is not None and len(link.mesh.faces):
                 body = polydata(link.mesh.vertices, link.mesh.vertex_normals, link.mesh.faces)
-                actor = add_surface(plotter, body, color=theme.body)
+                actor = add_surface(plotter, body, theme.body)
                 self.placed.append((number, actor))
                 self._surfaces.append({0: body})
                 (self._placeholders if link.missing else self._bodies).append(actor)

@@ -15,14 +15,14 @@ import pyvista as pv
 from app.core.arrays import FloatArray
 from app.scene.objects import SceneObject
 from widgets.common.colours import Theme, mixed
-from widgets.robot_view.scene.surface_marks import MATTE, polydata, set_matrix
+from widgets.robot_view.scene.surface_marks import add_surface, polydata, set_matrix
 
 _PROBE_OPACITY = 0.55
 """A probe looks as the finger does, but for this: nothing else shows where it is while it touches nothing."""
 _PLANE_OPACITY = 0.5
 _LEVEL = 0.9
 """Cosine of the tilt up to which a plane is a floor."""
-_GLOSSY = MATTE | {"specular": 0.25, "specular_power": 24}
+_GLOSSY = {"specular": 0.25, "specular_power": 24}
 """Objects shine a little, as neither links nor skin do."""
 
 
@@ -40,7 +40,7 @@ class ObjectActors:
 
     def __init__(self, plotter: Any, theme: Theme, bodies: Sequence[SceneObject]) -> None:
         self._bodies = tuple(bodies)
-        self._solids = [_add_solid(plotter, body) for body in self._bodies]
+        self._solids = [_add_solid(plotter, theme, body) for body in self._bodies]
         self._grids = {
             number: plotter.add_mesh(
                 plane_grid(body.mesh.bounds),
@@ -105,14 +105,13 @@ class ObjectActors:
             grid.prop.color = mixed(theme.window, theme.quiet, 0.45)
 
 
-def _add_solid(plotter: Any, body: SceneObject) -> Any:
-    mesh = body.mesh
+def _add_solid(plotter: Any, theme: Theme, body: SceneObject) -> Any:
+    smooth = body.spec.kind in ("probe", "sphere", "mesh")
+    look: dict[str, Any] = _GLOSSY | {"interpolation": "Phong" if smooth else "Flat"}
     if body.spec.kind == "plane":
-        look: dict[str, Any] = {"lighting": False, "show_scalar_bar": False, "reset_camera": False}
-    else:
-        look = _GLOSSY | {"smooth_shading": body.spec.kind in ("probe", "sphere", "mesh")}
-    surface = polydata(mesh.vertices, mesh.vertex_normals, mesh.faces)
-    return plotter.add_mesh(surface, opacity=_opacity(body), pickable=False, **look)
+        look = {"interpolation": "Flat", "lighting": False, "ambient": 0.0, "diffuse": 1.0}
+    surface = polydata(body.mesh.vertices, body.mesh.vertex_normals, body.mesh.faces)
+    return add_surface(plotter, surface, _colour(body, theme), opacity=_opacity(body), pickable=False, **look)
 
 
 def _opacity(body: SceneObject) -> float:

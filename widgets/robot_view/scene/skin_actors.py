@@ -211,7 +211,7 @@ class SkinActors:
             surface = polydata(patch.surface.vertices, patch.surface.vertex_normals, patch.surface.faces)
             surface.point_data["touch"] = scale.rgb(np.zeros(len(patch.surface.vertices)))
             surface.set_active_scalars("touch")
-            actor = add_surface(plotter, surface, scalars="touch", rgb=True)
+            actor = add_surface(plotter, surface)
             actor.prop.culling = "back"  # on the body its inside is seen by nobody
             self._plain.append(actor)
             self._surfaces.append(surface)

@@ -169,9 +169,14 @@ def test_while_replaying_it_only_shows(panel, prepared):
     assert panel.lines["noise"].box.isEnabled()
 
 
-def test_another_scene_leaves_no_row_behind(panel, prepared):
-    old = panel.lines["skin"]
+def test_a_scene_of_another_tick_has_other_choices_and_leaves_no_row_behind(panel, prepared):
+    old = panel.lines["timestep"]
     panel.show_prepared(prepared)
+    assert panel.lines["timestep"] is old, "the same choices need no other rows"
+    offered = [old.box.itemText(k) for k in range(1, old.box.count())]
+    panel.show_prepared(replace(prepared, scene=replace(prepared.scene, tick=0.004)))
     QApplication.processEvents()
     assert not old.isVisible()
-    assert panel.lines["skin"].isVisible()
+    new = panel.lines["timestep"]
+    assert new.isVisible()
+    assert [new.box.itemText(k) for k in range(1, new.box.count())] != offered
