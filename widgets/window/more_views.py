@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
-from PySide6.QtCore import QObject, Qt
+from PySide6.QtCore import QObject, Qt, QTimer
 from PySide6.QtGui import QCloseEvent
 from PySide6.QtWidgets import QDockWidget, QMainWindow, QMenu
 
@@ -58,6 +58,9 @@ class MoreViews(QObject):
         self.second: SecondView | None = None
         self.inset: ContactInset | None = None
         self._dock: _ViewDock | None = None
+        self._refill = QTimer(self)
+        self._refill.setSingleShot(True)
+        self._refill.timeout.connect(self._on_refill)
         actions = context.actions
         actions.bind("second_view", lambda: self.show_second(shown=actions["second_view"].isChecked()))
         actions.bind("contact_inset", lambda: self.show_inset(shown=actions["contact_inset"].isChecked()))
@@ -120,6 +123,7 @@ class MoreViews(QObject):
 
     def close(self) -> None:
         """Give their graphics back."""
+        self._refill.stop()
         self.add(())
 
     def list_bodies(self, menu: QMenu) -> None:
@@ -153,13 +157,18 @@ class MoreViews(QObject):
         if session.shown is not None:
             view.show_frame(session.shown)
 
-    def _on_prepared_changed(self, prepared: PreparedScene) -> None:
+    def _on_prepared_changed(self, _prepared: PreparedScene) -> None:
+        if self._shown:
+            self._refill.start(0)  # whoever waits for the window goes before: the robot view has just been built
+
+    def _on_refill(self) -> None:
         for view in self._shown:
-            view.show_prepared(prepared)
+            self._fill(view)
 
     def _on_frame_ready(self, frame: Frame) -> None:
-        for view in self._shown:
-            view.show_frame(frame)
+        if not self._refill.isActive():  # else it is of a scene that they do not show yet
+            for view in self._shown:
+                view.show_frame(frame)
 
     def _on_levels_made(self, levels: LinkLevels) -> None:
         for view in self._shown:
