@@ -19,7 +19,7 @@ from app.flattening.chart import Chart, canonical_pose
 from app.flattening.cut import CutSurface, SeamPlan, planned_cuts
 from app.flattening.initial_map import Disk
 from app.flattening.methods import Method, find_method
-from app.flattening.newton import Iterate, OnRound, minimise
+from app.flattening.newton import DescentStopped, Iterate, OnRound, minimise
 from app.geometry.mesh import Mesh
 
 WORTH_A_SEAM = 4.6
@@ -100,6 +100,7 @@ class _FlatteningJob:
         self._plan, self._name, self._on_round = plan, name, on_round
         self._further_cuts = planned_cuts(surface, plan)
         self._rounds, self._most_rounds = 0, max(MOST_FACE_ROUNDS / len(surface.faces), _LEAST_ROUNDS)
+        self._converged = True  # the descent last told
         self._cuts: list[CutSurface] = []
         self._disks: dict[int, tuple[CutSurface, Disk]] = {}
 
@@ -207,7 +208,7 @@ class _FlatteningJob:
             rounds += self._told(disk, clock, (r.plane for r in minimise(apart, disk.taut)), cost=_BARRIER_COST)
             note = f"boundary barrier, distortion {rounds[-1].energy:.2f}"
             findings.append(Finding("overlap-avoided", self._name, note))
-        if self.spent:
+        if not self._converged:
             note = f"after {len(rounds)} rounds, distortion {rounds[-1].energy:.4g} (4 is isometric)"
             findings.append(Finding("descent-stopped", self._name, note))
         return rounds, findings
@@ -217,14 +218,18 @@ class _FlatteningJob:
     ) -> list[Iterate]:
         """Each plane at unit area, with its energy and the time it came; at least one, then while rounds are left."""
         rounds = list[Iterate]()
-        for plane in planes:
-            self._rounds += cost
-            scaled = disk.scaled(plane)
-            rounds.append(Iterate(scaled, disk.energy.energy_at_best_scale(scaled), clock(), 1.0))
-            if self._on_round is not None:
-                self._on_round(rounds[-1])
-            if self.spent:
-                break
+        try:
+            for plane in planes:
+                self._rounds += cost
+                scaled = disk.scaled(plane)
+                rounds.append(Iterate(scaled, disk.energy.energy_at_best_scale(scaled), clock(), 1.0))
+                if self._on_round is not None:
+                    self._on_round(rounds[-1])
+                if self.spent:
+                    break
+            self._converged = not self.spent
+        except DescentStopped:
+            self._converged = False
         return rounds
 
 

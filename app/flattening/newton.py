@@ -27,6 +27,10 @@ _FAIR_SHARE = 0.2
 """A step that gains less than this share of the steps before it calls for a new factorisation."""
 
 
+class DescentStopped(MapError):
+    """A descent was ended before it had converged; the last map is the best so far."""
+
+
 @dataclass(frozen=True, eq=False)
 class Iterate:
     """One round of a minimiser.
@@ -83,6 +87,7 @@ def minimise(
 
     Raises:
         MapError: The start has flips, or the numbers are too far apart to solve for a step.
+        DescentStopped: After so many factorisations each still gains; all maps have been yielded.
 
     Cost: about 4 µs a face and factorisation; four to eight of these from Tutte's map, up to twenty on deep cups.
     """
@@ -99,6 +104,7 @@ def minimise(
             yield Iterate(plane, energy, clock() - start, length)
         if before - energy <= tolerance * max(energy - 4, 1e-9):
             return
+    raise DescentStopped("the descent has not converged", value=f"{rounds} factorisations", remedy="Start from its end")
 
 
 def _steps(

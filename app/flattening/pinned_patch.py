@@ -20,7 +20,7 @@ from app.flattening.bijectivity import BoundaryBarrier, crossings, flipped
 from app.flattening.chart import Chart, Pin
 from app.flattening.initial_map import Disk
 from app.flattening.methods import blended_energy
-from app.flattening.newton import Energy, Iterate, OnRound, minimise
+from app.flattening.newton import DescentStopped, Energy, Iterate, OnRound, minimise
 from app.flattening.pin_descent import Barrier, PinDescent, PinnedEnergy, Springs
 from app.flattening.reduced_model import CoarseCage, ReducedEnergy, build_coarse_cage
 from app.flattening.symmetric_dirichlet import SymmetricDirichlet
@@ -140,28 +140,39 @@ def converge(job: ConvergenceJob, *, on_round: OnRound | None = None) -> Chart:
     if (late := behind > LAG_TOLERANCE).any():
         farthest = f"the farthest is {1e3 * job.unit * behind.max():.1f} mm from its target"
         notes.append(Finding("pin-behind", job.name, farthest, int(late.sum())))
-    known = [note for note in job.chart.findings if note.kind not in ("pin-behind", "overlap-avoided")]
+    known = [note for note in job.chart.findings if note.kind not in _OF_THE_DESCENT]
     energies, seconds = tuple(r.energy for r in rounds), tuple(r.seconds for r in rounds)
     metres = plane * job.unit
     return replace(job.chart, plane=metres, energies=energies, seconds=seconds, findings=(*known, *notes))
 
 
+_OF_THE_DESCENT = ("pin-behind", "overlap-avoided", "descent-stopped")
+"""Kinds of findings that are of a chart's last descent, not of its surface."""
+
+
 def _rounds(job: ConvergenceJob, on_round: OnRound | None) -> tuple[list[Iterate], list[Finding]]:
     begin, rounds = time.perf_counter(), list[Iterate]()
 
-    def follow(planes: Iterator[FloatArray]) -> None:
-        for plane in planes:
-            energy = job.disk.energy.energy_at_best_scale(plane)
-            rounds.append(Iterate(plane, energy, time.perf_counter() - begin, 1.0))
-            if on_round is not None:
-                on_round(rounds[-1])
+    def follow(planes: Iterator[FloatArray]) -> list[Finding]:
+        try:
+            for plane in planes:
+                energy = job.disk.energy.energy_at_best_scale(plane)
+                rounds.append(Iterate(plane, energy, time.perf_counter() - begin, 1.0))
+                if on_round is not None:
+                    on_round(rounds[-1])
+        except DescentStopped:
+            note = f"after {len(rounds)} rounds, distortion {rounds[-1].energy:.4g} (4 is isometric)"
+            return [Finding("descent-stopped", job.name, note)]
+        return []
 
-    follow(_descent(job, job.start, lambda energy: energy, _TOLERANCE))
+    notes = follow(_descent(job, job.start, lambda energy: energy, _TOLERANCE))
     if not BoundaryBarrier(job.energy, job.disk.loop, rounds[-1].plane).touches(rounds[-1].plane):
-        return rounds, []
+        return rounds, notes
     # A barrier keeps apart what is apart, so it starts from a map that is.
-    follow(_descent(job, job.apart, lambda energy: BoundaryBarrier(energy, job.disk.loop, job.apart), 10 * _TOLERANCE))
-    return rounds, [Finding("overlap-avoided", job.name, f"boundary barrier, distortion {rounds[-1].energy:.2f}")]
+    planes = _descent(job, job.apart, lambda energy: BoundaryBarrier(energy, job.disk.loop, job.apart), 10 * _TOLERANCE)
+    notes = follow(planes)
+    avoided = Finding("overlap-avoided", job.name, f"boundary barrier, distortion {rounds[-1].energy:.2f}")
+    return rounds, [avoided, *notes]
 
 
 def _descent(job: ConvergenceJob, start: FloatArray, barrier: Barrier, tolerance: float) -> Iterator[FloatArray]:

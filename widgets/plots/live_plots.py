@@ -57,6 +57,9 @@ from widgets.plots.traces.trace_plots import (
 
 REDRAW_MS = 100
 """Plots are redrawn at most this often; samples in between are kept, not drawn."""
+REST = 8.0
+"""And not before so many times what bringing their curves up to date took: to paint them takes about as long again, so
+that a quarter of the window's time goes into plots at most, and the rest is for body and map."""
 SIDE_BY_SIDE_ASPECT = 1.6
 LOWEST, USUAL_HEIGHT = 118, 140
 """Of the plots side by side [px]."""
@@ -107,7 +110,7 @@ class LivePlots(QWidget):
         self._make_memory()
         self._since_drawn, self._dirty, self._late = QElapsedTimer(), False, QTimer(self)
         self._late.setSingleShot(True)
-        self._late.setInterval(REDRAW_MS)
+        self._rest_ms = REDRAW_MS
         self._late.timeout.connect(self._on_late)
         self._units = ReadingUnits.CALIBRATED
         self._selection: TaxelSelection | None = None
@@ -448,10 +451,10 @@ class LivePlots(QWidget):
     def show_frame(self, frame: Frame) -> None:
         """Keep the numbers of ``frame``, and draw them if it is time and someone can see it."""
         gone = self._keep(frame)
-        if not self._since_drawn.isValid() or self._since_drawn.elapsed() >= REDRAW_MS:
+        if not self._since_drawn.isValid() or self._since_drawn.elapsed() >= self._rest_ms:
             self._redraw_if_seen()
         elif not self._late.isActive():
-            self._late.start()
+            self._late.start(self._rest_ms)
         for region in gone:
             self.region_forgotten.emit(region)
 
@@ -518,6 +521,7 @@ class LivePlots(QWidget):
             self._parts[key].draw()
         for plot in self._trace_plots.values():
             plot.mark(ages)
+        self._rest_ms = max(REDRAW_MS, round(REST * self._since_drawn.elapsed()))
 
     def _on_age_clicked(self, age: float) -> None:
         if self._latest is not None:

@@ -13,6 +13,7 @@ from app.flattening.bijectivity import crossings, flipped, signed_areas
 from app.flattening.cut import SeamPlan
 from app.flattening.flatten import flatten
 from app.flattening.methods import METHODS
+from app.flattening.newton import minimise
 from app.geometry.connectivity import Connectivity
 from app.geometry.mesh import Mesh
 from tests.support.surfaces import blocks, cap, frustum, named, sheet
@@ -178,10 +179,14 @@ def test_the_edges_of_the_surface_and_of_its_cut_are_worked_out_once(sorted_face
 
 
 @pytest.mark.parametrize("name", ["hemisphere", "spiral"])
-def test_a_descent_cut_short_is_still_one_to_one_and_says_where_it_stopped(name, monkeypatch):
+@pytest.mark.parametrize("short_of", ["rounds", "factorisations"])
+def test_a_descent_cut_short_is_still_one_to_one_and_says_where_it_stopped(name, short_of, monkeypatch):
     surface = named(name)
-    monkeypatch.setattr("app.flattening.flatten.MOST_FACE_ROUNDS", 0)
-    monkeypatch.setattr("app.flattening.flatten._LEAST_ROUNDS", 3)
+    if short_of == "rounds":
+        monkeypatch.setattr("app.flattening.flatten.MOST_FACE_ROUNDS", 0)
+        monkeypatch.setattr("app.flattening.flatten._LEAST_ROUNDS", 3)
+    else:
+        monkeypatch.setitem(minimise.__kwdefaults__, "rounds", 1)
     short, again = flatten(surface), flatten(surface)
     assert "descent-stopped" in _kinds(short)
     assert not flipped(short.plane, short.faces).any()

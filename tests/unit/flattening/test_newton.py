@@ -10,7 +10,7 @@ import pytest
 from app.core.errors import MapError
 from app.flattening.bijectivity import flipped
 from app.flattening.initial_map import tutte
-from app.flattening.newton import minimise
+from app.flattening.newton import DescentStopped, minimise
 from app.flattening.symmetric_dirichlet import SymmetricDirichlet
 from tests.support.surfaces import cap, sheet
 
@@ -37,6 +37,21 @@ def test_a_start_with_flips_is_refused(posed):
     problem, plane = posed
     with pytest.raises(MapError, match="flipped"):
         next(minimise(problem, plane * [-1, 1]))
+
+
+def test_a_descent_that_has_not_converged_says_so_after_its_last_map(posed):
+    problem, plane = posed
+    short, rounds = minimise(problem, 0.3 * plane, rounds=1), []
+
+    def follow():
+        for reached in short:
+            rounds.append(reached.energy)  # noqa: PERF401, it ends by an error
+
+    with pytest.raises(DescentStopped, match="1 factorisations"):
+        follow()
+    whole = [reached.energy for reached in minimise(problem, 0.3 * plane)]
+    assert rounds == whole[: len(rounds)]
+    assert 1 < len(rounds) < len(whole)
 
 
 def test_values_too_far_apart_are_a_named_error():

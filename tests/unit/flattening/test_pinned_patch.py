@@ -128,6 +128,20 @@ def test_progress_is_told_and_may_cancel_with_all_as_it_was():
     assert patch.converge(on_round=lambda _: None).energies[-1] < 5
 
 
+def test_a_descent_that_is_ended_early_says_so_until_it_has_converged(monkeypatch):
+    surface, chart = dome()
+    patch, numbers, places = pinned(surface, chart)
+    patch.move(numbers[0], places[0] + [0.012, 0.006])
+    with monkeypatch.context() as hurried:
+        hurried.setitem(minimise.__kwdefaults__, "rounds", 1)
+        early = patch.converge()
+    assert "descent-stopped" in [note.kind for note in early.findings]
+    assert not flipped(early.plane, early.faces).any()
+    again, numbers, _places = pinned(surface, early)
+    again.move(numbers[0], places[0] + [0.012, 0.006])
+    assert "descent-stopped" not in [note.kind for note in again.converge().findings]
+
+
 def test_a_border_that_would_lie_on_itself_is_kept_apart():
     strip = sheet(60, 3, width=0.6, height=0.03)
     patch = PinnedPatch(strip, _flat(strip))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import time
+
 import pyqtgraph as pg
 import pytest
 from PySide6.QtWidgets import QApplication, QLabel
@@ -9,7 +11,7 @@ from PySide6.QtWidgets import QApplication, QLabel
 from app.control.command import ControlSettings
 from tests.widgets.support.samples import touched
 from widgets.common.colours import DARK, LIGHT
-from widgets.plots.live_plots import LivePlots
+from widgets.plots.live_plots import REDRAW_MS, REST, LivePlots
 from widgets.plots.traces.trace_plots import nice_ceiling
 
 
@@ -50,6 +52,27 @@ def test_they_are_not_redrawn_for_every_frame(plots, prepared, qtbot):
     qtbot.waitExposed(plots)
     play(plots, prepared, 30)
     assert 1 <= drawn(plots, 0)[0] < 30
+
+
+def test_plots_that_take_long_are_drawn_less_often_and_the_last_frame_still_is(plots, prepared, qtbot, monkeypatch):
+    plots.show()
+    qtbot.waitExposed(plots)
+    part = plots._parts[plots.shown_keys[0]]
+    draw = part.draw
+
+    def take_long():
+        end = time.perf_counter() + 0.05
+        while time.perf_counter() < end:
+            draw()
+
+    monkeypatch.setattr(part, "draw", take_long)
+    plots._redraw()
+    assert plots._rest_ms >= 50 * REST > REDRAW_MS
+    plots._since_drawn.start()
+    plots.show_frame(touched(prepared.map, [10], tick=1, time=0.02))
+    assert drawn(plots, 0) == [0]
+    assert plots._late.remainingTime() > REDRAW_MS
+    qtbot.waitUntil(lambda: drawn(plots, 0) == [1, 1], timeout=10_000)
 
 
 def test_a_restart_starts_over(plots, prepared, qtbot):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from PySide6.QtCore import QPoint, Qt
@@ -46,6 +48,20 @@ def test_the_second_view_has_a_camera_of_its_own_and_follows_the_robot(window, q
     window.more_views._dock.close()
     assert window.more_views.second is None
     assert not window.action("second_view").isChecked()
+
+
+def test_another_scene_is_shown_in_a_turn_of_its_own(window, prepared):
+    window.action("second_view").trigger()
+    display = window.more_views.second.display
+    other = replace(prepared)
+    window.live.show_prepared(other)
+    assert display.prepared is prepared, "the robot view is built first"
+    run(window, 0.1)
+    assert display.prepared is other
+    assert display._frame is window.live.shown
+    window.live.show_prepared(prepared)
+    window.more_views.close()
+    QApplication.processEvents()
 
 
 def test_the_inset_looks_at_the_strongest_contact_and_a_double_click_looks_there_too(window, qtbot):
