@@ -39,7 +39,6 @@ from app.core.errors import SceneError
 from app.core.plugins import Plugin, Registry, check_call, check_members
 from app.core.toml import check_keys
 from app.robots.robot import Robot
-from app.scene.scene import Setting
 
 BuildController = Callable[[Robot, TaskManager, MapKinematics], Controller]
 
@@ -331,8 +330,8 @@ def settings_from(values: Mapping[str, object]) -> ControlSettings:
     return check_settings(settings)
 
 
-def scene_values(settings: ControlSettings) -> dict[str, Setting]:
+def scene_values(settings: ControlSettings) -> dict[str, str | float | tuple[tuple[float, float], ...]]:
     """A scene's table, from which ``settings_from`` reads these settings: what differs from the defaults, by name."""
     default = ControlSettings()
-    values: dict[str, Setting] = {field.name: getattr(settings, field.name) for field in fields(settings)}
+    values = {field.name: getattr(settings, field.name) for field in fields(settings)}
     return {name: value for name, value in values.items() if value != getattr(default, name)}
