@@ -216,6 +216,7 @@ def _codec(hint: Any) -> _Codec:
     Raises:
         TypeError: There is none: the hint is a mistake in the program.
     """
+    hint = _without_alias(hint)
     origin, inner = get_origin(hint), get_args(hint)
     if origin is Annotated:
         return _annotated(inner[0], loose=NON_FINITE in inner[1:])
@@ -238,7 +239,14 @@ def _codec(hint: Any) -> _Codec:
     raise TypeError(f"there is no way to write {hint} as JSON")
 
 
+def _without_alias(hint: Any) -> Any:
+    """What an alias stands for: from NumPy 2.5 on, with Python 3.12, ``NDArray`` is a ``TypeAliasType``."""
+    meant = getattr(get_origin(hint), "__value__", None)
+    return hint if meant is None else meant[get_args(hint)]
+
+
 def _annotated(hint: Any, *, loose: bool) -> _Codec:
+    hint = _without_alias(hint)
     if loose and hint is float:
         return _ANY_FLOAT
     if loose and get_origin(hint) is np.ndarray:

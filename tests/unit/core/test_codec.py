@@ -7,13 +7,14 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, TypeVar
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import array_shapes, arrays
+from typing_extensions import TypeAliasType
 
 from app.core.arrays import BoolArray, FloatArray, IntArray
 from app.core.codec import NON_FINITE, AnyFloat, dump_json, from_json, json_schema, load_json, to_json
@@ -93,6 +94,25 @@ def test_it_is_json_as_every_program_reads_it() -> None:
     assert raw["free"] == "inf"
     assert raw["body"] == {"kind": "Box", "sides": [1.0, 2.0, 3.0]}
     assert raw["by_number"] == {"-3": [1, 2], "10": []}
+
+
+_Scalar = TypeVar("_Scalar", bound=np.generic)
+_Alias = TypeAliasType("_Alias", np.ndarray[Any, np.dtype[_Scalar]], type_params=(_Scalar,))
+
+
+@dataclass(frozen=True)
+class Aliased:
+    """Its hints are aliases, as NumPy 2.5 makes ``NDArray`` one."""
+
+    counts: _Alias[np.int64]
+    loose: Annotated[_Alias[np.float64], NON_FINITE]
+
+
+def test_an_alias_of_an_array_type_is_that_type() -> None:
+    value = Aliased(np.arange(3), np.array([0.5, np.nan]))
+    again = load_json(Aliased, dump_json(value), error=RecordingError)
+    np.testing.assert_array_equal(again.counts, value.counts)
+    np.testing.assert_array_equal(again.loose, value.loose)
 
 
 @given(value=st.floats(), whole=st.integers(-(2**63), 2**63 - 1), text=st.text(), data=st.binary())
