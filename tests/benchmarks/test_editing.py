@@ -10,7 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from PySide6.QtCore import QPoint
+from PySide6.QtCore import QEventLoop, QPoint, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
@@ -19,7 +19,6 @@ from app.editing.reflatten import apply_result, reflatten, set_lengths
 from app.scene.scene_file import load_scene, scene_for
 from app.session.prepare import prepare
 from app.studies.testbeds.reference_bodies import closed_link
-from app.tactile.poke import PokePressed
 from widgets.common.colours import DARK
 from widgets.common.settings import Settings
 from widgets.session.backends import INLINE
@@ -29,6 +28,8 @@ from widgets.window.main_window import MainWindow
 from widgets.workers.map_quality_worker import MapQualityWorker
 
 SECONDS = 5.0
+MOVE_SECONDS = 0.02
+"""From one move of the mouse to the next [s]."""
 
 
 @pytest.fixture(scope="module")
@@ -132,26 +133,56 @@ def scan(tmp_path_factory, pytestconfig):
     return prepare(replace(scene, cover=replace(scene.cover, taxels=1000)))
 
 
+def circle(prepared, radius=0.012, count=125):
+    """Places of the skin on a circle [m] on the map, those of them that are on it."""
+    middle = prepared.map.to_map(prepared.skin.taxel_point(len(prepared.skin) // 2))
+    angles = np.arange(count) * 2 * np.pi / count
+    places = [prepared.map.to_body(middle + radius * np.array([np.cos(a), np.sin(a)])) for a in angles]
+    return [place for place in places if place is not None]
+
+
+def drawn_by(window):
+    """What draws the body: a graphics card, or software."""
+    said = window.robot_view.display.canvas.plotter.render_window.ReportCapabilities()
+    return next(line.split(":")[1].strip() for line in said.splitlines() if "renderer string" in line)
+
+
+@pytest.mark.parametrize("gesture", ["a finger presses", "a finger is dragged", "the robot is turned"])
 @pytest.mark.parametrize("body", ["arm, 20,000 vertices", "scan, 200,000 vertices"])
-def test_map_frame_rate_while_the_body_is_drawn(benchmark, request, open_window, body):
-    """The window by the wall clock, a finger on the skin, for five seconds: the maps painted, and the bodies drawn."""
+def test_frame_rate_of_both_views(benchmark, request, open_window, body, gesture):
+    """The window by the wall clock for five seconds: the maps painted, and the bodies drawn."""
     prepared = request.getfixturevalue("prepared" if body.startswith("arm") else "scan")
     window = open_window(prepared, replace(INLINE, runner=ThreadRunner))
     painted, drawn = [], []
     window.map_view.display.painted.connect(lambda _tick: painted.append(time.perf_counter()))
     window.robot_view.display.drawn.connect(drawn.append)
-    window.live.runner.submit(PokePressed(1, prepared.skin.taxel_point(len(prepared.skin) // 2)))
+    places, surface = circle(prepared), window.robot_view.display.canvas.widget
+    if gesture != "the robot is turned":
+        window.live.press(places[0])
+
+    def go_on(step):
+        if gesture == "a finger is dragged":
+            window.live.move(places[step % len(places)])
+        elif gesture == "the robot is turned":
+            QTest.mouseMove(surface, QPoint(30 + 3 * step % 300, 40))
 
     def run():
         painted.clear()
         drawn.clear()
-        end = time.perf_counter() + (SECONDS if benchmark.enabled else 0.2)
-        while time.perf_counter() < end:
-            QApplication.processEvents()
+        start, step = time.perf_counter(), 0
+        if gesture == "the robot is turned":
+            QTest.mousePress(surface, Qt.MouseButton.LeftButton, pos=QPoint(30, 40))
+        while (elapsed := time.perf_counter() - start) < (SECONDS if benchmark.enabled else 0.2):
+            if elapsed > step * MOVE_SECONDS:
+                step += 1
+                go_on(step)
+            QApplication.processEvents(QEventLoop.ProcessEventsFlag.WaitForMoreEvents)
+        QTest.mouseRelease(surface, Qt.MouseButton.LeftButton, pos=QPoint(30, 40))
 
     benchmark.pedantic(run, rounds=1)
     gaps = 1e3 * np.diff(painted) if len(painted) > 1 else [float("nan")]
     benchmark.extra_info |= {
+        "drawn by": drawn_by(window),
         "maps a second": round(len(painted) / SECONDS, 1),
         "gap, median and 95 % [ms]": [round(float(np.percentile(gaps, share)), 1) for share in (50, 95)],
         "bodies a second": round(len(drawn) / SECONDS, 1),
