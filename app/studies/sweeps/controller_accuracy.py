@@ -67,12 +67,8 @@ def cases(quick: bool, seed: int) -> list[Case]:
     controllers: tuple[str, ...] = (*CONTROL_SCHEMES, FORCE_ONLY)
     seeds: Sequence[int] = range(seed, seed + 3)
     if quick:
-        paths, sensors, controllers, seeds = (
-            ("line", "held"),
-            ("skin", "noisy wrench"),
-            ("hybrid", "qp", "hold_force"),
-            (seed,),
-        )
+        paths, sensors, controllers = ("line", "held"), ("skin", "noisy wrench"), ("hybrid", FORCE_ONLY)
+        seeds = (seed,)
     return [
         {"robot": robot, "path": path, "controller": controller, "sensor": sensor, "seed": each}
         for robot in robots
