@@ -40,9 +40,9 @@ METHOD = (
     "whatever is read. In nominal conditions the skin is read 50 times a second, at once and without noise, the map is "
     "our own, taxels are where they are believed, forces are pressure times area, and the controller is the hybrid "
     "one: one of these at a time is otherwise. Gains follow rate, delay and stiffness by the non-oscillating gain L* "
-    "of a sampled loop. Seeds differ in taxels, noise and calibration, the same for all levels; points are medians over "
-    "them, upright lines their 95 % bootstrap interval (an arrow: without an upper end). What is missing in a diagram "
-    "is not possible at any speed from 4 to 128 mm/s; its row has the least error."
+    "of a sampled loop. Seeds differ in taxels, noise and calibration, the same for all levels; points are medians "
+    "over them, upright lines their 95 % bootstrap interval (an arrow: without an upper end). What is missing in a "
+    "diagram is not possible at any speed from 4 to 128 mm/s; its row has the least error."
 )
 
 
