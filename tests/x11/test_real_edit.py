@@ -29,7 +29,11 @@ def settled(document, name):
 def told():
     write("tool.json", window.views.tool.name)
 
+def rested():
+    write("rested.json", True)
+
 window.editor.settled.connect(settled)
+window.editor.rested.connect(rested)
 window.editor.failed.connect(lambda text: write("failed.json", text))
 for name in ("arrange", "pins", "seams"):
     window.action(name).triggered.connect(told)
@@ -80,7 +84,8 @@ def test_a_patch_is_moved_a_pin_dragged_and_a_seam_drawn(app):
 
     take(app, "n", "pins")
     drag(app, middles[0], middles[0] + [-25, -30])
-    app.wait_for(lambda: steps(app)[1:] and not app.read("steps.json")["busy"], 90)
+    # The pin is there when it is let go of, and the patch at rest once the worker has solved it: no seam before that.
+    app.wait_for(lambda: steps(app)[1:] and app.read("rested.json"), 90)
     pinned = load_document(app.folder / "now.npz")
     assert len(pinned.patches[0].pins) == 1
     assert not np.array_equal(pinned.charts[0].plane, moved.charts[0].plane)
