@@ -5,6 +5,7 @@ from __future__ import annotations
 import multiprocessing as mp
 import signal
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from multiprocessing.connection import Connection
 from typing import Any, Generic, TypeVar
@@ -15,7 +16,7 @@ from app.core.arrays import refreeze
 from app.core.errors import TactileMapsError
 
 POLL_MS = 5
-_UNFORESEEN = (MemoryError, OSError, ArithmeticError, ValueError, LookupError, RuntimeError, TypeError)
+_UNFORESEEN = (MemoryError, OSError, EOFError, ArithmeticError, ValueError, LookupError, RuntimeError, TypeError)
 
 T = TypeVar("T")
 
@@ -60,16 +61,18 @@ def _work(connection: Connection, make: Callable[[], RequestHandler]) -> None:
     """The process: serve requests until the window closes its end."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl+C in a terminal reaches us too; the window ends us
     serve = make()
+    with suppress(EOFError, BrokenPipeError, ConnectionResetError):  # the window has gone, and whoever wanted to know
+        _serve(connection, serve)
+
+
+def _serve(connection: Connection, serve: RequestHandler) -> None:
     connection.send(("ready", None))
     while True:
-        try:
-            request = connection.recv()
-        except EOFError:
-            return
+        request = connection.recv()
         try:
             serve(request, lambda kind, content: connection.send((kind, content)))
         except BrokenPipeError:
-            return  # the window has gone, and with it whoever wanted to know
+            raise
         except TactileMapsError as error:
             connection.send(("failed", str(error)))
         except _UNFORESEEN as error:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import multiprocessing as mp
 import os
+import signal
 
 import pytest
 
-from widgets.workers.worker_process import SourceToken, WorkerProcess
+from widgets.workers.worker_process import SourceToken, WorkerProcess, _work
 
 TOKEN = SourceToken("test")
 
@@ -82,3 +84,34 @@ def test_a_closed_one_tells_nothing_of_what_was_read(process, qtbot):
     process.close()
     process._on_timer()
     assert not process.told
+
+
+def broken_file():
+    """In the process: what is asked for is in a file that ends too soon."""
+
+    def serve(request, tell):
+        raise EOFError(request)
+
+    return serve
+
+
+@pytest.mark.parametrize("asked", [(), ("a map",)], ids=["before it is ready", "while it works"])
+def test_it_ends_quietly_when_the_window_has_gone(asked):
+    ours, theirs = mp.Pipe()
+    for request in asked:
+        ours.send(request)
+    ours.close()
+    on_interrupt = signal.getsignal(signal.SIGINT)
+    try:
+        _work(theirs, broken_file)
+    finally:
+        signal.signal(signal.SIGINT, on_interrupt)
+        theirs.close()
+
+
+def test_a_file_that_ends_too_soon_is_told_and_does_not_end_it(process, qtbot):
+    process._make = broken_file
+    process.send("cap.tmap", TOKEN)
+    qtbot.waitUntil(lambda: process.told[-1:] == [(1, "done", None)], timeout=30_000)
+    assert process.told[0] == (1, "failed", "An unexpected problem: EOFError: cap.tmap.")
+    assert process.ready

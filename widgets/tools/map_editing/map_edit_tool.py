@@ -14,7 +14,7 @@ from widgets.interaction.view_tool import ViewTool
 from widgets.overlays.body_overlays import EdgeMark, MarkRole, ToolMarks
 from widgets.tools.map_editing.mesh_picking import present_seams, seam_runs
 
-BUSY = "Another edit is being computed: wait for it, or cancel it"
+_BUSY = "Another edit is being computed: wait for it, or cancel it"
 
 
 class MapEditTool(ViewTool):
@@ -56,12 +56,16 @@ class MapEditTool(ViewTool):
         self._mine = self._editor.busy
         return bool(taken)
 
+    @property
+    def _free(self) -> bool:
+        """Whether the worker is free for us."""
+        return self._mine or not self._editor.busy
+
     def _may_ask(self) -> bool:
         """Whether the worker is free for us; told if not."""
-        free = self._mine or not self._editor.busy
-        if not free:
-            self._editor.told.emit(BUSY)
-        return free
+        if not self._free:
+            self._editor.told.emit(_BUSY)
+        return self._free
 
     def body_marks(self) -> ToolMarks:
         """Seams, and what this tool adds; the same object until it changes."""

@@ -126,17 +126,17 @@ class SeamTool(MapEditTool):
             self._redraw()
 
     def release(self, place: PointerHit, event: QMouseEvent) -> None:
-        """A drag is a seam; after a click the line waits for more."""
+        """A drag is a seam, or a line for Enter while the worker is taken; after a click the line waits for more."""
         document, pressed, self._pressed = self._document, self._pressed, None
         if document is None or pressed is None or not self._dragging:
             return
         vertex, self._dragging = vertex_at(document, place), False
         if vertex is not None and vertex[0] == self._patch:
-            clicked = len(self._through) > 1
+            clicked, free = len(self._through) > 1, self._free
             self._add(document, vertex)
             if len(self._through) > 1:
                 self.finish()
-            if not clicked:
+            if not clicked and free:
                 self._drop()  # a refused drag is drawn anew, not mended
         else:
             if vertex is not None:

@@ -233,6 +233,10 @@ def test_a_seam_being_computed_stays_in_sight_and_a_second_waits_its_turn(hand, 
     assert "being computed" in editor.heard[-1][1]
     worker.release()
     assert editor.history.names[-1] == "Method"
+    assert roles(tool) == [MarkRole.HELD]
+    hand.key(Qt.Key.Key_Return)
+    worker.release()
+    assert seams(editor.document) == column(4) | column(4, at=6)
 
 
 def test_a_tubes_only_seam_when_erased_is_chosen_anew(hand, editor, document):
