@@ -24,6 +24,9 @@ from app.studies.running.sequential import Outcome, run_within
 from app.studies.running.workers import Workers
 from app.studies.study import Study
 
+_PAGE_SECONDS = 30.0
+"""Between two pages while cases are measured: sixteen diagrams take seconds, too many for a run of half a minute."""
+
 
 def execute(arguments: argparse.Namespace) -> int:
     """Run the study and write its report; Ctrl-C keeps the cases that are done."""
@@ -56,7 +59,7 @@ def _run(
         workers=workers,
         log=log,
         progress=progress_line(),
-        watch=paced(lambda: write_page(outcome(running=True), folder)),
+        watch=paced(lambda: write_page(outcome(running=True), folder), least=_PAGE_SECONDS),
     )
     ended = Outcome(0, ())
     try:
