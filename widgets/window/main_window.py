@@ -7,7 +7,7 @@ from functools import partial
 
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction, QCloseEvent, QDragEnterEvent, QDropEvent, QKeyEvent, QResizeEvent
-from PySide6.QtWidgets import QDockWidget, QMainWindow, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QApplication, QDockWidget, QMainWindow, QVBoxLayout, QWidget
 
 from widgets.actions.focused_keys import FocusedKeys
 from widgets.actions.menus import build_menus
@@ -254,7 +254,13 @@ class MainWindow(QMainWindow):
             super().keyPressEvent(event)
 
     def closeEvent(self, event: QCloseEvent) -> None:
-        """Qt: ask about unsaved edits, complete the recording, end thread and processes, give the graphics back."""
+        """Qt: ask about unsaved edits, complete the recording, end thread and processes, give the graphics back.
+
+        What is being typed is complete first: the field of an undocked panel would tell it when its window is
+        destroyed, after those it tells.
+        """
+        if (typed_in := QApplication.focusWidget()) is not None:
+            typed_in.clearFocus()
         if self.presenters.map_files.unsaved and not self._leaving:
             event.ignore()
             self.presenters.map_files.leave(self._close_for_good)

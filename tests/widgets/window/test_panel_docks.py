@@ -12,7 +12,9 @@ from PySide6.QtWidgets import QApplication, QDockWidget, QLabel, QMenu, QPushBut
 
 from tests.widgets.support.window_driver import press_map, run
 from widgets.common.guide_window import GuidePlace
+from widgets.common.number_field import NumberField
 from widgets.common.settings import Settings
+from widgets.panels.control.posture_panel import PosturePanel
 from widgets.panels.registry import PANELS
 from widgets.panels.simulation.accuracy_panel import AccuracyPanel
 from widgets.panels.touch.contacts_panel import ContactsPanel
@@ -139,3 +141,19 @@ def test_every_panel_says_what_it_is_in_the_guide(window):
     guide.close()
     guide.deleteLater()
     window._commands._guide = None
+
+
+def test_what_is_being_typed_in_an_undocked_panel_is_taken_before_the_window_closes(new_window):
+    panel = new_window.column.get(PosturePanel)
+    panel.set_folded(False)
+    undock(panel)
+    panel.window().activateWindow()
+    slider, told = panel.sliders[0], []
+    slider.value_changed.connect(told.append)
+    field = slider.findChild(NumberField)
+    field.setFocus()
+    field.selectAll()
+    QTest.keyClicks(field, "12")
+    assert not told
+    new_window.close()
+    assert told == [12.0]
