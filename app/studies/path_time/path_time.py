@@ -25,13 +25,13 @@ ROBOTS = ("arm", "ur5e", "icub")
 SEEDS, FEW_SEEDS = 10, 3
 """Of our own arm, and of the other robots."""
 BAND_N = 0.6
-QUICK_SIZE = 0.012
+QUICK_SIZE = 0.008
 """Of the path where time is short [m]."""
 NOMINAL = "nominal"
 """The factor of cases in nominal conditions; their level is empty."""
 METHOD = (
     "Each robot has skin with taxels 8 mm apart on its forearm, at home beside a fixed ball of 30 mm radius. The "
-    "controller slides the ball once along a figure of eight of 30 mm (91 mm of way; quick cases 12 mm, 37 mm), drawn "
+    "controller slides the ball once along a figure of eight of 30 mm (91 mm of way; quick cases 8 mm, 24 mm), drawn "
     "on the map about the place first touched, at 3 N; on another map that is believed, through the same places of the "
     "body. Time is the shortest for which 95 % of the errors on the body "
     f"are within {1e3 * Conditions().tolerance:g} mm, the force is within {BAND_N:g} N for 95 % of the time, and "

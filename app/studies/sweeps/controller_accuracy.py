@@ -63,20 +63,23 @@ _SENSORS_NOTE = (
 
 def cases(quick: bool, seed: int) -> list[Case]:
     """Every controller on every robot along every path by every sensor; the one without a task only holds."""
-    robots, paths, sensors = tuple(SKIN_LINKS), tuple(PATHS), tuple(SENSORS)
     controllers: tuple[str, ...] = (*CONTROL_SCHEMES, FORCE_ONLY)
-    seeds: Sequence[int] = range(seed, seed + 3)
+    kinds = [
+        (path, controller, sensor)
+        for path in PATHS
+        for controller in controllers
+        for sensor in SENSORS
+        if controller != FORCE_ONLY or path == "held"
+    ]
+    seeds = range(seed, seed + 3)
     if quick:
-        paths, sensors, controllers = ("line", "held"), ("skin", "noisy wrench"), ("hybrid", FORCE_ONLY)
-        seeds = (seed,)
+        kinds = [("line", "hybrid", "skin"), ("line", "hybrid", "noisy wrench"), ("held", FORCE_ONLY, "skin")]
+        seeds = seeds[:1]
     return [
         {"robot": robot, "path": path, "controller": controller, "sensor": sensor, "seed": each}
-        for robot in robots
+        for robot in SKIN_LINKS
         for each in seeds
-        for path in paths
-        for controller in controllers
-        for sensor in sensors
-        if controller != FORCE_ONLY or path == "held"
+        for path, controller, sensor in kinds
     ]
 
 
