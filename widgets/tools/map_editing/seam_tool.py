@@ -126,7 +126,7 @@ class SeamTool(MapEditTool):
             self._redraw()
 
     def release(self, place: PointerHit, event: QMouseEvent) -> None:
-        """A drag is a seam, or a line for Enter while the worker is taken; after a click the line waits for more."""
+        """A drag is a seam, or a line for Enter while another edit is computed; after a click the line waits."""
         document, pressed, self._pressed = self._document, self._pressed, None
         if document is None or pressed is None or not self._dragging:
             return
