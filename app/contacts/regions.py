@@ -25,12 +25,15 @@ _NO_AXES, _NO_MAP_AXES = readonly(np.zeros((2, 3))), readonly(np.zeros((2, 2)))
 class ContactRegion:
     """A connected touched area.
 
+    ``touched``, ``area``, ``peak`` and ``mean`` refer to the touched taxels alone. Force and centre also include the
+    ring of untouched taxels around them, where 8 to 20 % of the force stays below the threshold.
+
     Attributes:
         id: Kept while the region lives, from frame to frame; 1 or more.
         taxels: (k,) taxel numbers, the touched ones and their one-ring, rising.
-        force: Sum of pressure times area over them [N]; normal force only, shear is not observable.
-        area: Of the touched taxels [m²].
-        peak: Highest pressure [Pa].
+        force: Sum of pressure times area over ``taxels`` [N]; normal force only, shear is not observable.
+        area: Total area of the touched taxels [m²].
+        peak: Highest pressure of the touched taxels [Pa].
         map_point: (2,) centre of pressure on the tactile map [m].
         at: The centre of pressure back-projected to the body.
         link: Name of the touched link.
@@ -38,6 +41,7 @@ class ContactRegion:
         link_normal: (3,) outward unit normal there, frame of the link.
         torn: Whether a seam tears the region apart on the map, so that its centre was taken on the body instead.
         mean: Mean pressure over the touched taxels [Pa].
+        touched: Number of touched taxels; None in recordings that do not store it.
         link_axes: (2, 3) half-axes of the ellipse with the region's second moments, the longer first [m], frame of the
             link.
         map_axes: (2, 2) the same two on the map [m]; as the map distorts there they need not be at right angles, but
@@ -66,6 +70,7 @@ class ContactRegion:
     link_normal: FloatArray
     torn: bool = False
     mean: float = 0.0
+    touched: int | None = None
     link_axes: FloatArray = field(default_factory=lambda: _NO_AXES)
     map_axes: FloatArray = field(default_factory=lambda: _NO_MAP_AXES)
     place_error: float = 0.0

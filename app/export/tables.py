@@ -13,6 +13,9 @@
 | ``events`` | each contact event |
 | ``episodes`` | each labelled episode; where there is none each run of ticks without a gap, with the scene's name |
 
+In ``contacts``, ``taxels`` is the number of touched taxels, over which ``area``, ``peak`` and ``mean`` are taken (-1
+where a recording does not store it); ``force`` also includes the untouched taxels next to them.
+
 Units stand in the columns' names; places are in the frame of the link. Of a real skin ``pressures`` has the sender's
 time and numbers too, and the values as they were sent (``raw_counts``, ``raw_Pa`` or ``raw_kPa``; NaN before any).
 Where it was not calibrated, the columns in kPa or Pa give way to such in counts, and forces are NaN; where that changed
@@ -384,7 +387,7 @@ def _contacts(frames: Sequence[Frame], units: Sequence[ReadingUnits]) -> Columns
         "time_s": np.array([frame.time for frame, _ in rows], dtype=np.float64),
         "contact": _numbers([region.id for _, region in rows]),
         "link": _words([region.link for _, region in rows]),
-        "taxels": _numbers([len(region.taxels) for _, region in rows]),
+        "taxels": _numbers([region.touched for _, region in rows]),
         "force_N": np.where(claimed, number("force"), np.nan),
         "force_error_N": np.where(claimed, number("force_error"), np.nan),
         "place_error_m": number("place_error"),

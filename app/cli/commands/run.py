@@ -42,7 +42,8 @@ def execute(arguments: argparse.Namespace) -> int:
         recorder = closing.enter_context(_recorder(prepared, arguments)) if arguments.output else None
         session = Session(prepared, effects=scene.unattended.effects)
         watch = _share(session, arguments, closing) if arguments.serve or arguments.rerun else None
-        result, notes = _simulate(session, round((arguments.seconds or SECONDS) / prepared.scene.tick), recorder, watch)
+        ticks = max(round((arguments.seconds or SECONDS) / prepared.scene.tick), 1)
+        result, notes = _simulate(session, ticks, recorder, watch)
     for note in notes:
         print_warning(contact_note_text(note))
     problems = [{"kind": lack.kind, "where": lack.where, "remedy": lack.action} for lack in scene.decision.warnings]

@@ -11,7 +11,7 @@ from __future__ import annotations
 import json
 import struct
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from operator import attrgetter
 from types import MappingProxyType
 from typing import Any, Literal, NamedTuple, cast
@@ -23,7 +23,7 @@ from app.contacts.regions import ContactRegion
 from app.control.command import JointCommand, TaskReport
 from app.control.limits import Limit
 from app.core.arrays import FloatArray, IntArray
-from app.core.codec import dump_json, json_schema, load_json
+from app.core.codec import LATER, dump_json, json_schema, load_json
 from app.core.errors import RecordingError
 from app.core.reading_units import ReadingUnits
 from app.core.timing import Timings
@@ -127,6 +127,7 @@ class FrameText:
         task: As in ``Frame``.
         estimates: The same.
         measured: Its facts but the values, which are among the arrays; None where the skin is simulated.
+        touched: Number of touched taxels by region; recordings of earlier versions do not store it.
     """
 
     why_limited: tuple[Limit, ...]
@@ -136,6 +137,7 @@ class FrameText:
     task: TaskReport | None
     estimates: Mapping[int, ForceEstimate]
     measured: MeasuredText | None
+    touched: Mapping[int, int] = field(default_factory=dict, metadata=LATER)
 
 
 def _columns(record: np.dtype[Any]) -> list[str]:
@@ -180,6 +182,7 @@ def encode_frame(frame: Frame) -> bytes:
         frame.task,
         frame.estimates,
         _measured_text(frame.measured),
+        {region.id: region.touched for region in regions if region.touched is not None},
     )
     raw = _NO_RAW if frame.measured is None else frame.measured.raw
     words = dump_json(text)
@@ -416,6 +419,10 @@ class _FrameReader:
             raise self._refusal("this must be 0 or 1", "regions.torn", rows["torn"].tolist())
         for name in _FINITE:
             self._check_finite(rows[name], f"regions.{name}")
+        for number, count in zip(rows["id"].tolist(), counts.tolist(), strict=True):
+            touched = text.touched.get(number)
+            if touched is not None and not 0 < touched <= count:
+                raise self._refusal(f"this must be 1 to {count}", f"touched.{number}", touched)
         places, groups = self._places(rows, "regions"), np.split(members, np.cumsum(counts)[:-1])
         return tuple(
             ContactRegion(
@@ -424,6 +431,7 @@ class _FrameReader:
                 taxels=taxels,
                 link=self._skin.link(at),
                 merged=text.merged.get(values["id"], ()),
+                touched=text.touched.get(values["id"]),
             )
             for values, at, taxels in zip(_fields(rows), places, groups, strict=True)
         )

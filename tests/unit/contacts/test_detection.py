@@ -69,6 +69,21 @@ def test_a_taxel_stays_touched_down_to_half_the_threshold():
         assert len(reader.read(pressures)) == found, level
 
 
+def test_touched_taxels_are_those_of_area_mean_and_peak():
+    """A ring taxel may read more than a touched one, which stays touched down to half of the threshold."""
+    reader, pressures = ContactDetector(MAP), np.zeros(len(SKIN))
+    middle = int(np.argmin(np.linalg.norm(POSITIONS - (0.2, 0, 0.02), axis=1)))
+    ring = sorted(SKIN.neighbours[(SKIN.neighbours == middle).any(axis=1)].ravel())
+    pressures[middle] = 2 * TOUCH_THRESHOLD
+    reader.read(pressures)
+    pressures[ring], pressures[middle] = 0.9 * TOUCH_THRESHOLD, 0.6 * TOUCH_THRESHOLD
+    (region,) = reader.read(pressures)
+    assert len(region.taxels) > region.touched == 1
+    assert region.area == SKIN.areas[middle]
+    assert region.peak == pytest.approx(0.6 * TOUCH_THRESHOLD)
+    assert region.mean == pytest.approx(0.6 * TOUCH_THRESHOLD)
+
+
 def test_a_region_keeps_its_name_while_it_wanders():
     reader = ContactDetector(MAP)
     first = reader.read(around((0.08, 0, 0.02)))[0].id

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from app.export.tables import BATCH, batches, episodes, highest_reading, taxel_labels, write_tables
+from app.recording.encoding.frame_codec import decode_frame, encode_frame
 from app.skin.skin import TaxelIdentity
 from tests.support.recordings import small_arm
 
@@ -31,6 +32,52 @@ def test_no_more_than_a_batch_is_ever_in_memory(player):
     assert sum(sink.rows["frames"]) == len(player)
     assert told == sorted(told)
     assert told[-1] == 1.0
+
+
+class Kept:
+    """A sink that keeps the columns of one table."""
+
+    def __init__(self, table):
+        self.table, self.columns = table, {}
+
+    def append(self, table, columns):
+        if table == self.table:
+            for name, values in columns.items():
+                self.columns.setdefault(name, []).extend(values.tolist())
+
+
+def test_taxels_of_a_contact_are_those_of_its_area(player, frames):
+    kept = Kept("contacts")
+    write_tables(player, kept, image_width=0, progress=lambda _text, _share: None)
+    regions = [region for frame in frames for region in frame.regions]
+    assert len(regions) > 50
+    assert kept.columns["taxels"] == [region.touched for region in regions]
+    assert any(region.touched < len(region.taxels) for region in regions)
+    areas = player.prepared.skin.areas
+    for region in regions:
+        own = np.sort(areas[region.taxels])
+        assert own[: region.touched].sum() <= region.area + 1e-12
+        assert region.area <= own[::-1][: region.touched].sum() + 1e-12
+
+
+def test_taxels_of_a_contact_are_unknown_in_recordings_that_do_not_store_them(player):
+    class Older:
+        """The recording as an earlier version wrote it."""
+
+        def __getattr__(self, name):
+            return getattr(player, name)
+
+        def __len__(self):
+            return len(player)
+
+        def __iter__(self):
+            for frame in player:
+                regions = tuple(replace(region, touched=None) for region in frame.regions)
+                yield decode_frame(encode_frame(replace(frame, regions=regions)), player.prepared)
+
+    kept = Kept("contacts")
+    write_tables(Older(), kept, image_width=0, progress=lambda _text, _share: None)
+    assert set(kept.columns["taxels"]) == {-1}
 
 
 def test_batches_are_the_frames_in_order(player, frames):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import json
 from dataclasses import replace
 
 import numpy as np
@@ -10,6 +11,7 @@ import pytest
 from mcap.reader import make_reader
 from mcap.writer import CompressionType, Writer
 
+from app.__main__ import main
 from app.core.errors import RecordingError
 from app.recording.damage import DamageKind, Hole, RecordingDamage, damage_text, find_losses, lost_at_end
 from app.recording.encoding.frame_codec import tick_of
@@ -112,6 +114,23 @@ def test_frames_after_a_lost_input_are_not_compared(recording, tmp_path):
     compared = [player.frame(k).tick for k in range(len(player)) if player.frame(k).tick <= lost.first]
     assert outcome.frames == len(compared)
     assert outcome.not_compared == len(player) - len(compared) > 0
+
+
+def test_verification_without_comparable_frames_is_not_identical(recording, tmp_path, capsys):
+    """The first input is missing, so no frame can be simulated again."""
+
+    def without_first_input(messages):
+        return [one for one in messages if (one[0], one[1].sequence) != ("/input", 0)]
+
+    path = rewritten(recording, tmp_path / "headless.mcap", without_first_input)
+    outcome = verify(RecordingPlayer(path))
+    assert (outcome.frames, outcome.identical, outcome.not_compared) == (0, None, LAST - FIRST + 1)
+    assert main(["replay", str(path), "--verify", "--json"]) == 1
+    assert json.loads(capsys.readouterr().out)["identical"] is None
+    assert main(["replay", str(path), "--verify"]) == 1
+    said = capsys.readouterr().out
+    assert "nothing to compare" in said
+    assert "yes" not in said
 
 
 @pytest.mark.parametrize("seed", range(60))

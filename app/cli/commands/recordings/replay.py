@@ -8,13 +8,15 @@ from pathlib import Path
 from app.cli.output import damage_rows, print_error, print_fields, print_json, progress_line
 from app.core.errors import RecordingError, UsageError
 from app.recording.player import RecordingPlayer
-from app.recording.verify import verify
+from app.recording.verify import Verification, verify
 from app.stimuli.stimuli_from_pokes import stimuli_from_pokes
 from app.stimuli.stimulus_file import save_stimuli
 
+_NOTHING = "nothing to compare"
+
 
 def execute(arguments: argparse.Namespace) -> int:
-    """Read every frame, or verify every frame; 1 when a verification finds a difference or damage."""
+    """Read or verify every frame; return 1 where a verification finds a difference, damage or nothing to compare."""
     player = RecordingPlayer(arguments.input)
     result: dict[str, object] = {
         "frames": len(player),
@@ -38,11 +40,11 @@ def execute(arguments: argparse.Namespace) -> int:
     if player.measured is not None:
         result["measured"] = rows["Measured"] = player.measured
     if arguments.verify and player.measured is not None:
-        rows["Identical"] = "not compared: the readings were measured, so there is nothing to simulate again"
+        rows["Identical"] = f"{_NOTHING}: the readings were measured and cannot be simulated again"
     else:
         (_verify if arguments.verify else _read)(player, result, rows)
     (print_json(result) if arguments.json else print_fields(rows))
-    return 1 if result["identical"] is False or (arguments.verify and not player.complete) else 0
+    return 1 if arguments.verify and not (result["identical"] is True and player.complete) else 0
 
 
 def _save_stimuli(player: RecordingPlayer, file: str, rows: dict[str, object]) -> None:
@@ -74,15 +76,19 @@ def _verify(player: RecordingPlayer, result: dict[str, object], rows: dict[str, 
     result["not_compared"] = outcome.not_compared
     if outcome.not_compared:
         rows["Not compared"] = f"{outcome.not_compared} frames: inputs before them are missing"
-    rows["Identical"] = (
-        f"yes, all joint positions, velocities, object poses and pressures of {outcome.frames} frames, bit for bit"
-        if outcome.identical
-        else f"no: from tick {outcome.first_difference} on, by up to {outcome.max_difference:.3g}"
-    )
+    rows["Identical"] = _identical_text(outcome)
     if outcome.other_versions:
         print_error(
             "recorded with other versions, so small differences are expected: " + ", ".join(outcome.other_versions)
         )
+
+
+def _identical_text(outcome: Verification) -> str:
+    if outcome.identical is None:
+        return f"{_NOTHING}: inputs before the first frame are missing"
+    if not outcome.identical:
+        return f"no: from tick {outcome.first_difference} on, by up to {outcome.max_difference:.3g}"
+    return f"yes, all joint positions, velocities, object poses and pressures of {outcome.frames} frames, bit for bit"
 
 
 def _read(player: RecordingPlayer, result: dict[str, object], rows: dict[str, object]) -> None:

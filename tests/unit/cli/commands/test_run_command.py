@@ -9,6 +9,7 @@ import pytest
 from app.__main__ import main
 from app.cli.commands import run as run_command
 from app.cli.main import run_command as run_line
+from app.recording.player import RecordingPlayer
 from app.session.session import Session
 from app.stimuli.stimulus_file import load_stimuli, save_stimuli
 from app.stimuli.stimulus_kinds import Poke
@@ -53,6 +54,12 @@ def test_the_recording_is_named_and_stops_again(unsteady_scene, tmp_path, capsys
     assert found["stopped"].split(":")[1] in said
     assert main(["replay", target]) == 0
     assert "the simulation diverged" in capsys.readouterr().out
+
+
+def test_less_than_a_tick_simulates_one_tick(tmp_path):
+    target = tmp_path / "short.mcap"
+    assert main(["run", "--scene", "arm", "--for", "1e-9", "-o", str(target)]) == 0
+    assert len(RecordingPlayer(target)) == 1
 
 
 def test_without_a_recording_it_says_how_to_keep_one(unsteady_scene, capsys):

@@ -150,6 +150,8 @@ def change_region(frame, **changes):
     ("estimates.4.forces[1]", lambda f: replace(f, estimates={4: replace(TOLD, forces=[1.0, float("nan")])})),
     ("regions.taxels", lambda frame: change_region(frame, taxels=[10**6])),
     ("regions.taxels", lambda frame: change_region(frame, taxels=[-1])),
+    ("touched.1", lambda frame: change_region(frame, touched=0)),
+    ("touched.1", lambda frame: change_region(frame, touched=len(frame.regions[0].taxels) + 1)),
     ("task.error", lambda frame: replace(frame, task=TaskReport(error=float("inf")))),
 ])  # fmt: skip
 def test_what_no_session_answers_is_refused_with_its_place(place, change, touched, prepared):
@@ -187,7 +189,7 @@ def test_readings_and_commands_may_be_no_numbers(touched, prepared):
 
 
 def test_all_of_a_region_and_a_finger_is_in_the_bytes():
-    elsewhere = {ContactRegion: {"taxels", "link", "merged"}, PokeState: set()}
+    elsewhere = {ContactRegion: {"taxels", "link", "merged", "touched"}, PokeState: set()}
     for kind, record in ((ContactRegion, REGION), (PokeState, POKE)):
         names = {name.partition(".")[0] for name in record.names} - {"taxels"}
         assert names == {field.name for field in fields(kind)} - elsewhere[kind], kind
