@@ -4,16 +4,14 @@ from __future__ import annotations
 
 import argparse
 import os
-import signal
 import sys
-import threading
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from importlib import import_module
 
 from app.cli.output import print_error, print_json
 from app.cli.parser import build_parser
 from app.core.errors import TactileMapsError, UsageError, describe_unexpected_error
+from app.core.interrupts import TerminatedError, signals_raised, terminal_closed
 
 OpenWindow = Callable[[argparse.Namespace], int]
 _FOLDERS = dict.fromkeys(("export", "recover", "replay", "trim"), "recordings")
@@ -28,7 +26,8 @@ def run_command(argv: Sequence[str], *, windows: dict[str, OpenWindow]) -> int:
         windows: The commands that need the widgets, handed in so that this package stays without them.
 
     Returns:
-        0 done, 1 failed, 2 bad usage, 130 interrupted (Ctrl-C), 143 ended by SIGTERM; either leaves no process behind.
+        0 done, 1 failed, 2 bad usage, 130 interrupted (Ctrl-C), 143 ended by SIGTERM, 129 by SIGHUP or the closed
+        terminal, 131 by SIGQUIT; none of these leaves a process behind.
     """
     try:
         arguments = build_parser().parse_args(argv)
@@ -39,22 +38,23 @@ def run_command(argv: Sequence[str], *, windows: dict[str, OpenWindow]) -> int:
     try:
         if command in windows:
             return windows[command](arguments)
-        with _terminating_as_ctrl_c():
+        with signals_raised():
             return int(import_module(_module_of(command)).execute(arguments))
     except TactileMapsError as error:
         _print_failure(str(error), as_json, kind=type(error).__name__)
         return 2 if isinstance(error, UsageError) else 1
     except KeyboardInterrupt as stop:
-        _print_failure("interrupted", as_json, kind="Interrupted")
-        return 143 if isinstance(stop, _TerminatedError) else 130
+        return _interrupted(stop, as_json)
     except BrokenPipeError:
         # Whoever read our output has gone; nothing more can be said.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 1
     except Exception as error:  # the last door: a person gets a sentence, the details go to a file
-        if _was_interrupted(error):
-            _print_failure("interrupted", as_json, kind="Interrupted")
-            return 130
+        interrupt = _interrupt_behind(error)
+        if interrupt is None and isinstance(error, OSError) and terminal_closed():
+            interrupt = TerminatedError(1)  # a message could not be written to it
+        if interrupt is not None:
+            return _interrupted(interrupt, as_json)
         _print_failure(describe_unexpected_error(error), as_json, kind="Unexpected")
         return 1
 
@@ -63,35 +63,31 @@ def _module_of(command: str) -> str:
     return ".".join(["app.cli.commands", *([_FOLDERS[command]] if command in _FOLDERS else []), command])
 
 
-def _was_interrupted(error: BaseException | None) -> bool:
-    """Whether Ctrl-C is behind it: compiled libraries turn what is raised in their callbacks into their own errors."""
+def _interrupt_behind(error: BaseException | None) -> KeyboardInterrupt | None:
+    """Return the interrupt that caused an error: compiled libraries turn what is raised in their callbacks into their
+    own errors.
+    """
     while error is not None:
         if isinstance(error, KeyboardInterrupt):
-            return True
+            return error
         error = error.__cause__ or error.__context__
-    return False
+    return None
 
 
-class _TerminatedError(KeyboardInterrupt):
-    """SIGTERM, as of a batch system whose time is over: everything is put away as after Ctrl-C."""
-
-
-@contextmanager
-def _terminating_as_ctrl_c() -> Iterator[None]:
-    def stop(*_: object) -> None:
-        raise _TerminatedError
-
-    if threading.current_thread() is not threading.main_thread():
-        yield  # only the main thread may say what a signal does
-        return
-    before = signal.signal(signal.SIGTERM, stop)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGTERM, before)
+def _interrupted(stop: KeyboardInterrupt, as_json: bool) -> int:
+    _print_failure("interrupted", as_json, kind="Interrupted")
+    return 128 + stop.number if isinstance(stop, TerminatedError) else 130
 
 
 def _print_failure(text: str, as_json: bool, *, kind: str) -> None:
-    print_error(text)
-    if as_json:
-        print_json({"error": {"kind": kind, "message": text}})
+    try:
+        print_error(text)
+        if as_json:
+            print_json({"error": {"kind": kind, "message": text}})
+        sys.stdout.flush()
+    except OSError:
+        if not terminal_closed():
+            raise
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        for stream in (sys.stdout, sys.stderr):
+            os.dup2(nowhere, stream.fileno())

@@ -34,6 +34,7 @@ from widgets.session.backends import INLINE
 from widgets.session.session_runner import InlineRunner
 from widgets.theme.application_theme import apply_theme
 from widgets.window.display import require_display
+from widgets.window.ending_signals import EndingSignals, end_at_once
 from widgets.window.main_window import MainWindow
 from widgets.window.window_picture import save_window_picture
 
@@ -58,6 +59,8 @@ def launch(scene: Scene, *, then: str | None = None) -> int:
     if then is not None:
         open_when_ready(window, then)
     window.live.open_scene(scene)
+    signals = EndingSignals(app)
+    signals.arrived.connect(partial(end_at_once, window.live))
     return app.exec()
 
 

@@ -130,7 +130,9 @@ def _starting_processes() -> Generator[None]:
 
 
 def _block_interrupts() -> set[int | signal.Signals] | None:
-    """Interrupts wait; which signals waited before, None where the system knows no such thing."""
+    """Block the signals that a terminal sends to all its processes, and return those that were blocked before; None
+    where the system has no such mask.
+    """
     if sys.platform == "win32" or threading.current_thread() is not threading.main_thread():
         return None
-    return signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    return signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT, signal.SIGHUP, signal.SIGQUIT})

@@ -1,13 +1,17 @@
-"""Ctrl-C and SIGTERM end every command at once, with one line, and leave no process and no part of a file behind."""
+"""Ctrl-C, SIGTERM, SIGHUP, SIGQUIT and a closed terminal end every command at once, with one line, and leave no process
+and no part of a file behind.
+"""
 
 from __future__ import annotations
 
 import json
 import os
+import select
 import signal
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 import psutil
@@ -15,10 +19,11 @@ import pytest
 
 from app.cli.commands import study as study_command
 from app.cli.main import run_command
-from app.recording.recover import recover
+from app.recording.player import open_recording
 
 ROOT = Path(__file__).resolve().parents[3]
 SECONDS = 60.0
+CODES = [(signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGHUP, 129), (signal.SIGQUIT, 131)]
 
 
 def interrupted(words: list[str], folder: Path, number: int, *, once) -> tuple[int, str, list[psutil.Process]]:
@@ -33,8 +38,8 @@ def interrupted(words: list[str], folder: Path, number: int, *, once) -> tuple[i
         assert process.poll() is None, process.communicate()
         assert time.monotonic() < deadline
     children = told.children(recursive=True)
-    if number == signal.SIGINT:
-        os.killpg(process.pid, number)  # a terminal tells all of them
+    if number in (signal.SIGINT, signal.SIGHUP, signal.SIGQUIT):
+        os.killpg(process.pid, number)  # a terminal sends it to all of them
     else:
         process.send_signal(number)
     _, errors = process.communicate(timeout=SECONDS)
@@ -54,7 +59,7 @@ def under_way(seconds: float):
 
 @pytest.mark.long
 @pytest.mark.parametrize("seconds", [0.05, 1.0], ids=["starting", "working"])
-@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+@pytest.mark.parametrize(("number", "code"), CODES)
 def test_a_study_in_processes_ends_with_all_of_them(tmp_path, number, code, seconds):
     words = ["study", "force-feedback", "--quick", "--jobs", "2"]
     found, errors, alive = interrupted(words, tmp_path, number, once=under_way(seconds))
@@ -91,18 +96,46 @@ def test_a_study_that_was_killed_goes_on_and_has_the_same_table(tmp_path):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+@pytest.mark.parametrize(("number", "code"), CODES)
 def test_a_recording_that_is_interrupted_ends_as_it_should(tmp_path, number, code):
     file = tmp_path / "x.mcap"
     words = ["run", "poke", "--for", "600", "-o", str(file)]
     found, _, _ = interrupted(words, tmp_path, number, once=lambda told: file.exists() and file.stat().st_size > 3e6)
     assert found == code
-    saved = recover(file, tmp_path / "fixed.mcap")
-    assert saved.frames > 0
-    assert saved.damage == ()
+    assert open_recording(file).complete
 
 
-@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+@pytest.mark.parametrize("controlling", [False, pytest.param(True, marks=pytest.mark.long)])
+def test_a_closed_terminal_ends_a_recording_whole(tmp_path, controlling):
+    file = tmp_path / "x.mcap"
+    command = [sys.executable, "-m", "app", "run", "poke", "--for", "600", "-o", str(file)]
+    environment = os.environ | {"PYTHONPATH": str(ROOT)}
+    screen, terminal = os.openpty()
+    process = subprocess.Popen(
+        [*(["setsid", "--ctty", "--wait"] if controlling else []), *command],
+        env=environment,
+        stdin=terminal,
+        stdout=terminal,
+        stderr=terminal,
+        start_new_session=True,
+    )
+    os.close(terminal)
+    close_terminal(screen, once=lambda: file.exists() and file.stat().st_size > 1e6)
+    assert process.wait(SECONDS) == 129
+    assert open_recording(file).complete
+
+
+def close_terminal(screen: int, *, once: Callable[[], bool]) -> None:
+    """Read what a program shows on its terminal, and close the terminal ``once`` this is so."""
+    deadline = time.monotonic() + SECONDS
+    while not once():
+        assert time.monotonic() < deadline
+        if select.select([screen], [], [], 0.05)[0]:
+            os.read(screen, 65536)
+    os.close(screen)
+
+
+@pytest.mark.parametrize(("number", "code"), CODES)
 def test_a_signal_ends_a_command_with_one_line(tmp_path, capsys, monkeypatch, number, code):
     monkeypatch.setattr(study_command, "progress_line", lambda: lambda text, share: os.kill(os.getpid(), number))
     assert run_command(["study", "map-cost", "--quick", "-o", str(tmp_path / "out")], windows={}) == code

@@ -8,7 +8,7 @@ import threading
 
 import pytest
 
-from app.core.interrupts import interrupts_held
+from app.core.interrupts import TerminatedError, interrupts_held, signals_raised, terminal_closed
 
 
 def test_ctrl_c_comes_after_the_block():
@@ -55,3 +55,62 @@ def test_other_threads_change_nothing():
     thread.start()
     thread.join()
     assert seen == [signal.default_int_handler]
+
+
+ENDING = [signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT]
+
+
+@pytest.mark.parametrize("number", ENDING)
+def test_ending_signal_is_raised_once_and_waits_for_a_held_block(number):
+    done = []
+
+    def work():
+        with signals_raised():
+            try:
+                with interrupts_held():
+                    os.kill(os.getpid(), number)
+                    done.append("held")
+            finally:
+                for other in (*ENDING, signal.SIGINT):  # as a terminal and a batch system send them, one after another
+                    os.kill(os.getpid(), other)
+                done.append("cleaned up")
+
+    with pytest.raises(TerminatedError) as stop:
+        work()
+    assert stop.value.number == number
+    assert done == ["held", "cleaned up"]
+    assert [signal.getsignal(one) for one in ENDING] == [signal.SIG_DFL] * 3
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
+def test_ignored_hangup_stays_ignored():
+    before = signal.signal(signal.SIGHUP, signal.SIG_IGN)  # as nohup does
+    try:
+        with signals_raised():
+            os.kill(os.getpid(), signal.SIGHUP)
+            assert signal.getsignal(signal.SIGHUP) is signal.SIG_IGN
+    finally:
+        signal.signal(signal.SIGHUP, before)
+
+
+def test_closed_terminal_is_recognised_and_raised_as_hangup():
+    kept = os.dup(0)
+    screen, terminal = os.openpty()
+    os.dup2(terminal, 0)
+    os.close(terminal)
+
+    def hang_up():
+        with signals_raised():
+            os.close(screen)
+            threading.Event().wait(10.0)
+
+    try:
+        assert not terminal_closed()
+        with pytest.raises(TerminatedError) as stop:
+            hang_up()
+        assert stop.value.number == signal.SIGHUP
+        assert terminal_closed()
+    finally:
+        os.dup2(kept, 0)
+        os.close(kept)
+    assert not any(thread.name == "terminal" for thread in threading.enumerate())
