@@ -7,6 +7,7 @@ later all the same it is late, and no longer shown. A sender that starts again c
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -25,10 +26,11 @@ _CYCLE = 2**32
 
 
 class Arrived(NamedTuple):
-    """A reading in its turn, and when it came by the receiver's clock [s]."""
+    """A reading in its turn, when it came by the receiver's clock [s], and how old it was then [s]."""
 
     reading: Reading
     at: float
+    age: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -44,6 +46,7 @@ class ArrivalCounts:
         lost: Numbers that never came.
         restarts: How often the sender began to count anew.
         overflowed: Came faster than they were taken, and were dropped.
+        superseded: Replaced by newer readings before they were taken, while motion is sent.
     """
 
     received: int = 0
@@ -54,6 +57,7 @@ class ArrivalCounts:
     lost: int = 0
     restarts: int = 0
     overflowed: int = 0
+    superseded: int = 0
 
     @property
     def loss(self) -> float:
@@ -82,10 +86,11 @@ class ArrivalTracker:
 
     Attributes:
         counts: So far.
+        patience: As above; it may change at any time.
     """
 
     def __init__(self, *, patience: float = PATIENCE) -> None:
-        self._patience = patience
+        self.patience = patience
         self.counts = ArrivalCounts()
         self._times: deque[float] = deque(maxlen=20_000)
         self._delays: deque[float] = deque(maxlen=1000)
@@ -99,13 +104,14 @@ class ArrivalTracker:
         self._given_up: set[int] = set()
         self._newest = -np.inf
         self._behind: list[int] = []
+        self._superseded = 0  # packets that were not decoded: their numbers are not known, and are not lost
 
-    def take(self, reading: Reading, now: float) -> list[Arrived]:
-        """Give a reading that came ``now`` [s]; those whose turn it is now, in order."""
+    def take(self, reading: Reading, now: float, *, age: float = 0.0) -> list[Arrived]:
+        """Give a reading that came ``now`` [s], ``age`` [s] old; those whose turn it is now, in order."""
         self._count(received=1)
         self._times.append(now)
         self._delays.append(now - reading.time)
-        item = Arrived(reading, now)
+        item = Arrived(reading, now, age)
         if reading.sequence is None:
             return [item]
         number = reading.sequence
@@ -132,12 +138,14 @@ class ArrivalTracker:
         """Those that have waited long enough for others; what those others are is lost."""
         ready: list[Arrived] = []
         while self._held and (
-            len(self._held) > MOST_HELD or now - min(item.at for item in self._held.values()) >= self._patience
+            len(self._held) > MOST_HELD or now - min(item.at for item in self._held.values()) >= self.patience
         ):
             assert self._next is not None
             following = min(self._held, key=lambda number: _ahead(number, self._next or 0))
             missing = _ahead(following, self._next)
-            self._count(lost=missing)
+            skipped = min(missing, self._superseded)
+            self._superseded -= skipped
+            self._count(lost=missing - skipped)
             self._given_up.update((self._next + i) % _CYCLE for i in range(missing))
             self._next = following
             ready += self._deliver(self._held.pop(following))
@@ -156,6 +164,18 @@ class ArrivalTracker:
     def overflowed(self, count: int = 1) -> None:
         """So many readings were dropped because nobody took them."""
         self._count(overflowed=count)
+
+    def supersede(self, times: Sequence[float], *, decoded: bool) -> None:
+        """Count readings that newer ones have replaced.
+
+        Args:
+            times: Arrival of each [s].
+            decoded: True for readings that were counted as received before.
+        """
+        self._count(superseded=len(times), received=0 if decoded else len(times))
+        if not decoded:
+            self._superseded += len(times)
+            self._times.extend(times)
 
     def rate(self, now: float) -> float:
         """Readings a second, over the last two [Hz]."""

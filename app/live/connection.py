@@ -1,4 +1,11 @@
-"""A source that is kept open: opened again, with growing pauses, when it breaks; its readings in order and counted."""
+"""A source that is kept open: opened again, with growing pauses, when it breaks; its readings in order and counted.
+
+Usually every reading is decoded when it arrives and taken in order. While motion is sent (``keep_newest``) only the
+newest data count: whatever has arrived is taken at once, the newest packet first, and older packets are decoded only
+as far as they contain a taxel or joint that no newer one has. The system keeps the oldest packets of a full buffer, so
+``take_newest`` empties it before it looks for the newest. It does so on the thread that commands: Python runs one
+thread at a time, and a receiving thread that waits for its turn after each packet would fall behind a busy one.
+"""
 
 from __future__ import annotations
 
@@ -6,17 +13,23 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from enum import StrEnum
 
 from app.core.errors import LiveError, TactileMapsError, describe_unexpected_error
-from app.live.arrival import ArrivalCounts, ArrivalTracker, Arrived, Delay
-from app.live.readings import MalformedReadingError, Source, SourceEndedError
+from app.live.arrival import PATIENCE, ArrivalCounts, ArrivalTracker, Arrived, Delay
+from app.live.data_age import DataAge
+from app.live.readings import MalformedReadingError, PacketSource, Reading, Source, SourceEndedError
 
 FIRST_PAUSE, LONGEST_PAUSE = 0.25, 5.0
 """Seconds before a broken source is opened again: each time twice as long, until a reading comes."""
 MOST_WAITING = 20_000
 """Readings that wait to be taken; beyond, the oldest is dropped and counted."""
+_MOST_PACKET_BYTES = 64_000_000
+"""Packets that wait to be decoded; beyond, the oldest are dropped and counted."""
+_REST = 0.001
+"""Pause [s] between two looks for packets of which only the newest count; it leaves the processor to the commands."""
 _POLL = 0.005
 """For so long [s] a source is waited for before those that wait for others are looked at again."""
 
@@ -70,14 +83,24 @@ class Connection:
         source: Which.
         clock: Wall time [s], of the same kind as the sender's for packets that tell theirs.
         patience: For so long [s] a reading waits for those sent before it.
+
+    Attributes:
+        source: As above.
+        ages: Ages of the readings that arrived.
     """
 
     def __init__(
         self, source: Source, *, clock: Callable[[], float] = time.monotonic, patience: float | None = None
     ) -> None:
         self.source, self._clock, self._lock = source, clock, threading.Lock()
-        self._tracker = ArrivalTracker() if patience is None else ArrivalTracker(patience=patience)
+        self._patience = PATIENCE if patience is None else patience
+        self._tracker = ArrivalTracker(patience=self._patience)
+        self.ages = DataAge(live=not source.finite)
         self._waiting: deque[Arrived] = deque()
+        self._packets: deque[tuple[float, bytes]] = deque()
+        self._packet_bytes = 0
+        self._newest_only = False
+        self._receiving = threading.Lock()  # guards the source of packets, which two threads receive from
         self._arrived = threading.Event()
         self._open, self._ended = False, False
         self._pause, self._retry_at, self._last = FIRST_PAUSE, float("-inf"), float("-inf")
@@ -104,19 +127,46 @@ class Connection:
         if self._thread is not None:
             self._thread.join()
             self._thread = None
-        self.source.close()
-        self._open = False
+        with self._receiving:
+            self.source.close()
+            self._open = False
         with self._lock:
+            self._decode_all()
             self._keep(self._tracker.flush())
 
     @property
     def ended(self) -> bool:
         """Whether the source has no more, and nothing waits to be taken."""
-        return self._ended and not self._waiting
+        return self._ended and not (self._waiting or self._packets)
+
+    @property
+    def failed(self) -> bool:
+        """True once the source is lost for good."""
+        return self._failed
+
+    def keep_newest(self, *, on: bool) -> None:
+        """Keep only what ``take_newest`` needs, or every reading again. A file is always read in order."""
+        on = on and not self.source.finite
+        if on is self._newest_only:
+            return
+        with self._lock:
+            self._newest_only = on
+            self._tracker.patience = 0.0 if on else self._patience
+            if on:
+                self._keep(self._tracker.due(self._clock()))
+            else:
+                self._decode_all()
 
     def step(self, timeout: float = _POLL) -> None:
         """Receive what there is, for ``timeout`` [s] at most; open the source where it is broken and it is time to."""
         if self._ended or not (self._open or self._reopen(timeout)):
+            return
+        if self._newest_only and isinstance(self.source, PacketSource):
+            try:
+                if self.source.wait_for_packet(timeout):
+                    self._drain()
+            except LiveError as error:
+                self._break(error)
             return
         now = self._clock
         try:
@@ -140,8 +190,8 @@ class Connection:
                 self._keep(self._tracker.due(now()))
             else:
                 at = now()
-                self._pause, self._problem, self._last = FIRST_PAUSE, None, at
-                self._keep(self._tracker.take(reading, at))
+                self._received(at)
+                self._keep(self._in_order(reading, at))
 
     def take(self) -> Arrived | None:
         """The next reading in order; None where none waits."""
@@ -150,6 +200,39 @@ class Connection:
                 self._arrived.clear()
                 return None
             return self._waiting.popleft()
+
+    def take_newest(self, needed: Callable[[Reading], bool]) -> list[Arrived]:
+        """Take all that has arrived, in order, without readings that newer ones have replaced; those are counted.
+
+        Args:
+            needed: Called for each reading from the newest to the oldest; returns False once the readings that it was
+                called for contain all that is needed.
+        """
+        if self._newest_only and self._open and isinstance(self.source, PacketSource):
+            with suppress(LiveError):  # the receiving thread meets it too, and opens the source again
+                self._drain()
+        with self._lock:
+            self._arrived.clear()
+            packets, self._packets, self._packet_bytes = self._packets, deque(), 0
+            waiting, self._waiting = self._waiting, deque()
+            more = True
+            decoded: list[tuple[float, Reading]] = []
+            while more and packets:
+                at, packet = packets.pop()
+                reading = self._decode(packet)
+                if reading is not None:
+                    decoded.append((at, reading))
+                    more = needed(reading)
+            kept: list[Arrived] = []
+            while more and waiting:
+                kept.append(waiting.pop())
+                more = needed(kept[-1].reading)
+            self._tracker.supersede([at for at, _ in packets], decoded=False)
+            self._tracker.supersede([item.at for item in waiting], decoded=True)
+            kept.reverse()
+            for at, reading in reversed(decoded):
+                kept += self._in_order(reading, at)
+            return kept
 
     def wait(self, timeout: float) -> bool:
         """Wait for a reading for at most ``timeout`` [s]; whether there is one."""
@@ -186,6 +269,54 @@ class Connection:
             return ConnectionState.RECONNECTING if self._problem else ConnectionState.CLOSED
         return ConnectionState.RECEIVING if now - self._last < SILENT_SECONDS else ConnectionState.WAITING
 
+    def _drain(self) -> None:
+        """Receive every packet that the system has kept; raises LiveError where the connection is lost."""
+        source = self.source
+        assert isinstance(source, PacketSource)
+        with self._receiving:
+            received = []
+            size, most = 0, _MOST_PACKET_BYTES
+            while size < most and self._open and (packet := source.receive_packet(0.0)) is not None:
+                received.append(packet)
+                size += len(packet)
+            if not received:
+                return
+            with self._lock:
+                now = self._clock()
+                self._received(now)
+                self._packets.extend((now, packet) for packet in received)
+                self._packet_bytes += size
+                while self._packet_bytes > most:
+                    self._packet_bytes -= len(self._packets.popleft()[1])
+                    self._tracker.overflowed()
+                self._arrived.set()
+
+    def _received(self, at: float) -> None:
+        self._pause, self._problem, self._last = FIRST_PAUSE, None, at
+
+    def _in_order(self, reading: Reading, at: float) -> list[Arrived]:
+        """Readings whose turn it is now that one more arrived."""
+        return self._tracker.take(reading, at, age=self.ages.add(reading.time, at))
+
+    def _decode(self, packet: bytes) -> Reading | None:
+        """The reading of a packet; None for a malformed one, which is counted."""
+        assert isinstance(self.source, PacketSource)
+        try:
+            return self.source.decode_packet(packet)
+        except MalformedReadingError as error:
+            self._tracker.malformed()
+            self._malformed = str(error)
+            return None
+
+    def _decode_all(self) -> None:
+        """Decode the packets that wait, in order."""
+        while self._packets:
+            at, packet = self._packets.popleft()
+            reading = self._decode(packet)
+            if reading is not None:
+                self._keep(self._in_order(reading, at))
+        self._packet_bytes = 0
+
     def _keep(self, arrived: list[Arrived]) -> None:
         for item in arrived:
             if len(self._waiting) >= MOST_WAITING:
@@ -197,8 +328,11 @@ class Connection:
 
     def _break(self, error: TactileMapsError) -> None:
         """The source is lost: try again after a pause. A file that cannot be read once cannot be read again."""
-        self.source.close()
+        with self._receiving:
+            self.source.close()
+            self._open = False
         with self._lock:
+            self.ages.reset()
             self._open, self._problem = False, str(error)
             self._keep(self._tracker.flush())
             self._tracker.forget_sequence()
@@ -225,7 +359,12 @@ class Connection:
     def _loop(self) -> None:
         try:
             while not (self._stop.is_set() or self._ended):
-                self.step()
+                if self.source.finite and len(self._waiting) >= MOST_WAITING:
+                    self._stop.wait(_POLL)  # a file waits until its readings are taken; nothing of it is dropped
+                else:
+                    self.step()
+                    if self._newest_only:
+                        self._stop.wait(_REST)
         except TactileMapsError as error:
             self._fail(str(error))
         except Exception as error:  # the thread's last door: beyond it nobody would notice that nothing comes any more

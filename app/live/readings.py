@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
 from types import MappingProxyType
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 
@@ -128,6 +128,20 @@ class Source(Protocol):
 
     def close(self) -> None:
         """Let go of it; twice does nothing."""
+
+
+@runtime_checkable
+class PacketSource(Source, Protocol):
+    """A source whose packets can be received first and decoded later: those replaced by newer ones need no decoding."""
+
+    def wait_for_packet(self, timeout: float) -> bool:
+        """Wait until a packet can be received, for ``timeout`` [s] at most; True if one can. Any thread may wait."""
+
+    def receive_packet(self, timeout: float) -> bytes | None:
+        """Return the next packet as it came, or None; raises LiveError where the connection is lost."""
+
+    def decode_packet(self, packet: bytes) -> Reading:
+        """Return the reading of a packet; raises MalformedReadingError."""
 
 
 class SourceEndedError(LiveError):

@@ -6,6 +6,7 @@ We listen to this machine alone unless asked, and to others only for packets tha
 from __future__ import annotations
 
 import ipaddress
+import selectors
 import socket
 from typing import Any
 
@@ -71,6 +72,7 @@ class UdpSource:
         check_listening(host, remote=remote, token=token)
         self.address, self._host, self.port, self._token = f"udp://{host}:{port}", host, port, token
         self._socket: socket.socket | None = None
+        self._readable: selectors.BaseSelector | None = None
 
     def open(self) -> None:
         """Listen."""
@@ -79,31 +81,50 @@ class UdpSource:
         try:
             opened.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, _BUFFER)
             opened.bind((self._host, self.port))
+            opened.setblocking(False)
         except (OSError, OverflowError) as error:
             opened.close()
             remedy = "Choose another port, or close the program that listens there"
             raise LiveError("the port cannot be listened to", place=self.address, value=error, remedy=remedy) from error
         self._socket, self.port = opened, opened.getsockname()[1]
+        self._readable = selectors.DefaultSelector()
+        self._readable.register(opened, selectors.EVENT_READ)
         self.address = f"udp://{self._host}:{self.port}"
 
     def receive(self, timeout: float) -> Reading | None:
         """The reading of the next packet."""
+        packet = self.receive_packet(timeout)
+        return None if packet is None else self.decode_packet(packet)
+
+    def wait_for_packet(self, timeout: float) -> bool:
+        """Wait until a packet can be received, for ``timeout`` [s] at most; True if one can. Any thread may wait."""
+        if self._readable is None:
+            raise LiveError("the source is not open", place=self.address)
+        return bool(self._readable.select(timeout))
+
+    def receive_packet(self, timeout: float) -> bytes | None:
+        """Return the next packet as it came, or None where none came within ``timeout`` [s]. Never waits for 0."""
+        if timeout > 0 and not self.wait_for_packet(timeout):
+            return None
         if self._socket is None:
             raise LiveError("the source is not open", place=self.address)
         try:
-            self._socket.settimeout(max(timeout, 1e-4))
-            packet = self._socket.recv(65536)
-        except TimeoutError:
+            return self._socket.recv(65536)
+        except BlockingIOError:
             return None
         except OSError as error:
             raise LiveError("the connection is lost", place=self.address, value=error) from error
+
+    def decode_packet(self, packet: bytes) -> Reading:
+        """Return the reading of a packet; raises MalformedReadingError."""
         return decode(packet, token=self._token)
 
     def close(self) -> None:
         """Stop listening."""
-        if self._socket is not None:
+        if self._socket is not None and self._readable is not None:
+            self._readable.close()
             self._socket.close()
-            self._socket = None
+            self._socket = self._readable = None
 
 
 class ZmqSource:

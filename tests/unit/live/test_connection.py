@@ -152,3 +152,133 @@ def test_what_nobody_foresaw_is_told(monkeypatch, tmp_path):
         connection.wait(0.01)
     connection.close()
     assert "ZeroDivisionError: oh" in connection.status.problem
+
+
+class Packets(Scripted):
+    """A source of packets: the system keeps those that were sent until they are received."""
+
+    def __init__(self, *packets):
+        super().__init__()
+        self.buffer, self.decoded = list(packets), []
+
+    def wait_for_packet(self, timeout):
+        return bool(self.buffer)
+
+    def receive_packet(self, timeout):
+        return self.buffer.pop(0) if self.buffer else None
+
+    def decode_packet(self, packet):
+        self.decoded.append(packet)
+        if packet == b"bad":
+            raise MalformedReadingError("bad", value="x")
+        return reading(int(packet))
+
+    def receive(self, timeout):
+        packet = self.receive_packet(timeout)
+        return None if packet is None else self.decode_packet(packet)
+
+
+def numbers(items):
+    return [item.reading.sequence for item in items]
+
+
+def test_of_a_backlog_only_what_is_needed_is_decoded():
+    source = Packets(*[b"%d" % number for number in range(1000)])
+    connection = Connection(source, clock=Clock())
+    connection.open()
+    connection.keep_newest(on=True)
+    wanted = {997, 999}
+
+    def needed(found):
+        wanted.discard(found.sequence)
+        return bool(wanted)
+
+    assert numbers(connection.take_newest(needed)) == [997, 998, 999]
+    assert source.decoded == [b"999", b"998", b"997"]
+    counts = connection.status.counts
+    assert (counts.received, counts.superseded, counts.lost) == (1000, 997, 0)
+
+
+def test_a_reading_ahead_of_its_turn_does_not_wait_while_only_the_newest_counts():
+    source = Packets(b"0", b"2", b"bad", b"1", b"4")
+    connection = Connection(source, clock=Clock())
+    connection.open()
+    connection.keep_newest(on=True)
+    assert numbers(connection.take_newest(lambda _: True)) == [0, 2, 4]
+    counts = connection.status.counts
+    assert (counts.malformed, counts.late, counts.lost) == (1, 1, 1)
+
+
+def test_readings_that_wait_already_count_as_older():
+    source = Packets(*[b"%d" % number for number in range(5)])
+    connection = Connection(source, clock=Clock())
+    connection.open()
+    for _ in range(5):
+        connection.step(0.0)
+    connection.keep_newest(on=True)
+    source.buffer += [b"5"]
+    connection.step(0.0)
+    calls = []
+    found = connection.take_newest(lambda one: calls.append(one.sequence) or len(calls) < 3)
+    assert (numbers(found), calls) == ([3, 4, 5], [5, 4, 3])
+    counts = connection.status.counts
+    assert (counts.received, counts.superseded) == (6, 3)
+
+
+def test_every_reading_counts_again_afterwards():
+    source = Packets(b"0", b"1")
+    connection = Connection(source, clock=Clock())
+    connection.open()
+    connection.keep_newest(on=True)
+    connection.step(0.0)
+    source.buffer += [b"2"]
+    connection.keep_newest(on=False)
+    connection.step(0.0)
+    assert taken(connection) == [0, 1, 2]
+
+
+def test_of_a_source_without_packets_the_newest_readings_are_taken_too():
+    connection = Connection(Scripted(*map(reading, range(5))), clock=Clock())
+    connection.open()
+    connection.keep_newest(on=True)
+    for _ in range(5):
+        connection.step(0.0)
+    assert numbers(connection.take_newest(lambda _: False)) == [4]
+    assert connection.status.counts.superseded == 4
+
+
+def test_a_file_is_read_in_order_whatever_is_asked():
+    connection = Connection(Scripted(*map(reading, range(3)), finite=True))
+    connection.open()
+    connection.keep_newest(on=True)
+    for _ in range(3):
+        connection.step(0.0)
+    assert taken(connection) == [0, 1, 2]
+
+
+def test_packets_that_are_not_taken_are_bounded(monkeypatch):
+    monkeypatch.setattr("app.live.connection._MOST_PACKET_BYTES", 10)
+    source = Packets(*[b"%d" % number for number in range(15)])
+    connection = Connection(source, clock=Clock())
+    connection.open()
+    connection.keep_newest(on=True)
+    for _ in range(3):
+        connection.step(0.0)
+    assert numbers(connection.take_newest(lambda _: True))[-1] == 14
+    assert connection.status.counts.overflowed > 0
+
+
+def test_ages_come_with_the_readings_and_are_forgotten_with_the_connection():
+    clock = Clock()
+    source = Scripted(reading(0), reading(1), LiveError("gone"), reading(2))
+    connection = Connection(source, clock=clock)
+    connection.open()
+    connection.step(0.0)
+    clock.now = 0.11
+    connection.step(0.0)
+    assert [round(connection.take().age, 4) for _ in range(2)] == [0.0, 0.1]
+    connection.step(0.0)
+    clock.now = 5.0
+    connection.step(0.0)
+    connection.step(0.0)
+    assert connection.take().age == 0.0
