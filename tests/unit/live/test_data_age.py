@@ -69,8 +69,8 @@ def test_clock_that_is_set_is_counted_and_measured_again(set_by):
 def test_readings_that_all_became_older_are_the_new_measure_after_a_second():
     ages = DataAge()
     stream(ages, 1.0)
-    assert stream(ages, 0.9, start=1.3, delay=0.101 + JUMP) > JUMP
-    assert stream(ages, 2.0, start=2.2, delay=0.101 + JUMP) < 0.01
+    assert stream(ages, 0.6, start=1.3, delay=0.101 + JUMP) > JUMP
+    assert stream(ages, 2.0, start=1.9, delay=0.101 + JUMP) < 0.01
     assert ages.jumps == 0
 
 
