@@ -114,6 +114,11 @@ def running(state: WindowState) -> bool:
     return state.mode.running
 
 
+def simulating(state: WindowState) -> bool:
+    """A simulation is shown, running or paused."""
+    return state.mode.running and not state.measured
+
+
 def replaying(state: WindowState) -> bool:
     """A recording is shown."""
     return state.mode is Mode.REPLAYING

@@ -28,6 +28,7 @@ from widgets.actions.state import (
     paused,
     replaying,
     running,
+    simulating,
 )
 from widgets.common.controller_settings import SETTING_CHOICES
 from widgets.common.mode import Mode
@@ -553,7 +554,7 @@ def _touch_menu() -> Menu:
                 "Save the pokes since the last reset as a stimulus script",
                 running,
             ),
-            ActionSpec("play_script", "Play a script…", (), "Restart the scene and play a stimulus script", running),
+            ActionSpec("play_script", "Play a script…", (), "Restart the scene and play a stimulus script", simulating),
             LINE,
             ActionSpec(
                 "weigh",

@@ -124,12 +124,20 @@ class MapEditor(MapEditorSignals):
         """Numbers of the selected patches, rising."""
         return self._selected
 
-    def open(self, document: MapDocument, *, name: str = "Open") -> None:
-        """Edit another document; what was done to the one before can no longer be undone."""
+    def open(self, document: MapDocument, *, name: str = "Open", edits: tuple[str, MapDocument] | None = None) -> None:
+        """Edit another document; steps of the previous one can no longer be undone.
+
+        Args:
+            document: The first step.
+            name: Name of the first step.
+            edits: Name and document of a second step, which is shown instead.
+        """
         self._forget()
         self.history = History(document, name=name)
+        if edits is not None:
+            self.history.do(*edits)
         self._select(())
-        self._show(name)
+        self._show(self.history.names[-1])
 
     def set_enabled(self, *, enabled: bool) -> None:
         """Take edits, or do not; what is being dragged is given up.

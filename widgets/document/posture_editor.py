@@ -77,15 +77,17 @@ class PostureEditor(QObject):
         """Another instant; one before the last is a new start, at which the posture wanted is forgotten."""
         if self.robot is None or len(frame.posture) != len(self.robot.joints):
             return
-        if self._tick < 0 and frame.tick > 1:  # a session that was taken over goes on from where it is
-            self.wanted = readonly(np.clip(frame.posture, self.lower, self.upper))
-            self.changed.emit()
-        elif frame.tick < self._tick:
+        if frame.tick < self._tick:
             lower, upper = self.lower, self.upper
             self._forget(self.robot.home)
             self.lower, self.upper = lower, upper
             self.changed.emit()
         self._tick, self.found = frame.tick, frame.posture
+
+    def show_wanted(self, posture: FloatArray) -> None:
+        """Show the target posture (n,) of a session that did not begin at home."""
+        self.wanted = readonly(np.clip(posture, self.lower, self.upper))
+        self.changed.emit()
 
     def set_mode(self, *, enabled: bool, placing: bool) -> None:
         """Whether there is a robot to lead, and whether time stands still."""

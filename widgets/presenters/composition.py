@@ -108,7 +108,7 @@ def build(context: AppContext, parent: QWidget) -> Presenters:
         studies=studies,
         overlay=overlay,
         export=ExportPresenter(context, parent),
-        live_input=LiveInputPresenter(context, parent),
+        live_input=LiveInputPresenter(context, map_files, parent),
         view=ViewPresenter(context, tools, parent),
         session=SessionPresenter(context, parent),
         recording_plots=RecordingPlotsPresenter(context, parent),

@@ -79,16 +79,21 @@ class MapEditPresenter(QObject):
     # The document's way.
 
     def show_prepared(self, prepared: PreparedScene) -> None:
-        """Another scene: its map is another document. Back from a replay, the document is the one edited before."""
-        if self._live.player is not None:
+        """Edit the map of another scene. After a replay, the document that was edited before is shown again.
+
+        Where a recording is continued, its map as it was edited by then is one step, which can be undone.
+        """
+        if self._live.player is not None or self._live.run is None:
             return
         document = self._editor.document
         if document is not None and document.skin is prepared.map.skin:
             self._on_settled(document, "")
             self._on_shown(document)
             return
-        self._editor.open(MapDocument.of(prepared.map))
-        self._files.begin(prepared)
+        first, map_ = MapDocument.of(prepared.map), self._live.run.map
+        edits = None if map_ is prepared.map else ("Recorded edits", MapDocument.of(map_))
+        self._editor.open(first, edits=edits)
+        self._files.begin(prepared, first)
 
     def _on_map_changed(self, map_: TactileMap) -> None:
         """A recorded edit was passed in a replay."""

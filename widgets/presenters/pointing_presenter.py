@@ -110,7 +110,6 @@ class PointingPresenter(QObject):
         context.views.latch_requested.connect(self.hold)
         context.views.poke_pressed.connect(self.press)
         context.session.taken_over.connect(self._on_taken_over)
-        context.actions.bind("take_over", context.session.take_over)
 
     # Fingers.
 
@@ -177,8 +176,8 @@ class PointingPresenter(QObject):
             link = _link_name(prepared, hit.body)
             name = _body_name(prepared, hit.body)
             return Pointed(body=hit.body, name=name, link=link, joint=_joint_name(prepared, link))
-        at, map_ = hit.at, prepared.map
-        taxel = nearest_taxel(map_, at)
+        document = self.context.editor.document if self.context.editor.enabled else None
+        at, taxel = hit.at, nearest_taxel(prepared.map if document is None else document.map, hit.at)
         link = prepared.skin.patches[at.patch].link
         return Pointed(
             at,

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from app.control.command import ControlSettings
+from app.control.controller_registry import scene_values
 from app.core.arrays import IntArray
 from app.core.errors import SimulationError, describe_unexpected_error
 from app.live.channels.calibration import ValueMode, load_calibration, save_calibration
@@ -17,10 +17,10 @@ from app.live.measured_session import MeasuredFacts, MeasuredSession, silent_tex
 from app.live.motion.motion_sender import MotionLimits
 from app.live.prepare import as_measured
 from app.live.sources.open import SourceOptions, open_source
-from app.maps.tactile_map import TactileMap
 from app.session.frame import Frame
 from app.session.inputs import MapEdited
 from app.session.prepare import PreparedScene
+from app.session.runtime_settings import RuntimeSettings
 from widgets.session.live_motion import LiveMotion, MotionFacts
 from widgets.session.session_runner import InlineRunner, SessionRunner
 
@@ -53,12 +53,13 @@ class LiveInput:
     Args:
         settings: What was asked for.
         origin: The scene that was shown, to which ``Disconnect`` goes back.
-        map_: By which contacts are placed.
-        control: Settings of the controller whose wanted motion may be shown.
+        simulated: Settings of the scene that was shown, which ``Disconnect`` restores. Contacts are placed by its map,
+            and its controller computes the motion that may be sent.
 
     Attributes:
         settings: As above.
         origin: As above.
+        simulated: As above.
         connection: To the source.
         session: That readings become frames in.
 
@@ -66,24 +67,23 @@ class LiveInput:
         TactileMapsError: The source, or a file named with it, cannot be used.
     """
 
-    def __init__(
-        self, settings: LiveInputSettings, origin: PreparedScene, map_: TactileMap, control: ControlSettings
-    ) -> None:
-        self.settings, self.origin = settings, origin
+    def __init__(self, settings: LiveInputSettings, origin: PreparedScene, simulated: RuntimeSettings) -> None:
+        self.settings, self.origin, self.simulated = settings, origin, simulated
         source = open_source(settings.address, settings.options)
-        prepared, skin = as_measured(origin), origin.skin
+        controlled = replace(origin.scene, control=scene_values(simulated.settings))
+        prepared, skin = as_measured(replace(origin, scene=controlled)), origin.skin
         table = None if settings.ids is None else load_matching(settings.ids, skin)
         calibration = None if settings.calibration is None else load_calibration(settings.calibration, skin)
         self.connection = Connection(source)
         self.session = MeasuredSession(prepared, self.connection.take, table=table, calibration=calibration)
-        if map_ is not origin.map:
-            self.session.submit(MapEdited("As it was edited before", map_))
+        if simulated.map is not origin.map:
+            self.session.submit(MapEdited("As it was edited before", simulated.map))
         if settings.tare is not None:
             self.session.tare(settings.tare)
         if not source.slow:
             self.connection.open()  # else on the thread, which tells why it failed
         self._runner: SessionRunner | None = None
-        self._motion = LiveMotion(self.session, control)
+        self._motion = LiveMotion(self.session, simulated.settings)
 
     def run(self, make: Callable[..., SessionRunner], each: Callable[[Frame], None]) -> SessionRunner:
         """The runner that takes readings from now on; ``each`` is told every new frame."""

@@ -38,6 +38,7 @@ from app.session.inputs import (
 )
 from app.session.prepare import PreparedScene
 from app.session.prepared_cache import find_prepared
+from app.session.runtime_settings import RuntimeSettings
 from app.session.session import Session
 from app.stimuli.stimuli_from_pokes import stimuli_from_pokes
 from app.stimuli.stimulus import Stimulus
@@ -333,11 +334,24 @@ class LiveSession(QObject):
         self.loading_ended.emit()
         self.failed.emit(text)
 
-    def show_prepared(self, prepared: PreparedScene) -> None:
-        """Run a prepared scene from its start."""
+    def show_prepared(self, prepared: PreparedScene, settings: RuntimeSettings | None = None) -> None:
+        """Run a prepared scene from its start.
+
+        Args:
+            prepared: The scene.
+            settings: Initial controller, effects, behaviours, contact detection and map; by default those of the scene.
+        """
         self.loading_ended.emit()
         try:
-            session = Session(prepared)
+            start = settings or RuntimeSettings.of_scene(prepared)
+            session = Session(
+                prepared,
+                map_=start.map,
+                settings=start.settings,
+                effects=start.effects,
+                behaviours=start.behaviours,
+                reading=start.reading,
+            )
         except TactileMapsError as error:
             self.failed.emit(str(error))
             return
@@ -417,9 +431,9 @@ class LiveSession(QObject):
         """
         if (source := self.source) is None:
             raise LiveError("there is no skin to show readings on", remedy="Open a robot, scene or skin first")
-        before = self.live_input
-        origin = source.prepared if before is None or self._replay is not None else before.origin
-        live = LiveInput(settings, origin, source.settings.map, source.settings.settings)
+        before = self.live_input if self._replay is None else None
+        origin = source.prepared if before is None else before.origin
+        live = LiveInput(settings, origin, self._simulated_settings(source.settings, before))
         session = live.session
         self._end_run()
         self.live_input = live
@@ -429,10 +443,14 @@ class LiveSession(QObject):
         self.live_input_changed.emit(live)
 
     def disconnect_source(self) -> None:
-        """Close the source, and simulate again with the map as it is by now."""
+        """Close the source and simulate again, with the settings from before and the map as it was edited since."""
         if (live := self.live_input) is None or self._run is None:
             return
-        self.show_prepared(replace(live.origin, map=self._run.map))
+        self.show_prepared(live.origin, self._simulated_settings(self._run.settings, live))
+
+    def _simulated_settings(self, shown: RuntimeSettings, live: LiveInput | None) -> RuntimeSettings:
+        """Settings for a simulation of what is shown; ``live`` provides those that readings do not have."""
+        return shown if live is None else replace(live.simulated, map=shown.map)
 
     def show_player(self, player: RecordingPlayer) -> None:
         """Replay a recording; the scene that runs waits."""

@@ -2,7 +2,20 @@
 
 from __future__ import annotations
 
+from functools import partial
+
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+
+from app.contacts.pipeline import ReadingSettings
+from app.editing.arrange import move, rotate
+from tests.widgets.support.window_driver import answer, press_map, run
 from widgets.context.connect_dialog import KINDS
+from widgets.context.dialogs import Button
+from widgets.tools.registry import PATH
+
+LEFT = Qt.MouseButton.LeftButton
 
 
 def test_a_source_is_asked_for_and_connected(window, tmp_path):
@@ -37,3 +50,118 @@ def test_a_mistake_is_said_in_place(window, tmp_path):
     dialog.kind.setCurrentText("Serial port")
     assert dialog.problem.isHidden()
     dialog.reject()
+
+
+def draw_path(window, taxels):
+    """Click the corners of a path on the map, and end it."""
+    window.action("draw_path").trigger()
+    assert window.presenters.tools.active == PATH
+    for taxel in taxels:
+        QTest.mouseRelease(window.map_view.viewport(), LEFT, pos=press_map(window, taxel))
+    QTest.keyClick(window.map_view, Qt.Key.Key_Return)
+    run(window, 0.01)
+
+
+def connect(window, address="udp://127.0.0.1:0"):
+    """Connect with the dialog."""
+    window.action("connect").trigger()
+    dialog = window.presenters.live_input.dialog
+    dialog.address.setText(address)
+    dialog.go.click()
+    assert window.live.live_input is not None
+    run(window, 0.05)
+
+
+@pytest.fixture
+def prepared_by_user(window):
+    """A window with a drawn path, another controller, goals, an effect, contact detection and an edited map."""
+    draw_path(window, (5, 12, 20))
+    window.column["controller"].choose_controller("hybrid")
+    window.action("more_force").trigger()
+    window.presenters.effects.wish("gravity", "on")
+    window.live.set_reading(ReadingSettings(threshold=2500.0))
+    window.editor.do("Rotate", lambda document: rotate(document, [1], 0.5))
+    run(window, 0.05)
+    settings = window.live.run.settings
+    assert len(settings.settings.path) >= 2
+    assert settings.settings.controller == "hybrid"
+    return window
+
+
+def test_disconnect_keeps_the_settings_and_the_edited_map(prepared_by_user):
+    window = prepared_by_user
+    before, chosen = window.live.run.settings, window.presenters.effects.scene
+    assert chosen.overrides != window.live.prepared.scene.overrides
+    connect(window)
+    assert window.live.run.settings.settings == before.settings, "shown while connected"
+    connect(window)  # a second source: the settings of the simulation are still known
+    window.editor.do("Move", partial(move, numbers=[0], by=(0.05, 0.0)))
+    run(window, 0.05)
+    names, document = window.editor.history.names, window.editor.document
+    window.action("disconnect").trigger()
+    run(window, 0.05)
+    session = window.live.runner.session
+    assert session.settings == before.settings
+    assert session.effects == before.effects
+    assert session.runtime_settings.reading == before.reading
+    assert session.map is document.map
+    assert window.presenters.effects.scene == chosen
+    assert window.editor.history.names == names
+    assert window.editor.document is document
+    assert window.presenters.map_files.unsaved
+    window.live.reset()
+    run(window, 0.05)
+    assert window.live.runner.session.map is document.map
+
+
+class Viewer:
+    """A viewer that keeps the maps it is offered."""
+
+    address, gone = "ws://127.0.0.1:1", False
+
+    def __init__(self):
+        self.maps = []
+
+    def offer(self, _frame, map_):
+        self.maps.append(map_)
+
+    def close(self):
+        self.maps.clear()
+
+
+def test_share_live_shows_the_edited_map(window):
+    window.editor.do("Rotate", lambda document: rotate(document, [1], 0.5))
+    viewer = window.live._server = Viewer()
+    run(window, 0.05)
+    assert viewer.maps[-1] is window.editor.document.map
+    assert viewer.maps[-1] is not window.live.prepared.map
+    window.live.stop_sharing()
+
+
+def test_connect_from_a_recording_asks_about_unsaved_edits_and_takes_its_map(window, tmp_path):
+    """The recorded map becomes the document, as *Take over from here* does."""
+    window.live.start_recording(tmp_path / "a.mcap")
+    run(window, 0.1)
+    window.editor.do("Move", partial(move, numbers=[0], by=(0.05, 0.0)))
+    run(window, 0.2)
+    recorded = window.editor.document.map.layout
+    window.live.stop_recording()
+    window.editor.do("Rotate", lambda document: rotate(document, [1], 0.5))
+    own = window.editor.document
+    window.live.open_recording(tmp_path / "a.mcap")
+    window.live.show_time(0.25)
+    window.action("connect").trigger()
+    assert window.presenters.live_input.dialog is None or not window.presenters.live_input.dialog.isVisible()
+    answer(window, Button.Cancel)
+    assert window.live.player is not None
+    assert window.editor.document is own
+    window.action("connect").trigger()
+    answer(window, Button.Discard)
+    dialog = window.presenters.live_input.dialog
+    dialog.address.setText("udp://127.0.0.1:0")
+    dialog.go.click()
+    assert window.live.live_input is not None
+    assert window.editor.document.map.layout == recorded
+    assert window.live.run.map is window.editor.document.map
+    window.action("disconnect").trigger()
+    assert window.editor.document.map.layout == recorded

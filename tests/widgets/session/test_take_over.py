@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+from functools import partial
+
+import numpy as np
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 
-from tests.widgets.support.window_driver import press_map, run
+from app.editing.arrange import move, rotate
+from tests.widgets.support.window_driver import answer, press_map, run
+from widgets.context.dialogs import Button
 
 
 @pytest.fixture
@@ -63,3 +68,92 @@ def test_a_recording_is_taken_over_from_the_instant_that_is_shown(window, tmp_pa
     assert [poke.id for poke in session.frame.pokes] == [poke.id for poke in shown.pokes]
     run(window, 0.2)
     assert session.frame.tick > shown.tick, "and it goes on"
+
+
+@pytest.fixture
+def edited_recording(window, tmp_path):
+    """A recording in which the map was edited at 0.2 s, the robot was moved and a path was drawn, replayed at 0.4 s.
+
+    Its layout at that time is returned. The map behind it has another edit, which is not saved.
+    """
+    live, path = window.live, tmp_path / "a.mcap"
+    live.start_recording(path)
+    run(window, 0.1)
+    window.editor.do("Move", partial(move, numbers=[0], by=(0.05, 0.0)))
+    controller = window.presenters.control_tools.settings_editor
+    controller.do("draw", controller="hybrid", path=((0.1, 0.1), (0.2, 0.2)), task="follow_path")
+    posture = live.prepared.robot.home + 0.1
+    window.presenters.posture.editor.do("lead", posture)
+    run(window, 0.5)
+    live.stop_recording()
+    layout = window.editor.document.layout
+    live.reset()
+    controller.do("choose", controller="impedance", path=())
+    window.editor.do("Rotate", lambda document: rotate(document, [1], 0.5))
+    live.open_recording(path)
+    live.show_time(0.4)
+    return layout
+
+
+def taken_over(window, qtbot):
+    """Take over the recording that is shown, and wait for it."""
+    window.action("take_over").trigger()
+    answer(window, Button.Discard)
+    qtbot.waitUntil(lambda: window.live.mode == "live")
+    return window.live.runner.session
+
+
+def test_taking_over_keeps_the_recorded_map_posture_and_path(window, edited_recording, qtbot):
+    session = taken_over(window, qtbot)
+    document = window.editor.document
+    assert document.layout == edited_recording
+    assert session.map is document.map
+    run(window, 0.05)
+    assert session.map is document.map, "nothing else was submitted"
+    assert window.robot_view.display.prepared.map is document.map
+    assert session.settings.controller == "hybrid"
+    assert session.settings.path == ((0.1, 0.1), (0.2, 0.2))
+    np.testing.assert_allclose(window.presenters.posture.editor.wanted, session.prepared.robot.home + 0.1)
+    assert "not saved" not in window.notification_bar.text, "nothing was left by a crash"
+
+
+def test_recorded_edits_are_one_step_that_can_be_undone_and_are_not_saved(window, edited_recording, qtbot):
+    session = taken_over(window, qtbot)
+    assert window.editor.history.names == ("Open", "Recorded edits")
+    assert window.isWindowModified()
+    recorded = window.editor.document
+    window.editor.do("Rotate", lambda document: rotate(document, [1], 0.5))
+    window.action("undo").trigger()
+    assert window.editor.document is recorded
+    window.action("undo").trigger()
+    run(window, 0.05)
+    assert window.editor.document.map is session.prepared.map
+    assert session.map is session.prepared.map
+    assert not window.isWindowModified()
+    window.action("redo").trigger()
+    assert window.isWindowModified()
+    assert not window.close()
+    answer(window, Button.Cancel)
+
+
+def test_taking_over_asks_about_unsaved_edits_first(window, edited_recording, qtbot):
+    own = window.editor.document
+    window.action("take_over").trigger()
+    answer(window, Button.Cancel)
+    assert window.live.mode == "replaying"
+    assert window.editor.document is own
+    window.live.back_to_live()
+    assert window.isWindowModified()
+    assert window.presenters.map_files.unsaved
+
+
+def test_a_recording_without_edits_leaves_nothing_to_save(window, tmp_path, qtbot):
+    window.live.start_recording(tmp_path / "a.mcap")
+    run(window, 0.3)
+    window.live.stop_recording()
+    window.live.open_recording(tmp_path / "a.mcap")
+    window.live.show_time(0.2)
+    window.action("take_over").trigger()
+    qtbot.waitUntil(lambda: window.live.mode == "live")
+    assert window.editor.history.names == ("Open",)
+    assert not window.isWindowModified()

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from PySide6.QtCore import QPointF, Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication
+from PySide6.QtWidgets import QApplication, QMessageBox
 
 from app.editing.document import MapDocument
 from widgets.common.colours import DARK
@@ -52,7 +52,7 @@ def begin_again(window, prepared, *, folded):
     if window.live.prepared.skin is prepared.skin:  # the window would go on with what was edited
         window.editor.open(MapDocument.of(prepared.map))
     window.live.show_prepared(prepared)
-    window.presenters.map_files.begin(prepared)
+    window.presenters.map_files.begin(prepared, window.editor.document)
     window.activateWindow()  # a test may have made a window of its own, which took the keys
     window.notification_bar.hide()  # a recording that the scene ended was said to be saved
     QApplication.processEvents()
@@ -77,6 +77,13 @@ def window_facts(window):
         "windows": sum(widget.isVisible() for widget in QApplication.topLevelWidgets()),
         "message": window.notification_bar.isVisible(),
     }
+
+
+def answer(window, button, question="leave"):
+    """Answer a question, by default the one about unsaved edits, with a click."""
+    (box,) = [box for box in window.findChildren(QMessageBox) if box.objectName() == question and box.isVisible()]
+    QTest.mouseClick(box.button(button), Qt.MouseButton.LeftButton)
+    QApplication.processEvents()
 
 
 def run(window, seconds):

@@ -11,6 +11,7 @@ from PySide6.QtGui import QGuiApplication
 from app.core.arrays import FloatArray
 from app.core.errors import RobotError
 from app.robots.robot import Robot
+from app.session.inputs import PosturePlaced, RestChanged
 from app.session.prepare import PreparedScene
 from widgets.common.mode import Mode
 from widgets.context.app_context import AppContext
@@ -34,6 +35,7 @@ class PosturePresenter(QObject):
         session, editor, panel = context.session, self.editor, context.panels.get(PosturePanel)
         session.prepared_changed.connect(self._on_prepared_changed)
         session.frame_ready.connect(editor.show_frame)
+        session.taken_over.connect(self._on_taken_over)
         for signal in (session.mode_changed, session.live_input_changed):
             signal.connect(self._on_mode_changed)
         editor.wished.connect(self._on_wished)
@@ -63,6 +65,13 @@ class PosturePresenter(QObject):
         prepared, mode = session.prepared, Mode(session.mode)
         led = session.simulating and prepared is not None and bool(prepared.robot.joints) and not prepared.scene.motion
         self.editor.set_mode(enabled=mode.running and led, placing=mode is Mode.PAUSED)
+
+    def _on_taken_over(self) -> None:
+        """Show the target posture of the recording, to which the robot continues."""
+        run = self._context.session.run
+        if run is not None:
+            changes = [one for _, one in run.runner.session.inputs if isinstance(one, RestChanged | PosturePlaced)]
+            self.editor.show_wanted(np.array(changes[-1].posture) if changes else run.prepared.robot.home)
 
     def _on_wished(self, posture: FloatArray) -> None:
         session = self._context.session

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
+from functools import partial
 from pathlib import Path
 
 from platformdirs import user_state_path
@@ -57,6 +58,7 @@ class MapFilePresenter(QObject):
             ("save_map_as", self.choose_save),
             ("export_map", self.choose_export),
             ("restore_map", self.restore),
+            ("take_over", partial(self.leave, context.session.take_over)),
         ):
             context.actions.bind(name, handler)
 
@@ -71,10 +73,9 @@ class MapFilePresenter(QObject):
         """The map's file; None until it has one."""
         return None if self._file is None else self._file.path
 
-    def begin(self, prepared: PreparedScene) -> None:
-        """Another scene's map: as it was made it need not be kept. What a crash left of its edits is offered."""
+    def begin(self, prepared: PreparedScene, document: MapDocument) -> None:
+        """Begin with another scene, whose map without edits is ``document``. Offer what a crash left of its edits."""
         self._release()
-        document = self._editor.document
         self._recovered = None
         try:
             self._claim = claim_autosave_folder(prepared.robot.name)
@@ -83,7 +84,7 @@ class MapFilePresenter(QObject):
         self._file = DocumentFile(None, document, folder=None if self._claim is None else self._claim.folder)
         try:
             found = self._file.recovery()
-            if found is not None and document is not None:
+            if found is not None:
                 recovered = load_document(found.file)
                 adopt_document(document, recovered)
                 self._recovered = recovered

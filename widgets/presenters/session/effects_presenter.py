@@ -60,9 +60,11 @@ class EffectsPresenter(QObject):
         context.actions.bind("simulate_fingers", partial(self.wish, "fingers", "on"))
 
     def show_prepared(self, prepared: PreparedScene) -> None:
-        """Another scene; what was chosen of its effects is known when it comes back from a replay."""
+        """Show another scene; the effects chosen for one survive a replay and live input."""
         self._prepared, self._asked_about = prepared, None
-        if self._live.player is None and prepared is not self._home:
+        live_input = self._live.live_input
+        waits = live_input is not None and live_input.origin is self._home
+        if self._live.player is None and prepared is not self._home and not waits:
             self._home, self._chosen = prepared, {prepared.scene.effects: prepared.scene}
             self._at_rest = False
 
@@ -146,5 +148,6 @@ class EffectsPresenter(QObject):
 
     def _price(self) -> None:
         """Have what is no stage of its own measured beside, while somebody can see the panel."""
-        if self._live.player is None and self._home is not None and self.scene is not None and not self._panel.folded:
-            self._live.measurements.price(self._home, self.scene.effects)
+        prepared, scene = self._prepared, self.scene
+        if self._live.player is None and prepared is not None and scene is not None and not self._panel.folded:
+            self._live.measurements.price(prepared, scene.effects)

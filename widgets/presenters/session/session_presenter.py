@@ -18,6 +18,7 @@ from widgets.common.mode import Mode
 from widgets.context.app_context import AppContext
 from widgets.context.connect_dialog import ConnectDialog
 from widgets.panels.touch.live_input_panel import LiveInputPanel
+from widgets.presenters.files.map_file_presenter import MapFilePresenter
 from widgets.session.live_input import LiveInputSettings
 from widgets.session.recording_writer import make_recording_folder
 from widgets.timeline.scrub_bar import DamagedSpan
@@ -137,12 +138,13 @@ class LiveInputPresenter(QObject):
 
     Args:
         context: What it works on.
+        map_files: Asks about unsaved edits before a recording's map replaces them.
         parent: Qt parent, over which the dialog opens.
     """
 
-    def __init__(self, context: AppContext, parent: QWidget) -> None:
+    def __init__(self, context: AppContext, map_files: MapFilePresenter, parent: QWidget) -> None:
         super().__init__(parent)
-        self._context, self._window = context, parent
+        self._context, self._map_files, self._window = context, map_files, parent
         self.dialog: ConnectDialog | None = None
         context.actions.bind("connect", self.ask)
         context.actions.bind("disconnect", context.session.disconnect_source)
@@ -150,7 +152,13 @@ class LiveInputPresenter(QObject):
         context.session.live_input_changed.connect(self._on_live_input_changed)
 
     def ask(self) -> None:
-        """Ask what to connect to."""
+        """Ask what to connect to; from a recording, first about unsaved edits of the map behind it."""
+        if self._context.session.player is None:
+            self._open_dialog()
+        else:
+            self._map_files.leave(self._open_dialog)
+
+    def _open_dialog(self) -> None:
         if self.dialog is None:
             self.dialog = ConnectDialog(self._window)
             self.dialog.connect_wanted.connect(self._on_connect_wanted)

@@ -71,16 +71,16 @@ class TouchScriptPresenter(QObject):
             self.play(path)
 
     def play(self, path: str) -> None:
-        """Restart the scene, with its effects as they were chosen, touched as a script says."""
-        prepared, scene = self._live.prepared, self._effects.scene
-        if prepared is None or scene is None:
+        """Restart the scene with its current settings and let a script touch it."""
+        run, scene = self._live.run, self._effects.scene
+        if run is None or scene is None:
             return
         try:
             stimuli = load_stimuli(path)
         except TactileMapsError as error:
             self._context.notifier.fault(str(error))
             return
-        self._live.show_prepared(replace(prepared, scene=replace(scene, stimuli=stimuli)))
+        self._live.show_prepared(replace(run.prepared, scene=replace(scene, stimuli=stimuli)), run.settings)
 
     def repeat(self) -> None:
         """Restart the scene behind the recording, with its skin, map and controller, touched as in the recording."""

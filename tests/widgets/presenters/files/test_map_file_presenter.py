@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from PySide6.QtCore import QTimer
-from PySide6.QtWidgets import QApplication, QFileDialog, QMessageBox
+from PySide6.QtWidgets import QFileDialog, QMessageBox
 
 from app.editing.arrange import move, rotate
 from app.editing.document_file import DocumentFile, load_document, save_document
@@ -16,7 +16,7 @@ from app.maps.formats.map_file import save_map
 from app.recording.player import open_recording
 from app.scene.scene_file import load_scene
 from app.studies.testbeds.reference_bodies import flat_map
-from tests.widgets.support.window_driver import run
+from tests.widgets.support.window_driver import answer, run
 from widgets.common.settings import Settings
 from widgets.session.backends import INLINE
 from widgets.window.main_window import MainWindow
@@ -44,13 +44,6 @@ def edited(window):
 def message(window):
     """What the message bar says."""
     return window.notification_bar.text
-
-
-def answer(window, button, question="leave"):
-    """Answer a question, by default that about unsaved edits, as a click would."""
-    (box,) = [box for box in window.findChildren(QMessageBox) if box.objectName() == question and box.isVisible()]
-    box.button(button).click()
-    QApplication.processEvents()
 
 
 def test_an_edit_is_unsaved_until_it_is_saved_or_undone(window, files, tmp_path, monkeypatch):
