@@ -17,6 +17,7 @@ from app.core.arrays import FloatArray
 from app.core.errors import Finding, SkinError
 from app.core.files import write_atomically
 from app.robots.formats.touch_sensors import TouchSensor, read_touch_sensors
+from app.robots.mujoco_spec import compile_spec, robot_spec, spec_text
 from app.robots.robot import Robot
 from app.skin.fit import fit_taxels_to_link
 from app.skin.formats.taxel_set import MAX_TAXELS, TaxelSet
@@ -141,10 +142,13 @@ def write_touch_sensors(skin: Skin, robot: Robot, path: str | Path) -> None:
 
     Raises:
         SkinError: The skin lies on no link of the robot, or a file cannot be written.
+        RobotError: MuJoCo refuses the robot.
     """
     target = Path(path)
     folder = target.with_name(f"{target.stem}_meshes")
-    root = fromstring(robot.mjcf)
+    spec = robot_spec(robot)  # its text has no defaults that a site could inherit
+    compile_spec(spec, source=robot.source)
+    root = fromstring(spec_text(spec, source=robot.source))
     bodies = {body.get("name"): body for body in root.iter("body")}
     sensors = SubElement(root, "sensor")
     number = 0
