@@ -1,7 +1,12 @@
 """Puts readings in the order in which they were sent, and counts what went wrong on the way; nothing of it is fatal.
 
 A packet that is ahead of its turn waits a little for those before it. What has not come by then is lost; if it comes
-later all the same it is late, and no longer shown. A sender that starts again counts from anywhere.
+later all the same it is late, and no longer shown.
+
+A restarted sender counts from anywhere, and its clock may begin again, too. One packet proves a restart where a known
+number has another time, or where an old number has a new time. Where numbers and times both repeat, as those of a board
+that counts from its power-up do, the packet looks like a duplicate: ``_PROOF`` different ones in a row, with no packet
+of the old count between them, are a restart. Packets of the old count that are still under way then are dropped.
 """
 
 from __future__ import annotations
@@ -19,6 +24,10 @@ PATIENCE = 0.02
 """For so long [s] a reading waits for those that were sent before it."""
 MOST_HELD = 256
 _REMEMBERED = 4096
+_PROOF = 5
+_LEFT_SECONDS = 1.0
+_MOST_LEFT = 32
+"""For so long [s] after a restart, and so many, packets of the old count are recognised."""
 _FAR = 100_000
 """A jump ahead by more is a sender that counts anew, not so many losses."""
 _RATE_SECONDS = 2.0
@@ -44,7 +53,7 @@ class ArrivalCounts:
         reordered: Came after one that was sent later, and were put in order.
         late: Came after their turn had passed, and were dropped.
         lost: Numbers that never came.
-        restarts: How often the sender began to count anew.
+        restarts: How often the sender was restarted: its numbers or its clock began again.
         overflowed: Came faster than they were taken, and were dropped.
         superseded: Replaced by newer readings before they were taken, while motion is sent.
     """
@@ -105,6 +114,7 @@ class ArrivalTracker:
         self._newest = -np.inf
         self._behind: list[int] = []
         self._superseded = 0  # packets that were not decoded: their numbers are not known, and are not lost
+        self._left: _OldCount | None = None
 
     def take(self, reading: Reading, now: float, *, age: float = 0.0) -> list[Arrived]:
         """Give a reading that came ``now`` [s], ``age`` [s] old; those whose turn it is now, in order."""
@@ -118,11 +128,14 @@ class ArrivalTracker:
         if self._next is None:
             self._next = number
         ahead = _ahead(number, self._next)
+        if self._left is not None and abs(ahead) > MOST_HELD and self._left.holds(number, now):
+            self._count(late=1)
+            return self.due(now)
         if ahead < 0 and not self._restarted(number, reading.time):
             self._drop(number, reading.time)
             return self.due(now)
         if ahead < 0 or ahead > _FAR:
-            return [*self._restart(number), *self._deliver(item)]
+            return [*self._restart(number, now), *self._deliver(item)]
         self._behind.clear()
         if ahead == 0:
             self._count(reordered=int(bool(self._held)))
@@ -206,21 +219,25 @@ class ArrivalTracker:
             ready.append(self._held.pop(self._next))
 
     def _remember(self, number: int, time: float) -> None:
-        self._delivered[number], self._newest = time, time
+        if time < self._newest:  # the numbers go on, the clock began again
+            self._delays.clear()
+            self._count(restarts=1)
+        self._delivered[number] = time
+        self._newest = time
         if len(self._delivered) > _REMEMBERED:
             del self._delivered[next(iter(self._delivered))]
 
     def _restarted(self, number: int, time: float) -> bool:
-        """Whether a number from before belongs to a sender that counts anew: its time is new, or it goes on so."""
+        """Whether a number from before belongs to a sender that was restarted."""
+        if number in self._delivered and self._delivered[number] != time:
+            return True
+        if number not in self._behind:
+            self._behind.append(number)
+        if len(self._behind) >= _PROOF:
+            return True
         if number in self._delivered:
-            return self._delivered[number] != time
-        if number in self._given_up:
             return False
-        self._behind = [*self._behind[-2:], number]
-        rising = len(self._behind) == 3 and all(
-            b - a == 1 for a, b in zip(self._behind, self._behind[1:], strict=False)
-        )
-        return time > self._newest or rising
+        return time > self._newest or (number not in self._given_up and _rising(self._behind[-3:]))
 
     def _drop(self, number: int, time: float) -> None:
         if self._delivered.get(number) == time:
@@ -231,17 +248,46 @@ class ArrivalTracker:
         else:
             self._count(late=1)
 
-    def _restart(self, number: int) -> list[Arrived]:
+    def _restart(self, number: int, now: float) -> list[Arrived]:
+        assert self._next is not None
+        left = _OldCount(self._next, now)
         ready = [self._held[key] for key in sorted(self._held, key=lambda one: _ahead(one, self._next or 0))]
         self.forget_sequence()
         self._delays.clear()
         self._next = number
+        self._left = left
         self._count(restarts=1)
         return ready
 
     def _count(self, **more: int) -> None:
         counts = self.counts
         self.counts = replace(counts, **{name: getattr(counts, name) + number for name, number in more.items()})
+
+
+@dataclass
+class _OldCount:
+    """The count before a restart. Mutable.
+
+    Attributes:
+        following: Number that was next.
+        since: Receiver's time of the restart [s].
+        seen: Packets of it that came since.
+    """
+
+    following: int
+    since: float
+    seen: int = 0
+
+    def holds(self, number: int, now: float) -> bool:
+        """Count a packet that was still under way; False where the number cannot be of the old count."""
+        if not -_REMEMBERED <= _ahead(number, self.following) <= MOST_HELD:
+            return False
+        self.seen += 1
+        return self.seen <= _MOST_LEFT and now - self.since <= _LEFT_SECONDS
+
+
+def _rising(numbers: list[int]) -> bool:
+    return len(numbers) == 3 and numbers[1] - numbers[0] == numbers[2] - numbers[1] == 1
 
 
 def _ahead(number: int, of: int) -> int:

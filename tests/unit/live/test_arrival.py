@@ -78,6 +78,115 @@ def test_one_whose_clock_starts_again_too_is_followed_after_three():
     assert tracker.counts.late == 2
 
 
+def test_board_whose_numbers_and_times_both_repeat_is_followed_after_five_packets():
+    tracker = ArrivalTracker()
+    for number in range(1000):
+        tracker.take(reading(number), 0.01 * number)
+    out = [len(tracker.take(reading(number), 20.0 + 0.01 * number)) for number in range(10)]
+    assert out == [0] * 4 + [1] * 6
+    assert (tracker.counts.restarts, tracker.counts.duplicated) == (1, 4)
+
+
+def test_board_that_repeats_lost_numbers_is_followed_after_five_packets():
+    tracker = ArrivalTracker()
+    for number in (0, 1, 900, 901):
+        tracker.take(reading(number), 0.01 * number)
+    tracker.due(10.0)
+    out = [len(tracker.take(reading(number), 20.0 + 0.01 * number)) for number in range(2, 12)]
+    assert out == [0] * 4 + [1] * 6
+
+
+def test_one_packet_that_is_replayed_many_times_is_no_restart():
+    tracker = ArrivalTracker()
+    for number in range(100):
+        tracker.take(reading(number), 0.01 * number)
+    assert not any(tracker.take(reading(40), 1.0 + 0.01 * number) for number in range(50))
+    assert (tracker.counts.restarts, tracker.counts.duplicated) == (0, 50)
+
+
+def test_packet_of_the_old_count_does_not_stop_the_new_one():
+    tracker = ArrivalTracker()
+    for number in range(5000):
+        tracker.take(reading(number), 0.01 * number)
+    new = [*range(8), 5000, *range(8, 100)]
+    out = [item for i, number in enumerate(new) for item in tracker.take(reading(number), 60.0 + 0.01 * i)]
+    assert [item.reading.sequence for item in out] == list(range(2, 100))
+    assert (tracker.counts.restarts, tracker.counts.lost) == (1, 0)
+
+
+def test_clock_that_begins_again_is_a_restart_and_no_packet_is_dropped():
+    tracker = ArrivalTracker()
+    out = [tracker.take(reading(number, 0.01 * (number % 50)), 0.01 * number) for number in range(100)]
+    assert [len(items) for items in out] == [1] * 100
+    assert tracker.counts == ArrivalCounts(received=100, restarts=1)
+    assert tracker.delay.largest < 1e-9
+
+
+@st.composite
+def _sent(draw, count: int, first: int, clock: float):
+    """Packets of one count in the order of their arrival: lost, repeated and reordered by up to three places."""
+    numbers = range(first, first + count)
+    fates = draw(st.lists(st.sampled_from(("arrives", "lost", "twice")), min_size=count, max_size=count))
+    moved = draw(st.lists(st.integers(0, 3), min_size=2 * count, max_size=2 * count))
+    arrivals = []
+    for place, (number, fate) in enumerate(zip(numbers, fates, strict=True)):
+        copies = {"arrives": 1, "lost": 0, "twice": 2}[fate]
+        packet = reading(number, round(clock + 0.01 * place, 6))
+        arrivals += [(place + moved[2 * place + copy], packet) for copy in range(copies)]
+    arrivals.sort(key=lambda item: item[0])
+    return [packet for _, packet in arrivals]
+
+
+def _received(tracker, packets, start):
+    """What is handed on of packets that arrive a millisecond apart, for each packet."""
+    return [tracker.take(packet, start + 0.001 * place) for place, packet in enumerate(packets)]
+
+
+@given(_sent(40, 0, 0.0))
+def test_loss_repeats_and_reordering_are_no_restart(packets):
+    tracker = ArrivalTracker(patience=0.004)
+    out = [item.reading.sequence for items in _received(tracker, packets, 0.0) for item in items]
+    out += [item.reading.sequence for item in tracker.flush()]
+    counts = tracker.counts
+    assert counts.restarts == 0
+    assert out == sorted(set(out))
+    assert len(out) + counts.duplicated + counts.late == counts.received == len(packets)
+
+
+@st.composite
+def _restarted(draw):
+    """Packets before and after a restart by which the numbers, the clock or both begin again; some of the old ones are
+    still under way after it.
+    """
+    first, clock = draw(st.sampled_from([(0, 0.0), (700, 0.0), (2**32 - 20, 0.0)])), 0.0
+    old = draw(_sent(300, first[0], clock))
+    numbers_again, clock_again = draw(st.sampled_from([(True, True), (True, False), (False, True)]))
+    number = draw(st.sampled_from([0, first[0], 40_000])) if numbers_again else first[0] + 303
+    new = draw(_sent(60, number, 0.0 if clock_again else 10.0))
+    late = draw(st.integers(0, 3))
+    mixed = [*new[:late], *old[len(old) - late :], *new[late:]]
+    return old[: len(old) - late], mixed, {id(packet) for packet in old[len(old) - late :]}
+
+
+@given(_restarted())
+def test_restart_is_followed_within_five_packets(packets):
+    old, mixed, still_old = packets
+    tracker = ArrivalTracker(patience=0.004)
+    _received(tracker, old, 0.0)
+    handed_on = {id(item.reading) for items in _received(tracker, mixed, 10.0) for item in items}
+    handed_on |= {id(item.reading) for item in tracker.flush()}
+    last_old = max((place for place, packet in enumerate(mixed) if id(packet) in still_old), default=-1)
+    seen, missing = set(), []
+    for packet in mixed[last_old + 1 :]:
+        if packet.sequence in seen:
+            continue
+        seen.add(packet.sequence)
+        if len(seen) >= 5 + 3 and id(packet) not in handed_on:  # three more may arrive before those sent earlier
+            missing.append(packet.sequence)
+    assert not missing
+    assert tracker.counts.restarts >= 1
+
+
 def test_readings_without_numbers_pass():
     tracker = ArrivalTracker()
     assert len(tracker.take(Reading(0.0, [1.0]), 0.0)) == 1
