@@ -9,6 +9,7 @@ from collections.abc import Callable, Sequence
 from importlib import import_module
 
 from app.cli.output import print_error, print_json
+from app.cli.outputs import outputs_checked
 from app.cli.parser import build_parser
 from app.core.errors import TactileMapsError, UsageError, describe_unexpected_error
 from app.core.interrupts import TerminatedError, signals_raised, terminal_closed
@@ -36,10 +37,11 @@ def run_command(argv: Sequence[str], *, windows: dict[str, OpenWindow]) -> int:
     command = arguments.command or "gui"
     as_json = getattr(arguments, "json", False)
     try:
-        if command in windows:
-            return windows[command](arguments)
-        with signals_raised():
-            return int(import_module(_module_of(command)).execute(arguments))
+        with outputs_checked(arguments):
+            if command in windows:
+                return windows[command](arguments)
+            with signals_raised():
+                return int(import_module(_module_of(command)).execute(arguments))
     except TactileMapsError as error:
         _print_failure(str(error), as_json, kind=type(error).__name__)
         return 2 if isinstance(error, UsageError) else 1

@@ -7,7 +7,7 @@ from html import escape
 from pathlib import Path
 
 from app.cli.output import plain_text
-from app.core.errors import UsageError
+from app.core.errors import ExportError
 from app.core.files import write_atomically
 from app.studies.reporting.figures import BarChart
 from app.studies.reporting.report import describe_machine, facts_html, figure_html, page_html, rows_html
@@ -35,11 +35,11 @@ def write_fact_page(
         The file.
 
     Raises:
-        UsageError: It cannot be written.
+        ExportError: It cannot be written.
     """
     body = facts_html({name: plain_text(value) for name, value in facts.items() if value not in (None, "", [], {})})
     body += "".join(map(figure_html, charts))
     body += "".join(f"<h2>{escape(heading)}</h2>{rows_html(rows)}" for heading, rows in (tables or {}).items() if rows)
     body += f"<h2>Made on</h2>{facts_html(describe_machine())}"
-    write_atomically(Path(path), page_html(title, body).encode(), error=UsageError)
+    write_atomically(Path(path), page_html(title, body).encode(), error=ExportError)
     return Path(path)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 from importlib.metadata import version
 from pathlib import Path
+from typing import Any
 
 from app.studies.catalogue import STUDY_NAMES
 
@@ -51,7 +52,14 @@ def _add_window_commands(commands: argparse._SubParsersAction) -> None:  # type:
         "--for", dest="seconds", type=_positive, metavar="SECONDS", help="simulated seconds (default 5, or the sweep's)"
     )
     run.add_argument("--stimuli", metavar="FILE.toml", help="stimulus script to play instead of the scene's")
-    run.add_argument("-o", "--output", metavar="FILE.mcap|DIR", help="record to this file; a folder with --sweep")
+    _output(
+        run,
+        "-o",
+        "--output",
+        folder="sweep",
+        metavar="FILE.mcap|DIR",
+        help="record to this file; a folder with --sweep",
+    )
     run.add_argument("--sweep", metavar="FILE.toml", help="record many variations of the scene, with an index of them")
     again = run.add_mutually_exclusive_group()
     again.add_argument("--overwrite", action="store_true", help="replace an existing file; with --sweep, begin anew")
@@ -84,7 +92,8 @@ def _add_window_commands(commands: argparse._SubParsersAction) -> None:  # type:
     shot.add_argument("--at", type=_not_negative, default=2.0, metavar="SECONDS", help="simulated seconds (default 2)")
     shot.add_argument("--theme", choices=("dark", "light"), default="dark")
     shot.add_argument("--size", type=_size, default=(1400, 900), metavar="WxH", help="in pixels (default 1400x900)")
-    shot.add_argument("-o", "--output", required=True, metavar="FILE", help=".png; of a figure .svg or .pdf too")
+    _output(shot, "-o", "--output", required=True, metavar="FILE", help=".png; of a figure .svg or .pdf too")
+    _overwrite(shot)
     shot.add_argument(
         "--figure", choices=("views", "robot", "map"), help="of robot, map or both for a paper, instead of the window"
     )
@@ -98,8 +107,8 @@ def _add_window_commands(commands: argparse._SubParsersAction) -> None:  # type:
     _json(shot)
     film = commands.add_parser("film", help="body and map of a recording as a film, without a display")
     film.add_argument("input", metavar="FILE.mcap")
-    film.add_argument("-o", "--output", required=True, metavar="FILE.mp4")
-    film.add_argument("--overwrite", action="store_true", help="replace an existing file")
+    _output(film, "-o", "--output", required=True, metavar="FILE.mp4")
+    _overwrite(film)
     film.add_argument("--size", type=_size, default=(1280, 640), metavar="WxH", help="in pixels (default 1280x640)")
     film.add_argument("--rate", type=_positive, default=25.0, metavar="HZ", help="pictures a second (default 25)")
     film.add_argument("--from", dest="first", type=_not_negative, metavar="SECONDS", help="begin there (default 0)")
@@ -113,8 +122,8 @@ def _add_listen(commands: argparse._SubParsersAction) -> None:  # type: ignore[t
     add = listen.add_argument
     add("source", metavar="SOURCE", help="udp:, zmq:, serial:, yarp: or ros2: address, or a file")
     _scene_options(listen)
-    add("-o", "--output", metavar="FILE.mcap", help="record to this file")
-    add("--overwrite", action="store_true", help="replace an existing file")
+    _output(listen, "-o", "--output", metavar="FILE.mcap", help="record to this file")
+    _overwrite(listen, "replace existing files")
     add("--for", dest="seconds", type=_positive, metavar="SECONDS", help="stop after so long (default: at Ctrl-C)")
     add("--speed", type=_positive, metavar="X", help="play a file X times as fast (default: as fast as possible)")
     add("--ids", metavar="FILE.csv", help="taxel of each id that is sent, if not as in the skin")
@@ -124,7 +133,7 @@ def _add_listen(commands: argparse._SubParsersAction) -> None:  # type: ignore[t
     add("--weight", type=_positive, metavar="KG", help="calibrate by this mass, which lies on the skin at the end")
     seconds = "mean of so long at the end (default 0.5); refused while the sum still changes by 5 %%"
     add("--weight-seconds", type=_positive, default=0.5, metavar="SECONDS", help=seconds)
-    add("--save-calibration", metavar="FILE.csv", help="write the calibration found with --weight")
+    _output(listen, "--save-calibration", metavar="FILE.csv", help="write the calibration found with --weight")
     add("--controller", metavar="NAME", help="show the motion that this controller wants of the robot")
     add("--send", metavar="ADDRESS", help="and send it, to udp://HOST:PORT or zmq://HOST:PORT: the robot may move")
     add("--max-speed", type=_positive, default=0.2, metavar="RAD/S", help="of the fastest joint sent (default 0.2)")
@@ -158,7 +167,8 @@ def _add_file_commands(commands: argparse._SubParsersAction) -> None:  # type: i
     inspect = commands.add_parser("inspect", help="what a robot, skin, map, taxel file, scene or recording holds")
     inspect.add_argument("input", nargs="?", metavar="FILE|NAME")
     inspect.add_argument("--costs", action="store_true", help="measure what each effect of a scene costs here")
-    inspect.add_argument("--report", metavar="FILE.html", help="write it as a page too, to be read, printed or sent")
+    _output(inspect, "--report", metavar="FILE.html", help="write it as a page too, to be read, printed or sent")
+    _overwrite(inspect)
     inspect.add_argument("--plugins", action="store_true", help="list the plug-ins that are installed instead")
     _package_roots(inspect)
     _json(inspect)
@@ -171,7 +181,8 @@ def _add_file_commands(commands: argparse._SubParsersAction) -> None:  # type: i
     _package_roots(weigh)
     weigh.add_argument("--mass", type=_positive, default=0.1, metavar="KG", help="mass of the weight (default 0.1)")
     weigh.add_argument("--model", metavar="NAME", help="contact model (default: the scene's)")
-    weigh.add_argument("--report", metavar="FILE.html", help="write it as a page too, to be read, printed or sent")
+    _output(weigh, "--report", metavar="FILE.html", help="write it as a page too, to be read, printed or sent")
+    _overwrite(weigh)
     _json(weigh)
     budget = commands.add_parser(
         "budget", help="the best settings of every stage for a scene within a limit of time or of error"
@@ -185,27 +196,36 @@ def _add_file_commands(commands: argparse._SubParsersAction) -> None:  # type: i
     replay = commands.add_parser("replay", help="step through a recording")
     replay.add_argument("input", metavar="FILE.mcap")
     replay.add_argument("--verify", action="store_true", help="simulate the recorded inputs again and compare")
-    replay.add_argument("--stimuli", metavar="FILE.toml", help="save the pokes of the recording as a stimulus script")
+    _output(replay, "--stimuli", metavar="FILE.toml", help="save the pokes of the recording as a stimulus script")
+    _overwrite(replay)
     _json(replay)
     recover = commands.add_parser("recover", help="recover the intact part of a truncated recording")
     recover.add_argument("input", metavar="FILE.mcap")
-    recover.add_argument("-o", "--output", required=True, metavar="FIXED.mcap")
-    recover.add_argument("--overwrite", action="store_true", help="replace an existing file")
+    _output(recover, "-o", "--output", required=True, metavar="FIXED.mcap")
+    _overwrite(recover)
     _json(recover)
     trim = commands.add_parser("trim", help="cut a part, or each labelled episode, out of a recording into new files")
     trim.add_argument("input", metavar="FILE.mcap")
-    trim.add_argument("-o", "--output", required=True, metavar="PART.mcap|DIR", help="a folder with --episodes")
+    _output(
+        trim,
+        "-o",
+        "--output",
+        folder="episodes",
+        required=True,
+        metavar="PART.mcap|DIR",
+        help="a folder with --episodes",
+    )
     trim.add_argument("--from", dest="start", type=_not_negative, default=0.0, metavar="SECONDS", help="default: begin")
     trim.add_argument("--to", dest="end", type=_not_negative, metavar="SECONDS", help="default: end")
     trim.add_argument("--episodes", action="store_true", help="a file for each episode that was labelled")
-    trim.add_argument("--overwrite", action="store_true", help="replace existing files")
+    _overwrite(trim, "replace existing files")
     _json(trim)
     export = commands.add_parser("export", help="a recording for other programs: CSV, Parquet, HDF5, LeRobot, a film")
     export.add_argument("input", metavar="FILE.mcap")
     formats = f"{', '.join(EXPORT_FORMATS)}, or a plug-in's"
     export.add_argument("--to", required=True, metavar="FORMAT", help=formats)
-    export.add_argument("-o", "--output", required=True, metavar="FILE|DIR", help="write there; it must not exist")
-    export.add_argument("--overwrite", action="store_true", help="replace an existing file")
+    _output(export, "-o", "--output", required=True, metavar="FILE|DIR", help="write there; it must not exist")
+    _overwrite(export)
     export.add_argument(
         "--image-width", type=int, default=64, metavar="PIXELS", help="of tactile images; 0 for none (default 64)"
     )
@@ -228,9 +248,15 @@ def _add_compare(commands: argparse._SubParsersAction) -> None:  # type: ignore[
         "--task", metavar="NAME", help="task, instead of that of the scene or recording: follow_path, ..."
     )
     compare.add_argument("--for", dest="seconds", type=_positive, metavar="SECONDS", help="simulated seconds")
-    compare.add_argument(
-        "-o", "--output", metavar="DIR", help="write every tick of every controller there as CSV, and a page"
+    _output(
+        compare,
+        "-o",
+        "--output",
+        folder="output",
+        metavar="DIR",
+        help="write every tick of every controller there as CSV, and a page",
     )
+    _overwrite(compare, "replace existing files")
     _json(compare)
 
 
@@ -240,9 +266,11 @@ def _add_study(commands: argparse._SubParsersAction) -> None:  # type: ignore[ty
         help="measure accuracy against computing time; writes CSV, JSON, an HTML report and, with pyarrow, Parquet",
     )
     study.add_argument("name", metavar="NAME", help=" or ".join(STUDY_NAMES))
-    study.add_argument(
+    _output(
+        study,
         "-o",
         "--output",
+        folder="output",
         default="studies",
         metavar="DIR",
         help="write CSV, JSON and HTML there (default studies)",
@@ -250,7 +278,7 @@ def _add_study(commands: argparse._SubParsersAction) -> None:  # type: ignore[ty
     _workers(study, "cases run in parallel, 0 for one per core; parallel runs distort the measured times")
     again = study.add_mutually_exclusive_group()
     again.add_argument("--resume", action="store_true", help="go on with the run in DIR: measure what is not done")
-    again.add_argument("--overwrite", action="store_true", help="begin anew although a run in DIR was interrupted")
+    again.add_argument("--overwrite", action="store_true", help="replace the run in DIR, finished or interrupted")
     study.add_argument(
         "--budget",
         type=_duration,
@@ -260,6 +288,23 @@ def _add_study(commands: argparse._SubParsersAction) -> None:  # type: ignore[ty
     study.add_argument("--quick", action="store_true", help="run a few small cases only")
     study.add_argument("--seed", type=int, default=0)
     _json(study)
+
+
+def _output(parser: argparse.ArgumentParser, *names: str, folder: str = "", **options: Any) -> None:
+    """Add an option that names a file to write; ``app.cli.outputs`` checks it before the command starts.
+
+    Args:
+        parser: The command's parser.
+        names: The option's names.
+        folder: The name of the option with which it is a folder; its own name for one that always is.
+        options: Other arguments of ``add_argument``.
+    """
+    action = parser.add_argument(*names, **options)
+    parser.set_defaults(outputs=(*(parser.get_default("outputs") or ()), (action.dest, folder)))
+
+
+def _overwrite(parser: argparse.ArgumentParser, text: str = "replace an existing file") -> None:
+    parser.add_argument("--overwrite", action="store_true", help=text)
 
 
 def _workers(parser: argparse.ArgumentParser, jobs: str) -> None:
@@ -278,12 +323,14 @@ def _add_map(commands: argparse._SubParsersAction) -> None:  # type: ignore[type
         metavar="INPUT",
         help="robot, mesh, taxel file (.txt .csv .json .npz, URDF sensors), skin, map, recording",
     )
-    make.add_argument(
+    _output(
+        make,
         "-o",
         "--output",
         metavar="FILE",
         help=".npz (everything), .obj (with UV), .svg, .png, .json (Genoa), .csv, .xml (MuJoCo)",
     )
+    _overwrite(make)
     make.add_argument("--seed", type=int, default=0)
     _json(make)
     _skin_options(make)

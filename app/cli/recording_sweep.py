@@ -13,11 +13,12 @@ from pathlib import Path
 from typing import Any
 
 from app.cli.output import print_fields, print_json, print_warning, progress_line
+from app.cli.outputs import check_outputs_in
 from app.cli.workers import workers_from_arguments
 from app.contacts.pipeline import reading_from
 from app.control.behaviours import behaviours_from
 from app.control.controller_registry import settings_from
-from app.core.errors import TactileMapsError, UsageError
+from app.core.errors import RecordingError, TactileMapsError, UsageError
 from app.core.files import write_atomically
 from app.recording.sweep_recording import SweepRecording, record_case
 from app.scene.scene import Scene
@@ -39,6 +40,8 @@ def record_sweep(scene: Scene, arguments: argparse.Namespace) -> int:
     sweep = replace(sweep, seconds=arguments.seconds or sweep.seconds)
     _check(scene, sweep)
     with closing(CaseLog(folder / "index.cases.jsonl", resume=arguments.resume, overwrite=arguments.overwrite)) as log:
+        if not (arguments.resume or arguments.overwrite):
+            check_outputs_in(folder, [case["file"] for case in _cases(sweep)], overwrite=False)
         start = time.perf_counter()
         run = _run(scene, sweep, folder, log, arguments)
         seconds = time.perf_counter() - start
@@ -117,7 +120,7 @@ def _run(scene: Scene, sweep: SceneSweep, folder: Path, log: CaseLog, arguments:
 
 def _write_csv(folder: Path, rows: Sequence[Row]) -> Path:
     path = folder / "index.csv"
-    write_atomically(path, csv_table(rows), error=UsageError)
+    write_atomically(path, csv_table(rows), error=RecordingError)
     return path
 
 
@@ -126,7 +129,7 @@ def _write_index(folder: Path, rows: Sequence[Row]) -> list[Path]:
     data = parquet_table(rows)
     if data is not None:
         files.append(folder / "index.parquet")
-        write_atomically(files[-1], data, error=UsageError)
+        write_atomically(files[-1], data, error=RecordingError)
     return files
 
 

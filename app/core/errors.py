@@ -152,7 +152,7 @@ class LiveError(TactileMapsError):
 
 
 class ExportError(TactileMapsError):
-    """A recording that cannot be written in the format of another program, or a live stream that cannot begin."""
+    """A recording, table or page that cannot be written for other programs, or a live stream that cannot begin."""
 
 
 class BudgetError(TactileMapsError):

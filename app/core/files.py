@@ -1,7 +1,9 @@
 """Files read whole and bounded, written whole or not at all, and named arrays as bytes (the npz format).
 
-Bytes: ``read_bounded_file`` refuses a file that is too large before reading it; ``write_atomically`` writes beside the
-target and renames, so that a failure leaves what was there. Every error names the file.
+Bytes: ``read_bounded_file`` refuses a file that is too large before reading it; ``write_atomically`` writes a new file
+next to the target and renames it, so that a failure leaves what was there. Every error names the file.
+
+Outputs: ``check_output`` states which paths may be written: new and regular files. Every function that writes uses it.
 
 Arrays: skins, maps and whatever else is mostly arrays are kept as npz with a JSON header; any tool that reads npz can
 open them. They are read without trust: no pickles, no bombs, no sizes that lie.
@@ -20,8 +22,8 @@ import stat
 import sys
 import zipfile
 import zlib
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager, suppress
 from contextvars import ContextVar
 from itertools import chain, count
 from pathlib import Path
@@ -119,6 +121,100 @@ def read_bounded_text(path: Path, *, error: type[TactileMapsError], most: int = 
     return read_bounded_file(path, error=error, most=most).decode("utf-8-sig", errors="replace")
 
 
+_NEW: ContextVar[frozenset[Path]] = ContextVar("files that must be new", default=frozenset())
+
+
+@contextmanager
+def new_outputs(paths: Iterable[Path]) -> Iterator[None]:
+    """Refuse to replace one of these files in the block, also where the writing function allows it by default.
+
+    A file that another program creates in the meantime is therefore not lost.
+    """
+    token = _NEW.set(_NEW.get() | {path.absolute() for path in paths})
+    try:
+        yield
+    finally:
+        _NEW.reset(token)
+
+
+def check_output(path: Path, *, error: type[TactileMapsError], overwrite: bool = True) -> Path:
+    """Check that ``path`` can become a file; return the path to write to, which for a symbolic link is its target.
+
+    Only a new or a regular file is an output. Replacing a device, a pipe or a socket would destroy it.
+
+    Raises:
+        TactileMapsError: Of kind ``error``: a folder, a device, a pipe or a socket has this name, the folder does not
+            exist, or the file exists and is read-only or must not be replaced.
+    """
+    try:
+        target = Path(os.path.realpath(path)) if path.is_symlink() else path
+        target.with_name("x")  # fails where the path has no name
+        found = _status(target)
+    except (OSError, ValueError) as cause:
+        raise _not_writable(path, cause, error) from cause
+    if found is None:
+        if not target.parent.is_dir():
+            problem, value = "the file cannot be written", f"the folder {target.parent} does not exist"
+            raise error(problem, file=path, value=value, remedy="Create the folder, or choose a folder that exists")
+        return target
+    kind = stat.S_IFMT(found.st_mode)
+    if kind == stat.S_IFDIR:
+        raise error("there is a folder of this name", file=path, remedy="Choose another name, or remove it first")
+    if kind != stat.S_IFREG:
+        value = _KINDS.get(kind, "a special file")
+        raise error("the output is not a regular file", file=path, value=value, remedy="Choose the name of a new file")
+    if not overwrite or path.absolute() in _NEW.get():
+        remedy = "Choose another name, or overwrite it (--overwrite)"
+        raise error("the file already exists", file=path, remedy=remedy)
+    if not found.st_mode & 0o222 or not os.access(target, os.W_OK):
+        raise error("the file is read-only", file=path, remedy="Choose another name, or make the file writable")
+    return target
+
+
+def _status(path: Path) -> os.stat_result | None:
+    """Return the status of the file; None where it does not exist."""
+    try:
+        return path.stat()
+    except FileNotFoundError:
+        return None
+
+
+def _not_writable(
+    path: Path, cause: Exception, error: type[TactileMapsError], problem: str = "the file cannot be written"
+) -> TactileMapsError:
+    reason = getattr(cause, "strerror", None) or cause
+    return error(problem, file=path, value=reason, remedy="Choose a folder you may write to, with space left")
+
+
+def check_output_folder(folder: Path, *, error: type[TactileMapsError]) -> None:
+    """Check that ``folder`` is a folder, or that nothing has this name.
+
+    Raises:
+        TactileMapsError: Of kind ``error``: a file or a special file has this name.
+    """
+    try:
+        found = _status(folder)
+    except (OSError, ValueError) as cause:
+        raise _not_writable(folder, cause, error, "the folder cannot be created") from cause
+    if found is not None and not stat.S_ISDIR(found.st_mode):
+        value = f"{_KINDS.get(stat.S_IFMT(found.st_mode), 'a file')} of this name"
+        raise error("the folder cannot be created", file=folder, value=value, remedy="Choose another name")
+
+
+def make_output_folder(folder: Path, *, error: type[TactileMapsError]) -> Path:
+    """Create ``folder``, and the folders above it, where they do not exist; return it.
+
+    Raises:
+        TactileMapsError: Of kind ``error``: it cannot be created.
+    """
+    check_output_folder(folder, error=error)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as cause:
+        raise _not_writable(folder, cause, error, "the folder cannot be created") from cause
+    return folder
+
+
 def write_atomically(path: Path, data: bytes, *, error: type[TactileMapsError]) -> None:
     """Put ``data`` into the file at ``path``, or leave what was there; as ``open_atomically``, and with its errors."""
     with open_atomically(path, error=error) as stream:
@@ -129,14 +225,15 @@ def write_atomically(path: Path, data: bytes, *, error: type[TactileMapsError]) 
 def open_atomically(path: Path, *, error: type[TactileMapsError], overwrite: bool = True) -> Iterator[BinaryIO]:
     """A stream whose bytes become the file at ``path`` once the block ends; where that fails, nothing changes.
 
-    The bytes go to a new file beside it, of a name of its own, so that several writers never share one, and are on the
-    disk before it takes the target's name. Where the program is ended in the middle, that file stays:
-    ``.tactile-maps-....part``.
+    The bytes go to a new file in the same folder, of a name of its own, so that several writers never share one, and
+    are on the disk before it takes the target's name. A symbolic link stays and its target is replaced; a replaced
+    file keeps its permissions and owner. Other hard links keep the old content. Where the program is ended in the
+    middle, the new file stays: ``.tactile-maps-....part``.
 
     Raises:
-        TactileMapsError: Of kind ``error``: it cannot be written, or is there and must not be overwritten.
+        TactileMapsError: Of kind ``error``: it cannot be written, or as ``check_output``.
     """
-    with _replacing(path, lambda: _check_overwriting(path, overwrite, error), error) as part, part.open("xb") as stream:
+    with _replacing(path, overwrite, error) as part, part.open("xb") as stream:
         yield stream
         stream.flush()
         os.fsync(stream.fileno())
@@ -144,16 +241,15 @@ def open_atomically(path: Path, *, error: type[TactileMapsError], overwrite: boo
 
 @contextmanager
 def make_atomically(path: Path, *, error: type[TactileMapsError], overwrite: bool = False) -> Iterator[Path]:
-    """A path beside ``path``, where nothing is yet, for a library that makes its file or folder by itself.
+    """A path in the folder of ``path``, where nothing is yet, for a library that makes its file or folder by itself.
 
-    What is there when the block ends takes the name ``path``; where the block fails, nothing stays. Where the program
-    is ended in the middle, it stays: ``.tactile-maps-....part``.
+    What is there when the block ends takes the name ``path``, as in ``open_atomically``; where the block fails, nothing
+    stays. Where the program is ended in the middle, it stays: ``.tactile-maps-....part``.
 
     Raises:
-        TactileMapsError: Of kind ``error``: it cannot be written, or is there and must not be overwritten; a folder
-            never is.
+        TactileMapsError: Of kind ``error``: it cannot be written, or as ``check_output``; a folder is never replaced.
     """
-    with _replacing(path, lambda: _check_replacing(path, overwrite, error), error) as part:
+    with _replacing(path, overwrite, error) as part:
         yield part
         if part.is_file():
             with part.open("rb") as stream:
@@ -161,15 +257,13 @@ def make_atomically(path: Path, *, error: type[TactileMapsError], overwrite: boo
 
 
 @contextmanager
-def _replacing(path: Path, check: Callable[[], None], error: type[TactileMapsError]) -> Iterator[Path]:
-    """A path beside ``path``; what is made there takes its name, or goes where the block fails."""
-    part = path.with_name(f".tactile-maps-{secrets.token_hex(8)}.part")
+def _replacing(path: Path, overwrite: bool, error: type[TactileMapsError]) -> Iterator[Path]:
+    """A path in the folder of ``path``; what is made there takes its name, or is removed where the block fails."""
+    part = check_output(path, error=error, overwrite=overwrite).with_name(f".tactile-maps-{secrets.token_hex(8)}.part")
     try:
-        check()
         try:
             yield part
-            check()  # somebody may have written it meanwhile
-            part.replace(path)
+            move_into_place(part, path, error=error, overwrite=overwrite)  # checks again: it may exist by now
         except BaseException:
             if part.is_dir():
                 shutil.rmtree(part, ignore_errors=True)
@@ -177,23 +271,26 @@ def _replacing(path: Path, check: Callable[[], None], error: type[TactileMapsErr
                 part.unlink(missing_ok=True)
             raise
     except (OSError, ValueError) as cause:
-        raise error(
-            "the file cannot be written",
-            file=path,
-            value=cause,
-            remedy="Choose a folder you may write to, with space left",
-        ) from cause
+        raise _not_writable(path, cause, error) from cause
 
 
-def _check_replacing(path: Path, overwrite: bool, error: type[TactileMapsError]) -> None:
-    if path.is_dir():
-        raise error("there is a folder of this name", file=path, remedy="Choose another name, or remove it first")
-    _check_overwriting(path, overwrite, error)
+def move_into_place(part: Path, path: Path, *, error: type[TactileMapsError], overwrite: bool = True) -> None:
+    """Give a finished file or folder on the same disk the name ``path``, as the end of ``open_atomically``.
 
-
-def _check_overwriting(path: Path, overwrite: bool, error: type[TactileMapsError]) -> None:
-    if not overwrite and path.exists():
-        raise error("the file already exists", file=path, remedy="Choose another name, or overwrite it")
+    Raises:
+        TactileMapsError: Of kind ``error``: it cannot be moved, or as ``check_output``; ``part`` stays.
+    """
+    target = check_output(path, error=error, overwrite=overwrite)
+    try:
+        found = _status(target)
+        if found is not None:
+            if sys.platform != "win32":
+                with suppress(OSError):  # only root can give a file to another user
+                    os.chown(part, found.st_uid, found.st_gid)
+            part.chmod(found.st_mode & 0o777)
+        part.replace(target)
+    except OSError as cause:
+        raise _not_writable(path, cause, error) from cause
 
 
 class FolderClaim:

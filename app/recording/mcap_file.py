@@ -20,7 +20,7 @@ from mcap.stream_reader import breakup_chunk
 from mcap.writer import Writer
 
 from app.core.errors import RecordingError
-from app.core.files import open_regular_file
+from app.core.files import check_output, open_regular_file
 from app.recording.encoding.message_codecs import TOPICS
 from app.recording.encoding.viewer_messages import ENCODING, Schema
 from app.session.bundle import MEDIA_TYPES
@@ -60,11 +60,9 @@ def create_file(path: Path, *, overwrite: bool) -> BinaryIO:
     Raises:
         RecordingError: It exists already, or cannot be made.
     """
+    target = check_output(path, error=RecordingError, overwrite=overwrite)
     try:
-        return path.open("wb" if overwrite else "xb")
-    except FileExistsError as error:
-        remedy = "Choose another name, or overwrite it"
-        raise RecordingError("the file already exists", file=path, remedy=remedy) from error
+        return target.open("wb" if overwrite else "xb")
     except OSError as error:
         remedy = "Choose a folder you may write to"
         raise RecordingError("the recording cannot be written", file=path, value=error.strerror, remedy=remedy) from (

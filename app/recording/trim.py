@@ -15,7 +15,7 @@ from mcap.records import Message
 from mcap.writer import CompressionType, Writer
 
 from app.core.errors import RecordingError
-from app.core.files import open_atomically
+from app.core.files import check_output, open_atomically
 from app.core.progress import Progress, no_progress, part_of_progress
 from app.recording import mcap_file
 from app.recording.annotations import LabelledEpisode, annotations_entry, annotations_in, load_annotations
@@ -166,20 +166,6 @@ def _concerns(damage: RecordingDamage, first: int, last: int) -> bool:
     return damage.kind not in _OF_FRAMES or damage.last is None or damage.last >= first
 
 
-def make_folder(folder: Path) -> Path:
-    """The folder, made where it is not there.
-
-    Raises:
-        RecordingError: It cannot be made.
-    """
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        problem = "the folder cannot be made"
-        raise RecordingError(problem, file=folder, value=error.strerror, remedy="Name a folder to write to") from error
-    return folder
-
-
 def trim_episodes(
     player: RecordingPlayer, folder: Path, *, overwrite: bool = False, progress: Progress = no_progress
 ) -> list[TrimResult]:
@@ -192,6 +178,8 @@ def trim_episodes(
     if not episodes:
         remedy = "Label them in the window: Recording > Range as episode"
         raise RecordingError("no episode of the recording is labelled", file=player.path, remedy=remedy)
+    for number, one in enumerate(episodes, start=1):  # all of them before the first is written
+        check_output(folder / episode_file_name(number, one), error=RecordingError, overwrite=overwrite)
     written = []
     for number, one in enumerate(episodes, start=1):
         own = part_of_progress(progress, (number - 1) / len(episodes), number / len(episodes))

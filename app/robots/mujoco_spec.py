@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager
 from xml.etree.ElementTree import tostring
 
 import mujoco
+import numpy as np
 
 from app.core.errors import Finding, RobotError
 from app.robots.files.model_limits import check_amounts, check_contents
@@ -19,7 +20,10 @@ OWN_NAMES = "tactile-maps/"
 
 
 def robot_spec(robot: Robot) -> mujoco.MjSpec:
-    """A fresh, editable MuJoCo spec of ``robot`` alone, in radians; the caller owns it.
+    """Return a new, editable MuJoCo spec of ``robot`` alone, in radians; the caller owns it.
+
+    Elements that are added to it inherit nothing: the defaults and the compiler settings are MuJoCo's own. The text of
+    a robot states the masses and inertias of its links, so that these settings no longer concern them.
 
     Raises:
         RobotError: MuJoCo cannot read the robot's text, or a name in it is kept for us.
@@ -27,7 +31,11 @@ def robot_spec(robot: Robot) -> mujoco.MjSpec:
     Cost: about a millisecond; compiling is what takes time.
     """
     spec = parse_spec(robot.mjcf, robot.assets, source=robot.source)
-    spec.compiler.degree = False
+    settings = spec.compiler
+    settings.degree = False
+    settings.alignfree = False
+    settings.boundmass = settings.boundinertia = 0.0
+    settings.inertiagrouprange = [0, mujoco.mjNGROUP - 1]
     check_names(spec, source=robot.source)
     return spec
 
@@ -59,9 +67,42 @@ def parse_spec(text: str, assets: Mapping[str, bytes], *, source: str) -> mujoco
     check_contents(root, assets, source)
     check_amounts(root, source)
     try:
-        return mujoco.MjSpec.from_string(tostring(root, encoding="unicode"), assets=dict(assets))
+        spec = mujoco.MjSpec.from_string(tostring(root, encoding="unicode"), assets=dict(assets))
     except (ValueError, mujoco.FatalError) as error:
         raise RobotError("MuJoCo cannot read the robot", file=source, value=_mujoco_message(error)) from error
+    _reset_defaults(spec, {element.get("class", "") for element in root.iter("default")})
+    return spec
+
+
+_DEFAULT_KINDS = (
+    "actuator", "camera", "equality", "flex", "geom", "joint", "light", "material", "mesh", "pair", "site", "tendon",
+)  # fmt: skip
+_NO_SETTINGS = ("classname", "compiler", "id", "info", "name", "plugin", "signature")
+"""Properties of an element that are not settings; MuJoCo 4.0.0 crashes when some of them are read from a default."""
+
+
+def _reset_defaults(spec: mujoco.MjSpec, classes: Collection[str]) -> None:
+    """Give every default of ``spec`` MuJoCo's own values: an element added later must not inherit the file's.
+
+    The elements of the file are unaffected: they got their values when the file was read.
+    """
+    fresh = mujoco.MjSpec()  # its defaults live only as long as it does
+    for default in (spec.default, *(found for name in classes if (found := spec.find_default(name)) is not None)):
+        for kind in _DEFAULT_KINDS:
+            _copy_settings(getattr(fresh.default, kind), getattr(default, kind))
+
+
+def _copy_settings(source: object, target: object) -> None:
+    for name, described in vars(type(source)).items():
+        if not isinstance(described, property) or described.fset is None or name in _NO_SETTINGS:
+            continue
+        value = getattr(source, name)
+        if isinstance(value, np.ndarray):
+            getattr(target, name)[...] = value
+        elif isinstance(value, mujoco.MjsOrientation):
+            _copy_settings(value, getattr(target, name))
+        else:
+            setattr(target, name, value)
 
 
 def compile_spec(spec: mujoco.MjSpec, *, source: str, findings: list[Finding] | None = None) -> mujoco.MjModel:

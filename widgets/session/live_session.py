@@ -355,6 +355,10 @@ class LiveSession(QObject):
         except TactileMapsError as error:
             self.failed.emit(str(error))
             return
+        self.run_session(session)
+
+    def run_session(self, session: Session) -> None:
+        """Run a session from its start, in place of what ran before."""
         self._end_run()
         self._begin_run(
             self._backends.runner(

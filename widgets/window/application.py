@@ -15,7 +15,9 @@ from types import TracebackType
 
 from app.core.progress import Progress, no_progress
 from app.scene.scene import Scene
+from app.session.prepare import PreparedScene
 from app.session.prepared_cache import prepare_cached
+from app.session.session import Session
 
 # Off-screen rendering must not look for an X server; VTK reads this when it is imported, below.
 os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
@@ -118,8 +120,7 @@ def screenshot(
     apply_theme(app, THEMES[theme])
     window = picture_window(theme, size)
     try:
-        window.live.show_prepared(prepared)
-        _play(window, at)
+        _play(window, prepared, at)
         save_window_picture(window, path)
     finally:
         window.close()
@@ -159,15 +160,15 @@ def figure(
     apply_theme(app, THEMES["dark" if colours == "dark" else "light"])
     window = picture_window("dark" if colours == "dark" else "light", (1400, 900))
     try:
-        window.live.show_prepared(prepared)
-        _play(window, at)
+        _play(window, prepared, at)
         window.presenters.figure.save(FigurePart(part), Path(path), spec)
     finally:
         window.close()
 
 
-def _play(window: MainWindow, seconds: float) -> None:
-    """Let simulated time pass and show where it ended, as finely as a picture deserves."""
+def _play(window: MainWindow, prepared: PreparedScene, seconds: float) -> None:
+    """Run the scene for some simulated time and show the result at the quality of a picture."""
+    window.live.run_session(Session(prepared))
     QApplication.processEvents()
     assert isinstance(window.live.runner, InlineRunner)
     for _ in range(round(seconds / 0.05)):

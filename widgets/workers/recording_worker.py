@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import shutil
 from collections.abc import Callable
 from contextlib import suppress
@@ -14,13 +13,14 @@ from typing import Literal
 from PySide6.QtCore import QObject, Signal
 
 from app.core.errors import RecordingError, SimulationError, TactileMapsError, UsageError
+from app.core.files import make_output_folder, move_into_place
 from app.core.progress import Progress
 from app.recording.annotations import Annotations, Outcome, save_annotations
 from app.recording.overview.curves import FrameQuantity, read_curves
 from app.recording.overview.summary import summarise
 from app.recording.player import RecordingPlayer
 from app.recording.recorder import record
-from app.recording.trim import TrimResult, check_apart, make_folder, trim, trim_episodes
+from app.recording.trim import TrimResult, check_apart, trim, trim_episodes
 from app.studies.catalogue import load_study
 from app.studies.rows import Row
 from widgets.workers.worker_process import Reply, RequestHandler, Result, SourceToken, WorkerProcess
@@ -149,7 +149,7 @@ def make_handler() -> RequestHandler:
             tell("replayed", _replayed(request, progress))
         elif isinstance(request, TrimEpisodes):
             player = RecordingPlayer(request.source)
-            make_folder(request.folder)
+            make_output_folder(request.folder, error=RecordingError)
             write = partial(trim_episodes, player, progress=progress)
             tell("trimmed", _moved(request.scratch, request.folder, write))
 
@@ -162,17 +162,12 @@ def _replayed(request: ReplayCase, progress: Progress) -> Path:
     replay = load_study(request.study).replay
     if replay is None:
         raise UsageError("a row of this study is not of one run", value=request.study)
-    make_folder(request.scratch)
+    make_output_folder(request.scratch, error=RecordingError)
     try:
         case, part = replay(request.row), request.scratch / request.target.name
         with record(case.session, part), suppress(SimulationError):
             case.play(progress)
-        os.replace(part, request.target)
-    except OSError as error:
-        remedy = "Choose a folder you may write to"
-        raise RecordingError(
-            "the file cannot be written", file=request.target, value=error.strerror, remedy=remedy
-        ) from error
+        move_into_place(part, request.target, error=RecordingError)
     finally:
         shutil.rmtree(request.scratch, ignore_errors=True)
     return request.target
@@ -183,15 +178,12 @@ def _moved(scratch: Path, folder: Path, write: Callable[[Path], list[TrimResult]
 
     The dialog has asked whether a file may be replaced.
     """
-    make_folder(scratch)
+    make_output_folder(scratch, error=RecordingError)
     try:
         written = write(scratch)
         moved = [replace(one, file=str(folder / Path(one.file).name)) for one in written]
         for one, target in zip(written, moved, strict=True):
-            os.replace(one.file, target.file)
-    except OSError as error:
-        remedy = "Choose a folder you may write to"
-        raise RecordingError("the file cannot be written", file=folder, value=error.strerror, remedy=remedy) from error
+            move_into_place(Path(one.file), Path(target.file), error=RecordingError)
     finally:
         shutil.rmtree(scratch, ignore_errors=True)
     return moved

@@ -9,12 +9,13 @@ from pathlib import Path
 from typing import Any, cast
 
 from app.cli.output import print_fields, print_json, print_line, progress_line
+from app.cli.outputs import check_outputs_in
 from app.cli.parser import package_roots
 from app.control.command import CHOICES, ControlSettings, TaskName
 from app.control.controller_registry import CONTROLLERS, check_settings, settings_from
 from app.control.limit_texts import limit_name
-from app.core.errors import RecordingError, UsageError, did_you_mean
-from app.core.files import write_atomically
+from app.core.errors import ExportError, UsageError, did_you_mean
+from app.core.files import make_output_folder, write_atomically
 from app.recording.player import RecordingPlayer
 from app.session.inputs import ControlChanged, SessionInput
 from app.session.prepare import PreparedScene, open_scene
@@ -54,6 +55,9 @@ _CHARTS = (
 def execute(arguments: argparse.Namespace) -> int:
     """Compare; 1 when a controller stopped before its time."""
     controllers = _controller_names(arguments.controllers)
+    if arguments.output is not None:
+        names = (_FILE, Path(_FILE).with_suffix(".html").name)
+        check_outputs_in(Path(arguments.output), names, overwrite=arguments.overwrite)
     prepared, inputs, base, seconds = _stimulus(arguments.input, package_roots(arguments))
     if arguments.task is not None:
         base = check_settings(replace(base, task=cast("TaskName", _checked_choice("task", arguments.task))))
@@ -111,15 +115,8 @@ def _stimulus(
 def _write(folder: str | None, traces: Sequence[ControllerTrace]) -> Path | None:
     if folder is None:
         return None
-    path = Path(folder) / _FILE
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        remedy = "Choose a folder you may write to"
-        raise RecordingError(
-            "the folder cannot be created", file=folder, value=error.strerror, remedy=remedy
-        ) from error
-    write_atomically(path, trace_csv(traces), error=RecordingError)
+    path = make_output_folder(Path(folder), error=ExportError) / _FILE
+    write_atomically(path, trace_csv(traces), error=ExportError)
     return path
 
 

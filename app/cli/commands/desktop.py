@@ -16,7 +16,7 @@ from pathlib import Path
 
 from app.cli.output import print_fields, print_json
 from app.core.errors import TactileMapsError, UsageError
-from app.core.files import write_atomically
+from app.core.files import make_output_folder, write_atomically
 from assets import asset
 
 NAME = "tactile-maps"
@@ -124,8 +124,7 @@ def _quoted(word: str) -> str:
 
 def _write(path: Path, data: bytes) -> None:
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        problem, remedy = "the folder cannot be made", "Set XDG_DATA_HOME to a folder that can be written"
-        raise TactileMapsError(problem, file=path.parent, value=error.strerror, remedy=remedy) from error
+        make_output_folder(path.parent, error=TactileMapsError)
+    except TactileMapsError as error:
+        raise error.at(remedy="Set XDG_DATA_HOME to a folder that can be written") from error
     write_atomically(path, data, error=TactileMapsError)

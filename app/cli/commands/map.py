@@ -33,7 +33,7 @@ from app.robots.load import MESH_LINK
 from app.skin.fit import GridSpec
 from app.skin.formats.icub_layout import apply_layout, read_icub_layout
 from app.skin.formats.icub_module_orientation import propose_orientations
-from app.skin.formats.mujoco_touch import write_touch_sensors
+from app.skin.formats.mujoco_touch import mesh_folder, write_touch_sensors
 from app.skin.formats.taxel_files import read_taxels
 from app.skin.open import SkinOptions, open_skin
 from app.skin.skin import Skin, identity_summary, identity_text
@@ -212,8 +212,9 @@ def _output_path(arguments: argparse.Namespace) -> Path | None:
             value=target.suffix or "no file extension",
             remedy=f"Choose one of: {endings}",
         )
-    if target.is_dir():
-        raise MapError("the map cannot be written over a folder", file=target)
+    if target.suffix.lower() == SENSORS_ENDING and not arguments.overwrite and mesh_folder(target).exists():
+        problem, remedy = "the folder for the model's meshes exists", "Choose another name, or add --overwrite"
+        raise MapError(problem, file=mesh_folder(target), remedy=remedy)
     return target
 
 

@@ -8,12 +8,14 @@ from contextlib import closing
 from pathlib import Path
 
 from app.cli.output import print_fields, print_json, print_warning, progress_line
+from app.cli.outputs import check_outputs_in
 from app.cli.workers import workers_from_arguments
 from app.studies.catalogue import load_study
 from app.studies.reporting.report import (
     RunState,
     StudyResult,
     describe_machine,
+    report_files,
     write_page,
     write_parquet,
     write_report,
@@ -34,6 +36,8 @@ def execute(arguments: argparse.Namespace) -> int:
     jobs, workers = workers_from_arguments(arguments)
     log_path = Path(arguments.output) / f"{study.name}.cases.jsonl"
     with closing(CaseLog(log_path, resume=arguments.resume, overwrite=arguments.overwrite)) as log:
+        if not (arguments.resume or arguments.overwrite):
+            check_outputs_in(Path(arguments.output), report_files(study), overwrite=False)
         if log.torn:
             print_warning(f"{log_path}: {log.torn} torn lines: their cases are measured again")
         outcome, files = _run(study, log, jobs, workers, arguments)

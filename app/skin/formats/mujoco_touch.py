@@ -15,8 +15,9 @@ from scipy.spatial import cKDTree
 
 from app.core.arrays import FloatArray
 from app.core.errors import Finding, SkinError
-from app.core.files import write_atomically
+from app.core.files import make_output_folder, write_atomically
 from app.robots.formats.touch_sensors import TouchSensor, read_touch_sensors
+from app.robots.mujoco_spec import compile_spec, robot_spec, spec_text
 from app.robots.robot import Robot
 from app.skin.fit import fit_taxels_to_link
 from app.skin.formats.taxel_set import MAX_TAXELS, TaxelSet
@@ -137,14 +138,17 @@ def write_touch_sensors(skin: Skin, robot: Robot, path: str | Path) -> None:
     Args:
         skin: On links of the robot.
         robot: Wears it.
-        path: Of the MJCF file; the meshes go into the folder ``<name>_meshes`` beside it.
+        path: Of the MJCF file; the meshes go into the folder ``mesh_folder(path)``.
 
     Raises:
         SkinError: The skin lies on no link of the robot, or a file cannot be written.
+        RobotError: MuJoCo refuses the robot.
     """
     target = Path(path)
-    folder = target.with_name(f"{target.stem}_meshes")
-    root = fromstring(robot.mjcf)
+    folder = mesh_folder(target)
+    spec = robot_spec(robot)  # its text has no defaults that a site could inherit
+    compile_spec(spec, source=robot.source)
+    root = fromstring(spec_text(spec, source=robot.source))
     bodies = {body.get("name"): body for body in root.iter("body")}
     sensors = SubElement(root, "sensor")
     number = 0
@@ -164,14 +168,16 @@ def write_touch_sensors(skin: Skin, robot: Robot, path: str | Path) -> None:
     write_atomically(target, tostring(root, encoding="utf-8", xml_declaration=True), error=SkinError)
 
 
+def mesh_folder(model: Path) -> Path:
+    """Return the folder of the meshes of a model file: ``<name>_meshes`` next to it."""
+    return model.with_name(f"{model.stem}_meshes")
+
+
 def _mesh_folder(root: Element, folder: Path) -> None:
     """Make the folder, and say in the model that its meshes lie there."""
     compiler = root.find("compiler")
     (SubElement(root, "compiler") if compiler is None else compiler).set("meshdir", folder.name)
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise SkinError("the folder cannot be created", file=folder, value=error.strerror) from error
+    make_output_folder(folder, error=SkinError)
 
 
 def _add_sensor(body: Element, sensors: Element, number: int, position: list[float], radius: float) -> None:

@@ -16,8 +16,8 @@ from html import escape
 from importlib.metadata import version
 from pathlib import Path
 
-from app.core.errors import UsageError
-from app.core.files import write_atomically
+from app.core.errors import ExportError
+from app.core.files import make_output_folder, write_atomically
 from app.studies.hypotheses import Hypothesis, Judgement, Verdict
 from app.studies.reporting.figures import BarChart, Figure, figure_svg
 from app.studies.rows import Cell, Row
@@ -121,7 +121,7 @@ def write_report(outcome: StudyResult, folder: Path) -> tuple[Path, ...]:
         The files.
 
     Raises:
-        UsageError: They cannot be written there.
+        ExportError: They cannot be written there.
     """
     known = _finite_rows(outcome)
     files = {
@@ -142,13 +142,14 @@ def _finite_rows(outcome: StudyResult) -> list[dict[str, Cell]]:
 
 
 def _write(outcome: StudyResult, folder: Path, ending: str, data: bytes) -> Path:
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise UsageError("the report cannot be written", file=folder, value=error.strerror) from error
-    path = folder / f"{outcome.study.name}.{ending}"
-    write_atomically(path, data, error=UsageError)
+    path = make_output_folder(folder, error=ExportError) / f"{outcome.study.name}.{ending}"
+    write_atomically(path, data, error=ExportError)
     return path
+
+
+def report_files(study: Study) -> tuple[str, ...]:
+    """Names of all files that ``write_report`` and ``write_parquet`` write."""
+    return tuple(f"{study.name}.{ending}" for ending in ("csv", "json", "html", "parquet"))
 
 
 def write_parquet(outcome: StudyResult, folder: Path) -> tuple[Path, ...]:

@@ -2,8 +2,8 @@
 
 A case is known by a digest of its settings, of what measures it and of the program that does (see ``case_key``). A line
 is written when its case is done and handed to the operating system at once: whatever ends the program, ``kill -9`` too,
-costs no line but the one being written. A line that is torn counts as none. The last line of a run that came to its end
-says so: what lies in the log of one that did not is never thrown away unasked.
+costs no line but the one being written. A torn line is ignored. The last line of a finished run says so. A log with
+cases is replaced only on request.
 """
 
 from __future__ import annotations
@@ -17,15 +17,15 @@ from io import FileIO
 from pathlib import Path
 from typing import Any
 
-from app.core.errors import UsageError
-from app.core.files import lock_file
+from app.core.errors import ExportError, UsageError
+from app.core.files import check_output, lock_file, make_output_folder
 from app.session.program_digest import program_digest
 from app.studies.rows import Case, Measure, Row
 
 _NO_ROWS = ("cli", "export", "live")
 """Packages of ``app`` that lie above studies and recordings: what they do changes no row."""
 _ROOT = Path(__file__).parents[3]
-_AGAIN = "--resume goes on with it, --overwrite begins anew"
+_AGAIN = "--resume continues it, --overwrite replaces it"
 
 
 def case_key(name: str, measure: Measure, case: Case) -> str:
@@ -77,20 +77,20 @@ class CaseLog:
         Args:
             path: The file.
             resume: Whether what it holds is taken for done.
-            overwrite: Whether it may be emptied although its run never came to an end.
+            overwrite: Whether a run that it holds may be replaced.
 
         Raises:
-            UsageError: It cannot be read or written, somebody else writes it, or it holds a run that never came to its
-                end and neither may be.
+            ExportError: It cannot be read or written.
+            UsageError: Another process writes it, or it holds a run, and neither ``resume`` nor ``overwrite`` is set.
         """
         self.path = path
         self._stream = _open(path)
         try:
             self.done, self.torn, ended = _read(self._stream)
             if not resume:
-                if self.done and not (ended or overwrite):
-                    value = f"{len(self.done)} cases that are done"
-                    raise UsageError("a run that was interrupted lies here", file=path, value=value, remedy=_AGAIN)
+                if self.done and not overwrite:
+                    problem = f"the folder contains {'a finished' if ended else 'an interrupted'} run"
+                    raise UsageError(problem, file=path, value=f"{len(self.done)} cases", remedy=_AGAIN)
                 self._stream.truncate(0)
                 self.done, self.torn = {}, 0
         except BaseException:
@@ -101,7 +101,7 @@ class CaseLog:
         """A case is done.
 
         Raises:
-            UsageError: It cannot be written.
+            ExportError: It cannot be written.
         """
         self.done[key] = list(rows)
         self._write({"case": key, "rows": rows})
@@ -110,7 +110,7 @@ class CaseLog:
         """The run has come to its end: the next one may begin anew.
 
         Raises:
-            UsageError: It cannot be written.
+            ExportError: It cannot be written.
         """
         self._write({"ended": True})
 
@@ -123,18 +123,19 @@ class CaseLog:
         try:
             whole = self._stream.write(data) == len(data)
         except OSError as error:
-            raise UsageError("the cases cannot be kept", file=self.path, value=error.strerror) from error
+            raise ExportError("the cases cannot be kept", file=self.path, value=error.strerror) from error
         if not whole:
-            raise UsageError("the cases cannot be kept", file=self.path, value="the disk is full")
+            raise ExportError("the cases cannot be kept", file=self.path, value="the disk is full")
 
 
 def _open(path: Path) -> FileIO:
     """To be read and appended to, unbuffered, and locked."""
+    make_output_folder(path.parent, error=ExportError)
+    check_output(path, error=ExportError)
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
         stream = open(path, "a+b", buffering=0)  # noqa: SIM115 - it lives as long as the log
     except OSError as error:
-        raise UsageError("the cases cannot be kept", file=path, value=error.strerror) from error
+        raise ExportError("the cases cannot be kept", file=path, value=error.strerror) from error
     if not lock_file(stream.fileno()):
         stream.close()
         raise UsageError("another run writes here", file=path, remedy="Let it end, or choose another folder")

@@ -201,6 +201,19 @@ def test_the_window_without_a_display_says_what_helps():
     assert "Traceback" not in done.stderr
 
 
+def test_picture_of_a_scene_that_cannot_run_is_one_message(ball, tmp_path):
+    (tmp_path / "sheet.obj").write_text("v 0 0 0\nv .1 0 0\nv 0 .1 0\nv .1 .1 0\nf 1 2 3\nf 2 4 3\n")
+    scene = tmp_path / "flat.toml"
+    thing = '[[objects]]\nname = "sheet"\nkind = "mesh"\nfile = "sheet.obj"\nat = [1.0, 0.0, 1.0]\nmass = 0.1\n'
+    scene.write_text(f'robot = "{ball}"\n{thing}[effects]\ncontact = "environment"\n')
+    words = ["screenshot", "--scene", scene, "-o", tmp_path / "x.png"]
+    done = subprocess.run([sys.executable, "-m", "app", *words], cwd=ROOT, capture_output=True, text=True)
+    assert done.returncode == 1
+    assert "coplanar" in done.stderr
+    assert "unexpected" not in done.stderr
+    assert not (tmp_path / "x.png").exists()
+
+
 def test_a_screenshot_is_the_whole_window(capsys, ball, tmp_path):
     """In a process of its own: it opens a window."""
     target = tmp_path / "window.png"

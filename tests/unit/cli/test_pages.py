@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from app.cli.pages import write_fact_page
-from app.core.errors import UsageError
+from app.core.errors import ExportError
 from app.studies.reporting.figures import BarChart
 
 
@@ -26,5 +26,5 @@ def test_facts_tables_and_charts_stand_on_one_page(tmp_path):
 
 
 def test_a_page_that_cannot_be_written_is_named(tmp_path):
-    with pytest.raises(UsageError, match="missing"):
+    with pytest.raises(ExportError, match="missing"):
         write_fact_page(tmp_path / "missing" / "page.html", "x", {})

@@ -14,7 +14,12 @@ import pytest
 
 from app.core.errors import SkinError
 from app.core.files import (
+    check_output_folder,
     make_atomically,
+    make_output_folder,
+    move_into_place,
+    new_outputs,
+    open_atomically,
     pack_array,
     pack_arrays,
     read_bounded_text,
@@ -24,6 +29,7 @@ from app.core.files import (
     write_atomically,
     write_lines,
 )
+from tests.support.special_files import is_special, make_special_file, special_kinds
 
 
 def members(**parts: bytes) -> bytes:
@@ -85,6 +91,127 @@ def test_a_file_of_a_foreign_name_beside_it_is_not_touched(tmp_path: Path) -> No
 def test_a_name_of_the_greatest_length_can_be_written(tmp_path: Path) -> None:
     write_atomically(tmp_path / ("x" * 255), b"long", error=SkinError)
     assert (tmp_path / ("x" * 255)).read_bytes() == b"long"
+
+
+@pytest.mark.parametrize("link", [False, True])
+@pytest.mark.parametrize("kind", special_kinds())
+def test_a_special_file_is_never_replaced(tmp_path: Path, kind: str, link: bool) -> None:
+    special = make_special_file(kind, tmp_path / "special")
+    path = special
+    if link:
+        path = tmp_path / "link"
+        path.symlink_to(special)
+    with pytest.raises(SkinError, match=rf"{path.name}: the output is not a regular file .found: a {kind}."):
+        write_atomically(path, b"x", error=SkinError)
+    with pytest.raises(SkinError, match="not a regular file"), make_atomically(path, error=SkinError, overwrite=True):
+        raise AssertionError("refused before anything is written")
+    (tmp_path / "part").write_bytes(b"x")
+    with pytest.raises(SkinError, match="not a regular file"):
+        move_into_place(tmp_path / "part", path, error=SkinError)
+    with pytest.raises(SkinError, match=f"special: the folder cannot be created .found: a {kind} of this name"):
+        check_output_folder(special, error=SkinError)
+    assert is_special(special)
+    assert (tmp_path / "part").exists()
+
+
+def test_a_special_file_that_appears_meanwhile_is_not_replaced(tmp_path: Path) -> None:
+    path = tmp_path / "map.npz"
+    with pytest.raises(SkinError, match="not a regular file"), open_atomically(path, error=SkinError):
+        make_special_file("pipe", path)
+    assert is_special(path)
+    assert list(tmp_path.iterdir()) == [path]
+
+
+@pytest.mark.parametrize("exists", [True, False])
+def test_a_symbolic_link_stays_and_its_target_is_written(tmp_path: Path, exists: bool) -> None:
+    (tmp_path / "links").mkdir()
+    (tmp_path / "files").mkdir()
+    target, link = tmp_path / "files" / "map.npz", tmp_path / "links" / "map.npz"
+    if exists:
+        target.write_bytes(b"before")
+    link.symlink_to("../files/map.npz")
+    with open_atomically(link, error=SkinError) as stream:
+        stream.write(b"after")
+        assert [path.name for path in (tmp_path / "links").iterdir()] == ["map.npz"]
+    assert link.is_symlink()
+    assert not target.is_symlink()
+    assert target.read_bytes() == b"after"
+
+
+def test_links_that_lead_nowhere_are_refused(tmp_path: Path) -> None:
+    (tmp_path / "loop").symlink_to("loop")
+    (tmp_path / "away").symlink_to("no/such/folder/map.npz")
+    with pytest.raises(SkinError, match=r"loop: the file cannot be written .found: Too many levels"):
+        write_atomically(tmp_path / "loop", b"x", error=SkinError)
+    with pytest.raises(SkinError, match=r"away: the file cannot be written .*no/such/folder does not exist"):
+        write_atomically(tmp_path / "away", b"x", error=SkinError)
+    assert all(path.is_symlink() for path in tmp_path.iterdir())
+
+
+def test_a_replaced_file_keeps_its_permissions_and_owner(tmp_path: Path) -> None:
+    path = tmp_path / "map.npz"
+    path.write_bytes(b"before")
+    path.chmod(0o640)
+    root = os.geteuid() == 0
+    if root:
+        os.chown(path, 1234, 5678)
+    write_atomically(path, b"after", error=SkinError)
+    found = path.stat()
+    assert found.st_mode & 0o777 == 0o640
+    assert (found.st_uid, found.st_gid) == ((1234, 5678) if root else (os.geteuid(), found.st_gid))
+    with make_atomically(path, error=SkinError, overwrite=True) as part:
+        part.write_bytes(b"again")
+    assert path.stat().st_mode & 0o777 == 0o640
+
+
+def test_the_other_name_of_a_file_keeps_the_old_content(tmp_path: Path) -> None:
+    (tmp_path / "first").write_bytes(b"before")
+    (tmp_path / "second").hardlink_to(tmp_path / "first")
+    write_atomically(tmp_path / "first", b"after", error=SkinError)
+    assert [(tmp_path / name).read_bytes() for name in ("first", "second")] == [b"after", b"before"]
+
+
+def test_a_read_only_file_is_not_replaced(tmp_path: Path) -> None:
+    path = tmp_path / "map.npz"
+    path.write_bytes(b"before")
+    path.chmod(0o444)
+    with pytest.raises(SkinError, match=r"map\.npz: the file is read-only.*make the file writable"):
+        write_atomically(path, b"after", error=SkinError)
+    assert path.read_bytes() == b"before"
+
+
+def test_files_that_must_be_new_are_refused_in_the_block_only(tmp_path: Path) -> None:
+    path, other = tmp_path / "map.npz", tmp_path / "other.npz"
+    with new_outputs([path]):
+        write_atomically(path, b"first", error=SkinError)
+        with pytest.raises(SkinError, match=r"already exists.*--overwrite"):
+            write_atomically(path, b"second", error=SkinError)
+        write_atomically(other, b"first", error=SkinError)
+        write_atomically(other, b"second", error=SkinError)
+    assert (path.read_bytes(), other.read_bytes()) == (b"first", b"second")
+    write_atomically(path, b"third", error=SkinError)
+    assert path.read_bytes() == b"third"
+
+
+@pytest.mark.parametrize("name", ["", "/", "..", "x" * 300, "a\0b", "file/x"])
+def test_names_that_cannot_be_files_are_refused_by_name(tmp_path: Path, name: str) -> None:
+    (tmp_path / "file").write_bytes(b"")
+    path = Path(name) if name in ("", "/") else tmp_path / name
+    with pytest.raises(SkinError, match=r"cannot be written|folder of this name"):
+        write_atomically(path, b"x", error=SkinError)
+
+
+def test_an_output_folder_is_made_or_refused(tmp_path: Path) -> None:
+    folder = tmp_path / "a" / "b"
+    assert make_output_folder(folder, error=SkinError) == folder == make_output_folder(folder, error=SkinError)
+    (tmp_path / "link").symlink_to(folder)
+    make_output_folder(tmp_path / "link", error=SkinError)
+    (tmp_path / "file").write_bytes(b"")
+    with pytest.raises(SkinError, match="file: the folder cannot be created .found: a file of this name"):
+        make_output_folder(tmp_path / "file", error=SkinError)
+    for bad in (tmp_path / "file" / "x", tmp_path / ("x" * 300)):
+        with pytest.raises(SkinError, match="the folder cannot be created"):
+            make_output_folder(bad, error=SkinError)
 
 
 _WRITER = """
@@ -259,7 +386,7 @@ def test_text_is_read_whole_and_bounded(tmp_path):
 def test_lines_are_written_whole_or_not_at_all(tmp_path):
     write_lines(tmp_path / "file", ["one", "two \ud800"], error=SkinError)
     assert (tmp_path / "file").read_bytes() == b"one\ntwo ?\n"
-    with pytest.raises(SkinError, match="cannot be written.*folder you may write to"):
+    with pytest.raises(SkinError, match="cannot be written.*folder .*no does not exist.*Create the folder"):
         write_lines(tmp_path / "no" / "file", [], error=SkinError)
     assert [path.name for path in tmp_path.iterdir()] == ["file"]
 

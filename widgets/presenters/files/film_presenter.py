@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import shutil
 import tempfile
 from functools import partial
@@ -12,7 +11,8 @@ from typing import cast
 from PySide6.QtCore import QObject
 from PySide6.QtWidgets import QWidget
 
-from app.core.errors import TactileMapsError
+from app.core.errors import ExportError, TactileMapsError
+from app.core.files import move_into_place
 from app.recording.player import open_recording
 from widgets.common.file_types import RECORDING_FILTER
 from widgets.context.app_context import AppContext
@@ -141,9 +141,9 @@ class FilmPresenter(QObject):
             notifier.fault(str(result.value))
         elif kind == "filmed":
             try:
-                os.replace(self._folder / "film.mp4", target)
-            except OSError as error:
-                notifier.fault(f"{target}: the film cannot be written there: {error.strerror}")
+                move_into_place(self._folder / "film.mp4", target, error=ExportError)
+            except ExportError as error:
+                notifier.fault(str(error))
             else:
                 lost = (
                     "" if result.value else "; the recording is damaged, and the last picture stays where some is lost"

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
 
 from app.cli.output import damage_rows, print_error, print_fields, print_json, progress_line
-from app.core.errors import RecordingError, UsageError
+from app.core.errors import RecordingError
 from app.recording.player import RecordingPlayer
 from app.recording.verify import Verification, verify
 from app.stimuli.stimuli_from_pokes import stimuli_from_pokes
@@ -48,8 +47,6 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def _save_stimuli(player: RecordingPlayer, file: str, rows: dict[str, object]) -> None:
-    if Path(file).exists():
-        raise UsageError("there is such a file already", file=file, remedy="Choose another name")
     scene = player.prepared.scene
     stimuli = stimuli_from_pokes(
         player.prepared.skin, player.inputs, tick=scene.tick, last=player.frame(len(player) - 1).tick

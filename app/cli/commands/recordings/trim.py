@@ -7,8 +7,9 @@ from pathlib import Path
 
 from app.cli.output import print_fields, print_json, progress_line
 from app.core.errors import RecordingError, UsageError
+from app.core.files import make_output_folder
 from app.recording.player import RecordingPlayer
-from app.recording.trim import TrimResult, make_folder, trim, trim_episodes
+from app.recording.trim import TrimResult, trim, trim_episodes
 
 
 def execute(arguments: argparse.Namespace) -> int:
@@ -22,7 +23,7 @@ def execute(arguments: argparse.Namespace) -> int:
     try:
         player = RecordingPlayer(arguments.input, progress=report)
         if arguments.episodes:
-            folder = make_folder(Path(arguments.output))
+            folder = make_output_folder(Path(arguments.output), error=RecordingError)
             written = trim_episodes(player, folder, overwrite=arguments.overwrite, progress=report)
         else:
             written = [_part(player, arguments)]

@@ -59,7 +59,7 @@ def test_ctrl_c_keeps_what_is_done_and_resume_goes_on(tmp_path, capsys, monkeypa
     assert "2 of 12 cases are kept; the same command with --resume goes on" in capsys.readouterr().err
     assert sorted(file.suffix for file in tmp_path.iterdir()) == [".html", ".jsonl"]
     assert main(words) == 2
-    assert "--overwrite begins anew" in capsys.readouterr().err
+    assert "--overwrite replaces it" in capsys.readouterr().err
     monkeypatch.setattr(study_command, "progress_line", lambda: lambda text, share: None)
     assert main([*words, "--resume"]) == 0
     resumed = json.loads(capsys.readouterr().out.splitlines()[-1])

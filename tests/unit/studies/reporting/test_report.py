@@ -10,7 +10,7 @@ from html.parser import HTMLParser
 import numpy as np
 import pytest
 
-from app.core.errors import UsageError
+from app.core.errors import ExportError
 from app.studies.hypotheses import Hypothesis, Judgement, Verdict
 from app.studies.reporting.figures import BarChart, Figure, Panel
 from app.studies.reporting.report import (
@@ -110,7 +110,7 @@ def test_nothing_measured_is_told_too(tmp_path):
 
 def test_a_folder_that_is_a_file_is_a_named_error(tmp_path):
     (tmp_path / "taken").write_text("")
-    with pytest.raises(UsageError, match="taken"):
+    with pytest.raises(ExportError, match="taken"):
         write_report(outcome(), tmp_path / "taken")
 
 

@@ -8,7 +8,7 @@ from functools import partial
 
 import pytest
 
-from app.core.errors import UsageError
+from app.core.errors import ExportError, UsageError
 from app.studies.running.case_log import CaseLog, case_key
 
 ROWS = [{"a": 0.1 + 0.2, "b": math.inf, "c": None, "d": "ä"}]
@@ -60,7 +60,7 @@ def test_a_damaged_line_costs_its_own_case_alone(log_file):
 
 def test_an_interrupted_run_is_not_thrown_away_unasked(log_file):
     before = log_file.read_bytes()
-    with pytest.raises(UsageError, match=r"2 cases that are done.*--resume.*--overwrite"):
+    with pytest.raises(UsageError, match=r"an interrupted run .found: 2 cases.*--resume.*--overwrite"):
         CaseLog(log_file)
     assert log_file.read_bytes() == before
     with closing(CaseLog(log_file, overwrite=True)) as log:
@@ -68,11 +68,13 @@ def test_an_interrupted_run_is_not_thrown_away_unasked(log_file):
     assert log_file.read_bytes() == b""
 
 
-def test_a_run_that_came_to_its_end_may_be_begun_anew_or_gone_on_with(log_file):
+def test_a_finished_run_is_continued_or_replaced_only_on_request(log_file):
     with closing(CaseLog(log_file, resume=True)) as log:
         log.end()
+    with pytest.raises(UsageError, match=r"a finished run .found: 2 cases.*--resume.*--overwrite"):
+        CaseLog(log_file)
     assert list(resumed(log_file)[0]) == ["one", "two"]
-    with closing(CaseLog(log_file)) as log:
+    with closing(CaseLog(log_file, overwrite=True)) as log:
         assert log.done == {}
 
 
@@ -84,7 +86,7 @@ def test_two_runs_do_not_write_one_log(log_file):
 
 def test_a_log_that_cannot_be_written_is_named(tmp_path):
     (tmp_path / "taken").write_text("")
-    with pytest.raises(UsageError, match="the cases cannot be kept"):
+    with pytest.raises(ExportError, match="the folder cannot be created"):
         CaseLog(tmp_path / "taken" / "x.jsonl")
 
 

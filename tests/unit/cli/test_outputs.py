@@ -1,0 +1,134 @@
+"""Every output of every command is checked before the command starts, by the same rules."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from app.cli.main import run_command
+from app.cli.parser import build_parser
+from tests.support.special_files import is_special, make_special_file, special_kinds
+
+WORDS = {
+    "compare": ["slide", "--controllers", "qp"],
+    "export": ["in.mcap", "--to", "csv"],
+    "film": ["in.mcap"],
+    "inspect": ["arm"],
+    "listen": ["in.csv", "--weight", "1"],
+    "map": ["in.stl"],
+    "recover": ["in.mcap"],
+    "replay": ["in.mcap"],
+    "run": ["arm"],
+    "screenshot": [],
+    "study": ["map-cost"],
+    "trim": ["in.mcap"],
+    "weigh": ["arm"],
+}
+"""Words that each command with an output requires besides it; ``in`` does not exist, so none gets further."""
+INPUTS = {
+    "": {"scene", "robot", "skin", "package_root"},
+    "map": {"uv", "compare", "input"},
+    "run": {"stimuli", "sweep"},
+    "listen": {"ids", "calibration", "mapping"},
+}
+"""Options that name a file to read, by command; the first are those of many commands."""
+
+
+def commands() -> dict[str, argparse.ArgumentParser]:
+    (action,) = [one for one in build_parser()._actions if isinstance(one, argparse._SubParsersAction)]
+    return dict(action.choices)
+
+
+def outputs() -> Iterator[tuple[str, str, str]]:
+    """Command, option and the name of its value, for every output."""
+    for command, parser in commands().items():
+        for name, _ in parser.get_default("outputs") or ():
+            (action,) = [one for one in parser._actions if one.dest == name]
+            yield command, action.option_strings[-1], name
+
+
+OUTPUTS = sorted((command, option) for command, option, _ in outputs())
+
+
+def test_every_option_that_names_a_file_is_an_output_or_a_known_input():
+    known = {(command, name) for command, _, name in outputs()}
+    for command, parser in commands().items():
+        for action in parser._actions:
+            named = action.option_strings and any(word in str(action.metavar) for word in ("FILE", "DIR", ".mcap"))
+            if named and action.dest not in INPUTS[""] | INPUTS.get(command, set()):
+                assert (command, action.dest) in known, f"{command} {action.option_strings}"
+        if any(command == one for one, _ in known):
+            assert any(action.dest == "overwrite" for action in parser._actions), command
+
+
+def test_the_words_cover_every_command_with_an_output():
+    assert {command for command, _ in OUTPUTS} == set(WORDS)
+
+
+def words(command: str, option: str, path: Path) -> list[str]:
+    needed = ["-o", str(path.with_name("new.png"))] if command == "screenshot" and option != "--output" else []
+    return [command, *WORDS[command], *needed, option, str(path)]
+
+
+def is_folder(command: str) -> bool:
+    return command in ("compare", "study")
+
+
+@pytest.mark.parametrize(("command", "option"), OUTPUTS)
+def test_an_existing_file_is_not_replaced(command, option, tmp_path, capsys):
+    path = tmp_path / "out.npz"
+    path.write_bytes(b"precious")
+    assert run_command(words(command, option, path), windows={}) == 1
+    said = capsys.readouterr().err
+    assert f"{path}: " in said
+    assert ("the folder cannot be created" if is_folder(command) else "already exists") in said
+    assert [(one.name, one.read_bytes()) for one in tmp_path.iterdir()] == [("out.npz", b"precious")]
+
+
+@pytest.mark.parametrize("kind", special_kinds())
+@pytest.mark.parametrize(("command", "option"), OUTPUTS)
+def test_a_special_file_is_refused_even_to_overwrite(command, option, kind, tmp_path, capsys):
+    path = make_special_file(kind, tmp_path / "out.npz")
+    assert run_command([*words(command, option, path), "--overwrite"], windows={}) == 1
+    assert f"a {kind}" in capsys.readouterr().err
+    assert is_special(path)
+    assert list(tmp_path.iterdir()) == [path]
+
+
+@pytest.mark.parametrize(("command", "option"), OUTPUTS)
+@pytest.mark.parametrize("name", ["x" * 300, "no/folder/x.npz", "taken/x.npz"])
+def test_a_place_that_cannot_be_written_is_named_at_once(command, option, name, tmp_path, capsys):
+    if is_folder(command) and name.startswith("no"):
+        return  # folders above it are made
+    (tmp_path / "taken").write_bytes(b"")
+    assert run_command(words(command, option, tmp_path / name), windows={}) == 1
+    assert "cannot be" in capsys.readouterr().err
+    assert [one.name for one in tmp_path.iterdir()] == ["taken"]
+
+
+@pytest.mark.parametrize(("flag", "names"), [([], ["controllers.csv"]), ([], ["controllers.html"])])
+def test_files_of_an_earlier_comparison_are_not_replaced(flag, names, tmp_path, capsys):
+    for name in names:
+        (tmp_path / name).write_bytes(b"precious")
+    assert run_command([*words("compare", "--output", tmp_path), *flag], windows={}) == 1
+    assert f"{tmp_path / names[0]}: the file already exists" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("ending", ["csv", "json", "html", "parquet"])
+def test_a_report_that_exists_is_not_replaced(ending, tmp_path, capsys):
+    (tmp_path / f"map-cost.{ending}").write_bytes(b"precious")
+    assert run_command(words("study", "--output", tmp_path), windows={}) == 1
+    assert f"map-cost.{ending}: the file already exists" in capsys.readouterr().err
+    assert (tmp_path / f"map-cost.{ending}").read_bytes() == b"precious"
+
+
+def test_two_outputs_of_one_name_are_refused(tmp_path, capsys):
+    path = tmp_path / "out.csv"
+    assert (
+        run_command(["listen", "in.csv", "--weight", "1", "-o", str(path), "--save-calibration", str(path)], windows={})
+        == 2
+    )
+    assert "two outputs have the same name" in capsys.readouterr().err
