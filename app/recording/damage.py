@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left, bisect_right
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
-from itertools import pairwise
+
+import numpy as np
+
+from app.core.arrays import IntArray
 
 
 class DamageKind(StrEnum):
@@ -81,70 +85,86 @@ def damage_text(damage: RecordingDamage, tick_seconds: float) -> str:
 
 @dataclass(frozen=True)
 class Hole:
-    """Where bytes could not be read: after a message of tick ``before`` (None: none yet), before one of ``after``."""
+    """Bytes that could not be read: after a message of tick ``before`` (None: none yet), before one of ``after``."""
 
     before: int | None
     after: int | None
 
 
 def find_losses(
-    numbers: Sequence[tuple[int, int]], holes: Sequence[Hole], at_end: int, kind: DamageKind
+    numbers: IntArray, ticks: IntArray, holes: Sequence[Hole], at_end: int, kind: DamageKind
 ) -> list[RecordingDamage]:
-    """What is missing of a topic's messages by their running numbers.
+    """Return the gaps in the running numbers of a topic's messages.
 
     Args:
-        numbers: (number, tick) of each that is there, sorted.
-        holes: Where bytes could not be read.
-        at_end: How many are missing behind the last, see ``lost_at_end``.
-        kind: What to call it.
+        numbers: (n,) running numbers of the messages, rising.
+        ticks: (n,) their ticks.
+        holes: Bytes that could not be read, in the order of the file; neither their ``before`` nor ``after`` falls.
+        at_end: Number of messages missing after the last, see ``lost_at_end``.
+        kind: The kind of damage.
     """
+    spans = _Spans(holes)
+    counts = np.diff(numbers, prepend=-1) - 1
     found = []
-    end = (numbers[-1][0] if numbers else -1) + at_end + 1
-    for (number, tick), (following, then) in pairwise([(-1, None), *numbers, (end, None)]):
-        if (count := following - number - 1) > 0:
-            first, last = _span(tick, then, holes)
-            found.append(RecordingDamage(kind, count, first, last))
+    for place in np.flatnonzero(counts > 0).tolist():
+        first, last = spans.between(int(ticks[place - 1]) if place else None, int(ticks[place]))
+        found.append(RecordingDamage(kind, int(counts[place]), first, last))
+    if at_end:
+        found.append(RecordingDamage(kind, at_end, *spans.between(int(ticks[-1]) if len(ticks) else None, None)))
     return found
 
 
-def lost_at_end(numbers: Sequence[int], written: int | None) -> int:
-    """How many messages of a topic are missing behind the last that is there.
+def lost_at_end(numbers: IntArray, written: int | None) -> int:
+    """Return the number of messages of a topic that are missing after the last one read.
 
     Args:
-        numbers: Running numbers of all that were read, also of those that occur again.
-        written: How many the file says it was given; None where it does not say so any more.
+        numbers: (n,) running numbers of all messages that were read, including repeated ones.
+        written: Number of messages that were written according to the file; None where that is lost.
     """
-    between = max(numbers, default=-1) + 1 - len(set(numbers))
-    return 0 if written is None else max(written - len(numbers) - between, 0)
+    if written is None:
+        return 0
+    between = int(numbers.max(initial=-1)) + 1 - len(np.unique(numbers))
+    return max(written - len(numbers) - between, 0)
 
 
-def _span(first: int | None, last: int | None, holes: Sequence[Hole]) -> tuple[int, int | None]:
-    """Ticks between which messages were lost: those of the holes between their neighbours, if there are any."""
-    low = 0 if first is None else first
-    inside = [
-        hole
-        for hole in holes
-        if (hole.after is None or hole.after >= low) and (last is None or hole.before is None or hole.before <= last)
-    ]
-    if not inside:
-        return low, last
-    starts = [low if hole.before is None else max(hole.before, low) for hole in inside]
-    ends = [last if hole.after is None else hole.after if last is None else min(hole.after, last) for hole in inside]
-    return min(starts), None if None in ends else max(end for end in ends if end is not None)
+class _Spans:
+    """Finds the ticks between which messages were lost, in logarithmic time: a file may have many holes and losses."""
+
+    def __init__(self, holes: Sequence[Hole]) -> None:
+        self._before = [-1 if hole.before is None else hole.before for hole in holes]
+        self._after = [_NEVER if hole.after is None else hole.after for hole in holes]
+
+    def between(self, first: int | None, last: int | None) -> tuple[int, int | None]:
+        """Return the ticks of the holes between two neighbouring messages, if there are any; otherwise theirs."""
+        low = 0 if first is None else first
+        begin = bisect_left(self._after, low)
+        end = len(self._before) if last is None else bisect_right(self._before, last)
+        if begin >= end:
+            return low, last
+        until = self._after[end - 1]
+        if last is not None:
+            until = min(until, last)
+        return max(self._before[begin], low), None if until == _NEVER else until
 
 
-def find_lost_frames(numbers: Sequence[tuple[int, int]], at_end: int) -> list[RecordingDamage]:
-    """Frames that are not there: one was written each tick, so their ticks are known.
+_NEVER = 2**63
+"""Tick of the message that follows a hole at the end of the file."""
+
+
+def find_lost_frames(numbers: IntArray, ticks: IntArray, at_end: int) -> list[RecordingDamage]:
+    """Return the missing frames: one was written each tick, so their ticks are known.
 
     Args:
-        numbers: (number, tick) of each that is there, sorted by tick, no tick twice.
-        at_end: How many are missing behind the last, see ``lost_at_end``.
+        numbers: (n,) running numbers of the frames.
+        ticks: (n,) their ticks, rising.
+        at_end: Number of frames missing after the last, see ``lost_at_end``.
     """
-    spans = [(before + 1, after - 1) for (_, before), (_, after) in pairwise(numbers) if after - before > 1]
-    if numbers:
-        (first, start), (_, end) = numbers[0], numbers[-1]
-        if first > 0:
-            spans.insert(0, (max(start - first, 0), start - 1))
+    gaps = np.flatnonzero(np.diff(ticks) > 1).tolist()
+    spans = [(int(ticks[gap]) + 1, int(ticks[gap + 1]) - 1) for gap in gaps]
+    if len(ticks):
+        start, end = int(ticks[0]), int(ticks[-1])
+        if numbers[0] > 0:
+            spans.insert(0, (max(start - int(numbers[0]), 0), start - 1))
         if at_end:
             spans.append((end + 1, end + at_end))
     return [RecordingDamage(DamageKind.FRAMES_MISSING, end - start + 1, start, end) for start, end in spans]

@@ -6,17 +6,18 @@ import io
 import os
 import struct
 import zlib
+from bisect import bisect_right
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
+from itertools import islice
 from pathlib import Path
-from typing import BinaryIO
+from typing import BinaryIO, NamedTuple, TypeVar
 
 import zstandard
 from mcap.data_stream import ReadDataStream
 from mcap.exceptions import McapError
 from mcap.opcode import Opcode
 from mcap.records import Attachment, Channel, Chunk, DataEnd, Footer, Message, Metadata, Statistics
-from mcap.stream_reader import breakup_chunk
 from mcap.writer import Writer
 
 from app.core.errors import RecordingError
@@ -36,8 +37,20 @@ _NUMBERED_TOPICS = tuple(topic for topic in TOPICS if topic != "/mark")
 """Whose channels have the numbers 1, 2, ... in every file; that of marks is known by its record alone."""
 NO_SPACE = "Free space or choose another folder; what was written so far can be read with recover"
 """What to do when a file takes no more bytes."""
-MAX_CHUNK = 256_000_000
-MAX_RECORD = 1_500_000_000
+CHANGED = "the recording was changed since it was opened"
+REOPEN = "Open it again; do not change or move a recording while it is open"
+MAX_CHUNK = 128_000_000
+"""Bytes of a chunk, packed and unpacked. This program writes chunks of about a megabyte; the largest contain the
+surfaces of a robot for viewers."""
+MAX_RECORD = 500_000_000
+"""Bytes of any other record."""
+MAX_CHUNK_RECORDS = 200_000
+"""Records in a chunk."""
+_UNPACKED_BASE, _UNPACKED_RATIO = 2_000_000_000, 1000
+"""All chunks together unpack to at most this many bytes, plus this many for each byte of the file. Idle skin of 10,000
+taxels packs to about 1 : 400."""
+_MESSAGES_BASE, _BYTES_PER_MESSAGE = 20_000, 32
+"""A file has at most this many messages, plus one for each 32 bytes. The writer spends 16 bytes of index on each."""
 _DAMAGE = (
     McapError,
     zstandard.ZstdError,
@@ -101,42 +114,109 @@ def add_viewer_channels(writer: Writer, schemas: Mapping[str, Schema]) -> Mappin
     return {topic: writer.register_channel(topic, ENCODING, numbers[schema]) for topic, schema in schemas.items()}
 
 
+class ChunkPlace(NamedTuple):
+    """Location of a chunk record in the file: offset and length of its body, and the checksum of its messages."""
+
+    offset: int
+    length: int
+    checksum: int
+
+
 @dataclass
 class RecordingContents:
-    """The records of one file. Mutable only while it is being read.
+    """The records of one file, except the chunks, which are read from the file on demand. Mutable while it is read.
 
     Attributes:
+        path: The file.
         attachments: Data by name; each matches its checksum.
-        metadata: Of this program; empty when the file has none.
+        metadata: Metadata of this program; empty when the file has none.
         channels: Topic by channel id.
-        chunks: Compressed, in order; each holds messages. None where one was and cannot be read.
-        written: How many messages each channel was given, as the file's end says; empty where that is lost.
-        complete: Whether the file ends as it should.
+        chunks: Locations of the chunks, in order; None for a chunk that cannot be located or parsed.
+        written: Number of messages written on each channel, from the end of the file; empty where that is lost.
+        complete: Whether the end of the file is intact.
         checksum_fails: Whether the data or the summary does not match its checksum.
     """
 
+    path: Path
     attachments: dict[str, bytes] = field(default_factory=dict)
     metadata: dict[str, str] = field(default_factory=dict)
     channels: dict[int, str] = field(default_factory=lambda: dict(enumerate(_NUMBERED_TOPICS, start=1)))
-    chunks: list[Chunk | None] = field(default_factory=list)
+    chunks: list[ChunkPlace | None] = field(default_factory=list)
     written: dict[int, int] = field(default_factory=dict)
     complete: bool = False
     checksum_fails: bool = False
 
+    def chunk(self, number: int) -> Chunk | None:
+        """Return a chunk as stored; None where it cannot be parsed.
+
+        Raises:
+            RecordingError: The file cannot be opened, or was changed since ``read_recording``.
+        """
+        with open_regular_file(self.path, error=RecordingError) as stream:
+            return self._read_chunk(stream, number)
+
+    def messages(self, number: int) -> list[tuple[str, Message]] | None:
+        """Return topic and message of everything in a chunk; None where it cannot be read.
+
+        Raises:
+            RecordingError: As ``chunk``, or the chunk holds too many records.
+        """
+        return chunk_messages(self.chunk(number), self.channels, file=self.path)
+
+    def all_messages(self) -> Iterator[list[tuple[str, Message]] | None]:
+        """Yield ``messages`` of each chunk in order, one chunk in memory at a time.
+
+        Raises:
+            RecordingError: As ``messages``, or the file holds more messages than its size allows.
+        """
+        total = 0
+        with open_regular_file(self.path, error=RecordingError) as stream:
+            most = _MESSAGES_BASE + os.fstat(stream.fileno()).st_size // _BYTES_PER_MESSAGE
+            for number in range(len(self.chunks)):
+                messages = chunk_messages(self._read_chunk(stream, number), self.channels, file=self.path)
+                total += len(messages or ())
+                if total > most:
+                    raise RecordingError(
+                        "the recording holds more messages than its size allows", file=self.path,
+                        place=f"chunk {number}", value=total, remedy=f"The most for a file of this size is {most}",
+                    )  # fmt: skip
+                yield messages
+
+    def _read_chunk(self, stream: BinaryIO, number: int) -> Chunk | None:
+        place = self.chunks[number]
+        if place is None:
+            return None
+        stream.seek(place.offset)
+        chunk = _parsed(Chunk.read, stream.read(place.length))
+        if chunk is None or chunk.uncompressed_crc != place.checksum:
+            raise RecordingError(CHANGED, file=self.path, remedy=REOPEN)
+        return chunk
+
 
 def read_recording(path: str | Path) -> RecordingContents:
-    """Read all there is. Where a record cannot be read, go on at the next chunk that the file's index knows.
+    """Read everything but the chunks, of which only the locations are kept.
+
+    After a record that cannot be read, reading continues at the next chunk in the file's index.
 
     Raises:
-        RecordingError: The file cannot be opened, is not MCAP at all, its messages are of another format, or an
-            attachment does not match its checksum.
+        RecordingError: The file cannot be opened, is not MCAP at all, its messages are of another format, an
+            attachment does not match its checksum, or its chunks claim an implausible size.
     """
-    path, contents = Path(path), RecordingContents()
+    path = Path(path)
+    contents = RecordingContents(path)
+    unpacked = 0
     with open_regular_file(path, error=RecordingError) as stream:
         if stream.read(len(_MAGIC)) != _MAGIC:
             raise RecordingError("this is not a recording", file=path, remedy="Recordings are .mcap files")
-        for record in _Records(stream, os.fstat(stream.fileno()).st_size):
-            _collect(record, contents, path)
+        size = os.fstat(stream.fileno()).st_size
+        most = _UNPACKED_BASE + _UNPACKED_RATIO * size
+        for record in _Records(stream, size):
+            unpacked += _collect(record, contents)
+            if unpacked > most:
+                remedy = f"The most for a file of this size is {most} bytes"
+                raise RecordingError("the recording would unpack to an implausible size", file=path,
+                                     place=f"chunk {len(contents.chunks) - 1}", value=f"{unpacked} bytes",
+                                     remedy=remedy)  # fmt: skip
     found = contents.metadata.get("format", FORMAT)
     if found != FORMAT:
         remedy = f"This program reads format {FORMAT}; replay it with the version that made it"
@@ -146,37 +226,42 @@ def read_recording(path: str | Path) -> RecordingContents:
 
 @dataclass(frozen=True)
 class _Record:
-    """One record as it stands in the file.
+    """One record as stored in the file.
 
     Attributes:
         opcode: Its kind.
         body: Its bytes.
+        offset: Location of the body in the file.
         checksum: CRC-32 of the bytes before it in its section: the data up to their end, then the summary.
     """
 
     opcode: int
     body: bytes
+    offset: int
     checksum: int
 
 
 _FRAMING = struct.Struct("<BQ")
 """Opcode and length of a record, https://mcap.dev/spec."""
 _END = 0
-"""Stands for the magic bytes after the last record; no record has this opcode."""
+"""Denotes the magic bytes after the last record; no record has this opcode."""
 _FOOTER_BYTES = _FRAMING.size + 20 + len(_MAGIC)
 _CHUNK_INDEX_OFFSET = struct.Struct("<QQQ")
-"""Of a chunk index: the first and the last time in the chunk, and where it stands."""
+"""Start of a chunk index: the first and the last time in the chunk, and the chunk's offset."""
+_MESSAGE_HEAD = struct.Struct("<HIQQ")
+"""Start of a message: channel, running number, log time and publish time."""
 
 
 class _Records:
-    """The records of a stream that stands behind the file's first eight bytes, each as far as it can be read.
+    """Iterates over the records of a stream positioned after the file's first eight bytes, as far as it can be read.
 
-    A record whose length cannot be, and all behind it up to the next chunk of the index, is one unreadable chunk: None.
-    The MCAP library's own reader stops there, and checks no attachment's checksum.
+    A record with an invalid length, and everything after it up to the next chunk of the index, is reported as one
+    unreadable chunk: None. The MCAP library's own reader stops there, and does not check the checksums of attachments.
     """
 
     def __init__(self, stream: BinaryIO, size: int) -> None:
         self._stream, self._size = stream, size
+        self._offsets: list[int] | None = None  # read when first needed: an intact file never needs it
 
     def __iter__(self) -> Iterator[_Record | None]:
         at, checksum = len(_MAGIC), zlib.crc32(_MAGIC)
@@ -185,53 +270,69 @@ class _Records:
             if len(head) < _FRAMING.size:
                 return
             opcode, length = _FRAMING.unpack(head)
-            if not 0 < opcode <= Opcode.DATA_END or length > min(MAX_RECORD, self._size - at - len(head)):
-                following = [offset for offset in self._chunk_offsets() if offset > at]
-                if not following:
+            most = MAX_CHUNK if opcode == Opcode.CHUNK else MAX_RECORD
+            if not 0 < opcode <= Opcode.DATA_END or length > min(most, self._size - at - len(head)):
+                offsets = self._chunk_offsets()
+                following = bisect_right(offsets, at)
+                if following == len(offsets):
                     return
                 yield None
-                at = min(following)
+                at = offsets[following]
                 self._stream.seek(at)
                 continue
             body = self._stream.read(length)
-            yield _Record(opcode, body, checksum)
+            yield _Record(opcode, body, at + len(head), checksum)
             checksum = 0 if opcode == Opcode.DATA_END else zlib.crc32(body, zlib.crc32(head, checksum))
             at += len(head) + length
-            if opcode == Opcode.FOOTER and self._stream.read() == _MAGIC:
-                yield _Record(_END, b"", 0)
+            if opcode == Opcode.FOOTER and self._stream.read(len(_MAGIC) + 1) == _MAGIC:
+                yield _Record(_END, b"", at, 0)
             if opcode == Opcode.FOOTER:
                 return
 
     def _chunk_offsets(self) -> list[int]:
-        """Where chunks begin, by the index at the file's end; nothing where that is not whole."""
-        back = self._stream.tell()
-        try:
-            self._stream.seek(max(self._size - _FOOTER_BYTES, 0))
-            end = self._stream.read(_FOOTER_BYTES)
-            if len(end) < _FOOTER_BYTES or not end.endswith(_MAGIC) or end[0] != Opcode.FOOTER:
-                return []
-            footer = Footer.read(ReadDataStream(io.BytesIO(end[_FRAMING.size :])))
-            length = self._size - _FOOTER_BYTES - footer.summary_start
-            if not 0 < length <= MAX_RECORD:
-                return []
-            self._stream.seek(footer.summary_start)
-            summary = self._stream.read(length)
-            if zlib.crc32(summary + end[: _FRAMING.size + 16]) != footer.summary_crc:
-                return []
-            return list(_indexed_chunks(summary))
-        finally:
+        """Sorted offsets of the chunks in the index at the file's end; empty where that is not intact."""
+        if self._offsets is None:
+            back = self._stream.tell()
+            self._offsets = sorted(set(self._indexed_chunks()))
             self._stream.seek(back)
+        return self._offsets
+
+    def _indexed_chunks(self) -> list[int]:
+        self._stream.seek(max(self._size - _FOOTER_BYTES, 0))
+        end = self._stream.read(_FOOTER_BYTES)
+        if len(end) < _FOOTER_BYTES or not end.endswith(_MAGIC) or end[0] != Opcode.FOOTER:
+            return []
+        footer = Footer.read(ReadDataStream(io.BytesIO(end[_FRAMING.size :])))
+        length = self._size - _FOOTER_BYTES - footer.summary_start
+        if not 0 < length <= MAX_RECORD:
+            return []
+        self._stream.seek(footer.summary_start)
+        summary = self._stream.read(length)
+        if zlib.crc32(summary + end[: _FRAMING.size + 16]) != footer.summary_crc:
+            return []
+        return [
+            _CHUNK_INDEX_OFFSET.unpack_from(summary, start)[2]
+            for opcode, start, end_ in _split(summary)
+            if opcode == Opcode.CHUNK_INDEX and end_ - start >= _CHUNK_INDEX_OFFSET.size
+        ]
 
 
-def _indexed_chunks(summary: bytes) -> Iterator[int]:
-    """Offsets of chunks in a summary section that matches its checksum."""
+def _split(data: bytes) -> Iterator[tuple[int, int, int]]:
+    """Yield opcode, start and end of the body of each record in a sequence of records.
+
+    Raises:
+        ValueError: A record ends behind the data.
+    """
     at = 0
-    while at + _FRAMING.size <= len(summary):
-        opcode, length = _FRAMING.unpack_from(summary, at)
-        at += _FRAMING.size
-        if opcode == Opcode.CHUNK_INDEX:
-            yield _CHUNK_INDEX_OFFSET.unpack_from(summary, at)[2]
-        at += length
+    while at < len(data):
+        if at + _FRAMING.size > len(data):
+            raise ValueError("a record is cut off")
+        opcode, length = _FRAMING.unpack_from(data, at)
+        start = at + _FRAMING.size
+        at = start + length
+        if at > len(data):
+            raise ValueError("a record is cut off")
+        yield opcode, start, at
 
 
 _KINDS: Mapping[int, Callable[[ReadDataStream], object]] = {
@@ -243,32 +344,41 @@ _KINDS: Mapping[int, Callable[[ReadDataStream], object]] = {
     Opcode.METADATA: Metadata.read,
     Opcode.STATISTICS: Statistics.read,
 }
+_R = TypeVar("_R")
 
 
-def _collect(found: _Record | None, contents: RecordingContents, file: Path) -> None:
-    """Keep what is ours of a record."""
+def _parsed(read: Callable[[ReadDataStream], _R], body: bytes) -> _R | None:
+    """Parse the body of a record; None where it is damaged."""
+    try:
+        return read(ReadDataStream(io.BytesIO(body)))
+    except _DAMAGE:
+        return None
+
+
+def _collect(found: _Record | None, contents: RecordingContents) -> int:
+    """Keep the relevant part of a record; return the number of bytes that it claims to unpack to."""
     if found is None:
         contents.chunks.append(None)
-        return
+        return 0
     contents.complete |= found.opcode == _END
     if found.opcode not in _KINDS:
-        return
-    try:
-        record = _KINDS[found.opcode](ReadDataStream(io.BytesIO(found.body)))
-    except _DAMAGE:
-        record = None
+        return 0
+    record = _parsed(_KINDS[found.opcode], found.body)
     if isinstance(record, Attachment):
         if zlib.crc32(found.body[:-4]) != int.from_bytes(found.body[-4:], "little"):
             problem = "an attachment of the recording does not match its checksum"
-            raise RecordingError(problem, file=file, place=record.name, remedy=_UNSURE)
+            raise RecordingError(problem, file=contents.path, place=record.name, remedy=_UNSURE)
         contents.attachments[record.name] = record.data
     elif isinstance(record, Metadata):
         if record.name == _METADATA:
             contents.metadata = dict(record.metadata)
     elif isinstance(record, Channel):
         contents.channels[record.id] = record.topic
-    elif isinstance(record, Chunk) or found.opcode == Opcode.CHUNK:
-        contents.chunks.append(record if isinstance(record, Chunk) else None)
+    elif isinstance(record, Chunk):
+        contents.chunks.append(ChunkPlace(found.offset, len(found.body), record.uncompressed_crc))
+        return min(record.uncompressed_size, MAX_CHUNK)  # a chunk that claims more is not unpacked
+    elif found.opcode == Opcode.CHUNK:
+        contents.chunks.append(None)
     elif isinstance(record, Statistics):
         contents.written = dict(record.channel_message_counts)
     elif isinstance(record, DataEnd):
@@ -276,32 +386,60 @@ def _collect(found: _Record | None, contents: RecordingContents, file: Path) -> 
     elif isinstance(record, Footer):
         whole = _FRAMING.pack(found.opcode, len(found.body)) + found.body[:16]
         contents.checksum_fails |= record.summary_crc not in (0, zlib.crc32(whole, found.checksum))
+    return 0
 
 
-def chunk_messages(chunk: Chunk | None, channels: dict[int, str]) -> list[tuple[str, Message]] | None:
-    """Topic and message of everything in a chunk; channels it declares are learnt. None where it cannot be read."""
-    if chunk is None or not _is_sane(chunk):
+def chunk_messages(
+    chunk: Chunk | None, channels: dict[int, str], *, file: Path | None = None
+) -> list[tuple[str, Message]] | None:
+    """Return topic and message of everything in a chunk; None where it cannot be read.
+
+    Args:
+        chunk: The chunk as stored.
+        channels: Topic by channel id; channels that the chunk declares are added.
+        file: The recording, for errors.
+
+    Raises:
+        RecordingError: The chunk holds more than ``MAX_CHUNK_RECORDS`` records.
+    """
+    if chunk is None or (data := _unpacked(chunk)) is None:
         return None
     try:
-        records = breakup_chunk(chunk, validate_crc=True)
+        records = list(islice(_split(data), MAX_CHUNK_RECORDS + 1))
+        if len(records) > MAX_CHUNK_RECORDS:
+            raise RecordingError(
+                "a chunk of the recording holds too many messages", file=file, value=f"more than {MAX_CHUNK_RECORDS}",
+                remedy=f"The most is {MAX_CHUNK_RECORDS}",
+            )  # fmt: skip
+        found = []
+        for opcode, start, end in records:
+            if opcode == Opcode.CHANNEL:
+                channel = Channel.read(ReadDataStream(io.BytesIO(data[start:end])))
+                channels[channel.id] = channel.topic
+            elif opcode == Opcode.MESSAGE:
+                if end - start < _MESSAGE_HEAD.size:
+                    return None
+                channel_id, sequence, logged, published = _MESSAGE_HEAD.unpack_from(data, start)
+                body = data[start + _MESSAGE_HEAD.size : end]
+                found.append((channels.get(channel_id, ""), Message(channel_id, logged, body, published, sequence)))
     except _DAMAGE:
         return None
-    found = []
-    for record in records:
-        if isinstance(record, Channel):
-            channels[record.id] = record.topic
-        elif isinstance(record, Message):
-            found.append((channels.get(record.channel_id, ""), record))
     return found
 
 
-def _is_sane(chunk: Chunk) -> bool:
-    """Whether its content can be checked, and unpacking it takes a bounded amount of memory."""
-    if not chunk.uncompressed_crc or chunk.uncompressed_size > MAX_CHUNK or chunk.compression not in ("", "zstd"):
-        return False
-    if chunk.compression == "zstd":
-        try:
-            return int(zstandard.frame_content_size(chunk.data)) <= MAX_CHUNK
-        except zstandard.ZstdError:
-            return False
-    return True
+def _unpacked(chunk: Chunk) -> bytes | None:
+    """Return the records of a chunk; None where they would not fit the chunk's own statements or ``MAX_CHUNK``."""
+    size = chunk.uncompressed_size
+    if not chunk.uncompressed_crc or size > MAX_CHUNK:
+        return None
+    data = chunk.data
+    try:
+        if chunk.compression == "zstd":
+            if zstandard.frame_content_size(data) not in (-1, size):
+                return None
+            data = zstandard.decompress(data, size)
+        elif chunk.compression:
+            return None
+    except _DAMAGE:
+        return None
+    return data if len(data) == size and zlib.crc32(data) == chunk.uncompressed_crc else None

@@ -6,11 +6,15 @@ out of order shows in them, whatever became of the file.
 
 from __future__ import annotations
 
+from array import array
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Generic, NamedTuple, TypeVar
 
+import numpy as np
+
 from app.contacts.events import ContactEvent
+from app.core.arrays import IntArray
 from app.core.codec import dump_json, load_json
 from app.core.errors import RecordingError, SimulationError
 from app.core.progress import Progress, no_progress
@@ -30,21 +34,37 @@ _CHUNKS_A_STEP = 50
 _T = TypeVar("_T")
 
 
-class FramePlace(NamedTuple):
-    """Where a frame stands: its running number, its tick, the number of its chunk and its place among the messages."""
+@dataclass(frozen=True, eq=False)
+class FramePlaces:
+    """Frames of a recording by tick, none twice; as arrays, since there may be millions.
 
-    number: int
-    tick: int
-    chunk: int
-    place: int
+    Attributes:
+        numbers: (n,) running numbers.
+        ticks: (n,) rising.
+        chunks: (n,) number of the chunk that holds each frame.
+        places: (n,) index of each frame among the messages of its chunk.
+    """
+
+    numbers: IntArray
+    ticks: IntArray
+    chunks: IntArray
+    places: IntArray
+
+    def __len__(self) -> int:
+        return len(self.ticks)
+
+    def within(self, first: int, last: int) -> FramePlaces:
+        """Return the frames with ticks from ``first`` to ``last``, both included."""
+        chosen = slice(*np.searchsorted(self.ticks, (first, last + 1)).tolist())
+        return FramePlaces(self.numbers[chosen], self.ticks[chosen], self.chunks[chosen], self.places[chosen])
 
 
 @dataclass(frozen=True)
 class RecordedMessages:
-    """What a recording says.
+    """The messages of a recording.
 
     Attributes:
-        frames: By tick, none twice.
+        frames: Locations of the frames.
         inputs: (tick, input), in the order they were given.
         events: Oldest first.
         marks: Set while it was recorded, in that order.
@@ -52,7 +72,7 @@ class RecordedMessages:
         damage: What is missing, repeated or out of order.
     """
 
-    frames: list[FramePlace]
+    frames: FramePlaces
     inputs: list[tuple[int, SessionInput]]
     events: list[ContactEvent]
     marks: tuple[Mark, ...]
@@ -80,22 +100,29 @@ def read_messages(
     Raises:
         RecordingError: A message matches its checksum and is still none of ours.
     """
-    frames: list[FramePlace] = []
+    found = array("q")  # number, tick, chunk and place of each frame: 32 bytes each where tuples take 200
     inputs: list[_Numbered[tuple[int, SessionInput]]] = []
     events: list[_Numbered[ContactEvent]] = []
     marks: list[Mark] = []
-    failure, holes = None, []
-    for number, chunk in enumerate(contents.chunks):
+    failure = None
+    unreadable = 0
+    holes: list[Hole] = []
+    latest, open_hole = None, False
+    for number, messages in enumerate(contents.all_messages()):
         if number % _CHUNKS_A_STEP == 0:
             progress("Reading the recording", number / len(contents.chunks))
-        messages = mcap_file.chunk_messages(chunk, contents.channels)
         if messages is None:
-            holes.append(Hole(frames[-1].tick if frames else None, None))
+            unreadable += 1
+            open_hole = True
             continue
         for place, (topic, message) in enumerate(messages):
             if topic == "/frame":
-                frames.append(FramePlace(message.sequence, tick_of(message.data, file=file), number, place))
-                holes = [hole if hole.after is not None else replace(hole, after=frames[-1].tick) for hole in holes]
+                tick = tick_of(message.data, file=file)
+                found.extend((message.sequence, tick, number, place))
+                after = tick if latest is None else max(latest, tick)
+                if open_hole:  # several in a row are one
+                    holes.append(Hole(latest, after))
+                latest, open_hole = after, False
             elif topic == "/input":
                 item = decode_input(message.data, prepared.map, file=file)
                 inputs.append(_Numbered(message.sequence, item[0], item))
@@ -106,51 +133,59 @@ def read_messages(
                 marks.append(decode_mark(message.data, file=file))
             elif topic == "/failure":
                 failure = decode_failure(message.data, file=file)
+    if open_hole:
+        holes.append(Hole(latest, None))
     written = {topic: contents.written.get(channel) for channel, topic in contents.channels.items()}
-    kept, damage = _in_order(frames)
-    at_end = lost_at_end([frame.number for frame in frames], written.get("/frame"))
-    numbered = [(frame.number, frame.tick) for frame in kept]
+    rows = np.array(found, dtype=np.int64).reshape(-1, 4)
+    frames, damage = _in_order(rows)
+    at_end = lost_at_end(rows[:, 0], written.get("/frame"))
     if mcap_file.MEASURED in contents.metadata:  # readings come when they come: only their numbers tell what is gone
-        damage += find_losses(numbered, holes, at_end, DamageKind.FRAMES_MISSING)
+        damage += find_losses(frames.numbers, frames.ticks, holes, at_end, DamageKind.FRAMES_MISSING)
     else:
-        damage += find_lost_frames(numbered, at_end)
+        damage += find_lost_frames(frames.numbers, frames.ticks, at_end)
     acts, more = _numbered(inputs, holes, written.get("/input"), DamageKind.INPUTS_MISSING, DamageKind.INPUTS_REPEATED)
     told, most = _numbered(events, holes, written.get("/event"), DamageKind.EVENTS_MISSING, DamageKind.EVENTS_REPEATED)
-    damage = [*_damage_of_file(contents, len(holes), kept), *damage, *more, *most, *_told_damage(contents, file)]
+    damage = [*_damage_of_file(contents, unreadable, frames), *damage, *more, *most, *_told_damage(contents, file)]
     ordered = sorted(set(damage), key=lambda one: (-1 if one.first is None else one.first, one.kind))
     if contents.checksum_fails and not ordered:
         ordered = [RecordingDamage(DamageKind.CHECKSUM)]
-    return RecordedMessages(kept, acts, told, tuple(marks), failure, tuple(ordered))
+    return RecordedMessages(frames, acts, told, tuple(marks), failure, tuple(ordered))
 
 
 def _damage_of_file(
-    contents: mcap_file.RecordingContents, unreadable: int, frames: Sequence[FramePlace]
+    contents: mcap_file.RecordingContents, unreadable: int, frames: FramePlaces
 ) -> list[RecordingDamage]:
     found = []
     if unreadable:
         found.append(RecordingDamage(DamageKind.UNREADABLE_CHUNK, unreadable))
     if not contents.complete:
-        found.append(RecordingDamage(DamageKind.CUT_OFF, None, frames[-1].tick + 1 if frames else None))
+        end = int(frames.ticks[-1]) + 1 if len(frames) else None
+        found.append(RecordingDamage(DamageKind.CUT_OFF, None, end))
     return found
 
 
-def _in_order(frames: list[FramePlace]) -> tuple[list[FramePlace], list[RecordingDamage]]:
-    """Frames by tick, none twice."""
-    found, latest, repeated, late = dict[int, FramePlace](), -1, [], []
-    for frame in frames:
-        if frame.tick in found:
-            repeated.append(frame.tick)
-            continue
-        found[frame.tick] = frame
-        if frame.tick < latest:
-            late.append(frame.tick)
-        latest = max(latest, frame.tick)
+def _in_order(rows: IntArray) -> tuple[FramePlaces, list[RecordingDamage]]:
+    """Sort frames by tick, the first of each.
+
+    Args:
+        rows: (n, 4) number, tick, chunk and place, in the order of the file.
+    """
+    ticks = rows[:, 1]
+    _, first = np.unique(ticks, return_index=True)
+    again = np.ones(len(ticks), dtype=bool)
+    again[first] = False
+    late = ~again
+    late[1:] &= ticks[1:] < np.maximum.accumulate(ticks)[:-1]
+    late[:1] = False
     damage = [
-        RecordingDamage(kind, len(ticks), min(ticks), max(ticks))
-        for kind, ticks in ((DamageKind.FRAMES_REPEATED, repeated), (DamageKind.FRAMES_OUT_OF_ORDER, late))
-        if ticks
+        RecordingDamage(kind, len(found), int(found.min()), int(found.max()))
+        for kind, found in (
+            (DamageKind.FRAMES_REPEATED, ticks[again]),
+            (DamageKind.FRAMES_OUT_OF_ORDER, ticks[late]),
+        )
+        if len(found)
     ]
-    return [found[tick] for tick in sorted(found)], damage
+    return FramePlaces(*rows[first].T), damage
 
 
 def _numbered(
@@ -164,8 +199,9 @@ def _numbered(
     found: dict[int, _Numbered[_T]] = {}
     twice = [message.tick for message in messages if found.setdefault(message.number, message) is not message]
     kept = [found[number] for number in sorted(found)]
-    at_end = lost_at_end([message.number for message in messages], written)
-    damage = find_losses([(message.number, message.tick) for message in kept], holes, at_end, missing)
+    at_end = lost_at_end(np.array([message.number for message in messages], dtype=np.int64), written)
+    numbers, ticks = np.array([(message.number, message.tick) for message in kept], dtype=np.int64).reshape(-1, 2).T
+    damage = find_losses(numbers, ticks, holes, at_end, missing)
     if twice:
         damage.append(RecordingDamage(repeated, len(twice), min(twice), max(twice)))
     return [message.content for message in kept], damage

@@ -9,7 +9,6 @@ from functools import cached_property, lru_cache
 from pathlib import Path
 
 import numpy as np
-from mcap.records import Message
 
 from app.contacts.events import RECENT_EVENTS
 from app.core.arrays import refreeze
@@ -26,9 +25,12 @@ from app.session.inputs import MapEdited, SessionInput
 from app.session.runtime_settings import CHANGES, RuntimeSettings, runtime_settings_at
 from app.tactile.poke import PokePressed, PokeReleased
 
+_CHUNKS_KEPT = 2
+"""Unpacked chunks in memory. Frames are usually read one after the other."""
+
 
 class RecordingPlayer:
-    """A recording, indexed. Frames are unpacked when asked for, so an hour of them needs no more memory than its file.
+    """A recording, indexed. Frames are read from the file on demand, so memory does not grow with its size.
 
     Args:
         path: The file; one that was cut off or damaged is read as far as it goes.
@@ -59,14 +61,14 @@ class RecordingPlayer:
         self.prepared = bundle.unpack_scene(contents.attachments, file=file)
         self._start = RuntimeSettings.of_scene(self.prepared)
         messages = read_messages(contents, self.prepared, file=file, progress=progress)
-        if not messages.frames:
+        if not len(messages.frames):
             raise RecordingError("the recording holds no frame", file=path, remedy=bundle.DAMAGED)
         self.inputs, self.events = messages.inputs, messages.events
         self.failure, self.damage = messages.failure, messages.damage
         self.recorded_annotations = annotations_in(contents.metadata, messages.marks, file=file)
-        self._places = [(frame.chunk, frame.place) for frame in messages.frames]
-        self.times = self.prepared.scene.tick * np.array([frame.tick for frame in messages.frames])
-        self._unpacked = lru_cache(maxsize=8)(self._unpack)
+        self._frames = messages.frames
+        self.times = self.prepared.scene.tick * messages.frames.ticks
+        self._unpacked = lru_cache(maxsize=_CHUNKS_KEPT)(self._unpack)
 
     @property
     def measured(self) -> str | None:
@@ -92,10 +94,10 @@ class RecordingPlayer:
         vars(self).update(state)
         for value in (self.prepared, self._start, self.inputs, self.times):
             refreeze(value)
-        self._unpacked = lru_cache(maxsize=8)(self._unpack)
+        self._unpacked = lru_cache(maxsize=_CHUNKS_KEPT)(self._unpack)
 
     def __len__(self) -> int:
-        return len(self._places)
+        return len(self._frames)
 
     def __iter__(self) -> Iterator[Frame]:
         """All frames in order, each unpacked when its turn comes."""
@@ -107,9 +109,13 @@ class RecordingPlayer:
         return float(self.times[-1] - self.times[0])
 
     def frame(self, number: int) -> Frame:
-        """Frame ``number``, from 0. Raises RecordingError when it is damaged; cost about 0.2 ms."""
-        chunk, place = self._places[number]
-        frame = decode_frame(self._unpacked(chunk)[place].data, self.prepared, file=str(self.path))
+        """Return frame ``number``, from 0. Cost: about 0.2 ms.
+
+        Raises:
+            RecordingError: It is damaged, or the file was removed or changed since it was opened.
+        """
+        chunk, place = int(self._frames.chunks[number]), int(self._frames.places[number])
+        frame = decode_frame(self._unpacked(chunk)[place], self.prepared, file=str(self.path))
         known = bisect_right(self.events, frame.tick, key=lambda event: event.tick)
         return (
             replace(frame, recent=tuple(self.events[max(known - RECENT_EVENTS, 0) : known][::-1])) if known else frame
@@ -184,9 +190,12 @@ class RecordingPlayer:
                 spans.append((min(max(start, 0.0), self.duration), min(max(end, 0.0), self.duration), damage))
         return spans
 
-    def _unpack(self, chunk: int) -> list[Message]:
-        contents = self._contents
-        return [message for _, message in mcap_file.chunk_messages(contents.chunks[chunk], contents.channels) or ()]
+    def _unpack(self, chunk: int) -> dict[int, bytes]:
+        """Frames of a chunk by their index among its messages."""
+        messages = self._contents.messages(chunk)
+        if messages is None:
+            raise RecordingError(mcap_file.CHANGED, file=self.path, remedy=mcap_file.REOPEN)
+        return {place: message.data for place, (topic, message) in enumerate(messages) if topic == "/frame"}
 
 
 def open_recording(path: str | Path) -> RecordingPlayer:

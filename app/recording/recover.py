@@ -49,7 +49,7 @@ def recover(source: str | Path, target: str | Path, *, overwrite: bool = False) 
     contents = mcap_file.read_recording(source)
     prepared = unpack_scene(contents.attachments, file=str(source))
     messages = read_messages(contents, prepared, file=str(source))
-    if not messages.frames:
+    if not len(messages.frames):
         raise RecordingError("nothing can be recovered: it has no complete frame", file=source, remedy=DAMAGED)
     with open_atomically(target, error=RecordingError, overwrite=overwrite) as stream:
         writer = Writer(stream, chunk_size=1_000_000, compression=CompressionType.ZSTD, enable_data_crcs=True)
@@ -66,8 +66,7 @@ def _write(
     shown = viewer_schemas(prepared)
     if not shown.keys().isdisjoint(contents.channels.values()):
         channels = {**channels, **mcap_file.add_viewer_channels(writer, shown)}
-    whole = (mcap_file.chunk_messages(chunk, contents.channels) for chunk in contents.chunks)
-    for topic, message in chain.from_iterable(filter(None, whole)):
+    for topic, message in chain.from_iterable(filter(None, contents.all_messages())):
         if topic in channels:
             writer.add_message(channels[topic], message.log_time, message.data, message.publish_time, message.sequence)
     writer.finish()

@@ -7,10 +7,11 @@ what is said of these ticks.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
 from mcap.records import Message
 from mcap.writer import CompressionType, Writer
 
@@ -21,7 +22,7 @@ from app.recording import mcap_file
 from app.recording.annotations import LabelledEpisode, annotations_entry, annotations_in, load_annotations
 from app.recording.damage import DamageKind, RecordingDamage
 from app.recording.encoding.viewer_messages import ROBOT_TOPIC, viewer_schemas
-from app.recording.messages import RecordedMessages, damage_entry, read_messages
+from app.recording.messages import FramePlaces, RecordedMessages, damage_entry, read_messages
 from app.recording.player import RecordingPlayer
 from app.session.bundle import unpack_scene
 from app.session.prepare import PreparedScene
@@ -39,11 +40,15 @@ class TrimResult:
         frames: How many.
         seconds: From the first to the last.
         file: The new file.
+        damage: What the source had lost that affects the part; the new file states the same.
+        tick: Time step of the scene [s].
     """
 
     frames: int
     seconds: float
     file: str
+    damage: tuple[RecordingDamage, ...] = ()
+    tick: float = 0.0
 
 
 def trim(
@@ -73,21 +78,21 @@ def trim(
     contents = mcap_file.read_recording(source)
     prepared = unpack_scene(contents.attachments, file=str(source))
     messages = read_messages(contents, prepared, file=str(source), progress=lambda text, done: progress(text, done / 2))
-    end = messages.frames[-1].tick if last is None and messages.frames else last
-    kept = [frame for frame in messages.frames if end is not None and first <= frame.tick <= end]
-    if not kept:
+    ticks = messages.frames.ticks
+    kept = messages.frames.within(first, int(ticks.max(initial=-1)) if last is None else last).ticks
+    if not len(kept):
         span = f"ticks {first} to {'the end' if last is None else last}"
-        has = f"It has ticks {messages.frames[0].tick} to {messages.frames[-1].tick}" if messages.frames else None
+        has = f"It has ticks {ticks[0]} to {ticks[-1]}" if len(ticks) else None
         raise RecordingError("the recording has no frame there", file=source, value=span, remedy=has)
+    begin, end = int(kept[0]), int(kept[-1])
     own = annotations_in(contents.metadata, messages.marks, file=str(source))
-    said = (load_annotations(source, of=contents.metadata.get(mcap_file.STARTED, "")) or own).within(
-        kept[0].tick, kept[-1].tick
-    )
-    part = _Part(contents, messages, prepared, kept[0].tick, kept[-1].tick)
+    said = (load_annotations(source, of=contents.metadata.get(mcap_file.STARTED, "")) or own).within(begin, end)
+    part = _Part(contents, messages, prepared, begin, end)
     with open_atomically(target, error=RecordingError, overwrite=overwrite) as stream:
         writer = Writer(stream, chunk_size=_CHUNK_BYTES, compression=CompressionType.ZSTD, enable_data_crcs=True)
         part.write(writer, annotations_entry(said), progress)
-    return TrimResult(len(kept), (kept[-1].tick - kept[0].tick) * prepared.scene.tick, str(target))
+    seconds = (end - begin) * prepared.scene.tick
+    return TrimResult(len(kept), seconds, str(target), part.damage, prepared.scene.tick)
 
 
 def check_apart(source: Path, target: Path) -> None:
@@ -112,38 +117,44 @@ class _Part:
         last: int,
     ) -> None:
         self._contents, self._prepared, self._first, self._last = contents, prepared, first, last
-        frames = [frame for frame in messages.frames if first <= frame.tick <= last]
-        self._frames = {(frame.chunk, frame.place): frame.tick for frame in frames}
-        self._number = min(frame.number for frame in frames)  # running numbers begin at 0, and keep their gaps
-        self._damage = tuple(one for one in messages.damage if _concerns(one, first, last))
-        self._to_end = last == messages.frames[-1].tick
-        start = frames[0]
-        message = mcap_file.chunk_messages(contents.chunks[start.chunk], contents.channels)
-        assert message is not None
-        self._start_time = message[start.place][1].log_time
+        frames = messages.frames.within(first, last)
+        self._number = int(frames.numbers.min())  # running numbers begin at 0, and keep their gaps
+        self.damage = tuple(one for one in messages.damage if _concerns(one, first, last))
+        self._to_end = last == messages.frames.ticks[-1]
+        self._frames = _by_chunk(frames)
+        start = contents.messages(int(frames.chunks[0]))
+        assert start is not None
+        self._start_time = start[int(frames.places[0])][1].log_time
         self._end_time = self._start_time + round(1e9 * (last - first) * prepared.scene.tick)
 
     def write(self, writer: Writer, entry: dict[str, str], progress: Progress) -> None:
         contents = self._contents
-        metadata = contents.metadata | damage_entry(self._damage) | entry
+        metadata = contents.metadata | damage_entry(self.damage) | entry
         channels = mcap_file.begin_recording(writer, metadata, contents.attachments)
         shown = viewer_schemas(self._prepared)
         if not shown.keys().isdisjoint(contents.channels.values()):
             channels = {**channels, **mcap_file.add_viewer_channels(writer, shown)}
-        for number, chunk in enumerate(contents.chunks):
+        for number, messages in enumerate(contents.all_messages()):
             if number % _CHUNKS_A_STEP == 0:
                 progress("Writing the part", 0.5 + 0.5 * number / len(contents.chunks))
-            for place, (topic, message) in enumerate(mcap_file.chunk_messages(chunk, contents.channels) or ()):
-                for time, sequence in self._as_kept(topic, message, (number, place)):
+            frames = self._frames(number)
+            for place, (topic, message) in enumerate(messages or ()):
+                for time, sequence in self._as_kept(topic, message, kept=place in frames):
                     if topic in channels:
                         writer.add_message(channels[topic], time, message.data, time, sequence)
         writer.finish()
 
-    def _as_kept(self, topic: str, message: Message, at: tuple[int, int]) -> Iterator[tuple[int, int]]:
-        """Time and running number of a message in the new file; nothing where it does not belong there."""
+    def _as_kept(self, topic: str, message: Message, *, kept: bool) -> Iterator[tuple[int, int]]:
+        """Yield time and running number of a message in the new file; nothing where it does not belong there.
+
+        Args:
+            topic: The topic.
+            message: The message.
+            kept: Whether it is one of the frames of the part.
+        """
         time, inside = message.log_time, self._start_time <= message.log_time <= self._end_time
         if topic == "/frame":
-            if at in self._frames:
+            if kept:
                 yield time, message.sequence - self._number
         elif topic == "/failure":
             if self._to_end:
@@ -157,10 +168,24 @@ class _Part:
             yield time, message.sequence
 
 
+def _by_chunk(frames: FramePlaces) -> Callable[[int], frozenset[int]]:
+    """Return a function that gives the indices of the frames among the messages of a chunk."""
+    order = np.lexsort((frames.places, frames.chunks))
+    chunks, places = frames.chunks[order], frames.places[order]
+
+    def of(chunk: int) -> frozenset[int]:
+        return frozenset(places[slice(*np.searchsorted(chunks, (chunk, chunk + 1)).tolist())].tolist())
+
+    return of
+
+
 def _concerns(damage: RecordingDamage, first: int, last: int) -> bool:
-    """Whether what was lost can be missed in these ticks: frames of them, inputs and events also before them."""
+    """Whether the damage can affect these ticks: missing frames within them, missing inputs and events also before.
+
+    Damage without a place in time (unreadable chunks, checksums) may affect any part.
+    """
     if damage.first is None:
-        return damage.kind is not DamageKind.CHECKSUM
+        return True
     if damage.first > last:
         return False
     return damage.kind not in _OF_FRAMES or damage.last is None or damage.last >= first

@@ -273,8 +273,8 @@ def _inside_recording(name: str, data: bytes, random: np.random.Generator) -> by
         file.write(data)
         file.flush()
         contents = mcap_file.read_recording(file.name)
+        read = [pair for messages in contents.all_messages() for pair in messages or ()]
     attachments = dict(contents.attachments)
-    read = [pair for chunk in contents.chunks for pair in mcap_file.chunk_messages(chunk, contents.channels) or ()]
     messages = [(topic, message) for topic, message in read if topic in TOPICS]  # of others nothing is ever read
     robot = name == "robot of a recording"
     if robot or random.random() < 0.6:

@@ -82,8 +82,8 @@ def parts() -> tuple[dict[str, str], dict[str, bytes], list[tuple[str, bytes, in
         contents = mcap_file.read_recording(path)
         messages = [
             (topic, message.data, message.sequence)
-            for chunk in contents.chunks
-            for topic, message in mcap_file.chunk_messages(chunk, contents.channels)
+            for messages in contents.all_messages()
+            for topic, message in messages
             if topic in TOPICS  # of others nothing is ever read
         ]
         player = RecordingPlayer(path)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from enum import Enum
+from itertools import islice
 from pathlib import Path
 
 import numpy as np
@@ -94,17 +95,18 @@ def read_curves(path: str | Path, chosen: Sequence[FrameQuantity] = ()) -> Itera
         RecordingError: The file cannot be read or is not ours; damaged frames are left out.
     """
     contents = mcap_file.read_recording(path)
-    chunks = contents.chunks
-    for start in range(0, len(chunks), _CHUNKS_A_PIECE):
+    count = len(contents.chunks)
+    every = contents.all_messages()
+    for start in range(0, count, _CHUNKS_A_PIECE):
         rows: dict[int, tuple[float, ...]] = {}
-        for chunk in chunks[start : start + _CHUNKS_A_PIECE]:
-            for topic, message in mcap_file.chunk_messages(chunk, contents.channels) or ():
+        for messages in islice(every, _CHUNKS_A_PIECE):
+            for topic, message in messages or ():
                 if topic == "/frame" and (frame := frame_arrays(message.data)) is not None:
                     own = tuple(quantity.of(frame) for quantity in chosen)
                     rows[frame.tick] = (*frame_numbers(frame)[1:], *own)
         ticks = sorted(rows)
         values = np.array([rows[tick] for tick in ticks]).reshape(-1, len(CURVES) + len(chosen))
-        yield min((start + _CHUNKS_A_PIECE) / len(chunks), 1.0), Curves(np.array(ticks, dtype=np.int64), values)
+        yield min((start + _CHUNKS_A_PIECE) / count, 1.0), Curves(np.array(ticks, dtype=np.int64), values)
 
 
 def joined(pieces: list[Curves]) -> Curves:

@@ -113,8 +113,7 @@ def _some_frames(contents: mcap_file.RecordingContents, prepared: PreparedScene,
 
 def _frame_data(contents: mcap_file.RecordingContents, chunk: int) -> list[bytes]:
     """The frames' messages of a chunk."""
-    messages = mcap_file.chunk_messages(contents.chunks[chunk], contents.channels) or ()
-    return [message.data for topic, message in messages if topic == "/frame"]
+    return [message.data for topic, message in contents.messages(chunk) or () if topic == "/frame"]
 
 
 def _picture(frames: list[Frame], prepared: PreparedScene) -> NDArray[np.uint8]:

@@ -17,7 +17,7 @@ from app.recording.damage import DamageKind, Hole, RecordingDamage, damage_text,
 from app.recording.encoding.frame_codec import tick_of
 from app.recording.encoding.message_codecs import TOPICS
 from app.recording.encoding.viewer_messages import viewer_schemas
-from app.recording.mcap_file import add_viewer_channels, begin_recording, chunk_messages, read_recording
+from app.recording.mcap_file import add_viewer_channels, begin_recording, read_recording
 from app.recording.player import RecordingPlayer
 from app.recording.recover import recover
 from app.recording.verify import verify
@@ -38,17 +38,13 @@ def chunk_spans(path):
 def ticks_in(path, chunk):
     """Ticks of the frames in one chunk."""
     contents = read_recording(path)
-    return [
-        tick_of(message.data)
-        for topic, message in chunk_messages(contents.chunks[chunk], contents.channels)
-        if topic == "/frame"
-    ]
+    return [tick_of(message.data) for topic, message in contents.messages(chunk) if topic == "/frame"]
 
 
 def topics_in(path, chunk):
     """Topics of the messages in one chunk."""
     contents = read_recording(path)
-    return {topic for topic, _ in chunk_messages(contents.chunks[chunk], contents.channels)}
+    return {topic for topic, _ in contents.messages(chunk)}
 
 
 def flipped(path, target, at, bit=0):
@@ -62,7 +58,7 @@ def flipped(path, target, at, bit=0):
 def rewritten(path, target, change):
     """A sound copy whose messages, (topic, message) in order, went through ``change``."""
     contents = read_recording(path)
-    messages = [one for chunk in contents.chunks for one in chunk_messages(chunk, contents.channels)]
+    messages = [one for messages in contents.all_messages() for one in messages]
     with target.open("wb") as stream:
         writer = Writer(stream, chunk_size=20_000, compression=CompressionType.ZSTD)
         channels = begin_recording(writer, contents.metadata, contents.attachments)
@@ -268,7 +264,8 @@ def test_every_kind_of_damage_has_words(kind):
     ],
 )
 def test_lost_messages_lie_where_bytes_could_not_be_read(numbers, holes, at_end, found):
-    losses = find_losses(numbers, holes, at_end, DamageKind.INPUTS_MISSING)
+    columns = np.array(numbers, dtype=np.int64).reshape(-1, 2).T
+    losses = find_losses(*columns, holes, at_end, DamageKind.INPUTS_MISSING)
     assert [(one.count, one.first, one.last) for one in losses] == found
 
 
@@ -277,7 +274,7 @@ def test_lost_messages_lie_where_bytes_could_not_be_read(numbers, holes, at_end,
     [([0, 1, 2], 3, 0), ([0, 1, 2], 5, 2), ([0, 2], 3, 0), ([0, 2], 5, 2), ([0, 1, 1], 3, 0), ([0, 1], None, 0)],
 )
 def test_what_is_missing_at_the_end_is_known_by_what_was_written(numbers, written, count):
-    assert lost_at_end(numbers, written) == count
+    assert lost_at_end(np.array(numbers), written) == count
 
 
 def test_topics_have_channels_even_where_their_declaration_is_lost(recording):

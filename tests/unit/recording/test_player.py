@@ -48,7 +48,7 @@ def test_it_holds_everything(recording, prepared):
 def test_a_chunk_that_does_not_match_its_checksum_is_not_believed(recording):
     """One byte of the last message changed, packed again so that the archive itself is sound."""
     contents = read_recording(recording)
-    chunk = contents.chunks[0]
+    chunk = contents.chunk(0)
     assert chunk.compression == "zstd"
     assert chunk_messages(chunk, dict(contents.channels))
     plain = bytearray(zstandard.decompress(chunk.data))
@@ -116,6 +116,27 @@ def test_damage_anywhere_is_refused_or_read_around(recording, tmp_path, seed):
             player.frame(number)
     except RecordingError:
         return  # refused by name is as good as read around
+
+
+def test_a_file_changed_while_it_is_open_is_named(recording, prepared, tmp_path):
+    """Removed, shorter, or replaced by another recording of the same scene whose chunks are at the same places."""
+    path = tmp_path / "open.mcap"
+    data = recording.read_bytes()
+    path.write_bytes(data)
+    player = RecordingPlayer(path)
+    assert player.frame(0).tick == 51
+    path.write_bytes(data[: len(data) // 3])
+    with pytest.raises(RecordingError, match=r"open\.mcap: the recording was changed since it was opened"):
+        player.frame(150)
+    place = player._contents.chunks[-2]
+    other = bytearray(data)
+    other[place.offset + 24 : place.offset + 28] = b"abcd"  # the checksum of another chunk
+    path.write_bytes(other)
+    with pytest.raises(RecordingError, match="was changed"):
+        player._contents.messages(len(player._contents.chunks) - 2)
+    path.unlink()
+    with pytest.raises(RecordingError, match=r"open\.mcap.*cannot be read"):
+        player.frame(100)
 
 
 def test_what_is_no_recording_is_named(tmp_path):

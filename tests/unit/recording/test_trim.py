@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
-import pytest
+import json
 
+import pytest
+from mcap.opcode import Opcode
+
+from app.__main__ import main
 from app.core.errors import RecordingError
 from app.recording.annotations import Annotations, LabelledEpisode, Mark, annotations_file, save_annotations
+from app.recording.damage import DamageKind
 from app.recording.player import RecordingPlayer
 from app.recording.recorder import versions
+from app.recording.recover import recover
 from app.recording.trim import episode_file_name, trim, trim_episodes
 from app.recording.verify import verify
 
@@ -44,7 +50,7 @@ def test_a_part_holds_its_frames_and_is_simulated_again(copy, tmp_path):
 def test_of_a_damaged_recording_what_is_missing_there_is_still_told(copy, tmp_path):
     data = bytearray(copy.read_bytes())
     player = RecordingPlayer(copy)
-    chunk = player._contents.chunks[10]
+    chunk = player._contents.chunk(10)
     at = data.find(chunk.data[:64])
     data[at + 70] ^= 0xFF
     copy.write_bytes(bytes(data))
@@ -56,6 +62,33 @@ def test_of_a_damaged_recording_what_is_missing_there_is_still_told(copy, tmp_pa
     assert {(one.kind, one.first, one.last) for one in missing} <= {(x.kind, x.first, x.last) for x in part.damage}
     behind = trim(copy, tmp_path / "before.mcap", last=missing[0].first - 5)
     assert not [one for one in RecordingPlayer(behind.file).damage if one.first is not None]
+
+
+def with_checksum_damage(path):
+    """Change the data section's own checksum: each chunk and attachment still matches its checksum."""
+    data = bytearray(path.read_bytes())
+    footer = data.rfind(bytes([Opcode.FOOTER]) + (20).to_bytes(8, "little"))
+    summary = int.from_bytes(data[footer + 9 : footer + 17], "little")
+    data[summary - 1] ^= 1  # the last byte of the data section is the last of its checksum
+    path.write_bytes(data)
+
+
+def test_checksum_damage_stays_visible_in_the_part(copy, tmp_path, capsys):
+    with_checksum_damage(copy)
+    (damage,) = RecordingPlayer(copy).damage
+    assert damage.kind is DamageKind.CHECKSUM
+    result = trim(copy, tmp_path / "part.mcap", first=80, last=150)
+    assert RecordingPlayer(tmp_path / "part.mcap").damage == result.damage == (damage,)
+    trim(tmp_path / "part.mcap", tmp_path / "again.mcap", first=90)
+    assert RecordingPlayer(tmp_path / "again.mcap").damage == (damage,)
+    recover(copy, tmp_path / "recovered.mcap")
+    assert RecordingPlayer(tmp_path / "recovered.mcap").damage == (damage,)
+    assert main(["trim", str(copy), "-o", str(tmp_path / "told.mcap"), "--json"]) == 0
+    output = capsys.readouterr()
+    assert "told.mcap: the file does not match its checksum" in output.err
+    (row,) = json.loads(output.out)["files"]
+    assert row["complete"] is False
+    assert row["damage"][0]["kind"] == "checksum"
 
 
 def test_episodes_become_files(copy, tmp_path):

@@ -5,9 +5,10 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from app.cli.output import print_fields, print_json, progress_line
+from app.cli.output import print_fields, print_json, print_warning, progress_line
 from app.core.errors import RecordingError, UsageError
 from app.core.files import make_output_folder
+from app.recording.damage import damage_text
 from app.recording.player import RecordingPlayer
 from app.recording.trim import TrimResult, trim, trim_episodes
 
@@ -29,11 +30,19 @@ def execute(arguments: argparse.Namespace) -> int:
             written = [_part(player, arguments)]
     finally:
         report("", 1.0)
+    for one in written:
+        for damage in one.damage:
+            print_warning(f"{one.file}: {damage_text(damage, one.tick)}")
     if arguments.json:
-        print_json({"files": [{"file": one.file, "frames": one.frames, "seconds": one.seconds} for one in written]})
+        print_json({"files": [_row(one) for one in written]})
     else:
         print_fields({one.file: f"{one.seconds:.2f} s, {one.frames} frames" for one in written})
     return 0
+
+
+def _row(one: TrimResult) -> dict[str, object]:
+    return {"file": one.file, "frames": one.frames, "seconds": one.seconds, "complete": not one.damage,
+            "damage": list(one.damage)}  # fmt: skip
 
 
 def _part(player: RecordingPlayer, arguments: argparse.Namespace) -> TrimResult:

@@ -1,0 +1,142 @@
+"""Memory does not grow with the size of a recording: chunks are read from the file one after the other."""
+
+from __future__ import annotations
+
+import gc
+import os
+import subprocess
+import sys
+import tracemalloc
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from app.recording.overview.curves import read_curves
+from app.recording.overview.summary import summarise
+from app.recording.player import RecordingPlayer
+from app.recording.recorder import Recorder
+from app.recording.recover import recover
+from app.recording.trim import trim
+from app.scene.scene import Scene
+from app.session.prepare import PreparedScene
+from app.session.session import Session
+from tests.support.bounded_process import ROOT
+from tests.support.touch import bar, bar_map, bar_skin
+
+SHORT, LONG, TAXELS = 500, 1300, 600
+SHARE = 0.1
+"""Bytes of memory per additional byte of recording. Locations take 32 bytes a frame, of about 5,000 in the file."""
+
+
+def noisy_recording(path, prepared, frames):
+    """Record frames whose pressures cannot be compressed."""
+    frame = Session(prepared).tick()
+    noise = np.random.default_rng(0).uniform(0, 1e4, (97, len(prepared.skin)))
+    with Recorder(prepared, path, viewers=False) as recorder:
+        for number in range(frames):
+            pressures = noise[number % 97] * (1 + 1e-9 * number)
+            tick = frame.tick + number
+            recorder.write(replace(frame, tick=tick, time=tick * prepared.scene.tick, pressures=pressures), [])
+    return path
+
+
+@pytest.fixture(scope="module")
+def pair(tmp_path_factory):
+    """A short and a long recording."""
+    folder = tmp_path_factory.mktemp("memory")
+    prepared = PreparedScene(Scene(name="bar", robot="bar"), bar(), bar_skin(TAXELS), bar_map(TAXELS))
+    return [noisy_recording(folder / f"{frames}.mcap", prepared, frames) for frames in (SHORT, LONG)]
+
+
+def opened(path, folder):
+    return RecordingPlayer(path)
+
+
+def played(path, folder):
+    assert sum(1 for _ in RecordingPlayer(path)) in (SHORT, LONG)
+
+
+def scrubbed(path, folder):
+    player = RecordingPlayer(path)
+    for number in range(0, len(player), 10):
+        player.frame(number * 97 % len(player))
+
+
+def trimmed(path, folder):
+    trim(path, folder / "part.mcap", first=10, overwrite=True)
+
+
+def recovered(path, folder):
+    recover(path, folder / "whole.mcap", overwrite=True)
+
+
+def curves(path, folder):
+    assert sum(len(piece.ticks) for _, piece in read_curves(path)) in (SHORT, LONG)
+
+
+def summary(path, folder):
+    assert not summarise(path).problem
+
+
+def peak(work, path, folder):
+    """Largest number of bytes that Python allocated at a time during ``work``."""
+    gc.collect()
+    tracemalloc.start()
+    try:
+        work(path, folder)
+        return tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+
+
+@pytest.mark.parametrize("work", [opened, played, scrubbed, trimmed, recovered, curves, summary])
+def test_memory_does_not_grow_with_the_recording(pair, tmp_path, work):
+    growth = pair[1].stat().st_size - pair[0].stat().st_size
+    assert growth > 3_000_000
+    (tmp_path / "first").mkdir()
+    work(pair[0], tmp_path / "first")  # imports and caches
+    small, large = (peak(work, path, tmp_path) for path in pair)
+    assert large - small < SHARE * growth
+
+
+HUGE = 330_000_000
+"""Bytes of a recording in the long test."""
+MOST_RESIDENT = {"inspect": 300, "replay": 300, "trim": 320, "recover": 320, "export": 400}
+"""Peak memory of a whole process [MB]. Kept in memory, the recording alone would exceed each."""
+
+
+@pytest.fixture(scope="module")
+def huge(tmp_path_factory):
+    """A recording of 330 MB."""
+    taxels = 1000
+    prepared = PreparedScene(Scene(name="bar", robot="bar"), bar(), bar_skin(taxels), bar_map(taxels))
+    path = noisy_recording(tmp_path_factory.mktemp("huge") / "huge.mcap", prepared, HUGE // (8 * taxels))
+    assert path.stat().st_size > 0.8 * HUGE
+    return path
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["inspect"],
+        ["replay"],
+        ["trim", "--from", "1", "-o", "part.mcap"],
+        ["recover", "-o", "whole.mcap"],
+        ["export", "--to", "hdf5", "-o", "tables.h5"],
+        ["export", "--to", "parquet", "-o", "tables"],
+        ["export", "--to", "rosbag2", "-o", "bag"],
+    ],
+    ids=" ".join,
+)
+def test_commands_on_a_huge_recording_need_bounded_memory(huge, tmp_path, words):
+    command = [sys.executable, "-m", "app", words[0], str(huge), *words[1:]]
+    child = subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True,
+                             env={**os.environ, "PYTHONPATH": str(ROOT)})  # fmt: skip
+    told = child.stderr.read()
+    _, status, usage = os.wait4(child.pid, 0)
+    child.returncode = os.waitstatus_to_exitcode(status)
+    child.stderr.close()
+    assert child.returncode == 0, told
+    assert usage.ru_maxrss < 1000 * MOST_RESIDENT[words[0]]
