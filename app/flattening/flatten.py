@@ -26,6 +26,8 @@ WORTH_A_SEAM = 4.6
 """Mean energy above which one more seam is tried (a hemisphere has 4.14)."""
 EASY_ENERGY = 1e6
 """Mean energy of a first map from which a good one is reached soon. Above it further seams are tried."""
+GIVEN_UP_ENERGY = 1e7
+"""Mean energy of a first map from which one more seam is the last one tried if it does not help."""
 HARDEST_ENERGY = 1e10
 """Mean energy of a first map that is tried at last: 20,000 faces with 81 handles begin at 7e6 and take 30 CPU s."""
 TAUTEST_ENERGY = 1e12
@@ -134,9 +136,10 @@ class _FlatteningJob:
         return extra
 
     def _least_hopeless(self) -> int:
-        """How many extra seams it takes for a first map that is not hopeless.
+        """Return the number of extra seams with which the first map has a moderate energy, or the least energy.
 
         On a long, deep cup the initial map shrinks the bottom towards the smallest number; a seam into it lets it open.
+        A body with limbs needs a seam into almost each of them: one limb without a seam is lost in rounding.
         """
         asked = self._plan.extra or 0
         best, least = asked, np.inf
@@ -145,7 +148,9 @@ class _FlatteningJob:
             energy = disk.energy.energy(disk.start)
             if energy < EASY_ENERGY:
                 return extra
-            settled = np.isfinite(least) and energy > 0.1 * least  # further seams do not help, as through many handles
+            # Stop where seams do not help, as on a surface with many handles. A larger energy is decided by the limb
+            # that is nearest to being lost in rounding and says nothing about the next seam.
+            settled = least < GIVEN_UP_ENERGY and energy > 0.1 * least
             if energy < least:
                 best, least = extra, energy
             if settled:
@@ -155,8 +160,8 @@ class _FlatteningJob:
         raise MapError(
             "no initial map of the surface was found",
             place=self._name,
-            value=f"{len(self._surface.faces)} faces, {_SEAMS_TO_OPEN[-1]} seams",
-            remedy="Cover the link with more taxels, or split it",
+            value=f"{len(self._surface.faces)} faces, up to {extra} extra seams",
+            remedy="Remove its thinnest limbs or needles, or split it into several patches",
         )
 
     def _cut(self, extra: int) -> tuple[CutSurface, Disk]:

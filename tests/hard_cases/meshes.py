@@ -9,6 +9,7 @@ from __future__ import annotations
 from functools import cache
 from itertools import pairwise
 
+import igl
 import numpy as np
 import trimesh
 
@@ -313,6 +314,74 @@ def scan(around=400, along=250) -> Mesh:
     return Mesh(vertices, frustum(around=around, along=along).faces)
 
 
+def limbed(limbs: int, *, radius: float = 0.02, seed: int = 2, nodes: int = 80) -> Mesh:
+    """A ball with long, bent limbs of one radius, as marching cubes extract it from a grid of ``nodes`` a side."""
+    rng = np.random.default_rng(seed)
+    axis = np.linspace(-0.75, 0.75, nodes)
+    z, y, x = np.meshgrid(axis, axis, axis, indexing="ij")
+    places = np.stack([x, y, z], axis=-1).reshape(-1, 3)
+    distance = np.linalg.norm(places, axis=1) - 0.12
+    for angle in 2 * np.pi * np.arange(limbs) / limbs:
+        along = np.array([np.cos(angle), np.sin(angle), 0.3 * rng.normal()])
+        start = 0.1 * along
+        for _ in range(5):
+            along = along / np.linalg.norm(along) + 0.6 * rng.normal(size=3)
+            along = along / np.linalg.norm(along)
+            share = np.clip((places - start) @ along / 0.1, 0, 1)
+            distance = np.minimum(
+                distance, np.linalg.norm(places - start - 0.1 * share[:, None] * along, axis=1) - radius
+            )
+            start = start + 0.1 * along
+    vertices, faces = igl.marching_cubes(distance, places, nodes, nodes, nodes, 0.0)[:2]
+    return _largest_piece(Mesh(vertices, faces))
+
+
+def _largest_piece(mesh: Mesh) -> Mesh:
+    piece = mesh.connectivity.components
+    faces, used = remove_unreferenced(mesh.faces[piece == np.bincount(piece).argmax()])
+    return Mesh(mesh.vertices[used], faces)
+
+
+def refined_at_random(mesh: Mesh, rounds: int = 3, *, share: float = 0.3, radius: float | None = None) -> Mesh:
+    """Faces chosen at random are divided into four, round after round; their neighbours do not get the new corners.
+
+    Args:
+        mesh: Any.
+        rounds: Number of rounds.
+        share: Share of the faces that is divided in each.
+        radius: Of a ball around the origin onto which new corners are moved [m]; by default they stay on the edges.
+    """
+    rng, vertices, faces = np.random.default_rng(1), mesh.vertices, mesh.faces
+    for _ in range(rounds):
+        chosen = rng.random(len(faces)) < share
+        divided = Mesh(vertices, faces[chosen]).connectivity
+        middles = vertices[divided.edges].mean(axis=1)
+        if radius is not None:
+            middles *= radius / np.linalg.norm(middles, axis=1, keepdims=True)
+        (a, b, c), (x, y, z) = faces[chosen].T, len(vertices) + divided.edge_of.T
+        parts = [np.stack(part, axis=1) for part in ((a, x, z), (x, b, y), (z, y, c), (x, y, z))]
+        vertices, faces = np.concatenate([vertices, middles]), np.concatenate([faces[~chosen], *parts])
+    return Mesh(vertices, faces)
+
+
+def half_refined() -> Mesh:
+    """A ball whose upper half is finer, with T-junctions on the equator."""
+    ball = sphere()
+    upper = ball.vertices[ball.faces].mean(axis=1)[:, 2] > 0
+    fine = refined_at_random(Mesh(ball.vertices, ball.faces[upper]), 1, share=1.0)
+    return joined(fine, Mesh(ball.vertices, ball.faces[~upper]))
+
+
+def bricks(columns: int = 5, rows: int = 4) -> Mesh:
+    """A wall of rectangles, each row half a brick beside the one below: no corner meets another in between."""
+    x, y = np.meshgrid(0.02 * np.arange(columns), 0.01 * np.arange(rows))
+    x = x + 0.01 * (np.arange(rows) % 2)[:, None]
+    corners = np.array([[0, 0, 0], [0.02, 0, 0], [0.02, 0.01, 0], [0, 0.01, 0]])
+    places = np.stack([x, y, 0 * x], axis=-1).reshape(-1, 1, 3) + corners
+    first = 4 * np.arange(len(places))[:, None, None]
+    return Mesh(places.reshape(-1, 3), (first + [[0, 1, 2], [0, 2, 3]]).reshape(-1, 3))
+
+
 def two_cubes() -> Mesh:
     """Two cubes that share one edge, welded."""
     return blocks([(0, 0, 0), (1, 1, 0)], size=0.1)
@@ -345,6 +414,13 @@ _GROUPS = {
         "book": book,
         "two cubes": two_cubes,
         "random faces": random_soup,
+    },
+    "junctions": {
+        "half refined": half_refined,
+        "refined at random": lambda: refined_at_random(sphere()),
+        "round, refined at random": lambda: refined_at_random(sphere(), radius=0.05),
+        "cube refined at random": lambda: refined_at_random(HARD_MESHES["cube"], 5, share=0.5),
+        "bricks": bricks,
     },
     "sides": {
         "moebius": lambda: HARD_MESHES["moebius"],
@@ -400,6 +476,8 @@ _GROUPS = {
         "spike": lambda: HARD_MESHES["thin spike"],
         "star": star,
         "spiral": spiral,
+        "limbs": lambda: limbed(6, radius=0.025, nodes=70),
+        "limbs and handles": lambda: limbed(6, radius=0.025, seed=1, nodes=60),
         "rod": lambda: trimesh_mesh(trimesh.creation.cylinder(0.02, 0.3, sections=24)),
     },
 }  # fmt: skip

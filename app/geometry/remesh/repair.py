@@ -5,8 +5,9 @@ surface (a wrap, rays, closest points).
 
 ``repair_mesh`` makes any mesh fit to be flattened, with every change told and traceable to the file's own vertices and
 faces. The user's triangles stay where they are; only their numbering changes. In order: vertices at one place become
-one; faces that are a line, a point or a copy go; neighbours turn to agree about the outside; what meets in more than a
-surface is taken apart; whole components turn outward; degenerate faces are flipped away.
+one; faces that are a line, a point or a copy go; faces are divided at vertices of their neighbours that lie inside
+their edges (``stitch``); neighbours turn to agree about the outside; what meets in more than a surface is taken apart;
+whole components turn outward; degenerate faces are flipped away.
 
 ``flip_degenerate_faces`` takes faces without area out of a surface without leaving a slit. A face whose three corners
 lie on a line has its middle corner on its longest side. Turning that side towards the face behind it (an edge flip)
@@ -34,6 +35,7 @@ from app.geometry.connectivity import (
     split_nonmanifold,
 )
 from app.geometry.mesh import Mesh
+from app.geometry.remesh.stitch import stitch_junctions
 
 RELATIVE_WELD = 1e-7
 """Vertices closer than this share of the mesh's size are one; float32 files round at about this level."""
@@ -242,6 +244,7 @@ def repair_mesh(mesh: Mesh, *, where: str = "mesh") -> RepairedMesh:
     work = _Repair(mesh, where)
     work.weld()
     work.drop_duplicates()
+    work.stitch()
     work.orient()
     work.split_nonmanifold()
     work.orient_outward()
@@ -280,6 +283,11 @@ class _Repair:
         self._tell("zero-area-face", "removed: two corners coincide", len(self.faces) - len(whole))
         self._tell("duplicate-face", "dropped", len(whole) - len(first))
         self._keep(first)
+
+    def stitch(self) -> None:
+        self.faces, owner, count = stitch_junctions(self.vertices, self.faces)
+        self.face_of, self.component, self.turned = self.face_of[owner], self.component[owner], self.turned[owner]
+        self._tell("t-junction", "stitched: vertices inside an edge were inserted into it", count)
 
     def orient(self) -> None:
         oriented = orient_faces(self.faces, self._mesh().face_areas)

@@ -16,6 +16,7 @@ from app.flattening.methods import METHODS
 from app.flattening.newton import minimise
 from app.geometry.connectivity import Connectivity
 from app.geometry.mesh import Mesh
+from tests.hard_cases.meshes import hard_mesh
 from tests.support.surfaces import blocks, cap, frustum, named, sheet
 
 
@@ -145,6 +146,23 @@ def test_a_body_with_many_handles_is_mapped(cells, beam):
     chart = flatten(scaffold(cells, beam))
     assert_one_to_one(chart)
     assert chart.energies[-1] < 4.3
+
+
+@pytest.mark.parametrize(("name", "most"), [("limbs", 4.3), ("limbs and handles", 5.0)])
+def test_seams_are_added_until_each_limb_of_a_body_opens(name, most):
+    chart = flatten(hard_mesh(name))
+    assert_one_to_one(chart)
+    opened = next(finding for finding in chart.findings if finding.kind == "seam-added")
+    assert opened.count >= 3
+    assert chart.energies[-1] < most
+
+
+def test_a_surface_without_any_first_map_is_refused_with_the_seams_that_were_tried(monkeypatch):
+    monkeypatch.setattr("app.flattening.flatten.EASY_ENERGY", 4.0)
+    monkeypatch.setattr("app.flattening.flatten.HARDEST_ENERGY", 4.0)
+    monkeypatch.setattr("app.flattening.flatten._SEAMS_TO_OPEN", (0, 1))
+    with pytest.raises(MapError, match=r"up to 1 extra seams.*Remove its thinnest limbs"):
+        flatten(cap(1.0))
 
 
 def test_where_no_seam_opens_the_surface_the_best_map_is_tried(monkeypatch):

@@ -270,6 +270,6 @@ def test_many_pieces_cost_no_more_than_one() -> None:
     rng = np.random.default_rng(0)
     corners = rng.normal(size=(45_000, 1, 3)) + 1e-3 * rng.normal(size=(45_000, 3, 3))
     soup = Mesh(corners.reshape(-1, 3), np.arange(135_000).reshape(-1, 3))
-    start = time.perf_counter()
+    start = time.process_time()
     assert repair_mesh(soup).component.max() + 1 == 45_000
-    assert time.perf_counter() - start < 3.0
+    assert time.process_time() - start < 3.0
