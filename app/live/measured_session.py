@@ -23,9 +23,11 @@ from app.live.arrival import Arrived
 from app.live.channels.calibration import Calibration, Tare, ValueMode
 from app.live.channels.channel_health import QUIET_SECONDS, ChannelHealth, SilentChannel
 from app.live.channels.channel_swaps import SwapDetector, SwappedChannels
+from app.live.channels.last_heard import LastHeard
 from app.live.channels.matching import TaxelMatcher
 from app.live.channels.weighing import RecentReadings, Weighing, WeighingState
-from app.live.readings import MalformedReadingError, Unit
+from app.live.readings import MalformedReadingError, Reading, Unit
+from app.robots.robot import Joint
 from app.session.frame import Frame
 from app.session.inputs import (
     CalibrationUsed,
@@ -41,6 +43,22 @@ from app.session.prepare import PreparedScene
 from app.session.runtime_settings import RuntimeSettings
 from app.tactile.sensor_effects import Noise, SensorEffects
 
+MOST_COUNTS = 2.0**32
+"""Largest plausible amount of a value in counts: no converter has more bits."""
+MOST_PRESSURE = 1e7
+"""Largest plausible amount of a pressure [Pa]: ten times what the strongest skins measure."""
+JOINT_TOLERANCE = 0.1
+"""A position may be beyond a joint's limits by so much [rad]: encoders and models differ."""
+SLIDE_TOLERANCE = 0.01
+"""The same for a slide [m]."""
+MOST_TURNS = 1e4
+"""Largest plausible position of a joint without limits [rad]."""
+LONGEST_SLIDE = 100.0
+"""Largest plausible position of a slide without limits [m]."""
+FASTEST_JOINT = 30.0
+"""Largest plausible speed of a joint [rad/s], beyond its tolerance in one step."""
+FASTEST_SLIDE = 10.0
+"""The same for a slide [m/s]."""
 _LONGEST_STEP = 10.0
 """A sender's clock that jumps ahead by more [s] was set anew: then the time of arrival counts."""
 NOTHING: Callable[[], Arrived | None] = lambda: None  # noqa: E731  the source of a session that is given readings
@@ -87,6 +105,19 @@ class MeasuredFacts:
     weighing: WeighingState
 
 
+@dataclass(frozen=True)
+class Implausible:
+    """Impossible values in the readings.
+
+    Attributes:
+        count: How many readings contained one.
+        text: The newest one: its name, value and range.
+    """
+
+    count: int = 0
+    text: str = ""
+
+
 class MeasuredSession:
     """Readings of a skin as frames. Mutable; ``reset`` starts the clock and the contacts again.
 
@@ -105,6 +136,8 @@ class MeasuredSession:
         map: By which contacts are placed.
         failure: None: readings do not diverge.
         scripted: False.
+        heard: When each taxel and joint was last heard.
+        implausible: Impossible values so far.
     """
 
     failure = None
@@ -132,6 +165,8 @@ class MeasuredSession:
             robot, self.map, SensorEffects(), settings=self._reading, depth=prepared.scene.layer.depth
         )
         self._matcher, self._health = TaxelMatcher(skin, table), ChannelHealth(skin, seconds=quiet_seconds)
+        self.heard = LastHeard(skin, len(robot.joints))
+        self._ranges = [_plausible(joint) for joint in robot.joints]
         self._swaps = SwapDetector(skin)
         self._joints = {joint.name: number for number, joint in enumerate(robot.joints)}
         zero = np.zeros(len(robot.joints))
@@ -142,7 +177,7 @@ class MeasuredSession:
         self._readings, self._refused = 0, 0
         self._problem: str | None = None
         self._unknown_joints: set[str] = set()
-        self._heard_joints: set[str] = set()
+        self.implausible = Implausible()
         self._unit: Unit | None = None
         self._calibration = calibration or Calibration.plain(len(skin), Unit.COUNTS)
         self._baseline = np.zeros(len(skin))
@@ -160,11 +195,13 @@ class MeasuredSession:
         self._contacts.reset()
         self._health.reset()
         self._swaps.reset()
+        self.heard.reset()
         self._values = self._baseline + self._calibration.offset
         self._raw = np.full(len(self._values), np.nan)
         self._sequence: int | None = None
         self._posture = self.prepared.robot.home.copy()
         self._velocity = np.zeros(len(self._posture))
+        self._joint_times = np.full(len(self._posture), -np.inf)  # of the newest positions, in the session's time
         self._times: tuple[float, float] | None = None  # of the newest reading: the sender's and ours
         self._ticks, self._time = 0, 0.0
         self.inputs: list[tuple[int, SessionInput]] = [
@@ -320,7 +357,7 @@ class MeasuredSession:
             unknown_values=matcher.unknown_values,
             unheard=int((~matcher.heard).sum()),
             unknown_joints=tuple(sorted(self._unknown_joints)),
-            unheard_joints=len(self._joints) - len(self._heard_joints),
+            unheard_joints=int((self.heard.joints == -np.inf).sum()),
             silent=self._health.silent,
             swapped=self._swaps.swapped,
             unit=self._unit,
@@ -349,7 +386,7 @@ class MeasuredSession:
             raise SimulationError("a measured skin can be watched, not poked or controlled", remedy=remedy)
         self._waiting.append(session_input)
         if self._readings == 0:
-            self._apply_waiting()
+            self.apply_inputs()
 
     @contextmanager
     def watched(self, each: Callable[[Frame], None]) -> Iterator[None]:
@@ -365,26 +402,39 @@ class MeasuredSession:
 
         Cost: 0.2 ms for 1000 taxels untouched, and what the estimator in force takes.
         """
-        self._apply_waiting()
+        self.apply_inputs()
         item = self._source()
         return self.frame if item is None else self.show(item)
 
     def show(self, item: Arrived) -> Frame:
         """The frame of a reading; the last one where the reading does not fit the skin, which is counted."""
+        return self.make_frame() if self.apply(item) else self.frame
+
+    def apply(self, item: Arrived) -> bool:
+        """Take the values of a reading without a frame; False where it does not fit the skin, which is counted.
+
+        Several readings may be taken before ``make_frame`` shows them as one.
+
+        Cost: 0.02 ms for 100 taxels, 0.1 ms for 5,000.
+        """
         reading = item.reading
         with self._watch.stage("receive"):
             try:
                 taxels, values = self._matcher.match(reading)
+                self._check_values(taxels, values, reading.unit)
+                joints, positions = self._known_joints(reading.joints)
                 self._use_unit(reading.unit)
                 if reading.recorded is not None and self._given is None and self._tare is None and not self.tared:
                     self.adopt(reading.recorded)
             except LiveError as error:
                 self._refused, self._problem = self._refused + 1, str(error)
-                return self.frame
+                return False
             step = self._advance(reading.time, item.at)
+            self._check_speed(joints, positions)
+            self.heard.add(taxels, joints, self._values[taxels] != values, item.at, item.at - item.age)
             self._values[taxels] = self._raw[taxels] = values
             self._sequence = reading.sequence
-            self._move(reading.joints, step)
+            self._move(joints, positions, step)
             self._health.add(taxels, values, self._time)
             self._swaps.add(self._raw, self._time)
             self._take_tare()
@@ -392,12 +442,37 @@ class MeasuredSession:
             if self._recent is not None and self.tared:
                 self._recent.add(self._change, self._time)
         self._readings += 1
+        return True
+
+    def make_frame(self) -> Frame:
+        """The frame of the values that were taken since the last one."""
         self.frame = self._frame()
         for each in tuple(self._watchers):
             each(self.frame)
         return self.frame
 
-    def _apply_waiting(self) -> None:
+    def missing(self) -> Callable[[Reading], bool]:
+        """Return a function for ``Connection.take_newest``, to call with readings from the newest to the oldest.
+
+        It returns False once they contain a value of every taxel and joint that was heard before.
+        """
+        taxels = self.heard.taxels > -np.inf
+        joints = {joint.name for joint, at in zip(self.prepared.robot.joints, self.heard.joints, strict=True)
+                  if at > -np.inf}  # fmt: skip
+        complete = bool(taxels.any())
+
+        def needed(reading: Reading) -> bool:
+            try:
+                taxels[self._matcher.taxels(reading)] = False
+            except LiveError:
+                return True
+            joints.difference_update(reading.joints)
+            return not complete or bool(joints) or bool(taxels.any())
+
+        return needed
+
+    def apply_inputs(self) -> None:
+        """Put the inputs that were submitted in force."""
         while self._waiting:
             session_input = self._waiting.pop(0)
             if isinstance(session_input, MapEdited):
@@ -429,18 +504,52 @@ class MeasuredSession:
         self._ticks = max(round(self._time / self.prepared.scene.tick), self._ticks + 1)
         return step
 
-    def _move(self, joints: Mapping[str, float], step: float) -> None:
-        if not joints:
-            return
-        before = self._posture.copy()
+    def _check_values(self, taxels: IntArray, values: FloatArray, unit: Unit) -> None:
+        most = MOST_COUNTS if unit.pascals is None else MOST_PRESSURE / unit.pascals
+        beyond = np.abs(values) > most
+        if beyond.any():
+            row = int(beyond.argmax())
+            name = str(self.prepared.skin.taxel_name(int(taxels[row]))) or f"taxel {taxels[row]}"
+            self._refuse("a value is impossible", name, f"{values[row]:g} {unit}", f"At most {most:g} {unit}")
+
+    def _known_joints(self, joints: Mapping[str, float]) -> tuple[list[int], list[float]]:
+        """Numbers and positions of the robot's own joints; others are remembered by name."""
+        numbers, positions = [], []
         for name, position in joints.items():
             number = self._joints.get(name)
             if number is None:
                 if len(self._unknown_joints) < 100:
                     self._unknown_joints.add(name)
-            else:
-                self._heard_joints.add(name)
-                self._posture[number] = position
+                continue
+            low, high = self._ranges[number]
+            if not low <= position <= high:
+                self._refuse("a joint's position is impossible", f"joint {name}", f"{position:g}",
+                             f"From {low:g} to {high:g}")  # fmt: skip
+            numbers.append(number)
+            positions.append(position)
+        return numbers, positions
+
+    def _refuse(self, problem: str, place: str, value: str, remedy: str) -> None:
+        self.implausible = Implausible(self.implausible.count + 1, f"{place}: {value}. {remedy}")
+        raise MalformedReadingError(problem, place=place, value=value, remedy=remedy)
+
+    def _check_speed(self, joints: list[int], positions: list[float]) -> None:
+        """Remember a position that the joint cannot have reached since it was last heard. It is shown all the same."""
+        for number, position in zip(joints, positions, strict=True):
+            joint = self.prepared.robot.joints[number]
+            fastest, tolerance = (FASTEST_SLIDE, SLIDE_TOLERANCE) if joint.slide else (FASTEST_JOINT, JOINT_TOLERANCE)
+            step = self._time - self._joint_times[number]  # infinite before the first
+            moved = abs(position - self._posture[number])
+            if moved > fastest * step + tolerance:
+                text = f"joint {joint.name}: moved by {moved:.3g} in {step:.3g} s"
+                self.implausible = Implausible(self.implausible.count + 1, text)
+
+    def _move(self, joints: list[int], positions: list[float], step: float) -> None:
+        if not joints:
+            return
+        before = self._posture.copy()
+        self._posture[joints] = positions
+        self._joint_times[joints] = self._time
         self._velocity = (self._posture - before) / step if step > 0 else np.zeros(len(before))
 
     def _take_tare(self) -> None:
@@ -509,6 +618,12 @@ class MeasuredSession:
                 units,
             ),
         )
+
+
+def _plausible(joint: Joint) -> tuple[float, float]:
+    """Lowest and highest plausible position [rad or m]."""
+    tolerance, most = (SLIDE_TOLERANCE, LONGEST_SLIDE) if joint.slide else (JOINT_TOLERANCE, MOST_TURNS)
+    return max(joint.lower - tolerance, -most), min(joint.upper + tolerance, most)
 
 
 def _recorded_mode(mode: ValueMode) -> Literal["raw", "baseline", "kPa"]:

@@ -14,6 +14,7 @@ from app.live.channels.calibration import ValueMode, load_calibration, save_cali
 from app.live.channels.matching import load_matching
 from app.live.connection import Connection, ConnectionStatus
 from app.live.measured_session import MeasuredFacts, MeasuredSession, silent_text, swapped_texts
+from app.live.motion.command_loop import CommandLoop
 from app.live.motion.motion_sender import MotionLimits
 from app.live.prepare import as_measured
 from app.live.sources.open import SourceOptions, open_source
@@ -25,7 +26,7 @@ from widgets.session.live_motion import LiveMotion, MotionFacts
 from widgets.session.session_runner import InlineRunner, SessionRunner
 
 _POLL_SECONDS = 0.05
-"""For so long a thread waits for a reading before it looks whether it is to end."""
+"""Seconds of the source that one pass of the inline runner stands for."""
 
 
 @dataclass(frozen=True)
@@ -83,7 +84,7 @@ class LiveInput:
         if not source.slow:
             self.connection.open()  # else on the thread, which tells why it failed
         self._runner: SessionRunner | None = None
-        self._motion = LiveMotion(self.session, simulated.settings)
+        self._motion = LiveMotion(self.session, simulated.settings, self.connection.ages)
 
     def run(self, make: Callable[..., SessionRunner], each: Callable[[Frame], None]) -> SessionRunner:
         """The runner that takes readings from now on; ``each`` is told every new frame."""
@@ -131,8 +132,9 @@ class LiveInput:
             self._motion.start(address, limits)
 
     def stop_motion(self) -> None:
-        """Send a stop, and nothing after it."""
+        """Send a stop, and nothing after it: at once, without waiting for the readings' thread."""
         assert self._runner is not None
+        self._motion.halt()
         with self._runner.lock:
             self._motion.stop()
 
@@ -169,27 +171,25 @@ class LiveInput:
 
 
 class _TakesReadings(SessionRunner):
-    """A frame for each reading, and none without."""
+    """Makes frames of readings, and none without."""
 
     session: MeasuredSession
-    _motion: LiveMotion
-
-    def _tick(self) -> None:
-        before = self.session.frame
-        frame = self.session.tick()
-        if frame is not before:
-            self._keep(frame)
-            self._motion.take(frame)
-
-
-class InlineReadingsRunner(_TakesReadings, InlineRunner):
-    """Takes what has arrived when told to: deterministic, for tests and pictures."""
 
     def __init__(
         self, session: MeasuredSession, each: Callable[[Frame], None], connection: Connection, motion: LiveMotion
     ) -> None:
         super().__init__(session, each)
         self._connection, self._motion = connection, motion
+        self._commands = CommandLoop(
+            connection, session, motion, self._keep, lock=self.lock, paused=lambda: self.paused
+        )
+
+    def _tick(self) -> None:
+        self._commands.step()
+
+
+class InlineReadingsRunner(_TakesReadings, InlineRunner):
+    """Takes what has arrived when told to: deterministic, for tests and pictures."""
 
     def run_for(self, seconds: float) -> None:
         """Receive and take what there is; ``seconds`` are those of the source."""
@@ -212,9 +212,9 @@ class ThreadReadingsRunner(_TakesReadings):
     def __init__(
         self, session: MeasuredSession, each: Callable[[Frame], None], connection: Connection, motion: LiveMotion
     ) -> None:
-        super().__init__(session, each)
+        super().__init__(session, each, connection, motion)
         self.real_time_factor = 1.0
-        self._connection, self._motion, self._ended = connection, motion, threading.Event()
+        self._ended = threading.Event()
         self._thread = threading.Thread(target=self._loop, name="readings", daemon=True)
 
     def start(self) -> None:
@@ -224,23 +224,16 @@ class ThreadReadingsRunner(_TakesReadings):
 
     def stop(self) -> None:
         """End both threads and wait for them."""
+        self._motion.halt()
         self._ended.set()
-        self._connection.close()
         if self._thread.is_alive():
             self._thread.join()
+        self._connection.close()
         self._motion.stop()
 
     def _loop(self) -> None:
         try:
-            while not self._ended.is_set():
-                if self.paused:
-                    self._ended.wait(_POLL_SECONDS)  # readings wait, and those too many are counted
-                elif self._connection.wait(_POLL_SECONDS):
-                    with self.lock:  # for one reading: the window never waits for longer
-                        self._tick()
-                with self.lock:
-                    self._motion.check()
+            self._commands.run(self._ended)
         except Exception as error:  # the thread's last door: beyond it nobody would notice that time stands still
-            self._motion.stop()
             self.failure = SimulationError(describe_unexpected_error(error), remedy="Disconnect and connect again")
             self._halt()

@@ -8,12 +8,13 @@ from contextlib import ExitStack
 from dataclasses import dataclass, replace
 
 from app.control.command import ControlSettings
+from app.live.data_age import DataAge
 from app.live.measured_session import MeasuredSession
+from app.live.motion.command_latency import LatencyFigures
 from app.live.motion.measured_controller import WantedMotion
 from app.live.motion.motion_output import MotionOutput
 from app.live.motion.motion_sender import MotionLimits, SendingState, check_sending
 from app.live.send import sender
-from app.session.frame import Frame
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,12 +26,14 @@ class MotionFacts:
         wanted: By the newest frame; None where nothing is wanted, or nobody looks.
         problem: Why nothing can be wanted; None where it can.
         sending: How sending goes.
+        latency: Times from readings to commands; None before the first command.
     """
 
     settings: ControlSettings
     wanted: WantedMotion | None
     problem: str | None
     sending: SendingState
+    latency: LatencyFigures | None = None
 
 
 class LiveMotion:
@@ -39,13 +42,19 @@ class LiveMotion:
     Args:
         session: That readings become frames in.
         settings: Of the controller.
+        ages: Of the session's connection.
         clock: Wall time [s].
     """
 
     def __init__(
-        self, session: MeasuredSession, settings: ControlSettings, *, clock: Callable[[], float] = time.monotonic
+        self,
+        session: MeasuredSession,
+        settings: ControlSettings,
+        ages: DataAge,
+        *,
+        clock: Callable[[], float] = time.monotonic,
     ) -> None:
-        self._session, self._settings, self._clock = session, settings, clock
+        self._session, self._settings, self._ages, self._clock = session, settings, ages, clock
         self._output: MotionOutput | None = None  # built when it is first wanted: it takes a model of the robot
         self._watched = False
         self._open = ExitStack()
@@ -56,9 +65,15 @@ class LiveMotion:
         output = self._output
         if output is None:
             return MotionFacts(self._settings, None, None, SendingState())
-        shown = self._watched or output.sending.sending
+        shown = self._watched or output.active
         wanted = output.wanted if shown else None
-        return MotionFacts(output.settings, wanted, output.problem if shown else None, output.sending)
+        problem = output.problem if shown else None
+        return MotionFacts(output.settings, wanted, problem, output.sending, output.latency.figures)
+
+    @property
+    def active(self) -> bool:
+        """True while motion is sent, or readings are waited for to send it."""
+        return self._output is not None and self._output.active
 
     def watch(self, *, watched: bool) -> None:
         """Work out what is wanted of each frame, or only while it is sent."""
@@ -87,25 +102,35 @@ class LiveMotion:
         self.stop()
         check_sending(address, remote=False)
         output = self._made()  # what can fail comes before anything is opened
-        output.start_sending(self._open.enter_context(sender(address)), limits, self._clock())
+        output.start_sending(self._open.enter_context(sender(address)), limits)
 
     def stop(self) -> None:
-        """Send a stop, and nothing after it."""
-        if self._output is not None:
-            self._output.stop_sending(self._clock())
+        """Send a stop, and nothing after it; close the socket."""
+        self.halt()
         self._open.close()
 
-    def take(self, frame: Frame) -> None:
-        """A new frame was made of a reading. Cost: 1 to 3 ms while watched or sent, else none."""
-        if self._watched or self.facts.sending.sending:
-            self._made().take(frame, self._session.facts, self._session.map, self._clock())
+    def halt(self) -> None:
+        """Send a stop, and nothing after it. Needs no lock."""
+        if self._output is not None:
+            self._output.halt()
+
+    def take(self) -> None:
+        """Take a new frame of the session. Cost: 1 to 3 ms while watched or sent, else none."""
+        if self._watched or self.active:
+            self._made().take()
 
     def check(self) -> None:
         """Stop sending where readings have ceased."""
         if self._output is not None:
-            self._output.check(self._clock())
+            self._output.check()
+
+    def check_deadline(self) -> None:
+        """Stop sending where the thread that takes readings is stuck. Needs no lock."""
+        if self._output is not None:
+            self._output.check_deadline()
 
     def _made(self) -> MotionOutput:
         if self._output is None:
-            self._output = MotionOutput(self._session.prepared.robot, self._session.map, self._settings)
+            clock = self._clock
+            self._output = MotionOutput(self._session, self._settings, self._ages, clock=clock)
         return self._output

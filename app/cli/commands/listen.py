@@ -6,7 +6,7 @@ import argparse
 import sys
 import time
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, closing, contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -19,18 +19,25 @@ from app.core.errors import LiveError, UsageError
 from app.live.channels.calibration import ValueMode, load_calibration, save_calibration
 from app.live.channels.matching import load_matching
 from app.live.connection import Connection, ConnectionStatus
+from app.live.frame_recording import FrameRecording
 from app.live.measured_session import MeasuredFacts, MeasuredSession, silent_text, swapped_texts
+from app.live.motion.command_latency import LatencyFigures, latency_text
+from app.live.motion.command_loop import CommandLoop
 from app.live.motion.motion_output import MotionOutput
-from app.live.motion.motion_sender import MotionLimits, check_sending
+from app.live.motion.motion_sender import DEADLINE, MotionLimits, SendingState, check_sending
 from app.live.prepare import prepare_measured
 from app.live.send import sender
 from app.live.sources.open import SourceOptions, is_live, open_source
 from app.recording.recorder import Recorder
 from app.scene.scene import Scene
+from app.session.frame import Frame
 from app.session.prepare import PreparedScene
 
 _TOLD_EVERY = 1.0
 """Seconds between two lines of statistics on a terminal."""
+_LATENCY = ("median", "p95", "p99", "largest")
+_PAUSE = 0.01
+"""Seconds between two looks at how listening goes."""
 _NAMED = 8
 """Unknown ids and silent channels that are named; all are counted."""
 
@@ -49,35 +56,40 @@ def execute(arguments: argparse.Namespace) -> int:
     scene = scene_from_arguments(arguments)
     prepared = prepare_measured(scene, progress=progress_line())
     session = _session(arguments, connection, prepared)
-    motion = _motion(arguments, session, scene)
+    motion = _motion(arguments, session, scene, connection)
     connection.open()
-    with ExitStack() as closing:
-        closing.callback(connection.close)
-        recorder = None
+    with ExitStack() as stack:
+        stack.callback(connection.close)
+        recording = None
         if arguments.output:
-            recorder = closing.enter_context(
+            recorder = stack.enter_context(
                 Recorder(prepared, arguments.output, overwrite=arguments.overwrite, measured=connection.source.address)
             )
+            recording = FrameRecording(recorder, lossless=connection.source.finite)
+            stack.callback(recording.close)
         if motion is not None and arguments.send:
-            put = closing.enter_context(sender(arguments.send))
-            motion.start_sending(put, limits, time.monotonic(), token=arguments.token)
-            closing.callback(lambda: motion.stop_sending(time.monotonic()))
-        result = _listen(connection, session, recorder, motion, arguments.seconds)
+            motion.start_sending(stack.enter_context(sender(arguments.send)), limits, token=arguments.token)
+            stack.callback(motion.halt)
+        result = _listen(connection, session, recording, motion, arguments.seconds)
     status, facts = connection.status, session.facts
     if arguments.weight is not None:
         calibration = session.weigh(arguments.weight)
         if arguments.save_calibration:
             save_calibration(calibration, arguments.save_calibration)
     result |= _figures(status, facts, session) | {"file": arguments.output, "source": status.address}
+    result["left_out"] = 0 if recording is None else recording.left_out
     if motion is not None:
         result["motion"] = _motion_figures(motion, session)
     for warning in _warnings(session, facts, status):
         print_warning(warning)
+    if result["left_out"]:
+        print_warning(f"{result['left_out']} frames were not recorded: the disk is too slow")
     if facts.readings == 0:
         problem = status.problem or facts.problem or status.malformed
         remedy = "Check that the sender runs and sends to this address"
         raise LiveError("no reading came", place=status.address, value=problem, remedy=remedy)
-    (print_json(result) if arguments.json else print_fields(_rows(result, status)))
+    latency = None if motion is None else motion.latency.figures
+    (print_json(result) if arguments.json else print_fields(_rows(result, status, latency)))
     return 0
 
 
@@ -94,14 +106,16 @@ def _session(arguments: argparse.Namespace, connection: Connection, prepared: Pr
     return session
 
 
-def _motion(arguments: argparse.Namespace, session: MeasuredSession, scene: Scene) -> MotionOutput | None:
+def _motion(
+    arguments: argparse.Namespace, session: MeasuredSession, scene: Scene, connection: Connection
+) -> MotionOutput | None:
     """What is asked of a controller; None for nothing."""
     if not (arguments.controller or arguments.send):
         return None
     settings = settings_from(dict(scene.control))
     if arguments.controller:
         settings = replace(settings, controller=arguments.controller)
-    return MotionOutput(session.prepared.robot, session.map, settings)
+    return MotionOutput(session, settings, connection.ages)
 
 
 @contextmanager
@@ -114,49 +128,66 @@ def _until_interrupted(*, live: bool) -> Iterator[None]:
             raise
 
 
+class _Felt:
+    """What the skin felt so far. Mutable."""
+
+    def __init__(self) -> None:
+        self.contacts: set[int] = set()
+        self.strongest = 0.0
+
+    def add(self, frame: Frame) -> None:
+        """Take a frame."""
+        self.contacts.update(region.id for region in frame.regions)
+        self.strongest = max([self.strongest, *(region.force for region in frame.regions)])
+
+
 def _listen(
     connection: Connection,
     session: MeasuredSession,
-    recorder: Recorder | None,
+    recording: FrameRecording | None,
     motion: MotionOutput | None,
     seconds: float | None,
 ) -> dict[str, Any]:
     """Figures of what was felt."""
-    contacts: set[int] = set()
-    strongest, start = 0.0, time.monotonic()
-    told, taken = start, 0
+    felt, start = _Felt(), time.monotonic()
+    told, said = start, ""
 
-    def drain() -> None:
-        nonlocal strongest, taken
-        while (item := connection.take()) is not None:
-            before = session.frame
-            frame = session.show(item)
-            taken += 1
-            if frame is before:
-                continue
-            if motion is not None:
-                motion.take(frame, session.facts, session.map, time.monotonic())
-            if recorder is not None:
-                recorder.write(frame, session.inputs)
-            contacts.update(region.id for region in frame.regions)
-            strongest = max([strongest, *(region.force for region in frame.regions)])
+    def each(frame: Frame) -> None:
+        felt.add(frame)
+        if recording is not None:
+            recording.put(frame, session.inputs)
 
-    with _until_interrupted(live=is_live(connection.source.address)):
-        while not connection.ended and (seconds is None or time.monotonic() - start < seconds):
-            connection.step(0.05)
-            drain()
-            if motion is not None:
-                motion.check(time.monotonic())
+    commands = CommandLoop(connection, session, motion, each)
+    with _until_interrupted(live=is_live(connection.source.address)), closing(commands):
+        connection.start()
+        commands.start()
+        while not commands.finished.wait(_PAUSE) and (seconds is None or time.monotonic() - start < seconds):
+            commands.raise_error()
+            if recording is not None and recording.error is not None:
+                break  # closing it raises the error
+            now = "" if motion is None else _sending_text(motion.sending)
+            if now != said:
+                said = now
+                sys.stderr.write(f"tactile-maps: {said}\n")
             if time.monotonic() - told > _TOLD_EVERY:
                 told = time.monotonic()
                 _tell(connection.status, len(session.frame.regions))
     listened = time.monotonic() - start
-    if motion is not None:
-        motion.stop_sending(time.monotonic())
     connection.close()
-    drain()
-    force = None if session.units.force is None else strongest
-    return {"listened_s": listened, "readings": taken, "contacts": len(contacts), "max_force_N": force}
+    while commands.step():
+        pass
+    force = None if session.units.force is None else felt.strongest
+    return {"listened_s": listened, "readings": commands.taken, "contacts": len(felt.contacts), "max_force_N": force}
+
+
+def _sending_text(sending: SendingState) -> str:
+    """What a user must know of sending at once; empty for nothing."""
+    if sending.waiting is not None:
+        return f"no motion is sent yet: waiting for {sending.waiting}"
+    if sending.stopped is not None:
+        detail = f" ({sending.detail})" if sending.detail else ""
+        return f"sending stopped: {sending.stopped}{detail}"
+    return "motion is sent" if sending.sending else ""
 
 
 def _tell(status: ConnectionStatus, touched: int) -> None:
@@ -199,7 +230,7 @@ def _figures(status: ConnectionStatus, facts: MeasuredFacts, session: MeasuredSe
 
 
 def _motion_figures(motion: MotionOutput, session: MeasuredSession) -> dict[str, Any]:
-    wanted, sending = motion.wanted, motion.sending
+    wanted, sending, late = motion.wanted, motion.sending, motion.latency.figures
     names = (joint.name for joint in session.prepared.robot.joints)
     return {
         "controller": motion.settings.controller,
@@ -210,6 +241,9 @@ def _motion_figures(motion: MotionOutput, session: MeasuredSession) -> dict[str,
         "slowed": sending.slowed,
         "stopped": sending.stopped,
         "detail": sending.detail,
+        "latency_ms": None if late is None else {name: 1e3 * getattr(late, name) for name in _LATENCY},
+        "deadline_ms": 1e3 * DEADLINE,
+        "deadline_misses": 0 if late is None else late.misses,
     }
 
 
@@ -227,7 +261,7 @@ def _motion_text(motion: dict[str, Any]) -> str:
     return "; ".join([*said, *motion["limits"]])
 
 
-def _rows(result: dict[str, Any], status: ConnectionStatus) -> dict[str, object]:
+def _rows(result: dict[str, Any], status: ConnectionStatus, latency: LatencyFigures | None) -> dict[str, object]:
     delay, strongest = status.delay, result["max_force_N"]
     force = "forces unknown: not calibrated" if strongest is None else f"up to {strongest:.2f} N"
     return {
@@ -241,6 +275,7 @@ def _rows(result: dict[str, Any], status: ConnectionStatus) -> dict[str, object]
         "Values": f"{result['unit']}, shown as {result['mode']}{', tared' if result['tared'] else ''}",
         "Contacts": f"{result['contacts']}, {force}",
         **({"Motion": _motion_text(result["motion"])} if "motion" in result else {}),
+        **({"Commands": latency_text(latency)} if latency is not None else {}),
         "Recorded to": result["file"] or "nothing",
     }
 

@@ -63,14 +63,28 @@ class TaxelMatcher:
 
         Cost: 10 µs for labels that came before.
         """
+        rows = self._rows(reading)
+        if rows is None:
+            self.heard[:] = True
+            return self._everything, reading.values
+        self.heard[rows.taxels] = True
+        self.unknown_values += len(rows.unknown)
+        return rows.taxels, reading.values[rows.places]
+
+    def taxels(self, reading: Reading) -> IntArray:
+        """(k,) taxels that a reading has values of, which are not counted; raises as ``match``."""
+        rows = self._rows(reading)
+        return self._everything if rows is None else rows.taxels
+
+    def _rows(self, reading: Reading) -> _Rows | None:
+        """The places of a reading's values; None for those of all taxels in their order."""
         labels = reading.ids if reading.ids is not None else reading.channels
         if labels is None:
             if len(reading.values) != len(self._skin):
                 found = f"{len(reading.values)} values for {len(self._skin)} taxels"
                 remedy = "Send ids, channels, or one value for each taxel in the skin's order"
                 raise MalformedReadingError("values without ids do not fit the skin", value=found, remedy=remedy)
-            self.heard[:] = True
-            return self._everything, reading.values
+            return None
         kind = "ids" if reading.ids is not None else "channels"
         key = kind, labels.tobytes()
         rows = self._layouts.get(key)
@@ -79,9 +93,7 @@ class TaxelMatcher:
                 self._layouts.clear()
             rows = self._layouts[key] = self._look_up(kind, labels)
             self.unknown.update(rows.unknown[: max(_MOST_NAMED - len(self.unknown), 0)])
-            self.heard[rows.taxels] = True
-        self.unknown_values += len(rows.unknown)
-        return rows.taxels, reading.values[rows.places]
+        return rows
 
     def _look_up(self, kind: str, labels: IntArray) -> _Rows:
         known = self._ids() if kind == "ids" else self._channels()

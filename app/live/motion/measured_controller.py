@@ -106,7 +106,7 @@ class MeasuredController:
         if self.settings.controller == "impedance":
             remedy = "Choose another controller, such as hold_force or hybrid"
             raise LiveError("impedance yields by torques, and wants no motion", place="controller", remedy=remedy)
-        strongest = frame.regions[0].force if frame.regions else 0.0
+        strongest = strongest_force(frame)
         step = None if self._before is None else frame.time - self._before[0]
         if step is None or not 0 < step <= LONGEST_STEP:
             return self._begin(frame, strongest)
@@ -130,6 +130,11 @@ class MeasuredController:
         before = self._manager.readings
         period = step if before is None else before.period + _TIMING_SHARE * (step - before.period)
         return SensorTiming(period)
+
+
+def strongest_force(frame: Frame) -> float:
+    """Largest force of a contact [N]; 0 without one, NaN where one is not a number."""
+    return float(np.max([region.force for region in frame.regions], initial=0.0))
 
 
 def check_controllable(frame: Frame, facts: MeasuredFacts) -> None:

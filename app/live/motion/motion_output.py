@@ -1,48 +1,67 @@
-"""Frames of a measured skin in; what the controller wants of each to be shown, and sent while a hand lets it."""
+"""The controller on a measured skin: its motion is shown, and sent while a user's action allows it.
+
+Before a velocity is computed, the strongest contact and all inputs are checked: a controller that takes long cannot
+delay a stop.
+"""
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 from typing import Any
 
 from app.control.command import ControlSettings
 from app.core.errors import LiveError
-from app.live.measured_session import MeasuredFacts
-from app.live.motion.measured_controller import MeasuredController, WantedMotion
+from app.live.data_age import DataAge
+from app.live.measured_session import MeasuredSession
+from app.live.motion.command_latency import CommandLatency
+from app.live.motion.input_monitor import InputMonitor
+from app.live.motion.measured_controller import MeasuredController, WantedMotion, strongest_force
 from app.live.motion.motion_sender import MotionLimits, MotionSender, SendingState, StopReason
-from app.maps.tactile_map import TactileMap
-from app.robots.robot import Robot
-from app.session.frame import Frame
 
 _NOT_SENT = SendingState()
 
 
 class MotionOutput:
-    """A controller on a measured skin, and where its motion goes. Mutable; of one thread.
+    """A controller on a measured skin, and where its motion goes. Mutable.
+
+    ``take`` and ``check`` are for the thread that takes readings; any other may call ``halt`` and ``check_deadline``.
 
     Args:
-        robot: As it is measured.
-        map_: Of the skin.
+        session: That readings are taken into.
         settings: Of the controller.
+        ages: Of the session's connection.
+        clock: Receiver's clock [s], the same as of the connection.
 
     Attributes:
-        wanted: By the newest frame; None where nothing could be wanted of it.
-        problem: Why not; None where it could.
+        wanted: By the newest frame; None where no motion follows from it.
+        problem: Why not; None where it does.
+        latency: Times from readings to commands.
 
     Raises:
         SceneError: A setting is out of range.
     """
 
-    def __init__(self, robot: Robot, map_: TactileMap, settings: ControlSettings) -> None:
-        self._joints = tuple(joint.name for joint in robot.joints)
-        self._controller = MeasuredController(robot, map_, settings)
+    def __init__(
+        self,
+        session: MeasuredSession,
+        settings: ControlSettings,
+        ages: DataAge,
+        *,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self._session, self._clock = session, clock
+        self._joints = tuple(joint.name for joint in session.prepared.robot.joints)
+        self._controller = MeasuredController(session.prepared.robot, session.map, settings)
+        self._monitor = InputMonitor(session, ages)
         self._sender: MotionSender | None = None
         self.wanted: WantedMotion | None = None
         self.problem: str | None = None
+        self.latency = CommandLatency()
 
     @property
     def settings(self) -> ControlSettings:
-        """Of the controller, in force."""
+        """Current settings of the controller."""
         return self._controller.settings
 
     @property
@@ -50,49 +69,85 @@ class MotionOutput:
         """How sending goes."""
         return _NOT_SENT if self._sender is None else self._sender.state
 
+    @property
+    def active(self) -> bool:
+        """True while motion is sent, or readings are waited for to send it."""
+        return self.sending.active
+
     def use(self, settings: ControlSettings) -> None:
         """Take other settings; raises SceneError, and the last good ones stay."""
         self._controller.use(settings)
 
-    def start_sending(
-        self, put: Callable[[bytes], Any], limits: MotionLimits, now: float, *, token: str | None = None
-    ) -> None:
-        """Send what is wanted from the next frame on, from the posture that is found then: a hand said so.
+    def start_sending(self, put: Callable[[bytes], Any], limits: MotionLimits, *, token: str | None = None) -> None:
+        """Send the wanted motion once all readings are there, from the posture that is found then.
+
+        Call it only for a user's action.
 
         Args:
             put: Sends a packet.
             limits: See there.
-            now: The receiver's clock [s], as in the others.
             token: That every packet carries.
         """
-        self.stop_sending(now)
-        self._controller.reset()
+        self.halt()
+        self._monitor.reset()
+        self.latency = CommandLatency()
         self._sender = MotionSender(self._joints, put, limits, token=token)
-        self._sender.start(now)
+        self._sender.start()
 
-    def stop_sending(self, now: float) -> None:
-        """Send a stop, and nothing after it."""
+    def halt(self, reason: StopReason = StopReason.BY_HAND, detail: str = "") -> None:
+        """Send a stop, and nothing after it. Any thread may call it."""
         if self._sender is not None:
-            self._sender.stop(now)
+            self._sender.stop(self._clock(), reason, detail)
 
-    def take(self, frame: Frame, facts: MeasuredFacts, map_: TactileMap, now: float) -> None:
-        """Work out what is wanted of a new frame, and send it or a stop.
+    def check_deadline(self) -> None:
+        """Send a stop where the thread that takes readings is stuck. For another thread, a few times in 0.05 s."""
+        if self._sender is not None:
+            self._sender.check(self._clock())
+
+    def check(self) -> None:
+        """Stop sending where readings have ceased or are too old. For times without a new frame."""
+        self._inputs_good(self._clock())
+
+    def take(self) -> None:
+        """Work out the motion that follows from the session's newest frame, and send it or a stop.
 
         Cost: 1 to 3 ms for 1,000 taxels.
         """
-        self._controller.use_map(map_)
+        frame, now = self._session.frame, self._clock()
+        sender = self._sender
+        if sender is not None and self.active and frame.units.force is not None:
+            sender.check_force(strongest_force(frame), now)
+        good = self._inputs_good(now)
+        starting = good and self.sending.waiting is not None
+        if starting:
+            self._controller.reset()
+        self._controller.use_map(self._session.map)
         try:
-            self.wanted, self.problem = self._controller.command(frame, facts), None
+            self.wanted, self.problem = self._controller.command(frame, self._session.facts), None
         except LiveError as error:
             self.wanted, self.problem = None, str(error)
             self._controller.reset()
-            if self._sender is not None:
-                self._sender.stop(now, StopReason.UNKNOWN, str(error))
-        else:
-            if self._sender is not None:
-                self._sender.show(self.wanted, now)
+            if good:
+                self.halt(StopReason.UNKNOWN, str(error))
+            return
+        if sender is None or not good:
+            return
+        measured = self._monitor.measured
+        if starting:
+            sender.begin(measured)
+        if sender.show(self.wanted, self._clock(), measured=measured):
+            self.latency.add(self._clock() - self._session.heard.arrived)
 
-    def check(self, now: float) -> None:
-        """Stop sending where readings have ceased; to be asked a few times in ``VALID_SECONDS``."""
-        if self._sender is not None:
-            self._sender.check(now)
+    def _inputs_good(self, now: float) -> bool:
+        """True if motion may be sent; else it stops, or waits for what is missing."""
+        sender = self._sender
+        if sender is None or not sender.state.active:
+            return False
+        problem = self._monitor.check(now, starting=sender.state.waiting is not None)
+        if problem is None:
+            return True
+        if sender.state.waiting is not None:
+            sender.wait(problem.awaited)
+        else:
+            sender.stop(now, problem.reason, problem.detail)
+        return False

@@ -1,8 +1,12 @@
-"""Wanted motion out of the program: joint velocities to a robot's own driver, and every reason not to send them.
+"""Joint velocities to a robot's own driver, and every reason not to send them.
 
-Nothing is sent before ``start``, which only a person's hand calls. Velocities hold for ``VALID_SECONDS``: a driver that
-hears nothing for longer must stop by itself. Whatever ends sending sends a stop first, three times, since a packet can
-be lost; only a hand starts it again.
+Sending begins only with ``start``, which only a user's action calls. It waits until all readings that it needs are
+there (state *waiting*), sends velocities (*moving*), and ends with three packets that say *stopped*, since a packet can
+be lost. Only a user's action starts it again. Any thread may stop it: nothing is sent after a stop.
+
+A velocity is valid for ``VALID_SECONDS``: a driver that receives nothing for longer must stop by itself. The data
+behind a command are never older than ``OLDEST_SECONDS``. The difference is the ``DEADLINE`` of the command loop: a
+contact that became too strong is answered within ``VALID_SECONDS`` in any case.
 
 A packet is one JSON object: ``v`` 1, ``seq``, ``t`` (the sender's clock [s]), ``state`` (``moving`` or ``stopped``),
 ``valid_s``, ``velocities`` by joint [rad/s, or m/s for a slide], and ``token`` where one is set; stopped also ``why``.
@@ -12,6 +16,7 @@ from __future__ import annotations
 
 import json
 import math
+import threading
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
@@ -26,7 +31,13 @@ from app.live.motion.measured_controller import WantedMotion
 from app.live.sources.network import is_this_machine
 
 VALID_SECONDS = 0.2
-"""For so long a velocity holds; without a reading for as long, sending stops."""
+"""A driver may follow a velocity for so long [s]."""
+OLDEST_SECONDS = 0.15
+"""Largest age [s] of the data behind a velocity; older data stop sending."""
+DEADLINE = VALID_SECONDS - OLDEST_SECONDS
+"""A command must be sent within so long [s] after its newest reading was received; later ones are counted."""
+WATCHDOG_SECONDS = OLDEST_SECONDS + 0.02
+"""The watchdog stops sending when the data behind the last velocity are older [s]: the command loop is stuck."""
 _STOP_PACKETS = 3
 SPEEDS = (0.001, 1.0)
 """Fastest joint that may be allowed, lowest and highest [rad/s, or m/s]."""
@@ -62,6 +73,12 @@ class StopReason(StrEnum):
     BY_HAND = "switched off"
     FORCE = "a contact passed the limit of force"
     STALE = "no reading came in time"
+    BACKLOG = "the readings are too old"
+    CLOCK = "the clock of the readings was set"
+    NOT_HEARD = "a part of the robot is not heard any more"
+    IMPLAUSIBLE = "a reading is impossible"
+    FROZEN = "a part of the skin repeats the same values"
+    OVERRUN = "the command loop missed its deadline"
     CONTROLLER = "the controller's safety monitor stopped the arm"
     UNKNOWN = "posture or forces are not known any more"
     FAILED = "the address cannot be sent to"
@@ -72,7 +89,8 @@ class SendingState:
     """How sending goes.
 
     Attributes:
-        sending: Whether velocities are sent.
+        sending: True while velocities are sent.
+        waiting: What it waits for before it sends; None where it does not wait.
         stopped: Why it ended; None before it did.
         detail: Figures or the system's words; empty for none.
         sent: Packets with velocities so far.
@@ -80,10 +98,16 @@ class SendingState:
     """
 
     sending: bool = False
+    waiting: str | None = None
     stopped: StopReason | None = None
     detail: str = ""
     sent: int = 0
     slowed: int = 0
+
+    @property
+    def active(self) -> bool:
+        """True from the start to the stop."""
+        return self.sending or self.waiting is not None
 
 
 def check_sending(address: str, *, remote: bool) -> None:
@@ -99,7 +123,7 @@ def check_sending(address: str, *, remote: bool) -> None:
 
 
 class MotionSender:
-    """Sends wanted motion within limits, and stops. Mutable; of one thread.
+    """Sends velocities within limits, and stops. Mutable; any thread may call it.
 
     Args:
         joints: Their names, in the order of the posture.
@@ -116,49 +140,74 @@ class MotionSender:
         self, joints: Sequence[str], put: Callable[[bytes], Any], limits: MotionLimits, *, token: str | None = None
     ) -> None:
         self._joints, self._put, self._token = tuple(joints), put, token
+        self._lock = threading.RLock()
         self.limits, self.state = limits, SendingState()
         self._sequence = 0
-        self._heard: float | None = None
+        self._measured = -math.inf
 
-    def start(self, now: float) -> None:
-        """Send from the next motion on. ``now`` is the receiver's clock [s], as in ``show`` and ``check``."""
-        self.state = SendingState(sending=True)
-        self._heard = now
+    def start(self) -> None:
+        """Wait for the readings that are needed; ``begin`` ends the waiting."""
+        with self._lock:
+            self.state = SendingState(waiting="the first reading")
+
+    def wait(self, text: str) -> None:
+        """Say what is waited for; nothing where it does not wait."""
+        with self._lock:
+            if self.state.waiting is not None:
+                self.state = replace(self.state, waiting=text)
+
+    def begin(self, measured: float) -> None:
+        """Send velocities from now on, if it waits. ``measured`` as in ``show``."""
+        with self._lock:
+            if self.state.waiting is not None:
+                self.state = replace(self.state, waiting=None, sending=True)
+                self._measured = measured
 
     def stop(self, now: float, reason: StopReason = StopReason.BY_HAND, detail: str = "") -> None:
-        """Send a stop, and nothing after it until ``start``; nothing where nothing is sent."""
-        if not self.state.sending:
-            return
-        self.state = replace(self.state, sending=False, stopped=reason, detail=detail)
-        still = np.zeros(len(self._joints))
-        try:
-            for _ in range(_STOP_PACKETS):
-                self._put(self._packet(now, still, why=reason.value))
-        except (OSError, LiveError) as error:
-            said = (detail, f"the stop was not sent: {error}")
-            self.state = replace(self.state, detail="; ".join(filter(None, said)))
+        """Send a stop, and nothing after it until ``start``; nothing where it is not active."""
+        with self._lock:
+            if not self.state.active:
+                return
+            self.state = replace(self.state, sending=False, waiting=None, stopped=reason, detail=detail)
+            still = np.zeros(len(self._joints))
+            try:
+                for _ in range(_STOP_PACKETS):
+                    self._put(self._packet(now, still, why=reason.value))
+            except (OSError, LiveError) as error:
+                said = (detail, f"the stop was not sent: {error}")
+                self.state = replace(self.state, detail="; ".join(filter(None, said)))
 
-    def show(self, wanted: WantedMotion, now: float) -> None:
-        """Send what is wanted, slowed where it is too fast; or stop."""
-        if not self.state.sending:
-            return
-        if any(limit.kind.stops for limit in wanted.limits):
-            self.stop(now, StopReason.CONTROLLER)
-        elif wanted.force > self.limits.force:
-            self.stop(now, StopReason.FORCE, f"{wanted.force:.1f} N, {self.limits.force:g} N allowed")
-        elif not self.check(now):
-            return
-        else:
-            self._heard = now
-            self._send(wanted.velocity, now)
+    def check_force(self, force: float, now: float) -> None:
+        """Stop where the strongest contact [N] is beyond the limit, or not a number."""
+        if not force <= self.limits.force:
+            self.stop(now, StopReason.FORCE, f"{force:.1f} N, {self.limits.force:g} N allowed")
 
-    def check(self, now: float) -> bool:
-        """Whether sending goes on: it stops where no motion was shown for ``VALID_SECONDS``."""
-        if self.state.sending and self._heard is not None and now - self._heard > VALID_SECONDS:
-            self.stop(now, StopReason.STALE, f"{now - self._heard:.2f} s")
-        return self.state.sending
+    def show(self, wanted: WantedMotion, now: float, *, measured: float) -> bool:
+        """Send a velocity, slowed where it is too fast; or stop. True if it was sent.
 
-    def _send(self, velocity: FloatArray, now: float) -> None:
+        Args:
+            wanted: By the newest readings.
+            now: Receiver's clock [s].
+            measured: Time of the oldest value that it depends on, by the same clock [s].
+        """
+        with self._lock:
+            self._measured = measured
+            self.check_force(wanted.force, now)
+            if any(limit.kind.stops for limit in wanted.limits):
+                self.stop(now, StopReason.CONTROLLER)
+            if not np.isfinite(wanted.velocity).all():
+                self.stop(now, StopReason.CONTROLLER, "a velocity is not finite")
+            if now - measured > VALID_SECONDS:
+                self.stop(now, StopReason.OVERRUN, f"the command is {now - measured:.2f} s late")
+            return self.state.sending and self._send(wanted.velocity, now)
+
+    def check(self, now: float) -> None:
+        """Stop where the data behind the last velocity are older than ``WATCHDOG_SECONDS``: no other thread did."""
+        with self._lock:
+            if self.state.sending and now - self._measured > WATCHDOG_SECONDS:
+                self.stop(now, StopReason.OVERRUN, f"{now - self._measured:.2f} s without a command")
+
+    def _send(self, velocity: FloatArray, now: float) -> bool:
         fastest = float(np.abs(velocity).max(initial=0.0))
         slowed = fastest > self.limits.speed
         sent = velocity * (self.limits.speed / fastest) if slowed else velocity
@@ -166,8 +215,9 @@ class MotionSender:
             self._put(self._packet(now, sent))
         except (OSError, LiveError) as error:
             self.stop(now, StopReason.FAILED, str(error))
-        else:
-            self.state = replace(self.state, sent=self.state.sent + 1, slowed=self.state.slowed + slowed)
+            return False
+        self.state = replace(self.state, sent=self.state.sent + 1, slowed=self.state.slowed + slowed)
+        return True
 
     def _packet(self, now: float, velocity: FloatArray, *, why: str | None = None) -> bytes:
         fields: dict[str, Any] = {"v": 1, "seq": self._sequence, "t": now, "valid_s": VALID_SECONDS}

@@ -11,7 +11,8 @@ from PySide6.QtWidgets import QHBoxLayout, QLineEdit, QPushButton, QWidget
 from app.control.controller_registry import CONTROLLERS
 from app.control.limit_texts import limit_text
 from app.core.errors import TactileMapsError
-from app.live.motion.motion_sender import FORCES, SPEEDS, MotionLimits, SendingState
+from app.live.motion.command_latency import latency_text
+from app.live.motion.motion_sender import FORCES, SPEEDS, MotionLimits
 from app.robots.robot import Robot
 from widgets.common.number_field import NumberField
 from widgets.common.panel import FlatComboBox, Panel, value_label
@@ -122,11 +123,11 @@ class WantedMotionPanel(Panel):
         limits = () if wanted is None else wanted.limits
         self._told.setText("\n".join([self._error or facts.problem or "", *map(limit_text, limits)]).strip())
         self._told.setHidden(not self._told.text())
-        self._switch.setChecked(facts.sending.sending)
-        self._switch.setText("Stop sending" if facts.sending.sending else "Send to the robot")
+        self._switch.setChecked(facts.sending.active)
+        self._switch.setText("Stop sending" if facts.sending.active else "Send to the robot")
         for field in (self._address, self._speed, self._most_force):
-            field.setEnabled(not facts.sending.sending)
-        self._sent.setText(_sent_text(facts.sending))
+            field.setEnabled(not facts.sending.active)
+        self._sent.setText(_sent_text(facts))
         self._sent.setHidden(not self._sent.text())
 
     def _watch(self) -> None:
@@ -169,12 +170,16 @@ def _fastest(robot: Robot, facts: MotionFacts) -> str:
     return "\n".join(lines).replace("-", "−") if lines else "none moves"
 
 
-def _sent_text(sending: SendingState) -> str:
+def _sent_text(facts: MotionFacts) -> str:
     """How sending goes, or why it ended."""
+    sending, latency = facts.sending, facts.latency
     slowed = f", {sending.slowed} of them slowed" if sending.slowed else ""
+    if sending.waiting is not None:
+        return f"Waiting for {sending.waiting}. Nothing is sent yet."
+    late = "" if latency is None else f"\n{latency_text(latency)}"
     if sending.sending:
-        return f"Sending: {sending.sent} velocities{slowed}."
+        return f"Sending: {sending.sent} velocities{slowed}.{late}"
     if sending.stopped is None:
         return ""
     detail = f" ({sending.detail})" if sending.detail else ""
-    return f"Stopped: {sending.stopped.value}{detail}. {sending.sent} velocities were sent{slowed}."
+    return f"Stopped: {sending.stopped.value}{detail}. {sending.sent} velocities were sent{slowed}.{late}"

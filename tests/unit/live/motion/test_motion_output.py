@@ -11,10 +11,18 @@ import pytest
 from app.control.command import ControlSettings
 from app.core.errors import LiveError, SceneError
 from app.live.arrival import Arrived
+from app.live.data_age import SETTLE_SECONDS, DataAge
 from app.live.measured_session import MeasuredSession
 from app.live.motion.measured_controller import MeasuredController, WantedMotion
 from app.live.motion.motion_output import MotionOutput
-from app.live.motion.motion_sender import VALID_SECONDS, MotionLimits, MotionSender, StopReason
+from app.live.motion.motion_sender import (
+    OLDEST_SECONDS,
+    VALID_SECONDS,
+    WATCHDOG_SECONDS,
+    MotionLimits,
+    MotionSender,
+    StopReason,
+)
 from app.live.prepare import as_measured
 from app.live.readings import Reading, Unit
 from app.tactile.press import press_skin
@@ -38,21 +46,32 @@ class Robot:
     put: list[dict] = field(default_factory=list)
     now: float = 100.0
     angle: float = 0.3
+    live: bool = False
 
     def __post_init__(self) -> None:
         self.session = MeasuredSession(as_measured(prepared_bar()))
-        self.output = MotionOutput(self.session.prepared.robot, self.session.map, self.settings)
+        self.ages = DataAge(live=self.live)
+        self.output = MotionOutput(self.session, self.settings, self.ages, clock=lambda: self.now)
 
     def start(self) -> None:
-        self.output.start_sending(lambda packet: self.put.append(json.loads(packet)), self.limits, self.now)
+        self.output.start_sending(lambda packet: self.put.append(json.loads(packet)), self.limits)
 
-    def read(self, force=0.0, *, unit=Unit.PASCAL, joints=True, step=STEP):
+    def read(self, force=0.0, *, unit=Unit.PASCAL, joints=True, step=STEP, taxels=None, sent=None, values=None):
+        """Take one reading, with ``sent`` as the sender's clock; only of ``taxels`` where they are given."""
         self.now += step
         skin = bar_skin()
-        values = press_skin(skin, skin.taxel_point(30), force=force) if force else np.zeros(len(skin))
-        reading = Reading(self.now, values, unit, joints={"hinge": self.angle} if joints else {})
-        frame = self.session.show(Arrived(reading, self.now))
-        self.output.take(frame, self.session.facts, self.session.map, self.now)
+        if values is None:
+            values = press_skin(skin, skin.taxel_point(30), force=force) if force else np.zeros(len(skin))
+        sent = self.now if sent is None else sent
+        ids = None if taxels is None else np.asarray(taxels)
+        part = values if ids is None else values[ids]
+        posture = joints if isinstance(joints, dict) else {"hinge": self.angle} if joints else {}
+        reading = Reading(sent, part, unit, ids, joints=posture)
+        if self.session.apply(Arrived(reading, self.now, self.ages.add(sent, self.now))):
+            self.session.make_frame()
+            self.output.take()
+        else:
+            self.output.check()
         return self.output.wanted
 
     @property
@@ -95,13 +114,15 @@ def test_motion_starts_from_the_posture_that_is_found_then():
 def test_what_is_too_fast_is_slowed_as_a_whole_and_counted():
     sent = []
     sender = MotionSender(("a", "b"), lambda packet: sent.append(json.loads(packet)), MotionLimits(speed=0.1))
-    sender.start(0.0)
-    sender.show(WantedMotion(0.0, np.array([0.4, -0.2]), 0.0), 0.01)
-    sender.show(WantedMotion(0.0, np.array([0.05, 0.0]), 0.0), 0.02)
+    sender.start()
+    sender.begin(0.0)
+    for now, velocity in ((0.01, [0.4, -0.2]), (0.02, [0.05, 0.0]), (0.03, [-0.4, 0.2])):
+        assert sender.show(WantedMotion(0.0, np.array(velocity), 0.0), now, measured=now)
     assert sent[0]["velocities"] == pytest.approx({"a": 0.1, "b": -0.05})
     assert sent[1]["velocities"] == {"a": 0.05, "b": 0.0}
-    assert (sender.state.sent, sender.state.slowed) == (2, 1)
-    assert [packet["seq"] for packet in sent] == [0, 1]
+    assert sent[2]["velocities"] == pytest.approx({"a": -0.1, "b": 0.05})
+    assert (sender.state.sent, sender.state.slowed) == (3, 2)
+    assert [packet["seq"] for packet in sent] == [0, 1, 2]
     assert all(packet["valid_s"] == VALID_SECONDS for packet in sent)
 
 
@@ -149,18 +170,18 @@ def test_the_controllers_own_stop_stops():
 
 def test_a_stream_that_ceases_stops_and_one_that_comes_again_does_not_start():
     robot = _moving()
-    robot.output.check(robot.now + 0.9 * VALID_SECONDS)
+    robot.now += 0.9 * OLDEST_SECONDS
+    robot.output.check()
     assert robot.output.sending.sending
-    robot.output.check(robot.now + 1.1 * VALID_SECONDS)
+    robot.now += 0.2 * OLDEST_SECONDS
+    robot.output.check()
     assert _stopped(robot) is StopReason.STALE
-    late = _moving()
-    late.read(5.0, step=2 * VALID_SECONDS)  # the reading itself is the first to tell
-    assert _stopped(late) is StopReason.STALE
+    assert robot.output.sending.detail == "none for 0.17 s"
 
 
 def test_a_hand_stops_and_starts_again():
     robot = _moving()
-    robot.output.stop_sending(robot.now)
+    robot.output.halt()
     assert _stopped(robot) is StopReason.BY_HAND
     robot.start()
     robot.read()
@@ -174,23 +195,34 @@ def test_what_cannot_be_sent_stops_and_says_why():
     def fail(_packet: bytes) -> None:
         raise OSError("no route")
 
-    robot.output.start_sending(fail, LIMITS, robot.now)
+    robot.output.start_sending(fail, LIMITS)
     robot.read()
     assert robot.output.sending.stopped is StopReason.FAILED
     assert "no route" in robot.output.sending.detail
     assert "the stop was not sent" in robot.output.sending.detail
 
 
-@pytest.mark.parametrize(
-    ("parts", "said"), [({"joints": False}, "posture is not known"), ({"unit": Unit.COUNTS}, "no force is known")]
-)
-def test_without_posture_or_forces_nothing_is_wanted(parts, said):
+def test_without_forces_nothing_is_wanted():
     robot = Robot()
     robot.start()
-    robot.read(5.0, **parts)
+    robot.read(5.0, unit=Unit.COUNTS)
     assert robot.output.wanted is None
-    assert said in robot.output.problem
+    assert "no force is known" in robot.output.problem
     assert robot.output.sending.stopped is StopReason.UNKNOWN
+
+
+def test_without_posture_nothing_is_wanted_and_sending_waits_for_it():
+    robot = Robot()
+    robot.start()
+    assert robot.output.sending.waiting == "the first reading"
+    robot.read(5.0, joints=False)
+    assert robot.output.wanted is None
+    assert "posture is not known" in robot.output.problem
+    assert robot.output.sending.waiting == "joint hinge"
+    assert robot.put == []
+    robot.read(5.0)
+    assert robot.velocities == [0.0]
+    assert robot.output.sending.sending
 
 
 def test_other_settings_are_taken_and_bad_ones_are_not():
