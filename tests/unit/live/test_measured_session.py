@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -10,16 +12,17 @@ from app.core.errors import LiveError, RecordingError, SimulationError
 from app.core.reading_units import ReadingUnits
 from app.live.arrival import Arrived
 from app.live.channels.calibration import Calibration, ValueMode
-from app.live.measured_session import MeasuredSession, silent_text
+from app.live.measured_session import MOST_TURNS, MeasuredSession, silent_text
 from app.live.prepare import as_measured
 from app.live.readings import Reading, Unit
 from app.live.sources.files import read_recording
 from app.recording.player import open_recording
 from app.recording.recorder import Recorder
 from app.recording.verify import verify
+from app.robots.robot import Joint
 from app.session.inputs import CalibrationUsed, MapEdited, PokePressed, PokeReleased, ReadingChanged
 from app.tactile.press import press_skin
-from tests.support.touch import bar_skin, prepared_bar
+from tests.support.touch import bar, bar_skin, prepared_bar
 
 
 def session(**options):
@@ -221,3 +224,84 @@ def test_taxels_that_were_never_heard_are_not_made_up(tmp_path):
     (reading,) = read_recording(path)
     assert reading.values.tolist() == [500.0]
     assert reading.ids.tolist() == [7]
+
+
+@pytest.mark.parametrize("position", [1e300, -1e300, 1.7, -1.7])
+def test_position_beyond_the_joints_range_is_refused_and_counted(position):
+    measured = session()
+    frame = measured.show(at(0.0, touched(), joints={"hinge": 0.3}))
+    assert measured.show(at(0.01, np.zeros(60), joints={"hinge": position})) is frame
+    facts = measured.facts
+    assert (facts.readings, facts.refused, measured.implausible.count) == (1, 1, 1)
+    assert "joint hinge: a joint's position is impossible" in facts.problem
+    assert measured.show(at(0.02, touched(), joints={"hinge": 1.55})).posture[0] == 1.55  # within the tolerance
+
+
+def test_position_of_a_joint_without_limits_is_bounded():
+    robot = replace(bar(), joints=(Joint("hinge", -np.inf, np.inf),))
+    measured = MeasuredSession(as_measured(replace(prepared_bar(), robot=robot)))
+    measured.show(at(0.0, touched(), joints={"hinge": 500.0}))
+    measured.show(at(0.01, touched(), joints={"hinge": 1.1 * MOST_TURNS}))
+    assert measured.frame.posture[0] == 500.0
+    assert measured.facts.refused == 1
+
+
+@pytest.mark.parametrize(("unit", "most"), [(Unit.COUNTS, 2.0**32), (Unit.PASCAL, 1e7), (Unit.KILOPASCAL, 1e4)])
+def test_value_beyond_any_skin_is_refused_by_the_taxels_name(unit, most):
+    measured = session()
+    values = np.zeros(60)
+    values[4] = -most
+    measured.show(at(0.0, values, unit=unit))
+    values = values.copy()
+    values[4] = 1.001 * most
+    measured.show(at(0.01, values, unit=unit))
+    assert measured.facts.refused == 1
+    assert "taxel 4" in measured.facts.problem
+
+
+def test_position_that_cannot_have_been_reached_is_shown_and_remembered():
+    measured = session()
+    for time, position in ((0.0, 0.0), (0.1, 1.4), (0.2, -1.4), (0.21, -1.05)):
+        measured.show(at(time, touched(), joints={"hinge": position}))
+    assert measured.implausible.count == 0  # 28 rad/s, and 0.35 rad in one step of 10 ms
+    measured.show(at(0.22, touched(), joints={"hinge": -0.5}))  # 0.55 rad
+    assert measured.frame.posture[0] == -0.5
+    assert measured.implausible.count == 1
+    assert measured.implausible.text == "joint hinge: moved by 0.55 in 0.01 s"
+
+
+def test_several_readings_make_one_frame():
+    measured = session()
+    frames = []
+    with measured.watched(frames.append):
+        for number in range(3):
+            assert measured.apply(at(0.01 * number, [float(number)], ids=[number]))
+        assert frames == []
+        frame = measured.make_frame()
+    assert frames == [frame]
+    assert frame.pressures[:3].tolist() == [0.0, 1.0, 2.0]
+    assert measured.facts.readings == 3
+
+
+def test_older_readings_are_needed_until_every_taxel_and_joint_is_there():
+    measured = session()
+    first = at(0.0, np.zeros(60), joints={"hinge": 0.0}).reading
+    assert measured.missing()(first)  # what will be heard is not known yet
+    measured.apply(Arrived(first, 100.0))
+    assert not measured.missing()(first)
+    needed = measured.missing()
+    assert needed(at(0.0, np.zeros(60)).reading)
+    assert needed(at(0.0, [1.0, 2.0]).reading)  # does not fit
+    assert not needed(at(0.0, [0.0], ids=[3], joints={"hinge": 0.0}).reading)
+    assert measured.facts.unknown_values == 0
+
+
+def test_what_was_heard_has_its_time():
+    measured = session()
+    measured.apply(Arrived(at(0.0, np.zeros(60), joints={"hinge": 0.0}).reading, 100.0, 0.25))
+    measured.apply(Arrived(at(0.01, [0.0], ids=[3]).reading, 101.0, 0.0))
+    assert measured.heard.joints.tolist() == [99.75]
+    assert measured.heard.taxels[2:5].tolist() == [99.75, 101.0, 99.75]
+    measured.reset()
+    assert measured.heard.joints.tolist() == [-np.inf]
+    assert measured.facts.unheard_joints == 1

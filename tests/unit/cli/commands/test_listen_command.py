@@ -2,20 +2,27 @@
 
 from __future__ import annotations
 
+import io
 import json
+import os
+import signal
 import socket
 import threading
+import time
+from contextlib import redirect_stderr
 
 import numpy as np
 import pytest
 
 from app.__main__ import main
-from app.live.readings import Reading
+from app.live.readings import Reading, Unit
 from app.live.wire_format import encode_binary
 from app.maps.formats.map_file import save_map
 from app.recording.player import open_recording
 from app.tactile.press import press_skin
 from tests.support.touch import bar, bar_map, bar_skin
+
+PATIENCE = 30.0
 
 
 @pytest.fixture(scope="module")
@@ -133,6 +140,76 @@ def test_wanted_motion_is_sent_within_its_limits_and_ends_with_a_stop(skin, caps
     assert max(speeds) == pytest.approx(0.01)
     assert [packet["state"] for packet in packets[-3:]] == ["stopped"] * 3
     assert speeds[:5] == [0.0] * 5
+
+
+class Said(io.StringIO):
+    """Standard error; ``waits`` is set once the program says that it waits for readings."""
+
+    def __init__(self):
+        super().__init__()
+        self.waits = threading.Event()
+
+    def write(self, text):
+        if "waiting for the first reading" in text:
+            self.waits.set()
+        return super().write(text)
+
+
+def send_bar(port, begin, end):
+    """Send readings of the touched bar, from ``begin`` until ``end``."""
+    values = press_skin(bar_skin(), bar_skin().taxel_point(30), force=2.0)
+    number = 0
+    assert begin.wait(PATIENCE)
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as opened:
+        while not end.wait(0.01):
+            reading = Reading(time.time(), values, Unit.PASCAL, joints={"hinge": 0.3}, sequence=number)
+            opened.sendto(encode_binary(reading), ("127.0.0.1", port))
+            number += 1
+
+
+def drive(driver, packets):
+    """Receive packets for the robot, and press Ctrl-C after the twentieth."""
+    while not packets or packets[-1]["state"] != "stopped":
+        packets.append(json.loads(driver.recv(4096)))
+        if len(packets) == 20:
+            os.kill(os.getpid(), signal.SIGINT)
+
+
+def test_sending_waits_for_a_sender_that_starts_later_and_records_meanwhile(skin, capsys, tmp_path):
+    robot, recorded, said, end, packets = tmp_path / "bar.xml", tmp_path / "felt.mcap", Said(), threading.Event(), []
+    robot.write_text(bar().mjcf)
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as driver, redirect_stderr(said):
+        driver.bind(("127.0.0.1", 0))
+        driver.settimeout(PATIENCE)
+        words = ["--robot", str(robot), "--skin", skin, "--controller", "hold_force", "--for", str(PATIENCE)]
+        words += ["--send", f"udp://127.0.0.1:{driver.getsockname()[1]}", "--json", "-o", str(recorded)]
+        threads = [
+            threading.Thread(target=send_bar, args=(port, said.waits, end)),
+            threading.Thread(target=drive, args=(driver, packets)),
+        ]
+        for thread in threads:
+            thread.start()
+        try:
+            assert main(["listen", f"udp://127.0.0.1:{port}", *words]) == 0
+        finally:
+            end.set()
+            for thread in threads:
+                thread.join()
+    found = json.loads(capsys.readouterr().out)
+    motion = found["motion"]
+    assert (motion["stopped"], motion["detail"]) == ("switched off", "")
+    assert motion["sent"] == len(packets) - 1 >= 20
+    assert {packet["state"] for packet in packets[:-1]} == {"moving"}
+    assert motion["latency_ms"]["median"] <= motion["latency_ms"]["p99"] <= motion["latency_ms"]["largest"]
+    assert motion["deadline_ms"] == pytest.approx(50)
+    lines = [line for line in said.getvalue().splitlines() if "motion" in line]
+    assert lines[0] == "tactile-maps: no motion is sent yet: waiting for the first reading"
+    assert lines[-1] == "tactile-maps: motion is sent"
+    assert found["left_out"] == 0
+    assert len(open_recording(recorded)) >= motion["sent"]
 
 
 @pytest.mark.parametrize(

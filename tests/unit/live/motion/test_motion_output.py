@@ -11,11 +11,14 @@ import pytest
 from app.control.command import ControlSettings
 from app.core.errors import LiveError, SceneError
 from app.live.arrival import Arrived
+from app.live.channels.last_heard import FROZEN_SECONDS
 from app.live.data_age import SETTLE_SECONDS, DataAge
-from app.live.measured_session import MeasuredSession
+from app.live.measured_session import MOST_PRESSURE, MeasuredSession
+from app.live.motion.command_latency import latency_text
 from app.live.motion.measured_controller import MeasuredController, WantedMotion
 from app.live.motion.motion_output import MotionOutput
 from app.live.motion.motion_sender import (
+    DEADLINE,
     OLDEST_SECONDS,
     VALID_SECONDS,
     WATCHDOG_SECONDS,
@@ -47,11 +50,16 @@ class Robot:
     now: float = 100.0
     angle: float = 0.3
     live: bool = False
+    delays: list[float] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         self.session = MeasuredSession(as_measured(prepared_bar()))
         self.ages = DataAge(live=self.live)
-        self.output = MotionOutput(self.session, self.settings, self.ages, clock=lambda: self.now)
+        self.output = MotionOutput(self.session, self.settings, self.ages, clock=self._clock)
+
+    def _clock(self) -> float:
+        self.now += self.delays.pop(0) if self.delays else 0.0
+        return self.now
 
     def start(self) -> None:
         self.output.start_sending(lambda packet: self.put.append(json.loads(packet)), self.limits)
@@ -248,3 +256,195 @@ def test_readings_far_apart_are_no_stream():
 def test_limits_out_of_range_are_refused(limits):
     with pytest.raises(LiveError, match="out of range"):
         MotionLimits(**limits)
+
+
+def test_sending_waits_for_readings_however_long_they_take():
+    robot = Robot(live=True)
+    robot.start()
+    robot.now += 1000.0
+    robot.output.check()
+    robot.output.check_deadline()
+    assert robot.output.sending.waiting == "the first reading"
+    assert robot.put == []
+    robot.output.halt()
+    assert [packet["state"] for packet in robot.put] == ["stopped"] * 3
+
+
+def test_sending_waits_until_the_ages_have_settled():
+    robot = Robot(live=True)
+    robot.start()
+    awaited = []
+    while not robot.put:
+        awaited.append(robot.output.sending.waiting)
+        robot.read(5.0)
+    assert len(awaited) == pytest.approx(SETTLE_SECONDS / STEP, abs=2)
+    assert set(awaited[1:]) == {"readings that arrive evenly"}
+    assert robot.velocities == [0.0]
+
+
+def _moving_live(**parts) -> Robot:
+    robot = Robot(live=True, **parts)
+    robot.start()
+    while not robot.output.sending.sending:
+        robot.read(1.0)
+    return robot
+
+
+def test_readings_that_fall_behind_stop_as_too_old():
+    robot = _moving_live()
+    sent = robot.now
+    for _ in range(200):
+        sent += 0.5 * STEP  # a queue: half of what happens arrives
+        robot.read(1.0, sent=sent)
+        if not robot.output.active:
+            break
+    age = robot.now - sent
+    assert OLDEST_SECONDS < age < OLDEST_SECONDS + 2 * STEP
+    assert _stopped(robot) is StopReason.BACKLOG
+    assert robot.output.sending.detail == "the newest is 0.15 s old"
+
+
+@pytest.mark.parametrize("by", [-5.0, 5.0])
+def test_a_clock_that_is_set_stops(by):
+    robot = _moving_live()
+    robot.read(1.0, sent=robot.now + STEP + by)
+    assert robot.output.sending.stopped is StopReason.CLOCK
+
+
+def test_a_joint_that_is_not_sent_any_more_stops_by_its_name():
+    robot = _moving()
+    for _ in range(30):
+        robot.read(1.0, joints=False)
+    assert _stopped(robot) is StopReason.NOT_HEARD
+    assert robot.output.sending.detail == "joint hinge: not heard for 0.15 s"
+
+
+def test_taxels_that_are_not_sent_any_more_stop_by_their_names():
+    robot = _moving()
+    for _ in range(30):
+        robot.read(1.0, taxels=[taxel for taxel in range(60) if taxel not in (7, 9)])
+    assert _stopped(robot) is StopReason.NOT_HEARD
+    assert robot.output.sending.detail == "taxel 7, taxel 9: not heard for 0.15 s"
+
+
+def test_parts_of_the_skin_may_come_in_turn():
+    robot = Robot()
+    robot.start()
+    for number in range(100):
+        robot.read(1.0, taxels=range(30) if number % 2 else range(30, 60))
+    assert robot.output.sending.sending
+    assert robot.output.sending.sent == 99  # all but the first, when half of the skin was not heard yet
+
+
+@pytest.mark.parametrize(
+    ("position", "said"),
+    [
+        (1e300, "joint hinge: 1e+300. From -1.6 to 1.6"),
+        (-1.7, "joint hinge: -1.7. From -1.6 to 1.6"),
+        (0.9, "joint hinge: moved by 0.6 in 0.01 s"),
+    ],
+)
+def test_an_impossible_position_stops_by_the_joints_name(position, said):
+    robot = _moving()
+    robot.read(1.0, joints={"hinge": position})
+    assert _stopped(robot) is StopReason.IMPLAUSIBLE
+    assert robot.output.sending.detail == said
+
+
+def test_an_impossible_value_stops_by_the_taxels_name():
+    robot = _moving()
+    values = np.zeros(60)
+    values[13] = -1.1 * MOST_PRESSURE
+    robot.read(values=values)
+    assert _stopped(robot) is StopReason.IMPLAUSIBLE
+    assert robot.output.sending.detail == "taxel 13: -1.1e+07 Pa. At most 1e+07 Pa"
+
+
+def test_a_part_of_the_skin_that_repeats_its_values_stops():
+    robot = _moving()
+    random = np.random.default_rng(0)
+    for _ in range(1100):
+        robot.read(values=random.normal(0.0, 5.0, 60))
+    assert robot.output.sending.sending
+    still = random.normal(0.0, 5.0, 60)
+    began = robot.now
+    while robot.output.active:
+        robot.read(values=still)
+    assert robot.now - began == pytest.approx(FROZEN_SECONDS, abs=2 * STEP)
+    assert _stopped(robot) is StopReason.FROZEN
+    assert robot.output.sending.detail == "patch top for 0.50 s"
+
+
+def test_a_tare_stops_since_nothing_is_felt_meanwhile():
+    robot = _moving()
+    robot.session.tare(10)
+    robot.read(1.0)
+    assert _stopped(robot) is StopReason.UNKNOWN
+    assert "tared" in robot.output.sending.detail
+
+
+def test_the_strongest_contact_counts():
+    robot = _moving()
+    skin = bar_skin()
+    along = skin.patches[0].taxels.positions[:, 0]
+    ends = skin.taxel_point(int(np.argmin(along))), skin.taxel_point(int(np.argmax(along)))
+    robot.read(values=press_skin(skin, ends[0], force=9.0) + press_skin(skin, ends[1], force=1.0))
+    assert len(robot.session.frame.regions) == 2
+    assert _stopped(robot) is StopReason.FORCE
+
+
+def test_a_force_that_is_no_number_stops():
+    sent = []
+    sender = MotionSender(("a",), sent.append, LIMITS)
+    sender.start()
+    sender.check_force(float("nan"), 0.0)
+    assert sender.state.stopped is StopReason.FORCE
+
+
+def test_the_force_is_checked_before_the_controller():
+    robot = Robot()
+    robot.read()
+    robot.output.use(ControlSettings(controller="impedance"))  # refuses to work
+    robot.start()
+    robot.read(9.0)
+    assert robot.output.sending.stopped is StopReason.FORCE
+
+
+def test_a_controller_that_takes_too_long_sends_nothing():
+    robot = _moving()
+    robot.delays = [0.0, VALID_SECONDS + 0.01]  # the second time is read after the controller has run
+    robot.read(1.0)
+    assert robot.output.sending.stopped is StopReason.OVERRUN
+    assert [packet["state"] for packet in robot.put[-4:]] == ["moving", "stopped", "stopped", "stopped"]
+    assert robot.output.latency.figures.largest < VALID_SECONDS
+
+
+def test_the_watchdog_stops_and_nothing_is_sent_after_it():
+    robot = _moving()
+    robot.now += WATCHDOG_SECONDS - 0.01
+    robot.output.check_deadline()
+    assert robot.output.sending.sending
+    robot.now += 0.02
+    robot.output.check_deadline()
+    assert _stopped(robot) is StopReason.OVERRUN
+
+
+def test_commands_are_timed_and_late_ones_counted():
+    robot = _moving()
+    before = robot.output.latency.figures
+    assert (before.largest, before.misses) == (0.0, 0)
+    robot.delays = [0.0, 0.0, DEADLINE + 0.01]
+    robot.read(1.0)
+    figures = robot.output.latency.figures
+    assert figures.largest == pytest.approx(DEADLINE + 0.01)
+    assert (figures.median, figures.misses) == (0.0, 1)
+    assert "1 later than 50 ms" in latency_text(figures)
+
+
+def test_velocities_that_are_not_finite_are_not_sent():
+    sent = []
+    sender = MotionSender(("a",), lambda packet: sent.append(json.loads(packet)), LIMITS)
+    sender.start()
+    sender.begin(0.0)
+    assert not sender.show(WantedMotion(0.0, np.array([np.nan]), 0.0), 0.0, measured=0.0)
+    assert [packet["state"] for packet in sent] == ["stopped"] * 3

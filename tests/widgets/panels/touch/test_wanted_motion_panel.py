@@ -88,9 +88,12 @@ def test_the_switch_sends_and_a_strong_contact_ends_it(panel, driver):
     switch = panel.findChild(QPushButton, "motion-send")
     place = switch.mapTo(panel, switch.rect().topLeft())
     press(panel)
+    assert text(panel, "sent") == "Waiting for the first reading. Nothing is sent yet."
+    assert switch.isChecked()
     panel.read(10)
     assert switch.isChecked()
     assert text(panel, "sent").startswith("Sending: ")
+    assert "Sent after the reading: median" in text(panel, "sent")
     assert not panel.findChild(QLineEdit, "motion-address").isEnabled()
     panel.read(20)
     assert not switch.isChecked()

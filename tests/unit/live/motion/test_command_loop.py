@@ -1,0 +1,150 @@
+"""Passes over readings: one by one, or all that has arrived while motion is sent; on threads that delay no stop."""
+
+from __future__ import annotations
+
+import threading
+from contextlib import closing
+
+import numpy as np
+import pytest
+
+from app.live.connection import Connection
+from app.live.measured_session import MeasuredSession
+from app.live.motion.command_loop import CommandLoop
+from app.live.prepare import as_measured
+from app.live.readings import Reading, SourceEndedError, Unit
+from tests.support.touch import prepared_bar
+
+PATIENCE = 10.0
+
+
+class Source:
+    """Readings of the bar's taxels."""
+
+    address, finite, slow = "scripted", False, False
+
+    def __init__(self, count, *, finite=False):
+        self.finite = finite
+        self._left = [Reading(0.01 * n, np.full(60, float(n)), Unit.PASCAL, sequence=n) for n in range(count)]
+
+    def open(self): ...
+    def close(self): ...
+
+    def receive(self, timeout):
+        if self._left:
+            return self._left.pop(0)
+        if self.finite:
+            raise SourceEndedError("end")
+        return None
+
+
+class Motion:
+    """Notes what it is asked for."""
+
+    def __init__(self, *, active=False):
+        self.active, self.taken, self.checked, self.halted = active, 0, 0, 0
+        self.late = threading.Event()
+
+    def take(self):
+        self.taken += 1
+
+    def check(self):
+        self.checked += 1
+
+    def check_deadline(self):
+        self.late.set()
+
+    def halt(self):
+        self.halted += 1
+
+
+def loop_of(motion, count=5, *, finite=False, **options):
+    """A loop whose readings have arrived, and the frames it makes."""
+    connection = Connection(Source(count, finite=finite), clock=lambda: 0.0)
+    connection.open()
+    for _ in range(count + finite):
+        connection.step(0.0)
+    session, frames = MeasuredSession(as_measured(prepared_bar())), []
+    return CommandLoop(connection, session, motion, frames.append, **options), frames
+
+
+def test_without_motion_each_reading_is_a_frame():
+    motion = Motion()
+    loop, frames = loop_of(motion)
+    while loop.step():
+        pass
+    assert [frame.measured.sequence for frame in frames] == [0, 1, 2, 3, 4]
+    assert (motion.taken, motion.checked, loop.taken) == (5, 1, 5)
+
+
+def test_while_motion_is_sent_all_that_arrived_is_one_frame():
+    motion = Motion(active=True)
+    loop, frames = loop_of(motion)
+    assert loop.step()
+    assert [frame.measured.sequence for frame in frames] == [4]
+    assert motion.taken == 1
+    assert not loop.step()
+    assert motion.checked == 1
+
+
+def test_a_file_is_taken_reading_by_reading_although_motion_is_sent():
+    motion = Motion(active=True)
+    loop, frames = loop_of(motion, finite=True)
+    while loop.step():
+        pass
+    assert len(frames) == motion.taken == 5
+
+
+def test_on_threads_it_ends_with_its_source_and_stops_motion():
+    motion = Motion()
+    loop, frames = loop_of(motion, finite=True)
+    loop.start()
+    assert loop.finished.wait(PATIENCE)
+    loop.close()
+    assert len(frames) == 5
+    assert motion.halted >= 1
+    assert not {"commands", "watchdog"} & {thread.name for thread in threading.enumerate()}
+
+
+def test_what_goes_wrong_stops_motion_and_is_raised():
+    motion = Motion()
+
+    def fail(_frame):
+        raise ZeroDivisionError("oh")
+
+    loop, _frames = loop_of(motion)
+    loop._each = fail
+    loop.start()
+    loop._thread.join(PATIENCE)
+    assert motion.halted == 1
+    with pytest.raises(ZeroDivisionError):
+        loop.raise_error()
+    with pytest.raises(ZeroDivisionError):
+        loop.close()
+
+
+def test_the_watchdog_looks_while_a_pass_takes_long():
+    motion = Motion()
+    passed = []
+
+    def take():  # a controller that is not ready before the watchdog has looked
+        motion.late.clear()
+        passed.append(motion.late.wait(PATIENCE))
+
+    motion.take = take
+    loop, _frames = loop_of(motion, 1, finite=True)
+    with closing(loop):
+        loop.start()
+        assert loop.finished.wait(2 * PATIENCE)
+    assert passed == [True]
+
+
+def test_while_paused_readings_wait_and_motion_is_checked():
+    motion = Motion()
+    loop, frames = loop_of(motion, paused=lambda: True)
+    checked = threading.Event()
+    motion.check = checked.set
+    with closing(loop):
+        loop.start()
+        assert checked.wait(PATIENCE)
+    assert frames == []
