@@ -11,6 +11,7 @@ open them. They are read without trust: no pickles, no bombs, no sizes that lie.
 
 from __future__ import annotations
 
+import errno
 import io
 import json
 import math
@@ -137,6 +138,9 @@ def new_outputs(paths: Iterable[Path]) -> Iterator[None]:
         _NEW.reset(token)
 
 
+IN_USE = "another program is writing this file"
+
+
 def check_output(path: Path, *, error: type[TactileMapsError], overwrite: bool = True) -> Path:
     """Check that ``path`` can become a file; return the path to write to, which for a symbolic link is its target.
 
@@ -144,8 +148,20 @@ def check_output(path: Path, *, error: type[TactileMapsError], overwrite: bool =
 
     Raises:
         TactileMapsError: Of kind ``error``: a folder, a device, a pipe or a socket has this name, the folder does not
-            exist, or the file exists and is read-only or must not be replaced.
+            exist, or the file exists and is read-only, must not be replaced, or is locked by another writer, such as a
+            recorder.
     """
+    target = output_path(path, error=error, overwrite=overwrite)
+    try:
+        if target.exists():
+            os.close(lock_path(target, error=error))
+    except OSError as cause:
+        raise _not_writable(path, cause, error) from cause
+    return target
+
+
+def output_path(path: Path, *, error: type[TactileMapsError], overwrite: bool = True) -> Path:
+    """As ``check_output``, but for a writer that takes the lock of an existing file itself."""
     try:
         target = Path(os.path.realpath(path)) if path.is_symlink() else path
         target.with_name("x")  # fails where the path has no name
@@ -326,15 +342,52 @@ def claim_folder(parent: Path, *, holding: str) -> FolderClaim:
 
 
 def lock_file(descriptor: int) -> bool:
-    """Whether this process, by this descriptor, now has the lock of a file; it ends with the descriptor."""
+    """Lock a file that is open for writing; return whether no other descriptor has the lock.
+
+    The lock ends with the descriptor, also when the process is killed. On Linux it holds on NFS as well. A file system
+    that has no locks gives no protection: every writer gets the lock.
+    """
     try:
         if sys.platform == "win32":
-            msvcrt.locking(descriptor, msvcrt.LK_NBLCK, 1)
+            before = os.lseek(descriptor, 0, os.SEEK_CUR)
+            os.lseek(descriptor, _LOCKED_BYTE, os.SEEK_SET)
+            try:
+                msvcrt.locking(descriptor, msvcrt.LK_NBLCK, 1)
+            finally:
+                os.lseek(descriptor, before, os.SEEK_SET)
         else:
             fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError:
-        return False
+    except OSError as error:
+        return error.errno not in (errno.EAGAIN, errno.EACCES, errno.EDEADLK)
     return True
+
+
+_LOCKED_BYTE = 2**31 - 2
+"""Windows forbids others to read a locked byte, so that one far behind the content is locked."""
+
+
+def lock_path(path: Path, *, error: type[TactileMapsError]) -> int:
+    """Lock an existing file; return the descriptor that holds the lock.
+
+    Raises:
+        TactileMapsError: Of kind ``error``: another writer has the lock, or the file was replaced at this instant.
+        OSError: It cannot be opened.
+    """
+    descriptor = os.open(path, os.O_RDWR | getattr(os, "O_BINARY", 0))
+    try:
+        if lock_file(descriptor) and os.path.samestat(os.fstat(descriptor), path.stat()):
+            return descriptor
+        remedy = "Wait until it has finished, or choose another name"
+        raise error(IN_USE, file=path, remedy=remedy)
+    except BaseException:
+        os.close(descriptor)
+        raise
+
+
+def name_next_to(path: Path, ending: str) -> Path:
+    """Return the path in the same folder with another ending; a long name is cut, as names have at most 255 bytes."""
+    stem = os.fsencode(path.stem)[: 255 - len(os.fsencode(ending))]
+    return path.with_name(os.fsdecode(stem) + ending)
 
 
 def write_lines(path: Path, lines: Iterable[str], *, error: type[TactileMapsError]) -> None:

@@ -21,7 +21,7 @@ from mcap.records import Attachment, Channel, Chunk, DataEnd, Footer, Message, M
 from mcap.writer import Writer
 
 from app.core.errors import RecordingError
-from app.core.files import check_output, open_regular_file
+from app.core.files import open_regular_file
 from app.recording.encoding.message_codecs import TOPICS
 from app.recording.encoding.viewer_messages import ENCODING, Schema
 from app.session.bundle import MEDIA_TYPES
@@ -65,22 +65,6 @@ _DAMAGE = (
 """What reading damaged bytes may raise in the MCAP library."""
 _MAGIC = b"\x89MCAP0\r\n"
 _UNSURE = "What the recording was made with cannot be trusted; take a copy from before the damage"
-
-
-def create_file(path: Path, *, overwrite: bool) -> BinaryIO:
-    """A new file to write to.
-
-    Raises:
-        RecordingError: It exists already, or cannot be made.
-    """
-    target = check_output(path, error=RecordingError, overwrite=overwrite)
-    try:
-        return target.open("wb" if overwrite else "xb")
-    except OSError as error:
-        remedy = "Choose a folder you may write to"
-        raise RecordingError("the recording cannot be written", file=path, value=error.strerror, remedy=remedy) from (
-            error
-        )
 
 
 def begin_recording(writer: Writer, metadata: Mapping[str, str], attachments: Mapping[str, bytes]) -> Mapping[str, int]:

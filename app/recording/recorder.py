@@ -6,7 +6,6 @@ recording that stops again when it is replayed.
 
 from __future__ import annotations
 
-import os
 import platform
 import time
 from collections.abc import Iterator, Sequence
@@ -24,7 +23,8 @@ from app.recording.annotations import Mark
 from app.recording.encoding.frame_codec import encode_frame
 from app.recording.encoding.message_codecs import encode_event, encode_failure, encode_input, encode_mark
 from app.recording.encoding.viewer_messages import ViewerMessages
-from app.recording.mcap_file import MEASURED, NO_SPACE, STARTED, add_viewer_channels, begin_recording, create_file
+from app.recording.mcap_file import MEASURED, NO_SPACE, STARTED, add_viewer_channels, begin_recording
+from app.recording.recording_file import RecordingFile
 from app.session.bundle import pack_scene
 from app.session.frame import Failure, Frame
 from app.session.inputs import MapEdited, SessionInput
@@ -40,20 +40,21 @@ class Recorder:
 
     Ctrl-C waits until what is being written is whole.
 
-    The file is claimed at once. The robot, skin, map and scene go in with the first tick and are flushed, then chunks
-    of a few frames, each flushed when full.
+    The file is created and locked at once, see ``RecordingFile``. The robot, skin, map and scene go in with the first
+    tick and are flushed, then chunks of a few frames, each flushed when full. A recording without a frame is removed
+    when it is closed.
 
     Args:
         prepared: What the session runs on.
         path: The file; it must not exist.
-        overwrite: Replace an existing file.
+        overwrite: Replace an existing file once the new recording is complete.
         viewers: Write also what viewers of other programs show, see ``viewer_messages``; a replay is the same without.
         started: Wall-clock time [ns since 1970] of the session's tick 0, from which the file's times count; by default
             now.
         measured: Where the frames' readings were measured; None where they are simulated.
 
     Raises:
-        RecordingError: The file exists or cannot be written.
+        RecordingError: The file exists, another program writes it, or it cannot be written.
 
     Cost: about 0.05 ms a frame of 1000 taxels, as much again with the messages for viewers; the first one 0.1
     to 1 s, in which robot and map are compressed.
@@ -76,7 +77,8 @@ class Recorder:
         self._viewers: ViewerMessages | None = None  # made with the file's beginning
         self.tick, self._inputs, self._map, self._told = prepared.scene.tick, 0, prepared.map, -1
         self._prepared: PreparedScene | None = prepared  # until it is in the file
-        self._stream = create_file(self.path, overwrite=overwrite)
+        self._file = RecordingFile(self.path, overwrite=overwrite)
+        self._stream = self._file.stream
         frame_bytes = 8 * (len(prepared.skin) + 6 * len(prepared.robot.joints)) + 256
         self._writer = Writer(
             self._stream,
@@ -105,7 +107,7 @@ class Recorder:
         except OSError as error:
             self.abandon()
             raise RecordingError(
-                "the recording cannot be written", file=self.path, value=error, remedy=NO_SPACE
+                "the recording cannot be written", file=self.written, value=error, remedy=NO_SPACE
             ) from error
 
     def write(self, frame: Frame, inputs: Sequence[tuple[int, SessionInput]]) -> None:
@@ -184,8 +186,13 @@ class Recorder:
             self._stream.flush()
         except OSError as error:
             raise RecordingError(
-                "the recording cannot be written further", file=self.path, value=error, remedy=NO_SPACE
+                "the recording cannot be written further", file=self.written, value=error, remedy=NO_SPACE
             ) from error
+
+    @property
+    def written(self) -> Path:
+        """The file being written: another one than ``path`` while an existing file is replaced."""
+        return self._file.written
 
     @property
     def bytes_written(self) -> int:
@@ -198,17 +205,13 @@ class Recorder:
         Raises:
             RecordingError: The file is not where it was made.
         """
-        try:
-            found = os.path.samestat(os.stat(self.path), os.fstat(self._stream.fileno()))
-        except OSError:
-            found = False
-        if not found:
+        if not self._file.is_present():
             remedy = "Record again; do not move a recording before it is complete"
-            raise RecordingError("the recording was removed or replaced while it was written", file=self.path,
+            raise RecordingError("the recording was removed or replaced while it was written", file=self.written,
                                  remedy=remedy)  # fmt: skip
 
     def close(self) -> None:
-        """Complete the file with its index. Closing twice does nothing.
+        """Complete the file with its index; remove one that has no frame. Closing twice does nothing.
 
         Raises:
             RecordingError: The last bytes could not be written, or the file was removed meanwhile.
@@ -219,27 +222,29 @@ class Recorder:
             self._complete()
 
     def _complete(self) -> None:
-        self._begin()
+        if not self.frames:
+            self._file.discard()
+            return
         try:
             self._writer.finish()
             self._stream.flush()
             self.check_file()
-            self._stream.close()
+            self._file.complete()
         except RecordingError:
             self.abandon()
             raise
         except OSError as error:
             self.abandon()
             raise RecordingError(
-                "the recording could not be completed", file=self.path, value=error, remedy=NO_SPACE
+                "the recording could not be completed", file=self.written, value=error, remedy=NO_SPACE
             ) from error
 
     def abandon(self) -> None:
-        """Let go of a file that takes no more bytes, without completing it."""
-        try:
-            self._stream.close()
-        except OSError:
-            return  # said already: closing tries to write what did not fit
+        """Close a file that takes no more bytes, without completing it; remove one that has no frame."""
+        if self.frames:
+            self._file.abandon()
+        else:
+            self._file.discard()
 
     def __enter__(self) -> Recorder:
         return self

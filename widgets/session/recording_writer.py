@@ -211,7 +211,7 @@ class _OpenFile:
         written = self.recorder.bytes_written - self._start_bytes
         if written <= 0:
             return
-        folder = self.recorder.path.parent
+        folder = self.recorder.written.parent
         try:
             free = self._free(folder)
         except OSError:

@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from app.core.errors import ExportError, UsageError
-from app.core.files import check_output, lock_file, make_output_folder
+from app.core.files import lock_file, make_output_folder, output_path
 from app.session.program_digest import program_digest
 from app.studies.rows import Case, Measure, Row
 
@@ -131,7 +131,7 @@ class CaseLog:
 def _open(path: Path) -> FileIO:
     """To be read and appended to, unbuffered, and locked."""
     make_output_folder(path.parent, error=ExportError)
-    check_output(path, error=ExportError)
+    output_path(path, error=ExportError)
     try:
         stream = open(path, "a+b", buffering=0)  # noqa: SIM115 - it lives as long as the log
     except OSError as error:

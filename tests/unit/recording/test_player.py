@@ -24,6 +24,7 @@ from app.scene.object_meshes import primitive_mesh
 from app.scene.objects import ObjectSpec, SceneObject
 from app.session.bundle import objects_from_bytes, objects_to_bytes, robot_from_zip, robot_to_zip
 from app.session.inputs import EffectsChanged
+from app.session.session import Session
 from app.skin.skin import TaxelIdentity
 from tests.support.recordings import record
 from tests.support.touch import bar
@@ -237,7 +238,8 @@ def test_a_robot_without_limits_reads_back():
 def test_a_recording_of_another_format_is_named(tmp_path, monkeypatch, prepared):
     monkeypatch.setattr("app.recording.mcap_file.FORMAT", "5")
     old = tmp_path / "old.mcap"
-    Recorder(prepared, old).close()
+    with Recorder(prepared, old) as recorder:
+        recorder.write(Session(prepared).frame, ())
     monkeypatch.undo()
     for opened in (RecordingPlayer, lambda path: recover(path, tmp_path / "new.mcap")):
         with pytest.raises(RecordingError, match=r"old\.mcap: the recording has another format \(found: 5\)"):

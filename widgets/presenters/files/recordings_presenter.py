@@ -155,7 +155,8 @@ class RecordingsPresenter(QObject):
         assert self.dialog is not None
         self._folder = folder
         recorder = self._session.recorder
-        found = [(_written(path), path) for path in folder.glob("*.mcap") if recorder is None or path != recorder.path]
+        being_written = None if recorder is None else recorder.written
+        found = [(_written(path), path) for path in folder.glob("*.mcap") if path != being_written]
         paths = [path for _, path in sorted(found, reverse=True)]
         listed = paths[:MOST_LISTED]
         self.dialog.show_folder(folder, listed, len(paths) - len(listed))

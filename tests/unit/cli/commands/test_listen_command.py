@@ -118,6 +118,13 @@ def test_what_cannot_be_is_one_message(words, code, said, skin, capsys):
     assert "Traceback" not in message
 
 
+def test_a_source_without_readings_leaves_no_recording(skin, tmp_path, capsys):
+    path = tmp_path / "x.mcap"
+    assert main(["listen", "udp://127.0.0.1:0", "--for", "0.05", "--skin", skin, "-o", str(path)]) == 1
+    assert "no reading came" in capsys.readouterr().err
+    assert not path.exists()
+
+
 def test_wanted_motion_is_sent_within_its_limits_and_ends_with_a_stop(skin, capsys, tmp_path):
     robot, readings = tmp_path / "bar.xml", tmp_path / "posture.csv"
     robot.write_text(bar().mjcf)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import socket
 
 import pytest
 
@@ -161,6 +162,20 @@ def test_what_contacts_did_otherwise_than_asked_is_told_once(tmp_path, capsys):
     assert [note["kind"] for note in found if "block" in note["bodies"]].count("deep") >= 1
     assert len({json.dumps(note) for note in found}) == len(found)
     assert "block is deep in" in printed.err
+
+
+@pytest.mark.parametrize("exists", [True, False])
+def test_a_run_that_cannot_start_leaves_no_recording(capsys, tmp_path, exists):
+    path = tmp_path / "x.mcap"
+    if exists:
+        path.write_bytes(b"precious")
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        words = ["run", "arm", "--for", "0.1", "--serve", "--port", str(taken.getsockname()[1])]
+        assert run_line([*words, "-o", str(path), "--overwrite"], windows={}) == 1
+    assert "port" in capsys.readouterr().err
+    assert [(one.name, one.read_bytes()) for one in tmp_path.iterdir()] == ([("x.mcap", b"precious")] if exists else [])
 
 
 def test_a_served_run_says_where_and_keeps_to_the_clock(capsys):

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import pytest
+from mcap.writer import Writer
 
 from app.recording.annotations import Annotations, Mark, Outcome, save_annotations
+from app.recording.mcap_file import begin_recording
 from app.recording.overview.summary import summarise
 from app.recording.player import RecordingPlayer
-from app.recording.recorder import Recorder
+from app.session.bundle import pack_scene
 
 
 def test_a_summary_says_what_it_is_of_and_shows_the_touch(recording, prepared, tmp_path):
@@ -27,8 +29,10 @@ def test_what_is_damaged_says_so(recording, prepared, tmp_path):
     cut, junk, empty = tmp_path / "cut.mcap", tmp_path / "junk.mcap", tmp_path / "empty.mcap"
     cut.write_bytes(recording.read_bytes()[:-2000])
     junk.write_bytes(b"no recording")
-    with Recorder(prepared, empty):
-        pass
+    with empty.open("wb") as stream:
+        writer = Writer(stream)
+        begin_recording(writer, {}, pack_scene(prepared))
+        writer.finish()
     assert "Damaged" in summarise(cut).problem
     assert summarise(cut).seconds > 0
     assert "not a recording" in summarise(junk).problem

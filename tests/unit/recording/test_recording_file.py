@@ -1,0 +1,194 @@
+"""One recorder a file; an existing file is replaced only by a complete recording; nothing empty stays."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from app.core.errors import RecordingError
+from app.core.files import open_atomically
+from app.recording.player import open_recording
+from app.recording.recorder import Recorder
+from app.recording.recover import recover
+from app.session.session import Session
+from tests.support.special_files import is_special, make_special_file, special_kinds
+
+ROOT = Path(__file__).resolve().parents[3]
+ENDLESS = """
+import sys
+from app.recording.recorder import Recorder
+from app.session.session import Session
+from tests.support.touch import prepared_bar
+prepared = prepared_bar()
+session = Session(prepared)
+with Recorder(prepared, sys.argv[1], overwrite=sys.argv[2] == "overwrite") as recorder:
+    while True:
+        recorder.write(session.tick(), session.inputs)
+        print(recorder.frames, flush=True)
+"""
+
+
+BEFORE = 30
+"""Frames that a process has recorded when its test continues."""
+
+
+def record_elsewhere(path: Path, *, overwrite: bool) -> subprocess.Popen[str]:
+    """A process that records, after its first frames."""
+    words = [sys.executable, "-c", ENDLESS, str(path), "overwrite" if overwrite else "new"]
+    process = subprocess.Popen(words, cwd=ROOT, stdout=subprocess.PIPE, text=True)
+    assert process.stdout is not None
+    deadline = time.monotonic() + 120
+    while int(process.stdout.readline()) < BEFORE:
+        assert time.monotonic() < deadline
+    return process
+
+
+def kill(process: subprocess.Popen[str]) -> int:
+    """Kill it; the number of the last frame that it reported."""
+    os.kill(process.pid, signal.SIGKILL)
+    assert process.stdout is not None
+    last = max([BEFORE, *(int(line) for line in process.stdout.read().splitlines() if line.isdigit())])
+    assert process.wait() == -signal.SIGKILL
+    process.stdout.close()
+    return last
+
+
+def make_recording(prepared, path, *, ticks: int = 5, overwrite: bool = False) -> bytes:
+    session = Session(prepared)
+    with Recorder(prepared, path, overwrite=overwrite) as recorder:
+        for _ in range(ticks):
+            recorder.write(session.tick(), session.inputs)
+    return Path(path).read_bytes()
+
+
+def names(folder: Path) -> list[str]:
+    return sorted(path.name for path in folder.iterdir())
+
+
+def test_a_second_recorder_is_refused_until_the_first_is_killed(prepared, tmp_path):
+    path = tmp_path / "touch.mcap"
+    first = record_elsewhere(path, overwrite=False)
+    try:
+        with pytest.raises(RecordingError, match=r"touch\.mcap: another program is writing this file.*another name"):
+            Recorder(prepared, path, overwrite=True)
+        with pytest.raises(RecordingError, match="already exists"):
+            Recorder(prepared, path)
+        with (
+            pytest.raises(RecordingError, match="another program is writing"),
+            open_atomically(path, error=RecordingError),
+        ):
+            raise AssertionError("refused before anything is written")
+    finally:
+        last = kill(first)
+    assert names(tmp_path) == ["touch.mcap"]
+    assert recover(path, tmp_path / "fixed.mcap").frames >= last - 6, "written in place: nothing is lost"
+    make_recording(prepared, path, overwrite=True)
+    assert open_recording(path).complete
+
+
+def test_two_recorders_of_one_process_are_refused_too(prepared, tmp_path):
+    path, session = tmp_path / "touch.mcap", Session(prepared)
+    make_recording(prepared, path)
+    with Recorder(prepared, path, overwrite=True) as first:
+        first.write(session.tick(), session.inputs)
+        with pytest.raises(RecordingError, match="another program is writing this file"):
+            Recorder(prepared, path, overwrite=True)
+    assert len(open_recording(path)) == 1
+    assert names(tmp_path) == ["touch.mcap"]
+
+
+def test_a_killed_recorder_leaves_the_old_recording_and_the_new_one(prepared, tmp_path):
+    path = tmp_path / "touch.mcap"
+    old = make_recording(prepared, path)
+    last = kill(record_elsewhere(path, overwrite=True))
+    assert path.read_bytes() == old
+    assert names(tmp_path) == ["touch.mcap", "touch.new.mcap"]
+    partial = (tmp_path / "touch.new.mcap").read_bytes()
+    assert recover(tmp_path / "touch.new.mcap", tmp_path / "fixed.mcap").frames >= last - 6
+    with Recorder(prepared, path, overwrite=True) as again:
+        assert again.written == tmp_path / "touch.new-2.mcap"
+        again.write(Session(prepared).frame, ())
+        assert path.read_bytes() == old, "the old one stays until the new one is complete"
+    assert len(open_recording(path)) == 1
+    assert (tmp_path / "touch.new.mcap").read_bytes() == partial
+
+
+@pytest.mark.parametrize("exists", [True, False])
+@pytest.mark.parametrize("stop", [ValueError, KeyboardInterrupt])
+def test_a_recording_without_a_frame_is_removed(prepared, tmp_path, stop, exists):
+    path = tmp_path / "touch.mcap"
+    old = make_recording(prepared, path) if exists else None
+    with pytest.raises(stop), Recorder(prepared, path, overwrite=True):
+        raise stop
+    assert names(tmp_path) == (["touch.mcap"] if exists else [])
+    assert old is None or path.read_bytes() == old
+
+
+def record_for_ever(recorder: Recorder, session: Session) -> None:
+    while True:
+        recorder.write(session.tick(), session.inputs)
+
+
+def test_a_disk_that_fills_up_leaves_the_old_recording(prepared, tmp_path):
+    path, session = tmp_path / "touch.mcap", Session(prepared)
+    old = make_recording(prepared, path)
+    recorder = Recorder(prepared, path, overwrite=True)
+    for _ in range(20):
+        recorder.write(session.tick(), session.inputs)
+    with Path("/dev/full").open("wb") as full:
+        os.dup2(full.fileno(), recorder._stream.fileno())
+    with pytest.raises(RecordingError, match=r"touch\.new\.mcap.*No space left.*recover"):
+        record_for_ever(recorder, session)
+    with pytest.raises(RecordingError, match=r"touch\.new\.mcap"):
+        recorder.close()
+    assert path.read_bytes() == old
+    assert recover(tmp_path / "touch.new.mcap", tmp_path / "fixed.mcap").frames >= 12
+    make_recording(prepared, path, overwrite=True)  # the lock is released
+
+
+@pytest.mark.parametrize("kind", special_kinds())
+def test_a_special_file_is_refused(prepared, tmp_path, kind):
+    path = make_special_file(kind, tmp_path / "touch.mcap")
+    with pytest.raises(RecordingError, match=f"not a regular file .found: a {kind}."):
+        Recorder(prepared, path, overwrite=True)
+    assert is_special(path)
+
+
+@pytest.mark.parametrize("exists", [True, False])
+def test_a_symbolic_link_stays(prepared, tmp_path, exists):
+    (tmp_path / "files").mkdir()
+    target, link = tmp_path / "files" / "a.mcap", tmp_path / "link.mcap"
+    if exists:
+        target.write_bytes(b"old")
+        target.chmod(0o640)
+    link.symlink_to(target)
+    make_recording(prepared, link, overwrite=exists)
+    assert link.is_symlink()
+    assert open_recording(target).complete
+    assert not exists or target.stat().st_mode & 0o777 == 0o640
+    assert names(tmp_path / "files") == ["a.mcap"]
+
+
+def test_a_recording_that_can_no_longer_take_its_name_is_kept_and_named(prepared, tmp_path):
+    path = tmp_path / "touch.mcap"
+    make_recording(prepared, path)
+    recorder = Recorder(prepared, path, overwrite=True)
+    recorder.write(Session(prepared).frame, ())
+    path.unlink()
+    path.mkdir()
+    with pytest.raises(RecordingError, match=r"folder of this name.*The complete recording is .*touch\.new\.mcap"):
+        recorder.close()
+    assert open_recording(tmp_path / "touch.new.mcap").complete
+
+
+def test_the_longest_name_can_be_replaced(prepared, tmp_path):
+    path = tmp_path / ("x" * 250 + ".mcap")
+    make_recording(prepared, path)
+    make_recording(prepared, path, overwrite=True)
+    assert names(tmp_path) == [path.name]
