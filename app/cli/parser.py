@@ -130,6 +130,8 @@ def _add_listen(commands: argparse._SubParsersAction) -> None:  # type: ignore[t
     add("--calibration", metavar="FILE", help="gain and offset of each taxel (.csv, .toml)")
     add("--mode", choices=("raw", "baseline", "kPa"), help="what contacts are read from (default: as known)")
     add("--tare", type=int, metavar="N", help="take the first N readings as those of the untouched skin")
+    level = "a taxel is in contact from this value on, in the unit shown: counts or kPa (default: from the tare)"
+    add("--threshold", type=_threshold, metavar="VALUE", help=level)
     add("--weight", type=_positive, metavar="KG", help="calibrate by this mass, which lies on the skin at the end")
     seconds = "mean of so long at the end (default 0.5); refused while the sum still changes by 5 %%"
     add("--weight-seconds", type=_positive, default=0.5, metavar="SECONDS", help=seconds)
@@ -470,6 +472,14 @@ def _positive(text: str) -> float:
     value = float(text)
     if not 0 < value < 1e6:
         raise argparse.ArgumentTypeError(f"must be above 0 and below a million: {text}")
+    return value
+
+
+def _threshold(text: str) -> float:
+    low, high = 0.001, 1e8
+    value = float(text)
+    if not low <= value <= high:
+        raise argparse.ArgumentTypeError(f"must be {low:g} to {high:,.0f} counts or kPa: {text}")
     return value
 
 

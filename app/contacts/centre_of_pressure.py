@@ -10,7 +10,7 @@ Expression of Uncertainty in Measurement, 5.1.2). With pressures p_i, areas a_i,
 shares w_i = f_i / F and distances d_i from the centre:
 
     force²  = noise² sum a_i² + gain² sum f_i²
-    place²  = (noise / F)² sum a_i² d_i²     the sensor's noise
+    place²  = (noise / F)² sum a_i² d_i²     the sensor's noise; inside the sums where each taxel has its own
             + gain² sum w_i² d_i²            taxels that are more or less sensitive than they should be
             + 2 calibration² sum w_i²        taxels that do not sit where they are said to
             + sum w_i² a_i / 6               nobody knows where in a taxel's area it is pressed: a square of that area
@@ -34,7 +34,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial import cKDTree
 
-from app.core.arrays import FloatArray, dot, length
+from app.contacts.taxel_noise import TaxelNoise
+from app.core.arrays import FloatArray, IntArray, dot, length
 from app.core.errors import MapError
 from app.geometry.closest_point import closest_point
 from app.geometry.mesh import SurfacePoint
@@ -54,10 +55,11 @@ class SensorUncertainty:
     """How far the readings of a skin may be off.
 
     Attributes:
-        noise: Standard deviation of a reading [Pa].
+        noise: Standard deviation of a reading [Pa]; of a skin whose taxels differ, the median.
         gain: Standard deviation of the taxels' gains around 1.
         calibration: Standard deviation of a taxel's place along one axis [m]. Simulated taxels are where they are said
             to be; on real skins 0.002 (NAO, by self-touch) to 0.007 (iCub, by force sensors) were published.
+        taxels: Noise of each taxel, where it was measured; then it counts instead of ``noise``.
 
     Raises:
         MapError: One is no such number.
@@ -66,6 +68,7 @@ class SensorUncertainty:
     noise: float = 0.0
     gain: float = 0.0
     calibration: float = 0.0
+    taxels: TaxelNoise | None = None
 
     def __post_init__(self) -> None:
         for name in ("noise", "gain", "calibration"):
@@ -84,9 +87,23 @@ class SensorUncertainty:
         noise = math.hypot(noise, step / math.sqrt(12), plugin_noise(sensor))
         return cls(noise, sensor.gain_spread.sd if sensor.gain_spread else 0.0)
 
+    @classmethod
+    def measured(cls, noise: TaxelNoise | None) -> SensorUncertainty:
+        """Uncertainty of a real skin whose noise was measured; None for unknown noise."""
+        return cls() if noise is None else cls(float(np.median(noise.sd)), taxels=noise)
+
+    def noise_of(self, taxels: IntArray, areas: FloatArray) -> float:
+        """Standard deviation of a reading of some taxels (k,) with these areas (k,) [Pa]."""
+        return self.noise if self.taxels is None else self.taxels.mean_sd(taxels, areas)
+
 
 def propagate_uncertainty(
-    errors: SensorUncertainty, forces: FloatArray, areas: FloatArray, squared: FloatArray
+    errors: SensorUncertainty,
+    forces: FloatArray,
+    areas: FloatArray,
+    squared: FloatArray,
+    *,
+    taxels: IntArray | None = None,
 ) -> tuple[float, float]:
     """Standard uncertainties of place [m], radial, and force [N]; the formula stands above.
 
@@ -95,13 +112,16 @@ def propagate_uncertainty(
         forces: (k,) on the taxels [N], of sum > 0.
         areas: (k,) theirs [m²].
         squared: (k,) squared distances from the centre [m²].
+        taxels: (k,) their numbers, where each has a noise of its own.
 
     Cost: 5 µs.
     """
     total, own = float(forces.sum()), forces * forces
-    noise, gain = errors.noise**2, errors.gain**2
-    square, area = dot(forces, forces), dot(areas, areas)
-    place = noise * dot(areas * areas, squared) + gain * dot(own, squared) + 2 * errors.calibration**2 * square
+    noise, gain, loads = errors.noise**2, errors.gain**2, areas
+    if errors.taxels is not None and taxels is not None:
+        noise, loads = 1.0, areas * errors.taxels.sd.take(taxels)
+    square, area = dot(forces, forces), dot(loads, loads)
+    place = noise * dot(loads * loads, squared) + gain * dot(own, squared) + 2 * errors.calibration**2 * square
     place += dot(own, areas) / 6
     return math.sqrt(place) / total, math.sqrt(noise * area + gain * square)
 

@@ -72,7 +72,7 @@ class ContactDetector:
 
     Args:
         map_: The tactile map.
-        threshold: A taxel is touched from here [Pa] and stays so down to half of it; > 0.
+        threshold: A taxel is touched from here [Pa] and stays so down to half of it; > 0. One for all, or (taxels,).
         errors: How far readings may be off, for the regions' error bars; may be set at any time.
         centre: Where a region's centre is taken from.
 
@@ -85,7 +85,7 @@ class ContactDetector:
         self,
         map_: TactileMap,
         *,
-        threshold: float = TOUCH_THRESHOLD,
+        threshold: float | FloatArray = TOUCH_THRESHOLD,
         errors: SensorUncertainty = _EXACT,
         centre: CentreSettings = _FROM_TAXELS,
     ) -> None:
@@ -115,7 +115,7 @@ class ContactDetector:
         self._errors, self._held = errors, None
 
     @property
-    def threshold(self) -> float:
+    def threshold(self) -> float | FloatArray:
         """From here a taxel counts as touched [Pa]. Where it is set anew, what is touched stays so down to half of it.
 
         Raises:
@@ -124,18 +124,20 @@ class ContactDetector:
         return self._threshold
 
     @threshold.setter
-    def threshold(self, threshold: float) -> None:
-        if not 0 < threshold < float("inf"):
+    def threshold(self, threshold: float | FloatArray) -> None:
+        thresholds = np.broadcast_to(np.asarray(threshold, dtype=np.float64), len(self._skin))
+        bad = thresholds[~((thresholds > 0) & (thresholds < np.inf))]
+        if len(bad):
             raise MapError(
-                "the contact threshold must be positive", value=f"{threshold} Pa", remedy="Choose more than 0 Pa"
+                "the contact threshold must be positive", value=f"{bad[0]} Pa", remedy="Choose more than 0 Pa"
             )
-        self._threshold = threshold
+        self._threshold, self._thresholds = threshold, thresholds
         self._level()
 
     def _level(self) -> None:
         """From where on each taxel counts as touched [Pa]."""
-        self._levels = np.full(len(self._skin), self._threshold)
-        self._levels[self._touched] = _RELEASE * self._threshold
+        self._levels = self._thresholds.copy()
+        self._levels[self._touched] *= _RELEASE
         self._held = None
 
     @property
@@ -206,28 +208,38 @@ class ContactDetector:
     def _look(self, touched: IntArray, pressures: FloatArray, time: float) -> None:
         """Gather the ``touched`` taxels (t,), and name the groups."""
         groups = self._graph.groups(touched.tolist())
-        if self._threshold < _STANDING_OUT * self.errors.noise:
+        if groups and self._may_be_noise:
             touched, groups = self._believed(touched, groups, pressures)
         self._touched = touched
         self._level()
         names = self._tracker.assign(groups, now=time)
         self._felt = [self._feel(name, group) for name, group in zip(names, groups, strict=True)]
 
+    @property
+    def _may_be_noise(self) -> bool:
+        errors = self._errors
+        return errors.taxels is not None or bool((self._thresholds < _STANDING_OUT * errors.noise).any())
+
     def _believed(
         self, touched: IntArray, groups: list[TaxelGroup], pressures: FloatArray
     ) -> tuple[IntArray, list[TaxelGroup]]:
-        """Without the groups that are new and may be noise: one taxel in 700 reads three deviations of it."""
+        """Return the groups that are not new or exceed the noise: one taxel in 700 reads three deviations of it."""
         known, kept = frozenset(self._touched.tolist()), []
         for group in groups:
-            core = sorted(group.core)
+            core = np.array(sorted(group.core))
             areas = self._areas.take(core)
-            least = _STANDING_OUT * self.errors.noise * math.sqrt(float(areas @ areas))
-            if not known.isdisjoint(core) or float(pressures.take(core) @ areas) >= least:
+            if not known.isdisjoint(group.core) or self._stands_out(pressures.take(core) * areas, core, areas):
                 kept.append(group)
         if len(kept) < len(groups):
             self._seen = b""  # look again, even if the same taxels are touched then
             touched = np.array(sorted(taxel for group in kept for taxel in group.core), dtype=np.int64)
         return touched, kept
+
+    def _stands_out(self, forces: FloatArray, core: IntArray, areas: FloatArray) -> bool:
+        """Whether the forces (k,) [N] on the touched taxels ``core`` (k,) with their areas (k,) [m²] are not noise."""
+        if self.errors.taxels is not None:
+            return self.errors.taxels.exceeded(_STANDING_OUT, forces, core, areas)
+        return float(forces.sum()) >= _STANDING_OUT * self.errors.noise * math.sqrt(float(areas @ areas))
 
     def _feel(self, name: TrackId, group: TaxelGroup) -> _TouchedGroup:
         whole = sorted(group.core | group.ring)
@@ -248,7 +260,9 @@ class ContactDetector:
         share = forces / force
         place = self._place(felt, share)
         offsets = felt.body - place.link_position
-        errors = propagate_uncertainty(self.errors, forces, felt.areas, np.einsum("ij,ij->i", offsets, offsets))
+        errors = propagate_uncertainty(
+            self.errors, forces, felt.areas, np.einsum("ij,ij->i", offsets, offsets), taxels=felt.taxels
+        )
         axes, map_axes = principal_axes(offsets, share, _own_spread(share, felt.areas), place)
         seal(place.map_point, place.link_position, place.link_normal, axes, map_axes)
         return ContactRegion(

@@ -23,6 +23,7 @@ from app.contacts.force_estimation.wrench_consistency import WrenchMismatch
 from app.contacts.image_centre import BACK_PROJECTIONS, PIXELS, BackProjection, CentreSettings
 from app.contacts.regions import ContactRegion
 from app.contacts.self_touch import SelfTouchMatcher
+from app.contacts.taxel_noise import TaxelNoise
 from app.core.arrays import FloatArray, set_fields
 from app.core.codec import LATER
 from app.core.errors import MapError, SceneError
@@ -36,8 +37,8 @@ from app.tactile.sensor_effects import SensorEffects
 
 ABOVE_NOISE = 3.0
 """Standard deviations of a reading's noise that the threshold is at least."""
-THRESHOLDS = (1.0, 1e6)
-"""Smallest and largest selectable threshold [Pa]."""
+THRESHOLDS = (1.0, 1e11)
+"""Smallest and largest selectable threshold [Pa]; a count is shown as 1 kPa, and converters have up to 24 bits."""
 NOISIEST_SENSOR = 10.0
 """Of a force-torque sensor [N]."""
 
@@ -48,8 +49,8 @@ class ReadingSettings:
 
     Attributes:
         estimator: The way from readings to a contact's force.
-        threshold: A taxel is touched from here [Pa]; None for the usual one, or what stands out of the noise if that
-            is more.
+        threshold: A taxel is touched from here [Pa]; None for 1 kPa, or what stands out of the noise if that is more.
+            In either case a new contact as a whole must stand out of the noise of its taxels.
         wrench_noise: Standard deviation of each force that the force-torque sensor of ``lumped`` reports [N], and 2 cm
             times as much of each torque. 0 is a perfect one; an ATI Mini45 (SI-145-5) resolves 1/16 N and 1/752 N m.
         pixel: Of the tactile image whose pixels a contact's centre is taken from [m on the map]; None for none:
@@ -115,6 +116,12 @@ class ReadingSettings:
         it. What it is good for, keeping the cover's blur out of the inversion, the region with its one ring does.
         """
         return self.threshold if self.threshold is not None else max(TOUCH_THRESHOLD, ABOVE_NOISE * errors.noise)
+
+    def thresholds_for(self, errors: SensorUncertainty) -> float | FloatArray:
+        """The threshold of each taxel [Pa]: (taxels,) where their noise was measured, else one for all."""
+        if self.threshold is not None or errors.taxels is None:
+            return self.threshold_for(errors)
+        return np.maximum(TOUCH_THRESHOLD, errors.taxels.limits(ABOVE_NOISE))
 
 
 def reading_from(values: Mapping[str, object]) -> ReadingSettings:
@@ -182,7 +189,7 @@ class ContactPipeline:
         self._forces.estimator = settings.estimator
         self._forces.wrench_noise = settings.wrench_noise
         self._settings = settings
-        self._reader.threshold = settings.threshold_for(self._reader.errors)
+        self._reader.threshold = settings.thresholds_for(self._reader.errors)
         if settings.centre != self._reader.centre:
             self._reader.centre = settings.centre
 
@@ -199,9 +206,14 @@ class ContactPipeline:
     def set_sensor_model(self, sensor: SensorEffects) -> None:
         """Draw error bars for a sensor that does this to readings from now on, and stay above its noise."""
         self._reader.errors = SensorUncertainty.of_sensor(sensor)
-        self._reader.threshold = self._settings.threshold_for(self._reader.errors)
+        self._reader.threshold = self._settings.thresholds_for(self._reader.errors)
         gaps = sensor.area_averaging is not None or sensor.dead_taxels is not None
         self._reader.wait(period=1 / sensor.sampling.rate if sensor.sampling else 0.0, gaps=gaps)
+
+    def set_measured_noise(self, noise: TaxelNoise | None) -> None:
+        """Use the measured noise of each taxel for thresholds and error bars from now on; None for unknown noise."""
+        self._reader.errors = SensorUncertainty.measured(noise)
+        self._reader.threshold = self._settings.thresholds_for(self._reader.errors)
 
     def use_units(self, units: ReadingUnits) -> None:
         """What readings may be called from now on: events tell forces only where they may."""
@@ -307,6 +319,6 @@ def read_contacts(
         remedy = f"Choose one of: {', '.join(name for name in ESTIMATORS if name != 'lumped')}"
         raise MapError("a force-torque sensor is not read from pressures", value=estimator, remedy=remedy)
     settings, errors = ReadingSettings(estimator, threshold), errors or SensorUncertainty()
-    detector = ContactDetector(map_, threshold=settings.threshold_for(errors), errors=errors)
+    detector = ContactDetector(map_, threshold=settings.thresholds_for(errors), errors=errors)
     forces = RegionForceEstimator(map_, estimator=estimator, depth=depth)
     return forces.read(detector.read(pressures), pressures, errors)[0]

@@ -14,6 +14,7 @@ from typing import Literal
 import numpy as np
 
 from app.contacts.pipeline import ContactPipeline
+from app.contacts.taxel_noise import estimate_noise
 from app.control.command import JointCommand
 from app.core.arrays import FloatArray, IntArray
 from app.core.errors import LiveError, SimulationError
@@ -41,7 +42,7 @@ from app.session.inputs import (
 from app.session.measured_values import MeasuredValues
 from app.session.prepare import PreparedScene
 from app.session.runtime_settings import RuntimeSettings
-from app.tactile.sensor_effects import Noise, SensorEffects
+from app.tactile.sensor_effects import SensorEffects
 
 MOST_COUNTS = 2.0**32
 """Largest plausible amount of a value in counts: no converter has more bits."""
@@ -61,6 +62,8 @@ FASTEST_SLIDE = 10.0
 """The same for a slide [m/s]."""
 _LONGEST_STEP = 10.0
 """A sender's clock that jumps ahead by more [s] was set anew: then the time of arrival counts."""
+_USUAL_TARE = 50
+"""Number of readings in a tare, also where a recording does not state it."""
 NOTHING: Callable[[], Arrived | None] = lambda: None  # noqa: E731  the source of a session that is given readings
 
 
@@ -182,6 +185,7 @@ class MeasuredSession:
         self._calibration = calibration or Calibration.plain(len(skin), Unit.COUNTS)
         self._baseline = np.zeros(len(skin))
         self._spread: FloatArray | None = None
+        self._counts: IntArray | None = None
         self._tare: Tare | None = None
         self._weighing: Weighing | None = None
         self._recent: RecentReadings | None = None
@@ -254,7 +258,7 @@ class MeasuredSession:
         """In force."""
         return self._calibration
 
-    def tare(self, frames: int = 50) -> None:
+    def tare(self, frames: int = _USUAL_TARE) -> None:
         """Take the mean of the next readings as that of the untouched skin, and their spread as noise.
 
         Until then nothing is felt.
@@ -335,13 +339,18 @@ class MeasuredSession:
         Raises:
             LiveError: It is of another skin.
         """
-        if len(used.gain) != len(self._values):
+        sizes = {
+            values.shape
+            for values in (used.gain, used.offset, used.baseline, used.spread, used.counts)
+            if values is not None
+        }
+        if sizes != {self._values.shape}:
             found = f"{len(used.gain)} taxels for {len(self._values)}"
             remedy = "Show it on the skin that it was recorded with, or give a calibration of this one"
             raise LiveError("the recorded calibration is of another skin", value=found, remedy=remedy)
         if used.known:
             self._given = self._calibration = Calibration(used.gain, used.offset)
-        self._baseline, self._spread = used.baseline, used.spread
+        self._baseline, self._spread, self._counts = used.baseline, used.spread, used.counts
         self.tared = used.spread is not None
         self._use_noise()
 
@@ -437,7 +446,7 @@ class MeasuredSession:
             self._move(joints, positions, step)
             self._health.add(taxels, values, self._time)
             self._swaps.add(self._raw, self._time)
-            self._take_tare()
+            self._take_tare(taxels)
             self._take_weighing()
             if self._recent is not None and self.tared:
                 self._recent.add(self._change, self._time)
@@ -552,10 +561,10 @@ class MeasuredSession:
         self._joint_times[joints] = self._time
         self._velocity = (self._posture - before) / step if step > 0 else np.zeros(len(before))
 
-    def _take_tare(self) -> None:
-        if self._tare is None or not self._tare.add(self._values):
+    def _take_tare(self, heard: IntArray) -> None:
+        if self._tare is None or not self._tare.add(self._values, heard):
             return
-        mean, self._spread = self._tare.result()
+        mean, self._spread, self._counts = self._tare.result()
         self._tare, self.tared = None, True
         self._baseline = mean - self._calibration.offset
         self._use_noise()
@@ -565,8 +574,8 @@ class MeasuredSession:
         if self._spread is None:
             return
         scale = np.abs(self._calibration.gain) if self.mode is ValueMode.PRESSURE else self._scale
-        noise = float(np.median(self._spread * scale))
-        self._contacts.set_sensor_model(SensorEffects(noise=Noise(noise) if noise > 0 else None))
+        counts = np.full(len(self._spread), _USUAL_TARE) if self._counts is None else self._counts
+        self._contacts.set_measured_noise(estimate_noise(self._spread * scale, counts))
 
     @property
     def _scale(self) -> float:
@@ -587,7 +596,7 @@ class MeasuredSession:
         now, told, mode = self._calibration, self._told, _recorded_mode(self.mode)
         same = told is not None and told.gain is now.gain and told.baseline is self._baseline and told.mode == mode
         if not same:
-            used = CalibrationUsed(now.gain, now.offset, self._baseline, self._spread, now.known, mode)
+            used = CalibrationUsed(now.gain, now.offset, self._baseline, self._spread, now.known, mode, self._counts)
             self._baseline, self._told = used.baseline, used
             self.inputs.append((self._ticks, used))
 

@@ -5,10 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Literal
 
+import numpy as np
+
 from app.contacts.pipeline import ReadingSettings
 from app.control.behaviours import Behaviour, ControlTrigger
 from app.control.command import ControlSettings
-from app.core.arrays import FloatArray, freeze_arrays
+from app.core.arrays import FloatArray, IntArray, freeze_arrays
 from app.core.codec import LATER
 from app.maps.tactile_map import TactileMap
 from app.scene.effects import Effects
@@ -100,6 +102,7 @@ class CalibrationUsed:
         spread: (taxels,) standard deviation in the tare, in that unit; None without one.
         known: Whether the gains were measured.
         mode: What is shown: ``raw``, above the ``baseline``, or ``kPa``.
+        counts: (taxels,) number of readings of each taxel in the tare; None where it is not known.
     """
 
     gain: FloatArray
@@ -108,9 +111,11 @@ class CalibrationUsed:
     spread: FloatArray | None
     known: bool
     mode: Literal["raw", "baseline", "kPa"]
+    counts: IntArray | None = field(default=None, metadata=LATER)
 
     def __post_init__(self) -> None:
         freeze_arrays(self, "gain", "offset", "baseline", "spread")
+        freeze_arrays(self, "counts", dtype=np.int64)
 
 
 SessionInput = (

@@ -53,7 +53,7 @@ def execute(arguments: argparse.Namespace) -> int:
         arguments.token, arguments.remote, Path(arguments.mapping) if arguments.mapping else None, arguments.speed
     )
     connection = Connection(open_source(arguments.source, options))
-    scene = scene_from_arguments(arguments)
+    scene = _with_threshold(scene_from_arguments(arguments), arguments.threshold)
     prepared = prepare_measured(scene, progress=progress_line())
     session = _session(arguments, connection, prepared)
     motion = _motion(arguments, session, scene, connection)
@@ -91,6 +91,11 @@ def execute(arguments: argparse.Namespace) -> int:
     latency = None if motion is None else motion.latency.figures
     (print_json(result) if arguments.json else print_fields(_rows(result, status, latency)))
     return 0
+
+
+def _with_threshold(scene: Scene, threshold: float | None) -> Scene:
+    """The scene with a contact threshold in the unit shown; within the program a count is 1 kPa as well."""
+    return scene if threshold is None else replace(scene, reading={**scene.reading, "threshold": 1e3 * threshold})
 
 
 def _session(arguments: argparse.Namespace, connection: Connection, prepared: PreparedScene) -> MeasuredSession:

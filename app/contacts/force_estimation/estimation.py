@@ -246,7 +246,11 @@ class RegionForceEstimator:
         """See ``read``."""
         if not math.isfinite(float(pressures.sum())):  # what reads no number counts as unpressed, as to the reader
             pressures = np.where(np.isfinite(pressures), pressures, 0.0)
-        asked = [ContactReading(region, pressures, errors.noise, errors.gain) for region in regions]
+        areas = self._map.skin.areas
+        asked = [
+            ContactReading(region, pressures, errors.noise_of(region.taxels, areas.take(region.taxels)), errors.gain)
+            for region in regions
+        ]
         if self._name == "lumped":
             asked = [
                 replace(r, wrench=self._felt(wrenches, r.region.link))

@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -215,6 +215,20 @@ def _taxel(path: Path, place: str, row: Mapping[str, Any], skin: Skin) -> int:
     return int(found[0])
 
 
+class TareResult(NamedTuple):
+    """Readings of the untouched skin in a few numbers.
+
+    Attributes:
+        mean: (n,) mean of each taxel's readings; the latest value where it was not heard.
+        spread: (n,) root mean square deviation from the mean.
+        counts: (n,) number of readings that had a value of the taxel.
+    """
+
+    mean: FloatArray
+    spread: FloatArray
+    counts: IntArray
+
+
 class Tare:
     """Averages readings of an untouched skin. Mutable.
 
@@ -227,21 +241,27 @@ class Tare:
         if not 1 <= frames <= 100_000:
             raise LiveError("the number of readings is out of range", value=frames, remedy="Choose 1 to 100000")
         self._left = frames
-        self._count, self._sum, self._squares = 0, np.zeros(taxels), np.zeros(taxels)
-        self._first: FloatArray | None = None
+        self._counts: IntArray = np.zeros(taxels, dtype=np.int64)
+        self._first, self._sum, self._squares = np.zeros(taxels), np.zeros(taxels), np.zeros(taxels)
 
-    def add(self, values: FloatArray) -> bool:
-        """One reading (n,); whether that was the last it needs."""
-        self._first = values.copy() if self._first is None else self._first
-        away = values - self._first  # of small numbers: no cancellation
-        self._count, self._left = self._count + 1, self._left - 1
-        self._sum += away
-        self._squares += away * away
+    def add(self, values: FloatArray, heard: IntArray) -> bool:
+        """Add a reading; return whether it was the last one needed.
+
+        Args:
+            values: (n,) of all taxels; those that were not heard keep their latest value.
+            heard: (k,) taxels that the reading has a value of.
+        """
+        self._first = np.where(self._counts == 0, values, self._first)
+        away = (values - self._first)[heard]  # of small numbers: no cancellation
+        self._left -= 1
+        self._counts[heard] += 1
+        self._sum[heard] += away
+        self._squares[heard] += away * away
         return self._left == 0
 
-    def result(self) -> tuple[FloatArray, FloatArray]:
-        """(n,) means and (n,) standard deviations."""
-        assert self._first is not None
-        mean = self._sum / self._count
-        variance = np.maximum(self._squares / self._count - mean * mean, 0.0)
-        return self._first + mean, np.sqrt(variance)
+    def result(self) -> TareResult:
+        """Means, standard deviations and numbers of the readings added."""
+        counts = np.maximum(self._counts, 1)
+        mean = self._sum / counts
+        variance = np.maximum(self._squares / counts - mean * mean, 0.0)
+        return TareResult(self._first + mean, np.sqrt(variance), self._counts.copy())

@@ -9,6 +9,7 @@ from app.contacts.centre_of_pressure import SensorUncertainty
 from app.contacts.detection import TOUCH_THRESHOLD
 from app.contacts.force_estimation.estimate import ESTIMATORS
 from app.contacts.pipeline import ContactPipeline, ReadingSettings, read_contacts, reading_from
+from app.contacts.taxel_noise import TaxelNoise
 from app.contacts.tracking import DWELL, GAP, MISSED
 from app.core.errors import MapError, SceneError
 from app.tactile.press import press_skin
@@ -40,7 +41,7 @@ def test_what_a_person_sets_stands():
 @pytest.mark.parametrize(("values", "words"), [
     ({"estimator": "tikonov"}, "contacts.estimator.*no such force estimator.*tikonov.*Did you mean tikhonov"),
     ({"estimator": 3}, "contacts.estimator"),
-    ({"threshold": 0.0}, "contacts.threshold.*0.0.*Choose 1 to 1e\\+06 Pa"),
+    ({"threshold": 0.0}, "contacts.threshold.*0.0.*Choose 1 to 1e\\+11 Pa"),
     ({"threshold": float("nan")}, "contacts.threshold"),
     ({"threshold": float("inf")}, "contacts.threshold"),
     ({"threshold": True}, "contacts.threshold"),
@@ -108,6 +109,41 @@ def test_error_bars_follow_the_sensor():
     assert sense.read(1, 0.01, HOME, PRESSED)[0].force_error == 0
     sense.set_sensor_model(SensorEffects(noise=Noise(100.0)))
     assert sense.read(2, 0.02, HOME, PRESSED)[0].force_error > 0
+
+
+def test_each_taxel_has_a_threshold_above_its_own_measured_noise():
+    noisy, other = BAR.skin.neighbours[30].tolist()
+    sd = np.full(len(BAR.skin), 10.0)
+    sd[noisy] = 1000.0
+    sense = ContactPipeline(BAR.robot, BAR.map, SensorEffects())
+    sense.set_measured_noise(TaxelNoise(sd, np.full(len(sd), 1e9)))
+    pressures = np.zeros(len(sd))
+    pressures[noisy] = pressures[other] = 2500.0
+    (region,) = sense.read(1, 0.01, HOME, pressures)
+    assert (region.touched, region.area) == (1, BAR.skin.areas[other])
+    assert region.force_error == pytest.approx(np.linalg.norm((sd * BAR.skin.areas)[region.taxels]))
+    assert region.place_error > 0
+    sense.settings = ReadingSettings(threshold=2000.0)
+    assert sense.read(2, 0.02, HOME, pressures)[0].touched == 2
+    sense.reset()
+    pressures[other] = 0.0
+    assert sense.read(3, 0.03, HOME, pressures) == (), "a new contact has to exceed the noise"
+    pressures[noisy] = 7000.0
+    assert len(sense.read(4, 0.04, HOME, pressures)) == 1
+    sense.set_measured_noise(None)
+    assert sense.read(5, 0.05, HOME, pressures)[0].force_error == 0.0
+
+
+@pytest.mark.parametrize("estimator", ["local-nnls", "tikhonov"])
+def test_estimators_use_the_noise_of_the_contact(estimator):
+    sense = ContactPipeline(BAR.robot, BAR.map, SensorEffects(), settings=ReadingSettings(estimator))
+    exact = sense.read(1, 0.01, HOME, PRESSED)
+    assert sense.estimates[exact[0].id].noise == 0.0
+    sd = np.full(len(BAR.skin), 1e3)
+    sd[exact[0].taxels] = 10.0
+    sense.set_measured_noise(TaxelNoise(sd, np.full(len(sd), 1e9)))
+    (region,) = sense.read(2, 0.02, HOME, PRESSED)
+    assert sense.estimates[region.id].noise == pytest.approx(10.0)
 
 
 def test_two_links_touched_apart_are_no_self_touch():

@@ -87,6 +87,57 @@ def test_counts_are_shown_above_their_baseline_and_pressure_needs_a_calibration(
     assert np.allclose(measured.show(at(0.04, np.full(60, 25.0), unit=Unit.COUNTS)).pressures, 25_000.0)
 
 
+def noisy_readings(random, count, pressed=0.0):
+    """(count, 60) readings in counts: every sixth taxel is much noisier than the others; ``pressed`` at taxel 30."""
+    sigma = np.where(np.arange(60) % 6 == 3, 300.0, 10.0)
+    return 5000 + sigma * random.standard_normal((count, 60)) + pressed * touched() / touched().max()
+
+
+@pytest.mark.parametrize("tare", [5, 50])
+def test_a_noisy_taxel_is_no_contact_and_hides_none(tare):
+    random, measured = np.random.default_rng(0), session()
+    measured.tare(tare)
+    number = 0
+
+    def felt(readings):
+        nonlocal number
+        counts = []
+        for values in readings:
+            number += 1
+            counts.append(len(measured.show(at(0.01 * number, values, unit=Unit.COUNTS)).regions))
+        return counts
+
+    felt(noisy_readings(random, tare))
+    assert set(felt(noisy_readings(random, 100))) == {0}
+    pressed = felt(noisy_readings(random, 100, pressed=4000.0))
+    assert pressed.count(1) == 100
+
+
+def test_a_recorded_tare_has_the_same_noise_again(tmp_path):
+    random, measured, path = np.random.default_rng(0), session(), tmp_path / "felt.mcap"
+    measured.tare(5)
+    sent = [*noisy_readings(random, 20), *noisy_readings(random, 20, pressed=3000.0)]
+    with Recorder(measured.prepared, path, measured="a file") as recorder:
+        for number, values in enumerate(sent):
+            frame = measured.show(at(0.01 * number, values, unit=Unit.COUNTS))
+            recorder.write(frame, measured.inputs)
+    used = [act for _, act in open_recording(path).inputs if isinstance(act, CalibrationUsed)][-1]
+    assert used.counts.tolist() == [5] * 60
+    again = session()
+    for reading, first in zip(read_recording(path), open_recording(path), strict=True):
+        shown = again.show(Arrived(reading, reading.time))
+        if first.tick > 10:
+            assert [region.taxels.tolist() for region in shown.regions] == [r.taxels.tolist() for r in first.regions]
+            assert [region.force_error for region in shown.regions] == [r.force_error for r in first.regions]
+    assert shown.regions
+
+
+def test_a_recorded_tare_of_another_skin_is_refused():
+    used = CalibrationUsed(np.ones(60), np.zeros(60), np.zeros(60), np.ones(60), False, "baseline", np.ones(59))
+    with pytest.raises(LiveError, match="of another skin"):
+        session().adopt(used)
+
+
 def test_a_known_weight_makes_forces_mean_newtons():
     measured = session()
     with pytest.raises(LiveError, match="not tared"):

@@ -12,11 +12,12 @@ from dataclasses import replace
 
 import numpy as np
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QGridLayout, QLabel, QPushButton, QScrollBar, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QGridLayout, QInputDialog, QLabel, QPushButton, QScrollBar, QVBoxLayout, QWidget
 
 from app.contacts.centre_of_pressure import SensorUncertainty
 from app.contacts.force_estimation.estimate import EstimateRefusal, EstimatorName, ForceEstimate
 from app.contacts.force_estimation.estimation import FORCE_ESTIMATORS
+from app.contacts.pipeline import THRESHOLDS as LIMITS
 from app.contacts.pipeline import ReadingSettings
 from app.contacts.regions import ContactRegion
 from app.core.reading_units import ReadingUnits
@@ -90,10 +91,12 @@ ESTIMATOR_TIP = "Force estimator: how contact forces follow from the readings; c
 THRESHOLD_TIP = (
     "Contact threshold: a taxel is in contact from this pressure on, and stays so down to half of it.\n"
     "Automatic is 1\u202fkPa (1 count of a skin that is not calibrated), or three standard deviations of the noise if\n"
-    "that is more."
+    "that is more. After a tare each taxel of a real skin has its own noise, and thus its own threshold."
 )
 THRESHOLDS = (None, 500.0, 1000.0, 2000.0, 3000.0, 5000.0, 10000.0)
 """[Pa]; None is automatic."""
+COUNT_THRESHOLDS = (None, 1e3, 3e3, 1e4, 3e4, 1e5, 3e5, 1e6, 3e6, 1e7)
+"""The same where readings are counts, each shown as 1 kPa."""
 SHEAR_NOTE = "Net shear is unobservable"
 SHEAR_TIP = (
     "These taxels sense normal stress. A tangential force on the cover presses on one side of itself and pulls on the\n"
@@ -103,10 +106,31 @@ SHEAR_TIP = (
 )
 
 
-def threshold_text(threshold: float | None, usual: float, units: ReadingUnits = ReadingUnits.CALIBRATED) -> str:
-    """Like "Contact threshold 2 kPa"; ``usual`` is what automatic means now [Pa]."""
-    level, automatic = (usual, ", automatic") if threshold is None else (threshold, "")
-    return f"Contact threshold {1e-3 * level:.3g}\u202f{units.unit}{automatic}"
+def threshold_text(
+    threshold: float | None,
+    usual: float,
+    units: ReadingUnits = ReadingUnits.CALIBRATED,
+    *,
+    measured: bool = False,
+) -> str:
+    """Like "Contact threshold 2 kPa".
+
+    Args:
+        threshold: The chosen one [Pa]; None for automatic.
+        usual: Automatic threshold [Pa].
+        units: Units of the readings.
+        measured: Whether a real skin is shown, whose taxels may have higher automatic thresholds.
+    """
+    level = usual if threshold is None else threshold
+    least = "at least " if measured and threshold is None else ""
+    return (
+        f"Contact threshold {least}{_threshold_number(level)}\u202f{units.unit}"
+        f"{', automatic' if threshold is None else ''}"
+    )
+
+
+def _threshold_number(pascals: float) -> str:
+    return f"{1e-3 * pascals:.3g}" if pascals < 1e6 else f"{1e-3 * pascals:,.0f}"
 
 
 def estimator_words(name: EstimatorName) -> tuple[str, str]:
@@ -126,7 +150,7 @@ class EstimationControls(QWidget):
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self._settings, self._usual = ReadingSettings(), ReadingSettings().threshold_for(SensorUncertainty())
-        self._units = ReadingUnits.CALIBRATED
+        self._units, self._measured = ReadingUnits.CALIBRATED, False
         self.estimator = self._choice("choice-estimator", ESTIMATOR_TIP)
         for name in FORCE_ESTIMATORS:
             words, tip = estimator_words(name)
@@ -134,8 +158,7 @@ class EstimationControls(QWidget):
             self.estimator.setItemData(self.estimator.count() - 1, tip, Qt.ItemDataRole.ToolTipRole)
         self.threshold = self._choice("choice-threshold", THRESHOLD_TIP)
         self.threshold.setToolTip(THRESHOLD_TIP)
-        for threshold in THRESHOLDS:
-            self.threshold.addItem("", threshold)
+        self._list_thresholds()
         self.estimator.activated.connect(self._on_estimator_chosen)
         self.threshold.activated.connect(self._on_threshold_chosen)
         column = QVBoxLayout(self)
@@ -152,20 +175,21 @@ class EstimationControls(QWidget):
         self.estimator.setCurrentIndex(self.estimator.findData(settings.estimator))
         self.estimator.say(words)
         self.estimator.setToolTip(f"{ESTIMATOR_TIP}.\n\n{tip}")
-        for row, threshold in enumerate(THRESHOLDS):
-            self.threshold.setItemText(row, threshold_text(threshold, self._usual, self._units))
-        known = settings.threshold in THRESHOLDS  # a scene may name any
-        self.threshold.setCurrentIndex(THRESHOLDS.index(settings.threshold) if known else -1)
-        self.threshold.say(threshold_text(settings.threshold, self._usual, self._units))
+        for row, threshold in enumerate(self._thresholds):
+            self.threshold.setItemText(row, self._threshold_text(threshold))
+        known = settings.threshold in self._thresholds  # a scene may name any
+        self.threshold.setCurrentIndex(self._thresholds.index(settings.threshold) if known else -1)
+        self.threshold.say(self._threshold_text(settings.threshold))
 
     def show_effects(self, effects: Effects) -> None:
         """The noise in force says what automatic means."""
         self._usual = ReadingSettings().threshold_for(SensorUncertainty.of_sensor(effects.sensor))
         self.show_reading(self._settings)
 
-    def set_units(self, units: ReadingUnits) -> None:
-        """What readings may be called; without a force there is no choice of its estimator."""
-        self._units = units
+    def set_units(self, units: ReadingUnits, *, measured: bool = False) -> None:
+        """What readings may be called, and whether a real skin is shown; without a force there is no estimator."""
+        self._units, self._measured = units, measured
+        self._list_thresholds()
         self.estimator.setVisible(units.force is not None)
         self.show_reading(self._settings)
 
@@ -178,8 +202,45 @@ class EstimationControls(QWidget):
     def _on_estimator_chosen(self, row: int) -> None:
         self._edit(replace(self._settings, estimator=self.estimator.itemData(row)))
 
+    @property
+    def _thresholds(self) -> tuple[float | None, ...]:
+        return COUNT_THRESHOLDS if self._units is ReadingUnits.COUNTS else THRESHOLDS
+
+    def _list_thresholds(self) -> None:
+        self.threshold.clear()
+        for threshold in self._thresholds:
+            self.threshold.addItem("", threshold)
+        self.threshold.addItem("Other contact threshold…")
+
+    def _threshold_text(self, threshold: float | None) -> str:
+        return threshold_text(threshold, self._usual, self._units, measured=self._measured)
+
     def _on_threshold_chosen(self, row: int) -> None:
-        self._edit(replace(self._settings, threshold=THRESHOLDS[row]))
+        if row == len(self._thresholds):
+            self._ask_threshold()
+        else:
+            self._edit(replace(self._settings, threshold=self._thresholds[row]))
+
+    def _ask_threshold(self) -> None:
+        box = QInputDialog(self)
+        box.setObjectName("ask-threshold")
+        box.setWindowTitle("Contact threshold")
+        box.setLabelText(f"A taxel is in contact from this value on [{self._units.unit}]:")
+        box.setInputMode(QInputDialog.InputMode.DoubleInput)
+        box.setDoubleDecimals(3)
+        box.setDoubleRange(*(1e-3 * limit for limit in LIMITS))
+        box.setDoubleValue(1e-3 * (self._settings.threshold or self._usual))
+        box.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        box.doubleValueSelected.connect(self._on_threshold_entered)
+        box.finished.connect(self._on_threshold_asked)
+        box.open()
+
+    def _on_threshold_entered(self, value: float) -> None:
+        self._edit(replace(self._settings, threshold=1e3 * value))
+
+    def _on_threshold_asked(self) -> None:
+        """Show the current threshold again, also where the question was cancelled."""
+        self.show_reading(self._settings)
 
     def _edit(self, settings: ReadingSettings) -> None:
         if settings != self._settings:
@@ -305,7 +366,7 @@ class ContactsPanel(Panel):
         self._estimates: Mapping[int, ForceEstimate] = {}
         grid = self.grid()
         grid.setHorizontalSpacing(8)
-        self._units = ReadingUnits.CALIBRATED
+        self._units, self._measured = ReadingUnits.CALIBRATED, False
         self._heads = [value_label("", self, right=column > 0) for column in range(4)]
         for column, head in enumerate(self._heads, start=1):
             head.setProperty("role", "caption")
@@ -382,8 +443,9 @@ class ContactsPanel(Panel):
         """The strongest regions of a frame, and the selected one."""
         self._regions, self._estimates = frame.regions, frame.estimates
         self.fingers.show_frame(frame)
-        if frame.units is not self._units:
-            self._use_units(frame.units)
+        measured = frame.measured is not None
+        if (frame.units, measured) != (self._units, self._measured):
+            self._use_units(frame.units, measured=measured)
         if not frame.regions:
             self.clear()
             return
@@ -394,12 +456,12 @@ class ContactsPanel(Panel):
         self._summary.setText(f"{len(frame.regions)} {noun}, {words}")
         self._fill()
 
-    def _use_units(self, units: ReadingUnits) -> None:
-        self._units = units
+    def _use_units(self, units: ReadingUnits, *, measured: bool = False) -> None:
+        self._units, self._measured = units, measured
         for head, text in zip(self._heads, ("On", units.force or "", units.unit, "mm²"), strict=True):
             head.setText(text)
         self._heads[1].setToolTip("" if units.force is None else _FORCE_TIP)
-        self.reading.set_units(units)
+        self.reading.set_units(units, measured=measured)
         self._show_told()
 
     def _show_told(self) -> None:

@@ -57,6 +57,22 @@ def test_a_file_is_told_of_in_figures(readings, skin, capsys, tmp_path):
     assert (replayed["complete"], replayed["identical"], replayed["measured"]) == (True, None, readings)
 
 
+@pytest.mark.parametrize(("threshold", "contacts"), [("10", 1), ("100000", 0)])
+def test_threshold_is_in_the_unit_shown_and_recorded(readings, skin, capsys, tmp_path, threshold, contacts):
+    """The peak of the touch is about 5,000 counts."""
+    target = str(tmp_path / "felt.mcap")
+    arguments = ["listen", readings, "--skin", skin, "--tare", "10", "--threshold", threshold, "-o", target, "--json"]
+    assert main(arguments) == 0
+    assert json.loads(capsys.readouterr().out)["contacts"] == contacts
+    assert open_recording(target).runtime_settings_at(0).reading.threshold == 1e3 * float(threshold)
+
+
+@pytest.mark.parametrize("threshold", ["0", "-1", "nan", "2e8", "high"])
+def test_an_impossible_threshold_is_named(readings, skin, capsys, threshold):
+    assert main(["listen", readings, "--skin", skin, f"--threshold={threshold}"]) == 2
+    assert "--threshold" in capsys.readouterr().err
+
+
 def test_a_weight_calibrates_and_is_kept(readings, skin, capsys, tmp_path):
     kept = str(tmp_path / "gains.csv")
     weigh = ["--tare", "10", "--weight", "0.30591", "--save-calibration", kept]

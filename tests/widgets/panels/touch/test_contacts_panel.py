@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QLabel, QScrollBar
+from PySide6.QtWidgets import QApplication, QInputDialog, QLabel, QScrollBar
 
 from app.contacts.force_estimation.estimate import ESTIMATORS, EstimateRefusal, ForceEstimate
 from app.contacts.pipeline import ReadingSettings
+from app.core.reading_units import ReadingUnits
 from app.scene.effects import Effects
 from app.session.session import Session
 from app.tactile.poke import PokePressed
@@ -94,6 +95,37 @@ def test_automatic_says_what_it_means_under_the_noise_in_force(box):
     box.show_effects(Effects(sensor=SensorEffects(noise=Noise(2000.0))))
     assert box.threshold.words == "Contact threshold 6\u202fkPa, automatic"
     assert box.threshold.itemText(0) == box.threshold.words
+
+
+def test_counts_have_thresholds_of_their_own(box):
+    wanted: list[ReadingSettings] = []
+    box.reading_edited.connect(wanted.append)
+    box.set_units(ReadingUnits.COUNTS, measured=True)
+    assert box.threshold.words == "Contact threshold at least 1\u202fcounts, automatic"
+    rows = range(1, box.threshold.count() - 1)
+    assert [box.threshold.itemData(row) for row in rows] == [1e3, 3e3, 1e4, 3e4, 1e5, 3e5, 1e6, 3e6, 1e7]
+    choose(box.threshold, 7)
+    assert wanted[-1].threshold == 1e6
+    assert box.threshold.words == "Contact threshold 1,000\u202fcounts"
+    box.set_units(ReadingUnits.CALIBRATED)
+    assert box.threshold.words == "Contact threshold 1,000\u202fkPa"
+
+
+def test_any_other_threshold_can_be_entered(qtbot, box):
+    wanted: list[ReadingSettings] = []
+    box.reading_edited.connect(wanted.append)
+    box.set_units(ReadingUnits.COUNTS, measured=True)
+    for value, finish in ((2345.0, "accept"), (77.0, "reject")):
+        box.threshold.activated.emit(box.threshold.count() - 1)
+        dialog = box.findChild(QInputDialog, "ask-threshold")
+        assert "[counts]" in dialog.labelText()
+        assert dialog.doubleMaximum() >= 2**24
+        dialog.setDoubleValue(value)
+        with qtbot.waitSignal(dialog.destroyed):
+            getattr(dialog, finish)()
+    assert [settings.threshold for settings in wanted] == [2.345e6]
+    assert box.threshold.words == "Contact threshold 2,345\u202fcounts"
+    assert box.threshold.currentIndex() == -1
 
 
 def test_how_well_a_force_is_told_is_said_in_words():
