@@ -8,7 +8,7 @@ what a link looks like: its visual geoms, meshes and primitives alike, as one tr
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 
 import mujoco
 import numpy as np
@@ -20,6 +20,7 @@ from app.robots.files.model_limits import LARGEST_MAGNITUDE, MAX_BODIES
 from app.robots.mujoco_spec import check_names, compile_spec, editing_spec, parse_spec, spec_text
 from app.robots.robot import Joint, Link, Robot
 from app.robots.sanitize import (
+    Mount,
     collision_exclusions,
     enforce_inertia_inequality,
     keyframe_home,
@@ -139,6 +140,7 @@ def build_robot(
     assets: Mapping[str, bytes],
     findings: Sequence[Finding] = (),
     home: Mapping[str, float] | None = None,
+    mounts: Collection[Mount] = (),
 ) -> Robot:
     """Strip, check, compile and try out a spec; it is used up.
 
@@ -149,6 +151,7 @@ def build_robot(
         assets: File contents by bare name.
         findings: What the reader noticed already.
         home: Joint values by joint name [rad, m], before those of a keyframe; others rest at zero.
+        mounts: Elements that sensors are fixed to.
 
     Raises:
         RobotError: The robot has no links, joints that are not scalar, too many bodies, a name that is kept for what is
@@ -161,7 +164,7 @@ def build_robot(
         requested = {**keyframe_home(spec), **(home or {})}
         notes = [
             *findings,
-            *strip_scene(spec, source),
+            *strip_scene(spec, source, mounts),
             *name_unnamed_elements(spec),
             *prepare_degenerate_meshes(spec, assets),
         ]

@@ -9,7 +9,7 @@ in most postures are joined, not in collision.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from pathlib import Path
 
 import mujoco
@@ -42,8 +42,17 @@ def keyframe_home(spec: mujoco.MjSpec) -> dict[str, float]:
     return home if start == len(values) else {}
 
 
-def strip_scene(spec: mujoco.MjSpec, source: str) -> list[Finding]:
+Mount = tuple[str, str]
+"""Kind (``site`` or ``geom``) and name of the element that a sensor is fixed to."""
+
+
+def strip_scene(spec: mujoco.MjSpec, source: str, mounts: Collection[Mount] = ()) -> list[Finding]:
     """Delete from ``spec`` everything that is not the robot; fix its base.
+
+    Args:
+        spec: As it was read; changed.
+        source: Path or library name, for errors.
+        mounts: Elements that sensors are fixed to: the bodies that have them belong to the robot.
 
     Raises:
         RobotError: Nothing is left, or joints of one body follow on a ball joint.
@@ -51,7 +60,7 @@ def strip_scene(spec: mujoco.MjSpec, source: str) -> list[Finding]:
     for elements in ("keys", "cameras", "lights"):
         _delete_all(spec, list(getattr(spec, elements)))
     _delete_all(spec, list(spec.worldbody.geoms))
-    findings = _remove_loose_bodies(spec) + _fix_base(spec)
+    findings = _remove_scene_objects(spec, mounts) + _fix_base(spec)
     if len(spec.bodies) < 2:
         raise RobotError("the file contains no robot: there is no body with a shape or a joint", file=source)
     findings += _split_ball_joints(spec, source)
@@ -88,9 +97,14 @@ def _suffixed(name: str) -> Iterator[str]:
 
 
 def _joints_in_order(body: mujoco.MjsBody) -> Iterator[mujoco.MjsJoint]:
-    yield from body.joints
+    for part in _subtree(body):
+        yield from part.joints
+
+
+def _subtree(body: mujoco.MjsBody) -> Iterator[mujoco.MjsBody]:
+    yield body
     for child in body.bodies:
-        yield from _joints_in_order(child)
+        yield from _subtree(child)
 
 
 def _delete_all(spec: mujoco.MjSpec, elements: list[object]) -> None:
@@ -98,11 +112,17 @@ def _delete_all(spec: mujoco.MjSpec, elements: list[object]) -> None:
         spec.delete(element)
 
 
-def _remove_loose_bodies(spec: mujoco.MjSpec) -> list[Finding]:
-    """Remove mocap bodies, and free bodies without joints of their own when something else has some."""
+def _remove_scene_objects(spec: mujoco.MjSpec, mounts: Collection[Mount]) -> list[Finding]:
+    """Remove the bodies of the scene: those without joints and sensors that are not fixed to the robot.
+
+    A body of the world with joints or sensors anywhere below it is part of the robot, also where it is free or placed
+    by mocap. Of the other bodies, free ones and mocap ones belong to the scene; so do fixed ones where the whole robot
+    is free, because they cannot be its base. Where nothing has joints or sensors, only mocap bodies are removed.
+    """
     tops = list(spec.worldbody.bodies)
-    jointed = [body for body in tops if any(joint.type in _SCALAR for joint in _joints_in_order(body))]
-    loose = [body for body in tops if body.mocap or (jointed and body not in jointed and _is_free(body))]
+    own = [body for body in tops if _carries_joints_or_sensors(body, mounts)]
+    floating = bool(own) and all(body.mocap or _is_free(body) for body in own)
+    loose = [body for body in tops if body not in own and (body.mocap or floating or (bool(own) and _is_free(body)))]
     names = ", ".join(body.name or "(unnamed)" for body in loose)
     _delete_all(spec, loose)
     left = {body.name for body in spec.bodies}
@@ -112,15 +132,28 @@ def _remove_loose_bodies(spec: mujoco.MjSpec) -> list[Finding]:
     return [Finding("scene-objects", names, "left out: they are not part of the robot", len(loose))] if loose else []
 
 
+def _carries_joints_or_sensors(body: mujoco.MjsBody, mounts: Collection[Mount]) -> bool:
+    return any(
+        any(joint.type in _SCALAR for joint in part.joints)
+        or any(("site", site.name) in mounts for site in part.sites)
+        or any(("geom", geom.name) in mounts for geom in part.geoms)
+        for part in _subtree(body)
+    )
+
+
 def _is_free(body: mujoco.MjsBody) -> bool:
     return any(joint.type == mujoco.mjtJoint.mjJNT_FREE for joint in body.joints)
 
 
 def _fix_base(spec: mujoco.MjSpec) -> list[Finding]:
     free = [joint for joint in spec.joints if joint.type == mujoco.mjtJoint.mjJNT_FREE]
-    names = ", ".join(joint.parent.name for joint in free)
+    placed = [body for body in spec.bodies if body.mocap]
+    for body in placed:
+        body.mocap = False
+    names = ", ".join([*(joint.parent.name for joint in free), *(body.name for body in placed)])
     _delete_all(spec, free)
-    return [Finding("free-base", names, "the base is fixed to the world", len(free))] if free else []
+    count = len(free) + len(placed)
+    return [Finding("free-base", names, "the base is fixed to the world", count)] if count else []
 
 
 def _split_ball_joints(spec: mujoco.MjSpec, source: str) -> list[Finding]:

@@ -17,7 +17,7 @@ from app.robots.files.safe_files import parse_model_xml, read_bytes
 from app.robots.formats.mesh_files import AssetStore, split_scale
 from app.robots.mujoco_spec import parse_spec
 from app.robots.robot import Robot
-from app.robots.sanitize import settle_missing_meshes
+from app.robots.sanitize import Mount, settle_missing_meshes
 
 _UNSUPPORTED = ("composite", "flexcomp", "attach", "model")
 _FILE_ASSETS = frozenset(("texture", "hfield", "skin"))
@@ -87,6 +87,7 @@ def load_mjcf(path: Path, *, package_roots: Sequence[Path] = (), name: str | Non
     if plugins:
         note = "left out: no library of a model is loaded"
         store.findings.append(Finding("plug-in", ", ".join(plugins), note, len(plugins)))
+    mounts = _sensor_mounts(root)
     strip_mjcf(root, path)
     store.findings.extend(_drop_unknown_materials(root))
     gather_meshes(root, reader, store)
@@ -101,7 +102,20 @@ def load_mjcf(path: Path, *, package_roots: Sequence[Path] = (), name: str | Non
         source=source,
         assets=store.files,
         findings=notes,
+        mounts=mounts,
     )
+
+
+def _sensor_mounts(root: Element) -> frozenset[Mount]:
+    """The sites and geoms that the model's sensors are fixed to."""
+    mounts = set[Mount]()
+    for sensor in root.iterfind("sensor/*"):
+        on_site = sensor.get("site") or (sensor.get("objname") if sensor.tag == "plugin" else None)
+        if on_site:
+            mounts.add(("site", on_site))
+        elif sensor.tag == "tactile":
+            mounts.add(("geom", sensor.get("geom", "")))
+    return frozenset(mounts)
 
 
 def read_mjcf_tree(path: Path, store: AssetStore, package_roots: Sequence[Path] = ()) -> tuple[Element, MjcfFiles]:

@@ -13,6 +13,7 @@ from scipy.spatial.transform import Rotation
 from app.core.errors import MeshError, RobotError
 from app.robots.formats.mjcf import load_mjcf, strip_mjcf
 from app.robots.kinematics import Configuration
+from app.robots.robot import Robot
 
 FILE = Path("robot.xml")
 
@@ -108,6 +109,60 @@ def test_loose_things_of_the_scene_are_left_out_and_said(tiny: Path) -> None:
     robot = load_mjcf(edit(tiny, "</worldbody>", loose))
     assert [link.name for link in robot.links] == ["base", "rod"]
     assert {finding.kind: finding.count for finding in robot.findings}["scene-objects"] == 2
+
+
+HAND = """<mujoco model="hand"><worldbody>
+  <geom name="floor" type="plane" size="0 0 1"/>
+  <body name="crate" pos="1 0 .2"><geom type="box" size=".1 .1 .1"/></body>
+  <body name="cup" pos="0 1 .2"><freejoint/><geom name="cup" size=".1"/><site name="rim"/></body>
+  <body name="torso" pos="0 0 .5" {torso}>{free}<geom type="box" size=".1 .1 .1"/>
+    <body name="arm" pos="0 0 .15">{joint}<geom type="capsule" size=".04 .1" pos="0 0 .15"/>
+      <site name="pad" pos=".04 0 .15" size=".01"/></body></body>
+  </worldbody><sensor>{sensors}</sensor></mujoco>"""
+LIFT = '<joint name="lift" axis="0 1 0" range="-60 60" limited="true"/>'
+TOUCH = '<touch name="arm_pad" site="pad"/>'
+
+
+def hand(folder: Path, *, torso: str = "", free: str = "", joint: str = LIFT, sensors: str = TOUCH) -> Robot:
+    path = folder / "hand.xml"
+    path.write_text(HAND.format(torso=torso, free=free, joint=joint, sensors=sensors))
+    return load_mjcf(path)
+
+
+@pytest.mark.parametrize("root", [{"torso": 'mocap="true"'}, {"free": "<freejoint/>"}])
+@pytest.mark.parametrize(
+    "carried", [{}, {"joint": ""}, {"joint": "", "sensors": '<accelerometer site="pad"/>'}, {"sensors": ""}]
+)
+def test_a_mocap_or_free_body_with_joints_or_sensors_is_the_robot(
+    tmp_path: Path, root: dict[str, str], carried: dict[str, str]
+) -> None:
+    robot = hand(tmp_path, **root, **carried)
+    assert [link.name for link in robot.links] == ["torso", "arm"]
+    findings = {finding.kind: finding for finding in robot.findings}
+    assert findings["scene-objects"].where == "crate, cup"
+    assert findings["free-base"].where == "torso"
+
+
+@pytest.mark.parametrize("place", ["site", "geom"])
+def test_a_free_body_with_a_touch_sensor_is_part_of_the_robot(tmp_path: Path, place: str) -> None:
+    felt = {
+        "site": '<touch name="cup" site="rim"/>',
+        "geom": '<tactile name="cup" geom="cup" mesh="none"/>',
+    }[place]
+    robot = hand(tmp_path, sensors=felt)
+    assert [link.name for link in robot.links] == ["crate", "cup", "torso", "arm"]
+
+
+def test_a_touch_grid_makes_its_body_part_of_the_robot(tmp_path: Path) -> None:
+    grid = '<plugin name="g" plugin="mujoco.sensor.touch_grid" objtype="site" objname="pad"/>'
+    robot = hand(tmp_path, torso='mocap="true"', joint="", sensors=grid)
+    assert [link.name for link in robot.links] == ["torso", "arm"]
+
+
+def test_fixed_bodies_stay_with_a_fixed_robot_and_tracked_objects_do_not(tmp_path: Path) -> None:
+    tracked = '<framepos objtype="body" objname="cup"/><framepos objtype="site" objname="rim"/>'
+    robot = hand(tmp_path, sensors=tracked)
+    assert [link.name for link in robot.links] == ["crate", "torso", "arm"]
 
 
 def test_a_ball_joint_becomes_three_hinges_of_the_same_motion(tiny: Path) -> None:

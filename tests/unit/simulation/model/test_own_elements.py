@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from app.control.path_following.clearance import collision_model
+from app.geometry.mesh import Mesh
 from app.robots.load import load_robot_file
 from app.robots.mujoco_spec import compile_spec, robot_spec
 from app.robots.robot import Robot
@@ -21,6 +22,11 @@ from app.tactile.loads import Box, Cylinder, Plane, Sphere
 from tests.support.scene_objects import every_kind, thing
 from tests.support.touch import bar, bar_skin, pair
 
+WEDGE = Mesh(
+    np.array([[0.0, 0.0, 0.0], [0.1, 0.0, 0.0], [0.03, 0.05, 0.0], [0.02, 0.01, 0.2]]),
+    np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]),
+)
+"""A body whose axes of inertia are not those of its frame."""
 OWN_PREFIXES = ("tactile-maps/", "impedance ")
 DERIVED = ("adr", "id", "num", "bvh", "0", "plugin", "lengthrange", "treeid", "Jnum", "actadr")
 """Endings of model fields that depend on the whole robot, or are positions in other fields."""
@@ -109,7 +115,8 @@ def differences(one: mujoco.MjModel, other: mujoco.MjModel) -> list[str]:
 def test_added_elements_are_the_same_with_hostile_defaults(skin: str, integrator: Integrator) -> None:
     effects = Effects(contact="all", skin=skin, integrator=integrator)
     guided = thing("box", name="lift", at=(6.0, 0.0, 5.0), mass=0.2, guided=True)
-    objects = (*every_kind(), guided)
+    wedge = thing("mesh", mesh=WEDGE, name="wedge", at=(7.0, 0.0, 5.0), mass=0.2)
+    objects = (*every_kind(), guided, wedge)
     plain = assemble(bar(), bar_skin(), effects, objects=objects)
     found = assemble(hostile(bar()), bar_skin(), effects, objects=objects)
     assert len(own_elements(plain)) > 500
