@@ -107,6 +107,13 @@ class Configuration:
             body = int(self._model.body_parentid[body])
         return np.array(found, dtype=np.intp)
 
+    def rigid_links(self, link: str) -> tuple[str, ...]:
+        """Names of the links that no joint separates from ``link``, itself first, the others in the robot's order."""
+        weld = self._model.body_weldid
+        own = weld[self._body(link)]
+        others = [name for name, body in self._bodies.items() if weld[body] == own and name != link]
+        return (link, *others)
+
     def inertia(self) -> FloatArray:
         """(joints,) the diagonal of the joint-space mass matrix with armature, at this posture [kg m², or kg]."""
         return np.diagonal(self.mass_matrix()).copy()

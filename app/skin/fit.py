@@ -1,8 +1,9 @@
 """A skin from places on a robot's link: measured taxel positions, or a grid between two corners.
 
-The link's mesh gets a wrap as for a cover; each taxel moves to the closest point on it. Positions may be in the link's
-frame or in that of a link fixed to it; the frame in which they lie closer to the mesh is taken. Taxels that lie far
-from the link are refused: they belong to another link or frame.
+The link's mesh gets a wrap as for a cover; each taxel moves to the closest point on it. Links that no joint separates
+are one body: a taxel that is clearly closer to another of them moves onto that one. Positions may be in the link's
+frame or in that of a link fixed to it; the frame in which they are closer to the meshes is used. Taxels far from the
+body are refused: they belong to another link or frame.
 
 A grid is what an e-skin of rows and columns is: two opposite corners on the link say where it lies and how it is
 turned, and its rows and columns go straight over the cover from there (``surface_grid``).
@@ -47,6 +48,8 @@ PATCH_MARGIN = 1.5
 """The patch reaches this many pitches beyond its taxels."""
 CELL_RADIUS = 1.0
 """A taxel feels this many pitches around itself, where no other taxel is nearer."""
+SAME_SURFACE = 1e-3
+"""A taxel moves to another link fixed to its own if that one is closer by more than this [m] and by more than half."""
 _LARGEST_HOLE = 8.0  # in pitches²
 _DH_FRAME_SUFFIX = "_dh_frame"
 _MIN_PITCH = 5e-4
@@ -66,34 +69,77 @@ def fit_taxels_to_link(
     identity: TaxelIdentity = NO_IDENTITY,
     frames: Mapping[str, Pose] | None = None,
 ) -> Skin:
-    """The skin whose taxels lie on the cover of ``link`` closest to ``positions``.
+    """Return the skin whose taxels are on the covers of ``link`` and of links fixed to it, closest to ``positions``.
 
     Args:
-        robot: Wears it.
-        link: Name of the link.
+        robot: The robot.
+        link: Name of the link that the taxels are stated for.
         positions: (n, 3) [m], distinct, in the link's frame, or in that of a link ``<link>_dh_frame`` fixed to it,
-            whichever lies closer to the link's mesh.
-        thickness: Of the cover over the mesh [m].
+            whichever is closer to the meshes.
+        thickness: Of the cover over the meshes [m].
         file: Where the positions came from, for errors.
         identity: Of the taxels, which the skin's take along.
         frames: Other frames fixed to the link that the positions may be stated in, by name: ``T_link_frame``.
 
     Raises:
         RobotError: The robot has no such link.
-        SkinError: The link has no geometry, or half of the taxels lie more than 20 mm from it.
+        SkinError: Neither the link nor any link fixed to it has geometry, or half of the taxels are more than 20 mm
+            from them.
 
     Cost: about 0.5 s for 400 taxels.
     """
-    mesh, findings = _link_mesh(robot, link)
-    match = _closest_frame(mesh, positions, {**_candidate_frames(robot, link), **(frames or {})})
+    parts = _rigid_parts(robot, link)
+    match = _closest_frame(link, parts, positions, {**_candidate_frames(robot, link), **(frames or {})})
     local, notes = match.pose.points(positions), _match_notes(match, link, len(positions), file)
-    pitch = _pitch(local, mesh)
-    wrapped = wrap_mesh(mesh, thickness=thickness, voxel=pitch / 2, closing=CLOSING_FACTOR * thickness, where=link)
-    patches, missing = _patches_at(wrapped.surface, local, identity, pitch, link)
-    notes += missing
+    pitch, patches = _pitch(local, parts[0].mesh), list[Patch]()
+    for number, part in enumerate(parts):
+        own = np.flatnonzero(match.part == number)
+        if not len(own):
+            continue
+        if part.link != link:
+            notes.append(Finding("rigid-link", link, f"on {part.link}, a link fixed to it", len(own)))
+        cover = wrap_mesh(
+            part.mesh, thickness=thickness, voxel=pitch / 2, closing=CLOSING_FACTOR * thickness, where=part.link
+        )
+        places = part.pose.inverse.points(local[own])
+        found, missing = _patches_at(cover.surface, places, identity.select(own), pitch, part.link)
+        patches += found
+        notes += (*part.findings, *missing, *cover.findings)
     if not patches:
         raise SkinError("no patch could be made around the taxels", file=file, place=link)
-    return Skin(patches, (*findings, *notes, *wrapped.findings))
+    return Skin(tuple(patches), tuple(notes))
+
+
+@dataclass(frozen=True, eq=False)
+class _Part:
+    """A link with geometry in the rigid body that carries taxels.
+
+    Attributes:
+        link: Its name.
+        mesh: Cleaned [m], its own frame.
+        pose: Of its frame in that of the link that the taxels are stated for.
+        findings: What was repaired on the mesh.
+    """
+
+    link: str
+    mesh: Mesh
+    pose: Pose
+    findings: tuple[Finding, ...]
+
+
+def _rigid_parts(robot: Robot, link: str) -> list[_Part]:
+    """The links with geometry that no joint separates from ``link``, itself first."""
+    configuration, parts = Configuration(robot), list[_Part]()
+    here = configuration.pose(link).inverse
+    for name in configuration.rigid_links(link):
+        mesh = robot.link(name).mesh
+        if mesh is not None and len(mesh.faces):
+            cleaned, findings = clean_mesh(mesh, where=name)
+            pose = Pose.identity() if name == link else here @ configuration.pose(name)
+            parts.append(_Part(name, cleaned, pose, findings))
+    if not parts:
+        raise SkinError("the link has no geometry for a skin", file=robot.source, value=link)
+    return parts
 
 
 def _patches_at(
@@ -292,29 +338,27 @@ def _candidate_frames(robot: Robot, link: str) -> dict[str, Pose]:
     """Frames the positions may be stated in, by name: ``T_link_frame``. Only frames fixed to the link."""
     configuration, other = Configuration(robot), link + _DH_FRAME_SUFFIX
     frames = {link: Pose.identity()}
-    if other in robot.link_index:
-        pose = configuration.pose(link).inverse @ configuration.pose(other)
-        configuration.update(robot.home + 0.1)
-        moved = configuration.pose(link).inverse @ configuration.pose(other)
-        if np.allclose(moved.matrix, pose.matrix, atol=1e-9):
-            frames[other] = pose
+    if other in configuration.rigid_links(link):
+        frames[other] = configuration.pose(link).inverse @ configuration.pose(other)
     return frames
 
 
 @dataclass(frozen=True, eq=False)
 class FrameMatch:
-    """The frame in which taxels lie closest to the mesh of their link.
+    """The frame in which taxels are closest to the meshes of their link and of links fixed to it.
 
     Attributes:
         name: Of the frame.
         pose: ``T_link_frame``.
-        median: Of their distances to the mesh [m].
-        p95: 95 % of them lie no farther from it [m].
+        part: (n,) number of the part that each taxel is closest to; the link itself has the number 0.
+        median: Of their distances to the meshes [m].
+        p95: 95 % of them are no farther [m].
         most: The farthest [m].
     """
 
     name: str
     pose: Pose
+    part: IntArray
     median: float
     p95: float
     most: float
@@ -323,21 +367,28 @@ class FrameMatch:
 def match_frame(
     robot: Robot, link: str, positions: FloatArray, *, frames: Mapping[str, Pose] | None = None
 ) -> FrameMatch:
-    """In which frame ``positions`` (n, 3) [m] lie closest to ``link``; arguments and errors as ``fit_taxels_to_link``.
+    """Return the frame in which ``positions`` (n, 3) [m] are closest to ``link`` and the links fixed to it.
+
+    Arguments and errors are those of ``fit_taxels_to_link``.
 
     Cost: 0.1 s for 400 taxels.
     """
-    mesh, _ = _link_mesh(robot, link)
-    return _closest_frame(mesh, positions, {**_candidate_frames(robot, link), **(frames or {})})
+    parts = _rigid_parts(robot, link)
+    return _closest_frame(link, parts, positions, {**_candidate_frames(robot, link), **(frames or {})})
 
 
-def _closest_frame(mesh: Mesh, positions: FloatArray, frames: Mapping[str, Pose]) -> FrameMatch:
-    closest = ClosestPoint(mesh)
+def _closest_frame(link: str, parts: Sequence[_Part], positions: FloatArray, frames: Mapping[str, Pose]) -> FrameMatch:
+    surfaces = [(part.pose.inverse, ClosestPoint(part.mesh)) for part in parts]
     matches = []
     for name, pose in frames.items():
-        away = closest.query(pose.points(positions))[2]
+        places = pose.points(positions)
+        distances = np.array([closest.query(to_part.points(places))[2] for to_part, closest in surfaces])
+        part, least = distances.argmin(axis=0), distances.min(axis=0)
+        if parts[0].link == link:
+            part[distances[0] <= np.maximum(least + SAME_SURFACE, 2 * least)] = 0
+        away = distances[part, np.arange(len(positions))]
         median, p95 = np.quantile(away, [0.5, 0.95])
-        matches.append(FrameMatch(name, pose, float(median), float(p95), float(away.max())))
+        matches.append(FrameMatch(name, pose, part, float(median), float(p95), float(away.max())))
     return min(matches, key=lambda match: match.median)
 
 

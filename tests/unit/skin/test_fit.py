@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -8,8 +9,10 @@ import trimesh
 
 from app.core.errors import RobotError, SkinError
 from app.geometry.mesh import Mesh
+from app.robots.load import load_robot_file
 from app.robots.robot import Robot
 from app.skin.fit import GridSpec, add_grids, fit_taxels_to_link, grid_skin
+from app.skin.skin import Skin
 from tests.hard_cases.meshes import HOPELESS_MESHES, one_link
 from tests.unit.skin.example_robots import two_rods
 
@@ -64,6 +67,78 @@ def test_positions_in_the_links_other_frame_are_found() -> None:
     assert "taxel-frame" not in {finding.kind for finding in here.findings}
     assert "taxel-frame" in {finding.kind for finding in there.findings}
     assert there.patches[0].taxels.positions == pytest.approx(here.patches[0].taxels.positions, abs=1e-9)
+
+
+PALM = """<mujoco model="palm"><worldbody>
+  <body name="palm"><geom type="box" size=".04 .04 .015"/>
+    <body name="palm_frame" pos="0 0 .015"/>
+    <body name="tip" pos="0 0 .06"><joint name="bend" axis="0 1 0" range="-60 60"/>
+      <geom type="cylinder" size=".004 .025"/>
+      <body name="rubber" pos="0 0 .01" euler="0 0 30"><geom type="cylinder" size=".012 .015"/></body>
+      <body name="nail" pos="0 0 -.02"><joint name="slip" type="slide" range="0 0.001"/>
+        <geom type="cylinder" size=".012 .002"/></body></body></body>
+  </worldbody></mujoco>"""
+
+
+@pytest.fixture
+def palm(tmp_path: Path) -> Robot:
+    """A finger tip with a thin core, rubber fixed on it, a nail that moves, and a frame without shape on the palm."""
+    (tmp_path / "palm.xml").write_text(PALM)
+    return load_robot_file(tmp_path / "palm.xml")
+
+
+def ring(radius: float, heights: np.ndarray) -> np.ndarray:
+    angle, height = (grid.ravel() for grid in np.meshgrid(np.arange(0, 2 * np.pi, 0.6), heights))
+    return np.stack([radius * np.cos(angle), radius * np.sin(angle), height], axis=1)
+
+
+def fitted(robot: Robot, link: str, positions: np.ndarray) -> Skin:
+    return fit_taxels_to_link(robot, link, positions, thickness=0.001, file="hand.txt")
+
+
+def test_taxels_are_fitted_to_the_links_fixed_to_theirs(palm: Robot) -> None:
+    positions = ring(0.012, np.array([0.0, 0.008, 0.016]))
+    skin = fitted(palm, "tip", positions)
+    assert {patch.link for patch in skin.patches} == {"rubber"}
+    assert len(skin) == len(positions)
+    turn = np.deg2rad(30)
+    turned = positions @ [[np.cos(turn), -np.sin(turn), 0], [np.sin(turn), np.cos(turn), 0], [0, 0, 1]]
+    found = np.concatenate([patch.taxels.positions for patch in skin.patches])
+    assert np.linalg.norm(found - (turned - [0, 0, 0.01]), axis=1).max() < 0.003
+    findings = {finding.kind: finding for finding in skin.findings}
+    assert "0.0 mm (median)" in findings["taxel-distance"].action
+    assert (findings["rigid-link"].where, findings["rigid-link"].count) == ("tip", len(positions))
+    assert "rubber" in findings["rigid-link"].action
+
+
+def test_taxels_stated_for_a_link_without_shape_are_on_the_link_it_is_fixed_to(palm: Robot) -> None:
+    grid = np.stack(np.meshgrid(np.arange(-0.02, 0.021, 0.01), np.arange(-0.02, 0.021, 0.01), [0.0]), axis=-1)
+    (patch,) = fitted(palm, "palm_frame", grid.reshape(-1, 3)).patches
+    assert patch.link == "palm"
+    assert patch.taxels.positions[:, 2] == pytest.approx(0.015 + 0.001, abs=5e-4)
+
+
+def test_taxels_are_not_fitted_to_links_beyond_a_joint(palm: Robot) -> None:
+    skin = fitted(palm, "tip", ring(0.012, np.array([-0.021, -0.019])))
+    assert {patch.link for patch in skin.patches} == {"tip"}
+
+
+@pytest.mark.parametrize(("own", "stated", "stays"), [(0.0, 0.0, True), (-0.0008, 0.0, True), (-0.0015, 0.0, False),
+                                                      (-0.004, 0.005, True), (-0.004, 0.003, False)])  # fmt: skip
+def test_taxels_change_to_another_link_where_that_is_clearly_closer(
+    palm: Robot, own: float, stated: float, stays: bool
+) -> None:
+    """Own link and taxels are farther out than the rubber by ``own`` and ``stated`` [m]."""
+    mesh = Mesh(*cylinder(0.012 + own, 0.03))
+    links = tuple(replace(link, mesh=mesh) if link.name == "tip" else link for link in palm.links)
+    positions = ring(0.012 + stated, np.array([0.0, 0.004, 0.008]))
+    skin = fitted(replace(palm, links=links), "tip", positions)
+    assert {patch.link for patch in skin.patches} == {"tip" if stays else "rubber"}
+
+
+def cylinder(radius: float, height: float) -> tuple[np.ndarray, np.ndarray]:
+    solid = trimesh.creation.cylinder(radius, height, sections=96)
+    return np.asarray(solid.vertices), np.asarray(solid.faces)
 
 
 def test_taxels_far_from_the_link_are_refused() -> None:
