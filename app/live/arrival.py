@@ -116,12 +116,12 @@ class ArrivalTracker:
         self._superseded = 0  # packets that were not decoded: their numbers are not known, and are not lost
         self._left: _OldCount | None = None
 
-    def take(self, reading: Reading, now: float, *, age: float = 0.0) -> list[Arrived]:
-        """Give a reading that came ``now`` [s], ``age`` [s] old; those whose turn it is now, in order."""
+    def take(self, reading: Reading, now: float) -> list[Arrived]:
+        """Give a reading that came ``now`` [s]; those whose turn it is now, in order."""
         self._count(received=1)
         self._times.append(now)
         self._delays.append(now - reading.time)
-        item = Arrived(reading, now, age)
+        item = Arrived(reading, now)
         if reading.sequence is None:
             return [item]
         number = reading.sequence

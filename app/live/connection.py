@@ -191,7 +191,7 @@ class Connection:
             else:
                 at = now()
                 self._received(at)
-                self._keep(self._in_order(reading, at))
+                self._keep(self._tracker.take(reading, at))
 
     def take(self) -> Arrived | None:
         """The next reading in order; None where none waits."""
@@ -231,7 +231,7 @@ class Connection:
             self._tracker.supersede([item.at for item in waiting], decoded=True)
             kept.reverse()
             for at, reading in reversed(decoded):
-                kept += self._in_order(reading, at)
+                kept += self._aged(self._tracker.take(reading, at))
             return kept
 
     def wait(self, timeout: float) -> bool:
@@ -294,9 +294,9 @@ class Connection:
     def _received(self, at: float) -> None:
         self._pause, self._problem, self._last = FIRST_PAUSE, None, at
 
-    def _in_order(self, reading: Reading, at: float) -> list[Arrived]:
-        """Readings whose turn it is now that one more arrived."""
-        return self._tracker.take(reading, at, age=self.ages.add(reading.time, at))
+    def _aged(self, arrived: list[Arrived]) -> list[Arrived]:
+        """Readings whose turn it is, with their ages; those that come too late to be taken measure nothing."""
+        return [item._replace(age=self.ages.add(item.reading.time, item.at)) for item in arrived]
 
     def _decode(self, packet: bytes) -> Reading | None:
         """The reading of a packet; None for a malformed one, which is counted."""
@@ -314,11 +314,11 @@ class Connection:
             at, packet = self._packets.popleft()
             reading = self._decode(packet)
             if reading is not None:
-                self._keep(self._in_order(reading, at))
+                self._keep(self._tracker.take(reading, at))
         self._packet_bytes = 0
 
     def _keep(self, arrived: list[Arrived]) -> None:
-        for item in arrived:
+        for item in self._aged(arrived):
             if len(self._waiting) >= MOST_WAITING:
                 self._waiting.popleft()
                 self._tracker.overflowed()
@@ -332,10 +332,10 @@ class Connection:
             self.source.close()
             self._open = False
         with self._lock:
-            self.ages.reset()
             self._open, self._problem = False, str(error)
             self._keep(self._tracker.flush())
             self._tracker.forget_sequence()
+            self.ages.reset()
             if self.source.finite:
                 self._failed = self._ended = True
             self._retry_at = self._clock() + self._pause

@@ -18,8 +18,8 @@ import sys
 import tempfile
 import threading
 import time
-from collections.abc import Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -27,6 +27,7 @@ import numpy as np
 
 from app.control.command import ControlSettings
 from app.live.connection import Connection
+from app.live.frame_recording import FrameRecording
 from app.live.measured_session import MeasuredSession
 from app.live.motion.command_latency import LatencyFigures
 from app.live.motion.command_loop import CommandLoop
@@ -37,7 +38,9 @@ from app.live.readings import Reading, Unit
 from app.live.send import sender
 from app.live.sources.network import UdpSource
 from app.live.wire_format import HEADER, encode_binary
+from app.recording.recorder import Recorder
 from app.scene.scene_file import load_scene
+from app.session.frame import Frame
 from app.session.prepare import PreparedScene, prepare
 from app.tactile.press import press_skin
 
@@ -102,8 +105,10 @@ def encoded(prepared: PreparedScene, force: float) -> bytes:
     return encode_binary(Reading(0.0, values, Unit.PASCAL, ids=np.arange(len(skin)), joints=joints, sequence=0))
 
 
-def measure(prepared: PreparedScene, rate: float, controller: str, steps: int, folder: Path) -> Reaction:
-    """Measure ``steps`` force steps."""
+def measure(
+    prepared: PreparedScene, rate: float, controller: str, steps: int, folder: Path, *, record: bool = False
+) -> Reaction:
+    """Measure ``steps`` force steps, recorded meanwhile where ``record`` says so."""
     random = np.random.default_rng(0)
     paths = []
     for name, force in (("light", LIGHT), ("strong", STRONG)):
@@ -115,11 +120,21 @@ def measure(prepared: PreparedScene, rate: float, controller: str, steps: int, f
     settings = ControlSettings(controller=controller, force_goal=LIGHT)
     motion = MotionOutput(session, settings, connection.ages)
     lock = threading.Lock()
-    commands = CommandLoop(connection, session, motion, lambda _: None, lock=lock)
     times, reasons, latencies = [], set(), None
     at = HEADER.size - struct.calcsize("<IdIH")  # of sequence and time in a packet
     words = ["send", str(connection.source.port), str(rate), str(at), *map(str, paths)]
-    with process("drive") as driver, process(*words) as skin, sender(f"udp://127.0.0.1:{_line(driver)}") as put:
+    with ExitStack() as stack:
+        each: Callable[[Frame], None] = lambda _: None  # noqa: E731
+        if record:
+            recorder = stack.enter_context(
+                Recorder(session.prepared, folder / "felt.mcap", overwrite=True, measured="udp:")
+            )
+            recording = FrameRecording(recorder, lossless=False)
+            stack.callback(recording.close)
+            each = lambda frame: recording.put(frame, session.inputs)  # noqa: E731
+        commands = CommandLoop(connection, session, motion, each, lock=lock)
+        driver, skin = stack.enter_context(process("drive")), stack.enter_context(process(*words))
+        put = stack.enter_context(sender(f"udp://127.0.0.1:{_line(driver)}"))
         connection.start()
         commands.start()
         try:
@@ -190,6 +205,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("--taxels", type=int, nargs="+", default=[100, 1000, 5000])
     parser.add_argument("--controllers", nargs="+", default=["hold_force", "qp"])
     parser.add_argument("--steps", type=int, default=50, help="force steps in each case")
+    parser.add_argument("--record", action="store_true", help="record meanwhile")
     arguments = parser.parse_args(argv)
     sys.stdout.write(HEAD + "\n")
     every = []
@@ -198,7 +214,7 @@ def main(argv: Sequence[str] | None = None) -> int:
             prepared = prepared_arm(taxels)
             for controller in arguments.controllers:
                 for rate in arguments.rates:
-                    found = measure(prepared, rate, controller, arguments.steps, Path(folder))
+                    found = measure(prepared, rate, controller, arguments.steps, Path(folder), record=arguments.record)
                     every.append(found.times)
                     sys.stdout.write(row(found) + "\n")
                     sys.stdout.flush()

@@ -14,6 +14,7 @@ The program uses the loop on the command line and in the window alike.
 
 from __future__ import annotations
 
+import sys
 import threading
 from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
@@ -26,6 +27,9 @@ from app.session.frame import Frame
 POLL_SECONDS = 0.01
 """A pass without a reading is made so often [s]: it notices that readings have ceased."""
 _WATCH_SECONDS = 0.01
+SWITCH_SECONDS = 0.2e-3
+"""Longest wait of a thread for Python's lock [s] while another one computes. Receiving a packet gives the lock away: with
+the usual 5 ms, fifty packets would take 0.25 s while a recording is being packed."""
 
 
 class Motion(Protocol):
@@ -116,6 +120,8 @@ class CommandLoop:
 
     def run(self, ended: threading.Event) -> None:
         """Make passes until ``ended`` is set. What goes wrong stops motion first, and is raised."""
+        switching = sys.getswitchinterval()
+        sys.setswitchinterval(min(SWITCH_SECONDS, switching))
         watching = threading.Event()
         watchdog = threading.Thread(target=self._watch, args=(watching,), name="watchdog", daemon=True)
         watchdog.start()
@@ -135,6 +141,7 @@ class CommandLoop:
             self._motion.halt()
             watching.set()
             watchdog.join()
+            sys.setswitchinterval(switching)
 
     def start(self) -> None:
         """Run on a thread of its own until ``close``."""
