@@ -28,8 +28,8 @@ POLL_SECONDS = 0.01
 """A pass without a reading is made so often [s]: it notices that readings have ceased."""
 _WATCH_SECONDS = 0.01
 SWITCH_SECONDS = 0.2e-3
-"""Longest wait of a thread for Python's lock [s] while another one computes. Receiving a packet gives the lock away: with
-the usual 5 ms, fifty packets would take 0.25 s while a recording is being packed."""
+"""Longest wait of a thread for Python's lock [s] while another one computes. Receiving a packet gives the lock away:
+with the usual 5 ms, fifty packets would take 0.25 s while a recording is being packed."""
 
 
 class Motion(Protocol):
