@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import os
+import re
 import sys
 from collections.abc import Callable, Sequence
 from importlib import import_module
@@ -31,7 +32,7 @@ def run_command(argv: Sequence[str], *, windows: dict[str, OpenWindow]) -> int:
         terminal, 131 by SIGQUIT; none of these leaves a process behind.
     """
     try:
-        arguments = build_parser().parse_args(argv)
+        arguments = build_parser().parse_args(_joined_negatives(argv))
     except SystemExit as stop:
         return int(stop.code or 0)
     command = arguments.command or "gui"
@@ -59,6 +60,21 @@ def run_command(argv: Sequence[str], *, windows: dict[str, OpenWindow]) -> int:
             return _interrupted(interrupt, as_json)
         _print_failure(describe_unexpected_error(error), as_json, kind="Unexpected")
         return 1
+
+
+_OPTION = re.compile(r"--[a-z-]+")
+_NEGATIVE = re.compile(r"-[\d.]+[,e][\d.,e+-]*", re.IGNORECASE)
+
+
+def _joined_negatives(argv: Sequence[str]) -> list[str]:
+    """``--from -1,2,3`` as ``--from=-1,2,3``: argparse takes negative lists and powers of ten for options."""
+    result = list[str]()
+    for word in argv:
+        if result and _OPTION.fullmatch(result[-1]) and _NEGATIVE.fullmatch(word):
+            result[-1] += f"={word}"
+        else:
+            result.append(word)
+    return result
 
 
 def _module_of(command: str) -> str:

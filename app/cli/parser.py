@@ -367,6 +367,11 @@ def _skin_options(parser: argparse.ArgumentParser) -> None:
     add("--grid", type=_grid, metavar="ROWSxCOLUMNS", help="a grid of taxels instead, on the link named by --links")
     add("--from", dest="first", type=_corner, metavar="X,Y,Z", help="the grid's first corner, link frame [mm]")
     add("--to", dest="last", type=_corner, metavar="X,Y,Z", help="its last corner [mm]")
+    add(
+        "--mirrored",
+        action=argparse.BooleanOptionalAction,
+        help="of the two grids with these corners the second, or the first (default: the flat one)",
+    )
     add("--density", choices=("curvature",), help="more taxels where curvature is high")
     add("--keep-border", type=float, metavar="MM", help="no taxels within this distance of a border")
     _package_roots(parser)

@@ -69,7 +69,7 @@ def scene_to_toml(scene: Scene) -> str:
     for key, table in (tables | {"control": scene.control, "contacts": scene.reading}).items():
         parts += [f"[{key}]", toml_lines(table)]
     lists = {
-        "grids": map(asdict, scene.grids),
+        "grids": ({key: value for key, value in asdict(grid).items() if value is not None} for grid in scene.grids),
         "objects": map(asdict, scene.objects),
         "behaviours": scene.behaviours,
         "motion": map(asdict, scene.motion),

@@ -54,6 +54,9 @@ _LARGEST_HOLE = 8.0  # in pitches²
 _DH_FRAME_SUFFIX = "_dh_frame"
 _MIN_PITCH = 5e-4
 """Of a grid [m]; the link's cover is made as fine as that."""
+_FLAT, _AROUND = float(np.cos(np.radians(45))), float(np.cos(np.radians(80)))
+"""A grid is flat where no normal differs by more than 45 degrees from that at its middle; at 80 it goes around an edge
+of the link."""
 _GRID_NAME = " grid"
 _UNEVEN = 0.2
 """Neighbours in a grid whose distance differs by more than this share from the pitch are told."""
@@ -172,8 +175,9 @@ class GridSpec:
         first: Near the taxel of row 0, column 0 [m], link frame; on the cover the closest point to it counts.
         last: The same for the last row and column.
         aspect: Distance between columns in distances between rows.
-        mirrored: From the first corner, seen from outside, columns go to the right and rows upward, in a frame turned
-            so that the other corner is where it should be; mirrored, rows go downward.
+        mirrored: Two grids have these corners. False: from the first corner, seen from outside, columns go to the
+            right and rows upward, in a frame turned so that the other corner is where it should be. True: rows go
+            downward. None: the first, unless it goes around an edge of the link and the second is flat.
 
     Raises:
         SkinError: A number is out of range.
@@ -185,7 +189,7 @@ class GridSpec:
     first: Corner
     last: Corner
     aspect: float = 1.0
-    mirrored: bool = False
+    mirrored: bool | None = None
 
     def __post_init__(self) -> None:
         for name, number in (("rows", self.rows), ("columns", self.columns)):
@@ -219,9 +223,8 @@ def grid_skin(robot: Robot, spec: GridSpec, *, thickness: float = 0.003) -> Skin
     Cost: about 0.5 s for 16 x 16 taxels.
     """
     mesh, findings = _link_mesh(robot, spec.link)
-    first, last = np.array(spec.first), np.array(spec.last)
     sides = np.hypot((spec.columns - 1) * spec.aspect, spec.rows - 1)
-    pitch = float(np.linalg.norm(last - first) / sides)
+    pitch = float(np.linalg.norm(np.subtract(spec.last, spec.first)) / sides)
     if pitch < _MIN_PITCH:
         remedy = f"Choose corners farther apart, or fewer rows and columns: {1e3 * _MIN_PITCH:g} mm are the least"
         value = f"taxels {1e3 * pitch:.2g} mm apart"
@@ -229,9 +232,9 @@ def grid_skin(robot: Robot, spec: GridSpec, *, thickness: float = 0.003) -> Skin
             "the corners are too close for so many taxels", place=f"grid on {spec.link}", value=value, remedy=remedy
         )
     wrapped = wrap_mesh(mesh, thickness=thickness, voxel=pitch / 2, closing=CLOSING_FACTOR * thickness, where=spec.link)
-    surface, shape = wrapped.surface, (spec.rows, spec.columns)
+    surface = wrapped.surface
     try:
-        grid = surface_grid(surface, first, last, *shape, aspect=spec.aspect, mirrored=spec.mirrored)
+        grid, chosen = _flatter_grid(surface, spec)
     except MeshError as error:
         raise error.at(kind=SkinError, file=robot.source, place=f"grid on {spec.link}") from error
     ids = np.arange(spec.rows * spec.columns)[grid.on.ravel()]
@@ -239,7 +242,43 @@ def grid_skin(robot: Robot, spec: GridSpec, *, thickness: float = 0.003) -> Skin
     patches, missing = _patches_at(surface, points, TaxelIdentity(ids=ids), float(grid.pitch.min()), spec.link)
     if not patches:
         raise SkinError("no patch could be made around the grid", file=robot.source, place=spec.link)
-    return Skin(patches, (*findings, *_grid_notes(grid, spec), *missing, *wrapped.findings))
+    return Skin(patches, (*findings, *chosen, *_grid_notes(grid, spec), *missing, *wrapped.findings))
+
+
+def _flatter_grid(surface: Mesh, spec: GridSpec) -> tuple[SurfaceGrid, list[Finding]]:
+    """The grid that ``spec`` asks for, or its mirror image where that is left open, and a finding where they differ.
+
+    Raises:
+        MeshError: Neither is found.
+    """
+    first, last = np.array(spec.first), np.array(spec.last)
+
+    def grid(mirrored: bool) -> SurfaceGrid:
+        return surface_grid(surface, first, last, spec.rows, spec.columns, aspect=spec.aspect, mirrored=mirrored)
+
+    requested = bool(spec.mirrored)
+    result = grid(requested)
+    bent = ~result.on | (_slopes(surface, result) < _AROUND)
+    if not bent.any():
+        return result, []
+    try:
+        other = grid(not requested)
+    except MeshError:
+        return result, []
+    if not other.on.all() or _slopes(surface, other).min() < _FLAT:
+        return result, []
+    where, count = f"{spec.link} grid", int(bent.sum())
+    if spec.mirrored is None:
+        return other, [Finding("grid-mirrored", where, "flat; not mirrored it goes around an edge of the link", count)]
+    remedy = "not mirrored" if spec.mirrored else "mirrored"
+    return result, [Finding("grid-around-edge", where, f"kept as stated; {remedy} it is flat", count)]
+
+
+def _slopes(surface: Mesh, grid: SurfaceGrid) -> FloatArray:
+    """(rows, columns) the cosine of the angle between the normal at each taxel and that at the middle of the grid."""
+    normals = surface.face_normals[grid.faces]
+    rows, columns = grid.on.shape
+    return np.asarray(normals @ normals[(rows - 1) // 2, (columns - 1) // 2])
 
 
 def add_grids(robot: Robot, skin: Skin | None, specs: Sequence[GridSpec], *, thickness: float = 0.003) -> Skin:

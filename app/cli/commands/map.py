@@ -223,6 +223,8 @@ def _skin_options(arguments: argparse.Namespace) -> SkinOptions:
         return SkinOptions(links=tuple(arguments.links), grid=_grid(arguments), package_roots=package_roots(arguments))
     if arguments.first or arguments.last:
         raise UsageError("a corner is named, but no grid", remedy="Add --grid ROWSxCOLUMNS")
+    if arguments.mirrored is not None:
+        raise UsageError("there is no grid to mirror", remedy="Add --grid ROWSxCOLUMNS")
     zones = () if arguments.keep_border is None else (BoundaryZone(1e-3 * arguments.keep_border),)
     taxels = None if arguments.pitch is not None or arguments.pattern == "modules" else arguments.taxels
     pitch = None if arguments.pitch is None else 1e-3 * arguments.pitch
@@ -243,7 +245,7 @@ def _grid(arguments: argparse.Namespace) -> GridSpec:
         raise UsageError("a grid lies on one link", value=", ".join(arguments.links), remedy="Name one as --links")
     link = arguments.links[0] if arguments.links else MESH_LINK
     rows, columns = arguments.grid
-    return GridSpec(link, rows, columns, arguments.first, arguments.last)
+    return GridSpec(link, rows, columns, arguments.first, arguments.last, mirrored=arguments.mirrored)
 
 
 def _flattened_map(arguments: argparse.Namespace, skin: Skin, report: Progress) -> TactileMap:

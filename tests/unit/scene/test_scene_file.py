@@ -40,7 +40,10 @@ FULL = Scene(
     description='What it "shows".',
     suggestion="What to try.",
     taxel_file="t.txt",
-    grids=(GridSpec("arm", 3, 4, (0.0, 1 / 3, -1.0), (0.1, 0.2, 0.3), aspect=0.5, mirrored=True),),
+    grids=(
+        GridSpec("arm", 3, 4, (0.0, 1 / 3, -1.0), (0.1, 0.2, 0.3), aspect=0.5, mirrored=True),
+        GridSpec("arm", 3, 4, (0.0, 1 / 3, -1.0), (0.1, 0.2, 0.3)),
+    ),
     objects=(
         ObjectSpec("box", "box", size=(0.1, 0.2, 0.3), at=(1.0, 2.0, 1 / 3), turn=(10.0, 0.0, -90.0), mass=0.1),
         ObjectSpec("probe 2", "probe", size=(0.01,), path=((0.0, 1.0, 2.0, 3.0), (1.5, 0.1, 0.2, 0.3)), max_force=3.0),

@@ -13,7 +13,7 @@ from app.robots.load import load_robot_file
 from app.robots.robot import Robot
 from app.skin.fit import GridSpec, add_grids, fit_taxels_to_link, grid_skin
 from app.skin.skin import Skin
-from tests.hard_cases.meshes import HOPELESS_MESHES, one_link
+from tests.hard_cases.meshes import HOPELESS_MESHES, one_link, trimesh_mesh
 from tests.unit.skin.example_robots import two_rods
 
 
@@ -189,6 +189,42 @@ def test_taxels_beyond_an_edge_are_left_out_and_named() -> None:
     assert 0 < off.count == 36 - len(cut)
     assert "beyond an edge of the link, in rows" in off.action
     assert len(np.unique(cut.identity.ids)) == len(cut)
+
+
+PAD = one_link(trimesh_mesh(trimesh.creation.box((0.026, 0.003, 0.067))), name="pad")
+LONG = GridSpec("pad", 6, 16, (-0.01, -0.0015, -0.03), (0.01, -0.0015, 0.03))
+"""Flat as it is mirrored; not mirrored its rows go around the long edges of the pad."""
+
+
+def _normals(skin: Skin) -> np.ndarray:
+    return np.concatenate([patch.taxels.normals for patch in skin.patches])
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_the_flat_one_of_two_grids_is_taken(turned: bool) -> None:
+    spec = replace(LONG, first=LONG.last, last=LONG.first) if turned else LONG
+    skin = grid_skin(PAD, spec, thickness=0.002)
+    assert len(skin) == 96
+    assert _normals(skin)[:, 1].max() < -0.99
+    (chosen,) = [finding for finding in skin.findings if finding.kind == "grid-mirrored"]
+    assert chosen.where == "pad grid"
+    assert 10 < chosen.count < 96
+    assert chosen.action == "flat; not mirrored it goes around an edge of the link"
+
+
+def test_a_grid_that_was_stated_is_kept_and_the_flat_one_named() -> None:
+    around = grid_skin(PAD, replace(LONG, mirrored=False), thickness=0.002)
+    assert _normals(around)[:, 1].max() > 0.5
+    (told,) = [finding for finding in around.findings if finding.kind == "grid-around-edge"]
+    assert told.action == "kept as stated; mirrored it is flat"
+    flat = grid_skin(PAD, replace(LONG, mirrored=True), thickness=0.002)
+    assert not [finding for finding in flat.findings if "grid-" in finding.kind and finding.kind != "grid-pitch"]
+
+
+def test_a_grid_whose_mirror_image_is_no_flatter_stays() -> None:
+    square = replace(LONG, rows=6, columns=6, first=(-0.02, -0.0015, -0.02), last=(0.02, -0.0015, 0.02))
+    kinds = {finding.kind for finding in grid_skin(PAD, square, thickness=0.002).findings}
+    assert not kinds & {"grid-mirrored", "grid-around-edge"}
 
 
 def test_grids_go_beside_what_is_there_and_replace_what_they_lie_on() -> None:

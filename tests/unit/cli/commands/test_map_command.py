@@ -187,8 +187,24 @@ def test_a_grid_between_two_corners(capsys, cap):
         (words[:3], "two opposite corners"),
         ((*words, "--links", "a", "b"), "on one link"),
         (words[2:], "no grid"),
+        (["--no-mirrored"], "no grid to mirror"),
     ):
         status, _, err = call(capsys, "map", cap, *wrong)
         assert (status, problem in err) == (2, True), err
     assert call(capsys, "map", cap, "--grid", "4by6")[0] == 2
     assert call(capsys, "map", cap, "--exact-distances", "0")[0] == 2
+
+
+@pytest.mark.parametrize("first", ["-30,-20,90", "-.3e2,-20,9e1"])
+def test_a_value_may_begin_with_a_minus_sign(capsys, cap, first):
+    joined = answer(capsys, cap, "--grid", "2x3", f"--from={first}", "--to=-10,-5.5,90")
+    apart = answer(capsys, cap, "--grid", "2x3", "--from", first, "--to", "-10,-5.5,90")
+    assert apart["stress"] == joined["stress"]
+    status, _, err = call(capsys, "map", cap, "--from", "-1,2")
+    assert (status, "must be three numbers" in err) == (2, True)
+
+
+def test_the_grid_that_is_stated_is_taken(capsys, cap):
+    words = ("--grid", "4x6", "--from=-30,-20,90", "--to=30,20,90")
+    chosen, first, second = (answer(capsys, cap, *words, *more) for more in ((), ("--no-mirrored",), ("--mirrored",)))
+    assert chosen["stress"] == first["stress"] != second["stress"]
