@@ -139,11 +139,6 @@ class Connection:
         """Whether the source has no more, and nothing waits to be taken."""
         return self._ended and not (self._waiting or self._packets)
 
-    @property
-    def failed(self) -> bool:
-        """True once the source is lost for good."""
-        return self._failed
-
     def keep_newest(self, *, on: bool) -> None:
         """Keep only what ``take_newest`` needs, or every reading again. A file is always read in order."""
         on = on and not self.source.finite

@@ -138,7 +138,7 @@ def measure(
         connection.start()
         commands.start()
         try:
-            for _ in range(steps):
+            while len(times) < steps:
                 with lock:
                     motion.start_sending(put, MotionLimits(force=LIMIT))
                 _until(lambda: motion.sending.sent > 5 or motion.sending.stopped)

@@ -18,7 +18,7 @@ from app.control.limit_texts import limit_text
 from app.core.errors import LiveError, UsageError
 from app.live.channels.calibration import ValueMode, load_calibration, save_calibration
 from app.live.channels.matching import load_matching
-from app.live.connection import Connection, ConnectionStatus
+from app.live.connection import Connection, ConnectionState, ConnectionStatus
 from app.live.frame_recording import FrameRecording
 from app.live.measured_session import MeasuredFacts, MeasuredSession, silent_text, swapped_texts
 from app.live.motion.command_latency import LatencyFigures, latency_text
@@ -155,7 +155,7 @@ def _listen(
 ) -> dict[str, Any]:
     """Figures of what was felt."""
     felt, start = _Felt(), time.monotonic()
-    told, said = start, ""
+    told, said = start, ("", -_TOLD_EVERY)
 
     def each(frame: Frame) -> None:
         felt.add(frame)
@@ -170,10 +170,7 @@ def _listen(
             commands.raise_error()
             if recording is not None and recording.error is not None:
                 break  # closing it raises the error
-            now = "" if motion is None else _sending_text(motion.sending)
-            if now != said:
-                said = now
-                sys.stderr.write(f"tactile-maps: {said}\n")
+            said = _say_sending(said, motion, time.monotonic())
             if time.monotonic() - told > _TOLD_EVERY:
                 told = time.monotonic()
                 _tell(connection.status, len(session.frame.regions))
@@ -183,6 +180,18 @@ def _listen(
         pass
     force = None if session.units.force is None else felt.strongest
     return {"listened_s": listened, "readings": commands.taken, "contacts": len(felt.contacts), "max_force_N": force}
+
+
+def _say_sending(said: tuple[str, float], motion: MotionOutput | None, now: float) -> tuple[str, float]:
+    """Print how sending goes where that changed: what is waited for once a second at most. What was said, and when."""
+    if motion is None:
+        return said
+    sending = motion.sending
+    text = _sending_text(sending)
+    if text == said[0] or (sending.waiting is not None and now - said[1] < _TOLD_EVERY):
+        return said
+    sys.stderr.write(f"tactile-maps: {text}\n")
+    return text, now
 
 
 def _sending_text(sending: SendingState) -> str:
@@ -301,6 +310,8 @@ def _warnings(session: MeasuredSession, facts: MeasuredFacts, status: Connection
     if facts.swapped:
         words = _named(list(swapped_texts(session, facts.swapped)))
         yield f"{len(facts.swapped)} pairs of channels seem swapped: {words}"
+    if status.state is ConnectionState.FAILED:
+        yield f"the source failed: {status.problem}"
     if facts.taring:
         yield "the readings ended before the skin was tared"
 

@@ -47,6 +47,7 @@ class InputMonitor:
     def reset(self) -> None:
         """Disregard what happened so far."""
         self._implausible, self._jumps = self._session.implausible.count, self._ages.jumps
+        self._implausible_at = -np.inf
 
     @property
     def measured(self) -> float:
@@ -63,13 +64,15 @@ class InputMonitor:
         """
         heard, session = self._session.heard, self._session
         if session.implausible.count > self._implausible:
-            self._implausible = session.implausible.count
+            self._implausible, self._implausible_at = session.implausible.count, now
+        if now - self._implausible_at <= OLDEST_SECONDS:
             return InputProblem(StopReason.IMPLAUSIBLE, session.implausible.text, "readings that are possible")
         if self._ages.jumps > self._jumps:
             self._jumps = self._ages.jumps
             return InputProblem(StopReason.CLOCK, "or the sender was started again", "readings of a steady clock")
         if heard.arrived == -np.inf:
-            return InputProblem(StopReason.STALE, "none came", "the first reading")
+            awaited = "a reading that fits the skin" if session.facts.refused else "the first reading"
+            return InputProblem(StopReason.STALE, "none came", awaited)
         silent = now - heard.arrived
         if silent > OLDEST_SECONDS:
             return InputProblem(StopReason.STALE, f"none for {silent:.2f} s", "the next reading")

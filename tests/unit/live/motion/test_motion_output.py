@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import threading
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -448,3 +449,38 @@ def test_velocities_that_are_not_finite_are_not_sent():
     sender.begin(0.0)
     assert not sender.show(WantedMotion(0.0, np.array([np.nan]), 0.0), 0.0, measured=0.0)
     assert [packet["state"] for packet in sent] == ["stopped"] * 3
+
+
+def test_waiting_says_that_readings_are_refused():
+    robot = Robot()
+    robot.start()
+    for step in (STEP, STEP, 2 * OLDEST_SECONDS):
+        robot.now += step - STEP
+        robot.read(joints={"hinge": 9.0})
+        assert robot.output.sending.waiting == "readings that are possible"
+    robot.now += 2 * OLDEST_SECONDS
+    robot.output.check()
+    assert robot.output.sending.waiting == "a reading that fits the skin"
+    robot.read()
+    assert robot.output.sending.sending
+
+
+def test_after_a_stop_from_another_thread_nothing_is_sent():
+    sent = []
+    sender = MotionSender(("a",), lambda packet: sent.append(json.loads(packet)["state"]), LIMITS)
+    sender.start()
+    sender.begin(0.0)
+    moving, wanted = threading.Event(), WantedMotion(0.0, np.zeros(1), 0.0)
+
+    def command():
+        while sender.show(wanted, 0.0, measured=0.0):
+            if len(sent) == 100:
+                moving.set()
+
+    thread = threading.Thread(target=command)
+    thread.start()
+    assert moving.wait(10.0)
+    sender.stop(0.0)
+    thread.join()
+    assert sent[-3:] == ["stopped"] * 3
+    assert "stopped" not in sent[:-3]

@@ -123,3 +123,21 @@ def test_an_address_that_is_none_is_refused():
     pytest.importorskip("zmq")
     with pytest.raises(LiveError, match="no such address"):
         ZmqSource("not a host", 1).open()
+
+
+def test_of_a_full_buffer_the_newest_packet_is_taken_and_the_others_are_counted():
+    source = UdpSource("127.0.0.1", 0)
+    connection = Connection(source)
+    connection.open()
+    connection.keep_newest(on=True)
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
+        sender.connect(("127.0.0.1", source.port))
+        for number in range(100):
+            sender.send(encode_json(reading(number)))
+    assert source.wait_for_packet(10.0)
+    assert [item.reading.sequence for item in connection.take_newest(lambda _: False)] == [99]
+    counts = connection.status.counts
+    assert (counts.received, counts.superseded, counts.lost) == (100, 99, 0)
+    connection.close()
+    with pytest.raises(LiveError, match="not open"):
+        source.wait_for_packet(0.0)
