@@ -70,14 +70,8 @@ class InputMonitor:
         if self._ages.jumps > self._jumps:
             self._jumps = self._ages.jumps
             return InputProblem(StopReason.CLOCK, "or the sender was started again", "readings of a steady clock")
-        if heard.arrived == -np.inf:
-            awaited = "a reading that fits the skin" if session.facts.refused else "the first reading"
-            return InputProblem(StopReason.STALE, "none came", awaited)
-        silent = now - heard.arrived
-        if silent > OLDEST_SECONDS:
-            return InputProblem(StopReason.STALE, f"none for {silent:.2f} s", "the next reading")
-        if not self.measured >= now - OLDEST_SECONDS:
-            return self._old(now)
+        if old := self.old(now):
+            return old
         if heard.frozen.any():
             return InputProblem(StopReason.FROZEN, heard.frozen_text(), "values that change")
         if session.facts.taring:
@@ -86,7 +80,20 @@ class InputMonitor:
             return InputProblem(StopReason.CLOCK, "", "readings that arrive evenly")
         return None
 
-    def _old(self, now: float) -> InputProblem:
+    def old(self, now: float) -> InputProblem | None:
+        """Return which readings are missing or too old; None where none is. Any thread may call it."""
+        heard, session = self._session.heard, self._session
+        if heard.arrived == -np.inf:
+            awaited = "a reading that fits the skin" if session.facts.refused else "the first reading"
+            return InputProblem(StopReason.STALE, "none came", awaited)
+        silent = now - heard.arrived
+        if silent > OLDEST_SECONDS:
+            return InputProblem(StopReason.STALE, f"none for {silent:.2f} s", "the next reading")
+        if not self.measured >= now - OLDEST_SECONDS:
+            return self._too_old(now)
+        return None
+
+    def _too_old(self, now: float) -> InputProblem:
         """What is too old: all readings, or some joints and taxels."""
         heard, joints, oldest = self._session.heard, self._session.prepared.robot.joints, now - OLDEST_SECONDS
         newest = max(heard.taxels.max(initial=-np.inf), heard.joints.max(initial=-np.inf))

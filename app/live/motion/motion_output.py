@@ -100,9 +100,14 @@ class MotionOutput:
             self._sender.stop(self._clock(), reason, detail)
 
     def check_deadline(self) -> None:
-        """Send a stop where the thread that takes readings is stuck. For another thread, a few times in 0.05 s."""
+        """Send a stop where the thread that takes readings did not. For another thread, a few times in 0.05 s."""
         if self._sender is not None:
-            self._sender.check(self._clock())
+            now = self._clock()
+            problem = self._monitor.old(now)
+            if problem is None or problem.reason is StopReason.STALE:  # no reading was taken: that thread is stuck
+                self._sender.check(now, StopReason.OVERRUN, "")
+            else:
+                self._sender.check(now, problem.reason, problem.detail)
 
     def check(self) -> None:
         """Stop sending where readings have ceased or are too old. For times without a new frame."""

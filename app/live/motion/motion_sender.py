@@ -201,11 +201,11 @@ class MotionSender:
                 self.stop(now, StopReason.OVERRUN, f"the command is {now - measured:.2f} s late")
             return self.state.sending and self._send(wanted.velocity, now)
 
-    def check(self, now: float) -> None:
-        """Stop where the data behind the last velocity are older than ``WATCHDOG_SECONDS``: no other thread did."""
+    def check(self, now: float, reason: StopReason, detail: str) -> None:
+        """Stop for ``reason`` where the data behind the last velocity are older than ``WATCHDOG_SECONDS``."""
         with self._lock:
             if self.state.sending and now - self._measured > WATCHDOG_SECONDS:
-                self.stop(now, StopReason.OVERRUN, f"{now - self._measured:.2f} s without a command")
+                self.stop(now, reason, detail or f"{now - self._measured:.2f} s without a command")
 
     def _send(self, velocity: FloatArray, now: float) -> bool:
         fastest = float(np.abs(velocity).max(initial=0.0))

@@ -484,3 +484,15 @@ def test_after_a_stop_from_another_thread_nothing_is_sent():
     thread.join()
     assert sent[-3:] == ["stopped"] * 3
     assert "stopped" not in sent[:-3]
+
+
+def test_the_watchdog_names_a_joint_that_is_not_heard_where_readings_still_come():
+    robot = _moving()
+    robot.now += WATCHDOG_SECONDS - 0.01
+    robot.session.apply(Arrived(Reading(robot.now, np.zeros(60), Unit.PASCAL), robot.now))
+    robot.output.check_deadline()
+    assert robot.output.sending.sending
+    robot.now += 0.02
+    robot.output.check_deadline()
+    assert robot.output.sending.stopped is StopReason.NOT_HEARD
+    assert robot.output.sending.detail == "joint hinge: not heard for 0.18 s"
