@@ -438,12 +438,12 @@ class MeasuredSession:
             except LiveError as error:
                 self._refused, self._problem = self._refused + 1, str(error)
                 return False
-            step = self._advance(reading.time, item.at)
+            self._advance(reading.time, item.at)
             self._check_speed(joints, positions)
             self.heard.add(taxels, joints, self._values[taxels] != values, item.at, item.at - item.age)
             self._values[taxels] = self._raw[taxels] = values
             self._sequence = reading.sequence
-            self._move(joints, positions, step)
+            self._move(joints, positions)
             self._health.add(taxels, values, self._time)
             self._swaps.add(self._raw, self._time)
             self._take_tare(taxels)
@@ -501,8 +501,8 @@ class MeasuredSession:
         if self._given is None:
             self._calibration = Calibration.plain(len(self._values), unit)
 
-    def _advance(self, sent: float, arrived: float) -> float:
-        """Let time pass up to a reading; by how much [s]."""
+    def _advance(self, sent: float, arrived: float) -> None:
+        """Let time pass up to a reading."""
         step = 0.0
         if self._times is not None:
             step = sent - self._times[0]
@@ -511,7 +511,6 @@ class MeasuredSession:
         self._times = sent, arrived
         self._time += step
         self._ticks = max(round(self._time / self.prepared.scene.tick), self._ticks + 1)
-        return step
 
     def _check_values(self, taxels: IntArray, values: FloatArray, unit: Unit) -> None:
         most = MOST_COUNTS if unit.pascals is None else MOST_PRESSURE / unit.pascals
@@ -553,13 +552,18 @@ class MeasuredSession:
                 text = f"joint {joint.name}: moved by {moved:.3g} in {step:.3g} s"
                 self.implausible = Implausible(self.implausible.count + 1, text)
 
-    def _move(self, joints: list[int], positions: list[float], step: float) -> None:
+    def _move(self, joints: list[int], positions: list[float]) -> None:
+        """Take positions; velocities are since the joint was last heard, also where other readings came between."""
         if not joints:
             return
-        before = self._posture.copy()
+        passed = self._time - self._joint_times[joints]  # infinite before the first: no velocity is known
+        moved = np.asarray(positions) - self._posture[joints]
+        before = self._velocity[joints]
+        velocity = self._velocity.copy()
+        velocity[joints] = np.divide(moved, passed, out=before, where=passed > 0)
+        self._velocity = velocity
         self._posture[joints] = positions
         self._joint_times[joints] = self._time
-        self._velocity = (self._posture - before) / step if step > 0 else np.zeros(len(before))
 
     def _take_tare(self, heard: IntArray) -> None:
         if self._tare is None or not self._tare.add(self._values, heard):

@@ -7,7 +7,7 @@ and is told as being held back then.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -71,6 +71,7 @@ class MeasuredController:
         self._manager.prepare((settings.task,), map_)
         self._map = map_
         self._before: tuple[float, FloatArray] | None = None
+        self._newest: WantedMotion | None = None
 
     @property
     def settings(self) -> ControlSettings:
@@ -108,6 +109,8 @@ class MeasuredController:
             raise LiveError("impedance yields by torques, and wants no motion", place="controller", remedy=remedy)
         strongest = strongest_force(frame)
         step = None if self._before is None else frame.time - self._before[0]
+        if step == 0 and self._newest is not None:  # another part of the skin, measured at the same time
+            return replace(self._newest, force=strongest)
         if step is None or not 0 < step <= LONGEST_STEP:
             return self._begin(frame, strongest)
         self._manager.readings = self._timing(step)
@@ -117,13 +120,15 @@ class MeasuredController:
         assert self._before is not None
         velocity = (command.posture - self._before[1]) / step
         self._before = frame.time, command.posture
-        return WantedMotion(frame.time, velocity, strongest, self._manager.why_limited)
+        self._newest = WantedMotion(frame.time, velocity, strongest, self._manager.why_limited)
+        return self._newest
 
     def _begin(self, frame: Frame, strongest: float) -> WantedMotion:
         self._manager.reset()
         self._manager.rest = frame.posture
         self._before = frame.time, frame.posture
-        return WantedMotion(frame.time, np.zeros(len(frame.posture)), strongest)
+        self._newest = WantedMotion(frame.time, np.zeros(len(frame.posture)), strongest)
+        return self._newest
 
     def _timing(self, step: float) -> SensorTiming:
         """As far as the stream itself tells: the delay of the readings is not known to a receiver."""

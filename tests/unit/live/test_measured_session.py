@@ -356,3 +356,14 @@ def test_what_was_heard_has_its_time():
     measured.reset()
     assert measured.heard.joints.tolist() == [-np.inf]
     assert measured.facts.unheard_joints == 1
+
+
+def test_velocity_is_since_the_joint_was_last_heard():
+    measured = session()
+    measured.show(at(0.0, touched(), joints={"hinge": 0.0}))
+    assert measured.frame.velocity[0] == 0.0
+    measured.show(at(0.01, touched()))
+    measured.show(at(0.02, [1.0], ids=[3], joints={"hinge": 0.02}))
+    assert np.isclose(measured.frame.velocity[0], 1.0)
+    measured.show(at(0.02, [1.0], ids=[4], joints={"hinge": 0.02}))  # another part at the same time
+    assert np.isclose(measured.frame.velocity[0], 1.0)

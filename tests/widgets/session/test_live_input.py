@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import itertools
+import json
 import socket
+import time
+from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
@@ -10,10 +14,12 @@ import pytest
 
 from app.core.errors import LiveError, TactileMapsError
 from app.live.channels.calibration import ValueMode
+from app.live.motion.motion_sender import MotionLimits
 from app.live.readings import Reading, Unit
 from app.live.wire_format import encode_binary
 from app.recording.player import open_recording
 from app.tactile.press import press_skin
+from tests.support.touch import bar_skin, prepared_bar
 from widgets.session.backends import INLINE
 from widgets.session.live_input import LiveInputSettings, ThreadReadingsRunner
 from widgets.session.live_session import LiveSession
@@ -147,4 +153,43 @@ def test_on_threads_packets_become_frames_and_both_end(qtbot, prepared):
     live.close()
     assert live.live_input.connection.status.state == "closed"
     assert not live.runner._thread.is_alive()
+    live.deleteLater()
+
+
+def test_on_threads_motion_is_sent_and_stops_without_waiting_for_the_readings(qtbot):
+    live = LiveSession(backends=replace(INLINE, readings_runner=ThreadReadingsRunner))
+    live.show_prepared(prepared_bar())
+    live.connect_source(LiveInputSettings("udp://127.0.0.1:0"))
+    values, packets, number = press_skin(bar_skin(), bar_skin().taxel_point(30), force=2.0), [], itertools.count()
+    with (
+        socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as skin,
+        socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as driver,
+    ):
+        skin.connect(("127.0.0.1", live.live_input.connection.source.port))
+        driver.bind(("127.0.0.1", 0))
+        driver.setblocking(False)
+        live.live_input.use_controller("hold_force")
+        live.live_input.send_motion(f"udp://127.0.0.1:{driver.getsockname()[1]}", MotionLimits())
+
+        def received() -> int:
+            """Send a reading, and read what reached the driver."""
+            reading = Reading(time.time(), values, Unit.PASCAL, joints={"hinge": 0.3}, sequence=next(number))
+            skin.send(encode_binary(reading))
+            with suppress(BlockingIOError):
+                while True:
+                    packets.append(json.loads(driver.recv(4096)))
+            return len(packets)
+
+        assert live.live_input.motion().sending.waiting is not None
+        qtbot.waitUntil(lambda: received() > 20, timeout=10_000)
+        assert {packet["state"] for packet in packets} == {"moving"}
+        assert live.live_input.motion().latency.median > 0
+        with live.runner.lock:  # as of a controller that takes long
+            live.live_input._motion.halt()
+            qtbot.waitUntil(lambda: received() and packets[-1]["state"] == "stopped", timeout=10_000)
+        live.live_input.stop_motion()
+        assert live.live_input.motion().sending.stopped == "switched off"
+        count = received()
+        assert received() == count
+    live.close()
     live.deleteLater()

@@ -496,3 +496,14 @@ def test_the_watchdog_names_a_joint_that_is_not_heard_where_readings_still_come(
     robot.output.check_deadline()
     assert robot.output.sending.stopped is StopReason.NOT_HEARD
     assert robot.output.sending.detail == "joint hinge: not heard for 0.18 s"
+
+
+def test_parts_of_the_skin_of_the_same_time_keep_the_motion():
+    robot = _moving()
+    velocity = robot.output.wanted.velocity
+    assert velocity[0] > 0
+    sent = robot.session.frame.measured.sent
+    robot.read(6.0, taxels=range(30), sent=sent, step=0.001)
+    assert robot.output.wanted.velocity == velocity
+    robot.read(20.0, taxels=range(30, 60), sent=sent, step=0.001)
+    assert robot.output.sending.stopped is StopReason.FORCE
