@@ -5,8 +5,9 @@ later all the same it is late, and no longer shown.
 
 A restarted sender counts from anywhere, and its clock may begin again, too. One packet proves a restart where a known
 number has another time, or where an old number has a new time. Where numbers and times both repeat, as those of a board
-that counts from its power-up do, the packet looks like a duplicate: ``_PROOF`` different ones in a row, with no packet
-of the old count between them, are a restart. Packets of the old count that are still under way then are dropped.
+that counts from its power-up do, the packet looks like a duplicate: ``_PROOF`` different ones in a row, near to each
+other and with no packet of the old count between them, are a restart. Packets of the old count that are still under way
+then are dropped.
 """
 
 from __future__ import annotations
@@ -28,6 +29,8 @@ _PROOF = 5
 _LEFT_SECONDS = 1.0
 _MOST_LEFT = 32
 """For so long [s] after a restart, and so many, packets of the old count are recognised."""
+_CLOCKS_APART = 0.25
+"""Clocks before and after a restart that differ by more [s] than delays do tell whose packet one is."""
 _FAR = 100_000
 """A jump ahead by more is a sender that counts anew, not so many losses."""
 _RATE_SECONDS = 2.0
@@ -112,6 +115,7 @@ class ArrivalTracker:
         self._delivered: dict[int, float] = {}
         self._given_up: set[int] = set()
         self._newest = -np.inf
+        self._delay = 0.0  # of the packet that was delivered last
         self._behind: list[int] = []
         self._superseded = 0  # packets that were not decoded: their numbers are not known, and are not lost
         self._left: _OldCount | None = None
@@ -128,7 +132,7 @@ class ArrivalTracker:
         if self._next is None:
             self._next = number
         ahead = _ahead(number, self._next)
-        if self._left is not None and abs(ahead) > MOST_HELD and self._left.holds(number, now):
+        if self._is_left_over(reading, now):
             self._count(late=1)
             return self.due(now)
         if ahead < 0 and not self._restarted(number, reading.time):
@@ -213,6 +217,7 @@ class ArrivalTracker:
             number = ready[-1].reading.sequence
             assert number is not None
             self._remember(number, ready[-1].reading.time)
+            self._delay = ready[-1].at - ready[-1].reading.time
             self._next = (number + 1) % _CYCLE
             if self._next not in self._held:
                 return ready
@@ -232,12 +237,24 @@ class ArrivalTracker:
         if number in self._delivered and self._delivered[number] != time:
             return True
         if number not in self._behind:
+            self._behind = [other for other in self._behind if abs(_ahead(number, other)) <= MOST_HELD]
             self._behind.append(number)
         if len(self._behind) >= _PROOF:
             return True
         if number in self._delivered:
             return False
         return time > self._newest or (number not in self._given_up and _rising(self._behind[-3:]))
+
+    def _is_left_over(self, reading: Reading, now: float) -> bool:
+        """Whether a packet is of the count before the restart, by its clock and its number."""
+        left, delay = self._left, now - reading.time
+        if left is None or reading.sequence is None:
+            return False
+        if abs(left.delay - self._delay) > _CLOCKS_APART:
+            old = abs(delay - left.delay) < abs(delay - self._delay)
+        else:
+            old = reading.time < self._newest
+        return old and left.holds(reading.sequence, now)
 
     def _drop(self, number: int, time: float) -> None:
         if self._delivered.get(number) == time:
@@ -250,7 +267,7 @@ class ArrivalTracker:
 
     def _restart(self, number: int, now: float) -> list[Arrived]:
         assert self._next is not None
-        left = _OldCount(self._next, now)
+        left = _OldCount(self._next, self._delay, now)
         ready = [self._held[key] for key in sorted(self._held, key=lambda one: _ahead(one, self._next or 0))]
         self.forget_sequence()
         self._delays.clear()
@@ -270,11 +287,13 @@ class _OldCount:
 
     Attributes:
         following: Number that was next.
+        delay: Arrival less the sender's time of its last packet [s].
         since: Receiver's time of the restart [s].
         seen: Packets of it that came since.
     """
 
     following: int
+    delay: float
     since: float
     seen: int = 0
 
