@@ -169,7 +169,7 @@ def _listen(
         while not commands.finished.wait(_PAUSE) and (seconds is None or time.monotonic() - start < seconds):
             commands.raise_error()
             if recording is not None and recording.error is not None:
-                break  # closing it raises the error
+                raise recording.error
             said = _say_sending(said, motion, time.monotonic())
             if time.monotonic() - told > _TOLD_EVERY:
                 told = time.monotonic()
