@@ -6,7 +6,8 @@ velocities (``observation.state``, ``observation.velocity``), pressures by taxel
 by hardware id), the commanded positions (``action``), and a film of the tactile image
 (``observation.images.tactile``) at the rate of ticks. All in single precision, as LeRobot has it. A real skin is read
 at any times: of it there are rows at equal steps, as many a second as it usually sent, each with the newest reading;
-in counts where it was not calibrated, which ``meta/info.json`` says (``tactile_unit``).
+in counts where it was not calibrated, which ``meta/info.json`` says (``tactile_unit``). Without joints there are no
+features of joints.
 """
 
 from __future__ import annotations
@@ -163,7 +164,8 @@ def _rows(
     episode = np.array([_episode_of(number, found) for number in index.tolist()])
     within = index - np.array([found[number].first for number in episode])
     columns: dict[str, Any] = {}
-    values = {key: np.stack([part(frame) for frame in frames]).astype(np.float32) for key, part in _KEYS.items()}
+    parts = {key: part for key, part in _KEYS.items() if part(frames[0]).size}
+    values = {key: np.stack([part(frame) for frame in frames]).astype(np.float32) for key, part in parts.items()}
     if counts:
         values["observation.tactile"] *= np.float32(1e-3)  # one count stands for 1 kPa
     plain = {
@@ -300,6 +302,7 @@ def _info(player: RecordingPlayer, rows_of: _RowsOf, size: tuple[int, ...], *, c
     features: dict[str, Any] = {
         key: {"dtype": "float32", "shape": [len(names.get(key, joints))], "names": names.get(key, joints)}
         for key in _KEYS
+        if names.get(key, joints)
     }
     features[_VIDEO] = {
         "dtype": "video",

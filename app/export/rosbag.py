@@ -2,10 +2,10 @@
 
 | topic | type | how often |
 |---|---|---|
-| ``/joint_states`` | sensor_msgs/JointState | each tick; effort is the commanded torque |
+| ``/joint_states`` | sensor_msgs/JointState | each tick; effort is empty: torques are not measured |
 | ``/skin/pressures`` | std_msgs/Float32MultiArray [Pa] | each tick, by taxel; the labels say which |
 | ``/skin/readings`` | the same, in counts | instead, where a real skin is not calibrated |
-| ``/skin/taxels`` | std_msgs/String | once: the labels of the taxels as JSON |
+| ``/skin/taxels`` | std_msgs/String | once, transient local: the labels of the taxels as JSON |
 | ``/tf`` | tf2_msgs/TFMessage | at the rate of pictures |
 | ``/taxels/LINK`` | sensor_msgs/PointCloud2 | likewise, in the link's frame |
 | ``/tactile_image`` | sensor_msgs/Image, 32FC1 [kPa, or counts] | likewise |
@@ -34,18 +34,22 @@ from app.robots.kinematics import Configuration
 from app.session.frame import Frame
 
 _WORLD, _METRES_A_NEWTON = "world", 0.02
+_LABELS = "/skin/taxels"
 _ADD, _DELETE_ALL, _ARROW, _FLOAT32 = 0, 3, 0, 7
 
 
 def write_rosbag(player: RecordingPlayer, folder: Path, *, rate: float, progress: Progress) -> None:
-    """Write the bag into a new folder.
+    """Write the bag into a new folder: ``metadata.yaml`` and an MCAP file named like the recording.
 
     Raises:
         ExportError: The package is not installed.
     """
     with packages_of("export"):
         import rosbags.rosbag2 as rosbag2
-    with rosbag2.Writer(folder, version=9, storage_plugin=rosbag2.StoragePlugin.MCAP) as writer:
+    # The library names the file, in metadata.yaml too, like the folder that it makes, and ``folder`` has a name only
+    # while it is written.
+    made = folder / "part" / (player.path.stem.lstrip(".") or "recording")
+    with rosbag2.Writer(made, version=9, storage_plugin=rosbag2.StoragePlugin.MCAP) as writer:
         bag = _Bag(player, writer)
         bag.open()
         every = max(round(1.0 / (rate * player.prepared.scene.tick)), 1)
@@ -60,6 +64,28 @@ def write_rosbag(player: RecordingPlayer, folder: Path, *, rate: float, progress
                 for event in player.events[told:now]:
                     bag.add_words("/events", frame.tick, event.words)
                 told = now
+    for file in list(made.iterdir()):
+        file.rename(folder / file.name)
+    made.rmdir()
+    made.parent.rmdir()
+
+
+def _transient_local() -> Any:
+    """Quality of service of a message that is sent once and kept for those who subscribe later."""
+    from rosbags.interfaces import Qos, QosDurability, QosHistory, QosLiveliness, QosReliability, QosTime
+
+    unlimited = QosTime(0, 0)
+    return Qos(
+        history=QosHistory.KEEP_LAST,
+        depth=1,
+        reliability=QosReliability.RELIABLE,
+        durability=QosDurability.TRANSIENT_LOCAL,
+        deadline=unlimited,
+        lifespan=unlimited,
+        liveliness=QosLiveliness.AUTOMATIC,
+        liveliness_lease_duration=unlimited,
+        avoid_ros_namespace_conventions=False,
+    )
 
 
 class _Bag:
@@ -79,7 +105,7 @@ class _Bag:
 
     def open(self) -> None:
         """What is told once."""
-        self.add_words("/skin/taxels", self._first, json.dumps(taxel_labels(self._prepared.skin)))
+        self.add_words(_LABELS, self._first, json.dumps(taxel_labels(self._prepared.skin)))
 
     def add_words(self, topic: str, tick: int, text: str) -> None:
         """A message of text."""
@@ -93,7 +119,7 @@ class _Bag:
             name=self._names,
             position=frame.posture,
             velocity=frame.velocity,
-            effort=frame.command.torque,
+            effort=np.zeros(0),
         )
         self._write("/joint_states", frame.tick, joints)
         size = len(frame.pressures)
@@ -127,7 +153,10 @@ class _Bag:
     def _write(self, topic: str, tick: int, message: Any) -> None:
         kind = message.__msgtype__
         if topic not in self._connections:
-            self._connections[topic] = self._writer.add_connection(topic, kind, typestore=self._types)
+            profiles = [_transient_local()] if topic == _LABELS else []
+            self._connections[topic] = self._writer.add_connection(
+                topic, kind, typestore=self._types, offered_qos_profiles=profiles
+            )
         self._writer.write(self._connections[topic], self._time(tick), self._types.serialize_cdr(message, kind))
 
     def _make(self, kind: str, **fields: Any) -> Any:

@@ -15,7 +15,7 @@ from numpy.lib import format as npy
 from numpy.typing import NDArray
 
 from app.export.optional import packages_of
-from app.export.tables import Columns
+from app.export.tables import Columns, column_unit, inner_dimensions, row_column
 
 Labels = Mapping[str, Sequence[str]]
 """For a column with several numbers in a row, what each is of."""
@@ -105,24 +105,54 @@ class ParquetSink:
 
 
 class Hdf5Sink:
-    """One HDF5 file: a group for each table, a dataset for each column, compressed; labels as its attribute."""
+    """One HDF5 file: a group for each table, a dataset for each column, compressed.
 
-    def __init__(self, path: Path, labels: Labels, files: ExitStack) -> None:
+    Axes have dimension scales as netCDF has them, so that xarray opens a group with named coordinates: the time (else
+    the first column) for rows, and ``taxel``, ``joint``, ``pixel_row`` and ``pixel_column``. Attributes are ``units``,
+    and ``labels`` as well where a column has one for each number in a row.
+
+    Args:
+        path: The file.
+        labels: Labels by column.
+        files: Closes the file.
+        slides: Whether the robot has joints that slide, for the units.
+    """
+
+    def __init__(self, path: Path, labels: Labels, files: ExitStack, *, slides: bool = False) -> None:
         with packages_of("export"):
             import h5py
-        self._h5py = h5py
+        self._h5py, self._slides = h5py, slides
         self._labels, self._file = labels, files.enter_context(self._h5py.File(path, "w"))
 
     def append(self, table: str, columns: Columns) -> None:
         """More rows."""
-        group = self._file.require_group(table)
+        if table not in self._file:
+            self._begin_table(self._file.create_group(table), columns)
+        group = self._file[table]
         for name, values in columns.items():
-            if name not in group:
-                self._begin(group, name, values)
             data = group[name]
             start = len(data)
             data.resize(start + len(values), axis=0)
             data[start:] = values.astype(object) if values.dtype.kind == "U" else values
+
+    def _begin_table(self, group: Any, columns: Columns) -> None:
+        for name, values in columns.items():
+            self._begin(group, name, values)
+        rows = row_column(columns)
+        group[rows].make_scale(rows)
+        for name, values in columns.items():
+            if name != rows:
+                group[name].dims[0].attach_scale(group[rows])
+            dimensions = inner_dimensions(name, values) if values.ndim > 1 else []
+            for axis, dimension in enumerate(dimensions, start=1):
+                if dimension not in group:
+                    self._add_scale(group, dimension, self._labels.get(name) or range(values.shape[axis]))
+                group[name].dims[axis].attach_scale(group[dimension])
+
+    def _add_scale(self, group: Any, name: str, places: Sequence[str | int]) -> None:
+        words = any(isinstance(place, str) for place in places)
+        kind = self._h5py.string_dtype() if words else np.dtype(np.int64)
+        group.create_dataset(name, data=list(places), dtype=kind).make_scale(name)
 
     def _begin(self, group: Any, name: str, values: NDArray[Any]) -> None:
         kind = self._h5py.string_dtype() if values.dtype.kind == "U" else values.dtype
@@ -135,6 +165,9 @@ class Hdf5Sink:
         )  # fmt: skip
         if name in self._labels:
             data.attrs.create("labels", list(self._labels[name]), dtype=self._h5py.string_dtype())
+        unit = column_unit(name, slides=self._slides)
+        if unit is not None:
+            data.attrs["units"] = unit
 
 
 class NpzSink:

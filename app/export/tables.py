@@ -6,7 +6,7 @@
 | ``damage`` | each thing that it has lost; no row where nothing is |
 | ``taxels`` | each taxel: number, hardware id, module, channel (-1 where not stated), patch, link, place, map point |
 | ``joints`` | each joint: name and limits |
-| ``frames`` | each tick: posture, velocity, command; poses of objects |
+| ``frames`` | each tick: posture, velocity, command, where there are joints; poses of objects |
 | ``pressures`` | each tick: a number for each taxel |
 | ``images`` | each tick: the tactile image, on the map that the recording began with |
 | ``contacts`` | each contact region at each tick |
@@ -194,6 +194,47 @@ def column_labels(prepared: PreparedScene) -> dict[str, Sequence[str]]:
     return {**dict.fromkeys(columns, taxel_labels(prepared.skin)), **dict.fromkeys(JOINT_COLUMNS, joints)}
 
 
+def row_column(columns: Columns) -> str:
+    """Name of the column that the rows of a table are counted by: the time, else the first."""
+    return "time_s" if "time_s" in columns else next(iter(columns))
+
+
+def inner_dimensions(column: str, values: NDArray[Any]) -> list[str]:
+    """Names of the axes of a column behind the first one: what its numbers in a row are of."""
+    if column in JOINT_COLUMNS:
+        return ["joint"]
+    if column.startswith("image_"):
+        return ["pixel_row", "pixel_column"]
+    if column.startswith(("pressure_", "reading_", "raw_")):
+        return ["taxel"]
+    return [f"{column}_{axis}" for axis in range(1, values.ndim)]
+
+
+def column_unit(column: str, *, slides: bool) -> str | None:
+    """Unit of a column's numbers; None where they have none, or several.
+
+    Args:
+        column: Name of the column.
+        slides: Whether the robot has joints that slide, whose positions are lengths.
+    """
+    if column in JOINT_UNITS:
+        turning, sliding = JOINT_UNITS[column]
+        return f"{turning}, {sliding} for slides" if slides else turning
+    return _SUFFIX_UNITS.get(column.rpartition("_")[2]) if "_" in column else None
+
+
+_SUFFIX_UNITS = {"Pa": "Pa", "kPa": "kPa", "counts": "counts", "s": "s", "m": "m", "m2": "m2", "N": "N"}
+JOINT_UNITS = {
+    "position": ("rad", "m"),
+    "velocity": ("rad/s", "m/s"),
+    "command_position": ("rad", "m"),
+    "command_stiffness": ("N m/rad", "N/m"),
+    "command_damping": ("N m s/rad", "N s/m"),
+    "command_torque": ("N m", "N"),
+    "lower": ("rad", "m"),
+    "upper": ("rad", "m"),
+}
+"""Units of the numbers of a joint that turns, and of one that slides."""
 JOINT_COLUMNS: Mapping[str, Callable[[Frame], NDArray[np.float64]]] = {
     "position": lambda frame: frame.posture,
     "velocity": lambda frame: frame.velocity,
@@ -337,7 +378,8 @@ def _of_frames(
 ) -> dict[str, Columns]:
     """The tables of ticks, for some of them."""
     when = {"tick": np.array([frame.tick for frame in frames]), "time_s": np.array([frame.time for frame in frames])}
-    rows = {name: np.stack([part(frame) for frame in frames]) for name, part in JOINT_COLUMNS.items()}
+    joints = len(frames[0].posture)
+    rows = {name: np.stack([part(frame) for frame in frames]) for name, part in JOINT_COLUMNS.items() if joints}
     objects = np.stack([frame.objects for frame in frames])
     if objects.size:
         rows["objects_pose"] = objects.reshape(len(frames), -1)

@@ -24,6 +24,23 @@ def test_it_has_a_picture_for_each_instant(pictures, player):
     assert len(pictures) == int(player.duration * 20.0 + 1e-9) + 1
 
 
+def test_pictures_are_at_equal_steps_and_show_the_contacts_of_their_times(player, tmp_path):
+    path, rate, times, marked = tmp_path / "out.mp4", 50.0, [], []
+    export_recording(player, path, to="mp4", options=ExportOptions(rate=rate))
+    with av.open(str(path)) as container:
+        stream = container.streams.video[0]
+        for frame in container.decode(video=0):
+            times.append(float(frame.pts * stream.time_base))
+            away = np.abs(frame.to_ndarray(format="rgb24").astype(int) - (31, 119, 180)).max(axis=2)
+            marked.append(bool((away < 30).any()))
+    np.testing.assert_allclose(times, np.arange(int(player.duration * rate + 1e-9) + 1) / rate, atol=1e-4)
+    forces = [sum(region.force for region in player.frame(player.number_at(time)).regions) for time in times]
+    firm, free = np.array(forces) > 0.5, np.array(forces) == 0
+    assert min(firm.sum(), free.sum()) > 5
+    assert all(np.array(marked)[firm])
+    assert not any(np.array(marked)[free])
+
+
 def test_pictures_are_those_drawn(pictures, player, frames):
     """Up to what H.264 loses; the scale is the next round number above the highest pressure shown."""
     shown = [player.frame(player.number_at(k / 20.0)) for k in range(len(pictures))]

@@ -85,7 +85,7 @@ def test_a_gap_begins_another_episode(damaged, tmp_path):
     player = export_recording(damaged, tmp_path / "set", to="lerobot")
     (first, second) = parquet.read_table(tmp_path / "set/meta/episodes/chunk-000/file-000.parquet").to_pylist()
     assert first["dataset_to_index"] == second["dataset_from_index"] == first["length"]
-    assert first["length"] + second["length"] == len(player)
+    assert first["length"] + second["length"] == second["dataset_to_index"] == len(player)
     rows = parquet.read_table(tmp_path / "set/data/chunk-000/file-000.parquet").to_pydict()
     start = rows["episode_index"].index(1)
     assert start == first["length"]
@@ -124,3 +124,21 @@ def test_labelled_episodes_are_the_episodes_and_their_instructions_the_tasks(pat
     assert [one["tasks"] for one in episodes] == [["press the arm gently"], ["lift"], ["press the arm gently"]]
     info = json.loads((tmp_path / "set/meta/info.json").read_text())
     assert (info["total_episodes"], info["total_frames"], info["total_tasks"]) == (3, 50, 2)
+    assert [one["length"] for one in episodes] == [30, 10, 10]
+    assert [(one["dataset_from_index"], one["dataset_to_index"]) for one in episodes] == [(0, 30), (30, 40), (40, 50)]
+    film = "videos/observation.images.tactile"
+    spans = [(one[f"{film}/from_timestamp"], one[f"{film}/to_timestamp"]) for one in episodes]
+    np.testing.assert_allclose(spans, [(0.0, 0.15), (0.15, 0.2), (0.2, 0.25)])
+    assert [one["stats/observation.tactile/count"] for one in episodes] == [[30], [10], [10]]
+    stats, pressures = json.loads((tmp_path / "set/meta/stats.json").read_text()), np.array(rows["observation.tactile"])
+    for name in ("observation.tactile", "observation.state", "action", "timestamp"):
+        assert stats[name]["count"] == [50]
+    np.testing.assert_allclose(stats["observation.tactile"]["mean"], pressures.mean(0), rtol=1e-5, atol=1e-6)
+    np.testing.assert_allclose(stats["observation.tactile"]["std"], pressures.std(0), rtol=1e-4, atol=1e-4)
+    assert stats["observation.images.tactile"]["count"][0] == sum(
+        one["stats/observation.images.tactile/count"][0] for one in episodes
+    )
+    with av.open(str(tmp_path / "set" / film / "chunk-000/file-000.mp4")) as video:
+        assert sum(1 for _ in video.decode(video=0)) == 50
+    last = player.frame(player.number_at(89 * 0.005 - player.times[0]))
+    np.testing.assert_array_equal(np.float32(rows["observation.tactile"][-1]), last.pressures.astype(np.float32))

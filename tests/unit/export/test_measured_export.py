@@ -115,8 +115,23 @@ def test_lerobot_has_rows_at_equal_steps_in_counts(player, changed, tmp_path):
     for (a, one), (b, other) in pairwise(zip(rows["timestamp"], rows["episode_index"], strict=True)):
         assert one != other or np.isclose(b - a, 0.02)
     assert np.allclose(rows["observation.tactile"][-1], PRESSED - 20)
+    stats = json.loads((folder / "meta/stats.json").read_text())["observation.tactile"]
+    assert stats["count"] == [7]
+    assert np.isclose(stats["max"][30], PRESSED[30] - 20)
     with pytest.raises(ExportError, match="counts at first and pressures later"):
         exported(changed, tmp_path / "other", "lerobot")
+
+
+@pytest.mark.parametrize("to", ["csv", "parquet", "npz", "hdf5", "lerobot", "rosbag2"])
+def test_a_skin_without_joints_is_exported(tmp_path, to):
+    bare = as_measured(prepared_bar(hinged=False))
+    session = MeasuredSession(bare)
+    with Recorder(bare, tmp_path / "felt.mcap", measured="a file") as recorder:
+        for number in range(3):
+            frame = session.show(Arrived(Reading(0.01 * number, PRESSED), 0.01 * number))
+            recorder.write(frame, session.inputs)
+    assert len(frame.posture) == 0
+    exported(RecordingPlayer(tmp_path / "felt.mcap"), tmp_path / "out", to)
 
 
 def test_a_skin_that_sends_pressure_needs_no_counts(tmp_path):

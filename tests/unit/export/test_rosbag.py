@@ -2,22 +2,41 @@
 
 from __future__ import annotations
 
+import json
 from collections import defaultdict
 
 import numpy as np
 import pytest
+import yaml
+from scipy.spatial.transform import Rotation
 
 from app.export.export import ExportOptions, export_recording
+from app.export.tables import taxel_labels
+from app.maps.tactile_image import TactileImage
+from app.robots.kinematics import Configuration
 
 rosbag2 = pytest.importorskip("rosbags.rosbag2", reason="rosbags is not installed (extra export)")
 
 
+def exported(player, folder, rate):
+    export_recording(player, folder, to="rosbag2", options=ExportOptions(rate=rate))
+    return folder
+
+
 @pytest.fixture(scope="module")
-def told(player, tmp_path_factory):
+def bag(player, tmp_path_factory):
+    return exported(player, tmp_path_factory.mktemp("bag") / "bag", 20.0)
+
+
+@pytest.fixture(scope="module")
+def told(bag):
+    return messages(bag)
+
+
+def messages(folder):
+    """(time [ns], message) by topic."""
     from rosbags.typesys import Stores, get_typestore
 
-    folder = tmp_path_factory.mktemp("bag") / "bag"
-    export_recording(player, folder, to="rosbag2", options=ExportOptions(rate=20.0))
     types, found = get_typestore(Stores.ROS2_HUMBLE), defaultdict(list)
     with rosbag2.Reader(folder) as reader:
         for connection, time, data in reader.messages():
@@ -25,12 +44,34 @@ def told(player, tmp_path_factory):
     return found
 
 
+def test_files_have_their_final_names(bag, path):
+    assert sorted(file.name for file in bag.iterdir()) == [f"{path.stem}.mcap", "metadata.yaml"]
+    metadata = yaml.safe_load((bag / "metadata.yaml").read_text())["rosbag2_bagfile_information"]
+    assert metadata["relative_file_paths"] == [f"{path.stem}.mcap"]
+    assert [file["path"] for file in metadata["files"]] == [f"{path.stem}.mcap"]
+
+
+def test_labels_are_kept_for_those_who_subscribe_later(bag, told, player):
+    with rosbag2.Reader(bag) as reader:
+        offered = {one.topic: one.ext.offered_qos_profiles for one in reader.connections}
+    (profile,) = offered.pop("/skin/taxels")
+    assert (profile.durability.name, profile.reliability.name, profile.history.name, profile.depth) == (
+        "TRANSIENT_LOCAL", "RELIABLE", "KEEP_LAST", 1
+    )  # fmt: skip
+    assert not any(offered.values())
+    ((_, labels),) = told["/skin/taxels"]
+    assert json.loads(labels.data) == taxel_labels(player.prepared.skin)
+
+
 def test_every_tick_has_its_joints_and_pressures(told, frames, player):
     assert len(told["/joint_states"]) == len(told["/skin/pressures"]) == len(frames)
     for (time, joints), (_, pressures), frame in zip(
         told["/joint_states"], told["/skin/pressures"], frames, strict=True
     ):
+        assert joints.name == [joint.name for joint in player.prepared.robot.joints]
         np.testing.assert_array_equal(joints.position, frame.posture)
+        np.testing.assert_array_equal(joints.velocity, frame.velocity)
+        assert joints.effort.size == 0, "torques are not measured"
         np.testing.assert_array_equal(pressures.data, frame.pressures.astype(np.float32))
         assert time == int(player.versions["started_ns"]) + round(1e9 * frame.tick * player.prepared.scene.tick)
 
@@ -52,3 +93,43 @@ def test_markers_point_at_the_contacts(told, frames):
             end = arrow.points[1]
             np.testing.assert_allclose([end.x, end.y, end.z], region.link_position)
     assert any(frame.regions for frame in shown)
+
+
+@pytest.mark.parametrize("rate", [20.0, 30.0])
+def test_pictures_have_the_times_of_their_ticks(player, frames, tmp_path, rate):
+    """At 30 a second of 200 ticks every seventh tick is shown."""
+    found = messages(exported(player, tmp_path / "bag", rate))
+    tick, started = player.prepared.scene.tick, int(player.versions["started_ns"])
+    every = round(1 / (rate * tick))
+    times = [started + round(1e9 * frame.tick * tick) for frame in frames if frame.tick % every == 0]
+    assert len(times) > 10
+    for topic in ("/tf", "/tactile_image", "/contacts", f"/taxels/{player.prepared.skin.patches[0].link}"):
+        assert [time for time, _ in found[topic]] == times
+    stamps = [message.header.stamp for _, message in found["/tactile_image"]]
+    assert [10**9 * stamp.sec + stamp.nanosec for stamp in stamps] == times
+
+
+def test_pictures_are_those_of_their_ticks(told, player, frames):
+    image = TactileImage(player.prepared.map, width=128)
+    shown = [frame for frame in frames if frame.tick % 10 == 0]
+    assert any(frame.pressures.max() > 1e3 for frame in shown)
+    for (_, message), frame in zip(told["/tactile_image"], shown, strict=True):
+        values = message.data.view(np.float32).reshape(message.height, message.width)
+        np.testing.assert_array_equal(values, image.render(frame.pressures))
+
+
+def test_transforms_are_the_poses_of_the_links(told, player, frames):
+    configuration, links = Configuration(player.prepared.robot), player.prepared.robot.links
+    shown = [frame for frame in frames if frame.tick % 10 == 0]
+    turned = 0.0
+    for (_, message), frame in zip(told["/tf"], shown, strict=True):
+        configuration.update(frame.posture)
+        for one, link in zip(message.transforms, links, strict=False):
+            pose, turn = configuration.pose(link.name), one.transform.rotation
+            assert one.child_frame_id == link.name
+            place = one.transform.translation
+            np.testing.assert_allclose([place.x, place.y, place.z], pose.translation, atol=1e-12)
+            rotation = Rotation.from_quat([turn.x, turn.y, turn.z, turn.w]).as_matrix()
+            np.testing.assert_allclose(rotation, pose.rotation, atol=1e-9)
+            turned = max(turned, abs(turn.x), abs(turn.y), abs(turn.z))
+    assert turned > 0.1, "some link is turned"

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from app.export.export import ExportOptions, export_recording
-from app.export.tables import JOINT_COLUMNS, taxel_labels
+from app.export.tables import JOINT_COLUMNS, column_unit, taxel_labels
 from app.maps.tactile_image import TactileImage
 
 
@@ -64,6 +64,47 @@ def tables(request, player, tmp_path_factory):
 
 def numbers(values):
     return np.array(values, dtype=np.float64)
+
+
+def test_hdf5_has_dimension_scales_and_units(player, frames, tmp_path):
+    """As netCDF has them, so that xarray opens a table with named coordinates."""
+    h5py = pytest.importorskip("h5py")
+    export_recording(player, tmp_path / "out.h5", to="hdf5", options=ExportOptions(image_width=24))
+    with h5py.File(tmp_path / "out.h5") as file:
+
+        def scales(dataset):
+            return [dataset.dims[axis][0].name.rpartition("/")[2] for axis in range(dataset.ndim)]
+
+        for table, column, wanted, unit in (
+            ("pressures", "pressure_Pa", ["time_s", "taxel"], "Pa"),
+            ("frames", "position", ["time_s", "joint"], "rad"),
+            ("frames", "command_stiffness", ["time_s", "joint"], "N m/rad"),
+            ("frames", "tick", ["time_s"], None),
+            ("images", "image_kPa", ["time_s", "pixel_row", "pixel_column"], "kPa"),
+            ("contacts", "area_m2", ["time_s"], "m2"),
+            ("contacts", "force_error_N", ["time_s"], "N"),
+            ("events", "duration_s", ["time_s"], "s"),
+            ("taxels", "map_x_m", ["taxel"], "m"),
+            ("joints", "lower", ["joint"], "rad"),
+            ("episodes", "frames", ["episode"], None),
+        ):
+            assert scales(file[table][column]) == wanted
+            assert file[table][column].attrs.get("units") == unit
+        for table in file.values():
+            for name, data in table.items():
+                assert data.is_scale or all(len(data.dims[axis]) == 1 for axis in range(data.ndim)), name
+                lengths = [data.dims[axis][0].shape[0] for axis in range(data.ndim) if not data.is_scale]
+                assert lengths == list(data.shape if not data.is_scale else ())
+        assert file["pressures/taxel"].asstr()[:].tolist() == taxel_labels(player.prepared.skin)
+        assert file["frames/joint"].asstr()[:].tolist() == [joint.name for joint in player.prepared.robot.joints]
+        assert file["pressures/time_s"].attrs["units"] == "s"
+        np.testing.assert_array_equal(file["pressures/time_s"], [frame.time for frame in frames])
+
+
+def test_positions_of_slides_are_lengths():
+    assert column_unit("position", slides=True) == "rad, m for slides"
+    assert column_unit("position", slides=False) == "rad"
+    assert column_unit("words", slides=False) is None
 
 
 def test_ticks_pressures_and_joints_are_exact(tables, frames):
