@@ -275,7 +275,7 @@ def test_sending_waits_until_the_ages_have_settled():
     robot = Robot(live=True)
     robot.start()
     awaited = []
-    while not robot.put:
+    while not robot.put and len(awaited) < 1000:
         awaited.append(robot.output.sending.waiting)
         robot.read(5.0)
     assert len(awaited) == pytest.approx(SETTLE_SECONDS / STEP, abs=2)
@@ -286,8 +286,9 @@ def test_sending_waits_until_the_ages_have_settled():
 def _moving_live(**parts) -> Robot:
     robot = Robot(live=True, **parts)
     robot.start()
-    while not robot.output.sending.sending:
-        robot.read(1.0)
+    for _ in range(1000):
+        if not robot.output.sending.sending:
+            robot.read(1.0)
     return robot
 
 
@@ -369,8 +370,9 @@ def test_a_part_of_the_skin_that_repeats_its_values_stops():
     assert robot.output.sending.sending
     still = random.normal(0.0, 5.0, 60)
     began = robot.now
-    while robot.output.active:
-        robot.read(values=still)
+    for _ in range(200):
+        if robot.output.active:
+            robot.read(values=still)
     assert robot.now - began == pytest.approx(FROZEN_SECONDS, abs=2 * STEP)
     assert _stopped(robot) is StopReason.FROZEN
     assert robot.output.sending.detail == "patch top for 0.50 s"
