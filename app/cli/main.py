@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import argparse
+import errno
 import os
 import re
 import sys
 from collections.abc import Callable, Sequence
 from importlib import import_module
 
-from app.cli.output import print_error, print_json
+from app.cli.output import StandardOutputError, flush_output, prepare_streams, print_error, print_json
 from app.cli.outputs import outputs_checked
 from app.cli.parser import build_parser
 from app.core.errors import TactileMapsError, UsageError, describe_unexpected_error
@@ -31,6 +32,20 @@ def run_command(argv: Sequence[str], *, windows: dict[str, OpenWindow]) -> int:
         0 done, 1 failed, 2 bad usage, 130 interrupted (Ctrl-C), 143 ended by SIGTERM, 129 by SIGHUP or the closed
         terminal, 131 by SIGQUIT; none of these leaves a process behind.
     """
+    prepare_streams()
+    try:
+        code = _run(argv, windows)
+        flush_output()
+    except StandardOutputError as error:
+        if not error.closed_by_reader:
+            print_error(str(error))
+        return 1
+    except OSError:  # the terminal was closed
+        return 128 + 1
+    return code
+
+
+def _run(argv: Sequence[str], windows: dict[str, OpenWindow]) -> int:
     try:
         arguments = build_parser().parse_args(_joined_negatives(argv))
     except SystemExit as stop:
@@ -43,22 +58,20 @@ def run_command(argv: Sequence[str], *, windows: dict[str, OpenWindow]) -> int:
                 return windows[command](arguments)
             with signals_raised():
                 return int(import_module(_module_of(command)).execute(arguments))
+    except StandardOutputError:
+        raise
     except TactileMapsError as error:
         _print_failure(str(error), as_json, kind=type(error).__name__)
         return 2 if isinstance(error, UsageError) else 1
     except KeyboardInterrupt as stop:
         return _interrupted(stop, as_json)
-    except BrokenPipeError:
-        # Whoever read our output has gone; nothing more can be said.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 1
     except Exception as error:  # the last door: a person gets a sentence, the details go to a file
         interrupt = _interrupt_behind(error)
         if interrupt is None and isinstance(error, OSError) and terminal_closed():
             interrupt = TerminatedError(1)  # a message could not be written to it
         if interrupt is not None:
             return _interrupted(interrupt, as_json)
-        _print_failure(describe_unexpected_error(error), as_json, kind="Unexpected")
+        _print_failure(_text_of(error), as_json, kind="Unexpected")
         return 1
 
 
@@ -75,6 +88,18 @@ def _joined_negatives(argv: Sequence[str]) -> list[str]:
         else:
             result.append(word)
     return result
+
+
+_NO_FAULT_OF_OURS = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EIO, errno.ENAMETOOLONG)
+"""Errors of the system, which a person can act on and a developer cannot."""
+
+
+def _text_of(error: Exception) -> str:
+    """The message of an error that no command expected."""
+    if isinstance(error, OSError) and error.errno in _NO_FAULT_OF_OURS:
+        problem = "a file cannot be read or written"
+        return str(TactileMapsError(problem, file=error.filename, value=error.strerror, remedy="Check path and space"))
+    return describe_unexpected_error(error)
 
 
 def _module_of(command: str) -> str:
@@ -102,7 +127,7 @@ def _print_failure(text: str, as_json: bool, *, kind: str) -> None:
         print_error(text)
         if as_json:
             print_json({"error": {"kind": kind, "message": text}})
-        sys.stdout.flush()
+        flush_output()
     except OSError:
         if not terminal_closed():
             raise

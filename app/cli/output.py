@@ -1,21 +1,137 @@
-"""What the command line says: facts on standard output, progress and failures on standard error."""
+"""Facts on standard output, progress and failures on standard error.
+
+``prepare_streams`` makes both usable in any environment: closed, or with an encoding that lacks characters such as ².
+Standard output that takes no more raises ``StandardOutputError``. A failure of standard error is not reported, as there
+is no place to report it.
+"""
 
 from __future__ import annotations
 
+import codecs
+import io
 import json
 import math
+import os
 import sys
+import unicodedata
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import is_dataclass
-from typing import Any
+from typing import Any, TextIO
 
+from app.core.errors import TactileMapsError
+from app.core.interrupts import terminal_closed
 from app.core.progress import Progress
 from app.recording.damage import RecordingDamage, damage_text
+
+_PLAIN = {
+    "°": " deg", "×": "x", "·": "*", "µ": "u", "π": "pi", "√": "sqrt", "±": "+/-", "−": "-", "–": "-", "—": "-",
+    "→": "->", "←": "<-", "≤": "<=", "≥": ">=", "∞": "inf", "…": "...", "“": '"', "”": '"', "‘": "'", "’": "'",
+}  # fmt: skip
+"""Replacements in encodings that lack a character; others lose their accents or become a question mark."""
+_ERRORS = "tactile-maps-plain"
+"""Name of the handler of characters that an encoding lacks."""
+
+
+class StandardOutputError(TactileMapsError):
+    """Standard output that takes no more.
+
+    Attributes:
+        closed_by_reader: Whether the program that reads it has ended, which is not reported.
+    """
+
+    def __init__(self, cause: OSError) -> None:
+        self.closed_by_reader = isinstance(cause, BrokenPipeError)
+        value, remedy = cause.strerror, "Free space, or write the output to another place"
+        super().__init__("the output cannot be written", file="standard output", value=value, remedy=remedy)
+
+
+def prepare_streams() -> None:
+    """Open standard streams that are closed, for nothing; let none of them fail for lack of a character."""
+    for number in range(3):
+        try:
+            os.fstat(number)
+        except OSError:  # else the next file that is opened would receive what libraries print
+            os.open(os.devnull, os.O_RDWR)
+    sys.stdout = _usable(sys.stdout, 1)
+    sys.stderr = _usable(sys.stderr, 2)
+
+
+def _usable(stream: TextIO | None, number: int) -> TextIO:
+    if stream is None:
+        return open(number, "w", encoding="utf8", errors=_ERRORS, closefd=False)
+    if isinstance(stream, io.TextIOWrapper):
+        stream.reconfigure(errors=_ERRORS)
+    return stream
+
+
+def _plain_characters(error: UnicodeError) -> tuple[str, int]:
+    if not isinstance(error, UnicodeEncodeError):
+        raise error
+    return "".join(map(_plain_character, error.object[error.start : error.end])), error.end
+
+
+def _plain_character(character: str) -> str:
+    known = _PLAIN.get(character)
+    return known or unicodedata.normalize("NFKD", character).encode("ascii", "ignore").decode() or "?"
+
+
+codecs.register_error(_ERRORS, _plain_characters)
+
+
+def write_output(text: str) -> None:
+    """Write text to standard output.
+
+    Raises:
+        StandardOutputError: It cannot be written.
+    """
+    try:
+        sys.stdout.write(text)
+    except OSError as error:
+        raise _output_lost(error) from error
+
+
+def flush_output() -> None:
+    """Write what is buffered.
+
+    Raises:
+        StandardOutputError: It cannot be written.
+    """
+    try:
+        sys.stdout.flush()
+    except OSError as error:
+        raise _output_lost(error) from error
+
+
+def _output_lost(error: OSError) -> OSError | StandardOutputError:
+    """The error to raise; what is still buffered goes nowhere, so that the program's end does not fail again."""
+    if terminal_closed():
+        return error
+    _discard(sys.stdout)
+    return StandardOutputError(error)
+
+
+def _discard(stream: TextIO) -> None:
+    with suppress(OSError):  # a stream that is no file has nothing to discard
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nowhere, stream.fileno())
+        os.close(nowhere)
+
+
+def write_error(text: str) -> None:
+    """Write text to standard error; it is lost where that fails."""
+    try:
+        sys.stderr.write(text)
+        sys.stderr.flush()
+    except OSError:
+        if terminal_closed():
+            raise
+        _discard(sys.stderr)
 
 
 def print_line(text: str) -> None:
     """One line for a person."""
-    sys.stdout.write(text + "\n")
+    write_output(text + "\n")
 
 
 def print_fields(rows: Mapping[str, object]) -> None:
@@ -45,17 +161,17 @@ def damage_rows(damage: Sequence[RecordingDamage], tick: float) -> dict[str, obj
 
 def print_json(result: Mapping[str, Any]) -> None:
     """One object on one line, for a program; what JSON cannot say (NaN, infinity) becomes null."""
-    sys.stdout.write(json.dumps(_json_value(result), allow_nan=False) + "\n")
+    write_output(json.dumps(_json_value(result), allow_nan=False) + "\n")
 
 
 def print_error(text: str) -> None:
     """A failure, on standard error."""
-    sys.stderr.write(f"tactile-maps: {text}\n")
+    write_error(f"tactile-maps: {text}\n")
 
 
 def print_warning(text: str) -> None:
     """Something a person should know although the work goes on, on standard error."""
-    sys.stderr.write(f"tactile-maps: warning: {text}\n")
+    write_error(f"tactile-maps: warning: {text}\n")
 
 
 def progress_line() -> Progress:
@@ -64,10 +180,7 @@ def progress_line() -> Progress:
         return lambda _text, _fraction: None
 
     def report(text: str, fraction: float) -> None:
-        sys.stderr.write(f"\r\x1b[K{100 * fraction:3.0f} %  {text}")
-        if fraction >= 1.0:
-            sys.stderr.write("\r\x1b[K")
-        sys.stderr.flush()
+        write_error(f"\r\x1b[K{100 * fraction:3.0f} %  {text}" + ("\r\x1b[K" if fraction >= 1.0 else ""))
 
     return report
 

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import argparse
+import os
+import sys
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+from app.cli.output import write_error, write_output
 from app.studies.catalogue import STUDY_NAMES
 
 EXPORT_FORMATS = ("csv", "parquet", "npz", "hdf5", "lerobot", "rosbag2", "mp4", "rerun")
@@ -19,9 +22,19 @@ robots: arm, two_arms (ours); ur5e, icub, icub_whole (pip install 'tactile-maps[
 _UNITS = {"s": 1.0, "min": 60.0, "h": 3600.0}
 
 
+class _Parser(argparse.ArgumentParser):
+    """A parser that reports a help text that cannot be written; the base class ignores it."""
+
+    def _print_message(self, message: str, file: object = None) -> None:
+        if file is sys.stdout:
+            write_output(message)
+        else:
+            write_error(message)
+
+
 def build_parser() -> argparse.ArgumentParser:
     """The parser; ``command`` is empty for the window."""
-    parser = argparse.ArgumentParser(
+    parser = _Parser(
         prog="tactile-maps",
         epilog=EPILOG,
         formatter_class=argparse.RawDescriptionHelpFormatter,
@@ -464,7 +477,7 @@ def package_roots(arguments: argparse.Namespace) -> tuple[str, ...]:
 
 
 def _folder(text: str) -> str:
-    if not Path(text).is_dir():
+    if not os.path.isdir(text):
         raise argparse.ArgumentTypeError(f"there is no such folder: {text}")
     return text
 

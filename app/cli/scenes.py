@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import argparse
+import os
 from dataclasses import replace
-from pathlib import Path
 
 from app.cli.parser import package_roots
 from app.core.errors import SkinError, UsageError
@@ -41,7 +41,7 @@ def _skinned_scene(arguments: argparse.Namespace) -> Scene:
         return _named_scene(arguments)
     named = any(getattr(arguments, name, None) for name in ("scene_file", "scene", "robot"))
     bare = getattr(arguments, "robot", None) == NO_ROBOT
-    if not Path(path).exists():
+    if not os.path.exists(path):
         raise SkinError("there is no such file", file=path)
     scene = _named_scene(arguments) if named and not bare else scene_for_taxels(path)
     return with_taxels(replace(scene, robot=NO_ROBOT) if bare else scene, path, links=(link,) if link else ())
@@ -71,7 +71,7 @@ def is_skin_folder(name: str) -> bool:
     Raises:
         UsageError: It is a folder with nothing of a skin in it.
     """
-    if not Path(name).is_dir() or name in scene_names():
+    if not os.path.isdir(name) or name in scene_names():
         return False
     if not holds_taxels(name):
         remedy = "Give a scene, or a folder of a skin's positions files (*.txt)"

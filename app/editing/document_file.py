@@ -6,6 +6,7 @@ outlives a crash.
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -288,9 +289,9 @@ class DocumentFile:
         """
         file = self.autosave_file
         try:
-            if file is None or not file.exists():
+            if file is None or not os.path.exists(file):
                 return None
-            if self.path is None or not self.path.exists():
+            if self.path is None or not os.path.exists(self.path):
                 return Recovery(file, float("inf"))
             newer = file.stat().st_mtime - self.path.stat().st_mtime
         except OSError as error:

@@ -7,6 +7,7 @@ holds; a recording that was cut out of another has its part of them in its metad
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from pathlib import Path
@@ -144,7 +145,7 @@ def load_annotations(recording: str | Path, *, of: str = "") -> Annotations | No
         RecordingError: The file with it is damaged, none of ours, or of another recording.
     """
     file = annotations_file(recording)
-    if not file.exists():
+    if not os.path.exists(file):
         return None
     data = read_bounded_file(file, error=RecordingError, most=_MOST_BYTES)
     found = load_json(Annotations, data, error=RecordingError, file=file, remedy=_REMEDY)

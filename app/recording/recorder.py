@@ -107,7 +107,10 @@ class Recorder:
         except OSError as error:
             self.abandon()
             raise RecordingError(
-                "the recording cannot be written", file=self.written, value=error, remedy=NO_SPACE
+                "the recording cannot be written",
+                file=self.written,
+                value=error,
+                remedy="Free space or choose another folder",
             ) from error
 
     def write(self, frame: Frame, inputs: Sequence[tuple[int, SessionInput]]) -> None:

@@ -208,7 +208,7 @@ def _looks_like_a_file(text: str) -> bool:
 def _menagerie_files() -> dict[str, Path]:
     """The main file of each model folder in ``MENAGERIE_ROOT``, by folder name."""
     root = os.environ.get("MENAGERIE_ROOT", "")
-    if not root or not Path(root).is_dir():
+    if not root or not os.path.isdir(root):
         return {}
     mains = {folder.name: _main_file(folder) for folder in sorted(Path(root).iterdir()) if folder.is_dir()}
     return {name: main for name, main in mains.items() if main is not None}

@@ -7,6 +7,7 @@ person's own files, and one for any robot.
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
@@ -133,7 +134,7 @@ def load_scene(name: str, *, check: Callable[[Scene], None] = _accept) -> Scene:
         ('arm', 'slide')
     """
     path = asset("scenes", f"{name}.toml") if name in scene_names() else Path(name)
-    if not path.exists():
+    if not os.path.exists(path):
         remedy = f"{did_you_mean(name, scene_names())}, or give the path of a file"
         raise SceneError("there is no such scene", value=name, remedy=remedy)
     try:
@@ -210,4 +211,4 @@ def with_grid(scene: Scene, grid: GridSpec, covered: Sequence[str]) -> Scene:
 def _beside(scene: Path, value: str, *, folders: bool = False) -> str:
     """A file's name that is meant from the scene's folder, as a path; anything else unchanged."""
     path = scene.parent / value
-    return str(path) if value and (path.is_file() or (folders and path.is_dir())) else value
+    return str(path) if value and (os.path.isfile(path) or (folders and os.path.isdir(path))) else value

@@ -18,6 +18,7 @@ from __future__ import annotations
 
 import copy
 import math
+import os
 import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -66,7 +67,7 @@ def load_sweep(name: str | Path) -> SceneSweep:
         SceneError: It cannot be read or has a mistake; the message names the line and the key.
     """
     shipped = asset("sweeps", f"{name}.toml")
-    path = shipped if shipped.is_file() else Path(name)
+    path = shipped if os.path.isfile(shipped) else Path(name)
     reader = TomlReader(read_bounded_text(path, error=SceneError, most=_MAX_BYTES), file=str(path))
     for key in reader.raw:
         if key not in _TOP:

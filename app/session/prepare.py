@@ -6,6 +6,7 @@ line. ``prepare`` loads the robot, puts on its skin and makes the map.
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -193,7 +194,7 @@ def _checked_robot(scene: Scene, load: Callable[[Scene], Robot]) -> Robot | None
 
 
 def _check_taxels(scene: Scene, robot: Robot | None) -> None:
-    if not Path(scene.taxel_file).exists():
+    if not os.path.exists(scene.taxel_file):
         remedy = "Name a file relative to the scene's folder"
         raise SceneError("there is no such file", place="taxel_file", value=scene.taxel_file, remedy=remedy)
     try:

@@ -136,7 +136,7 @@ def _robot(entry: zipfile.ZipFile, file: str) -> Robot:
 def _read(scene: Scene, read: Callable[[zipfile.ZipFile, str], T]) -> T | None:
     """What ``read`` finds in the scene's entry, whose file it is told; None without a whole one that is still true."""
     path = _entry_path(scene)
-    if path is None or not path.is_file():
+    if path is None or not os.path.isfile(path):
         return None
     try:
         with zipfile.ZipFile(path) as entry:
@@ -226,7 +226,7 @@ def _entry_path(scene: Scene) -> Path | None:
 def _names_in(taxel_file: str) -> tuple[str, ...]:
     """What a folder of taxel files holds: one that is added is a new skin."""
     folder = Path(taxel_file)
-    return tuple(sorted(os.listdir(folder))) if taxel_file and folder.is_dir() else ()
+    return tuple(sorted(os.listdir(folder))) if taxel_file and os.path.isdir(folder) else ()
 
 
 def _keep(prepared: PreparedScene, read: Sequence[Path]) -> None:

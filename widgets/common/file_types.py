@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from enum import Enum
 from pathlib import Path
 
@@ -70,7 +71,7 @@ def role_of(path: str) -> FileRole:
         TactileMapsError: There is no such file.
         UsageError: Nothing can be done with such a file.
     """
-    if not Path(path).exists():
+    if not os.path.exists(path):
         raise TactileMapsError("there is no such file", file=path)
     for role, fits in (
         (FileRole.RECORDING, is_recording),

@@ -11,7 +11,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from app.cli.output import print_fields, print_json, print_warning, progress_line
+from app.cli.output import print_fields, print_json, print_warning, progress_line, write_error
 from app.cli.scenes import scene_from_arguments
 from app.control.controller_registry import settings_from
 from app.control.limit_texts import limit_text
@@ -190,7 +190,7 @@ def _say_sending(said: tuple[str, float], motion: MotionOutput | None, now: floa
     text = _sending_text(sending)
     if text == said[0] or (sending.waiting is not None and now - said[1] < _TOLD_EVERY):
         return said
-    sys.stderr.write(f"tactile-maps: {text}\n")
+    write_error(f"tactile-maps: {text}\n")
     return text, now
 
 
@@ -207,10 +207,7 @@ def _sending_text(sending: SendingState) -> str:
 def _tell(status: ConnectionStatus, touched: int) -> None:
     if sys.stderr.isatty():
         problem = f", {status.problem}" if status.problem else ""
-        sys.stderr.write(
-            f"\r\x1b[K{status.state}: {status.rate:.0f} Hz, {touched} contacts, {_counts(status)}{problem}"
-        )
-        sys.stderr.flush()
+        write_error(f"\r\x1b[K{status.state}: {status.rate:.0f} Hz, {touched} contacts, {_counts(status)}{problem}")
 
 
 def _counts(status: ConnectionStatus) -> str:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import csv
 import math
+import os
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
@@ -148,14 +149,14 @@ def is_own_recording(path: Path) -> bool:
     Raises:
         RecordingError: It cannot be opened, or is no MCAP file.
     """
-    if path.is_dir() or path.suffix.lower() != ".mcap":
+    if os.path.isdir(path) or path.suffix.lower() != ".mcap":
         return False
     try:
         return bool(read_mcap(path).metadata)
     except RecordingError as error:
         if error.problem == "the recording has another format":
             raise
-        if not path.is_file():
+        if not os.path.isfile(path):
             raise error.at(kind=LiveError) from error
         return False
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -168,7 +169,7 @@ def _file(address: str, options: SourceOptions) -> Source:
     from app.live.sources.files import FileSource, read_recording, read_table, read_text
 
     path = Path(address)
-    if path.is_dir() or path.suffix.lower() in (".mcap", ".db3"):
+    if os.path.isdir(path) or path.suffix.lower() in (".mcap", ".db3"):
         from app.live.sources.files import is_own_recording
         from app.live.sources.ros2 import load_topics, read_bag
 

@@ -18,6 +18,7 @@ Messages come as CDR bytes either way, and are read by ``rosbags``.
 
 from __future__ import annotations
 
+import os
 import time
 import tomllib
 from collections import deque
@@ -165,7 +166,7 @@ def read_bag(path: Path, topics: RosTopics) -> Iterator[Item]:
     """
     rosbags = import_rosbags()
     store = rosbags.typesys.get_typestore(rosbags.typesys.Stores.ROS2_HUMBLE)
-    folder = path if path.is_dir() else path.parent
+    folder = path if os.path.isdir(path) else path.parent
     reader = MessageReader(topics)
     try:
         with rosbags.highlevel.AnyReader([folder], default_typestore=store) as bag:

@@ -118,7 +118,7 @@ class ModelFiles:
         opened = [
             path
             for path in self._beside
-            if path.is_file() and not any(path.is_relative_to(root.resolve()) for root in self.roots)
+            if os.path.isfile(path) and not any(path.is_relative_to(root.resolve()) for root in self.roots)
         ]
         note = "models and meshes of this folder, the robot's package or repository, were opened"
         return [Finding("files-beside", str(self.tree), note, len(opened))] if opened else []
@@ -204,14 +204,14 @@ class PackageResolver:
 
     def package(self, name: str) -> Path | None:
         """The folder of that package; None where it is not known."""
-        return next((home for home in self._homes_of(name) if home.is_dir()), None)
+        return next((home for home in self._homes_of(name) if os.path.isdir(home)), None)
 
     def _in_package(self, rest: str, address: str) -> Path:
         """Of an address with a third slash, as Pinocchio writes them, the package must be there."""
         parts = PurePosixPath(rest.lstrip("/")).parts
         homes = self._homes_of(parts[0]) if parts else []
         unsound = len(parts) < 2 or ".." in parts[:1]
-        if unsound or (rest.startswith("/") and not any(home.is_dir() for home in homes)):
+        if unsound or (rest.startswith("/") and not any(os.path.isdir(home) for home in homes)):
             raise RobotError(
                 "this is not a package address",
                 file=self._file,
@@ -219,7 +219,7 @@ class PackageResolver:
                 remedy="It reads package://name/path/to/file",
             )
         paths = [resolve_inside(home.joinpath(*parts[1:]), [home], file=self._file, named=address) for home in homes]
-        return next((path for path in paths if path.is_file()), paths[0])
+        return next((path for path in paths if os.path.isfile(path)), paths[0])
 
     def _homes_of(self, name: str) -> list[Path]:
         if name not in self._known:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import io
 import logging
+import os
 import re
 import struct
 import warnings
@@ -320,7 +321,7 @@ class AssetStore:
         key = (path, f"{variant} {mirror}")
         if key not in self._names:
             name = self._names[key] = self._free_name(path.stem)
-            if path.exists():
+            if os.path.exists(path):
                 self.files[name] = self._load(path, mirror)
             else:
                 self.missing[name], self.files[name] = path, placeholder()

@@ -7,6 +7,7 @@ names where the file does not, or where the robot calls it otherwise.
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -44,7 +45,7 @@ def holds_taxels(path: str | Path) -> bool:
     """
     path = Path(path)
     ending = path.suffix.lower()
-    if path.is_dir():
+    if os.path.isdir(path):
         return bool(_position_files(path))
     if ending in _MJCF:
         return states_touch_sensors(path)
@@ -98,7 +99,7 @@ def import_skin(
     Cost: 0.2 s for 1000 taxels alone, 0.5 to 2 s for 400 on a robot; about 20 s for all 4,077 of an iCub.
     """
     path = Path(path)
-    if path.is_dir():
+    if os.path.isdir(path):
         return _import_folder(path, robot, links, thickness)
     if is_own_skin(path):
         return _own_skin(path, robot)
@@ -119,7 +120,7 @@ def usual_carrier(path: str | Path, links: Sequence[str] = ()) -> str:
     needs all of it. No robot is loaded for the answer.
     """
     path = Path(path)
-    if path.is_dir():
+    if os.path.isdir(path):
         return "icub_whole"
     if path.suffix.lower() in _MJCF:
         return str(path)
@@ -140,7 +141,7 @@ def named_links(path: str | Path) -> tuple[str | None, ...]:
         SkinError: The file cannot be read.
     """
     path = Path(path)
-    if path.is_dir():
+    if os.path.isdir(path):
         return tuple(read_icub_positions(file).link for file in _position_files(path))
     if is_own_skin(path):
         return tuple(dict.fromkeys(patch.link for patch in load_skin(path).patches))
@@ -157,7 +158,7 @@ def check_links(path: str | Path, robot: Robot | None, links: Sequence[str] = ()
         RobotError: As ``import_skin``.
     """
     path = Path(path)
-    if path.is_dir():
+    if os.path.isdir(path):
         _folder_sets(path, robot, links)
         return
     if is_own_skin(path):

@@ -10,6 +10,7 @@ from __future__ import annotations
 import csv
 import io
 import math
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -155,7 +156,7 @@ class TablePoint:
 def is_study_table(path: str | Path) -> bool:
     """Whether the file is a study's table: Parquet, or a CSV whose head names a seed. Cost: reads 4 kB of a CSV."""
     path = Path(path)
-    if path.suffix.lower() not in TABLE_ENDINGS or not path.is_file():
+    if path.suffix.lower() not in TABLE_ENDINGS or not os.path.isfile(path):
         return False
     if path.suffix.lower() == ".parquet":
         return True

@@ -6,6 +6,7 @@ out when it is used.
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Callable, Iterator
 from copy import deepcopy
@@ -247,7 +248,7 @@ class _Expansion:
             raise RobotError(f"more than {_MAX_INCLUDES} files are included", file=self._main, remedy=remedy)
         address = str(self.text(element.get("filename", ""), scope, file))
         path = self._resolve(address, file)
-        if not path.is_file() and element.get("optional", "").lower() in ("true", "1"):
+        if not os.path.isfile(path) and element.get("optional", "").lower() in ("true", "1"):
             return
         root = parse_xml(read_bytes(path), file=path)
         if root.tag != "robot" and not _TAG.fullmatch(root.tag):
