@@ -9,7 +9,7 @@ in most postures are joined, not in collision.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from pathlib import Path
 
 import mujoco
@@ -18,7 +18,8 @@ import numpy as np
 from app.core.arrays import FloatArray
 from app.core.errors import Finding, RobotError
 from app.geometry.mesh import Mesh
-from app.robots.formats.mesh_files import parse_mesh, placeholder
+from app.robots.files.model_files import ModelFiles
+from app.robots.formats.mesh_files import MissingMesh, parse_mesh, placeholder
 
 _WIDTH = {
     mujoco.mjtJoint.mjJNT_FREE: 7,
@@ -189,37 +190,39 @@ def _joins_links(equality: mujoco.MjsEquality) -> bool:
     return equality.type == kind.mjEQ_JOINT or between_bodies
 
 
-def settle_missing_meshes(spec: mujoco.MjSpec, missing: Mapping[str, Path]) -> list[Finding]:
-    """Say of each missing mesh what stands for it: the other shapes of its link, or else a small box.
+def settle_missing_meshes(spec: mujoco.MjSpec, missing: Mapping[str, MissingMesh], files: ModelFiles) -> list[Finding]:
+    """Report for each missing mesh what replaces it: the other shapes of its link, or else a small box.
 
     Args:
-        spec: Parsed; shapes for which others of their link stand are deleted.
-        missing: Where the file should be, by the name of what was put in its place.
+        spec: Parsed; placeholders are deleted from links that have other shapes.
+        missing: The missing files, by the name of their placeholder.
+        files: Where the model's files are: the findings name similar ones.
     """
     if not missing:
         return []
-    files = {mesh.name: mesh.file for mesh in spec.meshes if mesh.file in missing}
+    placeholders = {mesh.name: mesh.file for mesh in spec.meshes if mesh.file in missing}
     shown: dict[str, tuple[list[str], bool]] = {}
     for body in spec.bodies:
-        empty = [geom for geom in body.geoms if geom.meshname in files]
+        empty = [geom for geom in body.geoms if geom.meshname in placeholders]
         whole = len(empty) < len(list(body.geoms))
         for geom in empty:
-            links, boxed = shown.get(files[geom.meshname], ([], False))
-            shown[files[geom.meshname]] = (links if body.name in links else [*links, body.name], boxed or not whole)
+            links, boxed = shown.get(placeholders[geom.meshname], ([], False))
+            links = links if body.name in links else [*links, body.name]
+            shown[placeholders[geom.meshname]] = (links, boxed or not whole)
         if whole:
             _delete_all(spec, empty)
     for mesh in spec.meshes:
-        if mesh.name in files:
+        if mesh.name in placeholders:
             mesh.scale = [1.0, 1.0, 1.0]  # the box has a size of its own
-    return [_missing_mesh(path, *shown.get(name, ([], False))) for name, path in missing.items()]
+    similar = files.similar_meshes([mesh.path for mesh in missing.values()])
+    return [_missing_mesh(mesh, *shown.get(name, ([], False)), similar[mesh.path]) for name, mesh in missing.items()]
 
 
-def _missing_mesh(path: Path, links: list[str], boxed: bool) -> Finding:
-    of = f" of {', '.join(link or '(unnamed)' for link in links)}" if links else ""
-    what = (
-        "replaced by a small box" if boxed else "left out: other shapes of the link stand for it" if links else "unused"
-    )
-    return Finding("missing-mesh", str(path), f"there is no such file{of}; {what}")
+def _missing_mesh(mesh: MissingMesh, links: list[str], boxed: bool, similar: Sequence[str]) -> Finding:
+    of = f" (link {', '.join(link or '(unnamed)' for link in links)})" if links else ""
+    what = "replaced by a small box" if boxed else "left out: the link has other shapes" if links else "unused"
+    remedy = f"; {mesh.remedy}" if mesh.remedy else f"; similar files: {', '.join(similar)}" if similar else ""
+    return Finding("missing-mesh", str(mesh.path), f"{mesh.reason}{of}; {what}{remedy}")
 
 
 def missing_meshes(spec: mujoco.MjSpec, assets: Mapping[str, bytes]) -> dict[str, tuple[str, ...]]:

@@ -7,6 +7,7 @@ no links are named, ``choose_links`` takes the three that show the most of thems
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -110,6 +111,7 @@ def cover_robot(robot: Robot, spec: CoverSpec | None = None, *, progress: Progre
     links = spec.links or choose_links(robot)
     meshes, findings = _cleaned_links(robot)
     _check_links(robot, links, meshes)
+    findings += placeholder_notes(robot, links)
     voxel = _voxel({name: meshes[name] for name in links}, spec.taxels)
     configuration = Configuration(robot)
     clouds = {name: sample_surface(mesh, min(voxel, coarsest_voxel(spec.thickness))) for name, mesh in meshes.items()}
@@ -139,6 +141,12 @@ def _check_links(robot: Robot, links: tuple[str, ...], meshes: dict[str, Mesh]) 
             value=bare[0],
             remedy=f"Choose among: {', '.join(meshes)}",
         )
+
+
+def placeholder_notes(robot: Robot, links: Sequence[str]) -> list[Finding]:
+    """Return a finding for each of the links whose mesh is missing: a cover of it is one of the placeholder."""
+    action = "its mesh is missing: the small box in its place is covered, as the link is named"
+    return [Finding("placeholder-covered", link, action) for link in links if robot.link(link).missing]
 
 
 def _cleaned_links(robot: Robot) -> tuple[dict[str, Mesh], list[Finding]]:
@@ -205,21 +213,30 @@ _Hull: TypeAlias = tuple[FloatArray, ConvexHull | None]
 def choose_links(robot: Robot) -> tuple[str, ...]:
     """The three links a joint moves (any, on a robot without joints) with the largest exposed hulls, in robot order.
 
-    What stands in for a missing mesh is covered only where there is nothing else.
+    The placeholder of a missing mesh is never chosen.
 
     A hull's area counts where it does not lie inside the hull of another link at home: a thick hub buried in its
     neighbours is no place for skin.
 
     Raises:
-        SkinError: No link has geometry.
+        SkinError: No link has geometry of its own.
     """
     configuration = Configuration(robot)
     hulls = {
-        link.name: _convex_hull(link.mesh) for link in robot.links if link.mesh is not None and len(link.mesh.faces)
+        link.name: _convex_hull(link.mesh)
+        for link in robot.links
+        if link.mesh is not None and len(link.mesh.faces) and not link.missing
     }
     moved = _moved_links(robot, configuration)
-    own = [link.name for link in robot.links if link.name in hulls and not link.missing]
-    candidates = [name for name in own if name in moved] or own or list(hulls)
+    candidates = [name for name in hulls if name in moved] or list(hulls)
+    missing = [link.name for link in robot.links if link.missing]
+    if not candidates and missing:
+        raise SkinError(
+            "the meshes of all links with a shape are missing",
+            file=robot.source,
+            value=", ".join(missing),
+            remedy="Put the mesh files in place, or name the links to cover the small boxes in their place",
+        )
     if not candidates:
         raise SkinError("no link of the robot has geometry", file=robot.source, remedy="Open a robot with meshes")
     poses = {name: configuration.pose(name) for name in hulls}

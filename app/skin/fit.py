@@ -3,7 +3,8 @@
 The link's mesh gets a wrap as for a cover; each taxel moves to the closest point on it. Links that no joint separates
 are one body: a taxel that is clearly closer to another of them moves onto that one. Positions may be in the link's
 frame or in that of a link fixed to it; the frame in which they are closer to the meshes is used. Taxels far from the
-body are refused: they belong to another link or frame.
+body are refused: they belong to another link or frame. Where the mesh of the link is missing, the taxels stay where
+they are stated, joined to each other: no taxel moves onto the placeholder of a missing mesh.
 
 A grid is what an e-skin of rows and columns is: two opposite corners on the link say where it lies and how it is
 turned, and its rows and columns go straight over the cover from there (``surface_grid``).
@@ -31,7 +32,9 @@ from app.geometry.remesh.wrap import wrap_mesh
 from app.geometry.surface_grid import SurfaceGrid, surface_grid
 from app.robots.kinematics import Configuration
 from app.robots.robot import Robot
-from app.skin.cover import CLOSING_FACTOR
+from app.skin.cover import CLOSING_FACTOR, placeholder_notes
+from app.skin.formats.taxel_set import TaxelSet
+from app.skin.reconstruction.reconstruct import skin_from_taxels
 from app.skin.skin import NO_IDENTITY, Patch, Skin, TaxelIdentity, Taxels, number_ranges, patch_name
 from app.skin.taxel_placement.sampling import (
     distinct_faces,
@@ -60,6 +63,39 @@ of the link."""
 _GRID_NAME = " grid"
 _UNEVEN = 0.2
 """Neighbours in a grid whose distance differs by more than this share from the pitch are told."""
+
+
+def place_taxels(
+    robot: Robot,
+    link: str,
+    taxels: TaxelSet,
+    *,
+    thickness: float = 0.003,
+    file: str | Path,
+    frames: Mapping[str, Pose] | None = None,
+) -> Skin:
+    """Return the skin of ``taxels`` on the cover of ``link``, or at their places where the mesh of the link is missing.
+
+    Arguments and errors are those of ``fit_taxels_to_link``. The findings of the set come first.
+    """
+    if _has_shape(robot, link):
+        skin = fit_taxels_to_link(
+            robot, link, taxels.positions, thickness=thickness, file=file, identity=taxels.identity, frames=frames
+        )
+        return Skin(skin.patches, (*taxels.findings, *skin.findings))
+    skin = skin_from_taxels(replace(taxels, name=link, link=link))
+    action = "its mesh is missing: the taxels stay at their stated places, joined to each other"
+    return Skin(skin.patches, (*skin.findings, Finding("stated-places", link, action, len(taxels))))
+
+
+def _has_shape(robot: Robot, link: str) -> bool:
+    """Return True unless the link's own mesh is missing, or the link has none and those fixed to it are missing."""
+    carrier = robot.link(link)
+    if carrier.missing:
+        return False
+    rigid = [robot.link(name) for name in Configuration(robot).rigid_links(link)]
+    shaped = [other for other in rigid if other.mesh is not None and len(other.mesh.faces)]
+    return not shaped or any(not other.missing for other in shaped)
 
 
 def fit_taxels_to_link(
@@ -131,12 +167,12 @@ class _Part:
 
 
 def _rigid_parts(robot: Robot, link: str) -> list[_Part]:
-    """The links with geometry that no joint separates from ``link``, itself first."""
+    """The links with geometry of their own that no joint separates from ``link``, itself first."""
     configuration, parts = Configuration(robot), list[_Part]()
     here = configuration.pose(link).inverse
     for name in configuration.rigid_links(link):
         mesh = robot.link(name).mesh
-        if mesh is not None and len(mesh.faces):
+        if mesh is not None and len(mesh.faces) and not robot.link(name).missing:
             cleaned, findings = clean_mesh(mesh, where=name)
             pose = Pose.identity() if name == link else here @ configuration.pose(name)
             parts.append(_Part(name, cleaned, pose, findings))
@@ -370,7 +406,8 @@ def _link_mesh(robot: Robot, link: str) -> tuple[Mesh, tuple[Finding, ...]]:
     mesh = robot.link(link).mesh
     if mesh is None or not len(mesh.faces):
         raise SkinError("the link has no geometry for a skin", file=robot.source, value=link)
-    return clean_mesh(mesh, where=link)
+    cleaned, findings = clean_mesh(mesh, where=link)
+    return cleaned, (*placeholder_notes(robot, (link,)), *findings)
 
 
 def _candidate_frames(robot: Robot, link: str) -> dict[str, Pose]:

@@ -161,9 +161,9 @@ def test_a_urdf_finds_no_package_that_is_none(secret):
     )
     robot = load_robot_file(secret / "model" / "m.urdf")
     assert [finding.kind for finding in robot.findings if "mesh" in finding.kind] == ["missing-mesh"]
+    assert "no such file" in str(robot.findings)
     (secret / "private" / "package.xml").write_text("<package/>")
-    with pytest.raises(TactileMapsError, match="no triangles"):
-        load_robot_file(secret / "model" / "m.urdf")
+    assert "no triangles" in str(load_robot_file(secret / "model" / "m.urdf").findings)
 
 
 @pytest.mark.parametrize(

@@ -123,6 +123,28 @@ class ModelFiles:
         note = "models and meshes of this folder, the robot's package or repository, were opened"
         return [Finding("files-beside", str(self.tree), note, len(opened))] if opened else []
 
+    def similar_meshes(self, missing: Sequence[Path]) -> dict[Path, list[str]]:
+        """Return for each missing file the mesh files that may be meant, the most likely first, at most three.
+
+        These have the same name without its extension, in any folder of the tree or the roots and in any case of
+        letters. Their paths are relative to the model's folder where they are below it.
+        """
+        wanted = {path.stem.casefold() for path in missing}
+        found: dict[str, list[Path]] = {}
+        for path in _mesh_files([self.folder, self.tree, *self.roots]):
+            if path.stem.casefold() in wanted:
+                found.setdefault(path.stem.casefold(), []).append(path)
+        return {path: self._likeliest(path, found.get(path.stem.casefold(), [])) for path in missing}
+
+    def _likeliest(self, missing: Path, found: Sequence[Path]) -> list[str]:
+        def unlike(path: Path) -> tuple[bool, bool, bool, int, str]:
+            other_name = path.name.casefold() != missing.name.casefold()
+            outside = not path.is_relative_to(self.folder)
+            return other_name, path.parent != missing.parent, outside, len(path.parts), str(path)
+
+        others = sorted((path for path in found if path != missing), key=unlike)[:_SIMILAR]
+        return [str(path.relative_to(self.folder) if path.is_relative_to(self.folder) else path) for path in others]
+
     def _remedy(self, path: Path) -> str:
         try:
             root = os.path.commonpath([self.folder, (self.folder / path).resolve()])
@@ -130,6 +152,25 @@ class ModelFiles:
             root = ""
         how = f"give {root} as a package root" if root and not _is_shared(Path(root)) else PACKAGE_ROOT_REMEDY
         return f"Put the file inside that folder, or {how} ({PACKAGE_ROOT_OPTION})"
+
+
+_SIMILAR = 3
+_LOOKED_AT = 20_000
+
+
+def _mesh_files(folders: Sequence[Path]) -> Iterator[Path]:
+    """Mesh files below the folders, each once; the search ends after ``_LOOKED_AT`` files."""
+    seen, looked_at = set[Path](), 0
+    for top in folders:
+        for folder, below, names in os.walk(top):
+            below[:] = [name for name in below if not name.startswith(".") and Path(folder, name) not in seen]
+            if Path(folder) in seen:
+                continue
+            seen.add(Path(folder))
+            looked_at += len(names) + 1
+            if looked_at > _LOOKED_AT:
+                return
+            yield from (Path(folder, name) for name in names if Path(name).suffix.lower() in MESH_SUFFIXES)
 
 
 def files_that_include(file: Path) -> str:

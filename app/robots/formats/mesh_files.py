@@ -12,6 +12,7 @@ import re
 import struct
 import warnings
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from urllib.parse import unquote
@@ -73,20 +74,31 @@ def parse_mesh(data: bytes, path: Path, *, weld: bool = True) -> Mesh:
         weld: Whether corners at the same place become one vertex. In files that ``AssetStore`` wrote they are.
     """
     check_format(path)
-    suffix = path.suffix.lower()
-    try:
-        plain = _PLAIN_READERS[suffix](data) if suffix in _PLAIN_READERS else None
-        vertices, faces = plain or _by_trimesh(data, suffix, path)
-    except _parser_errors() as error:
-        raise MeshError(
-            "the mesh cannot be read", file=path, value=_without_content(error), remedy="Export it again"
-        ) from error
+    vertices, faces = _triangles(data, path)
+    if not len(faces):
+        raise MeshError("the mesh has no triangles", file=path, remedy="Export it again with its surface")
+    return _checked_mesh(vertices, faces, path, weld=weld)
+
+
+def _checked_mesh(vertices: FloatArray, faces: IntArray, path: Path, *, weld: bool) -> Mesh:
     _check_limits(vertices, faces, path)
     try:
         mesh = Mesh(vertices, faces)
         return Mesh(*_weld(vertices, mesh.faces)) if weld else mesh
     except MeshError as error:
         raise error.at(file=path) from error
+
+
+def _triangles(data: bytes, path: Path) -> tuple[FloatArray, IntArray]:
+    """Vertices (n, 3) and faces (m, 3) as the file states them; a file of points has no faces."""
+    suffix = path.suffix.lower()
+    try:
+        plain = _PLAIN_READERS[suffix](data) if suffix in _PLAIN_READERS else None
+        return plain or _by_trimesh(data, suffix, path)
+    except _parser_errors() as error:
+        raise MeshError(
+            "the mesh cannot be read", file=path, value=_without_content(error), remedy="Export it again"
+        ) from error
 
 
 def check_format(path: Path) -> None:
@@ -172,8 +184,6 @@ def _check_limits(vertices: FloatArray, faces: IntArray, path: Path) -> None:
             value=largest,
             remedy="Export it again in metres or millimetres",
         )
-    if not len(faces):
-        raise MeshError("the mesh has no triangles", file=path, remedy="Export it again with its surface")
     if len(faces) > MAX_FACES:
         raise MeshError(
             "the mesh has more than 5 million triangles", file=path, value=len(faces), remedy="Simplify it first"
@@ -200,15 +210,20 @@ _PLAIN_READERS: Mapping[str, Callable[[bytes], tuple[FloatArray, IntArray] | Non
 def _by_trimesh(data: bytes, suffix: str, path: Path) -> tuple[FloatArray, IntArray]:
     import trimesh  # 0.1 s, and what is kept on disk needs none
 
-    unit, data = _collada_shapes(data, path) if suffix == ".dae" else (1.0, data)
+    unit = 1.0
+    if suffix == ".dae":
+        shapes = _collada_shapes(data, path)
+        if shapes is None:
+            return np.zeros((0, 3)), np.zeros((0, 3), dtype=np.int64)
+        unit, data = shapes
     with np.errstate(all="ignore"), warnings.catch_warnings():  # absurd numbers are refused below, with the file's name
         warnings.filterwarnings("error", "string or file could not be read", DeprecationWarning)  # of NumPy before 2.3
         buffers = _gltf_buffers(data, path) if suffix == ".gltf" else None
         loaded = trimesh.load(io.BytesIO(data), file_type=suffix[1:], process=False, resolver=buffers)
+        if isinstance(loaded, trimesh.Scene) and loaded.is_empty:
+            return np.zeros((0, 3)), np.zeros((0, 3), dtype=np.int64)
         mesh = loaded.to_mesh() if isinstance(loaded, trimesh.Scene) else loaded
-    faces = getattr(mesh, "faces", None)
-    if faces is None:
-        return np.zeros((0, 3)), np.zeros((0, 3), dtype=np.int64)
+    faces = getattr(mesh, "faces", np.zeros((0, 3), dtype=np.int64))  # points alone have none
     vertices = np.asarray(mesh.vertices, dtype=np.float64)
     if vertices.ndim != 2 or vertices.shape[1] != 3:
         raise ValueError("a vertex is not three numbers")
@@ -225,8 +240,10 @@ def _gltf_buffers(data: bytes, path: Path) -> dict[str, bytes]:
     }
 
 
-def _collada_shapes(data: bytes, path: Path) -> tuple[float, bytes]:
+def _collada_shapes(data: bytes, path: Path) -> tuple[float, bytes] | None:
     """Metres per unit, and the document without its materials: a broken one would take its triangles along.
+
+    None where its scene shows no shape.
 
     The up-axis is left alone because URDF tools leave it alone.
     """
@@ -235,6 +252,8 @@ def _collada_shapes(data: bytes, path: Path) -> tuple[float, bytes]:
     metres = float(unit.get("meter", "1")) if unit is not None else 1.0
     if not (np.isfinite(metres) and metres > 0):
         raise ValueError(f"the unit is {metres} metres")
+    if root.find("{*}scene/{*}instance_visual_scene") is None:
+        return None
     for parent in root.iter():
         parent[:] = [child for child in parent if child.tag.rpartition("}")[2] not in _COLLADA_MATERIALS]
     return metres, tostring(root)
@@ -290,24 +309,62 @@ def _mirrored(mesh: Mesh, signs: tuple[float, ...]) -> Mesh:
     return Mesh(mesh.vertices * np.asarray(signs), faces)
 
 
+@dataclass(frozen=True)
+class MissingMesh:
+    """A mesh file that holds no mesh.
+
+    Attributes:
+        path: Where the mesh should be.
+        reason: Why there is none.
+        remedy: What the user can do; empty where that is to put the file there.
+    """
+
+    path: Path
+    reason: str
+    remedy: str = ""
+
+
+_LFS_POINTER = b"version https://git-lfs.github.com/"
+
+
+def _hull(vertices: FloatArray) -> IntArray | None:
+    """(m, 3) faces of the convex hull of points, outside first; None where they span no volume."""
+    from scipy.spatial import ConvexHull, QhullError
+
+    try:
+        hull = ConvexHull(vertices) if len(vertices) >= 4 else None
+    except (QhullError, ValueError):  # flat, or not finite
+        hull = None
+    if hull is None:
+        return None
+    a, b, c = (vertices[hull.simplices[:, corner]] for corner in range(3))
+    inward = (np.cross(b - a, c - a) * hull.equations[:, :3]).sum(axis=1) < 0
+    faces = np.asarray(hull.simplices, dtype=np.int64)
+    faces[inward] = faces[inward, ::-1]
+    return faces
+
+
 class AssetStore:
     """Collects meshes while a robot is read. Mutable.
 
     Attributes:
         files: Mesh bytes by bare file name, all in MuJoCo's own format.
         findings: What was noticed.
-        missing: Where the file should be, of the names in ``files`` that stand for a missing one.
+        missing: The names in ``files`` that hold a placeholder, and why.
     """
 
     def __init__(self) -> None:
         self.files: dict[str, bytes] = {}
         self.findings: list[Finding] = []
-        self.missing: dict[str, Path] = {}
+        self.missing: dict[str, MissingMesh] = {}
         self._names: dict[tuple[Path, str], str] = {}
         self._faces = 0
 
     def add(self, path: Path, *, variant: str = "", mirror: tuple[float, ...] = (1.0, 1.0, 1.0)) -> str:
-        """Take in a mesh file and return its bare name; for a missing file a small box stands.
+        """Take in a mesh file and return its bare name; a small box is the placeholder of a file that holds no mesh.
+
+        A file holds no mesh where it does not exist, is empty, is a pointer of Git LFS, or has neither triangles nor
+        points with a volume. Of points alone the convex hull is used, as MuJoCo does (a Finding).
 
         Args:
             path: The file.
@@ -315,21 +372,38 @@ class AssetStore:
             mirror: Signs by which the file's axes are multiplied; an odd number of them turns the triangles round.
 
         Raises:
-            MeshError: The file exists but is no usable mesh.
+            MeshError: The file is damaged, or of a format that is not read.
             RobotError: All meshes together have more than 5 million triangles.
         """
         key = (path, f"{variant} {mirror}")
         if key not in self._names:
             name = self._names[key] = self._free_name(path.stem)
-            if os.path.exists(path):
-                self.files[name] = self._load(path, mirror)
+            found = self._load(path)
+            if isinstance(found, MissingMesh):
+                self.missing[name], self.files[name] = found, placeholder()
             else:
-                self.missing[name], self.files[name] = path, placeholder()
+                self.files[name] = to_msh(_mirrored(found, mirror))
         return self._names[key]
 
-    def _load(self, path: Path, mirror: tuple[float, ...]) -> bytes:
+    def _load(self, path: Path) -> Mesh | MissingMesh:
+        if not os.path.exists(path):
+            return MissingMesh(path, "there is no such file")
         check_format(path)
-        mesh = parse_mesh(read_bytes(path), path)
+        data = read_bytes(path)
+        if data.startswith(_LFS_POINTER):
+            return MissingMesh(path, "a Git LFS pointer, not the mesh itself", "run `git lfs pull` in its repository")
+        if not data.strip():
+            return MissingMesh(path, "the file is empty", "export it again")
+        vertices, faces = _triangles(data, path)
+        if not len(faces):
+            hull = _hull(vertices)
+            if hull is None:
+                return MissingMesh(path, "the mesh has no triangles", "export it again with its surface")
+            faces = hull
+            self.findings.append(
+                Finding("points-only", str(path), "no triangles: the convex hull of its points is used")
+            )
+        mesh = _checked_mesh(vertices, faces, path, weld=True)
         self._faces += len(mesh.faces)
         if self._faces > MAX_FACES:
             raise RobotError(
@@ -338,7 +412,7 @@ class AssetStore:
                 value=self._faces,
                 remedy="Simplify them first",
             )
-        return to_msh(_mirrored(mesh, mirror))
+        return mesh
 
     def _free_name(self, stem: str) -> str:
         name, count = f"{stem}.msh", 1

@@ -17,7 +17,7 @@ import mujoco
 import numpy as np
 
 from app.core.arrays import FloatArray, freeze_arrays
-from app.core.errors import Finding, RobotError
+from app.core.errors import Finding, RobotError, add_finding
 from app.geometry.mesh import Mesh
 from app.robots.formats.mesh_files import AssetStore
 from app.robots.formats.mjcf import gather_meshes, read_mjcf_tree, strip_mjcf
@@ -95,18 +95,25 @@ def read_touch_sensors(
     _leave_places_alone(root, {element.get("geom", "") for element, _ in stated if element.tag == "tactile"},
                         {element.get("mesh", "") for element, _ in stated if element.tag == "tactile"})  # fmt: skip
     gather_meshes(root, reader, store)
+    absent = {mesh.get("name") for mesh in root.iter("mesh") if mesh.get("file") in store.missing}
+    absent |= {geom.get("name") for geom in root.iter("geom") if geom.get("mesh") in absent}
     source = str(path)
     model = compile_spec(parse_spec(tostring(root, encoding="unicode"), store.files, source=source), source=source)
-    sensors, left = list[TouchSensor](), list[str]()
+    sensors, left, unplaced = list[TouchSensor](), list[str](), list[str]()
     for number, (element, config) in enumerate(stated):
         name = element.get("name") or f"{element.tag} {number}"
-        sensor = _placed(model, element, config, name, path)
-        if sensor is None:
+        if element.tag == "tactile" and absent & {element.get("mesh"), element.get("geom")}:
+            unplaced.append(name)
+        elif (sensor := _placed(model, element, config, name, path)) is None:
             left.append(name)
         else:
             sensors.append(sensor)
+    findings = list[Finding]()
     note = "left out: its site or geom is not on a named body of the model"
-    return tuple(sensors), ((Finding("touch-sensor", ", ".join(left), note, len(left)),) if left else ())
+    add_finding(findings, "touch-sensor", ", ".join(left), note, len(left))
+    note = "left out: the mesh that states its taxels or their frame is missing"
+    add_finding(findings, "touch-sensor", ", ".join(unplaced), note, len(unplaced))
+    return tuple(sensors), tuple(findings)
 
 
 def _stated(root: Element) -> list[tuple[Element, dict[str, str]]]:

@@ -106,7 +106,8 @@ def robot_from_urdf(
     spec = parse_spec(tostring(root, encoding="unicode"), store.files, source=str(path))
     spec.compiler.degree = False
     _place_base(spec, base_height, base_yaw)
-    notes += [*store.findings, *settle_missing_meshes(spec, store.missing), *_add_joint_dynamics(spec)]
+    notes += [*store.findings, *settle_missing_meshes(spec, store.missing, packages.files)]
+    notes += _add_joint_dynamics(spec)
     return build_robot(
         spec,
         name=name or spec.modelname or path.stem,

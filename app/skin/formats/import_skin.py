@@ -17,7 +17,7 @@ from app.core.errors import Finding, SkinError
 from app.core.files import MAX_UNPACKED_BYTES, array_format, read_bounded_file
 from app.robots.formats.touch_sensors import read_touch_sensors, states_touch_sensors
 from app.robots.robot import Robot
-from app.skin.fit import carrying_link, fit_taxels_to_link, match_frame
+from app.skin.fit import carrying_link, match_frame, place_taxels
 from app.skin.formats.icub_frames import icub_frames
 from app.skin.formats.icub_positions import read_icub_positions
 from app.skin.formats.mujoco_touch import skin_of_touch_sensors
@@ -233,11 +233,7 @@ def _with_area_note(skin: Skin, taxels: TaxelSet) -> Skin:
 
 def _fitted(robot: Robot, taxels: TaxelSet, thickness: float, path: Path) -> Skin:
     link = carrying_link(robot, taxels.link, path)
-    skin = fit_taxels_to_link(
-        robot, link, taxels.positions, thickness=thickness, file=path, identity=taxels.identity,
-        frames=icub_frames(robot, link),
-    )  # fmt: skip
-    return Skin(skin.patches, (*taxels.findings, *skin.findings))
+    return place_taxels(robot, link, taxels, thickness=thickness, file=path, frames=icub_frames(robot, link))
 
 
 def _position_files(folder: Path) -> list[Path]:

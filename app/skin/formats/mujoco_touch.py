@@ -19,7 +19,7 @@ from app.core.files import make_output_folder, write_atomically
 from app.robots.formats.touch_sensors import TouchSensor, read_touch_sensors
 from app.robots.mujoco_spec import compile_spec, robot_spec, spec_text
 from app.robots.robot import Robot
-from app.skin.fit import fit_taxels_to_link
+from app.skin.fit import place_taxels
 from app.skin.formats.taxel_set import MAX_TAXELS, TaxelSet
 from app.skin.skin import Skin, merge_skins
 
@@ -62,9 +62,7 @@ def skin_of_touch_sensors(
 
 
 def _fitted(robot: Robot, taxels: TaxelSet, thickness: float, path: Path) -> Skin:
-    link = str(taxels.link)
-    skin = fit_taxels_to_link(robot, link, taxels.positions, thickness=thickness, file=path, identity=taxels.identity)
-    return Skin(skin.patches, (*taxels.findings, *skin.findings))
+    return place_taxels(robot, str(taxels.link), taxels, thickness=thickness, file=path)
 
 
 def touch_taxels(
@@ -108,7 +106,8 @@ def _check_rays(robot: Robot, sensors: Sequence[TouchSensor], file: Path) -> Non
 
 
 def _joined(robot: Robot, link: str, sensors: Sequence[tuple[int, TouchSensor]]) -> TaxelSet:
-    mesh = robot.link(link).mesh
+    carrier = robot.link(link)
+    mesh = None if carrier.missing else carrier.mesh
     positions = np.concatenate([sensor.places(mesh) for _, sensor in sensors])
     ids = np.concatenate([np.full(len(sensor.origins), number) for number, sensor in sensors])
     channels = np.concatenate([np.arange(len(sensor.origins)) for _, sensor in sensors])

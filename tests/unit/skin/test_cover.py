@@ -9,6 +9,7 @@ import pytest
 
 from app.core.errors import MeshError, RobotError, SkinError
 from app.geometry.mesh import Mesh
+from app.robots.formats.mesh_files import box_mesh
 from app.robots.robot import Robot
 from app.skin.cover import JOINT_CLEARANCE, MAX_COVER_TAXELS, CoverSpec, choose_links, cover_robot, hull_area
 from tests.hard_cases.meshes import HARD_MESHES, HOPELESS_MESHES, one_link
@@ -35,11 +36,28 @@ def test_only_links_that_move_are_chosen() -> None:
     assert choose_links(two_rods()) == ("upper",)
 
 
-def test_what_stands_in_for_a_missing_mesh_is_not_chosen():
+def without_meshes(robot: Robot, *names: str) -> Robot:
+    """The robot with small boxes in place of the meshes of some links, as it is read without their files."""
+    box = Mesh(box_mesh(0.02).vertices + [0, 0, 0.15], box_mesh(0.02).faces)
+    return replace(robot, links=tuple(
+        replace(link, mesh=box, missing=("rod",)) if link.name in names else link for link in robot.links
+    ))  # fmt: skip
+
+
+def test_the_placeholder_of_a_missing_mesh_is_not_chosen() -> None:
     robot = two_rods()
-    lost = replace(robot, links=tuple(replace(link, missing=("rod",) * (link.name == "upper")) for link in robot.links))
-    assert "upper" not in choose_links(lost)
-    assert choose_links(replace(robot, links=tuple(replace(link, missing=("rod",)) for link in robot.links)))
+    assert "upper" not in choose_links(without_meshes(robot, "upper"))
+    with pytest.raises(SkinError, match=r"all links.*missing.*found: .*upper.*name the links"):
+        choose_links(without_meshes(robot, *robot.link_index))
+
+
+def test_the_placeholder_of_a_missing_mesh_is_covered_only_if_its_link_is_named() -> None:
+    lost = without_meshes(two_rods(), "upper")
+    chosen = cover_robot(lost, CoverSpec(taxels=60))
+    assert "upper" not in {patch.link for patch in chosen.patches}
+    assert "placeholder-covered" not in {finding.kind for finding in chosen.findings}
+    named = cover_robot(lost, CoverSpec(links=("upper",), taxels=60, thickness=0.001))
+    assert [finding.where for finding in named.findings if finding.kind == "placeholder-covered"] == ["upper"]
 
 
 def test_a_robot_without_joints_wears_it_on_any_link() -> None:

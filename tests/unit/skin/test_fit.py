@@ -9,9 +9,11 @@ import trimesh
 
 from app.core.errors import RobotError, SkinError
 from app.geometry.mesh import Mesh
+from app.robots.formats.mesh_files import box_mesh
 from app.robots.load import load_robot_file
 from app.robots.robot import Robot
-from app.skin.fit import GridSpec, add_grids, fit_taxels_to_link, grid_skin
+from app.skin.fit import GridSpec, add_grids, fit_taxels_to_link, grid_skin, place_taxels
+from app.skin.formats.taxel_set import TaxelSet
 from app.skin.skin import Skin
 from tests.hard_cases.meshes import HOPELESS_MESHES, one_link, trimesh_mesh
 from tests.unit.skin.example_robots import two_rods
@@ -139,6 +141,45 @@ def test_taxels_change_to_another_link_where_that_is_clearly_closer(
 def cylinder(radius: float, height: float) -> tuple[np.ndarray, np.ndarray]:
     solid = trimesh.creation.cylinder(radius, height, sections=96)
     return np.asarray(solid.vertices), np.asarray(solid.faces)
+
+
+def lost(robot: Robot, *names: str) -> Robot:
+    """The robot with small boxes in place of the meshes of some links, as it is read without their files."""
+    box = box_mesh(0.02)
+    links = (replace(link, mesh=box, missing=("shell",)) if link.name in names else link for link in robot.links)
+    return replace(robot, links=tuple(links))
+
+
+def placed(robot: Robot, link: str, positions: np.ndarray) -> Skin:
+    taxels = TaxelSet("hand", link, np.arange(len(positions)), positions, ids=10 + np.arange(len(positions)))
+    return place_taxels(robot, link, taxels, thickness=0.001, file="hand.txt")
+
+
+SHEET = np.stack(np.meshgrid([0.05, 0.06, 0.07], [0.0, 0.01, 0.02], [0.01]), axis=-1).reshape(-1, 3)
+
+
+@pytest.mark.parametrize(("link", "missing"), [("tip", ["tip"]), ("tip", ["tip", "rubber"]), ("palm_frame", ["palm"])])
+def test_taxels_stay_at_their_places_where_the_mesh_is_missing(palm: Robot, link: str, missing: list[str]) -> None:
+    skin = placed(lost(palm, *missing), link, SHEET)
+    (patch,) = skin.patches
+    assert patch.link == link
+    order = np.argsort(patch.taxels.identity.ids)
+    assert patch.taxels.positions[order] == pytest.approx(SHEET)
+    (finding,) = [finding for finding in skin.findings if finding.kind == "stated-places"]
+    assert (finding.where, finding.count) == (link, len(SHEET))
+
+
+def test_no_taxel_moves_onto_a_placeholder_that_is_fixed_to_its_link(palm: Robot) -> None:
+    positions = ring(0.004, np.array([0.008, 0.012])) + [0, 0, 0.0]
+    skin = placed(lost(palm, "rubber"), "tip", positions)
+    assert {patch.link for patch in skin.patches} == {"tip"}
+    assert "stated-places" not in {finding.kind for finding in skin.findings}
+
+
+def test_a_grid_on_a_placeholder_is_reported(palm: Robot) -> None:
+    spec = GridSpec("palm", 3, 3, (-0.005, -0.005, 0.01), (0.005, 0.005, 0.01))
+    kinds = {finding.kind for finding in grid_skin(lost(palm, "palm"), spec, thickness=0.001).findings}
+    assert "placeholder-covered" in kinds
 
 
 def test_taxels_far_from_the_link_are_refused() -> None:

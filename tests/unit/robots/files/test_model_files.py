@@ -138,7 +138,6 @@ def test_a_link_of_the_tree_that_leads_out_or_to_another_kind_is_refused(kit: Pa
     [
         '<mujoco><include file="../secret.xml"/></mujoco>',
         '<mujoco><include file="../id_rsa"/></mujoco>',
-        '<mujoco><asset><mesh file="../secret.obj"/></asset><worldbody><body/></worldbody></mujoco>',
         '<mujoco><compiler meshdir=".."/><asset><mesh file="secret.txt"/></asset></mujoco>',
     ],
 )
@@ -147,6 +146,39 @@ def test_what_is_read_of_the_tree_is_never_quoted(kit: Path, text: str) -> None:
     with pytest.raises(Exception, match="secret|id_rsa") as found:
         load_robot_file(model)
     assert SECRET not in str(found.value)
+
+
+def test_a_file_without_a_mesh_is_never_quoted(kit: Path) -> None:
+    body = '<body name="a"><geom size="0.1"/></body>'
+    text = f'<mujoco><asset><mesh file="../secret.obj"/></asset><worldbody>{body}</worldbody></mujoco>'
+    findings = load_robot_file(make(kit / "robots" / "m.xml", text)).findings
+    assert any(finding.where.endswith("secret.obj") for finding in findings)
+    assert SECRET not in str(findings)
+
+
+def test_files_with_the_name_of_a_missing_one_are_similar(kit: Path, tmp_path: Path) -> None:
+    near = [make(kit / "robots" / place) for place in ("Shell.STL", "meshes/shell.obj", "meshes/other.stl")]
+    beside, root = make(kit / "meshes" / "shell.stl"), make(tmp_path / "root" / "deep" / "SHELL.dae")
+    make(kit / "meshes" / "shell.txt")
+    make(tmp_path / "elsewhere" / "shell.stl")
+    files = ModelFiles(kit / "robots" / "hand.xml", [tmp_path / "root"])
+    missing = near[0].with_name("shell.stl")
+    assert files.similar_meshes([missing, kit / "no.stl"]) == {
+        missing: ["Shell.STL", str(beside), "meshes/shell.obj"],
+        kit / "no.stl": [],
+    }
+    near[0].unlink()
+    beside.unlink()
+    assert files.similar_meshes([missing])[missing] == ["meshes/shell.obj", str(root)]
+
+
+def test_the_search_for_similar_files_is_bounded(kit: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    make(kit / "robots" / "meshes" / "shell.obj")
+    files = ModelFiles(kit / "robots" / "hand.xml")
+    missing = kit / "robots" / "shell.stl"
+    assert files.similar_meshes([missing])[missing]
+    monkeypatch.setattr(model_files, "_LOOKED_AT", 1)
+    assert files.similar_meshes([missing]) == {missing: []}
 
 
 def test_files_opened_beside_the_own_folder_are_told(kit: Path) -> None:

@@ -17,8 +17,10 @@ from app.robots.formats import mesh_files
 from app.robots.formats.mesh_files import (
     MESH_SUFFIXES,
     AssetStore,
+    MissingMesh,
     box_mesh,
     parse_mesh,
+    placeholder,
     read_mesh,
     split_scale,
     to_metres,
@@ -210,8 +212,56 @@ def test_a_file_is_read_once_and_a_variant_gets_its_own_name(tmp_path: Path, rod
 def test_for_a_missing_file_a_small_box_stands_and_it_is_known(tmp_path: Path) -> None:
     store = AssetStore()
     name = store.add(tmp_path / "absent.stl")
-    assert store.missing == {name: tmp_path / "absent.stl"}
+    assert store.missing == {name: MissingMesh(tmp_path / "absent.stl", "there is no such file")}
     assert parse_mesh(store.files[name], Path(name)).size == pytest.approx(0.02 * 3**0.5)
+
+
+POINTER = b"version https://git-lfs.github.com/spec/v1\noid sha256:00\nsize 123456\n"
+COLLADA = b'<COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1"><asset/>%b</COLLADA>'
+NO_MESH = {
+    "pointer.stl": (POINTER, "Git LFS pointer", "git lfs pull"),
+    "pointer.obj": (POINTER, "Git LFS pointer", "git lfs pull"),
+    "pointer.dae": (POINTER, "Git LFS pointer", "git lfs pull"),
+    "nothing.obj": (b" \n", "empty", "export it again"),
+    "empty.stl": (bytes(80) + struct.pack("<I", 0), "no triangles", "export it again"),
+    "empty_text.stl": (b"solid a\nendsolid a\n", "no triangles", "export it again"),
+    "no_scene.dae": (COLLADA % b"", "no triangles", "export it again"),
+    "empty_scene.dae": (
+        COLLADA % b'<library_visual_scenes><visual_scene id="s"/></library_visual_scenes>'
+        b'<scene><instance_visual_scene url="#s"/></scene>',
+        "no triangles",
+        "export it again",
+    ),
+    "flat.obj": (b"v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\n", "no triangles", "export it again"),
+    "few.obj": (b"v 0 0 0\nv 1 0 0\nv 0 1 0\n", "no triangles", "export it again"),
+}
+
+
+@pytest.mark.parametrize("name", NO_MESH)
+def test_a_file_that_holds_no_mesh_counts_as_missing(tmp_path: Path, name: str) -> None:
+    data, reason, remedy = NO_MESH[name]
+    store = AssetStore()
+    made = store.add(_made(tmp_path / name, data))
+    assert reason in store.missing[made].reason
+    assert remedy in store.missing[made].remedy
+    assert store.files[made] == placeholder()
+    assert not store.findings
+
+
+@pytest.mark.parametrize("mirror", [(1.0, 1.0, 1.0), (-1.0, 1.0, 1.0)])
+def test_points_without_triangles_are_their_convex_hull(tmp_path: Path, mirror: tuple[float, ...]) -> None:
+    corners = [(x, y, z) for x in (0, 1) for y in (0, 2) for z in (0, 3)]
+    text = "".join(f"v {x} {y} {z}\n" for x, y, z in [*corners, (0.5, 1, 1)])
+    store = AssetStore()
+    name = store.add(_made(tmp_path / "points.obj", text.encode()), mirror=mirror)
+    mesh = parse_mesh(store.files[name], Path(name))
+    assert len(mesh.vertices) == 9, "MuJoCo may use each point as a taxel"
+    assert mesh.area == pytest.approx(2 * (2 + 3 + 6))
+    middle = np.array([0.5, 1, 1.5]) * mirror
+    outward = (mesh.face_normals * (mesh.vertices[mesh.faces].mean(axis=1) - middle)).sum(axis=1)
+    assert (outward > 0).all()
+    assert [finding.kind for finding in store.findings] == ["points-only"]
+    assert not store.missing
 
 
 def test_a_format_that_is_not_read_is_refused_unopened_with_what_to_export(tmp_path: Path) -> None:

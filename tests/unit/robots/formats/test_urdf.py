@@ -162,7 +162,7 @@ def test_a_missing_mesh_leaves_the_link_to_its_other_shapes(urdf: Write) -> None
     robot = load_urdf(path)
     assert np.ptp(robot.link("rod").mesh.vertices, axis=0) == pytest.approx([0.1, 0.1, 0.3])
     (missing,) = [finding for finding in robot.findings if finding.kind == "missing-mesh"]
-    assert "of rod; left out" in missing.action
+    assert "(link rod); left out" in missing.action
     path.write_text(path.read_text().replace(box, "<visual>"))
     robot = load_urdf(path)
     assert np.ptp(robot.link("rod").mesh.vertices, axis=0) == pytest.approx([0.02] * 3), "whatever the mesh's scale"

@@ -36,7 +36,7 @@ def plate(folder: Path, *, sensors: bool) -> Path:
     touch = "".join(f'<touch name="t{i}" site="s{i}"/>' for i in reversed(range(9)))
     folder.mkdir(exist_ok=True)
     path = folder / "plate.xml"
-    stated = f'<sensor>{touch}<touch name="again" site="s4"/><touch site="toy"/></sensor>' if sensors else ""
+    stated = f'<sensor>{touch}<touch name="again" site="s4"/></sensor>' if sensors else ""
     path.write_text(PLATE.replace("SITES", sites).replace("SENSORS", stated))
     return path
 
@@ -56,7 +56,61 @@ def test_touch_sites_become_taxels_numbered_as_their_sensors(tmp_path: Path) -> 
     names = skin.patches[0].taxels.identity.names
     assert names[list(ids).index(0)] == "t8", "each is called as its sensor"
     assert notes["duplicate-taxel", "plate"].action.partition(":")[0] not in names
-    assert notes["touch-sensor", "touch 10"].count == 1, "a loose thing is no link"
+
+
+def test_a_free_body_with_a_touch_sensor_is_a_link_with_a_taxel(tmp_path: Path) -> None:
+    path = plate(tmp_path, sensors=True)
+    path.write_text(path.read_text().replace("</sensor>", '<touch site="toy"/></sensor>'))
+    skin = open_skin(path)
+    assert [(patch.link, len(patch.taxels)) for patch in skin.patches] == [("plate", 9), ("toy", 1)]
+    other = load_robot_file(plate(tmp_path / "other", sensors=True))
+    assert "toy" not in other.link_index
+    notes = {finding.where: finding for finding in import_skin(path, other).findings}
+    assert notes["touch 10"].action == "left out: its body is no link of the robot"
+
+
+SHELL = """<mujoco model="shell"><asset><mesh name="shell" file="shell.stl"/></asset><worldbody>
+  <body name="base"><geom type="box" size=".05 .05 .05"/>
+  <body name="arm" pos="0 0 .06"><joint name="j" axis="0 1 0" range="-60 60"/>{other}
+    <geom name="shell" type="mesh" mesh="shell" mass=".5"/>{sites}<site name="eye" pos="0.05 0 0.1"/></body></body>
+  </worldbody><sensor>{sensors}</sensor></mujoco>"""
+SITES = [(0.05, y, z) for y in (0.0, 0.01, 0.02) for z in (0.10, 0.11)]
+
+
+def shell(folder: Path, *, sensors: str = "", other: str = "") -> Path:
+    """A model with six touch sensors on a link whose mesh is missing."""
+    sites = "".join(f'<site name="s{i}" pos="{x} {y} {z}" size="0.004"/>' for i, (x, y, z) in enumerate(SITES))
+    touch = "".join(f'<touch name="t{i}" site="s{i}"/>' for i in range(len(SITES)))
+    path = folder / "shell.xml"
+    path.write_text(SHELL.format(sites=sites, sensors=sensors or touch, other=other))
+    return path
+
+
+def test_touch_sensors_stay_at_their_sites_where_the_mesh_is_missing(tmp_path: Path) -> None:
+    skin = open_skin(shell(tmp_path))
+    (patch,) = skin.patches
+    assert patch.link == "arm"
+    assert patch.taxels.positions[np.argsort(patch.taxels.identity.ids)] == pytest.approx(np.array(SITES))
+    kinds = {finding.kind for finding in skin.findings}
+    assert {"missing-mesh", "stated-places"} <= kinds
+
+
+def test_a_touch_grid_does_not_look_at_the_placeholder_of_a_missing_mesh(tmp_path: Path) -> None:
+    config = '<config key="size" value="3 3"/><config key="fov" value="30 30"/>'
+    grid = f'<plugin name="g" plugin="mujoco.sensor.touch_grid" objtype="site" objname="eye">{config}</plugin>'
+    skin = open_skin(shell(tmp_path, sensors=grid))
+    reach = np.linalg.norm(skin.patches[0].taxels.positions - [0.05, 0, 0.1], axis=1)
+    assert len(reach) == 9
+    assert reach == pytest.approx(np.full(9, 0.02))
+
+
+def test_a_tactile_sensor_with_a_missing_mesh_is_left_out(tmp_path: Path) -> None:
+    touch = '<touch name="t0" site="s0"/><tactile name="felt" geom="shell" mesh="shell"/>'
+    skin = open_skin(shell(tmp_path, sensors=touch))
+    assert len(skin) == 1
+    notes = {finding.where: finding.action for finding in skin.findings if finding.kind == "touch-sensor"}
+    assert "mesh" in notes["felt"]
+    assert "missing" in notes["felt"]
 
 
 def test_touch_sensors_are_the_same_skin_through_every_door(tmp_path: Path) -> None:
@@ -72,7 +126,7 @@ def test_touch_sensors_are_the_same_skin_through_every_door(tmp_path: Path) -> N
         np.testing.assert_array_equal(skin.identity.ids, wanted.identity.ids)
     assert scene_for(str(path)).taxel_file == "", "a robot that is opened gets a cover, its sensors where asked for"
     found = describe(str(path))
-    assert (found["kind"], found["taxels"], found["touch_sensors"][:2]) == ("robot with taxels", 11, ["t8", "t7"])
+    assert (found["kind"], found["taxels"], found["touch_sensors"][:2]) == ("robot with taxels", 10, ["t8", "t7"])
 
 
 def test_touch_sensors_lie_on_their_own_robot_alone(tmp_path: Path) -> None:
