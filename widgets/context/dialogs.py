@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
@@ -38,9 +39,19 @@ class Dialogs:
         return chosen
 
     def save_file(self, title: str, name: str, kinds: str) -> str:
-        """Ask for a file to write, by default called ``name``; empty when none is chosen."""
-        start = str(Path(self._folder(title)) / name)
-        return self._chosen(title, QFileDialog.getSaveFileName(self._parent, title, start, kinds)[0])
+        """Ask for a file to write, by default called ``name``; empty when none is chosen.
+
+        A name without an extension gets that of ``name``. If the completed file exists, the dialog opens again
+        with it, as Qt asked about the typed name only.
+        """
+        start, ending = str(Path(self._folder(title)) / name), Path(name).suffix
+        while True:
+            path = QFileDialog.getSaveFileName(self._parent, title, start, kinds)[0]
+            if not path or Path(path).suffix or not ending or f"*{ending}" not in kinds:
+                return self._chosen(title, path)
+            start = path + ending
+            if not os.path.lexists(start):
+                return self._chosen(title, start)
 
     def _folder(self, title: str) -> str:
         folder = self._settings.folder(title)

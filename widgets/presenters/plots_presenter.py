@@ -152,7 +152,7 @@ class PlotsPresenter(QObject):
         table = self._plots.table(keys)  # of the moment that was asked for, not of when the file is named
         path = self._context.dialogs.save_file("Export plots", name, "CSV (*.csv)")
         if path:
-            file = Path(path) if Path(path).suffix else Path(path).with_suffix(".csv")
+            file = Path(path)
             try:
                 write_atomically(file, table.encode(), error=ExportError)
             except TactileMapsError as error:

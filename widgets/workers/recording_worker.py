@@ -13,7 +13,7 @@ from typing import Literal
 from PySide6.QtCore import QObject, Signal
 
 from app.core.errors import RecordingError, SimulationError, TactileMapsError, UsageError
-from app.core.files import make_output_folder, move_into_place
+from app.core.files import check_output, make_output_folder, move_into_place
 from app.core.progress import Progress
 from app.recording.annotations import Annotations, Outcome, save_annotations
 from app.recording.overview.curves import FrameQuantity, read_curves
@@ -144,14 +144,14 @@ def make_handler() -> RequestHandler:
                 part = scratch / request.target.name
                 return [trim(request.source, part, first=request.first, last=request.last, progress=progress)]
 
-            tell("trimmed", _moved(request.scratch, request.target.parent, write_part))
+            tell("trimmed", _moved(request.scratch, request.target.parent, write_part, overwrite=True))
         elif isinstance(request, ReplayCase):
             tell("replayed", _replayed(request, progress))
         elif isinstance(request, TrimEpisodes):
             player = RecordingPlayer(request.source)
             make_output_folder(request.folder, error=RecordingError)
             write = partial(trim_episodes, player, progress=progress)
-            tell("trimmed", _moved(request.scratch, request.folder, write))
+            tell("trimmed", _moved(request.scratch, request.folder, write, overwrite=False))
 
     return serve
 
@@ -173,15 +173,19 @@ def _replayed(request: ReplayCase, progress: Progress) -> Path:
     return request.target
 
 
-def _moved(scratch: Path, folder: Path, write: Callable[[Path], list[TrimResult]]) -> list[TrimResult]:
+def _moved(
+    scratch: Path, folder: Path, write: Callable[[Path], list[TrimResult]], *, overwrite: bool
+) -> list[TrimResult]:
     """Let files be written into a folder of their own, then take them into ``folder`` under their names.
 
-    The dialog has asked whether a file may be replaced.
+    ``overwrite`` is set where the dialog has asked about the file; one that asks for a folder has not.
     """
     make_output_folder(scratch, error=RecordingError)
     try:
         written = write(scratch)
         moved = [replace(one, file=str(folder / Path(one.file).name)) for one in written]
+        for one in moved:  # all of them before the first is moved
+            check_output(Path(one.file), error=RecordingError, overwrite=overwrite)
         for one, target in zip(written, moved, strict=True):
             move_into_place(Path(one.file), Path(target.file), error=RecordingError)
     finally:

@@ -56,7 +56,7 @@ class FigurePresenter(QObject):
         self._context.settings.figure = choice_text(part, spec)
         path = self._context.dialogs.save_file("Save figure", f"{part.value}.pdf", ";;".join(FIGURE_KINDS.values()))
         if path:
-            self.write(part, Path(path) if Path(path).suffix else Path(path).with_suffix(".pdf"), spec)
+            self.write(part, Path(path), spec)
 
     def write(self, part: FigurePart, path: Path, spec: FigureSpec) -> None:
         """Write what is shown now; what became of it is said."""

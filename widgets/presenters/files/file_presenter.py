@@ -232,7 +232,7 @@ class FilePresenter(QObject):
             return
         path = self._context.dialogs.save_file("Save scene", f"{scene.name}.toml", SCENE_FILTER)
         if path:
-            self.save_scene(path if Path(path).suffix else f"{path}.toml")
+            self.save_scene(path)
 
     def save_scene(self, path: str) -> None:
         """Keep the scene that runs in a file, with every effect as it was chosen."""

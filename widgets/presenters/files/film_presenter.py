@@ -110,8 +110,7 @@ class FilmPresenter(QObject):
     ) -> None:
         path = self._context.dialogs.save_file("Film", f"{recording.stem}.mp4", "Film (*.mp4)")
         if path:
-            target = Path(path) if Path(path).suffix else Path(path).with_suffix(".mp4")
-            self.make(FilmRequest(recording, target, size, rate, span, theme))
+            self.make(FilmRequest(recording, Path(path), size, rate, span, theme))
 
     # The work.
 

@@ -169,8 +169,7 @@ class MapFilePresenter(QObject):
         prepared = self._context.session.prepared
         if prepared is None:
             return ""
-        path = self._context.dialogs.save_file(title, f"{prepared.robot.name}{ending}", kinds)
-        return path if not path or Path(path).suffix else path + ending
+        return self._context.dialogs.save_file(title, f"{prepared.robot.name}{ending}", kinds)
 
     # Opening.
 

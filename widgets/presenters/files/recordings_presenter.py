@@ -87,7 +87,7 @@ class RecordingsPresenter(QObject):
         first, last = player.tick_at(chosen.start), player.tick_at(chosen.end)
         path = self._context.dialogs.save_file("Save range", f"{player.path.stem} part.mcap", RECORDING_FILTER)
         if path:
-            target = Path(path if Path(path).suffix else f"{path}.mcap")
+            target = Path(path)
             self._cut(Trim(player.path, target, first, last, _scratch_in(target.parent)))
 
     def choose_episodes(self) -> None:

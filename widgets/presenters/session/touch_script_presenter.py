@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 
 from PySide6.QtCore import QObject
 
@@ -51,7 +50,7 @@ class TouchScriptPresenter(QObject):
             return
         path = self._context.dialogs.save_file("Save script", "touches.toml", SCRIPT_FILTER)
         if path:
-            self.save(path if Path(path).suffix else f"{path}.toml")
+            self.save(path)
 
     def save(self, path: str) -> None:
         """Keep what the user did since the reset as a script."""

@@ -16,6 +16,7 @@ from app.maps.formats.map_file import save_map
 from app.recording.player import open_recording
 from app.scene.scene_file import load_scene
 from app.studies.testbeds.reference_bodies import flat_map
+from tests.support.special_files import is_special, make_special_file, special_kinds
 from tests.widgets.support.window_driver import answer, run
 from widgets.common.settings import Settings
 from widgets.session.backends import INLINE
@@ -72,6 +73,17 @@ def test_a_second_save_asks_nothing(window, files, tmp_path, monkeypatch):
     window.action("save_map").trigger()
     assert not files.unsaved
     assert load_document(tmp_path / "a.npz").layout == window.editor.document.layout
+
+
+@pytest.mark.parametrize("kind", special_kinds())
+def test_a_special_file_is_not_replaced_by_a_map(window, files, tmp_path, monkeypatch, kind):
+    path = make_special_file(kind, tmp_path / "a.npz")
+    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_args: (str(path), ""))
+    window.editor.do("Move", lambda document: move(document, [0], (0.1, 0.0)))
+    window.action("save_map_as").trigger()
+    assert f"not a regular file (found: a {kind})" in window.notification_bar.text
+    assert is_special(path)
+    assert files.unsaved
 
 
 def test_a_map_that_cannot_be_saved_is_said_and_stays_unsaved(window, files, tmp_path, monkeypatch):

@@ -118,6 +118,11 @@ def test_a_range_and_episodes_become_recordings(window_again, folder, recorded, 
     monkeypatch.setattr(QFileDialog, "getExistingDirectory", lambda *_args: str(folder / "parts"))
     window.action("save_episodes").trigger()
     assert sorted(path.name for path in (folder / "parts").iterdir()) == ["01 a.mcap", "02 b.mcap"]
+    (folder / "parts" / "01 a.mcap").unlink()
+    (folder / "parts" / "02 b.mcap").write_bytes(b"precious")
+    window.action("save_episodes").trigger()
+    assert "02 b.mcap: the file already exists" in window.notification_bar.text
+    assert [(path.name, path.read_bytes()) for path in (folder / "parts").iterdir()] == [("02 b.mcap", b"precious")]
     monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_args: (str(folder / "one.mcap"), ""))
     window.action("trim_range").trigger()
     assert "into itself" in window.notification_bar.text

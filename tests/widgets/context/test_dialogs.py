@@ -1,0 +1,43 @@
+"""A file that the user did not confirm is never chosen to be replaced."""
+
+from __future__ import annotations
+
+import pytest
+from PySide6.QtWidgets import QFileDialog, QWidget
+
+from widgets.common.settings import Settings
+from widgets.context.dialogs import Dialogs
+
+
+@pytest.fixture
+def dialogs(qtbot, tmp_path) -> Dialogs:
+    parent = QWidget()
+    qtbot.addWidget(parent)
+    return Dialogs(parent, Settings(tmp_path / "settings.ini"))
+
+
+def choose(monkeypatch, *answers):
+    """The user's choices one after the other; where each dialog opened."""
+    opened, left = [], list(answers)
+
+    def ask(_parent, _title, start, _kinds):
+        opened.append(start)
+        return str(left.pop(0)), ""
+
+    monkeypatch.setattr(QFileDialog, "getSaveFileName", ask)
+    return opened
+
+
+def test_a_name_without_an_extension_is_completed(dialogs, tmp_path, monkeypatch):
+    choose(monkeypatch, tmp_path / "a", tmp_path / "b.npz", tmp_path / "c", "")
+    assert dialogs.save_file("Save map", "arm.npz", "Maps (*.npz)") == str(tmp_path / "a.npz")
+    assert dialogs.save_file("Save map", "arm.npz", "Maps (*.npz)") == str(tmp_path / "b.npz")
+    assert dialogs.save_file("Export", "arm 12.30 csv", "New folder (*)") == str(tmp_path / "c")
+    assert dialogs.save_file("Save map", "arm.npz", "Maps (*.npz)") == ""
+
+
+def test_a_completed_name_that_exists_is_asked_about(dialogs, tmp_path, monkeypatch):
+    (tmp_path / "a.npz").write_bytes(b"precious")
+    opened = choose(monkeypatch, tmp_path / "a", tmp_path / "b")
+    assert dialogs.save_file("Save map", "arm.npz", "Maps (*.npz)") == str(tmp_path / "b.npz")
+    assert opened[1] == str(tmp_path / "a.npz"), "the dialog opens again, and asks by itself about this name"
