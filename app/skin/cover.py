@@ -93,7 +93,8 @@ def cover_robot(robot: Robot, spec: CoverSpec | None = None, *, progress: Progre
 
     Args:
         robot: Its links' meshes may be in any state; see ``geometry.remesh.wrap``.
-        spec: What is wanted; by default 1000 taxels on the three links that show the most of themselves.
+        spec: What is wanted; by default 1000 taxels on the three links that show the most of themselves. Where these
+            have no room for skin, the next three are covered instead (a Finding).
         progress: Told what is being done and how far it is, 0 to 1; may raise to cancel.
 
     Raises:
@@ -108,26 +109,34 @@ def cover_robot(robot: Robot, spec: CoverSpec | None = None, *, progress: Progre
     Cost: about 1 s for 1000 taxels on three links.
     """
     spec = spec or CoverSpec()
-    links = spec.links or choose_links(robot)
+    choices = [spec.links] if spec.links else _link_choices(robot)
     meshes, findings = _cleaned_links(robot)
-    _check_links(robot, links, meshes)
-    findings += placeholder_notes(robot, links)
-    voxel = _voxel({name: meshes[name] for name in links}, spec.taxels)
+    _check_links(robot, choices[0], meshes)
+    findings += placeholder_notes(robot, spec.links)
     configuration = Configuration(robot)
-    clouds = {name: sample_surface(mesh, min(voxel, coarsest_voxel(spec.thickness))) for name, mesh in meshes.items()}
     pieces: list[_Piece] = []
-    for i, name in enumerate(links):
-        progress(f"Covering {name}", 0.7 * i / len(links))
-        found, notes = _usable_pieces(configuration, meshes, clouds, name, spec.thickness, voxel)
-        pieces += found
-        findings += notes
+    for links in choices:
+        voxel = _voxel({name: meshes[name] for name in links}, spec.taxels)
+        spacing = min(voxel, coarsest_voxel(spec.thickness))
+        clouds = {name: sample_surface(mesh, spacing) for name, mesh in meshes.items()}
+        for i, name in enumerate(links):
+            progress(f"Covering {name}", 0.7 * i / len(links))
+            found, notes = _usable_pieces(configuration, meshes, clouds, name, spec.thickness, voxel)
+            pieces += found
+            findings += notes
+        if pieces:
+            break
     if not pieces:
         raise SkinError(
             "no surface is left for skin outside the clearance of the joints",
             file=robot.source,
-            place=", ".join(links),
-            remedy="Choose other links or a thinner cover",
+            place=", ".join(choices[0]),
+            remedy="Choose other links or a thinner cover" if spec.links else "Choose a thinner cover",
         )
+    if links is not choices[0]:
+        action = f"covered, because there is no room on {', '.join(choices[0])}"
+        covered = dict.fromkeys(piece.link for piece in pieces)
+        findings.append(Finding("other-links", ", ".join(covered), action, len(covered)))
     progress("Placing taxels", 0.7)
     return Skin(_patches(pieces, spec), tuple(findings))
 
@@ -213,6 +222,15 @@ _Hull: TypeAlias = tuple[FloatArray, ConvexHull | None]
 def choose_links(robot: Robot) -> tuple[str, ...]:
     """The three links a joint moves (any, on a robot without joints) with the largest exposed hulls, in robot order.
 
+    Raises:
+        SkinError: No link has geometry of its own.
+    """
+    return _link_choices(robot)[0]
+
+
+def _link_choices(robot: Robot) -> list[tuple[str, ...]]:
+    """Choices of at most three links each, in robot order: the links a joint moves by their exposed hulls, then others.
+
     The placeholder of a missing mesh is never chosen.
 
     A hull's area counts where it does not lie inside the hull of another link at home: a thick hub buried in its
@@ -228,7 +246,7 @@ def choose_links(robot: Robot) -> tuple[str, ...]:
         if link.mesh is not None and len(link.mesh.faces) and not link.missing
     }
     moved = _moved_links(robot, configuration)
-    candidates = [name for name in hulls if name in moved] or list(hulls)
+    candidates = list(hulls)
     missing = [link.name for link in robot.links if link.missing]
     if not candidates and missing:
         raise SkinError(
@@ -241,8 +259,10 @@ def choose_links(robot: Robot) -> tuple[str, ...]:
         raise SkinError("no link of the robot has geometry", file=robot.source, remedy="Open a robot with meshes")
     poses = {name: configuration.pose(name) for name in hulls}
     exposed = {name: _exposed_area(name, hulls, poses) for name in candidates}
-    largest = sorted(candidates, key=lambda name: -exposed[name])[:AUTOMATIC_LINKS]
-    return tuple(name for name in hulls if name in largest)
+    ranked = sorted(candidates, key=lambda name: -exposed[name])
+    groups = [group for group in ([n for n in ranked if n in moved], [n for n in ranked if n not in moved]) if group]
+    chosen = [group[i : i + AUTOMATIC_LINKS] for group in groups for i in range(0, len(group), AUTOMATIC_LINKS)]
+    return [tuple(name for name in hulls if name in links) for links in chosen]
 
 
 def _exposed_area(name: str, hulls: dict[str, _Hull], poses: dict[str, Pose]) -> float:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ import pytest
 from app.core.errors import MeshError, RobotError, SkinError
 from app.geometry.mesh import Mesh
 from app.robots.formats.mesh_files import box_mesh
+from app.robots.load import load_robot_file
 from app.robots.robot import Robot
 from app.skin.cover import JOINT_CLEARANCE, MAX_COVER_TAXELS, CoverSpec, choose_links, cover_robot, hull_area
 from tests.hard_cases.meshes import HARD_MESHES, HOPELESS_MESHES, one_link
@@ -58,6 +60,39 @@ def test_the_placeholder_of_a_missing_mesh_is_covered_only_if_its_link_is_named(
     assert "placeholder-covered" not in {finding.kind for finding in chosen.findings}
     named = cover_robot(lost, CoverSpec(links=("upper",), taxels=60, thickness=0.001))
     assert [finding.where for finding in named.findings if finding.kind == "placeholder-covered"] == ["upper"]
+
+
+FINGER = """<body name="{n}_0" pos="{x} 0 .05">
+  <joint axis="1 0 0"/><geom type="box" size=".01 .01 .009" pos="0 0 .009"/>
+  <body name="{n}_1" pos="0 0 .018"><joint axis="1 0 0"/><geom type="box" size=".011 .011 .013" pos="0 0 .013"/>
+  <body name="{n}_2" pos="0 0 .026"><joint axis="1 0 0"/><geom type="box" size=".009 .009 .009" pos="0 0 .009"/>
+  </body></body></body>"""
+
+
+@pytest.fixture
+def hand(tmp_path: Path) -> Robot:
+    """Three short fingers on a palm: their middle links are the largest ones that move, and have no room for skin."""
+    fingers = "".join(FINGER.format(n=n, x=x) for n, x in (("a", -0.03), ("b", 0.0), ("c", 0.03)))
+    palm = f'<body name="palm"><geom type="box" size=".045 .015 .05"/>{fingers}</body>'
+    (tmp_path / "hand.xml").write_text(f"<mujoco><worldbody>{palm}</worldbody></mujoco>")
+    return load_robot_file(tmp_path / "hand.xml")
+
+
+@pytest.mark.parametrize(("taxels", "covered"), [(600, ["a_2", "b_2", "c_2"]), (60, ["palm"])])
+def test_other_links_are_covered_where_those_chosen_have_no_room(hand: Robot, taxels: int, covered: list[str]) -> None:
+    """With few taxels the patches on the tips would have too few."""
+    assert choose_links(hand) == ("a_1", "b_1", "c_1")
+    skin = cover_robot(hand, CoverSpec(taxels=taxels))
+    assert len(skin) == taxels
+    assert sorted({patch.link for patch in skin.patches}) == covered
+    (finding,) = [finding for finding in skin.findings if finding.kind == "other-links"]
+    assert finding.where == ", ".join(covered)
+    assert "a_1, b_1, c_1" in finding.action
+
+
+def test_named_links_without_room_are_refused(hand: Robot) -> None:
+    with pytest.raises(SkinError, match=r"hand.xml, a_1: no surface is left.*Choose other links"):
+        cover_robot(hand, CoverSpec(links=("a_1",), taxels=60))
 
 
 def test_a_robot_without_joints_wears_it_on_any_link() -> None:
