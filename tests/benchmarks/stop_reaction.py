@@ -138,7 +138,9 @@ def measure(
         connection.start()
         commands.start()
         try:
-            while len(times) < steps:
+            for _ in range(3 * steps):
+                if len(times) == steps:
+                    break
                 with lock:
                     motion.start_sending(put, MotionLimits(force=LIMIT))
                 _until(lambda: motion.sending.sent > 5 or motion.sending.stopped)
