@@ -14,6 +14,7 @@ The program uses the loop on the command line and in the window alike.
 
 from __future__ import annotations
 
+import gc
 import sys
 import threading
 from collections.abc import Callable
@@ -101,7 +102,8 @@ class CommandLoop:
         """Make one pass; False where no reading waited. The caller holds the lock."""
         session, motion = self._session, self._motion
         session.apply_inputs()
-        every = not motion.active or self._connection.source.finite
+        active = motion.active
+        every = not active or self._connection.source.finite
         self._connection.keep_newest(on=not every)
         if every:
             one = self._connection.take()
@@ -109,7 +111,7 @@ class CommandLoop:
         else:
             items = self._connection.take_newest(session.missing())
         self.taken += len(items)
-        fitting = [session.apply(item) for item in items]
+        fitting = [session.apply(item, compare=not active) for item in items]
         if any(fitting):
             frame = session.make_frame()
             motion.take()
@@ -120,6 +122,7 @@ class CommandLoop:
 
     def run(self, ended: threading.Event) -> None:
         """Make passes until ``ended`` is set. What goes wrong stops motion first, and is raised."""
+        gc.freeze()  # else each full collection looks at the whole skin, for 0.2 s in which no thread runs
         switching = sys.getswitchinterval()
         sys.setswitchinterval(min(SWITCH_SECONDS, switching))
         watching = threading.Event()
@@ -142,6 +145,7 @@ class CommandLoop:
             watching.set()
             watchdog.join()
             sys.setswitchinterval(switching)
+            gc.unfreeze()
 
     def start(self) -> None:
         """Run on a thread of its own until ``close``."""

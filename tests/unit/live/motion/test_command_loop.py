@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import threading
 from contextlib import closing
 
@@ -148,3 +149,23 @@ def test_while_paused_readings_wait_and_motion_is_checked():
         loop.start()
         assert checked.wait(PATIENCE)
     assert frames == []
+
+
+@pytest.mark.parametrize("active", [False, True])
+def test_swapped_channels_are_looked_for_only_while_no_motion_is_sent(active):
+    loop, _frames = loop_of(Motion(active=active))
+    while loop.step():
+        pass
+    assert (loop._session._swaps._last is None) is active
+
+
+def test_full_collections_leave_out_what_was_there_before():
+    motion = Motion()
+    frozen = threading.Event()
+    motion.check = lambda: frozen.set() if gc.get_freeze_count() else None
+    loop, _frames = loop_of(motion, 0)
+    before = gc.get_freeze_count()
+    with closing(loop):
+        loop.start()
+        assert frozen.wait(PATIENCE)
+    assert gc.get_freeze_count() <= before
