@@ -4,7 +4,7 @@
 - ``mcap_file``: the file: how one begins, and reading without trust whatever is left of one.
 - ``messages``: all messages of a recording, and where they are; ``damage``: what one has lost.
 - ``player``: a recording opened for replay.
-- ``verify``: simulates it again and compares every state.
+- ``verify``: simulates it again and compares every state; ``machine``: the processor and BLAS that results depend on.
 - ``recover``: salvages a recording that was cut off.
 - ``annotations``: what a person says of a recording, beside it.
 - ``trim``: cuts a part out into a new file.

@@ -23,6 +23,7 @@ from app.recording.annotations import Mark
 from app.recording.encoding.frame_codec import encode_frame
 from app.recording.encoding.message_codecs import encode_event, encode_failure, encode_input, encode_mark
 from app.recording.encoding.viewer_messages import ViewerMessages
+from app.recording.machine import machine_facts
 from app.recording.mcap_file import MEASURED, NO_SPACE, STARTED, add_viewer_channels, begin_recording
 from app.recording.recording_file import RecordingFile
 from app.session.bundle import pack_scene
@@ -95,7 +96,8 @@ class Recorder:
         if prepared is None:
             return
         scene = prepared.scene
-        metadata = versions() | {"seed": str(scene.seed), "tick_s": repr(scene.tick), STARTED: str(self._started)}
+        metadata = versions() | machine_facts()
+        metadata |= {"seed": str(scene.seed), "tick_s": repr(scene.tick), STARTED: str(self._started)}
         metadata |= self._measured
         try:
             channels = begin_recording(self._writer, metadata, pack_scene(prepared))

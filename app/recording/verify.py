@@ -12,6 +12,7 @@ from app.core.progress import Progress, no_progress
 from app.core.timing import Timings
 from app.recording.damage import DamageKind, RecordingDamage
 from app.recording.encoding.frame_codec import encode_frame
+from app.recording.machine import machine_facts
 from app.recording.player import RecordingPlayer
 from app.recording.recorder import versions
 from app.session.frame import Frame
@@ -35,6 +36,9 @@ class Verification:
         stopped: Why the session stopped again, as recorded; None when it was not stopped.
         not_compared: Frames that were not, as inputs before them are missing: what they show cannot be simulated again.
         damage: What the recording has lost.
+        differing: Quantity with the largest difference and its unit, like "pressures [kPa]"; empty for none.
+        other_machine: Processor and BLAS of the recording, and of this machine, where they differ: a small difference
+            is then likely due to them. Empty where they are equal or the recording does not state them.
     """
 
     frames: int
@@ -45,6 +49,8 @@ class Verification:
     stopped: str | None = None
     not_compared: int = 0
     damage: tuple[RecordingDamage, ...] = ()
+    differing: str = ""
+    other_machine: tuple[str, ...] = ()
 
 
 def verify(player: RecordingPlayer, *, progress: Progress = no_progress) -> Verification:
@@ -64,24 +70,38 @@ def verify(player: RecordingPlayer, *, progress: Progress = no_progress) -> Veri
         raise RecordingError("the readings were measured: there is nothing to simulate again", file=player.path,
                              value=player.measured)  # fmt: skip
     again = Resimulation(player)
-    largest, first, compared, sure = 0.0, None, 0, _last_sure_tick(player)
+    largest, differing, first, compared = 0.0, "", None, 0
+    sure = _last_sure_tick(player)
     for number in range(len(player)):
         recorded = player.frame(number)
         if sure is not None and recorded.tick > sure:
             break
         frame = again.frame(recorded.tick)
-        difference = _difference(frame, recorded)
-        largest, compared = max(largest, difference), compared + 1
+        difference, quantity = _difference(frame, recorded)
+        compared += 1
+        if difference > largest:
+            largest, differing = difference, quantity
         if first is None and (difference != 0.0 or _content(frame) != _content(recorded)):
             first = min(recorded.tick, frame.tick + 1)  # a run that stopped is at an earlier tick
         if number % 200 == 0:
             progress("Simulating again", number / len(player))
     stopped, tick = again.ending() if sure is None else (None, None)
     if tick is not None:
-        largest, first = float("inf"), tick if first is None else first
+        largest, differing, first = float("inf"), "", tick if first is None else first
     missing = len(player) - compared
     identical = None if compared == 0 else first is None
-    return Verification(compared, identical, largest, first, _changed_versions(player), stopped, missing, player.damage)
+    return Verification(
+        frames=compared,
+        identical=identical,
+        max_difference=largest,
+        first_difference=first,
+        other_versions=_changed_versions(player),
+        stopped=stopped,
+        not_compared=missing,
+        damage=player.damage,
+        differing=differing,
+        other_machine=_other_machine(player),
+    )
 
 
 def _last_sure_tick(player: RecordingPlayer) -> int | None:
@@ -154,6 +174,14 @@ def _changed_versions(player: RecordingPlayer) -> tuple[str, ...]:
     )
 
 
+def _other_machine(player: RecordingPlayer) -> tuple[str, ...]:
+    now = machine_facts()
+    recorded = {name: player.versions.get(name, "unknown") for name in now}
+    if recorded == now or set(recorded.values()) == {"unknown"}:
+        return ()
+    return f"recorded on {', '.join(recorded.values())}", f"now on {', '.join(now.values())}"
+
+
 def _content(frame: Frame) -> bytes:
     """Return the frame's content, exact, without the measured times. Cost: 40 µs.
 
@@ -174,17 +202,18 @@ def _finger_forces(frame: Frame) -> FloatArray:
     return np.array([poke.force for poke in frame.pokes])
 
 
-def _difference(one: Frame, other: Frame) -> float:
-    """Largest difference; inf where the shapes disagree or only one of two numbers is NaN."""
-    pairs = (
-        (one.posture, other.posture),
-        (one.velocity, other.velocity),
-        (1e-3 * one.pressures, 1e-3 * other.pressures),
-        (one.objects, other.objects),
-        (_forces(one), _forces(other)),
-        (_finger_forces(one), _finger_forces(other)),
-    )
-    if one.tick != other.tick or any(a.shape != b.shape for a, b in pairs):
-        return float("inf")
-    worst = max((float(np.abs(a - b).max()) for a, b in pairs if a.size), default=0.0)
-    return worst if np.isfinite(worst) else float("inf")
+def _difference(one: Frame, other: Frame) -> tuple[float, str]:
+    """Largest difference and its quantity; inf where the shapes disagree or only one of two numbers is NaN."""
+    pairs = {
+        "joint positions [rad, m for slides]": (one.posture, other.posture),
+        "joint velocities [rad/s, m/s for slides]": (one.velocity, other.velocity),
+        "pressures [kPa]": (1e-3 * one.pressures, 1e-3 * other.pressures),
+        "object poses [m]": (one.objects, other.objects),
+        "estimated forces [N]": (_forces(one), _forces(other)),
+        "finger forces [N]": (_finger_forces(one), _finger_forces(other)),
+    }
+    if one.tick != other.tick or any(a.shape != b.shape for a, b in pairs.values()):
+        return float("inf"), ""
+    found = [(float(np.abs(a - b).max()), name) for name, (a, b) in pairs.items() if a.size]
+    finite = [(worst if np.isfinite(worst) else float("inf"), name) for worst, name in found]
+    return max(finite, key=lambda one: one[0], default=(0.0, ""))

@@ -14,9 +14,10 @@ from mcap.writer import CompressionType, Writer
 from app.__main__ import main
 from app.core.errors import RecordingError
 from app.recording.damage import DamageKind, Hole, RecordingDamage, damage_text, find_losses, lost_at_end
-from app.recording.encoding.frame_codec import tick_of
+from app.recording.encoding.frame_codec import encode_frame, tick_of
 from app.recording.encoding.message_codecs import TOPICS
 from app.recording.encoding.viewer_messages import viewer_schemas
+from app.recording.machine import machine_facts
 from app.recording.mcap_file import add_viewer_channels, begin_recording, read_recording
 from app.recording.player import RecordingPlayer
 from app.recording.recover import recover
@@ -55,13 +56,13 @@ def flipped(path, target, at, bit=0):
     return target
 
 
-def rewritten(path, target, change):
-    """A sound copy whose messages, (topic, message) in order, went through ``change``."""
+def rewritten(path, target, change, **metadata):
+    """A sound copy whose messages, (topic, message) in order, went through ``change``; ``metadata`` is replaced."""
     contents = read_recording(path)
     messages = [one for messages in contents.all_messages() for one in messages]
     with target.open("wb") as stream:
         writer = Writer(stream, chunk_size=20_000, compression=CompressionType.ZSTD)
-        channels = begin_recording(writer, contents.metadata, contents.attachments)
+        channels = begin_recording(writer, contents.metadata | metadata, contents.attachments)
         shown = viewer_schemas(unpack_scene(contents.attachments, file=str(path)))
         channels = {**channels, **add_viewer_channels(writer, shown)}
         for topic, message in change(messages):
@@ -127,6 +128,40 @@ def test_verification_without_comparable_frames_is_not_identical(recording, tmp_
     said = capsys.readouterr().out
     assert "nothing to compare" in said
     assert "yes" not in said
+
+
+@pytest.mark.parametrize("machine", [{"cpu": "Abacus 1", "blas": "slowblas, kernel Beads"}, {}])
+def test_a_difference_on_another_machine_names_both_and_its_size(recording, tmp_path, capsys, machine):
+    """One pressure of the last frame is off by a millionth of a kPa, as rounding may leave it."""
+    player = RecordingPlayer(recording)
+    last = player.frame(len(player) - 1)
+    pressures = last.pressures.copy()
+    pressures[3] += 1e-3
+    data = encode_frame(replace(last, pressures=pressures))
+
+    def with_rounding(messages):
+        return [
+            (
+                topic,
+                replace(message, data=data) if topic == "/frame" and tick_of(message.data) == last.tick else message,
+            )
+            for topic, message in messages
+        ]
+
+    path = rewritten(recording, tmp_path / "other.mcap", with_rounding, **machine)
+    assert main(["replay", str(path), "--verify"]) == 1
+    said = capsys.readouterr().out
+    assert f"no: from tick {last.tick} on, by up to 1e-06 in pressures [kPa]" in said
+    assert main(["replay", str(path), "--verify", "--json"]) == 1
+    found = json.loads(capsys.readouterr().out)
+    assert found["differing"] == "pressures [kPa]"
+    if not machine:
+        assert "Likely reason" not in said
+        assert found["other_machine"] == []
+    else:
+        now = ", ".join(machine_facts().values())
+        assert found["other_machine"] == ["recorded on Abacus 1, slowblas, kernel Beads", f"now on {now}"]
+        assert all(words in said for words in ("last digits depend on the machine", *found["other_machine"]))
 
 
 @pytest.mark.parametrize("seed", range(60))

@@ -65,7 +65,9 @@ def _verify(player: RecordingPlayer, result: dict[str, object], rows: dict[str, 
         "identical": outcome.identical,
         "max_difference": outcome.max_difference,
         "first_difference": outcome.first_difference,
+        "differing": outcome.differing or None,
         "other_versions": outcome.other_versions,
+        "other_machine": outcome.other_machine,
     }
     if player.failure is not None:
         result["stopped_again"] = outcome.stopped is not None
@@ -74,6 +76,8 @@ def _verify(player: RecordingPlayer, result: dict[str, object], rows: dict[str, 
     if outcome.not_compared:
         rows["Not compared"] = f"{outcome.not_compared} frames: inputs before them are missing"
     rows["Identical"] = _identical_text(outcome)
+    if outcome.identical is False and outcome.other_machine:
+        rows["Likely reason"] = f"last digits depend on the machine: {'; '.join(outcome.other_machine)}"
     if outcome.other_versions:
         print_error(
             "recorded with other versions, so small differences are expected: " + ", ".join(outcome.other_versions)
@@ -84,7 +88,8 @@ def _identical_text(outcome: Verification) -> str:
     if outcome.identical is None:
         return f"{_NOTHING}: inputs before the first frame are missing"
     if not outcome.identical:
-        return f"no: from tick {outcome.first_difference} on, by up to {outcome.max_difference:.3g}"
+        quantity = f" in {outcome.differing}" if outcome.differing else ""
+        return f"no: from tick {outcome.first_difference} on, by up to {outcome.max_difference:.3g}{quantity}"
     return f"yes, all joint positions, velocities, object poses and pressures of {outcome.frames} frames, bit for bit"
 
 
