@@ -7,6 +7,7 @@
 ``remesh``          repaired, wrapped, refined, simplified
 ``closest_point``   the point of a mesh nearest to another; barycentric weights
 ``raycast``         the first hit of a ray; the faces seen from outside
+``inner_walls``     the inner side of thin shells
 ``geodesics``       distances over a surface
 ``surface_grid``    straight walks, and a grid of points between two points of a surface
 ``point_location``  which triangle of the plane holds a point, among many

@@ -71,7 +71,7 @@ def with_calibration_error(skin: Skin, sd: float, *, seed: int = 0, by: ErrorUni
         for patch, stream in zip(skin.patches, streams, strict=True)
     ]
     note = Finding("misplaced", "skin", f"believed {1e3 * sd:g} mm off along each axis, by {by}", len(skin))
-    return Skin(tuple(moved), (*skin.findings, note))
+    return replace(skin, patches=tuple(moved), findings=(*skin.findings, note))
 
 
 def with_sleeve_displaced(skin: Skin, *, shift: float = 0.0, turn: float = 0.0) -> Skin:
@@ -96,7 +96,7 @@ def with_sleeve_displaced(skin: Skin, *, shift: float = 0.0, turn: float = 0.0) 
         )
     moved = tuple(_displaced(patch, shift, turn) for patch in skin.patches)
     note = Finding("misplaced", "skin", f"believed {1e3 * shift:g} mm along and {turn:g} rad about its axis", len(skin))
-    return Skin(moved, (*skin.findings, note))
+    return replace(skin, patches=moved, findings=(*skin.findings, note))
 
 
 def _displaced(patch: Patch, shift: float, turn: float) -> Patch:
@@ -133,7 +133,7 @@ def with_area_error(skin: Skin, factor: float) -> Skin:
     """
     if not 0.01 <= factor <= 100:  # NaN compares false
         raise SkinError("the gain error is out of range", place="factor", value=factor, remedy="Choose 0.01 to 100")
-    return Skin(tuple(_enlarged(patch, factor) for patch in skin.patches), skin.findings)
+    return replace(skin, patches=tuple(_enlarged(patch, factor) for patch in skin.patches))
 
 
 def _enlarged(patch: Patch, factor: float) -> Patch:

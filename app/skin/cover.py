@@ -8,7 +8,7 @@ no links are named, ``choose_links`` takes the three that show the most of thems
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 import numpy as np
@@ -23,7 +23,7 @@ from app.geometry.remesh.repair import clean_mesh
 from app.geometry.remesh.wrap import coarsest_voxel, wrap_mesh
 from app.robots.kinematics import Configuration
 from app.robots.robot import Robot
-from app.skin.skin import Patch, Skin, patch_name
+from app.skin.skin import LOW_COVERAGE, Patch, Skin, low_coverage, patch_name
 from app.skin.taxel_placement.sampling import place_evenly
 from app.skin.taxel_placement.usable_surface import (
     sample_surface,
@@ -116,13 +116,15 @@ def cover_robot(robot: Robot, spec: CoverSpec | None = None, *, progress: Progre
     configuration = Configuration(robot)
     pieces: list[_Piece] = []
     for links in choices:
+        usable_area = 0.0
         voxel = _voxel({name: meshes[name] for name in links}, spec.taxels)
         spacing = min(voxel, coarsest_voxel(spec.thickness))
         clouds = {name: sample_surface(mesh, spacing) for name, mesh in meshes.items()}
         for i, name in enumerate(links):
             progress(f"Covering {name}", 0.7 * i / len(links))
-            found, notes = _usable_pieces(configuration, meshes, clouds, name, spec.thickness, voxel)
+            found, area, notes = _usable_pieces(configuration, meshes, clouds, name, spec.thickness, voxel)
             pieces += found
+            usable_area += area
             findings += notes
         if pieces:
             break
@@ -138,7 +140,13 @@ def cover_robot(robot: Robot, spec: CoverSpec | None = None, *, progress: Progre
         covered = dict.fromkeys(piece.link for piece in pieces)
         findings.append(Finding("other-links", ", ".join(covered), action, len(covered)))
     progress("Placing taxels", 0.7)
-    return Skin(_patches(pieces, spec), tuple(findings))
+    patches = _patches(pieces, spec)
+    skin = Skin(patches, bare_area=max(usable_area - sum(patch.surface.area for patch in patches), 0.0))
+    if skin.coverage < LOW_COVERAGE:
+        reasons = f"pieces below {100 * _MIN_SHARE:.0f} % of their link's cover or {_MIN_TAXELS} taxels are left out"
+        remedy = "place more taxels, or name other links"
+        findings.append(low_coverage(", ".join(links), skin.coverage, reasons, remedy, 1))
+    return replace(skin, findings=tuple(findings))
 
 
 def _check_links(robot: Robot, links: tuple[str, ...], meshes: dict[str, Mesh]) -> None:
@@ -181,8 +189,11 @@ def _usable_pieces(
     name: str,
     thickness: float,
     voxel: float,
-) -> tuple[list[_Piece], list[Finding]]:
-    """Of a link; ``clouds`` are points of all links' meshes, in their own frames."""
+) -> tuple[list[_Piece], float, list[Finding]]:
+    """The pieces of a link, its area clear of others and visible [m²], and what is noted.
+
+    ``clouds`` are points of all links' meshes, in their own frames.
+    """
     wrapped = wrap_mesh(meshes[name], thickness=thickness, voxel=voxel, closing=CLOSING_FACTOR * thickness, where=name)
     here = configuration.pose(name).inverse
     poses = {other: here @ configuration.pose(other) for other in meshes if other != name}
@@ -196,7 +207,8 @@ def _usable_pieces(
     notes = list(wrapped.findings)
     if not found:
         notes.append(Finding("no-room", name, "not covered: neighbouring links are too close everywhere"))
-    return [_Piece(name, surface) for surface in found], notes
+    usable_area = float(wrapped.surface.face_areas[usable[wrapped.surface.faces].all(axis=1)].sum())
+    return [_Piece(name, surface) for surface in found], usable_area, notes
 
 
 def _patches(pieces: list[_Piece], spec: CoverSpec) -> tuple[Patch, ...]:

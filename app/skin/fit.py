@@ -35,7 +35,17 @@ from app.robots.robot import Robot
 from app.skin.cover import CLOSING_FACTOR, placeholder_notes
 from app.skin.formats.taxel_set import TaxelSet
 from app.skin.reconstruction.reconstruct import skin_from_taxels
-from app.skin.skin import NO_IDENTITY, Patch, Skin, TaxelIdentity, Taxels, number_ranges, patch_name
+from app.skin.skin import (
+    LOW_COVERAGE,
+    NO_IDENTITY,
+    Patch,
+    Skin,
+    TaxelIdentity,
+    Taxels,
+    low_coverage,
+    number_ranges,
+    patch_name,
+)
 from app.skin.taxel_placement.sampling import (
     distinct_faces,
     face_graph,
@@ -82,10 +92,10 @@ def place_taxels(
         skin = fit_taxels_to_link(
             robot, link, taxels.positions, thickness=thickness, file=file, identity=taxels.identity, frames=frames
         )
-        return Skin(skin.patches, (*taxels.findings, *skin.findings))
+        return replace(skin, findings=(*taxels.findings, *skin.findings))
     skin = skin_from_taxels(replace(taxels, name=link, link=link))
     action = "its mesh is missing: the taxels stay at their stated places, joined to each other"
-    return Skin(skin.patches, (*skin.findings, Finding("stated-places", link, action, len(taxels))))
+    return replace(skin, findings=(*skin.findings, Finding("stated-places", link, action, len(taxels))))
 
 
 def _has_shape(robot: Robot, link: str) -> bool:
@@ -278,7 +288,13 @@ def grid_skin(robot: Robot, spec: GridSpec, *, thickness: float = 0.003) -> Skin
     patches, missing = _patches_at(surface, points, TaxelIdentity(ids=ids), float(grid.pitch.min()), spec.link)
     if not patches:
         raise SkinError("no patch could be made around the grid", file=robot.source, place=spec.link)
-    return Skin(patches, (*findings, *chosen, *_grid_notes(grid, spec), *missing, *wrapped.findings))
+    left_out = spec.rows * spec.columns - sum(len(patch.taxels) for patch in patches)
+    skin = Skin(patches, bare_area=left_out * float(grid.pitch.prod()))
+    if skin.coverage < LOW_COVERAGE:
+        remedy = "choose corners closer together, or another place on the link"
+        reasons = f"{left_out} of {spec.rows * spec.columns} taxels are beyond an edge of the link"
+        missing.append(low_coverage(f"{spec.link} grid", skin.coverage, reasons, remedy, left_out))
+    return replace(skin, findings=(*findings, *chosen, *_grid_notes(grid, spec), *missing, *wrapped.findings))
 
 
 def _flatter_grid(surface: Mesh, spec: GridSpec) -> tuple[SurfaceGrid, list[Finding]]:
@@ -327,6 +343,7 @@ def add_grids(robot: Robot, skin: Skin | None, specs: Sequence[GridSpec], *, thi
     if skin is not None and not specs:
         return skin
     patches, findings = (list(skin.patches), list(skin.findings)) if skin is not None else ([], [])
+    bare_area = skin.bare_area if skin is not None else 0.0
     for spec in specs:
         made = grid_skin(robot, spec, thickness=thickness)
         under = [patch for patch in patches if patch.link == spec.link and _overlaps(patch, made, 2 * thickness)]
@@ -335,11 +352,12 @@ def add_grids(robot: Robot, skin: Skin | None, specs: Sequence[GridSpec], *, thi
             findings.append(Finding("patch-under-grid", patch.name, action, len(patch.taxels)))
         patches = [patch for patch in patches if patch not in under]
         findings += made.findings
+        bare_area += made.bare_area
         for patch in made.patches:
             names = {other.name for other in patches}
             name = next(name for k in count() if (name := patch_name(spec.link + _GRID_NAME, k)) not in names)
             patches.append(replace(patch, name=name))
-    return Skin(tuple(patches), tuple(findings))
+    return Skin(tuple(patches), tuple(findings), bare_area)
 
 
 def is_grid_patch(patch: Patch) -> bool:

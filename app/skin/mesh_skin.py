@@ -8,13 +8,14 @@ from typing import Literal
 import numpy as np
 
 from app.core.arrays import BoolArray, FloatArray, IntArray
-from app.core.errors import Finding, SkinError
+from app.core.errors import Finding, SkinError, add_finding
 from app.core.progress import Progress, no_progress
 from app.geometry.connectivity import components_of, manifold_twins, remove_unreferenced, split_nonmanifold
+from app.geometry.inner_walls import inner_walls
 from app.geometry.mesh import Mesh
 from app.geometry.raycast import outer_faces, without_islands
 from app.geometry.remesh.repair import repair_mesh
-from app.skin.skin import Patch, Skin, Taxels, patch_name
+from app.skin.skin import LOW_COVERAGE, Patch, Skin, Taxels, low_coverage, patch_name
 from app.skin.taxel_placement.placement import HEXAGON_AREA, MODULE_PITCH, PlacementSpec, place_taxels, refine_for_spec
 
 _Part = tuple[Mesh, PlacementSpec]
@@ -49,7 +50,8 @@ def skin_of_mesh(
         spec: The taxels, over all pieces; what is painted has one value for each of the mesh's vertices. By default
             1000, evenly.
         name: Of the mesh, its link and its patches.
-        surface: ``outer`` leaves bare what is seen from nowhere outside: inner shells, parts within parts.
+        surface: ``outer`` leaves bare what is seen from nowhere outside (inner shells, parts within parts) and the
+            inner walls of thin shells.
         progress: Told what is being done and how far it is, 0 to 1; may raise to cancel.
 
     Raises:
@@ -61,17 +63,33 @@ def skin_of_mesh(
     spec = spec or PlacementSpec(taxels=1000)
     progress(f"Repairing {name}", 0.0)
     repaired = repair_mesh(mesh, where=name)
-    whole, hidden = _Surface(repaired.mesh, repaired.vertex_of, repaired.component), 0
+    whole, notes = _Surface(repaired.mesh, repaired.vertex_of, repaired.component), list[Finding]()
     if surface == "outer":
         progress(f"Finding the visible surface of {name}", 0.2)
-        whole, hidden = _outer_surface(whole, _min_component_area(whole.mesh, spec))
+        whole, notes = _outer_surface(whole, _min_component_area(whole.mesh, spec), name)
     parts, small = _components_with_specs(whole, spec, name)
-    notes = [
-        Finding("hidden-face", name, "not covered: not visible from outside", hidden),
-        Finding("small-piece", name, "not covered: too small for a taxel", small),
-    ]
+    add_finding(notes, "small-piece", name, "not covered: too small for a taxel", small)
     patches, refused = _patches(parts, name, progress)
-    return Skin(patches, (*repaired.findings, *(note for note in notes if note.count), *refused))
+    skin = Skin(patches, bare_area=_bare_area(whole.mesh, patches))
+    notes += refused
+    if skin.coverage < LOW_COVERAGE:
+        too_small = whole.mesh.area - sum(part.area for part, _ in parts)
+        reasons = f"{small} pieces ({_area_text(too_small)}) are too small for a taxel"
+        if refused:
+            reasons += f", {len(refused)} ({_area_text(skin.bare_area - too_small)}) have no room for taxels"
+        remedy = "join the pieces of the mesh, or place more taxels"
+        notes.append(low_coverage(name, skin.coverage, reasons, remedy, small + len(refused)))
+    return replace(skin, findings=(*repaired.findings, *notes))
+
+
+def _bare_area(mesh: Mesh, patches: tuple[Patch, ...]) -> float:
+    """Area of ``mesh`` without taxels [m²]; what is left of rounding is not counted."""
+    bare = mesh.area - sum(patch.surface.area for patch in patches)
+    return bare if bare > 1e-9 * mesh.area else 0.0
+
+
+def _area_text(area: float) -> str:
+    return f"{1e4 * area:.3g} cm²"
 
 
 def _patches(parts: list[_Part], name: str, progress: Progress) -> tuple[tuple[Patch, ...], list[Finding]]:
@@ -106,15 +124,23 @@ def _min_component_area(mesh: Mesh, spec: PlacementSpec) -> float:
     return MIN_COMPONENT_AREA * float(HEXAGON_AREA) * (spec.pitch or MODULE_PITCH) ** 2
 
 
-def _outer_surface(whole: _Surface, smallest: float) -> tuple[_Surface, int]:
-    """What is seen from outside, taken apart anew where hidden faces held it together, and how many faces were not."""
-    chosen: BoolArray = without_islands(whole.mesh, outer_faces(whole.mesh), smallest)
+def _outer_surface(whole: _Surface, smallest: float, name: str) -> tuple[_Surface, list[Finding]]:
+    """The outer surface, split again where other faces held it together, and how many faces were left out."""
+    mesh, notes = whole.mesh, list[Finding]()
+    seen: BoolArray = without_islands(mesh, outer_faces(mesh), smallest)
+    inner = inner_walls(mesh, seen)
+    chosen = without_islands(mesh, seen & ~inner, smallest) if inner.any() else seen
+    add_finding(notes, "hidden-face", name, "not covered: not visible from outside", int((~seen).sum()))
+    left_out = seen & ~chosen
+    area = _area_text(float(mesh.face_areas[left_out].sum()))
+    action = f"not covered: inner side of a thin shell, {area}; the surface 'all' covers both sides"
+    add_finding(notes, "inner-wall", name, action, int(left_out.sum()))
     if chosen.all():
-        return whole, 0
-    twins = manifold_twins(whole.mesh.faces[chosen], whole.piece[chosen])
-    faces, copy_of = split_nonmanifold(whole.mesh.faces[chosen], twins)
-    seen = Mesh(whole.mesh.vertices[copy_of], faces)
-    return _Surface(seen, whole.vertex_of[copy_of], components_of(twins, len(faces))), int((~chosen).sum())
+        return whole, notes
+    twins = manifold_twins(mesh.faces[chosen], whole.piece[chosen])
+    faces, copy_of = split_nonmanifold(mesh.faces[chosen], twins)
+    outer = Mesh(mesh.vertices[copy_of], faces)
+    return _Surface(outer, whole.vertex_of[copy_of], components_of(twins, len(faces))), notes
 
 
 def _components_with_specs(whole: _Surface, spec: PlacementSpec, name: str) -> tuple[list[_Part], int]:

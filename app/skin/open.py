@@ -5,7 +5,7 @@ Which it is follows from the file's ending and, where two kinds share one, from 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Literal, get_args
 
@@ -79,17 +79,17 @@ def open_skin(source: str | Path, options: SkinOptions | None = None, *, progres
     if spec.grid is not None:
         robot = load_robot(str(source), package_roots=spec.package_roots)
         skin = add_grids(robot, None, [spec.grid], thickness=spec.thickness)
-        return Skin(skin.patches, (*robot.findings, *skin.findings))
+        return replace(skin, findings=(*robot.findings, *skin.findings))
     covered = spec.surface == "cover" and is_robot_with_taxels(path)
     if ending == ".npz" or (not covered and holds_taxels(path)):
         return _read_taxels(path, spec)
     if ending in MESH_SUFFIXES and spec.surface != "cover":
         mesh, findings = to_metres(read_mesh(path), where=path.name)
         skin = skin_of_mesh(mesh, spec.placement, name=path.stem, surface=spec.surface, progress=progress)
-        return Skin(skin.patches, (*findings, *skin.findings))
+        return replace(skin, findings=(*findings, *skin.findings))
     robot = load_robot(str(source), package_roots=spec.package_roots)
     skin = cover_robot(robot, _cover_spec(spec), progress=progress)
-    return Skin(skin.patches, (*robot.findings, *skin.findings))
+    return replace(skin, findings=(*robot.findings, *skin.findings))
 
 
 def _cover_spec(wanted: SkinOptions) -> CoverSpec:
@@ -112,4 +112,4 @@ def _read_taxels(path: Path, wanted: SkinOptions) -> Skin:
     robot = load_robot(name, package_roots=wanted.package_roots)
     roots = wanted.package_roots
     skin = import_skin(path, robot, links=wanted.links, thickness=wanted.thickness, package_roots=roots)
-    return Skin(skin.patches, (*robot.findings, *skin.findings))
+    return replace(skin, findings=(*robot.findings, *skin.findings))

@@ -254,6 +254,8 @@ class Skin:
     Attributes:
         patches: In a stable order.
         findings: What was noticed and repaired while making it.
+        bare_area: Area of the requested surface that got no taxels [m²]: pieces too small for a taxel, places of a grid
+            beyond an edge. Surface that was not requested, such as inner walls, does not count.
 
     Example:
         >>> at = skin.taxel_point(30)
@@ -263,6 +265,13 @@ class Skin:
 
     patches: tuple[Patch, ...]
     findings: tuple[Finding, ...] = ()
+    bare_area: float = 0.0
+
+    @property
+    def coverage(self) -> float:
+        """Share of the requested surface that has taxels, 0 to 1."""
+        covered = sum(patch.surface.area for patch in self.patches)
+        return covered / (covered + self.bare_area) if covered else 0.0
 
     @cached_property
     def first(self) -> IntArray:
@@ -343,6 +352,16 @@ def same_triangles(one: Patch, other: Patch) -> bool:
     return np.array_equal(one.surface.faces, other.surface.faces)
 
 
+LOW_COVERAGE = 0.9
+"""Share of the requested surface with taxels below which a finding warns."""
+
+
+def low_coverage(where: str, coverage: float, reasons: str, remedy: str, count: int) -> Finding:
+    """The warning that taxels are missing on more than a tenth of the requested surface."""
+    action = f"warning: taxels on {100 * coverage:.0f} % of the requested surface; {reasons}; to cover more, {remedy}"
+    return Finding("low-coverage", where, action, count)
+
+
 def patch_name(link: str, before: int) -> str:
     """Name of the patch on ``link`` when ``before`` others have been named: "forearm", "forearm 2"."""
     return link if before == 0 else f"{link} {before + 1}"
@@ -352,9 +371,10 @@ def merge_skins(skins: Sequence[Skin]) -> Skin:
     """All patches in one skin, each with a name of its own."""
     patches: list[Patch] = []
     findings: list[Finding] = []
+    bare_area = sum(skin.bare_area for skin in skins)
     for skin in skins:
         findings += skin.findings
         for patch in skin.patches:
             before = sum(other.link == patch.link for other in patches)
             patches.append(Patch(patch_name(patch.link, before), patch.link, patch.surface, patch.taxels))
-    return Skin(tuple(patches), tuple(findings))
+    return Skin(tuple(patches), tuple(findings), bare_area)

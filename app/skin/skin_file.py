@@ -67,7 +67,7 @@ def skin_to_bytes(skin: Skin) -> bytes:
         "version": VERSION if any("taxels" in patch for patch in patches) else VERSION - 1,
         "patches": patches,
         "findings": [[f.kind, f.where, f.action, f.count] for f in skin.findings],
-    }
+    } | ({"bare_area": skin.bare_area} if skin.bare_area else {})
     return pack_arrays(header, arrays)
 
 
@@ -100,11 +100,11 @@ def skin_from_bytes(data: bytes, *, file: str | Path | None = None) -> Skin:
             value=header.get("version"),
             remedy=f"This program reads versions {_READS[0]} to {VERSION}",
         )
-    stated, findings = _header(header, file)
+    stated, findings, bare_area = _header(header, file)
     patches = tuple(_patch(arrays, i, one, file) for i, one in enumerate(stated))
     if sum(len(patch.taxels) for patch in patches) > MAX_TAXELS:
         raise SkinError("the skin has too many taxels", file=file, remedy=f"The most is {MAX_TAXELS}")
-    return Skin(patches, findings)
+    return Skin(patches, findings, bare_area)
 
 
 @dataclass(frozen=True)
@@ -116,22 +116,26 @@ class _PatchHeader:
     taxels: tuple[str, ...] | None
 
 
-def _header(header: Mapping[str, Any], file: str | Path | None) -> tuple[list[_PatchHeader], tuple[Finding, ...]]:
-    """Of the patches, and the findings."""
-    patches, findings = header.get("patches"), header.get("findings")
+def _header(
+    header: Mapping[str, Any], file: str | Path | None
+) -> tuple[list[_PatchHeader], tuple[Finding, ...], float]:
+    """The headers of the patches, the findings and the bare area."""
+    patches, findings, bare_area = header.get("patches"), header.get("findings"), header.get("bare_area", 0.0)
     sound = (
         isinstance(patches, list)
         and all(isinstance(p, dict) and all(isinstance(p.get(k), str) for k in ("name", "link")) for p in patches)
         and all(_are_names(p.get("taxels", [])) for p in patches)
         and isinstance(findings, list)
         and all(isinstance(f, list) and [type(x) for x in f] == [str, str, str, int] for f in findings)
+        and type(bare_area) in (int, float)
+        and 0 <= bare_area < np.inf
     )
     if not sound or not isinstance(patches, list) or not isinstance(findings, list):
         raise SkinError("the skin file's header is broken", file=file)
     stated = [_PatchHeader(p["name"], p["link"], tuple(p["taxels"]) if "taxels" in p else None) for p in patches]
     if len({one.name for one in stated}) < len(stated):
         raise SkinError("two patches have the same name", file=file, value=[one.name for one in stated])
-    return stated, tuple(Finding(*f) for f in findings)
+    return stated, tuple(Finding(*f) for f in findings), float(bare_area)
 
 
 def _are_names(value: object) -> bool:

@@ -15,6 +15,7 @@ import trimesh
 
 from app.geometry.connectivity import remove_unreferenced
 from app.geometry.mesh import Mesh
+from app.geometry.remesh.repair import clean_mesh
 from app.robots.robot import Link, Robot
 from tests.support.surfaces import blocks, cap, eight, frustum, sheet, sieve, sphere, spiral, torus
 
@@ -364,6 +365,36 @@ def refined_at_random(mesh: Mesh, rounds: int = 3, *, share: float = 0.3, radius
     return Mesh(vertices, faces)
 
 
+def revolved(profile: np.ndarray, *, around: int = 40) -> Mesh:
+    """The surface of a ring with the closed ``profile`` (p, 2) of radii and heights, counter-clockwise."""
+    turn, count = np.arange(around) * 2 * np.pi / around, len(profile)
+    radius, height = np.broadcast_to(profile, (around, count, 2)).transpose(2, 0, 1)
+    vertices = np.stack([radius * np.cos(turn)[:, None], radius * np.sin(turn)[:, None], height], axis=-1)
+    row = np.arange(around * count).reshape(around, count)
+    after = np.roll(row, -1, axis=0)
+    quads = np.stack([row, after, np.roll(after, -1, axis=1), np.roll(row, -1, axis=1)], axis=-1).reshape(-1, 4)
+    return clean_mesh(Mesh(vertices.reshape(-1, 3), np.concatenate([quads[:, :3], quads[:, [0, 2, 3]]])))[0]
+
+
+def bowl(half_angle: float = np.pi / 2, *, wall: float = 0.003, rounded: bool = False, radius: float = 0.05) -> Mesh:
+    """A spherical bowl with an outer and an inner wall, joined at a sharp or a rounded rim."""
+    angle = np.linspace(0, half_angle, 20)
+    out = np.stack([np.sin(angle), -np.cos(angle)], axis=1)
+    rim = np.zeros((0, 2))
+    if rounded:
+        around = np.linspace(0, np.pi, 9)[1:-1, None]
+        along = np.array([np.cos(half_angle), np.sin(half_angle)])
+        rim = (radius - wall / 2) * out[-1] + wall / 2 * (np.cos(around) * out[-1] + np.sin(around) * along)
+    return revolved(np.concatenate([radius * out, rim, (radius - wall) * out[::-1]]))
+
+
+def walled_tube(radius: float = 0.03, *, wall: float = 0.003, length: float = 0.1) -> Mesh:
+    """A tube with an outer and an inner wall, joined at both ends."""
+    height = np.linspace(0, length, 16)
+    outer, inner = (np.stack([np.full(16, r), height], axis=1) for r in (radius, radius - wall))
+    return revolved(np.concatenate([outer, inner[::-1]]))
+
+
 def half_refined() -> Mesh:
     """A ball whose upper half is finer, with T-junctions on the equator."""
     ball = sphere()
@@ -440,6 +471,9 @@ _GROUPS = {
         "nested shells": lambda: joined(*(sphere(radius=r) for r in (0.02, 0.04, 0.06))),
         "overlapping parts": lambda: HARD_MESHES["overlapping parts"],
         "loose pieces": loose_pieces,
+        "bowl with walls": bowl,
+        "tube with walls": walled_tube,
+        "nested open tubes": lambda: joined(_tube(0.2, 0.05), _tube(0.2, 0.046)),
     },
     "holes": {
         "hole": lambda: HARD_MESHES["hole"],

@@ -49,9 +49,11 @@ def execute(arguments: argparse.Namespace) -> int:
     if arguments.plugins:
         return _list_plugins(as_json=arguments.json)
     found = describe(arguments.input, package_roots=package_roots(arguments), costs=arguments.costs)
-    apart = ("effects", "problems", "identity")
+    apart = ("effects", "problems", "identity", "coverage")
     plain = {key.capitalize(): _text(value) for key, value in found.items() if key not in apart}
     plain["Identity"] = identity_text(found.get("identity", {}))
+    if "coverage" in found:
+        plain["Coverage"] = f"{100 * found['coverage']:.1f} % of the requested surface"
     if arguments.report:
         from app.cli.pages import write_fact_page
 
@@ -151,6 +153,7 @@ def _skin(skin: Skin) -> dict[str, Any]:
             {"name": patch.name, "link": patch.link, "taxels": len(patch.taxels), "cm2": 1e4 * patch.surface.area}
             for patch in skin.patches
         ],
+        "coverage": skin.coverage,
         "identity": identity_summary(skin.identity),
     }
 

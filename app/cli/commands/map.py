@@ -102,6 +102,7 @@ def print_quality(result: Mapping[str, Any]) -> None:
         {
             "Patches": result["patches"],
             "Taxels": result["taxels"],
+            "Coverage": f"{100 * result['coverage']:.1f} % of the requested surface",
             "Identity": identity_text(result.get("identity", {})) or "none stated",
             "Faces": result["faces"],
             "One-to-one": "yes"

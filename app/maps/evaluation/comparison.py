@@ -27,6 +27,7 @@ Better = Literal["first", "second", "neither"]
 IDEALS: dict[str, float] = {
     "flips": 0.0,
     "overlaps": 0.0,
+    "coverage": 1.0,
     "symmetric_dirichlet": 4.0,
     "angle": 1.0,
     "area": 1.0,

@@ -23,6 +23,7 @@ class MapQuality(Topography):
     Attributes:
         patches: Number of patches.
         taxels: Number of taxels.
+        coverage: Share of the requested surface that has taxels, 0 to 1.
         faces: Number of triangles.
         flips: Triangles turned over on the map; 0 in a valid map.
         overlaps: Pairs of border segments that meet, and patches that lie on another; 0 in a valid map.
@@ -42,6 +43,7 @@ class MapQuality(Topography):
 
     patches: int
     taxels: int
+    coverage: float
     faces: int
     flips: int
     overlaps: int
@@ -98,6 +100,7 @@ def _measured(
         **vars(measure_topography(map_.taxel_points, body, modules=modules)),
         patches=len(map_.skin.patches),
         taxels=len(map_.skin),
+        coverage=map_.skin.coverage,
         faces=len(faces.areas),
         flips=flips,
         overlaps=over,

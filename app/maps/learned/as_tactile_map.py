@@ -160,7 +160,7 @@ def learned_tactile_map(skin: Skin, learned: LearnedMap) -> TactileMap:
         charts.append(replace(chart, method=learned.method, seconds=(learned.seconds,)))
     if charts:
         charts[0] = replace(charts[0], findings=(*learned.findings, *between, *charts[0].findings))
-    return TactileMap(Skin(tuple(patches), skin.findings), tuple(charts), pack_charts(charts))
+    return TactileMap(replace(skin, patches=tuple(patches)), tuple(charts), pack_charts(charts))
 
 
 def _mapped(patch: Patch, points: FloatArray, placed: BoolArray) -> tuple[Patch, Chart]:

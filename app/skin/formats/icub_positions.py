@@ -10,7 +10,7 @@ form has rows only. All rows are read here; the original reader loses the last o
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -190,7 +190,7 @@ def import_icub_skin(robot: Robot, path: str | Path, *, link: str | None = None,
         robot, name, taxels.positions, thickness=thickness, file=path, identity=taxels.identity,
         frames=icub_frames(robot, name),
     )  # fmt: skip
-    return Skin(skin.patches, taxels.findings + skin.findings)
+    return replace(skin, findings=taxels.findings + skin.findings)
 
 
 MAX_BYTES = 16 * 2**20

@@ -228,7 +228,7 @@ def _with_area_note(skin: Skin, taxels: TaxelSet) -> Skin:
         return skin
     share = float(taxels.areas.sum() / skin.areas.sum())
     action = f"not used: a taxel answers for its cell of the surface; the stated areas are {100 * share:.0f} % of those"
-    return Skin(skin.patches, (*skin.findings, Finding("stated-area", taxels.name, action, len(taxels))))
+    return replace(skin, findings=(*skin.findings, Finding("stated-area", taxels.name, action, len(taxels))))
 
 
 def _fitted(robot: Robot, taxels: TaxelSet, thickness: float, path: Path) -> Skin:
@@ -273,7 +273,7 @@ def _import_folder(folder: Path, robot: Robot | None, links: Sequence[str], thic
     for link, files in of_link.items():
         best, left_out = _closest_file(robot, link, files)
         skin = _fitted(robot, replace(files[best], link=link), thickness, best)
-        skins.append(Skin(skin.patches, (*left_out, *skin.findings)))
+        skins.append(replace(skin, findings=(*left_out, *skin.findings)))
     return merge_skins(skins)
 
 

@@ -7,6 +7,7 @@ its cell or vertex its channel.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from xml.etree.ElementTree import Element, SubElement, fromstring, indent, tostring
 
@@ -58,7 +59,7 @@ def skin_of_touch_sensors(
         problem = "none of its touch sensors can be a taxel"
         raise SkinError(problem, file=path, value="; ".join(note.action for note in notes) or None)
     skin = merge_skins(skins)
-    return Skin(skin.patches, (*notes, *skin.findings))
+    return replace(skin, findings=(*notes, *skin.findings))
 
 
 def _fitted(robot: Robot, taxels: TaxelSet, thickness: float, path: Path) -> Skin:

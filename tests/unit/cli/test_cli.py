@@ -118,6 +118,7 @@ def test_map(capsys, ball, tmp_path):
     promised = {
         "patches",
         "taxels",
+        "coverage",
         "faces",
         "flips",
         "bijective",
@@ -138,7 +139,9 @@ def test_map(capsys, ball, tmp_path):
     assert result["taxels"] == 60
     assert result["flips"] == 0
     assert result["bijective"] is True
-    assert answer(capsys, "inspect", target)["kind"] == "map"
+    found = answer(capsys, "inspect", target)
+    assert (found["kind"], found["coverage"], found["quality"]["coverage"]) == ("map", 1.0, 1.0)
+    assert "100.0 % of the requested surface" in call(capsys, "inspect", target)[1]
     assert call(capsys, "map", ball, "-o", tmp_path / "map.obj", "--taxels", 60)[0] == 0
     assert "vt " in (tmp_path / "map.obj").read_text()
 

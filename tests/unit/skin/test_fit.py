@@ -229,6 +229,9 @@ def test_taxels_beyond_an_edge_are_left_out_and_named() -> None:
     (off,) = [finding for finding in cut.findings if finding.kind == "taxel-off-surface"]
     assert 0 < off.count == 36 - len(cut)
     assert "beyond an edge of the link, in rows" in off.action
+    assert cut.coverage == pytest.approx(len(cut) / 36, abs=0.1)
+    (warning,) = [finding for finding in cut.findings if finding.kind == "low-coverage"]
+    assert f"{off.count} of 36 taxels are beyond an edge" in warning.action
     assert len(np.unique(cut.identity.ids)) == len(cut)
 
 

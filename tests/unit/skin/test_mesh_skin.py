@@ -55,6 +55,49 @@ def test_inner_shells_are_left_bare_unless_asked_for() -> None:
     assert "hidden-face" not in told(everything)
 
 
+@pytest.mark.parametrize("name", ["bowl with walls", "tube with walls", "nested open tubes"])
+def test_the_inner_wall_of_a_shell_is_left_bare_unless_all_is_requested(name: str) -> None:
+    mesh, spec = hard_mesh(name), PlacementSpec(taxels=40)
+    outer, everything = skin_of_mesh(mesh, spec), skin_of_mesh(mesh, spec, surface="all")
+    assert len(outer.patches) == 1
+    covered = sum(patch.surface.area for patch in outer.patches)
+    assert 0.5 < covered / mesh.area < 0.6
+    (note,) = [finding for finding in outer.findings if finding.kind == "inner-wall"]
+    assert note.count > 0.4 * len(mesh.faces)
+    assert f"{1e4 * (mesh.area - covered):.3g} cm²" in note.action
+    assert outer.coverage == 1.0, "an inner wall was not requested"
+    assert "inner-wall" not in told(everything)
+    assert sum(patch.surface.area for patch in everything.patches) == pytest.approx(mesh.area)
+
+
+def test_coverage_is_the_share_of_the_requested_surface_and_warns_below_nine_tenths() -> None:
+    whole = skin_of_mesh(sphere(), PlacementSpec(taxels=40))
+    assert (whole.coverage, whole.bare_area) == (1.0, 0.0)
+    cloud = loose_pieces(300)
+    few = skin_of_mesh(cloud, PlacementSpec(taxels=40), surface="all")
+    (patch,) = few.patches
+    assert few.coverage == pytest.approx(patch.surface.area / cloud.area)
+    assert "low-coverage" not in told(few)
+    pieces = loose_pieces(600)
+    small_ball = joined(Mesh(pieces.vertices, pieces.faces[-600:]), sphere(radius=0.4))
+    low = skin_of_mesh(small_ball, PlacementSpec(taxels=40), surface="all")
+    assert low.coverage < 0.9
+    (warning,) = [finding for finding in low.findings if finding.kind == "low-coverage"]
+    assert f"warning: taxels on {100 * low.coverage:.0f} % of the requested surface" in warning.action
+    assert f"{warning.count} pieces ({1e4 * low.bare_area:.3g} cm²) are too small for a taxel" in warning.action
+    assert "place more taxels" in warning.action
+
+
+def test_pieces_without_room_count_as_bare() -> None:
+    mesh = joined(sphere(), moved(sphere(), (0.3, 0, 0)))
+    spec = PlacementSpec(taxels=40, keep_out=(SphereZone(np.zeros(3), 0.1),))
+    skin = skin_of_mesh(mesh, spec)
+    assert skin.coverage == pytest.approx(0.5)
+    (warning,) = [finding for finding in skin.findings if finding.kind == "low-coverage"]
+    assert "1 (" in warning.action
+    assert "have no room for taxels" in warning.action
+
+
 def test_what_sticks_out_of_another_part_is_worn_there() -> None:
     skin = skin_of_mesh(joined(sphere(), moved(sphere(), (0.06, 0, 0))), PlacementSpec(taxels=60))
     assert len(skin) == 60
@@ -89,7 +132,7 @@ def test_there_are_never_more_taxels_than_asked_for() -> None:
     row = joined(*(moved(sphere(), (0.2 * number, 0, 0)) for number in range(3)))
     skin = skin_of_mesh(row, PlacementSpec(taxels=2))
     assert [len(patch.taxels) for patch in skin.patches] == [1, 1]
-    assert told(skin) == {"small-piece": 1}
+    assert told(skin) == {"small-piece": 1, "low-coverage": 1}
 
 
 def test_nothing_large_enough_is_an_error() -> None:

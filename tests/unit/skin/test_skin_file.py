@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -37,6 +38,12 @@ def test_round_trip_is_bitwise(tmp_path: Path) -> None:
     assert [(p.name, p.link) for p in loaded.patches] == [("ball", "a"), ("Röhre", "b")]
     assert skin_to_bytes(loaded) == skin_to_bytes(skin())
     assert [path.name for path in tmp_path.iterdir()] == ["skin.npz"], "nothing half-written is left"
+
+
+def test_the_bare_area_is_kept(tmp_path: Path) -> None:
+    save_skin(replace(skin(), bare_area=0.25), tmp_path / "skin.npz")
+    assert load_skin(tmp_path / "skin.npz").bare_area == 0.25
+    assert load_skin(tmp_path / "skin.npz").coverage < 1 == skin().coverage
 
 
 def test_numpy_opens_it_without_pickles(tmp_path: Path) -> None:
@@ -77,6 +84,8 @@ def test_too_many_taxels_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
         (lambda h, _a: h.update(patches=3), "header is broken"),
         (lambda h, _a: h.update(patches=[{"name": 1, "link": "a"}]), "header is broken"),
         (lambda h, _a: h.update(findings=[["a", "b"]]), "header is broken"),
+        (lambda h, _a: h.update(bare_area=-1.0), "header is broken"),
+        (lambda h, _a: h.update(bare_area="much"), "header is broken"),
         (lambda h, _a: h["patches"][1].update(name="ball"), "same name"),
         (lambda h, _a: h["patches"][0].update(taxels=["a", 3]), "header is broken"),
         (lambda h, _a: h["patches"][0].update(taxels=["a"]), "patch ball, taxels.*5 rows expected"),

@@ -12,6 +12,7 @@ from PySide6.QtWidgets import QHBoxLayout, QWidget
 from app.maps.evaluation.comparison import Comparison
 from app.maps.evaluation.quality import MapQuality
 from app.session.prepare import PreparedScene
+from app.skin.skin import LOW_COVERAGE
 from widgets.common.panel import Panel, value_label
 
 _MARK = "▲"
@@ -86,6 +87,9 @@ _MEASURES = (
     _Measure("round_trip_mm", "Round-trip error", lambda v: f"{_three_digits(v)}\u202fmm",
          "From the body to the map, to a pixel of the image and back: error, 95th percentile over taxels.",
          lambda v: v > 3.0, "round-trip error"),
+    _Measure("coverage", "Coverage", _percent,
+         "Share of the requested surface that has taxels; Findings say what was left out and why.",
+         lambda v: v < LOW_COVERAGE, "coverage"),
     _Measure("taxels", "Taxels", lambda v: f"{v}", "Number of tactile elements on the map.", lambda _: False),
 )  # fmt: skip
 

@@ -23,7 +23,7 @@ PROMISED = {
     "patches", "taxels", "faces", "flips", "bijective", "symmetric_dirichlet", "edge_error", "stress",
     "trustworthiness", "continuity", "round_trip_mm", "angle", "area", "seconds", "findings",
     "isometry", "energy", "overlaps", "spearman", "pairs", "torn", "torn_pairs", "seam_mm", "force_error",
-    "torn_between_modules", "trustworthiness_between_modules", "continuity_between_modules",
+    "coverage", "torn_between_modules", "trustworthiness_between_modules", "continuity_between_modules",
 }  # fmt: skip
 
 
@@ -46,6 +46,12 @@ def test_a_flat_skin_is_mapped_without_loss(flat):
     for spread in (quality.angle, quality.area, quality.isometry):
         assert [spread.median, spread.p95, spread.max] == pytest.approx([1, 1, 1], abs=1e-3)
     assert quality.seam_mm == 0
+
+
+def test_coverage_is_that_of_the_skin(flat):
+    assert measure(flat).coverage == 1.0
+    half = replace(flat.skin, bare_area=sum(patch.surface.area for patch in flat.skin.patches))
+    assert measure(TactileMap(half, flat.charts, flat.layout)).coverage == pytest.approx(0.5)
 
 
 def test_a_known_stretch_is_measured(flat):

@@ -57,6 +57,15 @@ def test_a_good_map_has_no_mark(panel, leaves):
     assert not panel.findChild(QLabel, "quality-bijective-b").isVisible()
 
 
+def test_low_coverage_is_marked(panel, leaves):
+    panel.show_quality(leaves[2])
+    assert _text(panel, "coverage") == "100.0\u202f%"
+    panel.show_quality(replace(leaves[2], coverage=0.12))
+    assert _text(panel, "coverage") == "12.0\u202f%"
+    assert _marked(panel) == {"quality-coverage-mark"}
+    assert _text(panel, "note") == "Above threshold: coverage."
+
+
 def test_what_is_bad_is_marked_and_named(panel, leaves):
     bad = replace(leaves[2], area=DistortionSummary(1.5, 4.0, float("inf")), torn=0.2, torn_pairs=40, pairs=200)
     panel.show_quality(bad)
