@@ -5,6 +5,9 @@
 
 from __future__ import annotations
 
+import shutil
+import tempfile
+import weakref
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum
@@ -97,6 +100,11 @@ _RECENT = 8
 _PACKAGE_ROOTS = 8
 
 
+def _remove(store: QSettings, folder: Path) -> None:
+    store.sync()  # else it would write after this
+    shutil.rmtree(folder, ignore_errors=True)
+
+
 class Settings:
     """Theme, window shape, overlays, keys, recent files, and whether the hints were read.
 
@@ -107,6 +115,17 @@ class Settings:
     def __init__(self, path: Path | None = None) -> None:
         file = path or user_config_path("tactile-maps", appauthor=False) / "window.ini"
         self._store = QSettings(str(file), QSettings.Format.IniFormat)
+
+    @classmethod
+    def temporary(cls) -> Settings:
+        """Return settings that are removed with this object.
+
+        They are in a file: Qt replaces any other, so that as root ``os.devnull`` would become a regular file.
+        """
+        folder = Path(tempfile.mkdtemp(prefix="tactile-maps-settings-"))
+        settings = cls(folder / "window.ini")
+        weakref.finalize(settings, _remove, settings._store, folder)
+        return settings
 
     @property
     def theme(self) -> str:

@@ -182,7 +182,7 @@ def _play(window: MainWindow, prepared: PreparedScene, seconds: float) -> None:
 
 def picture_window(theme: str, size: tuple[int, int]) -> MainWindow:
     """A window that runs only when told to and remembers nothing; for pictures and tests."""
-    settings = Settings(Path(os.devnull))
+    settings = Settings.temporary()
     settings.theme = theme
     window = MainWindow(settings, backends=INLINE)
     window.resize(*size)
