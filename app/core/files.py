@@ -395,7 +395,7 @@ def write_lines(path: Path, lines: Iterable[str], *, error: type[TactileMapsErro
     write_atomically(path, ("\n".join(lines) + "\n").encode(errors="replace"), error=error)
 
 
-MAX_UNPACKED_BYTES = 2**30
+MAX_UNPACKED_BYTES = 3 * 2**27
 """Of all arrays of one file together, unpacked."""
 MAX_MEMBERS = 10_000
 MAX_HEADER_BYTES = 2**24

@@ -17,6 +17,7 @@ from contextlib import contextmanager
 from dataclasses import MISSING, fields
 from difflib import get_close_matches
 from functools import cached_property
+from pathlib import Path
 from types import UnionType
 from typing import Any, Literal, TypeAlias, TypeVar, Union, get_args, get_origin, get_type_hints
 
@@ -36,6 +37,32 @@ _TOKEN = re.compile(
     r"|\n|.",
     re.DOTALL,
 )
+
+
+MAX_KEYS = 32
+"""Parts of a dotted key. The time of ``tomllib`` grows with the square of their number."""
+_PART = r"""(?:[A-Za-z0-9_-]+|"(?:[^"\\\n]|\\.)*"|'[^'\n]*')"""
+_LONG_KEY = re.compile(rf"{_PART}(?:[ \t]*\.[ \t]*{_PART}){{{MAX_KEYS}}}")
+
+
+def check_key_depth(text: str, *, file: str | Path, error: type[TactileMapsError] = SceneError) -> None:
+    """Refuse dotted keys of more than ``MAX_KEYS`` parts, before the text is read.
+
+    Raises:
+        TactileMapsError: Of kind ``error``, with the line.
+    """
+    if _LONG_KEY.search(text) is None:
+        return  # the usual case; what follows tells keys from the contents of strings and comments
+    parts, joined = 0, False
+    for token, line in _tokens(text):
+        if token == ".":
+            joined = True
+        elif token.strip(" \t"):
+            parts, joined = (parts + 1 if joined else 1), False
+            if parts > MAX_KEYS:
+                remedy = f"The most is {MAX_KEYS} parts"
+                raise error("a key has too many parts", file=file, place=f"line {line}", value=f"more than {MAX_KEYS}",
+                            remedy=remedy)  # fmt: skip
 
 
 def key_lines(text: str) -> Mapping[KeyPath, int]:
@@ -272,6 +299,7 @@ class TomlReader:
 
     def __init__(self, text: str, *, file: str, top: tuple[str, ...] = ()) -> None:
         self._text, self._file, self._top = text, file, top
+        check_key_depth(text, file=file)
         try:
             self.raw: dict[str, Any] = tomllib.loads(text)
         except (ValueError, RecursionError) as error:

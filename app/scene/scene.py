@@ -23,6 +23,10 @@ Setting: TypeAlias = str | float | tuple[tuple[float, float], ...]
 """Of the controller: a word, a number, or points on the map [m]."""
 
 
+MAX_OBJECTS = 200
+"""Objects of a scene. The time to build a scene grows with the square of their number."""
+
+
 @dataclass(frozen=True)
 class Scene:
     """Everything a session starts from.
@@ -142,6 +146,9 @@ class Scene:
                 raise self._refusal("there is no such output", "outputs", output, did_you_mean(output, tuple(OUTPUTS)))
 
     def _check_names(self) -> None:
+        if len(self.objects) > MAX_OBJECTS:
+            remedy = f"The most is {MAX_OBJECTS}: leave out those that the robot does not reach"
+            raise self._refusal(f"the scene has more than {MAX_OBJECTS} objects", "objects", len(self.objects), remedy)
         names = [spec.name for spec in self.objects]
         for number, name in enumerate(names):
             if name in names[:number]:

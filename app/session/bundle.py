@@ -36,7 +36,7 @@ MEDIA_TYPES = {
     OBJECTS: "application/x-npz",
 }
 _HEADER, _MJCF = "header.json", "robot.xml"
-_MAX_UNPACKED = 500_000_000
+_MAX_UNPACKED = 400_000_000
 _MAX_MEMBERS = 5000
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import fields
 from pathlib import Path as FilePath
@@ -19,6 +20,9 @@ STIMULUS_KINDS: Mapping[str, type[Stimulus]] = MappingProxyType(
 )
 """All kinds of stimuli, by what a file calls them."""
 _MAX_BYTES = 10_000_000
+MAX_STIMULI = 20_000
+"""Stimuli of a script; reading one takes 0.1 ms."""
+_TABLE = re.compile(r"^[ \t]*\[\[", re.MULTILINE)
 
 
 def load_stimuli(path: str | FilePath) -> tuple[Stimulus, ...]:
@@ -54,6 +58,9 @@ def stimuli_from_toml(text: str, *, file: str) -> tuple[Stimulus, ...]:
     Raises:
         SceneError: Naming line and key, the value, what is allowed there and the nearest spelling.
     """
+    if (count := len(_TABLE.findall(text))) > MAX_STIMULI:
+        remedy = f"The most is {MAX_STIMULI}: split the script"
+        raise SceneError(f"the script has more than {MAX_STIMULI} stimuli", file=file, value=count, remedy=remedy)
     reader = TomlReader(text, file=file)
     for key in reader.raw:
         if key != "stimuli":

@@ -19,6 +19,7 @@ import numpy as np
 from app.core.arrays import FloatArray, IntArray, freeze_arrays
 from app.core.errors import LiveError
 from app.core.files import read_bounded_text, write_atomically
+from app.core.toml import check_key_depth
 from app.live.channels.matching import read_rows, whole
 from app.live.readings import Unit
 from app.skin.skin import Skin
@@ -159,8 +160,10 @@ def _cell(text: str, path: Path, line: int, column: str) -> float | int:
 
 def _from_toml(path: Path, skin: Skin) -> Calibration:
     try:
-        table = tomllib.loads(read_bounded_text(path, error=LiveError))
-    except tomllib.TOMLDecodeError as error:
+        text = read_bounded_text(path, error=LiveError)
+        check_key_depth(text, file=path, error=LiveError)
+        table = tomllib.loads(text)
+    except (tomllib.TOMLDecodeError, RecursionError) as error:
         raise LiveError("the file is not TOML", file=path, value=error) from error
     if more := table.keys() - {"gain", "offset", "taxel"}:
         raise LiveError("a key is not known", file=path, place=min(more), remedy="The keys are: gain, offset, taxel")

@@ -32,6 +32,7 @@ import numpy as np
 
 from app.core.errors import LiveError, UsageError
 from app.core.files import read_bounded_text
+from app.core.toml import check_key_depth
 from app.live.readings import MalformedReadingError, Reading, Unit, unit_of
 from app.live.sources.files import Item
 
@@ -73,8 +74,10 @@ def load_topics(path: Path | None) -> RosTopics:
         remedy = "Name a TOML file with [readings] topic and values as the mapping"
         raise UsageError("messages of ROS need a mapping", remedy=remedy)
     try:
-        table = tomllib.loads(read_bounded_text(path, error=LiveError))
-    except tomllib.TOMLDecodeError as error:
+        text = read_bounded_text(path, error=LiveError)
+        check_key_depth(text, file=path, error=LiveError)
+        table = tomllib.loads(text)
+    except (tomllib.TOMLDecodeError, RecursionError) as error:
         raise LiveError("the file is not TOML", file=path, value=error) from error
     readings, joints = table.pop("readings", None), table.pop("joints", {})
     if table or not isinstance(readings, dict) or not isinstance(joints, dict):

@@ -13,13 +13,16 @@ from pathlib import Path
 from xml.etree.ElementTree import Element
 
 from app.core.errors import RobotError
-from app.robots.files.safe_files import MAX_ELEMENTS
 
 MAX_COPIES = 2000
 MAX_BODIES = 500
 MAX_JOINTS = 500
 MAX_SHAPES = 5000
 MAX_COUPLINGS = 500
+MAX_MESHES = 5000
+"""Meshes, and classes of defaults; the time to look one up by its name grows with their number."""
+MAX_MODEL_ELEMENTS = 50_000
+"""Elements of all kinds, copies included."""
 MAX_CHAIN = 200
 """Links in a row; MuJoCo's time grows with the third power, and it stops at 1,000."""
 MAX_BUILT_IN_FACES = 200_000
@@ -32,6 +35,8 @@ _COUNTED = (
     ("joints", ("joint", "freejoint"), MAX_JOINTS),
     ("shapes", ("geom", "visual", "collision"), MAX_SHAPES),
     ("couplings", ("connect", "weld", "mimic"), MAX_COUPLINGS),
+    ("meshes", ("mesh",), MAX_MESHES),
+    ("classes of defaults", ("default",), MAX_MESHES),
 )
 _PLACED = ("body", "link", "geom", "joint", "inertial", "origin", "sphere", "box", "cylinder", "capsule")
 _LENGTHS = ("size", "pos", "fromto", "radius", "length", "xyz")
@@ -53,8 +58,8 @@ def check_amounts(root: Element, file: Path | str) -> None:
         if count > most:
             remedy = f"The most is {most}: leave out what is no part of the robot, or merge rigid parts"
             raise RobotError(f"the robot has more than {most} {name}", file=file, value=count, remedy=remedy)
-    if counts.total() > MAX_ELEMENTS:
-        remedy = f"The most is {MAX_ELEMENTS}, copies included"
+    if counts.total() > MAX_MODEL_ELEMENTS:
+        remedy = f"The most is {MAX_MODEL_ELEMENTS}, copies included"
         raise RobotError("the robot has too many elements", file=file, value=counts.total(), remedy=remedy)
     _check_meshes(root, file)
     _check_lengths(root, file)
@@ -73,8 +78,8 @@ def _counts(root: Element, file: Path | str) -> Counter[str]:
                 remedy = f"The most is {MAX_COPIES}, those nested in each other multiplied"
                 raise RobotError("<replicate> asks for too many copies", file=file, value=copies, remedy=remedy)
         counts[element.tag] += int(copies)
-        if element.tag != "default":  # what it holds are settings
-            todo.extend((child, copies) for child in element)
+        # What a default contains are settings, except further defaults.
+        todo.extend((child, copies) for child in element if element.tag != "default" or child.tag == "default")
     return counts
 
 

@@ -70,8 +70,7 @@ def parse_xml(data: bytes, *, file: Path | str) -> Element:
     return root
 
 
-_COMMENT = re.compile(rb"<!--.*?-->", re.DOTALL)
-_DECLARATION = re.compile(rb"<\?xml\b.*?\?>", re.DOTALL)
+_DECLARED_PREFIX = re.compile(rb"xmlns:([\w.-]+)")
 _ENCODING = re.compile(rb"""encoding\s*=\s*["']([A-Za-z0-9._-]+)""")
 _PREFIX = re.compile(rb"<([A-Za-z_][\w.-]*):|\s([A-Za-z_][\w.-]*):[\w.-]+\s*=")
 _FOUND_IN_NAMES = "http://undeclared.prefix/"
@@ -118,27 +117,39 @@ def _repaired(data: bytes) -> tuple[bytes, list[str]]:
         return data, []
     if text != data:
         what.append("blanks or zero bytes around the document were left out")
-    if _COMMENT.search(text):
-        text = _COMMENT.sub(b"", text).strip()
+    if (bare := _without_comments(text)) != text:
+        text = bare.strip()
         what.append("comments were left out")
-    declared = _DECLARATION.search(text)
-    if declared is not None:
-        text = text[: declared.start()] + text[declared.end() :]
-    stated = _ENCODING.search(declared[0]) if declared is not None else None
+    start = text.find(b"<?xml")
+    end = text.find(b"?>", start) + 2
+    declaration = text[start:end] if 0 <= start < end else b""
+    text = text.replace(declaration, b"", 1) if declaration else text
+    stated = _ENCODING.search(declaration)
     if stated is None or stated[1].lower() in (b"utf-8", b"utf8", b"us-ascii", b"ascii"):
         try:
             text.decode("utf-8")
         except UnicodeDecodeError:
             text = text.decode("latin-1").encode("utf-8")
             what.append("bytes that are not UTF-8 were read as Latin-1")
-    elif declared is not None:
-        text = declared[0] + text  # another encoding stays as stated
+    else:
+        text = declaration + text  # another encoding stays as stated
     return _with_prefixes_declared(text, what), what
+
+
+def _without_comments(text: bytes) -> bytes:
+    """Return the document without its comments, in linear time: a search by a pattern takes quadratic time where many
+    of them are not closed.
+    """
+    kept, at = [], 0
+    while (start := text.find(b"<!--", at)) >= 0 and (end := text.find(b"-->", start + 4)) >= 0:
+        kept.append(text[at:start])
+        at = end + 3
+    return b"".join([*kept, text[at:]])
 
 
 def _with_prefixes_declared(text: bytes, what: list[str]) -> bytes:
     used = {name for pair in _PREFIX.findall(text) for name in pair if name} - {b"xml", b"xmlns"}
-    missing = sorted(name for name in used if b"xmlns:" + name not in text)
+    missing = sorted(used - set(_DECLARED_PREFIX.findall(text)))
     start = re.search(rb"<[A-Za-z_][\w.-]*", text)
     if not missing or start is None or len(missing) > 20:
         return text

@@ -26,6 +26,7 @@ from app.core.codec import parse_json
 from app.core.errors import Finding, MeshError, RobotError
 from app.geometry.mesh import Mesh
 from app.robots.files.safe_files import parse_xml, read_bytes, resolve_inside
+from app.robots.formats.mesh_limits import check_collada, reduced_glb, reduced_gltf, reduced_obj, reduced_stl
 from app.robots.formats.plain_meshes import read_binary_stl, read_plain_obj
 
 MESH_SUFFIXES = (".obj", ".stl", ".ply", ".off", ".gltf", ".glb", ".dae", ".msh")
@@ -207,6 +208,15 @@ _PLAIN_READERS: Mapping[str, Callable[[bytes], tuple[FloatArray, IntArray] | Non
 """By suffix, what reads a file without trimesh, or gives None where it takes trimesh."""
 
 
+_REDUCERS: Mapping[str, Callable[[bytes, Path], bytes]] = {
+    ".glb": reduced_glb,
+    ".gltf": reduced_gltf,
+    ".obj": reduced_obj,
+    ".stl": reduced_stl,
+}
+"""By suffix, what bounds a file and leaves out everything but its shape before trimesh reads it."""
+
+
 def _by_trimesh(data: bytes, suffix: str, path: Path) -> tuple[FloatArray, IntArray]:
     import trimesh  # 0.1 s, and what is kept on disk needs none
 
@@ -219,6 +229,8 @@ def _by_trimesh(data: bytes, suffix: str, path: Path) -> tuple[FloatArray, IntAr
     with np.errstate(all="ignore"), warnings.catch_warnings():  # absurd numbers are refused below, with the file's name
         warnings.filterwarnings("error", "string or file could not be read", DeprecationWarning)  # of NumPy before 2.3
         buffers = _gltf_buffers(data, path) if suffix == ".gltf" else None
+        reduce = _REDUCERS.get(suffix)
+        data = data if reduce is None else reduce(data, path)
         loaded = trimesh.load(io.BytesIO(data), file_type=suffix[1:], process=False, resolver=buffers)
         if isinstance(loaded, trimesh.Scene) and loaded.is_empty:
             return np.zeros((0, 3)), np.zeros((0, 3), dtype=np.int64)
@@ -256,6 +268,7 @@ def _collada_shapes(data: bytes, path: Path) -> tuple[float, bytes] | None:
         return None
     for parent in root.iter():
         parent[:] = [child for child in parent if child.tag.rpartition("}")[2] not in _COLLADA_MATERIALS]
+    check_collada(root, path)
     return metres, tostring(root)
 
 

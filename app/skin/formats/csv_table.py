@@ -56,6 +56,7 @@ _OTHER_NAMES = {
 }  # fmt: skip
 _SEPARATORS = (";", "\t", ",")
 _LARGEST_NUMBER = 2**31
+MAX_COLUMNS = 1000
 
 
 @dataclass(frozen=True)
@@ -140,6 +141,10 @@ def _open(path: Path) -> _Table:
     if len(lines) > MAX_TAXELS + 1:
         raise SkinError(f"the table has more than {MAX_TAXELS} rows", file=path, value=len(lines))
     separator = max(_SEPARATORS, key=lines[0][1].count)
+    if (width := lines[0][1].count(separator) + 1) > MAX_COLUMNS:
+        place, remedy = f"line {lines[0][0]}", "Keep the columns of positions, normals and ids"
+        problem = f"the table has more than {MAX_COLUMNS} columns"
+        raise SkinError(problem, file=path, place=place, value=width, remedy=remedy)
     try:
         cells = list(csv.reader((line for _, line in lines), delimiter=separator, strict=True))
     except csv.Error as error:

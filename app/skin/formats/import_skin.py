@@ -13,7 +13,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from app.core.errors import Finding, SkinError
+from app.core.errors import Finding, SkinError, errors_in_file
 from app.core.files import MAX_UNPACKED_BYTES, array_format, read_bounded_file
 from app.robots.formats.touch_sensors import read_touch_sensors, states_touch_sensors
 from app.robots.robot import Robot
@@ -108,7 +108,8 @@ def import_skin(
         carrier = _touched_robot(path, robot)
         return skin_of_touch_sensors(carrier, path, links=links, thickness=thickness, package_roots=roots)
     sets = _chosen(read_taxel_sets(path), links, robot, path)
-    made = [skin_from_taxels(one) if robot is None else _fitted(robot, one, thickness, path) for one in sets]
+    with errors_in_file(path):
+        made = [skin_from_taxels(one) if robot is None else _fitted(robot, one, thickness, path) for one in sets]
     return merge_skins([_with_area_note(skin, one) for skin, one in zip(made, sets, strict=True)])
 
 

@@ -21,7 +21,7 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from app.core.arrays import FloatArray, IntArray, freeze_arrays
-from app.core.errors import Finding
+from app.core.errors import Finding, SkinError
 from app.geometry.mesh import Mesh
 from app.skin.formats.taxel_set import TaxelSet
 from app.skin.reconstruction.triangulation import (
@@ -40,6 +40,7 @@ LONE_TAXEL_RADIUS = 0.003
 """A taxel with no other to measure by feels this far around itself [m]."""
 _OPPOSITE = 0.7
 _MIN_RELATIVE_AREA = 1e-6
+_MAX_PAIRS = 5_000_000
 """A stated face with less area than this share of its longest side squared is a line."""
 
 
@@ -100,13 +101,29 @@ def _note(notes: list[Finding], kind: str, where: str, action: str, count: int) 
 
 def _merge_coincident(positions: FloatArray) -> tuple[IntArray, IntArray]:
     """The first taxel at each place, in their order, and (n,) the place of each taxel."""
-    pairs = cKDTree(positions).query_pairs(COINCIDENT_DISTANCE, output_type="ndarray")
+    pairs = _near_pairs(positions, COINCIDENT_DISTANCE)
     graph = coo_matrix((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(positions),) * 2)
     group = connected_components(graph, directed=False)[1]
     first = np.unique(group, return_index=True)[1]
     rank = np.empty(len(first), dtype=np.int64)
     rank[np.argsort(first)] = np.arange(len(first))
     return np.sort(first), rank[group]
+
+
+def _near_pairs(points: FloatArray, distance: float) -> IntArray:
+    """Return (p, 2) the pairs of points within a distance [m].
+
+    Raises:
+        SkinError: There are more than ``_MAX_PAIRS``: their number grows with the square of the points at one place.
+    """
+    tree = cKDTree(points)
+    count = (int(tree.count_neighbors(tree, distance)) - len(points)) // 2
+    if count > _MAX_PAIRS:
+        raise SkinError(
+            "too many taxels are at nearly the same place", value=f"{count} pairs within {1e3 * distance:.3g} mm",
+            remedy=f"The most is {_MAX_PAIRS} pairs: check the unit of the positions, or leave repeated taxels out",
+        )  # fmt: skip
+    return np.asarray(tree.query_pairs(distance, output_type="ndarray"), dtype=np.int64)
 
 
 def _surface(taxels: TaxelSet, first: IntArray, kind: IntArray, notes: list[Finding]) -> TriangulatedTaxels:
@@ -184,7 +201,7 @@ def _straight_rows(positions: FloatArray, lone: IntArray) -> list[IntArray]:
         return []
     points, rows = positions[lone], []
     near = cKDTree(points).query(points, k=2)[0][:, 1] if len(points) > 1 else np.zeros(1)
-    pairs = cKDTree(points).query_pairs(MAX_EDGE_SPACINGS * near.max(), output_type="ndarray")
+    pairs = _near_pairs(points, MAX_EDGE_SPACINGS * near.max())
     apart = np.linalg.norm(points[pairs[:, 0]] - points[pairs[:, 1]], axis=1)
     pairs = pairs[apart <= MAX_EDGE_SPACINGS * near[pairs].min(axis=1)]
     graph = coo_matrix((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(points),) * 2)

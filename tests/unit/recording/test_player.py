@@ -4,17 +4,20 @@ from __future__ import annotations
 
 import io
 import json
+import tracemalloc
 import zipfile
+import zlib
 from dataclasses import replace
 
 import numpy as np
 import pytest
 import zstandard
 from mcap.reader import make_reader
+from mcap.writer import CompressionType, IndexType, Writer
 
 from app.core.errors import Finding, RecordingError
 from app.core.files import pack_array, pack_arrays
-from app.recording.mcap_file import chunk_messages, read_recording
+from app.recording.mcap_file import MAX_CHUNK, begin_recording, chunk_messages, read_recording
 from app.recording.player import RecordingPlayer
 from app.recording.recorder import Recorder
 from app.recording.recover import recover
@@ -117,6 +120,39 @@ def test_damage_anywhere_is_refused_or_read_around(recording, tmp_path, seed):
             player.frame(number)
     except RecordingError:
         return  # refused by name is as good as read around
+
+
+def test_a_chunk_that_claims_too_much_is_not_unpacked(recording):
+    contents = read_recording(recording)
+    chunk = contents.chunk(0)
+    plain = bytes(MAX_CHUNK + 1)
+    large = replace(chunk, data=zstandard.compress(plain), uncompressed_size=len(plain),
+                    uncompressed_crc=zlib.crc32(plain))  # fmt: skip
+    tracemalloc.start()
+    try:
+        assert chunk_messages(large, dict(contents.channels)) is None
+        assert tracemalloc.get_traced_memory()[1] < 1_000_000
+    finally:
+        tracemalloc.stop()
+
+
+def test_messages_are_bounded_by_the_size_of_the_file(tmp_path):
+    """The smallest file that has too many: the limit is found from its size, and stated."""
+    path = tmp_path / "many.mcap"
+    for count, refused in ((50_000, True), (20_000, False)):
+        with path.open("wb") as stream:
+            writer = Writer(stream, compression=CompressionType.ZSTD, chunk_size=2**22, use_chunking=True,
+                            index_types=IndexType.NONE, enable_data_crcs=True)  # fmt: skip
+            channels = begin_recording(writer, {}, {})
+            for number in range(count):
+                writer.add_message(channels["/mark"], 0, b"", 0, number)
+            writer.finish()
+        contents = read_recording(path)
+        if refused:
+            with pytest.raises(RecordingError, match="more messages than its size allows.*The most.* is 2"):
+                list(contents.all_messages())
+        else:
+            assert sum(map(len, contents.all_messages())) == count
 
 
 def test_a_file_changed_while_it_is_open_is_named(recording, prepared, tmp_path):

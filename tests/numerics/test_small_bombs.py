@@ -1,0 +1,57 @@
+"""Small files that would expand to gigabytes or minutes of work are refused by name, or read within limits."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+
+from tests.hard_cases import small_bombs
+from tests.hard_cases.small_bombs import BOMBS, CPU_SECONDS, LONG
+
+MAKING = 6.0
+"""CPU seconds for making the largest of the files: they are made in the process that reads them."""
+EXPECTED = {
+    "glb count without view": "implausible size.*1000000000",
+    "glb sparse": "implausible size",
+    "glb overlapping": "count of all meshes: .*implausible size",
+    "glb instances": "count of all nodes: .*implausible size",
+    "glb many instances": "more than 10000 nodes",
+    "glb names": "more than 10000 meshes",
+    "glb texture": "ok",
+    "obj shared": "ok",
+    "stl solids": "ok",
+    "dae doubling": "more than 10000 parts",
+    "dae loop": "shows itself",
+    "toml dots": "line 2: a key has too many parts",
+    "toml header dots": "line 2: a key has too many parts",
+    "toml stimuli": "more than 20000 stimuli",
+    "scene objects": "more than 200 objects",
+    "csv wide": "more than 1000 columns",
+    "taxels on one place": "nearly the same place",
+    "npz zeros": "implausible size",
+    "npz taxels": "implausible size",
+    "xml comments": "not valid XML",
+    "mcap messages": "too many messages",
+    "mcap zeros": "implausible size",
+}
+"""Pattern of the outcome, where more is known than that it is named."""
+
+
+def check(names, call_all):
+    outcomes = call_all(small_bombs.read_bomb, [(name,) for name in names], cpu=CPU_SECONDS + MAKING)
+    for name, outcome in zip(names, outcomes, strict=True):
+        assert outcome == "ok" or outcome.startswith("refused: "), (name, outcome)
+        if outcome != "ok":
+            assert "small." in outcome, f"{name}: the file is not named: {outcome}"
+        assert re.search(EXPECTED.get(name, ""), outcome), (name, outcome)
+
+
+def test_small_files_are_read_within_limits(call_all):
+    check([name for name in BOMBS if name not in LONG], call_all)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", sorted(LONG))
+def test_more_small_files_are_read_within_limits(call_all, name):
+    check([name], call_all)

@@ -1,0 +1,70 @@
+"""What is left out of mesh files before they are decoded changes no shape."""
+
+from __future__ import annotations
+
+import json
+import struct
+
+import numpy as np
+import pytest
+import trimesh
+from trimesh.visual import TextureVisuals
+
+from app.core.errors import MeshError
+from app.robots.formats import mesh_limits
+from app.robots.formats.mesh_files import parse_mesh
+from app.robots.formats.mesh_limits import reduced_glb, reduced_obj, reduced_stl
+from tests.hard_cases.small_bombs import dae
+
+
+def textured_scene():
+    """Two boxes, one with a picture, at different places."""
+    scene = trimesh.Scene()
+    box = trimesh.creation.box()
+    picture = TextureVisuals(uv=np.zeros((len(box.vertices), 2)))
+    scene.add_geometry(trimesh.Trimesh(box.vertices, box.faces, visual=picture, process=False))
+    scene.add_geometry(trimesh.creation.icosphere(1), transform=trimesh.transformations.translation_matrix([3, 0, 0]))
+    return scene
+
+
+def tree_of(data):
+    (length,) = struct.unpack_from("<I", data, 12)
+    return json.loads(data[20 : 20 + length])
+
+
+def test_a_glb_keeps_its_shape_and_loses_the_rest(tmp_path):
+    data = textured_scene().export(file_type="glb")
+    path = tmp_path / "a.glb"
+    before = trimesh.load(trimesh.util.wrap_as_stream(data), file_type="glb", process=False).to_mesh()
+    after = parse_mesh(data, path, weld=False)
+    assert np.array_equal(after.faces, before.faces)
+    assert np.allclose(after.vertices, before.vertices)
+    whole, tree = tree_of(data), tree_of(reduced_glb(data, path))
+    assert {"materials", "TEXCOORD_0"} <= {*whole, *whole["meshes"][0]["primitives"][0]["attributes"]}
+    assert "materials" not in tree
+    assert all(set(one["attributes"]) == {"POSITION"} for mesh in tree["meshes"] for one in mesh["primitives"])
+    assert len(tree["accessors"]) == 4
+
+
+def test_groups_beyond_the_limit_are_read_as_one(monkeypatch, tmp_path):
+    monkeypatch.setattr(mesh_limits, "MAX_GROUPS", 2)
+    corners = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n"
+    parts = b"".join(b"usemtl %d\nf 1 2 %d\n" % (n, 3 + n % 2) for n in range(4))
+    path = tmp_path / "a.obj"
+    assert reduced_obj(corners + parts[:24], path) == corners + parts[:24]
+    assert b"usemtl" not in reduced_obj(corners + parts, path)
+    assert len(parse_mesh(corners + parts, path).faces) == 4
+    solid = b"solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 %d\nendloop\n" \
+        b"endfacet\nendsolid a\n"  # fmt: skip
+    many = b"".join(solid % n for n in range(5))
+    assert reduced_stl(many, path).count(b"endsolid") == 1
+    assert len(parse_mesh(many, tmp_path / "a.stl").faces) == 5
+
+
+def test_nodes_of_a_collada_file_are_counted_as_often_as_they_are_shown(monkeypatch, tmp_path):
+    twice = '<node id="a"><instance_geometry url="#g"/><instance_geometry url="#g"/></node>'
+    data = dae('<node><instance_node url="#a"/></node><node><instance_node url="#a"/></node>', library=twice)
+    assert len(parse_mesh(data, tmp_path / "a.dae", weld=False).faces) == 4
+    monkeypatch.setattr(mesh_limits, "MAX_PARTS", 3)
+    with pytest.raises(MeshError, match=r"a\.dae, parts: .*more than 3 parts \(found: 4\)"):
+        parse_mesh(data, tmp_path / "a.dae")
