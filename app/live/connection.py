@@ -12,9 +12,9 @@ from __future__ import annotations
 import threading
 import time
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import StrEnum
 
 from app.core.errors import LiveError, TactileMapsError, describe_unexpected_error
@@ -63,6 +63,7 @@ class ConnectionStatus:
         problem: Why it is not receiving; None while it is.
         next_try: Seconds until the source is opened again; None where that is not planned.
         malformed: What was wrong with the newest packet that could not be understood; None where there was none.
+        refused: Number of packets of a second sender that were refused while motion was sent, by its address.
     """
 
     state: ConnectionState
@@ -74,6 +75,12 @@ class ConnectionStatus:
     problem: str | None = None
     next_try: float | None = None
     malformed: str | None = None
+    refused: Mapping[str, int] = field(default_factory=dict)
+
+
+def refused_text(refused: Mapping[str, int]) -> str:
+    """Refused senders in words."""
+    return ", ".join(f"{number} of {address}" for address, number in refused.items())
 
 
 class Connection:
@@ -140,10 +147,12 @@ class Connection:
         return self._ended and not (self._waiting or self._packets)
 
     def keep_newest(self, *, on: bool) -> None:
-        """Keep only what ``take_newest`` needs, or every reading again. A file is always read in order."""
+        """Keep only what ``take_newest`` needs, from one sender; or every reading again. A file is read in order."""
         on = on and not self.source.finite
         if on is self._newest_only:
             return
+        if isinstance(self.source, PacketSource):
+            self.source.one_sender = on
         with self._lock:
             self._newest_only = on
             self._tracker.patience = 0.0 if on else self._patience
@@ -251,6 +260,7 @@ class Connection:
                 self._problem,
                 next_try,
                 self._malformed,
+                self.source.refused if isinstance(self.source, PacketSource) else {},
             )
 
     def _state(self, now: float) -> ConnectionState:

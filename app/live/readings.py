@@ -132,7 +132,17 @@ class Source(Protocol):
 
 @runtime_checkable
 class PacketSource(Source, Protocol):
-    """A source whose packets can be received first and decoded later: those replaced by newer ones need no decoding."""
+    """A source whose packets can be received first and decoded later: those replaced by newer ones need no decoding.
+
+    Attributes:
+        one_sender: True while only the packets of one sender are received, those of others refused; it may be set.
+    """
+
+    one_sender: bool
+
+    @property
+    def refused(self) -> dict[str, int]:
+        """Number of refused packets by the address of their sender."""
 
     def wait_for_packet(self, timeout: float) -> bool:
         """Wait until a packet can be received, for ``timeout`` [s] at most; True if one can. Any thread may wait."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import secrets
 from pathlib import Path
 
 from PySide6.QtCore import Signal
@@ -53,10 +54,7 @@ class ConnectDialog(QDialog):
         form.addRow("Source", self.kind)
         self.address, row = self._file_row("Choose the file…", _FILTER)
         form.addRow("Address or file", row)
-        self.token = QLineEdit(self)
-        self.token.setPlaceholderText("None")
-        self.token.setToolTip("Every packet must carry it; needed to listen to other machines, at least 8 characters")
-        form.addRow("Token", self.token)
+        form.addRow("Token", self._token_row())
         self.mapping, row = self._file_row("Choose the mapping of ROS messages…", "TOML (*.toml)")
         self.mapping.setToolTip("Topics and fields of ROS 2 messages")
         form.addRow("ROS mapping", row)
@@ -123,6 +121,27 @@ class ConnectDialog(QDialog):
         line.addWidget(edit)
         line.addWidget(button)
         return edit, row
+
+    def _token_row(self) -> QWidget:
+        row = QWidget(self)
+        self.token = QLineEdit(row)
+        self.token.setPlaceholderText("None")
+        use = "needed to listen to other machines and to move a robot"
+        self.token.setToolTip(f"Every packet must contain it; {use}, at least 8 characters")
+        self.make_token = QPushButton("Make one", row)
+        self.make_token.setToolTip("Make a token and copy it, to be set in the sender")
+        self.make_token.setAutoDefault(False)
+        self.make_token.clicked.connect(self._on_make_token_clicked)
+        line = QHBoxLayout(row)
+        line.setContentsMargins(0, 0, 0, 0)
+        line.addWidget(self.token)
+        line.addWidget(self.make_token)
+        return row
+
+    def _on_make_token_clicked(self) -> None:
+        self.token.setText(secrets.token_urlsafe(12))
+        self.token.selectAll()
+        self.token.copy()
 
     def _on_kind_changed(self, kind: str) -> None:
         self.address.setText(KINDS[kind])

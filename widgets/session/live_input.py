@@ -9,12 +9,13 @@ from pathlib import Path
 
 from app.control.controller_registry import scene_values
 from app.core.arrays import IntArray
-from app.core.errors import SimulationError, describe_unexpected_error
+from app.core.errors import SimulationError, UsageError, describe_unexpected_error
 from app.live.channels.calibration import ValueMode, load_calibration, save_calibration
 from app.live.channels.matching import load_matching
 from app.live.connection import Connection, ConnectionStatus
 from app.live.measured_session import MeasuredFacts, MeasuredSession, silent_text, swapped_texts
 from app.live.motion.command_loop import CommandLoop
+from app.live.motion.driver_channel import check_readings
 from app.live.motion.motion_sender import MotionLimits
 from app.live.prepare import as_measured
 from app.live.sources.open import SourceOptions, open_source
@@ -126,10 +127,19 @@ class LiveInput:
             self._motion.use_controller(name)
 
     def send_motion(self, address: str, limits: MotionLimits) -> None:
-        """Send what is wanted, since a hand said so; raises TactileMapsError, see ``LiveMotion.start``."""
+        """Send the wanted motion, for a user's action; raises TactileMapsError, see ``LiveMotion.start``.
+
+        Raises:
+            UsageError: Also where readings need a token and have none.
+        """
         assert self._runner is not None
+        token = self.settings.options.token
+        try:
+            check_readings(self.settings.address, token)
+        except UsageError as error:
+            raise error.at(remedy="Disconnect, and let File > Connect make a token for the sender") from error
         with self._runner.lock:
-            self._motion.start(address, limits)
+            self._motion.start(address, limits, token=token)
 
     def stop_motion(self) -> None:
         """Send a stop, and nothing after it: at once, without waiting for the readings' thread."""

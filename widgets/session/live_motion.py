@@ -11,10 +11,10 @@ from app.control.command import ControlSettings
 from app.live.data_age import DataAge
 from app.live.measured_session import MeasuredSession
 from app.live.motion.command_latency import LatencyFigures
+from app.live.motion.driver_channel import check_sending, driver_channel
 from app.live.motion.measured_controller import WantedMotion
 from app.live.motion.motion_output import MotionOutput
-from app.live.motion.motion_sender import MotionLimits, SendingState, check_sending
-from app.live.send import sender
+from app.live.motion.motion_sender import MotionLimits, SendingState
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,18 +91,18 @@ class LiveMotion:
             self._output.use(settings)
         self._settings = settings
 
-    def start(self, address: str, limits: MotionLimits) -> None:
-        """Send what is wanted from the next frame on: a hand said so.
+    def start(self, address: str, limits: MotionLimits, *, token: str | None = None) -> None:
+        """Send the wanted motion from the next frame on. Call it only for a user's action.
 
         Raises:
             UsageError: There is no such address, or it is another machine's.
-            LiveError: It cannot be sent to.
+            LiveError: It cannot be sent to, or no program receives there.
             RobotError: The controller cannot be built.
         """
         self.stop()
         check_sending(address, remote=False)
         output = self._made()  # what can fail comes before anything is opened
-        output.start_sending(self._open.enter_context(sender(address)), limits)
+        output.start_sending(self._open.enter_context(driver_channel(address)), limits, token=token)
 
     def stop(self) -> None:
         """Send a stop, and nothing after it; close the socket."""

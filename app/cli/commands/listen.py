@@ -18,15 +18,15 @@ from app.control.limit_texts import limit_text
 from app.core.errors import LiveError, UsageError
 from app.live.channels.calibration import ValueMode, load_calibration, save_calibration
 from app.live.channels.matching import load_matching
-from app.live.connection import Connection, ConnectionState, ConnectionStatus
+from app.live.connection import Connection, ConnectionState, ConnectionStatus, refused_text
 from app.live.frame_recording import FrameRecording
 from app.live.measured_session import MeasuredFacts, MeasuredSession, silent_text, swapped_texts
 from app.live.motion.command_latency import LatencyFigures, latency_text
 from app.live.motion.command_loop import CommandLoop
+from app.live.motion.driver_channel import check_readings, check_sending, driver_channel
 from app.live.motion.motion_output import MotionOutput
-from app.live.motion.motion_sender import DEADLINE, MotionLimits, SendingState, check_sending
+from app.live.motion.motion_sender import DEADLINE, MotionLimits, SendingState
 from app.live.prepare import prepare_measured
-from app.live.send import sender
 from app.live.sources.open import SourceOptions, is_live, open_source
 from app.recording.recorder import Recorder
 from app.scene.scene import Scene
@@ -49,6 +49,7 @@ def execute(arguments: argparse.Namespace) -> int:
     limits = MotionLimits(arguments.max_speed, arguments.max_force)
     if arguments.send:
         check_sending(arguments.send, remote=arguments.remote)
+        check_readings(arguments.source, arguments.token)
     options = SourceOptions(
         arguments.token, arguments.remote, Path(arguments.mapping) if arguments.mapping else None, arguments.speed
     )
@@ -68,7 +69,8 @@ def execute(arguments: argparse.Namespace) -> int:
             recording = FrameRecording(recorder, lossless=connection.source.finite)
             stack.callback(recording.close)
         if motion is not None and arguments.send:
-            motion.start_sending(stack.enter_context(sender(arguments.send)), limits, token=arguments.token)
+            put = stack.enter_context(driver_channel(arguments.send))
+            motion.start_sending(put, limits, token=arguments.token)
             stack.callback(motion.halt)
         result = _listen(connection, session, recording, motion, arguments.seconds)
     status, facts = connection.status, session.facts
@@ -222,6 +224,7 @@ def _figures(status: ConnectionStatus, facts: MeasuredFacts, session: MeasuredSe
         **vars(status.counts),
         "loss": status.counts.loss,
         "reconnects": status.reconnects,
+        "refused_senders": dict(status.refused),
         "delay_ms": None if delay is None else {name: 1e3 * value for name, value in vars(delay).items()},
         "mean_rate_hz": session.mean_rate,
         "shown": facts.readings,
@@ -295,6 +298,8 @@ def _warnings(session: MeasuredSession, facts: MeasuredFacts, status: Connection
     """What a person should know although readings came."""
     if status.counts.malformed:
         yield f"{status.counts.malformed} packets could not be understood; the last: {status.malformed}"
+    if status.refused:
+        yield f"while motion was sent, packets of a second sender were refused: {refused_text(status.refused)}"
     if facts.refused:
         yield f"{facts.refused} readings do not fit the skin; the last: {facts.problem}"
     if facts.unknown:

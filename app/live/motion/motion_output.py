@@ -87,12 +87,15 @@ class MotionOutput:
             put: Sends a packet.
             limits: See there.
             token: That every packet carries.
+
+        Raises:
+            LiveError: No program receives the packets, or they cannot be sent.
         """
         self.halt()
         self._monitor.reset()
         self.latency = CommandLatency()
         self._sender = MotionSender(self._joints, put, limits, token=token)
-        self._sender.start()
+        self._sender.start(self._clock())
 
     def halt(self, reason: StopReason = StopReason.BY_HAND, detail: str = "") -> None:
         """Send a stop, and nothing after it. Any thread may call it."""

@@ -1,8 +1,9 @@
 """Joint velocities to a robot's own driver, and every reason not to send them.
 
-Sending begins only with ``start``, which only a user's action calls. It waits until all readings that it needs are
-there (state *waiting*), sends velocities (*moving*), and ends with three packets that say *stopped*, since a packet can
-be lost. Only a user's action starts it again. Any thread may stop it: nothing is sent after a stop.
+Sending begins only with ``start``, which only a user's action calls. It sends two packets that say *stopped*, waits
+until all readings that it needs are there (state *waiting*), sends velocities (*moving*), and ends with three packets
+that say *stopped*, since a packet can be lost. Only a user's action starts it again. Any thread may stop it: nothing is
+sent after a stop.
 
 A velocity is valid for ``VALID_SECONDS``: a driver that receives nothing for longer must stop by itself. The data
 behind a command are never older than ``OLDEST_SECONDS``. The difference is the ``DEADLINE`` of the command loop: a
@@ -21,14 +22,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import Any
-from urllib.parse import urlsplit
 
 import numpy as np
 
 from app.core.arrays import FloatArray
-from app.core.errors import LiveError, UsageError
+from app.core.errors import LiveError
 from app.live.motion.measured_controller import WantedMotion
-from app.live.sources.network import is_this_machine
 
 VALID_SECONDS = 0.2
 """A driver may follow a velocity for so long [s]."""
@@ -82,6 +81,7 @@ class StopReason(StrEnum):
     CONTROLLER = "the controller's safety monitor stopped the arm"
     UNKNOWN = "posture or forces are not known any more"
     FAILED = "the address cannot be sent to"
+    REFUSED = "no program receives at the driver's address"
 
 
 @dataclass(frozen=True)
@@ -110,18 +110,6 @@ class SendingState:
         return self.sending or self.waiting is not None
 
 
-def check_sending(address: str, *, remote: bool) -> None:
-    """Refuse to move a robot on another machine unless it is asked for.
-
-    Raises:
-        UsageError: It is not.
-    """
-    host = urlsplit(address).hostname or "127.0.0.1"
-    if not (remote or is_this_machine(host)):
-        remedy = "Send to 127.0.0.1, or add --remote"
-        raise UsageError("motion for other machines is not asked for", value=host, remedy=remedy)
-
-
 class MotionSender:
     """Sends velocities within limits, and stops. Mutable; any thread may call it.
 
@@ -145,9 +133,23 @@ class MotionSender:
         self._sequence = 0
         self._measured = -math.inf
 
-    def start(self) -> None:
-        """Wait for the readings that are needed; ``begin`` ends the waiting."""
+    def start(self, now: float) -> None:
+        """Wait for the readings that are needed; ``begin`` ends the waiting.
+
+        Two packets with *stopped* are sent first: the second fails where no program on this computer received the
+        first.
+
+        Raises:
+            LiveError: They cannot be sent, or no program receives them.
+        """
         with self._lock:
+            still = np.zeros(len(self._joints))
+            try:
+                for _ in range(2):
+                    self._put(self._packet(now, still, why="nothing is sent yet"))
+            except OSError as error:
+                remedy = "Start the robot's driver first, and check the address"
+                raise LiveError(_reason(error).value, value=error, remedy=remedy) from error
             self.state = SendingState(waiting="the first reading")
 
     def wait(self, text: str) -> None:
@@ -170,11 +172,14 @@ class MotionSender:
                 return
             self.state = replace(self.state, sending=False, waiting=None, stopped=reason, detail=detail)
             still = np.zeros(len(self._joints))
-            try:
-                for _ in range(_STOP_PACKETS):
+            failed = None
+            for _ in range(_STOP_PACKETS):  # each is tried: a socket reports a refused packet with the next one
+                try:
                     self._put(self._packet(now, still, why=reason.value))
-            except (OSError, LiveError) as error:
-                said = (detail, f"the stop was not sent: {error}")
+                except (OSError, LiveError) as error:
+                    failed = error
+            if failed is not None:
+                said = (detail, f"the stop was not sent: {failed}")
                 self.state = replace(self.state, detail="; ".join(filter(None, said)))
 
     def check_force(self, force: float, now: float) -> None:
@@ -214,7 +219,7 @@ class MotionSender:
         try:
             self._put(self._packet(now, sent))
         except (OSError, LiveError) as error:
-            self.stop(now, StopReason.FAILED, str(error))
+            self.stop(now, _reason(error), str(error))
             return False
         self.state = replace(self.state, sent=self.state.sent + 1, slowed=self.state.slowed + slowed)
         return True
@@ -229,3 +234,7 @@ class MotionSender:
             fields["token"] = self._token
         self._sequence += 1
         return json.dumps(fields, separators=(",", ":")).encode()
+
+
+def _reason(error: Exception) -> StopReason:
+    return StopReason.REFUSED if isinstance(error, ConnectionRefusedError) else StopReason.FAILED

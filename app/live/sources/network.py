@@ -11,7 +11,8 @@ import socket
 from typing import Any
 
 from app.core.errors import LiveError, UsageError
-from app.live.readings import Reading
+from app.live.readings import MalformedReadingError, Reading
+from app.live.sources.one_sender import OneSender
 from app.live.wire_format import decode
 
 _BUFFER = 4_000_000
@@ -25,9 +26,8 @@ def check_listening(host: str, *, remote: bool, token: str | None) -> None:
     Raises:
         UsageError: It is not, or the token is too short.
     """
-    if token is not None and len(token) < _SHORTEST_TOKEN:
-        remedy = f"Choose one of at least {_SHORTEST_TOKEN} characters"
-        raise UsageError("the token is too short", place="token", remedy=remedy)
+    if token is not None:
+        check_token(token)
     if is_this_machine(host):
         return
     if token is None:
@@ -36,6 +36,13 @@ def check_listening(host: str, *, remote: bool, token: str | None) -> None:
     if not remote:
         remedy = "Listen on 127.0.0.1, or add --remote"
         raise UsageError("packets of other machines are not asked for", value=host, remedy=remedy)
+
+
+def check_token(token: str) -> None:
+    """Refuse a token that is soon guessed; raises UsageError."""
+    if len(token) < _SHORTEST_TOKEN:
+        remedy = f"Choose one of at least {_SHORTEST_TOKEN} characters"
+        raise UsageError("the token is too short", place="token", remedy=remedy)
 
 
 def is_this_machine(host: str) -> bool:
@@ -60,6 +67,7 @@ class UdpSource:
         finite: False.
         slow: False.
         port: That is listened to.
+        one_sender: True while only the packets of one sender are received.
 
     Raises:
         UsageError: See ``check_listening``.
@@ -73,6 +81,13 @@ class UdpSource:
         self.address, self._host, self.port, self._token = f"udp://{host}:{port}", host, port, token
         self._socket: socket.socket | None = None
         self._readable: selectors.BaseSelector | None = None
+        self.one_sender = False
+        self._sender = OneSender(self._valid)
+
+    @property
+    def refused(self) -> dict[str, int]:
+        """Number of packets of second senders by address, refused while only one was admitted."""
+        return dict(self._sender.refused)
 
     def open(self) -> None:
         """Listen."""
@@ -109,11 +124,21 @@ class UdpSource:
         if self._socket is None:
             raise LiveError("the source is not open", place=self.address)
         try:
-            return self._socket.recv(65536)
+            while True:
+                packet, sender = self._socket.recvfrom(65536)
+                if not self.one_sender or self._sender.admits(packet, sender):
+                    return packet
         except BlockingIOError:
             return None
         except OSError as error:
             raise LiveError("the connection is lost", place=self.address, value=error) from error
+
+    def _valid(self, packet: bytes) -> bool:
+        try:
+            self.decode_packet(packet)
+        except MalformedReadingError:
+            return False
+        return True
 
     def decode_packet(self, packet: bytes) -> Reading:
         """Return the reading of a packet; raises MalformedReadingError."""

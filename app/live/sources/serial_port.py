@@ -42,7 +42,7 @@ class SerialSource:
             remedy = "Install it with: pip install 'tactile-maps[live]'"
             raise LiveError("serial ports need pyserial", remedy=remedy) from error
         try:
-            self._serial = serial.Serial(self._port, self._baud, timeout=0)
+            self._serial = serial.Serial(self._port, self._baud, timeout=0, exclusive=True)
         except (OSError, ValueError) as error:
             remedy = "Check that the board is plugged in and that you may read the port"
             raise LiveError("the serial port cannot be opened", place=self._port, value=error, remedy=remedy) from error

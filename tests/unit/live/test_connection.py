@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from typing import ClassVar
 
 from app.core.errors import LiveError
 from app.live.connection import FIRST_PAUSE, LONGEST_PAUSE, MOST_WAITING, Connection, ConnectionState
@@ -156,6 +157,9 @@ def test_what_nobody_foresaw_is_told(monkeypatch, tmp_path):
 
 class Packets(Scripted):
     """A source of packets: the system keeps those that were sent until they are received."""
+
+    one_sender = False
+    refused: ClassVar[dict] = {}
 
     def __init__(self, *packets):
         super().__init__()

@@ -7,6 +7,7 @@ from functools import partial
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication
 
 from app.contacts.pipeline import ReadingSettings
 from app.editing.arrange import move, rotate
@@ -30,6 +31,20 @@ def test_a_source_is_asked_for_and_connected(window, tmp_path):
     assert window.live.live_input.session.facts.taring
     window.action("disconnect").trigger()
     assert window.live.live_input is None
+
+
+def test_token_is_made_and_copied(window):
+    window.action("connect").trigger()
+    dialog = window.presenters.live_input.dialog
+    dialog.make_token.click()
+    token = dialog.token.text()
+    assert len(token) >= 16
+    assert QApplication.clipboard().text() == token
+    assert dialog.settings.options.token == token
+    dialog.make_token.click()
+    assert dialog.token.text() != token
+    dialog.token.clear()
+    dialog.reject()
 
 
 def test_a_mistake_is_said_in_place(window, tmp_path):

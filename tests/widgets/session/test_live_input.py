@@ -12,10 +12,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.core.errors import LiveError, TactileMapsError
+from app.core.errors import LiveError, TactileMapsError, UsageError
 from app.live.channels.calibration import ValueMode
 from app.live.motion.motion_sender import MotionLimits
 from app.live.readings import Reading, Unit
+from app.live.sources.open import SourceOptions
 from app.live.wire_format import encode_binary
 from app.recording.player import open_recording
 from app.tactile.press import press_skin
@@ -156,10 +157,13 @@ def test_on_threads_packets_become_frames_and_both_end(qtbot, prepared):
     live.deleteLater()
 
 
+TOKEN = "a token of ours"
+
+
 def test_on_threads_motion_is_sent_and_stops_without_waiting_for_the_readings(qtbot):
     live = LiveSession(backends=replace(INLINE, readings_runner=ThreadReadingsRunner))
     live.show_prepared(prepared_bar())
-    live.connect_source(LiveInputSettings("udp://127.0.0.1:0"))
+    live.connect_source(LiveInputSettings("udp://127.0.0.1:0", SourceOptions(token=TOKEN)))
     values, packets, number = press_skin(bar_skin(), bar_skin().taxel_point(30), force=2.0), [], itertools.count()
     with (
         socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as skin,
@@ -174,15 +178,17 @@ def test_on_threads_motion_is_sent_and_stops_without_waiting_for_the_readings(qt
         def received() -> int:
             """Send a reading, and read what reached the driver."""
             reading = Reading(time.time(), values, Unit.PASCAL, joints={"hinge": 0.3}, sequence=next(number))
-            skin.send(encode_binary(reading))
+            skin.send(encode_binary(reading, token=TOKEN))
             with suppress(BlockingIOError):
                 while True:
                     packets.append(json.loads(driver.recv(4096)))
             return len(packets)
 
         assert live.live_input.motion().sending.waiting is not None
-        qtbot.waitUntil(lambda: received() >= 5, timeout=10_000)
-        assert {packet["state"] for packet in packets} == {"moving"}
+        qtbot.waitUntil(lambda: received() >= 7, timeout=10_000)
+        assert [packet["state"] for packet in packets[:2]] == ["stopped"] * 2
+        assert {packet["state"] for packet in packets[2:]} == {"moving"}
+        assert {packet["token"] for packet in packets} == {TOKEN}
         assert live.live_input.motion().latency.median > 0
         with live.runner.lock:  # as of a controller that takes long
             live.live_input._motion.halt()
@@ -193,3 +199,70 @@ def test_on_threads_motion_is_sent_and_stops_without_waiting_for_the_readings(qt
         assert received() == count
     live.close()
     live.deleteLater()
+
+
+@pytest.fixture
+def driven(qtbot):
+    """A live input of the bar on threads, its board and its driver."""
+    live = LiveSession(backends=replace(INLINE, readings_runner=ThreadReadingsRunner))
+    live.show_prepared(prepared_bar())
+    live.connect_source(LiveInputSettings("udp://127.0.0.1:0", SourceOptions(token=TOKEN)))
+    live.live_input.use_controller("hold_force")
+    with (
+        socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as board,
+        socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as driver,
+    ):
+        board.connect(("127.0.0.1", live.live_input.connection.source.port))
+        driver.bind(("127.0.0.1", 0))
+        yield live.live_input, board, driver
+    live.close()
+    live.deleteLater()
+
+
+def send_reading(board, force, sequence):
+    values = press_skin(bar_skin(), bar_skin().taxel_point(30), force=force)
+    reading = Reading(time.time(), values, Unit.PASCAL, joints={"hinge": 0.3}, sequence=next(sequence))
+    board.send(encode_binary(reading, token=TOKEN))
+
+
+def test_second_sender_is_refused_while_motion_is_sent(qtbot, driven):
+    live, board, driver = driven
+    sequence = itertools.count()
+    live.send_motion(f"udp://127.0.0.1:{driver.getsockname()[1]}", MotionLimits())
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as second:
+        second.connect(board.getpeername())
+
+        def moved():
+            send_reading(board, 2.0, sequence)
+            if live.motion().sending.sending:
+                send_reading(second, 60.0, sequence)
+            return live.motion().sending.sent > 20
+
+        qtbot.waitUntil(moved, timeout=20_000)
+        name = f"127.0.0.1:{second.getsockname()[1]}"
+    assert live.motion().sending.sending
+    assert live.motion().wanted.force < 5
+    assert live.status.refused[name] > 0
+
+
+def test_driver_that_goes_away_ends_sending(qtbot, driven):
+    live, board, driver = driven
+    sequence = itertools.count()
+    live.send_motion(f"udp://127.0.0.1:{driver.getsockname()[1]}", MotionLimits())
+
+    def moved():
+        send_reading(board, 2.0, sequence)
+        if live.motion().sending.sent > 5:
+            driver.close()
+        return live.motion().sending.stopped is not None
+
+    qtbot.waitUntil(moved, timeout=20_000)
+    assert live.motion().sending.stopped == "no program receives at the driver's address"
+
+
+def test_motion_needs_a_token_for_packets(qtbot, live):
+    live.show_prepared(prepared_bar())
+    live.connect_source(LiveInputSettings("udp://127.0.0.1:0"))
+    with pytest.raises(UsageError, match="readings need a token.*File > Connect"):
+        live.live_input.send_motion("udp://127.0.0.1:9", MotionLimits())
+    assert not live.live_input.motion().sending.active

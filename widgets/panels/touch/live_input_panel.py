@@ -9,7 +9,7 @@ from PySide6.QtWidgets import QComboBox, QHBoxLayout, QLabel, QPushButton, QWidg
 
 from app.core.errors import TactileMapsError
 from app.live.channels.calibration import ValueMode
-from app.live.connection import ConnectionState, ConnectionStatus
+from app.live.connection import ConnectionState, ConnectionStatus, refused_text
 from app.live.measured_session import MeasuredFacts
 from widgets.common.panel import Panel, value_label
 from widgets.document.taxel_selection import TaxelSelection
@@ -203,6 +203,8 @@ def _notes(
 ) -> list[str]:
     """What a person should know or do."""
     notes = [text for text in (status.problem, facts.problem, status.malformed) if text]
+    if status.refused:
+        notes.append(f"Packets of a second sender were refused: {refused_text(status.refused)}")
     if facts.readings and not facts.calibrated:
         notes.append("Not calibrated: readings are shown in counts, and no forces are shown.")
     if facts.unknown:

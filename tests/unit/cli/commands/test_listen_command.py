@@ -156,7 +156,7 @@ def test_wanted_motion_is_sent_within_its_limits_and_ends_with_a_stop(skin, caps
         words += ["--send", to, "--max-speed", "0.01", "--json"]
         assert main(["listen", str(readings), *words]) == 0
         found = json.loads(capsys.readouterr().out)["motion"]
-        packets = [json.loads(driver.recv(4096)) for _ in range(found["sent"] + 3)]
+        packets = [json.loads(driver.recv(4096)) for _ in range(2 + found["sent"] + 3)][2:]
     assert (found["controller"], found["sent"], found["stopped"]) == ("hold_force", 30, "switched off")
     assert found["slowed"] > 10
     speeds = [packet["velocities"]["hinge"] for packet in packets]
@@ -178,6 +178,9 @@ class Said(io.StringIO):
         return super().write(text)
 
 
+TOKEN = "a token of ours"
+
+
 def send_bar(port, begin, end):
     """Send readings of the touched bar, from ``begin`` until ``end``."""
     values = press_skin(bar_skin(), bar_skin().taxel_point(30), force=2.0)
@@ -186,12 +189,13 @@ def send_bar(port, begin, end):
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as opened:
         while not end.wait(0.01):
             reading = Reading(time.time(), values, Unit.PASCAL, joints={"hinge": 0.3}, sequence=number)
-            opened.sendto(encode_binary(reading), ("127.0.0.1", port))
+            opened.sendto(encode_binary(reading, token=TOKEN), ("127.0.0.1", port))
             number += 1
 
 
 def drive(driver, packets):
     """Receive packets for the robot, and press Ctrl-C after the fifth: a busy machine may be late soon after."""
+    assert [json.loads(driver.recv(4096))["why"] for _ in range(2)] == ["nothing is sent yet"] * 2
     while not packets or packets[-1]["state"] != "stopped":
         packets.append(json.loads(driver.recv(4096)))
         if len(packets) == 5:
@@ -208,7 +212,15 @@ def test_sending_waits_for_a_sender_that_starts_later_and_records_meanwhile(skin
         driver.bind(("127.0.0.1", 0))
         driver.settimeout(PATIENCE)
         words = ["--robot", str(robot), "--skin", skin, "--controller", "hold_force", "--for", str(PATIENCE)]
-        words += ["--send", f"udp://127.0.0.1:{driver.getsockname()[1]}", "--json", "-o", str(recorded)]
+        words += [
+            "--send",
+            f"udp://127.0.0.1:{driver.getsockname()[1]}",
+            "--json",
+            "-o",
+            str(recorded),
+            "--token",
+            TOKEN,
+        ]
         threads = [
             threading.Thread(target=send_bar, args=(port, said.waits, end)),
             threading.Thread(target=drive, args=(driver, packets)),
@@ -240,6 +252,7 @@ def test_sending_waits_for_a_sender_that_starts_later_and_records_meanwhile(skin
     [
         (["--send", "udp://192.0.2.1:9"], 2, "--remote"),
         (["--send", "carrier-pigeon://127.0.0.1"], 2, "udp://HOST:PORT"),
+        (["--send", "udp://no.such.host.invalid:9", "--remote"], 1, "cannot be used"),
         (["--send", "udp://127.0.0.1:9", "--max-speed", "50"], 1, "limit of speed"),
         (["--controller", "none"], 1, "none"),
     ],

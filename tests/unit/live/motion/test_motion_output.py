@@ -64,6 +64,8 @@ class Robot:
 
     def start(self) -> None:
         self.output.start_sending(lambda packet: self.put.append(json.loads(packet)), self.limits)
+        assert [packet["why"] for packet in self.put[-2:]] == ["nothing is sent yet"] * 2
+        del self.put[-2:]
 
     def read(self, force=0.0, *, unit=Unit.PASCAL, joints=True, step=STEP, taxels=None, sent=None, values=None):
         """Take one reading, with ``sent`` as the sender's clock; only of ``taxels`` where they are given."""
@@ -123,7 +125,8 @@ def test_motion_starts_from_the_posture_that_is_found_then():
 def test_what_is_too_fast_is_slowed_as_a_whole_and_counted():
     sent = []
     sender = MotionSender(("a", "b"), lambda packet: sent.append(json.loads(packet)), MotionLimits(speed=0.1))
-    sender.start()
+    sender.start(0.0)
+    del sent[:]
     sender.begin(0.0)
     for now, velocity in ((0.01, [0.4, -0.2]), (0.02, [0.05, 0.0]), (0.03, [-0.4, 0.2])):
         assert sender.show(WantedMotion(0.0, np.array(velocity), 0.0), now, measured=now)
@@ -131,7 +134,7 @@ def test_what_is_too_fast_is_slowed_as_a_whole_and_counted():
     assert sent[1]["velocities"] == {"a": 0.05, "b": 0.0}
     assert sent[2]["velocities"] == pytest.approx({"a": -0.1, "b": 0.05})
     assert (sender.state.sent, sender.state.slowed) == (3, 2)
-    assert [packet["seq"] for packet in sent] == [0, 1, 2]
+    assert [packet["seq"] for packet in sent] == [2, 3, 4]
     assert all(packet["valid_s"] == VALID_SECONDS for packet in sent)
 
 
@@ -198,17 +201,28 @@ def test_a_hand_stops_and_starts_again():
 
 
 def test_what_cannot_be_sent_stops_and_says_why():
-    robot = Robot()
+    robot, lost = Robot(), []
     robot.read()
 
-    def fail(_packet: bytes) -> None:
-        raise OSError("no route")
+    def put(_packet: bytes) -> None:
+        lost.append(len(lost))
+        if len(lost) > 2:
+            raise OSError("no route")
 
-    robot.output.start_sending(fail, LIMITS)
+    robot.output.start_sending(put, LIMITS)
     robot.read()
     assert robot.output.sending.stopped is StopReason.FAILED
     assert "no route" in robot.output.sending.detail
     assert "the stop was not sent" in robot.output.sending.detail
+    assert len(lost) == 2 + 1 + 3  # a velocity, and each stop is tried
+
+
+def test_address_that_refuses_the_first_packets_is_named():
+    def put(_packet: bytes) -> None:
+        raise ConnectionRefusedError("refused")
+
+    with pytest.raises(LiveError, match="no program receives at the driver's address.*Start the robot's driver first"):
+        Robot().output.start_sending(put, LIMITS)
 
 
 def test_without_forces_nothing_is_wanted():
@@ -399,7 +413,8 @@ def test_the_strongest_contact_counts():
 def test_a_force_that_is_no_number_stops():
     sent = []
     sender = MotionSender(("a",), sent.append, LIMITS)
-    sender.start()
+    sender.start(0.0)
+    del sent[:]
     sender.check_force(float("nan"), 0.0)
     assert sender.state.stopped is StopReason.FORCE
 
@@ -447,7 +462,8 @@ def test_commands_are_timed_and_late_ones_counted():
 def test_velocities_that_are_not_finite_are_not_sent():
     sent = []
     sender = MotionSender(("a",), lambda packet: sent.append(json.loads(packet)), LIMITS)
-    sender.start()
+    sender.start(0.0)
+    del sent[:]
     sender.begin(0.0)
     assert not sender.show(WantedMotion(0.0, np.array([np.nan]), 0.0), 0.0, measured=0.0)
     assert [packet["state"] for packet in sent] == ["stopped"] * 3
@@ -470,7 +486,8 @@ def test_waiting_says_that_readings_are_refused():
 def test_after_a_stop_from_another_thread_nothing_is_sent():
     sent = []
     sender = MotionSender(("a",), lambda packet: sent.append(json.loads(packet)["state"]), LIMITS)
-    sender.start()
+    sender.start(0.0)
+    del sent[:]
     sender.begin(0.0)
     moving, wanted = threading.Event(), WantedMotion(0.0, np.zeros(1), 0.0)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import socket
+from contextlib import suppress
 
 import numpy as np
 import pytest
@@ -137,3 +138,29 @@ def test_folded_nothing_is_worked_out(panel):
     choose(panel, "Hold force")
     panel.read(10)
     assert text(panel, "joints") == "–"
+
+
+def test_limits_of_the_panel_are_those_that_are_sent(panel, driver):
+    panel.findChild(QLineEdit, "motion-address").setText(f"udp://127.0.0.1:{driver.getsockname()[1]}")
+    choose(panel, "Hold force")
+    panel._speed.show_number(0.01)
+    panel._most_force.show_number(50.0)
+    press(panel)
+    panel.read(40)  # 20 N in the end
+    press(panel)
+    driver.setblocking(False)
+    packets = []
+    with suppress(BlockingIOError):
+        while True:
+            packets.append(json.loads(driver.recv(4096)))
+    assert packets[-1]["why"] == "switched off"
+    assert max(abs(packet["velocities"]["hinge"]) for packet in packets) == pytest.approx(0.01)
+
+
+def test_driver_that_is_not_there_is_named(panel, driver):
+    panel.findChild(QLineEdit, "motion-address").setText(f"udp://127.0.0.1:{driver.getsockname()[1]}")
+    choose(panel, "Hold force")
+    driver.close()
+    press(panel)
+    assert "no program receives at the driver's address" in text(panel, "told")
+    assert not panel.findChild(QPushButton, "motion-send").isChecked()

@@ -1,0 +1,100 @@
+"""The connection to a robot's driver, and what must hold before motion is sent over it."""
+
+from __future__ import annotations
+
+import secrets
+import socket
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from typing import Any
+from urllib.parse import urlsplit
+
+from app.core.errors import LiveError, UsageError
+from app.live.send import sender
+from app.live.sources.network import check_token, is_this_machine
+from app.live.sources.open import DEFAULT_PORT
+
+
+def check_sending(address: str, *, remote: bool) -> None:
+    """Refuse to move a robot on another machine unless the user requests it.
+
+    Raises:
+        UsageError: The user did not.
+    """
+    host = urlsplit(address).hostname or "127.0.0.1"
+    if not (remote or is_this_machine(host)):
+        remedy = "Send to 127.0.0.1, or add --remote"
+        raise UsageError("motion for other machines is not asked for", value=host, remedy=remedy)
+
+
+def check_readings(source: str, token: str | None) -> None:
+    """Refuse to move a robot by packets that any program on the network or on this computer could have sent.
+
+    A serial port and a file belong to whoever may open them. YARP and ROS 2 have no token: who may publish there is a
+    matter of their own network.
+
+    Args:
+        source: Address of the readings.
+        token: That every packet must carry; None for none.
+
+    Raises:
+        UsageError: A token is needed and not set, or too short.
+    """
+    if source.partition(":")[0] not in ("udp", "zmq"):
+        return
+    if token is None:
+        remedy = f"Set a token, for example {secrets.token_urlsafe(12)}, and let the sender put it into every packet"
+        problem = "while motion is sent, readings need a token: any program could send them"
+        raise UsageError(problem, value=source, remedy=remedy)
+    check_token(token)
+
+
+@contextmanager
+def driver_channel(address: str) -> Iterator[Callable[[bytes], Any]]:
+    """Return what sends a packet to the driver at ``udp://HOST:PORT``, or publishes it at ``zmq://HOST:PORT``.
+
+    A UDP socket is connected: it has the address of the network that leads to the driver, receives from nobody else,
+    and raises ConnectionRefusedError for the packet after one that no program received. A ZeroMQ publisher cannot
+    notice that.
+
+    Raises:
+        UsageError: There is no such address.
+        LiveError: It cannot be sent to, or another program on this computer sends motion to it.
+    """
+    parts = urlsplit(address)
+    if parts.scheme != "udp":
+        with sender(address) as put:
+            yield put
+        return
+    with ExitStack() as opened:
+        try:
+            port = parts.port or DEFAULT_PORT
+            found = socket.getaddrinfo(parts.hostname or "127.0.0.1", port, type=socket.SOCK_DGRAM)
+            family, kind, protocol, _, place = found[0]
+            channel = opened.enter_context(socket.socket(family, kind, protocol))
+            channel.connect(place)
+        except (OSError, ValueError) as error:
+            raise LiveError("the driver's address cannot be used", place=address, value=error) from error
+        opened.enter_context(_claimed(address, channel.getpeername()))
+        yield channel.send
+
+
+@contextmanager
+def _claimed(address: str, place: tuple[Any, ...]) -> Iterator[None]:
+    """Hold the right to send to a driver. Only Linux has names that end with their process; elsewhere nothing is held.
+
+    Raises:
+        LiveError: Another program holds it.
+    """
+    if not sys.platform.startswith("linux"):
+        yield
+        return
+    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as claim:
+        try:
+            claim.bind(f"\0tactile-maps/driver/{place[0]}:{place[1]}")
+        except OSError as error:
+            remedy = "End that program, or stop sending there"
+            problem = "another program on this computer sends motion to this driver"
+            raise LiveError(problem, place=address, remedy=remedy) from error
+        yield

@@ -1,0 +1,341 @@
+"""``listen --send`` from the packets of a board to those at a robot's driver, over real sockets on the loopback.
+
+Each trial runs the command until it moves the robot, then something happens, and the trial ends with Ctrl-C.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import random
+import signal
+import socket
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+import pytest
+
+from app.__main__ import main
+from app.core.errors import LiveError
+from app.live.motion.driver_channel import driver_channel
+from app.live.readings import Reading, Unit
+from app.live.wire_format import encode_binary
+from app.maps.formats.map_file import save_map
+from app.recording.player import open_recording
+from app.tactile.press import press_skin
+from tests.support.touch import bar, bar_map, bar_skin
+
+TOKEN = "a token of ours"
+PATIENCE = 30.0
+MOVING = 10
+LOOPBACK = "127.0.0.1"
+SILENT = "no reading came in time, the readings are too old"
+"""Which of both is said depends on the age of the newest reading."""
+
+
+def pressed(*forces: float) -> np.ndarray:
+    """Pressures of one contact for each force [N], far apart from each other."""
+    skin = bar_skin()
+    return sum(press_skin(skin, skin.taxel_point(30 - 25 * place), force=force) for place, force in enumerate(forces))
+
+
+@dataclass
+class Trial:
+    """A board with the bar's skin, the program and the driver.
+
+    Attributes:
+        folder: Of the files.
+        capsys: Takes what the program prints.
+        values: Pressures that the board sends [Pa].
+        joints: Positions that it sends.
+        silent: True while it sends nothing.
+        packets: All that reached the driver.
+        code: Exit code of the program.
+        result: What it printed with ``--json``.
+        errors: What it printed on standard error.
+    """
+
+    folder: object
+    capsys: object
+    values: np.ndarray = field(default_factory=lambda: pressed(2.0))
+    joints: dict = field(default_factory=lambda: {"hinge": 0.3})
+    silent: bool = False
+    clock: Callable[[], float] = time.time
+    packets: list = field(default_factory=list)
+    code: int = -1
+    result: dict = field(default_factory=dict)
+    errors: str = ""
+
+    def __post_init__(self):
+        (self.folder / "bar.xml").write_text(bar().mjcf)
+        save_map(bar_map(), self.folder / "bar.npz")
+        self.board, self.driver = (socket.socket(socket.AF_INET, socket.SOCK_DGRAM) for _ in range(2))
+        self.driver.bind((LOOPBACK, 0))
+        self.driver.setblocking(False)
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
+            free.bind((LOOPBACK, 0))
+            self.port = free.getsockname()[1]
+        self._sequence, self._over = 0, threading.Event()
+
+    def close(self):
+        self.board.close()
+        self.driver.close()
+
+    def run(self, *words: str, act: Callable[[Trial], None] = lambda _: None, until=None, end=signal.SIGINT) -> None:
+        """Run the command with more ``words``; ``act`` once the robot moves, and ``end`` it ``until`` something."""
+        until = until or (lambda trial: trial.states[-3:] == ["stopped"] * 3)
+        around = threading.Thread(target=self._around, args=(act, until, end))
+        around.start()
+        command = ["listen", f"udp://{LOOPBACK}:{self.port}", "--robot", str(self.folder / "bar.xml")]
+        command += ["--skin", str(self.folder / "bar.npz"), "--controller", "hold_force", "--token", TOKEN, "--json"]
+        command += ["--send", f"udp://{LOOPBACK}:{self.driver.getsockname()[1]}", "--for", str(PATIENCE)]
+        try:
+            self.code = main([*command, *words])
+        finally:
+            self._over.set()
+            around.join()
+        captured = self.capsys.readouterr()
+        self.errors = captured.err
+        self.result = json.loads(captured.out.splitlines()[-1])
+
+    @property
+    def states(self) -> list[str]:
+        return [packet["state"] for packet in self.packets]
+
+    @property
+    def speeds(self) -> list[float]:
+        return [packet["velocities"]["hinge"] for packet in self.packets if packet["state"] == "moving"]
+
+    @property
+    def stopped(self) -> str:
+        """Why sending stopped, as the driver was told and as the program says."""
+        last = self.packets[-3:]
+        assert [packet["state"] for packet in last] == ["stopped"] * 3
+        assert {tuple(packet["velocities"].items()) for packet in last} == {(("hinge", 0.0),)}
+        assert {packet["why"] for packet in last} == {self.result["motion"]["stopped"]}
+        return self.result["motion"]["stopped"]
+
+    def packet(self, values=None, *, token: str | None = TOKEN) -> bytes:
+        self._sequence += 1
+        values = self.values if values is None else values
+        reading = Reading(self.clock(), values, Unit.PASCAL, joints=self.joints, sequence=self._sequence)
+        return encode_binary(reading, token=token)
+
+    def send(self, packet: bytes, opened: socket.socket | None = None) -> None:
+        (opened or self.board).sendto(packet, (LOOPBACK, self.port))
+
+    def _around(self, act, until, end):
+        """The board and the driver."""
+        acted, ended, deadline = False, False, time.monotonic() + PATIENCE
+        while not self._over.is_set() and time.monotonic() < deadline:
+            if not self.silent:
+                self.send(self.packet())
+            self._over.wait(0.004)
+            self._drive()
+            if not acted and self.states.count("moving") >= MOVING:
+                act(self)
+                acted = True
+            if acted and not ended and until(self):
+                ended = True
+                os.kill(os.getpid(), end)
+        self._drive()
+
+    def _drive(self):
+        try:
+            while True:
+                self.packets.append(json.loads(self.driver.recv(65536)))
+        except OSError:  # nothing more, or the driver has gone
+            return
+
+
+@pytest.fixture
+def trial(tmp_path, capsys):
+    made = Trial(tmp_path, capsys)
+    yield made
+    made.close()
+
+
+def moved_more(trial):
+    """True once the robot was moved long enough to reach what it is limited by."""
+    return trial.states.count("moving") >= 60
+
+
+@pytest.mark.parametrize("source", ["udp:", "udp://127.0.0.1:0", "zmq://127.0.0.1:9870"])
+def test_motion_is_not_sent_for_readings_without_a_token(trial, source):
+    words = ["listen", source, "--skin", str(trial.folder / "bar.npz"), "--send", "udp://127.0.0.1:9"]
+    assert main(words) == 2
+    assert "Set a token, for example " in trial.capsys.readouterr().err
+    assert main([*words, "--token", "short"]) == 2
+    assert "at least 8 characters" in trial.capsys.readouterr().err
+
+
+def test_driver_that_is_not_there_is_named_before_anything_moves(trial):
+    trial.driver.close()
+    words = ["--robot", str(trial.folder / "bar.xml"), "--skin", str(trial.folder / "bar.npz"), "--token", TOKEN]
+    words += ["--controller", "hold_force", "--send", f"udp://{LOOPBACK}:{trial.port}"]
+    assert main(["listen", "udp://127.0.0.1:0", *words]) == 1
+    message = trial.capsys.readouterr().err
+    assert "no program receives at the driver's address" in message
+    assert "Start the robot's driver first" in message
+
+
+def test_driver_that_goes_away_stops_and_is_named(trial):
+    gone = []
+
+    def leave(trial):
+        trial.driver.close()
+        gone.append(time.monotonic())
+
+    trial.run(act=leave, until=lambda _: gone and time.monotonic() - gone[0] > 0.3)
+    motion = trial.result["motion"]
+    assert motion["stopped"] == "no program receives at the driver's address"
+    assert "the stop was not sent" in motion["detail"]
+    assert motion["sent"] < trial.result["received"]
+
+
+def test_readings_of_a_second_sender_never_reach_the_controller(trial):
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as second:
+        second.bind((LOOPBACK, 0))
+        name = f"{LOOPBACK}:{second.getsockname()[1]}"
+
+        strong = pressed(60.0)
+
+        def intrude(trial):
+            for _ in range(50):
+                trial.send(trial.packet(strong), second)
+
+        trial.run(act=intrude, until=moved_more)
+    assert trial.stopped == "switched off"
+    assert trial.result["max_force_N"] < 5
+    assert trial.result["refused_senders"] == {name: 50}
+    assert f"packets of a second sender were refused: 50 of {name}" in trial.errors
+
+
+def test_packets_without_the_token_do_not_count_as_readings(trial):
+    def fall_silent(trial):
+        trial.silent = True
+        for _ in range(20):
+            trial.send(trial.packet(token="a guess of theirs"))
+
+    trial.run(act=fall_silent)
+    assert trial.stopped in SILENT
+    assert trial.result["malformed"] == 20
+
+
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGHUP, 129), (signal.SIGQUIT, 131), (signal.SIGTERM, 143)])
+def test_ending_signal_stops_the_robot_and_completes_the_recording(trial, number, code):
+    file = trial.folder / "felt.mcap"
+    trial.run("-o", str(file), until=moved_more, end=number)
+    assert trial.code == code
+    assert [packet["why"] for packet in trial.packets[-3:]] == ["switched off"] * 3
+    assert open_recording(file).complete
+
+
+@pytest.mark.parametrize(("forces", "stops"), [((14.0,), False), ((16.0,), True), ((2.0, 16.0), True)])
+def test_force_limit_of_the_command_line_stops_at_the_strongest_contact(trial, forces, stops):
+    def press(trial):
+        trial.values = pressed(*forces)
+
+    trial.run("--max-force", "15", act=press, until=None if stops else moved_more)
+    assert trial.stopped == ("a contact passed the limit of force" if stops else "switched off")
+    assert ("15 N allowed" in trial.result["motion"]["detail"]) is stops
+
+
+@pytest.mark.parametrize(("force", "sign"), [(6.0, 1.0), (0.7, -1.0)])
+def test_speed_limit_of_the_command_line_holds_in_both_directions(trial, force, sign):
+    def press(trial):
+        trial.values = pressed(force)
+
+    trial.run("--max-speed", "0.002", act=press, until=moved_more)
+    assert max(np.abs(trial.speeds)) == pytest.approx(0.002)
+    assert np.sign(trial.speeds[-1]) == sign
+    assert trial.result["motion"]["slowed"] > 5
+
+
+@pytest.mark.parametrize(
+    ("change", "reason"),
+    [
+        ({"silent": True}, SILENT),
+        ({"joints": {}}, "a part of the robot is not heard any more"),
+        ({"joints": {"hinge": 1e300}}, "a reading is impossible"),
+        ({"values": np.full(60, 1e30)}, "a reading is impossible"),
+        ({"clock": lambda: time.time() - 1e6}, "the clock of the readings was set"),
+        ({"clock": time.monotonic}, "the clock of the readings was set"),
+    ],
+    ids=["silent", "joint", "far joint", "huge values", "clock", "restart"],
+)
+def test_readings_that_go_wrong_stop_by_name(trial, change, reason):
+    def go_wrong(trial):
+        for name, value in change.items():
+            setattr(trial, name, value)
+
+    trial.run(act=go_wrong)
+    assert trial.stopped in reason
+    sent = trial.result["motion"]["sent"]
+    assert trial.states.count("moving") == sent
+
+
+def test_nothing_moves_before_all_is_heard(trial):
+    trial.joints = {}
+    begun = time.monotonic()
+
+    def wait(trial):
+        if trial.states.count("stopped") == 2 and time.monotonic() - begun > 1.5:
+            trial.joints = {"hinge": 0.3}
+
+    trial.clock = lambda: wait(trial) or time.time()
+    trial.run(until=moved_more)
+    assert trial.states[:2] == ["stopped"] * 2
+    assert "no motion is sent yet: waiting for joint hinge" in trial.errors
+    assert [packet["seq"] for packet in trial.packets] == list(range(len(trial.packets)))
+    assert {packet["token"] for packet in trial.packets} == {TOKEN}
+
+
+def test_two_programs_do_not_move_one_robot():
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as driver:
+        driver.bind((LOOPBACK, 0))
+        address = f"udp://localhost:{driver.getsockname()[1]}"
+        with driver_channel(address) as put, pytest.raises(LiveError, match="another program on this computer"):  # noqa: SIM117
+            with driver_channel(address):
+                pass
+        with driver_channel(address) as put:
+            put(b"again")
+        assert driver.recv(16) == b"again"
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("seed", range(5))
+def test_random_packets_and_senders_neither_move_nor_break_anything(trial, seed):
+    dice = random.Random(seed)
+    others = [socket.socket(socket.AF_INET, socket.SOCK_DGRAM) for _ in range(3)]
+    strong = pressed(60.0)
+    begun = time.monotonic()
+
+    def storm(trial):
+        for _ in range(dice.randrange(1, 40)):
+            opened = dice.choice([*others, trial.board])
+            packet = trial.packet(strong, token=dice.choice([None, "a guess of theirs", TOKEN]))
+            if opened is trial.board:  # the owner of the stream sends nothing valid but its own readings
+                packet = trial.packet(strong, token="a guess of theirs")
+            kind = dice.randrange(4)
+            if kind == 0:
+                packet = dice.randbytes(dice.randrange(0, 2000))
+            elif kind == 1:
+                packet = packet[: dice.randrange(len(packet))] + dice.randbytes(8) if opened is not trial.board else b""
+            trial.send(packet, opened)
+        return time.monotonic() - begun > 6.0
+
+    try:
+        trial.run(until=lambda trial: storm(trial) or trial.states[-3:] == ["stopped"] * 3)
+    finally:
+        for opened in others:
+            opened.close()
+    assert trial.code == 0
+    assert trial.result["motion"]["stopped"] != "a contact passed the limit of force"
+    if trial.stopped == "switched off":  # after another stop, such as on a busy machine, all senders are shown
+        assert trial.result["max_force_N"] < 5
+    assert trial.result["refused_senders"]
+    assert "Traceback" not in trial.errors
