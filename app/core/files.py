@@ -26,7 +26,7 @@ import zlib
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from contextvars import ContextVar
-from itertools import chain, count
+from itertools import count
 from pathlib import Path
 from typing import IO, Any, BinaryIO
 
@@ -320,25 +320,42 @@ class FolderClaim:
         os.close(self._descriptor)
 
 
-def claim_folder(parent: Path, *, holding: str) -> FolderClaim:
-    """One of the folders 1, 2, ... in ``parent`` that nobody else has: rather one that holds a file of this name.
+def claim_folder(parent: Path, *, without: str) -> FolderClaim:
+    """Claim the first of the folders 1, 2, ... in ``parent`` that is free and does not contain a file ``without``.
 
-    Two windows on one robot would otherwise write over each other's copies; the lock is the operating system's, so that
-    a process that was killed leaves its folder, and what is in it, to the next.
+    Two windows on one robot would otherwise overwrite each other's copies. The lock is the operating system's, so that
+    a process that was killed leaves its folder, and the files in it, to the next one.
 
     Raises:
-        OSError: They cannot be made.
+        OSError: The folders cannot be created.
     """
     parent.mkdir(parents=True, exist_ok=True)
-    known = sorted((path for path in parent.iterdir() if path.name.isdecimal()), key=lambda path: int(path.name))
-    left = [path for path in known if (path / holding).exists()]
-    for folder in chain(left, (parent / str(number) for number in count(1))):
+    for folder in (parent / str(number) for number in count(1)):
         folder.mkdir(exist_ok=True)
-        descriptor = os.open(folder / ".lock", os.O_RDWR | os.O_CREAT)
-        if lock_file(descriptor):
-            return FolderClaim(folder, descriptor)
-        os.close(descriptor)
+        if not (folder / without).exists() and (claim := _claim(folder)) is not None:
+            return claim
     raise AssertionError
+
+
+def claim_folders_with(parent: Path, name: str) -> list[FolderClaim]:
+    """Claim the free folders in ``parent`` that contain a file of this name.
+
+    Raises:
+        OSError: A folder cannot be read.
+    """
+    if not parent.is_dir():
+        return []
+    found = [path for path in parent.iterdir() if path.name.isdecimal() and (path / name).exists()]
+    claims = [_claim(path) for path in sorted(found, key=lambda path: int(path.name))]
+    return [claim for claim in claims if claim is not None]
+
+
+def _claim(folder: Path) -> FolderClaim | None:
+    descriptor = os.open(folder / ".lock", os.O_RDWR | os.O_CREAT)
+    if lock_file(descriptor):
+        return FolderClaim(folder, descriptor)
+    os.close(descriptor)
+    return None
 
 
 def lock_file(descriptor: int) -> bool:

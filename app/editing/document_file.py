@@ -52,8 +52,13 @@ def load_document(path: str | Path) -> MapDocument:
     return document_from_bytes(read_bounded_file(Path(path), error=MapError, most=MAX_UNPACKED_BYTES), file=path)
 
 
-def document_to_bytes(document: MapDocument) -> bytes:
-    """``document`` in the file's format; the same document gives the same bytes."""
+def document_to_bytes(document: MapDocument, *, about: Mapping[str, str] | None = None) -> bytes:
+    """Return ``document`` in the file's format; the same input gives the same bytes.
+
+    Args:
+        document: The document.
+        about: Further texts for ``about_from_bytes``, which readers of the document ignore.
+    """
     arrays: dict[str, NDArray[Any]] = {"map": np.frombuffer(map_to_bytes(document.map), np.uint8)}
     for i, patch in enumerate(document.patches):
         arrays[f"{i}_drawn"] = patch.seams.drawn
@@ -68,6 +73,8 @@ def document_to_bytes(document: MapDocument) -> bytes:
         for patch in document.patches
     ]  # fmt: skip
     header = {"format": FORMAT, "version": VERSION, "order": list(document.order), "patches": patches}
+    if about is not None:
+        header["about"] = dict(about)
     return pack_arrays(header, arrays)
 
 
@@ -95,6 +102,16 @@ def document_from_bytes(data: bytes, *, file: str | Path | None = None) -> MapDo
         raise MapError("the file has no map", file=file)
     map_ = map_from_bytes(arrays["map"].tobytes(), file=file)
     return MapDocument(map_, _patches(header, arrays, map_, file), _order(header, len(map_.charts), file))
+
+
+def about_from_bytes(data: bytes, *, file: str | Path | None = None) -> dict[str, str]:
+    """Return the texts that were passed to ``document_to_bytes`` as ``about``; empty without any.
+
+    Raises:
+        MapError: The data are damaged.
+    """
+    about = unpack_arrays(data, file=file, error=MapError)[0].get("about")
+    return {str(key): str(value) for key, value in about.items()} if isinstance(about, dict) else {}
 
 
 def _order(header: Mapping[str, Any], count: int, file: str | Path | None) -> tuple[int, ...]:
@@ -173,6 +190,8 @@ class _PatchReader:
 AUTOSAVE_ENDING = ".autosave"
 UNTITLED = "untitled.npz"
 """Name of a document that has no file yet."""
+AUTOSAVE_NAME = f"{UNTITLED}{AUTOSAVE_ENDING}"
+"""Name of an autosave in a folder of its own."""
 
 
 @dataclass(frozen=True)
@@ -203,7 +222,7 @@ class DocumentFile:
     Args:
         path: Where ``save`` writes; None for a document that has no file yet, then with ``folder``.
         saved: The document that is on the disk; None if there is none.
-        folder: Where a document without a file is autosaved.
+        folder: Where the document is autosaved; by default next to its file.
 
     Attributes:
         path: As above.
@@ -223,6 +242,19 @@ class DocumentFile:
         """
         document = load_document(path)
         return cls(Path(path), document), document
+
+    @property
+    def saved(self) -> MapDocument | None:
+        """The document that is on the disk; None if there is none."""
+        return self._saved
+
+    def mark_saved(self, document: MapDocument) -> None:
+        """Record that ``document`` can be made again from another file, such as its scene."""
+        self._saved = document
+
+    def resume(self) -> None:
+        """Write the next autosave in any case, because another document used the folder meanwhile."""
+        self._autosaved = None
 
     def unsaved(self, document: MapDocument) -> bool:
         """Whether closing now would lose something: ``document`` is not the one on the disk. Undone to it, it is."""
@@ -258,13 +290,17 @@ class DocumentFile:
 
     @property
     def autosave_file(self) -> Path | None:
-        """Beside the file, or in the folder for documents without one; None if there is neither."""
-        if self.path is not None:
-            return self.path.with_name(self.path.name + AUTOSAVE_ENDING)
-        return None if self._folder is None else self._folder / f"{UNTITLED}{AUTOSAVE_ENDING}"
+        """Path of the autosave in the folder, or else next to the file; None if there is neither."""
+        if self._folder is not None:
+            return self._folder / AUTOSAVE_NAME
+        return None if self.path is None else self.path.with_name(self.path.name + AUTOSAVE_ENDING)
 
-    def autosave(self, document: MapDocument) -> bool:
-        """Keep ``document`` beside the file if that is worth it; whether it was written.
+    def autosave(self, document: MapDocument, *, scene: str = "") -> bool:
+        """Write an autosave of ``document`` if it has unsaved changes. Return whether it was written.
+
+        Args:
+            document: The document.
+            scene: Text of the scene that its skin needs, where that is not saved either.
 
         May run in another thread, in order with ``save``: compressing lets the window go on.
 
@@ -277,7 +313,8 @@ class DocumentFile:
             return False
         if file is None or document is self._autosaved:
             return False
-        save_document(document, file)
+        about = {"file": "" if self.path is None else str(self.path), "scene": scene}
+        write_atomically(file, document_to_bytes(document, about=about), error=MapError)
         self._autosaved = document
         return True
 

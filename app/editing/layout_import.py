@@ -15,6 +15,7 @@ import numpy as np
 
 from app.core.arrays import FloatArray, IntArray
 from app.core.errors import MapError, SkinError
+from app.editing.arrange import repack
 from app.editing.document import MapDocument
 from app.editing.document_file import load_document
 from app.editing.reflatten import ReflattenRequest, request_reflatten
@@ -24,7 +25,7 @@ from app.maps.layout import MapLayout, Placement, fit_placement
 from app.skin.formats.icub_layout import apply_layout, read_icub_layout
 from app.skin.formats.taxel_files import read_taxel_sets, read_taxels
 from app.skin.formats.taxel_set import TaxelSet
-from app.skin.skin import Skin
+from app.skin.skin import Patch, Skin
 from app.skin.taxel_placement.sampling import farthest_points
 
 ImportedLayout = MapDocument | TaxelLayout
@@ -42,9 +43,7 @@ def same_skin(first: Skin, second: Skin) -> bool:
         return False
     pairs = zip(first.patches, second.patches, strict=True)
     return all(
-        one.link == other.link
-        and np.array_equal(one.surface.faces, other.surface.faces)
-        and np.array_equal(one.surface.vertices, other.surface.vertices)
+        _same_surface(one, other)
         and np.array_equal(one.taxels.faces, other.taxels.faces)
         and np.array_equal(one.taxels.weights, other.taxels.weights)
         for one, other in pairs
@@ -62,6 +61,45 @@ def adopt_document(document: MapDocument, other: MapDocument) -> MapDocument:
     if other.map is document.map and other.patches == document.patches and other.order == document.order:
         return document
     return replace(other, map=replace(other.map, skin=document.skin))
+
+
+def adopt_patches(document: MapDocument, other: MapDocument) -> MapDocument:
+    """Return the document with chart, placement and settings of each patch that ``other`` also has.
+
+    Two patches correspond if their links and surfaces are equal; their taxels may differ. The remaining patches move to
+    the free space closest to where they are.
+    """
+    matches = _corresponding(document.skin, other.skin)
+    charts, placements, patches = list(document.charts), list(document.layout.placements), list(document.patches)
+    for own, theirs in matches.items():
+        charts[own] = other.charts[theirs]
+        placements[own] = other.layout.placements[theirs]
+        edit = other.patches[theirs]
+        pins = tuple(replace(pin, at=replace(pin.at, patch=own)) for pin in edit.pins)
+        patches[own] = replace(edit, pins=pins)
+    layout = replace(document.layout, placements=tuple(placements))
+    map_ = replace(document.map, charts=tuple(charts), layout=layout)
+    adopted = MapDocument(map_, tuple(patches), document.order)
+    return repack(adopted, set(range(len(patches))) - matches.keys()) if matches else document
+
+
+def _corresponding(first: Skin, second: Skin) -> dict[int, int]:
+    """Numbers of the patches of ``second`` by those of ``first`` with the same link and surface."""
+    found: dict[int, int] = {}
+    for number, patch in enumerate(first.patches):
+        for other, candidate in enumerate(second.patches):
+            if other not in found.values() and _same_surface(patch, candidate):
+                found[number] = other
+                break
+    return found
+
+
+def _same_surface(first: Patch, second: Patch) -> bool:
+    return (
+        first.link == second.link
+        and np.array_equal(first.surface.faces, second.surface.faces)
+        and np.array_equal(first.surface.vertices, second.surface.vertices)
+    )
 
 
 def read_other_layout(paths: Sequence[str | Path], document: MapDocument) -> ImportedLayout:

@@ -15,7 +15,7 @@ from pathlib import Path
 import pytest
 
 from app.core.errors import Finding, RecordingError
-from app.core.files import claim_folder
+from app.core.files import claim_folder, claim_folders_with
 from app.editing.arrange import move
 from app.editing.document import MapDocument
 from app.editing.document_file import save_document
@@ -143,12 +143,14 @@ def claimed(folder: Path) -> int:
     (folder / "1").mkdir()
     (folder / "1" / "copy").write_bytes(b"unsaved")
     tried = 0
-    for _ in killed_at_each_system_call(partial(claim_folder, folder, holding="copy")):
+    for _ in killed_at_each_system_call(partial(claim_folder, folder, without="copy")):
         tried += 1
-        claim = claim_folder(folder, holding="copy")
-        assert claim.folder == folder / "1"
-        assert (claim.folder / "copy").read_bytes() == b"unsaved"
+        claim = claim_folder(folder, without="copy")
+        assert claim.folder == folder / "2"
+        (left,) = claim_folders_with(folder, "copy")
+        assert (left.folder / "copy").read_bytes() == b"unsaved"
         claim.release()
+        left.release()
     return tried
 
 

@@ -46,6 +46,7 @@ class WindowState:
         has_path: Whether a path or a target was drawn.
         can_restart_task: Whether the task can start from its beginning.
         editable: Whether there is a map that takes edits.
+        restorable: Whether a crash left edits of the map.
         edit_busy: Whether an edit is being computed.
         patches_selected: Whether there is a patch to edit.
         tool: In use.
@@ -77,6 +78,7 @@ class WindowState:
     has_path: bool = False
     can_restart_task: bool = False
     editable: bool = False
+    restorable: bool = False
     edit_busy: bool = False
     patches_selected: bool = False
     tool: ToolKind = POKE
@@ -142,6 +144,11 @@ def paused(state: WindowState) -> bool:
 def editable(state: WindowState) -> bool:
     """There is a map that takes edits."""
     return state.editable
+
+
+def restorable(state: WindowState) -> bool:
+    """A crash left edits of the map, which can be restored now."""
+    return state.editable and state.restorable
 
 
 def patches_selected(state: WindowState) -> bool:

@@ -27,6 +27,7 @@ from widgets.actions.state import (
     patches_selected,
     paused,
     replaying,
+    restorable,
     running,
     simulating,
 )
@@ -233,6 +234,20 @@ def _file_menu() -> Menu:
                 ("Ctrl+E",),
                 "Export for other programs: OBJ with UV, SVG, PNG, CSV and more",
                 editable,
+            ),
+            ActionSpec(
+                "restore_map",
+                "Restore edits",
+                (),
+                "Restore the edits of this map that were not saved when the program ended",
+                restorable,
+            ),
+            ActionSpec(
+                "discard_restore",
+                "Discard edits…",
+                (),
+                "Delete the edits of this map that were not saved when the program ended",
+                restorable,
             ),
             LINE,
             ActionSpec("save_scene", "Save scene as…", (), "Save this scene with its effects", has_scene),
@@ -775,7 +790,6 @@ def menu_bar(tools: tuple[ToolSpec, ...] = TOOLS, layers: tuple[LayerSpec, ...] 
 
 
 REMEDIES = (
-    ActionSpec("restore_map", "Restore", (), "Restore the unsaved edits of the last session"),
     ActionSpec("save_report", "Save report", (), "Save a recording that reproduces the failure"),
     ActionSpec("open_path_scene", "Open Follow a path", (), "Open the scene in which a knob that stands still is led"),
     ActionSpec("replay_saved", "Replay", (), "Replay the recording that was saved"),

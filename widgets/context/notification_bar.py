@@ -60,6 +60,7 @@ class NotificationBar(FloatingBar):
         self.setObjectName("message-bar")
         self._theme, self._fault = theme, False
         self._said = self._answered = 0
+        self._offered: tuple[str, Sequence[QAction], str] | None = None
         self._text = QLabel(self)
         self._text.setObjectName("message-text")
         self._text.setTextFormat(Qt.TextFormat.PlainText)  # an error may quote a tag
@@ -106,6 +107,17 @@ class NotificationBar(FloatingBar):
         self.show()
         self.place()
 
+    def offer(self, text: str, *, remedies: Sequence[QAction], dismiss: str) -> None:
+        """Show a message that returns after others until one of its buttons is pressed, or until ``withdraw``."""
+        self._offered = text, remedies, dismiss
+        self.say(text, remedies=remedies, dismiss=dismiss)
+
+    def withdraw(self) -> None:
+        """Hide the offer."""
+        if self._offered is not None and self._text.text() == self._offered[0]:
+            self.hide()
+        self._offered = None
+
     def set_theme(self, theme: Theme) -> None:
         """Take another theme."""
         self._theme = theme
@@ -123,9 +135,17 @@ class NotificationBar(FloatingBar):
         self._answered = self._said
 
     def _on_clicked(self) -> None:
-        """What was answered goes, unless the answer itself had something to say."""
-        if self._answered == self._said:
-            self.hide()
+        """Hide what was answered, unless the answer itself had something to say; then show a waiting offer."""
+        if self._answered != self._said:
+            return
+        self.hide()
+        if self._offered is None:
+            return
+        text, remedies, dismiss = self._offered
+        if self._text.text() == text:
+            self._offered = None
+        else:
+            self.say(text, remedies=remedies, dismiss=dismiss)
 
     def _update_state(self) -> None:
         edge = self._theme.fault if self._fault else self._theme.accent

@@ -57,6 +57,15 @@ class Notifier(QObject):
         self._bar.say(text, fault=fault, remedies=remedies, dismiss=dismiss)
         self.told.emit(text, fault)
 
+    def offer(self, text: str, *, remedies: Sequence[QAction], dismiss: str) -> None:
+        """Offer something until it is answered; see ``NotificationBar.offer``."""
+        self._bar.offer(text, remedies=remedies, dismiss=dismiss)
+        self.told.emit(text, False)
+
+    def withdraw(self) -> None:
+        """Do not offer it any more."""
+        self._bar.withdraw()
+
     def fault(self, text: str) -> None:
         """Say what could not be done."""
         self.say(text, fault=True)

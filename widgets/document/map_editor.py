@@ -139,6 +139,13 @@ class MapEditor(MapEditorSignals):
         self._select(())
         self._show(self.history.names[-1])
 
+    def resume(self, history: History) -> None:
+        """Edit a document that was edited before, with its steps."""
+        self._forget()
+        self.history = history
+        self._select(())
+        self._show(history.names[history.position])
+
     def set_enabled(self, *, enabled: bool) -> None:
         """Take edits, or do not; what is being dragged is given up.
 

@@ -126,5 +126,5 @@ def build(context: AppContext, parent: QWidget) -> Presenters:
         comparison=ComparisonPresenter(context, effects, parent),
         accuracy=AccuracyPresenter(context, effects, parent),
         scene=ScenePresenter(context, effects, map_edit, parent),
-        state=StateTracker(context, tools, overlay, parent),
+        state=StateTracker(context, tools, overlay, map_files, parent),
     )

@@ -90,6 +90,9 @@ class MapEditPresenter(QObject):
             self._on_settled(document, "")
             self._on_shown(document)
             return
+        if self._files.show_grid(prepared):
+            return
+        self._files.end()
         first, map_ = MapDocument.of(prepared.map), self._live.run.map
         edits = None if map_ is prepared.map else ("Recorded edits", MapDocument.of(map_))
         self._editor.open(first, edits=edits)

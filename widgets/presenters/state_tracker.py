@@ -9,6 +9,7 @@ from widgets.actions.state import UndoState, WindowState
 from widgets.common.mode import Mode
 from widgets.context.app_context import AppContext
 from widgets.panels.control.controller_panel import can_restart_task
+from widgets.presenters.files.map_file_presenter import MapFilePresenter
 from widgets.presenters.session.overlay_presenter import OverlayPresenter
 from widgets.tools.registry import Tools
 
@@ -20,6 +21,7 @@ class StateTracker(QObject):
         context: What it reads, and whose actions it shows.
         tools: Which is in use.
         overlay: Whether a second recording is shown.
+        map_files: Whether a crash left edits of the map.
         parent: Qt parent.
 
     Attributes:
@@ -29,10 +31,17 @@ class StateTracker(QObject):
     changed = Signal(object)
     """Another WindowState."""
 
-    def __init__(self, context: AppContext, tools: Tools, overlay: OverlayPresenter, parent: QObject) -> None:
+    def __init__(
+        self,
+        context: AppContext,
+        tools: Tools,
+        overlay: OverlayPresenter,
+        map_files: MapFilePresenter,
+        parent: QObject,
+    ) -> None:
         super().__init__(parent)
         self._context, self._tools, self._settings = context, tools, ControlSettings()
-        self._overlay = overlay
+        self._overlay, self._map_files = overlay, map_files
         self.state = WindowState()
         session, editor = context.session, context.editor
         session.settings_changed.connect(self._on_settings_changed)
@@ -48,6 +57,7 @@ class StateTracker(QObject):
             context.timeline.loop_changed,
             context.notes.changed,
             overlay.changed,
+            map_files.changed,
             editor.history_changed,
             editor.selection_changed,
             editor.enabled_changed,
@@ -94,6 +104,7 @@ class StateTracker(QObject):
             has_path=bool(settings.path),
             can_restart_task=can_restart_task(settings),
             editable=editor.enabled and editor.document is not None,
+            restorable=self._map_files.restorable,
             edit_busy=editor.busy,
             patches_selected=bool(editor.selected),
             tool=self._tools.active,

@@ -10,6 +10,7 @@ once more, sharper, when the picture stays.
 
 from __future__ import annotations
 
+import logging
 import os
 import sys
 import time
@@ -25,6 +26,12 @@ from vtkmodules.vtkCommonCore import vtkUnsignedCharArray
 
 from app.core.errors import DisplayError
 
+# Mesa writes its shader cache through a memory map: on a full disk, the system ends the process with SIGBUS, at the
+# start or later. Without the cache, the start takes the same time within 0.5 s.
+os.environ.setdefault("MESA_SHADER_CACHE_DISABLE", "true")
+# PyVista imports matplotlib, which warns on the terminal where it cannot store its list of fonts.
+for name in ("matplotlib", "matplotlib.font_manager"):
+    logging.getLogger(name).setLevel(logging.ERROR)
 if sys.platform == "linux":
     # Off-screen windows by EGL: with no X server to look for there is nothing to complain about.
     os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")

@@ -17,7 +17,7 @@ from widgets.tools.control.path_tool import PathTool
 from widgets.tools.control.posture_tool import PostureTool
 from widgets.tools.control.target_tool import TargetTool
 from widgets.tools.map_editing.arrange_tool import ArrangeTool
-from widgets.tools.map_editing.grid_tool import GridTool
+from widgets.tools.map_editing.grid_tool import GridSteps, GridTool
 from widgets.tools.map_editing.interest_tool import InterestTool
 from widgets.tools.map_editing.pin_tool import PinTool
 from widgets.tools.map_editing.seam_tool import SeamTool
@@ -175,42 +175,52 @@ class Undoable(Protocol):
 
 
 class MapUndo:
-    """The steps of the map."""
+    """The steps of the map, and the taxel grids between them."""
 
-    def __init__(self, editor: MapEditor) -> None:
-        self._editor = editor
+    def __init__(self, editor: MapEditor, grids: GridSteps) -> None:
+        self._editor, self._grids = editor, grids
 
     @property
     def can_undo(self) -> bool:
         """Whether there is a step, or an edit being computed."""
         history, editor = self._editor.history, self._editor
-        return history is not None and editor.enabled and (history.can_undo or editor.busy)
+        return history is not None and editor.enabled and (history.can_undo or editor.busy or self._grids.can_undo)
 
     @property
     def can_redo(self) -> bool:
         """Whether a step was taken back."""
         history = self._editor.history
-        return history is not None and self._editor.enabled and history.can_redo
+        return history is not None and self._editor.enabled and (history.can_redo or self._grids.can_redo)
 
     @property
     def undo_name(self) -> str:
         """The step that ``undo`` takes back."""
         history = self._editor.history
-        return history.names[history.position] if history is not None and history.position else ""
+        return history.names[history.position] if history is not None and history.position else self._grids.undo_name
 
     @property
     def redo_name(self) -> str:
         """The step that ``redo`` does again."""
         history = self._editor.history
-        return history.names[history.position + 1] if history is not None and history.can_redo else ""
+        if history is not None and history.can_redo:
+            return history.names[history.position + 1]
+        return self._grids.redo_name if self._grids.can_redo else ""
 
     def undo(self) -> None:
         """One step back."""
-        self._editor.undo()
+        editor, history = self._editor, self._editor.history
+        if history is None or history.can_undo or editor.busy or editor.proposal is not None:
+            editor.undo()
+        else:
+            self._grids.undo()
 
     def redo(self) -> None:
         """One step on."""
-        self._editor.redo()
+        history = self._editor.history
+        if history is None or history.can_redo:
+            self._editor.redo()
+        else:
+            self._grids.redo()
 
 
 class ControlUndo:
@@ -283,8 +293,8 @@ class Tools(QObject):
         context = ToolContext(editor, self.control, self.posture, self)
         self._made = {spec.kind: spec.make(context) for spec in specs if spec.make is not None}
         path = self.get(PathTool)
-        self._map_undo, self._control_undo = MapUndo(editor), ControlUndo(self.control, path)
         grid = self.get(GridTool).steps
+        self._map_undo, self._control_undo = MapUndo(editor, grid), ControlUndo(self.control, path)
         for signal in (
             self.control.changed,
             path.drawn,
@@ -309,14 +319,12 @@ class Tools(QObject):
 
     @property
     def undo_stack(self) -> Undoable:
-        """What undo is about with the tool in use: what was drawn for the arm, postures, grids, or the map.
+        """What undo is about with the tool in use: what was drawn for the arm, postures, or the map with its grids.
 
         While something was lent, it is about that.
         """
         if self._lent_undo is not None:
             return self._lent_undo
-        if self.active == GRID:
-            return self.get(GridTool).steps
         if self.active == POSTURE:
             return self.posture
         return self._control_undo if self.active.controls else self._map_undo

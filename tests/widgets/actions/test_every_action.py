@@ -109,6 +109,7 @@ class Bench:
         for top in QApplication.topLevelWidgets():
             if top.isVisible() and top is not self.window and not isinstance(top, QMenu):
                 top.close()
+        self.window.context.notifier.withdraw()
         self.window.notification_bar.hide()
         QApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete.value)
 
@@ -400,6 +401,7 @@ def copied_posture(bench):
 def refused_posture(bench):
     """The robot was to be placed while a finger presses it."""
     LIVE(bench)
+    bench.window.live.reset()
     bench.window.live.hold_finger(bench.window.live.prepared.skin.taxel_point(3), 2.0)
     run(bench.window, 10 * TICK)
     bench.window.live.set_paused(paused=True)
@@ -428,6 +430,8 @@ EFFECTS: dict[str, Effect] = {
     "film": Effect(LIVE, of_state("recording")),
     "film_file": Effect(LIVE, asked),
     "save_map_as": Effect(LIVE, asked),
+    "restore_map": Effect(crashed, document),
+    "discard_restore": Effect(crashed, windows),
     "share_live": Effect(LIVE, of_state("shared_with")),
     "share_rerun": Effect(LIVE, lambda bench: bench.window.notification_bar.text),
     "copy_command": Effect(LIVE, lambda _bench: QGuiApplication.clipboard().text()),
@@ -479,7 +483,7 @@ EFFECTS: dict[str, Effect] = {
     "overlay_offset": Effect(Bench.overlaid, windows),
     "overlay_remove": Effect(Bench.overlaid, of_state("overlaid")),
     "repeat_touches": Effect(Bench.touched, mode),
-    "take_over": Effect(RECORDED, mode),
+    "take_over": Effect(RECORDED, windows),
     "show_saved": Effect(LIVE, lambda bench: len(bench.opened)),
     "replay_saved": Effect(LIVE, mode),
     # Touch.
@@ -536,7 +540,6 @@ EFFECTS: dict[str, Effect] = {
     "palette": Effect(LIVE, windows),
     "about": Effect(LIVE, windows),
     # Remedies.
-    "restore_map": Effect(crashed, document),
     "save_report": Effect(failed, files),
     "open_path_scene": Effect(LIVE, opening),
     "simulate_fingers": Effect(without_fingers, scene),

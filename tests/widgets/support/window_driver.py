@@ -52,6 +52,7 @@ def begin_again(window, prepared, *, folded):
     if window.live.prepared.skin is prepared.skin:  # the window would go on with what was edited
         window.editor.open(MapDocument.of(prepared.map))
     window.live.show_prepared(prepared)
+    window.presenters.map_files.end()
     window.presenters.map_files.begin(prepared, window.editor.document)
     window.activateWindow()  # a test may have made a window of its own, which took the keys
     window.notification_bar.hide()  # a recording that the scene ended was said to be saved

@@ -82,7 +82,8 @@ class FilePresenter(QObject):
         self._context, self._effects, self._map_files, self._grid_steps = context, effects, map_files, grid.steps
         self._studies = studies
         grid.placed.connect(self._on_grid_placed)
-        grid.steps.scene_wanted.connect(self.open_scene)
+        grid.steps.scene_wanted.connect(self._on_grid_wanted)
+        map_files.grid_restored.connect(self._on_grid_restored)
         context.session.prepared_changed.connect(self._on_prepared_changed)
         context.panels.get(ControllerPanel).scene_requested.connect(self.open_shipped)
         self._asked: Callable[[], None] | None = None
@@ -199,24 +200,58 @@ class FilePresenter(QObject):
                 self._asked()
 
     def _on_grid_placed(self, grid: GridSpec) -> None:
-        prepared = self._context.session.prepared
-        if prepared is not None:
+        session = self._context.session
+        if session.live_input is not None:
+            self._context.notifier.fault("A grid changes the skin, which is connected to a source. Disconnect first.")
+            return
+        if (prepared := session.prepared) is not None:
             covered = [patch.link for patch in prepared.skin.patches if not is_grid_patch(patch)]
-            self._grid_steps.push(prepared.scene, with_grid(prepared.scene, grid, covered))
+            scene = prepared.scene if self._effects.scene is None else self._effects.scene
+            placed = with_grid(scene, grid, covered)
+            self._map_files.forget_grid(placed)
+            self._grid_steps.push(prepared.scene, placed)
             if grid.link in covered and not prepared.scene.taxel_file:
                 self._context.notifier.say(f"The grid replaces the cover of {grid.link}; Undo brings it back")
 
+    def _on_grid_restored(self, scene: Scene) -> None:
+        """A crash left a grid: it is placed again, as a step."""
+        prepared = self._context.session.prepared
+        if prepared is not None:
+            self._grid_steps.push(prepared.scene, scene)
+
+    def _on_grid_wanted(self, scene: Scene) -> None:
+        """Show the scene before or after a grid. The document that is shown is kept, so nothing is asked."""
+        session = self._context.session
+        if session.live_input is not None:
+            self._grid_steps.show_scene(session.live_input.origin.scene)
+            self._context.notifier.fault("A grid changes the skin, which is connected to a source. Disconnect first.")
+            return
+        rooted = with_package_roots(scene, self._context.settings.package_roots)
+        self._map_files.expect_grid(rooted)
+        self._opening, self._asked_file = None, (None,)
+        kept = self._map_files.kept(rooted)
+        if kept is None:
+            session.open_scene(rooted)
+        else:
+            session.show_prepared(kept.prepared, kept.settings)
+
     def _on_prepared_changed(self, prepared: PreparedScene) -> None:
         """What is open now is a recent file; one that failed or was given up is none."""
-        self._grid_steps.show_scene(prepared.scene)
+        session = self._context.session
+        if session.player is None and session.live_input is None:  # else the scene with its grids waits behind it
+            self._grid_steps.show_scene(prepared.scene)
         if self._asked_file:  # else the same scene was prepared again
             (self._scene_file,) = self._asked_file
         if self._opening is not None:
             self._context.settings.add_recent(self._opening)
-        self._give_up_opening()
+        self._opening, self._asked_file = None, ()
 
     def _give_up_opening(self) -> None:
         self._opening, self._asked_file = None, ()
+        self._map_files.expect_grid(None)
+        session = self._context.session
+        if session.run is not None and session.player is None and session.live_input is None:
+            self._grid_steps.show_scene(session.run.prepared.scene)
 
     def _choose(self, title: str, kinds: str) -> None:
         path = self._context.dialogs.open_file(title, kinds)
@@ -246,6 +281,8 @@ class FilePresenter(QObject):
         else:
             self._context.notifier.say(f"Saved {path}")
             self._context.settings.add_recent(path)
+            if self._context.session.player is None:
+                self._map_files.scene_saved()
 
     def copy_command(self) -> None:
         """Put the command line on the clipboard that opens what the window shows."""

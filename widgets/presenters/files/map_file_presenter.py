@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
@@ -13,13 +14,19 @@ from PySide6.QtCore import QObject, QTimer, Signal
 from app.core.errors import TactileMapsError
 from app.core.files import FolderClaim, claim_folder
 from app.editing.document import MapDocument
-from app.editing.document_file import AUTOSAVE_ENDING, UNTITLED, DocumentFile, load_document
-from app.editing.layout_import import adopt_document
+from app.editing.document_file import AUTOSAVE_NAME, DocumentFile, load_document
+from app.editing.history import History
+from app.editing.layout_import import adopt_document, adopt_patches, same_skin
+from app.editing.leftovers import Leftover, find_leftovers
 from app.maps.formats.export import ENDINGS, write_map
+from app.scene.scene import Scene
+from app.scene.scene_file import scene_from_toml, scene_to_toml
 from app.session.prepare import PreparedScene
+from app.session.runtime_settings import RuntimeSettings
 from app.skin.formats.mujoco_touch import write_touch_sensors
 from widgets.context.app_context import AppContext
 from widgets.context.dialogs import Button
+from widgets.tools.map_editing.grid_tool import same_skin_wanted
 
 AUTOSAVE_MS = 20_000
 SENSORS_ENDING = ".xml"
@@ -27,8 +34,32 @@ SENSORS_ENDING = ".xml"
 _MAPS = "Tactile maps (*.npz)"
 
 
+@dataclass(frozen=True, eq=False)
+class KeptDocument:
+    """A scene before or after a taxel grid, and its document.
+
+    Attributes:
+        prepared: The scene.
+        settings: Its settings.
+        history: The document with its steps.
+        file: The file of the document.
+        scene_text: The scene as text while its grid is not saved; else empty.
+        edited: Whether the document has edits, or a file.
+    """
+
+    prepared: PreparedScene
+    settings: RuntimeSettings
+    history: History
+    file: DocumentFile
+    scene_text: str
+    edited: bool
+
+
 class MapFilePresenter(QObject):
-    """The file of the document being edited. Mutable.
+    """The file of the document being edited, and autosaves that a crash left. Mutable.
+
+    A taxel grid makes another scene with another document. The documents before and after it are kept together, so that
+    a grid can be undone and redone with all edits of the map.
 
     Args:
         context: What it works on.
@@ -36,28 +67,37 @@ class MapFilePresenter(QObject):
     """
 
     changed = Signal()
-    """Another file, or another answer to whether there is something to save."""
+    """Another file, another result of ``unsaved``, or other edits that can be restored."""
+    grid_restored = Signal(object)
+    """A Scene with a restored taxel grid is to be opened."""
 
     def __init__(self, context: AppContext, parent: QObject) -> None:
         super().__init__(parent)
         self._context, self._editor = context, context.editor
         self._file: DocumentFile | None = None
         self._claim: FolderClaim | None = None
-        self._recovered: MapDocument | None = None
-        self._discarded = False  # unsaved edits need not outlive the document, once it really goes
+        self._leftovers: list[Leftover] = []
+        self._restoring: Leftover | None = None  # its scene is being opened
+        self._next: Scene | None = None  # a grid added to, or removed from, the scene that is shown
+        self._kept: list[KeptDocument] = []
+        self._first: MapDocument | None = None
+        self._scene_text = ""  # of a scene with a grid that is not saved
+        self._discarded = False  # the autosave is not needed any more once the document is replaced
         self._writer = ThreadPoolExecutor(max_workers=1, thread_name_prefix="autosave")
         self._writing: Future[bool] | None = None
         self._timer = QTimer(self)
         self._timer.setInterval(AUTOSAVE_MS)
         self._timer.timeout.connect(self.autosave)
         self._timer.start()
-        self._editor.history_changed.connect(self.changed)
+        self._editor.history_changed.connect(self._on_history_changed)
+        context.session.player_changed.connect(self._offer)
         for name, handler in (
             ("open_map", self.choose_open),
             ("save_map", self.save),
             ("save_map_as", self.choose_save),
             ("export_map", self.choose_export),
             ("restore_map", self.restore),
+            ("discard_restore", self.discard_leftover),
             ("take_over", partial(self.leave, context.session.take_over)),
         ):
             context.actions.bind(name, handler)
@@ -73,35 +113,209 @@ class MapFilePresenter(QObject):
         """The map's file; None until it has one."""
         return None if self._file is None else self._file.path
 
-    def begin(self, prepared: PreparedScene, document: MapDocument) -> None:
-        """Begin with another scene, whose map without edits is ``document``. Offer what a crash left of its edits."""
-        self._release()
-        self._recovered = None
-        try:
-            self._claim = claim_autosave_folder(prepared.robot.name)
-        except OSError as error:
-            self._context.notifier.fault(f"Edits are not kept in case of a crash: {error}. Save them now and then.")
-        self._file = DocumentFile(None, document, folder=None if self._claim is None else self._claim.folder)
-        try:
-            found = self._file.recovery()
-            if found is not None:
-                recovered = load_document(found.file)
-                adopt_document(document, recovered)
-                self._recovered = recovered
-        except TactileMapsError:
-            self._recovered = None  # of another skin, or half written: nothing that could be taken back
-        if self._recovered is not None:
-            self._context.notifier.say(
-                "This map has edits that were not saved when the program ended.",
-                remedies=[self._context.actions["restore_map"]],
-            )
+    @property
+    def restorable(self) -> bool:
+        """Whether a crash left edits of the map that is shown."""
+        return bool(self._leftovers)
+
+    def _on_history_changed(self) -> None:
+        if self._file is not None:
+            self._discarded = False
         self.changed.emit()
 
+    # Documents.
+
+    def end(self) -> None:
+        """End with the document: what a person gave up is deleted, anything else remains for the next start."""
+        self._wait()
+        if self._file is not None and self._discarded:
+            try:
+                self._file.drop_autosave()
+            except TactileMapsError as error:
+                self._context.notifier.fault(str(error))
+        self._discarded, self._scene_text = False, ""
+        self._file = self._next = self._restoring = None
+        self._kept.clear()
+        self._release_leftovers()
+        if self._claim is not None:
+            self._claim.release()
+            self._claim = None
+
+    def begin(self, prepared: PreparedScene, document: MapDocument) -> None:
+        """Begin with another scene, whose map without edits is ``document``. Offer what a crash left of its edits."""
+        try:
+            self._claim = claim_folder(autosave_folder(prepared.robot.name), without=AUTOSAVE_NAME)
+        except OSError as error:
+            self._context.notifier.fault(f"Edits are not kept in case of a crash: {error}. Save them now and then.")
+        self._first, self._file = document, DocumentFile(None, document, folder=self._folder)
+        self._find_leftovers(prepared, document)
+
+    @property
+    def _folder(self) -> Path | None:
+        return None if self._claim is None else self._claim.folder
+
+    def expect_grid(self, scene: Scene | None) -> None:
+        """Expect a scene that differs by a grid; None where it could not be opened.
+
+        The document that is shown is kept for undo and redo.
+        """
+        run, history, file = self._context.session.run, self._editor.history, self._file
+        if scene is None and self._restoring is not None:
+            self._restoring = None
+            self._offer()
+        elif scene is not None and run is not None and history is not None and file is not None:
+            edited = self.unsaved or file.path is not None
+            self._kept = [one for one in self._kept if one.prepared is not run.prepared]
+            self._kept.append(KeptDocument(run.prepared, run.settings, history, file, self._scene_text, edited))
+        self._next = scene
+
+    def forget_grid(self, scene: Scene) -> None:
+        """Forget the document of a scene whose grid is placed again."""
+        self._kept = [one for one in self._kept if not same_skin_wanted(one.prepared.scene, scene)]
+
+    def kept(self, scene: Scene) -> KeptDocument | None:
+        """The document of a scene before or after a grid; None if there is none."""
+        return next((one for one in self._kept if same_skin_wanted(one.prepared.scene, scene)), None)
+
+    def show_grid(self, prepared: PreparedScene) -> bool:
+        """Show the document of the scene that was expected. Return False for another scene."""
+        if self._next is None or not same_skin_wanted(self._next, prepared.scene):
+            return False
+        before, kept, self._next = self._kept[-1], self.kept(prepared.scene), None
+        self._wait()
+        if kept is not None and kept.prepared is prepared:
+            self._file, self._first = None, None
+            self._editor.resume(kept.history)
+            self._file, self._scene_text = kept.file, kept.scene_text
+            self._file.resume()
+        else:
+            self._open_grid(prepared, before)
+        self.changed.emit()
+        return True
+
+    def _open_grid(self, prepared: PreparedScene, before: KeptDocument) -> None:
+        """A document for a new grid: with the edits of the patches that were there before, or with restored edits."""
+        first, restoring = MapDocument.of(prepared.map), self._restoring
+        document, self._file = first, None
+        if restoring is not None and same_skin(first.skin, restoring.document.skin):
+            document = adopt_document(first, restoring.document)
+        elif before.edited:
+            document = adopt_patches(first, before.history.present)
+        self._editor.open(document, name="Taxel grid")
+        self._context.session.set_settings(replace(before.settings.settings, path=()))  # a path is of the map before
+        self._first, self._file = first, DocumentFile(None, None, folder=self._folder)
+        self._restoring, self._scene_text = None, scene_to_toml(prepared.scene)
+        if restoring is not None:
+            self._drop_restored(restoring)
+
+    def scene_saved(self) -> None:
+        """The scene was saved with its grids; edits of the map may still be unsaved."""
+        if self._file is not None and self._file.saved is None and self._first is not None:
+            self._file.mark_saved(self._first)
+            self._scene_text = ""
+            self.changed.emit()
+
+    # What a crash left.
+
+    def _release_leftovers(self) -> None:
+        for leftover in self._leftovers:
+            leftover.release()
+        self._leftovers.clear()
+        self._context.notifier.withdraw()
+
+    def _find_leftovers(self, prepared: PreparedScene, document: MapDocument) -> None:
+        """Claim the autosaves of this skin, or of this robot with another taxel grid."""
+        try:
+            found = find_leftovers(autosave_folder(prepared.robot.name))
+        except OSError as error:
+            self._context.notifier.fault(f"Edits that a crash may have left cannot be read: {error}.")
+            found = []
+        for leftover in found:
+            if same_skin(document.skin, leftover.document.skin) or _same_robot(leftover.scene, prepared.scene):
+                self._leftovers.append(leftover)
+            else:
+                leftover.release()
+        self._offer()
+        self.changed.emit()
+
+    def _offer(self, _player: object = None) -> None:
+        """Offer the newest edits until a person has decided; not over a recording, whose map they are not of."""
+        if not self._leftovers or self._context.session.player is not None:
+            self._context.notifier.withdraw()
+            return
+        file = self._leftovers[0].file
+        subject = "This map" if file is None else file.name
+        more = f" There are {len(self._leftovers)} such copies, this is the newest." if len(self._leftovers) > 1 else ""
+        self._context.notifier.offer(
+            f"{subject} has edits that were not saved when the program ended.{more}",
+            remedies=[self._context.actions["restore_map"], self._context.actions["discard_restore"]],
+            dismiss="Later",
+        )
+
     def restore(self) -> None:
-        """Take back what a crash left, as one edit."""
-        recovered, self._recovered = self._recovered, None
-        if recovered is not None:
-            self._editor.do("Restore", lambda document: adopt_document(document, recovered))
+        """Restore what a crash left; ask first if that replaces newer edits."""
+        if not self._leftovers or not self._editor.enabled:
+            return
+        if not self.unsaved:
+            self._restore()
+            return
+
+        def answered(answer: Button) -> None:
+            if answer == Button.Yes:
+                self._restore()
+            else:
+                self._offer()
+
+        text = "The map was edited since. Restoring replaces these edits; Undo brings them back."
+        self._context.dialogs.ask("restore", "Replace the edits?", text, Button.Yes | Button.Cancel, answered,
+                                  default=Button.Cancel)  # fmt: skip
+
+    def _restore(self) -> None:
+        document, leftover = self._editor.document, self._leftovers[0]
+        assert document is not None
+        assert self._file is not None
+        if not same_skin(document.skin, leftover.document.skin):
+            self._restoring = leftover
+            self.grid_restored.emit(scene_from_toml(leftover.scene, name="restored"))
+            return
+        if not self._editor.do("Restore", lambda present: adopt_document(present, leftover.document)):
+            return
+        if leftover.newer_than_file and leftover.file != self._file.path:
+            self._file = DocumentFile(leftover.file, None, folder=self._folder)
+        self._drop_restored(leftover)
+
+    def _drop_restored(self, leftover: Leftover) -> None:
+        """Delete a restored autosave once there is another one of the restored document."""
+        document = self._editor.document
+        assert document is not None
+        assert self._file is not None
+        self._wait()
+        try:
+            self._file.autosave(document, scene=self._scene_text)
+            self._leftovers.remove(leftover)
+            leftover.discard()
+        except TactileMapsError as error:
+            self._context.notifier.fault(str(error))
+        self._offer()
+        self.changed.emit()
+
+    def discard_leftover(self) -> None:
+        """Delete what a crash left; ask first."""
+        if not self._leftovers:
+            return
+
+        def answered(answer: Button) -> None:
+            if answer == Button.Discard and self._leftovers:
+                try:
+                    self._leftovers.pop(0).discard()
+                except TactileMapsError as error:
+                    self._context.notifier.fault(str(error))
+            self._offer()
+            self.changed.emit()
+
+        text = "The edits that were not saved when the program ended are deleted. This cannot be undone."
+        self._context.dialogs.ask("discard", "Discard the edits?", text, Button.Discard | Button.Cancel, answered,
+                                  default=Button.Cancel)  # fmt: skip
 
     # Saving.
 
@@ -138,7 +352,11 @@ class MapFilePresenter(QObject):
         except TactileMapsError as error:
             self._context.notifier.fault(str(error))
             return False
-        self._context.notifier.say(f"Saved {path}")
+        if self._scene_text:
+            text = f"Saved {path}. Save the scene too: it contains the taxel grid."
+            self._context.notifier.say(text, remedies=[self._context.actions["save_scene"]])
+        else:
+            self._context.notifier.say(f"Saved {path}")
         self._context.settings.add_recent(str(path))
         self.changed.emit()
         return True
@@ -193,7 +411,7 @@ class MapFilePresenter(QObject):
             return False
         self._wait()
         self._file.drop_autosave()
-        self._file = DocumentFile(Path(path), self._editor.document)
+        self._file = DocumentFile(Path(path), self._editor.document, folder=self._folder)
         self._context.settings.add_recent(path)
         self.changed.emit()
         return True
@@ -201,12 +419,11 @@ class MapFilePresenter(QObject):
     # Not losing anything.
 
     def autosave(self) -> None:
-        """Keep a copy of what is not saved, beside the window's work."""
+        """Write a copy of what is not saved, in another thread."""
         document = self._editor.document
         if self._file is None or document is None or self._editor.gesture or not self._written():
             return
-        if self._recovered is None or self._file.unsaved(document):
-            self._writing = self._writer.submit(self._file.autosave, document)
+        self._writing = self._writer.submit(self._file.autosave, document, scene=self._scene_text)
 
     def _written(self) -> bool:
         """Whether the last copy is written; said once, if it could not be."""
@@ -235,8 +452,8 @@ class MapFilePresenter(QObject):
 
         Until another document begins or the window closes, this one stays as it is: a scene may fail to open.
         """
-        self._discarded = False
-        if not self.unsaved:
+        self._discarded = not self.unsaved
+        if self._discarded:
             then()
             return
 
@@ -247,39 +464,32 @@ class MapFilePresenter(QObject):
 
         buttons = Button.Save | Button.Discard | Button.Cancel
         text = "The map has edits that are not saved."
+        if self._file is not None and self._file.saved is None:
+            text = "The taxel grid and its map are not saved."
         self._context.dialogs.ask("leave", "Save the map?", text, buttons, answered, default=Button.Save)
 
     def give_up(self) -> None:
-        """What is not saved is not wanted."""
+        """Give up what is not saved."""
         self._discarded = True
-        self._release()
-        self._file = None
-
-    def _release(self) -> None:
-        """The document goes; with it the copy of what a person gave up."""
-        self._wait()
-        if self._file is not None and self._discarded:
-            try:
-                self._file.drop_autosave()
-            except TactileMapsError as error:
-                self._context.notifier.fault(str(error))
-        self._discarded = False
-        if self._claim is not None:
-            self._claim.release()
-            self._claim = None
+        self.end()
 
     def close(self) -> None:
-        """Finish writing; the copy of what was given up goes."""
+        """Finish writing; delete the copy of what was saved or given up."""
         self._timer.stop()
-        self._release()
+        self._discarded = self._discarded or not self.unsaved
+        self.end()
         self._writer.shutdown()
 
 
-def claim_autosave_folder(robot: str) -> FolderClaim:
-    """A folder of this window alone for maps without a file of their own; one that a crash left something in, first.
+def autosave_folder(robot: str) -> Path:
+    """The folder with the folders of all windows for autosaves of a robot's maps."""
+    return user_state_path("tactile-maps", appauthor=False) / "autosave" / "".join(c for c in robot if c.isalnum())
 
-    Raises:
-        OSError: It cannot be made.
-    """
-    folder = user_state_path("tactile-maps", appauthor=False) / "autosave" / "".join(c for c in robot if c.isalnum())
-    return claim_folder(folder, holding=f"{UNTITLED}{AUTOSAVE_ENDING}")
+
+def _same_robot(text: str, scene: Scene) -> bool:
+    """Whether ``text`` is a scene with the robot and the taxel file of ``scene``."""
+    try:
+        other = scene_from_toml(text, name="restored") if text else None
+    except TactileMapsError:
+        return False
+    return other is not None and (other.robot, other.taxel_file) == (scene.robot, scene.taxel_file)

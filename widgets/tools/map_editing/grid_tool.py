@@ -34,17 +34,29 @@ _STEPS = {
 _OFFERED = (Qt.Key.Key_Return, Qt.Key.Key_Enter, Qt.Key.Key_M, *_STEPS)
 
 
+def same_skin_wanted(first: Scene, second: Scene) -> bool:
+    """Whether two scenes ask for the same taxels on the same robot."""
+    return all(getattr(first, name) == getattr(second, name) for name in ("robot", "taxel_file", "cover", "grids"))
+
+
 class GridSteps(QObject):
-    """The scenes before and after each grid, to take them back and do them again. Mutable."""
+    """The scenes before and after each grid, to undo and redo them. Mutable.
+
+    Args:
+        editor: Its document is that of the scene that is shown; None where any document allows a redo.
+        parent: Qt parent.
+    """
 
     changed = Signal()
     """There is something else to take back or do again."""
     scene_wanted = Signal(object)
     """A Scene is to be opened."""
 
-    def __init__(self, parent: QObject | None = None) -> None:
+    def __init__(self, editor: MapEditor | None = None, parent: QObject | None = None) -> None:
         super().__init__(parent)
+        self._editor = editor
         self._scenes: list[Scene] = []
+        self._documents: list[MapDocument | None] = []  # at the time the next grid was placed
         self._at = 0
 
     @property
@@ -54,8 +66,12 @@ class GridSteps(QObject):
 
     @property
     def can_redo(self) -> bool:
-        """Whether a grid was taken back."""
-        return self._at < len(self._scenes) - 1
+        """Whether a grid was undone, and the map has no other edits since."""
+        return self._at < len(self._scenes) - 1 and self._documents[self._at] is self._document
+
+    @property
+    def _document(self) -> MapDocument | None:
+        return None if self._editor is None else self._editor.document
 
     @property
     def undo_name(self) -> str:
@@ -70,6 +86,7 @@ class GridSteps(QObject):
     def push(self, before: Scene, after: Scene) -> None:
         """A grid makes ``after`` of ``before``, and is to be shown."""
         kept = self._scenes[: self._at + 1] if self._scenes else [before]
+        self._documents = [*self._documents[: self._at], self._document]
         self._scenes, self._at = [*kept, after], len(kept)
         self._show()
 
@@ -86,11 +103,12 @@ class GridSteps(QObject):
             self._show()
 
     def show_scene(self, scene: Scene) -> None:
-        """This scene is open now; of one that came otherwise there is nothing to take back."""
-        if scene not in self._scenes:
-            self._scenes, self._at = [], 0
+        """Show where among the steps the scene is that is open; without steps if it is another one."""
+        at = next((number for number, one in enumerate(self._scenes) if same_skin_wanted(one, scene)), None)
+        if at is None:
+            self._scenes, self._documents, self._at = [], [], 0
         else:
-            self._at = self._scenes.index(scene)  # one that failed to open is not where we are
+            self._at = at  # a scene that failed to open is not where we are
         self.changed.emit()
 
     def _show(self) -> None:
@@ -128,7 +146,7 @@ class GridTool(ViewTool):
     def __init__(self, editor: MapEditor, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._editor = editor
-        self.steps = GridSteps(self)
+        self.steps = GridSteps(editor, self)
         self._rows = self._columns = 8
         self._mirrored = False
         self._corners: tuple[SurfacePoint, ...] = ()

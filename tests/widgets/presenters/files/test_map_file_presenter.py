@@ -7,8 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from PySide6.QtCore import QTimer
-from PySide6.QtWidgets import QFileDialog, QMessageBox
+from PySide6.QtCore import Qt, QTimer
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QFileDialog, QMessageBox, QToolButton
 
 from app.editing.arrange import move, rotate
 from app.editing.document_file import DocumentFile, load_document, save_document
@@ -227,6 +228,145 @@ def test_what_a_crash_left_is_offered_and_taken_back_as_an_edit(window, files, p
     assert window.editor.history.names == ("Open", "Restore")
 
 
+@pytest.fixture
+def left(window, files, prepared):
+    """The document that a crash left; the same map is shown again, without edits."""
+    files.autosave()
+    files._wait()
+    document = window.editor.document
+    window.live.show_prepared(reopened(prepared))
+    return document
+
+
+def click(window, text):
+    """Click the button of the message with this text."""
+    bar = window.notification_bar
+    (button,) = [button for button in bar.findChildren(QToolButton) if button.text() == text and button.isVisible()]
+    QTest.mouseClick(button, Qt.MouseButton.LeftButton)
+
+
+def copies(tmp_path):
+    """Autosaves on the disk."""
+    return list((tmp_path / "state").rglob("*.autosave"))
+
+
+def test_the_offer_returns_after_other_messages_until_it_is_answered(window, left):
+    window.notifier.say("Something else")
+    assert window.notification_bar.text == "Something else"
+    click(window, "Dismiss")
+    assert "not saved when the program ended" in window.notification_bar.text
+    click(window, "Later")
+    assert window.notification_bar.text == ""
+    assert window.action("restore_map").isEnabled(), "still in the menu"
+    click_menu = window.action("restore_map")
+    click_menu.trigger()
+    assert window.editor.document.layout == left.layout
+    assert not window.action("restore_map").isEnabled()
+
+
+def test_the_offer_belongs_to_its_map_and_survives_another_scene(window, left, prepared, coarse_prepared, tmp_path):
+    window.live.show_prepared(coarse_prepared)
+    assert window.notification_bar.text == "", "another skin of the same robot"
+    assert not window.action("restore_map").isEnabled()
+    window.editor.do("Rotate", lambda document: rotate(document, [1], 0.5))
+    window.presenters.map_files.autosave()
+    window.presenters.map_files.leave(lambda: window.live.show_prepared(reopened(prepared)))
+    answer(window, QMessageBox.StandardButton.Discard)
+    assert len(copies(tmp_path)) == 1
+    click(window, "Restore edits")
+    assert window.editor.document.layout == left.layout
+    assert window.isWindowModified()
+
+
+def test_the_offer_waits_while_a_recording_is_shown(window, left, tmp_path):
+    window.live.start_recording(tmp_path / "a.mcap")
+    run(window, 0.1)
+    window.live.stop_recording()
+    window.live.open_recording(tmp_path / "a.mcap")
+    assert "not saved when" not in window.notification_bar.text
+    assert not window.action("restore_map").isEnabled()
+    window.live.back_to_live()
+    assert "not saved when" in window.notification_bar.text
+
+
+def test_an_undecided_offer_survives_the_end_of_the_program(window, left, prepared, tmp_path):
+    window.presenters.map_files.end()  # as closing does
+    other = MainWindow(Settings(tmp_path / "other.ini"), backends=INLINE)
+    other.live.show_prepared(reopened(prepared))
+    assert "not saved when" in message(other)
+    other.editor.do("Move", lambda document: move(document, [0], (0.05, 0.0)))
+    other.presenters.map_files.autosave()
+    other.presenters.map_files._wait()
+    assert len(copies(tmp_path)) == 2, "newer edits do not replace it"
+    other.presenters.map_files.give_up()
+    other.close()
+    other.deleteLater()
+    assert len(copies(tmp_path)) == 1
+    window.presenters.map_files.begin(prepared, window.editor.document)
+    assert "not saved when" in message(window)
+    window.action("restore_map").trigger()
+    assert window.editor.document.layout == left.layout
+
+
+def test_restoring_over_newer_edits_asks(window, left, tmp_path):
+    window.editor.do("Move", lambda document: move(document, [0], (0.05, 0.0)))
+    newer = window.editor.document
+    click(window, "Restore edits")
+    answer(window, QMessageBox.StandardButton.Cancel, "restore")
+    assert window.editor.document is newer
+    assert "not saved when" in message(window)
+    click(window, "Restore edits")
+    answer(window, QMessageBox.StandardButton.Yes, "restore")
+    assert window.editor.document.layout == left.layout
+    window.action("undo").trigger()
+    assert window.editor.document is newer
+
+
+def test_a_restored_copy_is_deleted_once_there_is_another_one(window, files, left, tmp_path):
+    (before,) = copies(tmp_path)
+    click(window, "Restore edits")
+    (after,) = copies(tmp_path)
+    assert after != before
+    assert load_document(after).layout == left.layout
+
+
+def test_discarding_asks_and_deletes(window, left, tmp_path):
+    click(window, "Discard edits")
+    answer(window, QMessageBox.StandardButton.Cancel, "discard")
+    assert "not saved when" in message(window)
+    assert copies(tmp_path)
+    click(window, "Discard edits")
+    answer(window, QMessageBox.StandardButton.Discard, "discard")
+    assert message(window) == ""
+    assert not copies(tmp_path)
+    assert not window.action("restore_map").isEnabled()
+
+
+def test_a_crash_leaves_the_edits_of_a_saved_map_too(window, files, prepared, tmp_path, monkeypatch):
+    path = tmp_path / "own.npz"
+    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_args: (str(path), ""))
+    window.action("save_map").trigger()
+    window.editor.do("Move", lambda document: move(document, [0], (0.05, 0.0)))
+    layout = window.editor.document.layout
+    files.autosave()
+    files._wait()
+    window.live.show_prepared(reopened(prepared))
+    assert "own.npz has edits" in message(window)
+    click(window, "Restore edits")
+    assert files.path == path
+    assert files.unsaved
+    assert window.editor.document.layout == layout
+
+
+def test_edits_that_were_undone_leave_nothing(window, files, prepared, tmp_path):
+    files.autosave()
+    files._wait()
+    window.action("undo").trigger()
+    files.leave(lambda: window.live.show_prepared(reopened(prepared)))
+    assert message(window) == ""
+    assert not copies(tmp_path)
+
+
 def test_two_windows_on_one_robot_never_share_a_copy(window, files, prepared, tmp_path, qtbot):
     """The second neither offers what the first is working on, nor writes over it, nor removes it."""
     files.autosave()
@@ -296,7 +436,7 @@ def test_a_copy_that_fails_in_a_way_nobody_foresaw_is_said_too(window, files, tm
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
 
     class Broken(DocumentFile):
-        def autosave(self, document):
+        def autosave(self, document, *, scene=""):
             raise ZeroDivisionError("nobody foresaw this")
 
     files._file = Broken(None, None, folder=tmp_path)

@@ -1,0 +1,177 @@
+"""A taxel grid is an edit: marked, asked about, undone and redone with the map's edits, autosaved and restored."""
+
+from __future__ import annotations
+
+import pickle
+from functools import partial
+
+import numpy as np
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QFileDialog, QMessageBox
+
+from app.editing.arrange import move, rotate
+from app.scene.scene_file import load_scene
+from app.skin.fit import is_grid_patch
+from tests.widgets.support.window_driver import answer, run
+from tests.widgets.tools.map_editing.test_grid_tool import corners
+from widgets.context.dialogs import Button
+from widgets.session.live_input import LiveInputSettings
+
+LEFT = Qt.MouseButton.LeftButton
+
+
+@pytest.fixture(scope="module")
+def prepared(coarse_prepared):
+    """It is prepared again with each grid."""
+    return coarse_prepared
+
+
+@pytest.fixture
+def window(window_again):
+    return window_again
+
+
+def place_grid(window):
+    """Place a grid of 8 x 8 taxels on the hand, with the mouse and the Enter key on the map."""
+    window.action("grid").trigger()
+    view = window.map_view
+    for at in corners(window.live.prepared.skin, "hand"):
+        QTest.mouseClick(view.viewport(), LEFT, pos=view.pixel_of(at).toPoint())
+    QTest.keyClick(view, Qt.Key.Key_Return)
+    run(window, 0.02)
+    assert [patch.link for patch in window.live.prepared.skin.patches if is_grid_patch(patch)] == ["hand"]
+
+
+def layout_of(window, patch):
+    """Placement of the patch of this name on the map."""
+    document = window.editor.document
+    return document.layout.placements[[one.name for one in document.skin.patches].index(patch)]
+
+
+def edited(window, angle=0.5):
+    """Rotate the forearm; the document after it."""
+    number = [patch.link for patch in window.live.prepared.skin.patches].index("forearm")
+    window.editor.do("Rotate", lambda document: rotate(document, [number], angle))
+    return window.editor.document
+
+
+def question(window):
+    """Names of the questions that are shown."""
+    return [box.objectName() for box in window.findChildren(QMessageBox) if box.isVisible()]
+
+
+def test_a_grid_is_unsaved_until_it_is_undone_and_is_asked_about(window):
+    assert not window.isWindowModified()
+    place_grid(window)
+    assert question(window) == [], "nothing is lost by placing it"
+    assert window.isWindowModified()
+    for leave in (window.close, partial(window.presenters.files.open_robot, "arm")):
+        leave()
+        assert question(window) == ["leave"]
+        answer(window, Button.Cancel)
+        assert len(window.live.prepared.scene.grids) == 1
+    window.action("poke").trigger()
+    assert window.presenters.state.state.undo.undo_name == "grid"
+    window.action("undo").trigger()
+    assert window.live.prepared.scene.grids == ()
+    assert not window.isWindowModified()
+    window.action("redo").trigger()
+    assert len(window.live.prepared.scene.grids) == 1
+    assert window.isWindowModified()
+
+
+def test_undo_and_redo_go_over_a_grid_with_the_edits_of_the_map(window):
+    first = window.editor.document
+    before = edited(window)
+    placement = layout_of(window, "forearm")
+    place_grid(window)
+    placed = window.editor.document
+    assert layout_of(window, "forearm") == placement, "the patches that stay keep their edits"
+    after = edited(window, 0.25)
+    stages = [first, before, placed, after]
+    for document in reversed(stages[:-1]):
+        window.action("undo").trigger()
+        assert window.editor.document is document
+        run(window, 0.02)
+        assert window.live.runner.session.map is document.map
+    for document in stages[1:]:
+        window.action("redo").trigger()
+        assert window.editor.document is document
+    assert not window.action("redo").isEnabled()
+    for _ in range(2):
+        window.action("undo").trigger()
+    edited(window, 0.1)
+    assert not window.action("redo").isEnabled(), "another edit was made instead"
+
+
+def test_a_grid_keeps_controller_and_effects(window):
+    window.presenters.effects.wish("gravity", "on")
+    controller = window.presenters.control_tools.settings_editor
+    controller.do("choose", controller="hybrid", force_goal=4.5)
+    run(window, 0.02)
+    effects = window.live.runner.session.effects
+    place_grid(window)
+    settings = window.live.runner.session.settings
+    assert (settings.controller, settings.force_goal) == ("hybrid", 4.5)
+    assert window.live.runner.session.effects == effects
+
+
+def test_a_saved_scene_contains_the_grid(window, tmp_path, monkeypatch):
+    place_grid(window)
+    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_args: (str(tmp_path / "own.toml"), ""))
+    window.action("save_scene").trigger()
+    assert load_scene(str(tmp_path / "own.toml")).grids == window.live.prepared.scene.grids
+    assert not window.isWindowModified()
+    edited(window)
+    assert window.isWindowModified()
+
+
+def test_a_saved_map_says_that_the_scene_contains_the_grid(window, tmp_path, monkeypatch):
+    place_grid(window)
+    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_args: (str(tmp_path / "own.npz"), ""))
+    window.action("save_map").trigger()
+    assert "Save the scene too" in window.notification_bar.text
+    assert not window.isWindowModified()
+
+
+def test_a_crash_leaves_the_grid_and_the_edits_to_restore(window, prepared):
+    place_grid(window)
+    document, scene = edited(window), window.live.prepared.scene
+    files = window.presenters.map_files
+    files.autosave()
+    files._wait()
+    window.live.show_prepared(pickle.loads(pickle.dumps(prepared)))  # as another start of the program does
+    assert "not saved" in window.notification_bar.text
+    assert not window.isWindowModified()
+    window.action("restore_map").trigger()
+    run(window, 0.02)
+    assert window.live.prepared.scene.grids == scene.grids
+    restored = window.editor.document
+    assert restored.layout == document.layout
+    np.testing.assert_array_equal(restored.map.taxel_points, document.map.taxel_points)
+    assert window.isWindowModified()
+    assert "not saved when the program" not in window.notification_bar.text
+    assert not window.action("restore_map").isEnabled()
+    window.action("undo").trigger()
+    assert window.live.prepared.scene.grids == ()
+
+
+def test_a_replay_or_a_source_does_not_forget_the_grid(window, tmp_path):
+    place_grid(window)
+    window.live.start_recording(tmp_path / "a.mcap")
+    run(window, 0.1)
+    window.live.stop_recording()
+    window.live.open_recording(tmp_path / "a.mcap")
+    window.live.back_to_live()
+    assert window.action("undo").isEnabled()
+    window.live.connect_source(LiveInputSettings("udp://127.0.0.1:0"))
+    window.action("undo").trigger()
+    assert window.live.live_input is not None
+    assert "Disconnect first" in window.notification_bar.text
+    window.action("disconnect").trigger()
+    window.editor.do("Move", partial(move, numbers=[0], by=(0.05, 0.0)))
+    for _ in range(2):
+        window.action("undo").trigger()
+    assert window.live.prepared.scene.grids == ()
