@@ -358,6 +358,9 @@ def _claim(folder: Path) -> FolderClaim | None:
     return None
 
 
+_TRIAL_BYTES = 16_384
+
+
 def lock_file(descriptor: int) -> bool:
     """Lock a file that is open for writing; return whether no other descriptor has the lock.
 
@@ -405,6 +408,20 @@ def name_next_to(path: Path, ending: str) -> Path:
     """Return the path in the same folder with another ending; a long name is cut, as names have at most 255 bytes."""
     stem = os.fsencode(path.stem)[: 255 - len(os.fsencode(ending))]
     return path.with_name(os.fsdecode(stem) + ending)
+
+
+def try_writing(folder: Path) -> None:
+    """Write a small file into ``folder``, which is created if necessary, and delete it again.
+
+    Raises:
+        OSError: It cannot be written: the disk is full or read-only, or the folder cannot be created.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    trial = folder / f".tactile-maps-{secrets.token_hex(8)}.part"
+    try:
+        trial.write_bytes(bytes(_TRIAL_BYTES))
+    finally:
+        trial.unlink(missing_ok=True)
 
 
 def write_lines(path: Path, lines: Iterable[str], *, error: type[TactileMapsError]) -> None:

@@ -110,11 +110,15 @@ class Settings:
 
     Args:
         path: The INI file; by default the user's own.
+
+    Attributes:
+        own_folder: Contains the file.
     """
 
     def __init__(self, path: Path | None = None) -> None:
         file = path or user_config_path("tactile-maps", appauthor=False) / "window.ini"
         self._store = QSettings(str(file), QSettings.Format.IniFormat)
+        self.own_folder = file.parent
 
     @classmethod
     def temporary(cls) -> Settings:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -12,7 +13,7 @@ from platformdirs import user_state_path
 from PySide6.QtCore import QObject, QTimer, Signal
 
 from app.core.errors import TactileMapsError
-from app.core.files import FolderClaim, claim_folder
+from app.core.files import FolderClaim, claim_folder, try_writing
 from app.editing.document import MapDocument
 from app.editing.document_file import AUTOSAVE_NAME, DocumentFile, load_document
 from app.editing.history import History
@@ -82,6 +83,7 @@ class MapFilePresenter(QObject):
         self._kept: list[KeptDocument] = []
         self._first: MapDocument | None = None
         self._scene_text = ""  # of a scene with a grid that is not saved
+        self._told_unwritable = False
         self._discarded = False  # the autosave is not needed any more once the document is replaced
         self._writer = ThreadPoolExecutor(max_workers=1, thread_name_prefix="autosave")
         self._writing: Future[bool] | None = None
@@ -143,12 +145,29 @@ class MapFilePresenter(QObject):
 
     def begin(self, prepared: PreparedScene, document: MapDocument) -> None:
         """Begin with another scene, whose map without edits is ``document``. Offer what a crash left of its edits."""
-        try:
+        self._tell_unwritable()
+        with suppress(OSError):  # then nothing is kept in case of a crash, as was told
             self._claim = claim_folder(autosave_folder(prepared.robot.name), without=AUTOSAVE_NAME)
-        except OSError as error:
-            self._context.notifier.fault(f"Edits are not kept in case of a crash: {error}. Save them now and then.")
         self._first, self._file = document, DocumentFile(None, document, folder=self._folder)
         self._find_leftovers(prepared, document)
+
+    def _tell_unwritable(self) -> None:
+        """Name what the window cannot store, such as on a full disk; once."""
+        folders = {"settings": self._context.settings.own_folder, "copies of unsaved edits": autosave_folder("")}
+        errors: dict[str, OSError] = {}
+        for name, folder in folders.items():
+            try:
+                try_writing(folder)
+            except OSError as error:
+                errors[name] = error
+        if errors and not self._told_unwritable:
+            self._told_unwritable = True
+            names, cause = " and ".join(errors), next(iter(errors.values()))
+            where = "" if cause.filename is None else f" ({cause.filename})"
+            self._context.notifier.fault(
+                f"{names.capitalize()} cannot be stored: {cause.strerror}{where}. Everything else works; save maps and "
+                "recordings in another folder."
+            )
 
     @property
     def _folder(self) -> Path | None:
@@ -225,11 +244,9 @@ class MapFilePresenter(QObject):
 
     def _find_leftovers(self, prepared: PreparedScene, document: MapDocument) -> None:
         """Claim the autosaves of this skin, or of this robot with another taxel grid."""
-        try:
+        found: list[Leftover] = []
+        with suppress(OSError):
             found = find_leftovers(autosave_folder(prepared.robot.name))
-        except OSError as error:
-            self._context.notifier.fault(f"Edits that a crash may have left cannot be read: {error}.")
-            found = []
         for leftover in found:
             if same_skin(document.skin, leftover.document.skin) or _same_robot(leftover.scene, prepared.scene):
                 self._leftovers.append(leftover)
@@ -435,10 +452,11 @@ class MapFilePresenter(QObject):
         error = writing.exception()
         if error is None:
             return True
-        if isinstance(error, TactileMapsError):
-            self._context.notifier.fault(str(error))
-        else:
+        if not isinstance(error, TactileMapsError):
             self._context.notifier.unexpected(error)
+        elif not self._told_unwritable:
+            self._told_unwritable = True
+            self._context.notifier.fault(str(error))
         self._timer.stop()
         return True
 
