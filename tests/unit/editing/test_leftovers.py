@@ -1,0 +1,72 @@
+"""Autosaves that a crash left: found with what belongs to them, claimed by one process, kept until a decision."""
+
+from __future__ import annotations
+
+import os
+
+import pytest
+
+from app.core.files import claim_folder
+from app.editing.arrange import move
+from app.editing.document import MapDocument
+from app.editing.document_file import AUTOSAVE_NAME, DocumentFile, document_to_bytes
+from app.editing.leftovers import find_leftovers
+from app.studies.testbeds.reference_bodies import flat_map
+
+
+@pytest.fixture
+def document():
+    return MapDocument.of(flat_map(30))
+
+
+def autosaved(parent, document, *, path=None, scene=""):
+    """Autosave a document as a window does that then ends without closing; its folder."""
+    claim = claim_folder(parent, without=AUTOSAVE_NAME)
+    DocumentFile(path, None, folder=claim.folder).autosave(document, scene=scene)
+    claim.release()
+    return claim.folder
+
+
+def test_nothing_is_found_before_there_is_a_folder(tmp_path):
+    assert find_leftovers(tmp_path / "none") == []
+
+
+def test_an_autosave_is_found_with_its_map_file_and_scene(document, tmp_path):
+    path = tmp_path / "own.npz"
+    path.write_bytes(b"older")
+    os.utime(path, (1.0, 1.0))
+    autosaved(tmp_path, document, path=path, scene='robot = "arm"')
+    (found,) = find_leftovers(tmp_path)
+    assert (found.file, found.scene, found.newer_than_file) == (path, 'robot = "arm"', True)
+    assert document_to_bytes(found.document) == document_to_bytes(document)
+    path.unlink()
+    assert not found.newer_than_file
+    found.release()
+
+
+def test_only_one_process_has_it_until_it_is_released(document, tmp_path):
+    autosaved(tmp_path, document)
+    (found,) = find_leftovers(tmp_path)
+    assert find_leftovers(tmp_path) == []
+    found.release()
+    (again,) = find_leftovers(tmp_path)
+    again.discard()
+    assert find_leftovers(tmp_path) == []
+
+
+def test_a_new_autosave_goes_to_another_folder_and_the_newest_comes_first(document, tmp_path):
+    first = autosaved(tmp_path, document)
+    os.utime(first / AUTOSAVE_NAME, (1.0, 1.0))
+    second = autosaved(tmp_path, move(document, [0], (0.1, 0.0)))
+    assert first != second
+    found = find_leftovers(tmp_path)
+    assert [one.claim.folder for one in found] == [second, first]
+    for one in found:
+        one.release()
+
+
+def test_a_damaged_autosave_is_left_in_place(document, tmp_path):
+    folder = autosaved(tmp_path, document)
+    (folder / AUTOSAVE_NAME).write_bytes(b"damaged")
+    assert find_leftovers(tmp_path) == []
+    assert (folder / AUTOSAVE_NAME).read_bytes() == b"damaged"
