@@ -77,11 +77,13 @@ def draw_path(window, taxels):
     run(window, 0.01)
 
 
-def connect(window, address="udp://127.0.0.1:0"):
-    """Connect with the dialog."""
+def connect(window, folder):
+    """Connect to a file of readings with the dialog."""
+    (folder / "readings.csv").write_text("# unit: Pa\ntime,0,1\n0.0,0,0\n0.1,0,0\n")
     window.action("connect").trigger()
     dialog = window.presenters.live_input.dialog
-    dialog.address.setText(address)
+    dialog.kind.setCurrentText("File")
+    dialog.address.setText(str(folder / "readings.csv"))
     dialog.go.click()
     assert window.live.live_input is not None
     run(window, 0.05)
@@ -103,13 +105,13 @@ def prepared_by_user(window):
     return window
 
 
-def test_disconnect_keeps_the_settings_and_the_edited_map(prepared_by_user):
+def test_disconnect_keeps_the_settings_and_the_edited_map(prepared_by_user, tmp_path):
     window = prepared_by_user
     before, chosen = window.live.run.settings, window.presenters.effects.scene
     assert chosen.overrides != window.live.prepared.scene.overrides
-    connect(window)
+    connect(window, tmp_path)
     assert window.live.run.settings.settings == before.settings, "shown while connected"
-    connect(window)  # a second source: the settings of the simulation are still known
+    connect(window, tmp_path)  # a second source: the settings of the simulation are still known
     window.editor.do("Move", partial(move, numbers=[0], by=(0.05, 0.0)))
     run(window, 0.05)
     names, document = window.editor.history.names, window.editor.document
@@ -172,10 +174,8 @@ def test_connect_from_a_recording_asks_about_unsaved_edits_and_takes_its_map(win
     assert window.editor.document is own
     window.action("connect").trigger()
     answer(window, Button.Discard)
-    dialog = window.presenters.live_input.dialog
-    dialog.address.setText("udp://127.0.0.1:0")
-    dialog.go.click()
-    assert window.live.live_input is not None
+    window.presenters.live_input.dialog.reject()
+    connect(window, tmp_path)
     assert window.editor.document.map.layout == recorded
     assert window.live.run.map is window.editor.document.map
     window.action("disconnect").trigger()

@@ -166,7 +166,8 @@ def test_a_replay_or_a_source_does_not_forget_the_grid(window, tmp_path):
     window.live.open_recording(tmp_path / "a.mcap")
     window.live.back_to_live()
     assert window.action("undo").isEnabled()
-    window.live.connect_source(LiveInputSettings("udp://127.0.0.1:0"))
+    (tmp_path / "readings.csv").write_text("# unit: Pa\ntime,0,1\n0.0,0,0\n0.1,0,0\n")
+    window.live.connect_source(LiveInputSettings(str(tmp_path / "readings.csv")))
     window.action("undo").trigger()
     assert window.live.live_input is not None
     assert "Disconnect first" in window.notification_bar.text
