@@ -266,3 +266,22 @@ def test_motion_needs_a_token_for_packets(qtbot, live):
     with pytest.raises(UsageError, match="readings need a token.*File > Connect"):
         live.live_input.send_motion("udp://127.0.0.1:9", MotionLimits())
     assert not live.live_input.motion().sending.active
+
+
+@pytest.mark.parametrize("end", ["silence", "controller"])
+def test_silence_and_another_controller_end_sending(qtbot, driven, end):
+    live, board, driver = driven
+    sequence = itertools.count()
+    live.send_motion(f"udp://127.0.0.1:{driver.getsockname()[1]}", MotionLimits())
+
+    def moved():
+        send_reading(board, 2.0, sequence)
+        return live.motion().sending.sent > 5
+
+    qtbot.waitUntil(moved, timeout=20_000)
+    if end == "controller":
+        live.use_controller("hybrid")
+        assert live.motion().sending.stopped == "switched off"
+    else:
+        qtbot.waitUntil(lambda: live.motion().sending.stopped is not None, timeout=20_000)
+        assert live.motion().sending.stopped in ("no reading came in time", "the readings are too old")

@@ -175,7 +175,7 @@ def test_motion_is_not_sent_for_readings_without_a_token(trial, source):
 def test_driver_that_is_not_there_is_named_before_anything_moves(trial):
     trial.driver.close()
     words = ["--robot", str(trial.folder / "bar.xml"), "--skin", str(trial.folder / "bar.npz"), "--token", TOKEN]
-    words += ["--controller", "hold_force", "--send", f"udp://{LOOPBACK}:{trial.port}"]
+    words += ["--controller", "hold_force", "--send", f"udp://{LOOPBACK}:{trial.port}", "--for", "1"]
     assert main(["listen", "udp://127.0.0.1:0", *words]) == 1
     message = trial.capsys.readouterr().err
     assert "no program receives at the driver's address" in message
