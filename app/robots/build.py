@@ -141,6 +141,7 @@ def build_robot(
     findings: Sequence[Finding] = (),
     home: Mapping[str, float] | None = None,
     mounts: Collection[Mount] = (),
+    left_out: Mapping[str, Sequence[Mesh]] | None = None,
 ) -> Robot:
     """Strip, check, compile and try out a spec; it is used up.
 
@@ -152,6 +153,7 @@ def build_robot(
         findings: What the reader noticed already.
         home: Joint values by joint name [rad, m], before those of a keyframe; others rest at zero.
         mounts: Elements that sensors are fixed to.
+        left_out: Placeholders of missing meshes that are left out [m], by link and in its frame.
 
     Raises:
         RobotError: The robot has no links, joints that are not scalar, too many bodies, a name that is kept for what is
@@ -184,7 +186,7 @@ def build_robot(
     smoke_test(model, rest, source)
     missing, names = missing_meshes(spec, files), [model.body(i).name for i in range(model.nbody)]
     links = tuple(
-        Link(name, link_mesh(model, i), missing.get(name, ()))
+        Link(name, link_mesh(model, i), missing.get(name, ()), tuple((left_out or {}).get(name, ())))
         for i, name in enumerate(names)
         if i  # without the world
     )

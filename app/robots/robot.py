@@ -20,11 +20,14 @@ class Link:
         name: The body's name in the MJCF; unique.
         mesh: What it looks like, in the link frame [m]; None for a link without geometry.
         missing: Its mesh files that were not there, by their bare names: small boxes stand for them in ``mesh``.
+        left_out: Small boxes [m], link frame, at the places of missing meshes of a link that has other shapes. They are
+            not part of ``mesh``. A recording does not store them.
     """
 
     name: str
     mesh: Mesh | None
     missing: tuple[str, ...] = ()
+    left_out: tuple[Mesh, ...] = ()
 
 
 @dataclass(frozen=True)

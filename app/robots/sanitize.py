@@ -19,7 +19,7 @@ from app.core.arrays import FloatArray
 from app.core.errors import Finding, RobotError
 from app.geometry.mesh import Mesh
 from app.robots.files.model_files import ModelFiles
-from app.robots.formats.mesh_files import MissingMesh, parse_mesh, placeholder
+from app.robots.formats.mesh_files import PLACEHOLDER_SIZE, MissingMesh, box_mesh, parse_mesh, placeholder
 
 _WIDTH = {
     mujoco.mjtJoint.mjJNT_FREE: 7,
@@ -190,8 +190,12 @@ def _joins_links(equality: mujoco.MjsEquality) -> bool:
     return equality.type == kind.mjEQ_JOINT or between_bodies
 
 
-def settle_missing_meshes(spec: mujoco.MjSpec, missing: Mapping[str, MissingMesh], files: ModelFiles) -> list[Finding]:
+def settle_missing_meshes(
+    spec: mujoco.MjSpec, missing: Mapping[str, MissingMesh], files: ModelFiles
+) -> tuple[list[Finding], dict[str, list[Mesh]]]:
     """Report for each missing mesh what replaces it: the other shapes of its link, or else a small box.
+
+    Also return the placeholders of meshes that are left out [m], by link and in its frame.
 
     Args:
         spec: Parsed; placeholders are deleted from links that have other shapes.
@@ -199,9 +203,10 @@ def settle_missing_meshes(spec: mujoco.MjSpec, missing: Mapping[str, MissingMesh
         files: Where the model's files are: the findings name similar ones.
     """
     if not missing:
-        return []
+        return [], {}
     placeholders = {mesh.name: mesh.file for mesh in spec.meshes if mesh.file in missing}
     shown: dict[str, tuple[list[str], bool]] = {}
+    left_out: dict[str, list[Mesh]] = {}
     for body in spec.bodies:
         empty = [geom for geom in body.geoms if geom.meshname in placeholders]
         whole = len(empty) < len(list(body.geoms))
@@ -209,13 +214,30 @@ def settle_missing_meshes(spec: mujoco.MjSpec, missing: Mapping[str, MissingMesh
             links, boxed = shown.get(placeholders[geom.meshname], ([], False))
             links = links if body.name in links else [*links, body.name]
             shown[placeholders[geom.meshname]] = (links, boxed or not whole)
-        if whole:
+        if whole and empty:
+            left_out[body.name] = [_placeholder_at(spec, geom) for geom in empty]
             _delete_all(spec, empty)
     for mesh in spec.meshes:
         if mesh.name in placeholders:
             mesh.scale = [1.0, 1.0, 1.0]  # the box has a size of its own
     similar = files.similar_meshes([mesh.path for mesh in missing.values()])
-    return [_missing_mesh(mesh, *shown.get(name, ([], False)), similar[mesh.path]) for name, mesh in missing.items()]
+    notes = [_missing_mesh(mesh, *shown.get(name, ([], False)), similar[mesh.path]) for name, mesh in missing.items()]
+    return notes, left_out
+
+
+def _placeholder_at(spec: mujoco.MjSpec, geom: mujoco.MjsGeom) -> Mesh:
+    """Return the small box at the place of a geom [m], in the frame of its body."""
+    box = box_mesh(PLACEHOLDER_SIZE)
+    points, element = box.vertices, geom
+    while element is not None:  # the geom, then the frames around it
+        turn, compiler = element.quat, spec.compiler
+        if element.alt.type != mujoco.mjtOrientation.mjORIENTATION_QUAT:
+            turn = spec.resolve_orientation(compiler.degree, compiler.eulerseq, element.alt)
+        rotation = np.empty(9)
+        mujoco.mju_quat2Mat(rotation, np.asarray(turn) / np.linalg.norm(turn))
+        points = points @ rotation.reshape(3, 3).T + element.pos
+        element = element.frame
+    return Mesh(points, box.faces)
 
 
 def _missing_mesh(mesh: MissingMesh, links: list[str], boxed: bool, similar: Sequence[str]) -> Finding:

@@ -232,7 +232,7 @@ def _names_in(taxel_file: str) -> tuple[str, ...]:
 def _keep(prepared: PreparedScene, read: Sequence[Path]) -> None:
     """Write the entry; where that fails the scene is made anew the next time, which is all that is lost."""
     path = _entry_path(prepared.scene)
-    if path is None or any(link.missing for link in prepared.robot.links):
+    if path is None or any(link.missing or link.left_out for link in prepared.robot.links):
         return  # a mesh that is missing may come
     try:
         sources = _Sources(tuple(_Source(str(file), _digest_of(file)) for file in dict.fromkeys(read)))

@@ -23,7 +23,7 @@ from app.geometry.remesh.repair import clean_mesh
 from app.geometry.remesh.wrap import coarsest_voxel, wrap_mesh
 from app.robots.kinematics import Configuration
 from app.robots.robot import Robot
-from app.skin.skin import LOW_COVERAGE, Patch, Skin, low_coverage, patch_name
+from app.skin.skin import LOW_COVERAGE, PLACEHOLDER_COVERED, Patch, Skin, low_coverage, patch_name
 from app.skin.taxel_placement.sampling import place_evenly
 from app.skin.taxel_placement.usable_surface import (
     sample_surface,
@@ -163,7 +163,7 @@ def _check_links(robot: Robot, links: tuple[str, ...], meshes: dict[str, Mesh]) 
 def placeholder_notes(robot: Robot, links: Sequence[str]) -> list[Finding]:
     """Return a finding for each of the links whose mesh is missing: a cover of it is one of the placeholder."""
     action = "its mesh is missing: the small box in its place is covered, as the link is named"
-    return [Finding("placeholder-covered", link, action) for link in links if robot.link(link).missing]
+    return [Finding(PLACEHOLDER_COVERED, link, action) for link in links if robot.link(link).missing]
 
 
 def _cleaned_links(robot: Robot) -> tuple[dict[str, Mesh], list[Finding]]:
@@ -261,10 +261,11 @@ def _link_choices(robot: Robot) -> list[tuple[str, ...]]:
     candidates = list(hulls)
     missing = [link.name for link in robot.links if link.missing]
     if not candidates and missing:
+        first = [f"{note.where}: {note.action}" for note in robot.findings if note.kind == "missing-mesh"][:1]
         raise SkinError(
             "the meshes of all links with a shape are missing",
             file=robot.source,
-            value=", ".join(missing),
+            value="; ".join([", ".join(missing), *first]),
             remedy="Put the mesh files in place, or name the links to cover the small boxes in their place",
         )
     if not candidates:

@@ -12,10 +12,14 @@ from app.core.arrays import FloatArray
 from app.robots.mujoco_spec import OWN_NAMES, compile_spec, robot_spec
 from app.robots.robot import Robot
 from app.robots.sanitize import collision_exclusions
-from app.skin.skin import Skin
+from app.skin.skin import PLACEHOLDER_COVERED, Skin
 
 HULL = f"{OWN_NAMES}skin "
 """How the names of hulls begin."""
+_FLAT = 1e-4
+"""Thickness over size below which points have no convex hull."""
+_DEPTH = 0.003
+"""Thickness of the hull of points in a plane [m]."""
 
 
 def hull_name(link: str) -> str:
@@ -29,10 +33,22 @@ def skinned_links(skin: Skin) -> tuple[str, ...]:
 
 
 def hull_points(robot: Robot, skin: Skin, link: str) -> FloatArray:
-    """(n, 3) vertices of a link and its skin [m], link frame."""
-    clouds = [patch.surface.vertices for patch in skin.patches if patch.link == link]
-    own = robot.link(link).mesh
-    return np.concatenate(clouds if own is None else [*clouds, own.vertices])
+    """Return (n, 3) vertices of a link and its skin [m], link frame.
+
+    The placeholder of a missing mesh is included only if the skin covers it. Points in a plane, which have no convex
+    hull, are repeated at a small depth below the skin.
+    """
+    surfaces = [patch.surface for patch in skin.patches if patch.link == link]
+    points = np.concatenate([surface.vertices for surface in surfaces])
+    carrier = robot.link(link)
+    covered = any(finding.kind == PLACEHOLDER_COVERED and finding.where == link for finding in skin.findings)
+    if carrier.mesh is not None and (covered or not carrier.missing):
+        points = np.concatenate([points, carrier.mesh.vertices])
+    extents = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
+    if extents[-1] <= _FLAT * extents[0]:
+        below = [surface.vertices - _DEPTH * surface.vertex_normals for surface in surfaces]
+        points = np.concatenate([points, *below])
+    return points
 
 
 def add_hull(spec: mujoco.MjSpec, robot: Robot, skin: Skin, link: str) -> mujoco.MjsGeom:

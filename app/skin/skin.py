@@ -362,6 +362,10 @@ def low_coverage(where: str, coverage: float, reasons: str, remedy: str, count: 
     return Finding("low-coverage", where, action, count)
 
 
+PLACEHOLDER_COVERED = "placeholder-covered"
+"""Kind of the finding for a link with a missing mesh whose placeholder has skin, because the link was named."""
+
+
 def patch_name(link: str, before: int) -> str:
     """Name of the patch on ``link`` when ``before`` others have been named: "forearm", "forearm 2"."""
     return link if before == 0 else f"{link} {before + 1}"

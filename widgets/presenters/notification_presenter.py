@@ -75,7 +75,7 @@ class NotificationPresenter(QObject):
         missing = [finding for finding in prepared.robot.findings if finding.kind == "missing-mesh"]
         if missing:
             files = f"{len(missing)} meshes of the robot are" if len(missing) > 1 else "A mesh of the robot is"
-            text = f"{files} missing, first {missing[0].where}: small boxes or its other shapes stand in."
+            text = f"{files} missing, first {missing[0].where}: {missing[0].action}."
             self._notifier.say(text, fault=True, remedies=[self._context.actions["package_root"]])
         self._notifier.show_hints(shown=not self._context.settings.hints_read)
 

@@ -95,7 +95,8 @@ def load_mjcf(path: Path, *, package_roots: Sequence[Path] = (), name: str | Non
         raise RobotError("the file contains no robot: it has no body", file=path, remedy=files_that_include(path))
     source = str(path)
     spec = parse_spec(tostring(root, encoding="unicode"), store.files, source=source)
-    notes = [*store.findings, *reader.findings(), *settle_missing_meshes(spec, store.missing, reader)]
+    missing, left_out = settle_missing_meshes(spec, store.missing, reader)
+    notes = [*store.findings, *reader.findings(), *missing]
     return build_robot(
         spec,
         name=name or spec.modelname or path.stem,
@@ -103,6 +104,7 @@ def load_mjcf(path: Path, *, package_roots: Sequence[Path] = (), name: str | Non
         assets=store.files,
         findings=notes,
         mounts=mounts,
+        left_out=left_out,
     )
 
 

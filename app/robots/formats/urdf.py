@@ -106,7 +106,8 @@ def robot_from_urdf(
     spec = parse_spec(tostring(root, encoding="unicode"), store.files, source=str(path))
     spec.compiler.degree = False
     _place_base(spec, base_height, base_yaw)
-    notes += [*store.findings, *settle_missing_meshes(spec, store.missing, packages.files)]
+    missing, left_out = settle_missing_meshes(spec, store.missing, packages.files)
+    notes += [*store.findings, *missing]
     notes += _add_joint_dynamics(spec)
     return build_robot(
         spec,
@@ -115,6 +116,7 @@ def robot_from_urdf(
         assets=store.files,
         findings=notes,
         home=home,
+        left_out=left_out,
     )
 
 

@@ -10,7 +10,7 @@ form has rows only. All rows are read here; the original reader loses the last o
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -19,7 +19,7 @@ from app.core.arrays import BoolArray, FloatArray, IntArray
 from app.core.errors import Finding, SkinError, add_finding, errors_in_file
 from app.core.files import read_bounded_text, write_lines
 from app.robots.robot import Robot
-from app.skin.fit import carrying_link, fit_taxels_to_link
+from app.skin.fit import carrying_link, place_taxels
 from app.skin.formats.icub_frames import icub_frames
 from app.skin.formats.taxel_set import MAX_COORDINATE, MAX_TAXELS, TaxelSet, is_number, line_error, unit_normals
 from app.skin.skin import Skin, number_ranges
@@ -186,11 +186,7 @@ def import_icub_skin(robot: Robot, path: str | Path, *, link: str | None = None,
     """
     taxels = read_icub_positions(path)
     name = link or carrying_link(robot, taxels.link, Path(path))
-    skin = fit_taxels_to_link(
-        robot, name, taxels.positions, thickness=thickness, file=path, identity=taxels.identity,
-        frames=icub_frames(robot, name),
-    )  # fmt: skip
-    return replace(skin, findings=taxels.findings + skin.findings)
+    return place_taxels(robot, name, taxels, thickness=thickness, file=path, frames=icub_frames(robot, name))
 
 
 MAX_BYTES = 16 * 2**20

@@ -285,13 +285,14 @@ def _closest_file(robot: Robot, link: str, files: Mapping[Path, TaxelSet]) -> tu
     frames = icub_frames(robot, link)
     away = {file: match_frame(robot, link, taxels.positions, frames=frames).median for file, taxels in files.items()}
     best = min(away, key=lambda file: away[file])
+
+    def reason(file: Path) -> str:
+        if away[best] == float("inf"):
+            return f"the mesh of the link {link} is missing, and {best.name} is the first file for it"
+        return f"{1e3 * away[file]:.1f} mm off the link {link}, {best.name} {1e3 * away[best]:.1f} mm"
+
     return best, [
-        Finding(
-            "other-calibration",
-            file.name,
-            f"left out: {1e3 * away[file]:.1f} mm off the link {link}, {best.name} {1e3 * away[best]:.1f} mm",
-            len(taxels),
-        )
+        Finding("other-calibration", file.name, f"left out: {reason(file)}", len(taxels))
         for file, taxels in files.items()
         if file != best
     ]

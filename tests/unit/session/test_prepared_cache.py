@@ -134,6 +134,16 @@ def test_a_mesh_that_is_missing_may_come(bar, folder):
     assert cache_content().entries == 1
 
 
+def test_a_mesh_that_is_left_out_may_come(bar, folder):
+    model = Path(bar.robot)
+    model.with_name("bar.obj").unlink()
+    model.write_text(BAR.replace("</body>", '<geom type="box" size=".1 .1 .1"/></body>'))
+    (link,) = prepare_cached(bar).robot.links
+    assert link.left_out
+    assert not link.missing
+    assert cache_content().entries == 0
+
+
 @pytest.mark.parametrize("keep", [0.5, 0.97])
 def test_a_damaged_entry_counts_as_none_and_is_replaced(bar, folder, keep):
     prepare_cached(bar)

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from app.core.errors import MeshError, RobotError, SkinError
+from app.core.errors import Finding, MeshError, RobotError, SkinError
 from app.geometry.mesh import Mesh
 from app.robots.formats.mesh_files import box_mesh
 from app.robots.load import load_robot_file
@@ -51,6 +51,12 @@ def test_the_placeholder_of_a_missing_mesh_is_not_chosen() -> None:
     assert "upper" not in choose_links(without_meshes(robot, "upper"))
     with pytest.raises(SkinError, match=r"all links.*missing.*found: .*upper.*name the links"):
         choose_links(without_meshes(robot, *robot.link_index))
+    notes = (
+        Finding("unnamed", "joints", "named"),
+        Finding("missing-mesh", "a/rod.stl", "left; similar files: rod.obj"),
+    )
+    with pytest.raises(SkinError, match=r"found: .*frame; a/rod\.stl: left; similar files: rod\.obj\)"):
+        choose_links(replace(without_meshes(robot, *robot.link_index), findings=notes))
 
 
 def test_the_placeholder_of_a_missing_mesh_is_covered_only_if_its_link_is_named() -> None:

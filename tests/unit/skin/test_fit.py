@@ -6,9 +6,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 import trimesh
+from scipy.spatial import cKDTree
 
 from app.core.errors import RobotError, SkinError
 from app.geometry.mesh import Mesh
+from app.geometry.pose import Pose
 from app.robots.formats.mesh_files import box_mesh
 from app.robots.load import load_robot_file
 from app.robots.robot import Robot
@@ -169,11 +171,76 @@ def test_taxels_stay_at_their_places_where_the_mesh_is_missing(palm: Robot, link
     assert (finding.where, finding.count) == (link, len(SHEET))
 
 
-def test_no_taxel_moves_onto_a_placeholder_that_is_fixed_to_its_link(palm: Robot) -> None:
-    positions = ring(0.0105, np.array([0.008, 0.012]))  # half a millimetre from the box, 6 mm from the tip
-    skin = placed(lost(palm, "rubber"), "tip", positions)
+ON_TIP = ring(0.0045, np.array([-0.02, -0.016]))
+"""Half a millimetre from the core of the tip."""
+
+
+def at_stated_places(skin: Skin, positions: np.ndarray) -> np.ndarray:
+    """Which of ``positions``, with the ids of ``placed``, have a taxel exactly there."""
+    ids = np.concatenate([patch.taxels.identity.ids for patch in skin.patches])
+    found = np.concatenate([patch.taxels.positions for patch in skin.patches])[np.argsort(ids)]
+    assert sorted(ids) == list(range(10, 10 + len(positions)))
+    return np.linalg.norm(found - positions, axis=1) < 1e-9
+
+
+def without_a_mesh(robot: Robot, name: str, place: list[float]) -> Robot:
+    """The robot with a link that has other shapes than its missing mesh, at ``place`` [m]."""
+    box = box_mesh(0.02)
+    boxes = (Mesh(box.vertices + place, box.faces),)
+    return replace(robot, links=tuple(replace(o, left_out=boxes) if o.name == name else o for o in robot.links))
+
+
+@pytest.mark.parametrize("missing", ["placeholder", "own", "fixed to it"])
+def test_only_taxels_on_the_missing_mesh_stay_at_their_places(palm: Robot, missing: str) -> None:
+    near_box = ring(0.0105, np.array([0.008, 0.012]))  # half a millimetre from the box, 6 mm from the tip
+    positions = np.concatenate([ON_TIP, near_box, SHEET])
+    robot = lost(palm, "rubber")
+    if missing == "own":
+        robot = without_a_mesh(replace(palm, links=palm.links[:3] + lost(palm).links[4:]), "tip", [0, 0, 0.01])
+    elif missing == "fixed to it":
+        links = tuple(replace(link, mesh=None) if link.name == "rubber" else link for link in palm.links)
+        robot = without_a_mesh(replace(palm, links=links), "rubber", [0, 0, 0])
+    skin = placed(robot, "tip", positions)
     assert {patch.link for patch in skin.patches} == {"tip"}
+    stays = at_stated_places(skin, positions)
+    assert stays.tolist() == [False] * len(ON_TIP) + [True] * (len(near_box) + len(SHEET))
+    findings = {finding.kind: finding for finding in skin.findings}
+    assert (findings["stated-places"].where, findings["stated-places"].count) == ("tip", stays.sum())
+    assert findings["taxel-distance"].count == len(ON_TIP)
+
+
+def test_taxels_on_existing_surfaces_are_fitted_though_a_mesh_is_missing(palm: Robot) -> None:
+    skin, whole = (placed(robot, "tip", ON_TIP) for robot in (without_a_mesh(palm, "tip", [0.1, 0, 0]), palm))
     assert "stated-places" not in {finding.kind for finding in skin.findings}
+    assert skin.patches[0].taxels.positions == pytest.approx(whole.patches[0].taxels.positions)
+
+
+@pytest.mark.parametrize("other", [False, True])
+def test_places_of_a_missing_mesh_are_in_the_frame_that_fits_the_other_shapes(palm: Robot, other: bool) -> None:
+    turn = Pose(np.array([[0.0, -1, 0], [1, 0, 0], [0, 0, 1]]), np.array([0, 0, 0.2]))
+    positions = np.concatenate([*[ON_TIP] * other, SHEET])
+    positions += np.arange(len(positions))[:, None] * 1e-5
+    stated = turn.inverse.points(positions) if other else positions
+    up = np.tile([1.0, 0, 0], (len(positions), 1))
+    taxels = TaxelSet("hand", "tip", np.arange(len(stated)), stated, normals=up)
+    frame = turn if other else Pose(np.eye(3), np.array([-0.015, 0, 0]))  # closer, yet far from every shape
+    robot = without_a_mesh(palm, "tip", [0, 0, 0.1])
+    skin = place_taxels(robot, "tip", taxels, file="hand.txt", frames={"other": frame})
+    found = np.concatenate([patch.taxels.positions for patch in skin.patches])
+    assert cKDTree(found).query(positions[-len(SHEET) :])[0].max() < 1e-9
+    assert ("taxel-frame" in {finding.kind for finding in skin.findings}) == other
+
+
+def test_normals_of_taxels_that_stay_are_in_the_frame_of_the_link(palm: Robot) -> None:
+    turn = Pose(np.array([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]]), np.zeros(3))
+    down = np.tile(turn.inverse.directions(np.array([0.0, 0, -1])), (len(ON_TIP) + len(SHEET), 1))
+    stated = turn.inverse.points(np.concatenate([ON_TIP, SHEET]))
+    taxels = TaxelSet("hand", "tip", np.arange(len(stated)), stated, normals=down)
+    skin = place_taxels(
+        without_a_mesh(palm, "tip", [0, 0, 0.1]), "tip", taxels, file="hand.txt", frames={"turned": turn}
+    )
+    (sheet,) = [patch for patch in skin.patches if len(patch.taxels) == len(SHEET)]
+    assert sheet.taxels.normals == pytest.approx(np.tile([0, 0, -1], (len(SHEET), 1)))
 
 
 def test_a_grid_on_a_placeholder_is_reported(palm: Robot) -> None:

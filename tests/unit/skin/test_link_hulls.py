@@ -2,18 +2,46 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
+import pytest
 
+from app.core.errors import Finding
+from app.robots.formats.mesh_files import box_mesh
 from app.robots.mujoco_spec import compile_spec
+from app.robots.robot import Robot
 from app.skin.link_hulls import collision_spec, excluded_pairs, hull_name, hull_points, skinned_links
+from app.skin.skin import PLACEHOLDER_COVERED, Skin
 from tests.support.touch import arm, pair
 
 
 def test_hull_points_are_links_and_skins():
     robot, skin = pair()
     assert len(hull_points(robot, skin, "left")) == len(skin.patches[0].surface.vertices) + 8
+
+
+def lost(covered: bool) -> tuple[Robot, Skin]:
+    """Two blocks with flat skin; a placeholder is in place of the left one, and is covered where stated."""
+    robot, skin = pair()
+    left = replace(robot.links[0], mesh=box_mesh(0.02), missing=("block",))
+    notes = (Finding(PLACEHOLDER_COVERED, "left", "covered"), Finding("other", "left", "noticed"))
+    return replace(robot, links=(left, robot.links[1])), replace(skin, findings=notes[not covered :])
+
+
+def test_the_placeholder_of_a_missing_mesh_is_in_no_hull_unless_it_is_covered():
+    bare, covered = (hull_points(*lost(covered=covered), "left")[:, 0].min() for covered in (False, True))
+    assert covered == -0.01
+    assert bare == pytest.approx(0.05 - 0.003), "a plate under the skin at 0.05"
+    robot, skin = lost(covered=True)
+    other = replace(skin.findings[0], where="right")
+    assert hull_points(robot, replace(skin, findings=(other,)), "left")[:, 0].min() > 0, "another link is covered"
+
+
+def test_flat_skin_alone_has_a_hull():
+    robot, skin = lost(covered=False)
+    compile_spec(collision_spec(robot, skin), source=robot.source)
 
 
 def test_neighbours_never_touch():

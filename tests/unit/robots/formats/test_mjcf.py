@@ -297,6 +297,24 @@ def test_a_missing_mesh_becomes_a_small_box(tiny: Path) -> None:
     assert np.ptp(robot.link("rod").mesh.vertices, axis=0) == pytest.approx([0.02] * 3)
 
 
+def test_a_mesh_that_is_left_out_is_known_by_its_place(tmp_path: Path) -> None:
+    """The places are those of the geoms, which frames around them move and turn, in the model's unit of angles."""
+    model = tmp_path / "lost.xml"
+    model.write_text("""<mujoco><compiler angle="radian"/>
+      <asset><mesh name="shell" file="shell.stl"/></asset><worldbody>
+      <body name="arm" pos="0 0 1"><joint axis="0 1 0"/><geom size=".01"/><geom type="mesh" mesh="shell" pos=".5 0 0"/>
+        <frame pos="0 0 .1" euler="0 0 1.5707963268"><frame pos=".2 0 0">
+          <geom type="mesh" mesh="shell" pos=".03 0 0" euler="0 0 .7853981634"/></frame></frame>
+        <body name="hand" pos="0 0 1"><joint axis="0 1 0"/><geom size=".01"/></body></body></worldbody></mujoco>""")
+    robot = load_mjcf(model)
+    first, second = robot.link("arm").left_out
+    assert np.ptp(first.vertices, axis=0) == pytest.approx([0.02] * 3)
+    assert first.vertices.mean(axis=0) == pytest.approx([0.5, 0, 0])
+    assert second.vertices.mean(axis=0) == pytest.approx([0, 0.23, 0.1], abs=1e-9)
+    assert np.ptp(second.vertices, axis=0) == pytest.approx([0.02 * 2**0.5, 0.02 * 2**0.5, 0.02])
+    assert robot.link("hand").left_out == ()
+
+
 def test_a_mesh_with_nan_is_refused_by_its_name(tiny: Path, rod: bytes) -> None:
     broken = bytearray(rod)
     broken[96:100] = np.array([np.nan], "<f4").tobytes()

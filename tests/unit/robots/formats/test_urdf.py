@@ -163,11 +163,14 @@ def test_a_missing_mesh_leaves_the_link_to_its_other_shapes(urdf: Write) -> None
     assert np.ptp(robot.link("rod").mesh.vertices, axis=0) == pytest.approx([0.1, 0.1, 0.3])
     (missing,) = [finding for finding in robot.findings if finding.kind == "missing-mesh"]
     assert "(link rod); left out" in missing.action
+    (left_out,) = robot.link("rod").left_out
+    assert np.ptp(left_out.vertices, axis=0) == pytest.approx([0.02] * 3)
     path.write_text(path.read_text().replace(box, "<visual>"))
     robot = load_urdf(path)
     assert np.ptp(robot.link("rod").mesh.vertices, axis=0) == pytest.approx([0.02] * 3), "whatever the mesh's scale"
     (missing,) = [finding for finding in robot.findings if finding.kind == "missing-mesh"]
     assert "small box" in missing.action
+    assert robot.link("rod").left_out == ()
 
 
 def test_a_default_namespace_and_repairs_of_the_document(urdf: Write) -> None:

@@ -95,6 +95,23 @@ def test_touch_sensors_stay_at_their_sites_where_the_mesh_is_missing(tmp_path: P
     assert {"missing-mesh", "stated-places"} <= kinds
 
 
+def test_touch_sensors_beyond_the_other_shapes_stay_at_their_sites(tmp_path: Path) -> None:
+    """A small box is left of the link: it carries the sensor at its side, and none of those on the missing shell."""
+    other = '<geom type="box" size=".01 .01 .01"/><site name="side" pos=".0101 0 0" size=".004"/>'
+    path = shell(tmp_path, other=other)
+    path.write_text(path.read_text().replace("</sensor>", '<touch name="t" site="side"/></sensor>'))
+    skin = open_skin(path)
+    places = {
+        taxel: place
+        for patch in skin.patches
+        for taxel, place in zip(patch.taxels.identity.ids.tolist(), patch.taxels.positions, strict=True)
+    }
+    assert np.array([places[number] for number in range(6)]) == pytest.approx(np.array(SITES))
+    assert places[6] == pytest.approx([0.013, 0, 0], abs=1e-3)
+    counts = {finding.kind: finding.count for finding in skin.findings}
+    assert (counts["stated-places"], counts["missing-mesh"], counts["taxel-distance"]) == (6, 1, 1)
+
+
 def test_a_touch_grid_does_not_look_at_the_placeholder_of_a_missing_mesh(tmp_path: Path) -> None:
     config = '<config key="size" value="3 3"/><config key="fov" value="30 30"/>'
     grid = f'<plugin name="g" plugin="mujoco.sensor.touch_grid" objtype="site" objname="eye">{config}</plugin>'

@@ -400,13 +400,16 @@ def test_files_elsewhere_are_found_once_a_package_root_is_chosen(new_window, qtb
 
 def test_a_missing_mesh_is_said_aloud(window, tmp_path):
     model = tmp_path / "lost.xml"
+    (tmp_path / "Ball.obj").write_text("")
     model.write_text(
         '<mujoco><asset><mesh name="ball" file="ball.stl"/></asset><worldbody><body name="tip"><joint/>'
-        '<geom type="mesh" mesh="ball"/></body></worldbody></mujoco>'
+        '<geom type="mesh" mesh="ball"/></body><body name="arm" pos="0 0 1"><joint/><geom size=".1"/></body>'
+        "</worldbody></mujoco>"
     )
     window.presenters.files.open_path(str(model))
     assert "ball.stl" in window.notification_bar.text
     assert "missing" in window.notification_bar.text
+    assert "(link tip); replaced by a small box; similar files: Ball.obj" in window.notification_bar.text
     (stand_in,) = window.robot_view.display.scene.links._placeholders
     assert stand_in.prop.style == "Wireframe", "drawn as none of the robot's"
     assert window.presenters.pointing.resolve(PointedAt(body=0)).name == "tip (missing: ball)"
