@@ -62,7 +62,7 @@ class WantedMotionPanel(Panel):
         self._address.setToolTip("udp://HOST:PORT or zmq://HOST:PORT on this computer; the guide says what is sent")
         self.column.addWidget(self._address)
         slowed, ended = "Faster motion is slowed as a whole", "A stronger contact ends sending"
-        self._speed = NumberField("Fastest joint sent", "rad/s", *SPEEDS, 0.01, slowed, self)
+        self._speed = NumberField("Fastest joint sent", "rad/s", *SPEEDS, 0.005, slowed, self)
         self._most_force = NumberField("Largest force", "N", *FORCES, 1.0, ended, self)
         self._speed.show_number(MotionLimits().speed)
         self._most_force.show_number(MotionLimits().force)
