@@ -72,18 +72,18 @@ def write_film(player: RecordingPlayer, path: Path, *, rate: float, progress: Pr
     Where frames are missing the last one stays. Cost: 10 ms a picture.
     """
     count = int(player.duration * rate + 1e-9) + 1
-    numbers = [player.number_at(k / rate) for k in range(count)]
     highest, look = 0.0, part_of_progress(progress, 0.0, 0.1)
-    for done, number in enumerate(numbers):
+    for done in range(count):
         if done % 100 == 0:
             look("Looking for the highest pressure", done / count)
-        highest = max(highest, float(np.nanmax(player.frame(number).pressures, initial=0.0)))
+        frame = player.frame(player.number_at(done / rate))
+        highest = max(highest, float(np.nanmax(frame.pressures, initial=0.0)))
     edits = [tick for tick, session_input in player.inputs if isinstance(session_input, MapEdited)]
     passed, draw = 0, part_of_progress(progress, 0.1, 1.0)
     canvas = FilmFrame(player.prepared.map, rounded_scale(1e-3 * highest))
     with open_film(path, canvas.size, Fraction(rate).limit_denominator(1000)) as film:
-        for done, number in enumerate(numbers):
-            frame = player.frame(number)
+        for done in range(count):
+            frame = player.frame(player.number_at(done / rate))
             if (now := sum(tick <= frame.tick for tick in edits)) != passed:
                 canvas.use_map(player.runtime_settings_at(frame.tick).map)
                 passed = now

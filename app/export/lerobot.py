@@ -13,7 +13,8 @@ features of joints.
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from bisect import bisect_right
+from collections.abc import Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from fractions import Fraction
@@ -23,11 +24,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from app.core.arrays import IntArray
 from app.core.errors import ExportError
 from app.core.progress import Progress, part_of_progress
 from app.core.reading_units import ReadingUnits
 from app.export.film import open_film
 from app.export.optional import packages_of
+from app.export.sinks import RowGroups
 from app.export.tables import BATCH, LOOKING, Episode, episodes, highest_reading, taxel_labels, units_of
 from app.maps.pressure_colours import colour_image, rounded_scale
 from app.maps.tactile_image import TactileImage
@@ -72,12 +75,12 @@ def write_lerobot(player: RecordingPlayer, folder: Path, *, progress: Progress) 
         done = 0
         for start in range(0, len(rows_of.frames), BATCH):
             progress("Exporting", start / len(rows_of.frames))
-            frames = [player.frame(number) for number in rows_of.frames[start : start + BATCH]]
+            frames = [player.frame(int(number)) for number in rows_of.frames[start : start + BATCH]]
             table = _rows(frames, done, found, rate, statistics, counts=counts)
             if writer is None:
                 path = folder / "data" / f"{_FILE}.parquet"
-                writer = files.enter_context(parquet.ParquetWriter(path, table.schema, compression="snappy"))
-            writer.write_table(table)
+                writer = RowGroups(parquet.ParquetWriter(path, table.schema, compression="snappy"), files)
+            writer.add(table)
             for number, frame in enumerate(frames, start=done):
                 picture = np.full((*size, 3), 255, dtype=np.uint8)
                 picture[:rows, :columns] = colour_image(image, frame.pressures, scale)
@@ -93,7 +96,7 @@ class _RowsOf:
     """The rows of the data set, ``rate`` a second within each episode: the number of the frame that each shows."""
 
     rate: int
-    frames: Sequence[int]
+    frames: IntArray
     episodes: list[Episode]
 
 
@@ -108,25 +111,23 @@ def _rows_of(player: RecordingPlayer) -> _RowsOf:
         return _each_tick(round(rate), found)
     steps = np.diff(player.times)
     usual = max(round(1 / float(np.median(steps))), 1) if len(steps) else 1
-    frames: list[int] = []
-    sampled = []
+    done = 0
+    frames, sampled = [], []
     for one in found:
         times = player.times[one.first : one.first + one.frames]
         count = int((times[-1] - times[0]) * usual + 1e-6) + 1
         wanted = times[0] + np.arange(count) / usual + 1e-9
-        sampled.append(replace(one, first=len(frames), frames=count))
-        frames += (one.first + np.searchsorted(times, wanted, side="right") - 1).tolist()
-    return _RowsOf(usual, frames, sampled)
+        sampled.append(replace(one, first=done, frames=count))
+        frames.append(one.first + np.searchsorted(times, wanted, side="right") - 1)
+        done += count
+    return _RowsOf(usual, np.concatenate(frames), sampled)
 
 
 def _each_tick(rate: int, found: list[Episode]) -> _RowsOf:
     """Every frame of every episode, one after the other."""
-    frames: list[int] = []
-    rows = []
-    for one in found:
-        rows.append(replace(one, first=len(frames)))
-        frames += range(one.first, one.first + one.frames)
-    return _RowsOf(rate, frames, rows)
+    firsts = np.cumsum([0, *(one.frames for one in found)]).tolist()
+    rows = [replace(one, first=first) for one, first in zip(found, firsts[:-1], strict=True)]
+    return _RowsOf(rate, np.concatenate([np.arange(one.first, one.first + one.frames) for one in found]), rows)
 
 
 def _in_counts(player: RecordingPlayer) -> bool:
@@ -152,7 +153,7 @@ def _tasks(found: list[Episode]) -> list[str]:
 
 
 def _episode_of(number: int, found: list[Episode]) -> int:
-    return sum(one.first <= number for one in found) - 1
+    return bisect_right(found, number, key=lambda one: one.first) - 1
 
 
 def _rows(
@@ -161,8 +162,9 @@ def _rows(
     import pyarrow as arrow
 
     index = np.arange(first, first + len(frames))
-    episode = np.array([_episode_of(number, found) for number in index.tolist()])
-    within = index - np.array([found[number].first for number in episode])
+    firsts, tasks = np.array([one.first for one in found]), _tasks(found)
+    episode = np.searchsorted(firsts, index, side="right") - 1
+    within = index - firsts[episode]
     columns: dict[str, Any] = {}
     parts = {key: part for key, part in _KEYS.items() if part(frames[0]).size}
     values = {key: np.stack([part(frame) for frame in frames]).astype(np.float32) for key, part in parts.items()}
@@ -173,7 +175,7 @@ def _rows(
         "frame_index": within,
         "episode_index": episode,
         "index": index,
-        "task_index": np.array([_tasks(found).index(found[number].task) for number in episode]),
+        "task_index": np.array([tasks.index(found[number].task) for number in episode.tolist()]),
     }
     for key, rows in values.items():
         columns[key] = arrow.FixedSizeListArray.from_arrays(arrow.array(rows.ravel()), rows.shape[1])
@@ -244,7 +246,6 @@ def _write_meta(
 
     meta = folder / "meta"
     (meta / "episodes" / "chunk-000").mkdir(parents=True)
-    results = [one.result() for one in statistics]
     whole = _Statistics()
     for one in statistics:
         whole.merge(one)
@@ -253,8 +254,13 @@ def _write_meta(
     told = _tasks(rows_of.episodes)
     tasks = arrow.table({"task_index": arrow.array(range(len(told))), "task": arrow.array(told)})
     parquet.write_table(tasks.replace_schema_metadata(_PANDAS_INDEX), meta / "tasks.parquet")
-    rows = [_episode_row(number, one, results[number], rows_of.rate) for number, one in enumerate(rows_of.episodes)]
-    parquet.write_table(arrow.Table.from_pylist(rows), meta / "episodes" / f"{_FILE}.parquet")
+    with ExitStack() as files:
+        writer = None
+        for number, (episode, own) in enumerate(zip(rows_of.episodes, statistics, strict=True)):
+            row = arrow.Table.from_pylist([_episode_row(number, episode, own.result(), rows_of.rate)])
+            if writer is None:
+                writer = RowGroups(parquet.ParquetWriter(meta / "episodes" / f"{_FILE}.parquet", row.schema), files)
+            writer.add(row)
 
 
 _PANDAS_INDEX = {

@@ -19,6 +19,9 @@ from app.export.tables import Columns, column_unit, inner_dimensions, row_column
 
 Labels = Mapping[str, Sequence[str]]
 """For a column with several numbers in a row, what each is of."""
+ROW_GROUP = 8 * 2**20
+"""Bytes of rows in a group of a Parquet file."""
+_BLOCK = 2**16
 
 
 class CsvSink:
@@ -62,8 +65,42 @@ def _quoted(text: str) -> str:
     return '"' + text.replace('"', '""') + '"' if any(mark in text for mark in ',"\r\n') else text
 
 
+class RowGroups:
+    """A Parquet file whose rows are collected to groups of some megabytes before they are written.
+
+    The writer keeps about a kilobyte for each column of each group until the file is closed, so small groups would need
+    memory that grows with the recording.
+
+    Args:
+        writer: A ``ParquetWriter``.
+        files: Writes what is left and closes the file.
+    """
+
+    def __init__(self, writer: Any, files: ExitStack) -> None:
+        self._writer = files.enter_context(writer)
+        self._waiting: list[Any] = []
+        self._size = 0
+        files.callback(self._write)
+
+    def add(self, table: Any) -> None:
+        """More rows."""
+        if table.num_rows:
+            self._waiting.append(table)
+            self._size += table.nbytes
+        if self._size >= ROW_GROUP:
+            self._write()
+
+    def _write(self) -> None:
+        import pyarrow
+
+        if self._waiting:
+            self._writer.write_table(pyarrow.concat_tables(self._waiting))
+        self._waiting.clear()
+        self._size = 0
+
+
 class ParquetSink:
-    """A folder with a Parquet file for each table, a row group for a few frames.
+    """A folder with a Parquet file for each table.
 
     A column with several numbers in a row is a list of fixed length; of what they are the field's metadata says
     (``labels``), and the shape of an image (``shape``).
@@ -75,7 +112,7 @@ class ParquetSink:
             import pyarrow.parquet
         self._arrow, self._parquet = pyarrow, pyarrow.parquet
         self._folder, self._labels, self._files = folder, labels, files
-        self._writers: dict[str, Any] = {}
+        self._writers: dict[str, RowGroups] = {}
 
     def append(self, table: str, columns: Columns) -> None:
         """More rows."""
@@ -85,9 +122,8 @@ class ParquetSink:
         batch = arrow.Table.from_arrays(arrays, schema=arrow.schema(fields))
         if table not in self._writers:
             writer = self._parquet.ParquetWriter(self._folder / f"{table}.parquet", batch.schema, compression="zstd")
-            self._writers[table] = self._files.enter_context(writer)
-        if batch.num_rows:
-            self._writers[table].write_table(batch)
+            self._writers[table] = RowGroups(writer, self._files)
+        self._writers[table].add(batch)
 
     def _array(self, values: NDArray[Any]) -> Any:
         if values.dtype.kind == "U":
@@ -182,36 +218,42 @@ class NpzSink:
     def __init__(self, path: Path, labels: Labels, waiting: Path) -> None:
         self._path, self._labels, self._waiting = path, labels, waiting
         self._arrays: dict[str, tuple[IO[bytes], np.dtype[Any], tuple[int, ...]]] = {}
-        self._words: dict[str, list[str]] = {}
+        self._words: dict[str, dict[str, int]] = {}  # numbers of the words of a column, whose rows wait as numbers
         self._rows: dict[str, int] = {}
 
     def append(self, table: str, columns: Columns) -> None:
         """More rows."""
         for name, values in columns.items():
             key = f"{table}.{name}"
-            if values.dtype.kind == "U":
-                self._words.setdefault(key, []).extend(values.tolist())
-                continue
-            if key not in self._arrays:
-                stream = (self._waiting / str(len(self._arrays))).open("w+b")
-                self._arrays[key], self._rows[key] = (stream, values.dtype, values.shape[1:]), 0
-                if name in self._labels:
-                    self._words[f"{key}.labels"] = list(self._labels[name])
-            self._arrays[key][0].write(np.ascontiguousarray(values).tobytes())
-            self._rows[key] += len(values)
+            if key not in self._arrays and name in self._labels:
+                self._add(f"{key}.labels", np.array(self._labels[name], dtype=np.str_))
+            self._add(key, values)
+
+    def _add(self, key: str, values: NDArray[Any]) -> None:
+        if values.dtype.kind == "U":
+            known = self._words.setdefault(key, {})
+            values = np.array([known.setdefault(word, len(known)) for word in values.tolist()], dtype=np.int64)
+        if key not in self._arrays:
+            stream = (self._waiting / str(len(self._arrays))).open("w+b")
+            self._arrays[key], self._rows[key] = (stream, values.dtype, values.shape[1:]), 0
+        self._arrays[key][0].write(np.ascontiguousarray(values).tobytes())
+        self._rows[key] += len(values)
 
     def close(self) -> None:
         """Write the file."""
         with zipfile.ZipFile(self._path, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive:
             for key, (stream, dtype, shape) in self._arrays.items():
+                words = np.array(list(self._words[key]), dtype=np.str_) if key in self._words else None
                 stream.seek(0)
                 with archive.open(f"{key}.npy", "w", force_zip64=True) as member:
-                    header = {"descr": npy.dtype_to_descr(dtype), "fortran_order": False}
-                    npy.write_array_header_2_0(member, {**header, "shape": (self._rows[key], *shape)})
-                    shutil.copyfileobj(stream, member, 2**20)
-            for key, words in self._words.items():
-                with archive.open(f"{key}.npy", "w") as member:
-                    npy.write_array(member, np.array(words, dtype=np.str_), allow_pickle=False)
+                    descr = npy.dtype_to_descr(dtype if words is None else words.dtype)
+                    header = {"descr": descr, "fortran_order": False, "shape": (self._rows[key], *shape)}
+                    npy.write_array_header_2_0(member, header)
+                    if words is None:
+                        shutil.copyfileobj(stream, member, 2**20)
+                    else:
+                        while block := stream.read(8 * _BLOCK):
+                            member.write(words[np.frombuffer(block, dtype=np.int64)].tobytes())
 
     def abandon(self) -> None:
         """Close the files of the rows that wait."""

@@ -44,10 +44,11 @@ class Connectivity:
     @cached_property
     def _table(self) -> tuple[IntArray, IntArray, IntArray]:
         """Every edge once, the edges of each face, and how many faces share each edge."""
-        pairs = np.sort(self._directed, axis=1)
+        start, end = self.faces, np.roll(self.faces, -1, axis=1)
         # One number a pair sorts ten times faster than rows of two.
         base = int(self.faces.max(initial=0)) + 1
-        keys, inverse, count = np.unique(pairs[:, 0] * base + pairs[:, 1], return_inverse=True, return_counts=True)
+        pairs = np.minimum(start, end) * base + np.maximum(start, end)
+        keys, inverse, count = np.unique(pairs, return_inverse=True, return_counts=True)
         return (
             readonly(np.stack(np.divmod(keys, base), axis=1), np.int64),
             readonly(inverse.reshape(-1, 3), np.int64),

@@ -328,6 +328,14 @@ def _taxels(count: int) -> bytes:
     return f"x,y,z,nx,ny,nz\n{rows}\n".encode()
 
 
+def _tube_of_taxels(count: int) -> bytes:
+    number = np.arange(count)
+    angle = 2 * np.pi * (0.618034 * number % 1)
+    columns = [0.05 * np.cos(angle), 0.05 * np.sin(angle), number / count, np.cos(angle), np.sin(angle), 0 * angle]
+    rows = "\n".join(",".join(f"{value:.6f}" for value in row) for row in np.stack(columns, axis=1).tolist())
+    return f"x,y,z,nx,ny,nz\n{rows}\n".encode()
+
+
 Bomb = tuple[str, str, Callable[[], bytes]]
 """Reader of ``hostile_files.READERS``, ending, and what makes the file."""
 BOMBS: dict[str, Bomb] = {
@@ -407,6 +415,7 @@ BOMBS: dict[str, Bomb] = {
     "csv quotes": ("taxels", ".csv", lambda: b'x,y,z\n"' + b"a" * 5_000_000),
     "taxels": ("taxels", ".csv", lambda: _taxels(99_000)),
     "skin of taxels": ("any skin", ".csv", lambda: _taxels(99_000)),
+    "skin of a tube of taxels": ("any skin", ".csv", lambda: _tube_of_taxels(99_000)),
     "taxels on one place": ("any skin", ".csv", lambda: b"x,y,z,nx,ny,nz\n" + b"0,0,0,0,0,1\n" * 99_000),
     "npz zeros": ("any skin", ".npz", lambda: _zeros(900)),
     "npz many zeros": ("map", ".npz", lambda: _zeros(100, 10)),

@@ -28,6 +28,8 @@ EXPECTED = {
     "toml stimuli": "more than 20000 stimuli",
     "scene objects": "more than 200 objects",
     "csv wide": "more than 1000 columns",
+    "skin of taxels": "too many separate pieces.*The most is 2000",
+    "skin of a tube of taxels": "ok",
     "taxels on one place": "nearly the same place",
     "npz zeros": "implausible size",
     "npz taxels": "implausible size",

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import cache
 
+from mcap.opcode import Opcode
+
 from app.contacts.pipeline import ReadingSettings
 from app.control.command import ControlSettings
 from app.editing.arrange import move
@@ -50,3 +52,10 @@ def record(prepared: PreparedScene, path, *, ticks: int = 200, start: int = 0) -
                 session.submit(acts[tick])
             recorder.write(session.tick(), session.inputs)
     return session
+
+
+def with_checksum_damage(data: bytes) -> bytes:
+    """Return a recording with another checksum of its data section: each chunk and attachment still matches its own."""
+    footer = data.rfind(bytes([Opcode.FOOTER]) + (20).to_bytes(8, "little"))
+    summary = int.from_bytes(data[footer + 9 : footer + 17], "little")
+    return data[: summary - 1] + bytes([data[summary - 1] ^ 1]) + data[summary:]

@@ -8,12 +8,12 @@ from __future__ import annotations
 import io
 import logging
 import os
-import re
 import struct
 import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache
+from json import JSONDecodeError
 from pathlib import Path
 from urllib.parse import unquote
 from xml.etree.ElementTree import tostring
@@ -43,7 +43,6 @@ MAX_FACES = 5_000_000
 MAX_COORDINATE = 1e7
 LARGEST_IN_METRES, SMALLEST_IN_METRES = 10.0, 1e-3  # m, of the bounding box's diagonal
 _FAR = 1e3  # sizes from the origin
-_QUOTED = re.compile(r"b?'[^']*'|b?\"[^\"]*\"")
 logging.getLogger("trimesh").addHandler(logging.NullHandler())  # its tracebacks are not for users; our errors are
 
 
@@ -97,9 +96,11 @@ def _triangles(data: bytes, path: Path) -> tuple[FloatArray, IntArray]:
         plain = _PLAIN_READERS[suffix](data) if suffix in _PLAIN_READERS else None
         return plain or _by_trimesh(data, suffix, path)
     except _parser_errors() as error:
-        raise MeshError(
-            "the mesh cannot be read", file=path, value=_without_content(error), remedy="Export it again"
-        ) from error
+        line = f"line {error.lineno}" if isinstance(error, JSONDecodeError) else None
+        form = suffix[1:].upper()
+        problem = f"the mesh cannot be read: it is damaged, has no triangles, or is not in {form} format"
+        remedy = "Export it again with its triangles, for example as STL"
+        raise MeshError(problem, file=path, place=line, remedy=remedy) from error
 
 
 def check_format(path: Path) -> None:
@@ -117,11 +118,6 @@ def check_format(path: Path) -> None:
             value=path.suffix or "no file extension",
             remedy=known or f"Convert it to one of: {', '.join(MESH_SUFFIXES)}",
         )
-
-
-def _without_content(error: BaseException) -> str:
-    """What a parser says, without the pieces of the file that it quotes: they may be anything."""
-    return f"{type(error).__name__}: {_QUOTED.sub('…', str(error))}"
 
 
 def to_metres(mesh: Mesh, *, where: str) -> tuple[Mesh, tuple[Finding, ...]]:
@@ -263,7 +259,7 @@ def _collada_shapes(data: bytes, path: Path) -> tuple[float, bytes] | None:
     unit = root.find("{*}asset/{*}unit")
     metres = float(unit.get("meter", "1")) if unit is not None else 1.0
     if not (np.isfinite(metres) and metres > 0):
-        raise ValueError(f"the unit is {metres} metres")
+        raise MeshError("the unit is not a length", file=path, place="unit", value=metres, remedy="Export it again")
     if root.find("{*}scene/{*}instance_visual_scene") is None:
         return None
     for parent in root.iter():

@@ -13,7 +13,8 @@ same few lines make a strip around a row, and a disk around a lone taxel.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Iterator
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.sparse import coo_matrix
@@ -31,7 +32,7 @@ from app.skin.reconstruction.triangulation import (
     local_spacing,
     triangulate,
 )
-from app.skin.skin import Patch, Skin, TaxelIdentity, Taxels, number_ranges, patch_name
+from app.skin.skin import Patch, Quadrature, Skin, TaxelIdentity, Taxels, number_ranges, patch_name
 from app.skin.taxel_placement.sampling import taxels_at_barycentric
 
 COINCIDENT_DISTANCE = 1e-5
@@ -40,8 +41,10 @@ LONE_TAXEL_RADIUS = 0.003
 """A taxel with no other to measure by feels this far around itself [m]."""
 _OPPOSITE = 0.7
 _MIN_RELATIVE_AREA = 1e-6
-_MAX_PAIRS = 5_000_000
 """A stated face with less area than this share of its longest side squared is a line."""
+_MAX_PAIRS = 5_000_000
+MAX_PIECES = 2_000
+"""Each piece costs about a millisecond and, for its boundary, more faces than its inside."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,10 +88,8 @@ def reconstruct_skin(taxels: TaxelSet) -> ReconstructedSkin:
     surface, feels = _barycentric_subdivision(coarse, owner)
     identity = taxels.identity.select(first)
     link, pieces = taxels.link or "skin", _components(surface, feels)
-    patches = [
-        Patch(patch_name(taxels.name, number), link, *_patch(surface, feels, own, faces, identity))
-        for number, (own, faces) in enumerate(pieces)
-    ]
+    parts = _split(surface, feels, pieces, identity)
+    patches = [Patch(patch_name(taxels.name, number), link, *part) for number, part in enumerate(parts)]
     place = np.empty(len(first), dtype=np.int64)
     place[np.concatenate([own for own, _ in pieces])] = np.arange(len(first))
     return ReconstructedSkin(Skin(tuple(patches), tuple(notes)), place[kind])
@@ -172,14 +173,22 @@ def _with_extended_boundary(joined: TriangulatedTaxels, where: str, notes: list[
     positions, faces = joined.mesh.vertices, [joined.mesh.faces]
     lone = np.setdiff1d(np.arange(len(positions)), joined.mesh.faces)
     rows = _straight_rows(positions, lone)
+    pieces = int(joined.mesh.connectivity.components.max(initial=-1)) + 1 + len(rows)
+    if pieces > MAX_PIECES:
+        remedy = (
+            f"The most is {MAX_PIECES}: check the positions and their unit, state faces, or write a file for each link"
+        )
+        raise SkinError("the taxels are in too many separate pieces", value=pieces, remedy=remedy)
     single = sum(len(row) == 1 for row in rows)
     _note(notes, "lone-taxel", where, "isolated taxel: given a small disk", single)
     _note(notes, "taxel-row", where, "collinear taxels: given a strip", len(rows) - single)
     walks = [*joined.mesh.connectivity.boundary_loops]
     walks += [np.concatenate([row, row[-2:0:-1]]) for row in rows]
     vertices, owner, width = [positions], [np.arange(len(positions))], _extension_widths(positions)
+    count = len(positions)
     for walk in walks:
-        rim = extend_boundary(positions, joined.normals, width, walk, first=sum(map(len, vertices)))
+        rim = extend_boundary(positions, joined.normals, width, walk, first=count)
+        count += len(rim.vertices)
         vertices.append(rim.vertices)
         owner.append(rim.taxel)
         faces.append(rim.faces)
@@ -239,19 +248,39 @@ def _components(surface: Mesh, feels: IntArray) -> list[tuple[IntArray, IntArray
     return sorted(pieces, key=lambda piece: (-len(piece[0]), int(piece[0][0])))
 
 
-def _patch(
-    surface: Mesh, feels: IntArray, own: IntArray, faces: IntArray, identity: TaxelIdentity
-) -> tuple[Mesh, Taxels]:
-    """The surface and the taxels of one piece."""
-    used, numbered = np.unique(surface.faces[faces], return_inverse=True)
-    piece = Mesh(surface.vertices[used], numbered.reshape(-1, 3))
-    seat = np.full(used[-1] + 1, -1)
+def _split(
+    surface: Mesh, feels: IntArray, pieces: list[tuple[IntArray, IntArray]], identity: TaxelIdentity
+) -> Iterator[tuple[Mesh, Taxels]]:
+    """Yield the surface and the taxels of each piece. What is expensive is computed once for all pieces."""
     # The first corner of a sixth is the coarse vertex that owns it; that one of them is the taxel itself.
-    at_taxel = surface.faces[faces, 0] == feels[faces]
-    seat[feels[faces[at_taxel]][::-1]] = np.flatnonzero(at_taxel)[::-1]
-    weights = np.tile([1.0, 0.0, 0.0], (len(own), 1))
-    taxels = taxels_at_barycentric(piece, seat[own], weights, np.searchsorted(own, feels[faces]))
-    return piece, replace(taxels, identity=identity.select(own))
+    at_taxel = np.flatnonzero(surface.faces[:, 0] == feels)[::-1]
+    seat = np.empty(int(feels.max()) + 1, dtype=np.int64)
+    seat[feels[at_taxel]] = at_taxel
+    whole = taxels_at_barycentric(surface, seat, np.tile([1.0, 0.0, 0.0], (len(seat), 1)), feels)
+    points, piece_of, place = whole.quadrature, np.empty_like(seat), np.empty_like(seat)
+    for number, (own, _) in enumerate(pieces):
+        piece_of[own] = number
+        place[own] = np.arange(len(own))
+    piece_of_pair = piece_of[whole.neighbours[:, 0]]
+    pairs = place[whole.neighbours[np.argsort(piece_of_pair, kind="stable")]]
+    ends = np.cumsum(np.bincount(piece_of_pair, minlength=len(pieces)))
+    for (own, faces), neighbours in zip(pieces, np.split(pairs, ends[:-1]), strict=True):
+        used, numbered = np.unique(surface.faces[faces], return_inverse=True)
+        yield (
+            Mesh(surface.vertices[used], numbered.reshape(-1, 3)),
+            Taxels(
+                positions=whole.positions[own],
+                normals=whole.normals[own],
+                faces=np.searchsorted(faces, whole.faces[own]),
+                weights=whole.weights[own],
+                areas=whole.areas[own],
+                neighbours=neighbours,
+                quadrature=Quadrature(
+                    points.positions[faces], points.normals[faces], points.areas[faces], place[feels[faces]]
+                ),
+                identity=identity.select(own),
+            ),
+        )
 
 
 MAX_CORNER_ANGLE = np.pi / 3
@@ -289,20 +318,23 @@ def extend_boundary(
     corner, direction, reach = _offset_directions(positions, normals, walk)
     taxel = walk[corner]
     spokes = direction * (reach * width[taxel])[:, None]
-    after = np.roll(np.arange(len(taxel)), -1)
-    outer = np.stack([taxel[after], first + np.arange(len(taxel)), first + after], axis=1)
-    inner = np.stack([taxel[after], taxel, first + np.arange(len(taxel))], axis=1)[taxel != taxel[after]]
-    faces = np.concatenate([outer, inner])
+    count, inner = len(taxel), np.arange(len(taxel))
+    after, outer = np.roll(inner, -1), count + inner
+    beyond = np.stack([after, outer, np.roll(outer, -1)], axis=1)
+    between = np.stack([after, inner, outer], axis=1)[taxel != taxel[after]]
+    faces = np.concatenate([beyond, between])  # into the taxels of the walk, then the rim
+    up = normals[taxel[faces[:, 0]]]
     for _ in range(_TRIES):
-        vertices = np.concatenate([positions, np.zeros((first - len(positions), 3)), positions[taxel] + spokes])
+        vertices = np.concatenate([positions[taxel], positions[taxel] + spokes])
         a, b, c = (vertices[faces[:, k]] for k in range(3))
-        folded = (np.cross(b - a, c - a) * normals[faces[:, 0]]).sum(axis=1) <= 0
+        folded = (np.cross(b - a, c - a) * up).sum(axis=1) <= 0
         if not folded.any():
             break
         # In a narrow notch spokes of neighbours cross; shorter ones do not.
         crossing = np.unique(faces[folded])
-        spokes[crossing[crossing >= first] - first] /= 2
-    return BoundaryExtension(positions[taxel] + spokes, taxel, faces)
+        spokes[crossing[crossing >= count] - count] /= 2
+    numbers = np.concatenate([taxel, first + inner])
+    return BoundaryExtension(positions[taxel] + spokes, taxel, numbers[faces])
 
 
 def _offset_directions(

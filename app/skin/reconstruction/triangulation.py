@@ -312,12 +312,12 @@ def _local_delaunay_triangles(
     seen &= squared > _MIN_TANGENT_DISTANCE**2
     out = np.where(seen[:, :, None], flat / np.where(seen, squared, 1.0)[:, :, None], 0.0)
     x, y = out[:, :, 0], out[:, :, 1]
-    width, height = x[:, None] - x[:, :, None], y[:, None] - y[:, :, None]  # of the line from i to j
-    inside = x[:, :, None] * y[:, None] - y[:, :, None] * x[:, None]  # on which side of it the centre lies
-    beyond = width[..., None] * y[:, None, None] - height[..., None] * x[:, None, None]
-    hull = (beyond + inside[..., None] >= -_TIE).all(axis=3) & (inside > _TIE)
-    hull &= seen[:, :, None] & seen[:, None]
-    n, i, j = np.nonzero(hull)
+    inside = x[:, :, None] * y[:, None] - y[:, :, None] * x[:, None]  # on which side of the line from i to j it is
+    n, i, j = np.nonzero((inside > _TIE) & seen[:, :, None] & seen[:, None])
+    width, height, level = x[n, j] - x[n, i], y[n, j] - y[n, i], inside[n, i, j]
+    for k in range(near.shape[1]):  # the nearest neighbours reject most lines
+        hull = width * y[n, k] - height * x[n, k] + level >= -_TIE
+        n, i, j, width, height, level = (part[hull] for part in (n, i, j, width, height, level))
     return np.stack([centres[n], around[n, i], around[n, j]], axis=1)
 
 

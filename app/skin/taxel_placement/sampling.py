@@ -134,20 +134,25 @@ def taxels_at_points(surface: Mesh, points: FloatArray, owner: IntArray) -> Taxe
 
 def taxels_at_barycentric(surface: Mesh, faces: IntArray, weights: FloatArray, owner: IntArray) -> Taxels:
     """Taxels at the points with barycentric ``weights`` (n, 3) in ``faces`` (n,); owners as ``taxels_at_points``."""
-    felt = owner >= 0
-    centres = surface.vertices[surface.faces].mean(axis=1)
-    quadrature = Quadrature(centres[felt], surface.face_normals[felt], surface.face_areas[felt], owner[felt])
-    normals = np.einsum("kc,kcd->kd", weights, surface.vertex_normals[surface.faces[faces]])
-    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
     pairs = owner[surface.connectivity.face_pairs]
     pairs = pairs[(pairs >= 0).all(axis=1) & (pairs[:, 0] != pairs[:, 1])]
+    keys = np.unique(pairs.min(axis=1) * len(faces) + pairs.max(axis=1))
+    felt = owner >= 0
+    first, second, third = (surface.vertices[surface.faces[felt, k]] for k in range(3))
+    centres = (first + second + third) / 3
+    directions, areas = surface.face_normals, surface.face_areas
+    if not felt.all():  # else they are shared with the surface
+        directions, areas = directions[felt], areas[felt]
+    quadrature = Quadrature(centres, directions, areas, owner[felt])
+    normals = np.einsum("kc,kcd->kd", weights, surface.vertex_normals[surface.faces[faces]])
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
     return Taxels(
         positions=surface.points(faces, weights),
         normals=normals,
         faces=faces,
         weights=weights,
-        areas=np.bincount(owner[felt], surface.face_areas[felt], len(faces)).astype(np.float64),
-        neighbours=np.unique(np.sort(pairs, axis=1), axis=0).reshape(-1, 2),
+        areas=np.bincount(owner[felt], areas, len(faces)).astype(np.float64),
+        neighbours=np.stack(np.divmod(keys, len(faces)), axis=1),
         quadrature=quadrature,
     )
 

@@ -12,6 +12,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from app.export import sinks
+from app.export.export import FORMATS, export_recording
 from app.recording.overview.curves import read_curves
 from app.recording.overview.summary import summarise
 from app.recording.player import RecordingPlayer
@@ -27,6 +29,10 @@ from tests.support.touch import bar, bar_map, bar_skin
 SHORT, LONG, TAXELS = 500, 1300, 600
 SHARE = 0.1
 """Bytes of memory per additional byte of recording. Locations take 32 bytes a frame, of about 5,000 in the file."""
+
+
+QUICK = ("parquet", "npz")
+"""Formats that are exported fast enough for the default tests. The package of ``rerun`` is not installed for tests."""
 
 
 def noisy_recording(path, prepared, frames):
@@ -79,6 +85,17 @@ def summary(path, folder):
     assert not summarise(path).problem
 
 
+def exported(to):
+    """A work that exports to this format."""
+
+    def work(path, folder):
+        target = folder / f"{path.stem}{FORMATS[to].ending}"
+        export_recording(path, target, to=to)
+        assert target.exists()
+
+    return work
+
+
 def peak(work, path, folder):
     """Largest number of bytes that Python allocated at a time during ``work``."""
     gc.collect()
@@ -90,8 +107,16 @@ def peak(work, path, folder):
         tracemalloc.stop()
 
 
-@pytest.mark.parametrize("work", [opened, played, scrubbed, trimmed, recovered, curves, summary])
-def test_memory_does_not_grow_with_the_recording(pair, tmp_path, work):
+@pytest.mark.parametrize(
+    "work",
+    [opened, played, scrubbed, trimmed, recovered, curves, summary]
+    + [pytest.param(exported(to), id=to) for to in ("parquet", "npz")]
+    + [
+        pytest.param(exported(to), id=to, marks=pytest.mark.long) for to in ("csv", "hdf5", "rosbag2", "mp4", "lerobot")
+    ],
+)
+def test_memory_does_not_grow_with_the_recording(pair, tmp_path, work, monkeypatch):
+    monkeypatch.setattr(sinks, "ROW_GROUP", 2**18)  # less than the short recording
     growth = pair[1].stat().st_size - pair[0].stat().st_size
     assert growth > 3_000_000
     (tmp_path / "first").mkdir()
@@ -125,6 +150,8 @@ def huge(tmp_path_factory):
         ["trim", "--from", "1", "-o", "part.mcap"],
         ["recover", "-o", "whole.mcap"],
         ["export", "--to", "hdf5", "-o", "tables.h5"],
+        ["export", "--to", "npz", "-o", "tables.npz"],
+        ["export", "--to", "mp4", "-o", "film.mp4"],
         ["export", "--to", "parquet", "-o", "tables"],
         ["export", "--to", "rosbag2", "-o", "bag"],
     ],

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 
 import pytest
-from mcap.opcode import Opcode
 
 from app.__main__ import main
 from app.core.errors import RecordingError
@@ -16,6 +15,7 @@ from app.recording.recorder import versions
 from app.recording.recover import recover
 from app.recording.trim import episode_file_name, trim, trim_episodes
 from app.recording.verify import verify
+from tests.support.recordings import with_checksum_damage
 
 
 @pytest.fixture
@@ -64,17 +64,8 @@ def test_of_a_damaged_recording_what_is_missing_there_is_still_told(copy, tmp_pa
     assert not [one for one in RecordingPlayer(behind.file).damage if one.first is not None]
 
 
-def with_checksum_damage(path):
-    """Change the data section's own checksum: each chunk and attachment still matches its checksum."""
-    data = bytearray(path.read_bytes())
-    footer = data.rfind(bytes([Opcode.FOOTER]) + (20).to_bytes(8, "little"))
-    summary = int.from_bytes(data[footer + 9 : footer + 17], "little")
-    data[summary - 1] ^= 1  # the last byte of the data section is the last of its checksum
-    path.write_bytes(data)
-
-
 def test_checksum_damage_stays_visible_in_the_part(copy, tmp_path, capsys):
-    with_checksum_damage(copy)
+    copy.write_bytes(with_checksum_damage(copy.read_bytes()))
     (damage,) = RecordingPlayer(copy).damage
     assert damage.kind is DamageKind.CHECKSUM
     result = trim(copy, tmp_path / "part.mcap", first=80, last=150)

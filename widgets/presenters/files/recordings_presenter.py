@@ -16,6 +16,7 @@ from PySide6.QtGui import QDesktopServices
 from PySide6.QtWidgets import QMessageBox, QWidget
 
 from app.recording.annotations import Outcome, annotations_file
+from app.recording.damage import damage_text
 from app.recording.overview.summary import RecordingSummary
 from app.recording.trim import TrimResult
 from widgets.common.file_types import RECORDING_FILTER
@@ -30,6 +31,7 @@ from widgets.workers.worker_process import Result, SourceToken
 TRIM_JOB = "trim"
 """Key of the progress of cutting a recording."""
 MOST_LISTED = 500
+_MOST_DAMAGE = 3
 _FOLDER = "Recordings"
 """Of the settings: which folder was last listed."""
 
@@ -110,15 +112,26 @@ class RecordingsPresenter(QObject):
         elif kind == "failed":
             notifier.fault(str(result.value))
         elif kind == "trimmed":
-            written = cast("list[TrimResult]", result.value)
-            if len(written) == 1:
-                self._session.tell_saved(written[0].file)
-            else:
-                notifier.say(f"Saved {len(written)} episodes in {Path(written[0].file).parent}")
+            self._report(cast("list[TrimResult]", result.value))
         elif kind == "summary" and self.dialog is not None:
             self.dialog.show_summary(cast("RecordingSummary", result.value))
         elif kind == "done":
             notifier.done(TRIM_JOB)
+
+    def _report(self, written: list[TrimResult]) -> None:
+        """Show what was saved, and which damage of the recording affects it."""
+        notifier, single = self._context.notifier, len(written) == 1
+        saved = written[0].file if single else f"{len(written)} episodes in {Path(written[0].file).parent}"
+        if single:
+            self._session.tell_saved(saved)
+        else:
+            notifier.say(f"Saved {saved}")
+        damage = list(dict.fromkeys(damage_text(one, part.tick) for part in written for one in part.damage))
+        if damage:
+            more = f" and {len(damage) - _MOST_DAMAGE} more" if len(damage) > _MOST_DAMAGE else ""
+            text = f"Saved {saved} with the damage of the recording: {'; '.join(damage[:_MOST_DAMAGE])}{more}"
+            remedies = [self._context.actions[name] for name in ("replay_saved", "show_saved")] if single else []
+            notifier.say(text, fault=True, remedies=remedies)
 
     def _on_cancelled(self, job: str) -> None:
         if job == TRIM_JOB:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import json
+import re
 import struct
 from pathlib import Path
 
@@ -166,10 +167,19 @@ BROKEN = {
     "absurd.ply": b"ply\nformat binary_little_endian 1.0\nelement vertex 999999999999\nproperty float x\n"
                   b"property float y\nproperty float z\nend_header\n",
     "text.ply": b"not a ply",
+    "list.ply": b"ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+                b"element face 1\nproperty list uchar int corners\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n",
+    "columns.ply": b"ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\n"
+                   b"property uchar red\nend_header\n0 0 0\n",
+    "points.ply": b"ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\n"
+                  b"end_header\n0 0 0\n",
     "short.off": b"OFF\n3 1 0\n0 0 0\n",
     "noise.glb": b"glTF" + bytes(20),
     "noise.gltf": bytes(range(256)),
     "list.gltf": b"[1, 2]",
+    "cut.gltf": b"{",
+    "no positions.gltf": b'{"asset": {"version": "2.0"}, "meshes": [{"primitives": [{"attributes": {}}]}], '
+                         b'"nodes": [{"mesh": 0}], "scenes": [{"nodes": [0]}]}',
     "liar.gltf": b'{"asset": {"version": "2.0"}, "buffers": [{"byteLength": 9e18}], "meshes": [{}]}',
     "plain.dae": b"<COLLADA/>",
     "bomb.dae": b'<!DOCTYPE a [<!ENTITY x "y">]><COLLADA>&x;</COLLADA>',
@@ -186,6 +196,14 @@ def test_broken_files_are_refused_by_name(name: str) -> None:
     with pytest.raises(Exception, match=name.replace(".", r"\.")) as caught:
         parse_mesh(BROKEN[name], Path(name))
     assert type(caught.value).__name__ in ("MeshError", "RobotError")
+    assert not re.search(r"Error\b|object has no|local variable", str(caught.value)), "nothing of the parser's own"
+
+
+def test_mesh_that_cannot_be_read_names_the_possible_reasons() -> None:
+    with pytest.raises(MeshError, match=r"list\.ply: .*has no triangles.*PLY.*with its triangles"):
+        parse_mesh(BROKEN["list.ply"], Path("list.ply"))
+    with pytest.raises(MeshError, match=r"cut\.gltf, line 1: "):
+        parse_mesh(BROKEN["cut.gltf"], Path("cut.gltf"))
 
 
 def test_too_many_triangles_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:

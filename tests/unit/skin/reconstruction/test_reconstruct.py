@@ -7,9 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.core.errors import Finding
+from app.core.errors import Finding, SkinError
 from app.geometry.mesh import Mesh
 from app.skin.formats.taxel_set import TaxelSet
+from app.skin.reconstruction import reconstruct
 from app.skin.reconstruction.reconstruct import LONE_TAXEL_RADIUS, extend_boundary, reconstruct_skin, skin_from_taxels
 from app.skin.taxel_placement.sampling import place_evenly
 from tests.support.surfaces import frustum, sphere
@@ -245,3 +246,15 @@ def test_the_same_set_gives_the_same_skin_and_its_scale_and_place_do_not_matter(
     other = skin_from_taxels(replace(taxels, positions=3 * worn.positions + 1))
     assert np.array_equal(other.neighbours, one.neighbours)
     assert other.areas == pytest.approx(9 * one.areas, rel=1e-6)
+
+
+def test_too_many_separate_pieces_are_refused(monkeypatch):
+    positions = 0.5 * np.random.default_rng(0).random((40, 3))
+    taxels = TaxelSet("far", None, np.arange(40), positions)
+    pieces = len(reconstruct_skin(taxels).skin.patches)
+    assert pieces > 2
+    monkeypatch.setattr(reconstruct, "MAX_PIECES", pieces)
+    assert len(reconstruct_skin(taxels).skin.patches) == pieces
+    monkeypatch.setattr(reconstruct, "MAX_PIECES", pieces - 1)
+    with pytest.raises(SkinError, match=f"separate pieces.*found: {pieces}.*The most is {pieces - 1}"):
+        reconstruct_skin(taxels)

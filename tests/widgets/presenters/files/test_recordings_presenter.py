@@ -11,6 +11,7 @@ from app.recording.annotations import Annotations, LabelledEpisode, Outcome, loa
 from app.recording.player import RecordingPlayer
 from app.recording.recorder import Recorder
 from app.session.session import Session
+from tests.support.recordings import with_checksum_damage
 from widgets.timeline.playhead import Span
 from widgets.workers.recording_worker import RecordingWorker
 
@@ -128,6 +129,22 @@ def test_a_range_and_episodes_become_recordings(window_again, folder, recorded, 
     assert "into itself" in window.notification_bar.text
     assert (folder / "one.mcap").read_bytes() == recorded
     assert not [path for path in folder.rglob("*") if path.name.startswith(".")], "nothing is left beside"
+    window.live.back_to_live()
+
+
+def test_summary_of_saved_parts_names_the_damage_of_the_recording(window_again, folder, recorded, monkeypatch):
+    window, path = window_again, folder / "one.mcap"
+    path.write_bytes(with_checksum_damage(recorded))
+    save_annotations(path, Annotations(episodes=(LabelledEpisode(10, 20, "a"), LabelledEpisode(30, 35, "b"))))
+    window.live.open_recording(path)
+    window.timeline.set_range(Span(0.1, 0.3))
+    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_args: (str(folder / "part.mcap"), ""))
+    window.action("trim_range").trigger()
+    assert "part.mcap with the damage of the recording: the file does not match" in window.notification_bar.text
+    monkeypatch.setattr(QFileDialog, "getExistingDirectory", lambda *_args: str(folder / "parts"))
+    window.action("save_episodes").trigger()
+    assert window.notification_bar.text.startswith("Saved 2 episodes")
+    assert window.notification_bar.text.count("does not match its checksum") == 1
     window.live.back_to_live()
 
 
