@@ -14,7 +14,7 @@ from typing import Literal
 import numpy as np
 
 from app.contacts.pipeline import ContactPipeline
-from app.contacts.taxel_noise import estimate_noise
+from app.contacts.taxel_noise import TaxelNoise, estimate_noise
 from app.control.command import JointCommand
 from app.core.arrays import FloatArray, IntArray
 from app.core.errors import LiveError, SimulationError
@@ -141,6 +141,7 @@ class MeasuredSession:
         scripted: False.
         heard: When each taxel and joint was last heard.
         implausible: Impossible values so far.
+        noise: Of the untouched taxels, in the pressures shown; None where no tare measured it.
     """
 
     failure = None
@@ -181,6 +182,7 @@ class MeasuredSession:
         self._problem: str | None = None
         self._unknown_joints: set[str] = set()
         self.implausible = Implausible()
+        self.noise: TaxelNoise | None = None
         self._unit: Unit | None = None
         self._calibration = calibration or Calibration.plain(len(skin), Unit.COUNTS)
         self._baseline = np.zeros(len(skin))
@@ -584,7 +586,8 @@ class MeasuredSession:
             return
         scale = np.abs(self._calibration.gain) if self.mode is ValueMode.PRESSURE else self._scale
         counts = np.full(len(self._spread), _USUAL_TARE) if self._counts is None else self._counts
-        self._contacts.set_measured_noise(estimate_noise(self._spread * scale, counts))
+        self.noise = estimate_noise(self._spread * scale, counts)
+        self._contacts.set_measured_noise(self.noise)
 
     @property
     def _scale(self) -> float:

@@ -11,10 +11,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from app.core.reading_units import ReadingUnits
 from app.live.channels.last_heard import named
 from app.live.data_age import DataAge
-from app.live.measured_session import MeasuredSession
+from app.live.measured_session import MOST_PRESSURE, MeasuredSession
 from app.live.motion.motion_sender import OLDEST_SECONDS, StopReason
+
+LEAST_PRESSURE = -1e5
+"""Least plausible pressure after calibration [Pa]: nothing pulls by more than the pressure of the air."""
 
 
 @dataclass(frozen=True)
@@ -72,6 +76,8 @@ class InputMonitor:
             return InputProblem(StopReason.CLOCK, "or the sender was started again", "readings of a steady clock")
         if old := self.old(now):
             return old
+        if impossible := self._impossible_pressure():
+            return InputProblem(StopReason.IMPLAUSIBLE, impossible, "pressures that are possible")
         if heard.frozen.any():
             return InputProblem(StopReason.FROZEN, heard.frozen_text(), "values that change")
         if session.facts.taring:
@@ -79,6 +85,19 @@ class InputMonitor:
         if starting and not self._ages.settled:
             return InputProblem(StopReason.CLOCK, "", "readings that arrive evenly")
         return None
+
+    def _impossible_pressure(self) -> str:
+        """Return which pressure of the newest frame is out of range after calibration; empty for none."""
+        frame, skin = self._session.frame, self._session.prepared.skin
+        if frame.units is not ReadingUnits.CALIBRATED:
+            return ""
+        possible = (frame.pressures >= LEAST_PRESSURE) & (frame.pressures <= MOST_PRESSURE)
+        if possible.all():
+            return ""
+        taxel = int((~possible).argmax())
+        name = str(skin.taxel_name(taxel)) or f"taxel {taxel}"
+        limits = f"From {LEAST_PRESSURE:g} to {MOST_PRESSURE:g} Pa"
+        return f"{name}: {frame.pressures[taxel]:g} Pa by the calibration. {limits}"
 
     def old(self, now: float) -> InputProblem | None:
         """Return which readings are missing or too old; None where none is. Any thread may call it."""

@@ -8,9 +8,11 @@ and is told as being held back then.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
+from app.contacts.taxel_noise import TaxelNoise
 from app.control.command import ControlSettings
 from app.control.controller_manager import ControllerManager
 from app.control.force_loop.loop_stability import SensorTiming
@@ -22,10 +24,13 @@ from app.live.measured_session import MeasuredFacts
 from app.maps.tactile_map import TactileMap
 from app.robots.robot import Robot
 from app.session.frame import Frame
+from app.skin.skin import Skin
 
 LONGEST_STEP = 0.1
 """Readings further apart [s] are no stream that a contact is controlled by: the controller starts anew."""
 
+NOISE_DEVIATIONS = 3.0
+"""Standard deviations of noise that the force on taxels without a contact must exceed to count."""
 _TIMING_SHARE = 0.05
 """Of the newest interval between two readings in the period that the controllers are told."""
 
@@ -140,6 +145,48 @@ class MeasuredController:
 def strongest_force(frame: Frame) -> float:
     """Largest force of a contact [N]; 0 without one, NaN where one is not a number."""
     return float(np.max([region.force for region in frame.regions], initial=0.0))
+
+
+class PatchForce(NamedTuple):
+    """Force on one patch.
+
+    Attributes:
+        patch: Its name.
+        total: Of its strongest contact, and of its taxels that belong to no contact [N].
+        below: Of the latter [N], less their noise; never negative.
+    """
+
+    patch: str
+    total: float
+    below: float
+
+
+def strongest_patch(frame: Frame, skin: Skin, noise: TaxelNoise | None) -> PatchForce:
+    """Return the force on the patch that bears most, whatever the contact threshold. Cost: 0.1 ms for 5,000 taxels.
+
+    Args:
+        frame: With calibrated pressures.
+        skin: Whose taxels it has.
+        noise: Of the taxels; the sum over taxels must exceed ``NOISE_DEVIATIONS`` standard deviations of it.
+    """
+    patches = len(skin.patches)
+    free = np.ones(len(skin), dtype=bool)
+    contact = np.zeros(patches)
+    for region in frame.regions:
+        free[region.taxels] = False
+        touched = np.unique(skin.patch_of[region.taxels])
+        contact[touched] = np.maximum(contact[touched], region.force)
+    taxels = np.flatnonzero(free)
+    patch_of, areas = skin.patch_of[taxels], skin.areas[taxels]
+    signed = np.bincount(patch_of, frame.pressures[taxels] * areas, minlength=patches)
+    below: FloatArray = np.asarray(signed, dtype=np.float64)
+    if noise is not None:
+        variance = np.bincount(patch_of, (noise.sd[taxels] * areas) ** 2, minlength=patches)
+        below = below - NOISE_DEVIATIONS * np.sqrt(variance)
+    below = np.maximum(below, 0.0)
+    total = contact + below
+    most = int(total.argmax())
+    return PatchForce(skin.patches[most].name, float(total[most]), float(below[most]))
 
 
 def check_controllable(frame: Frame, facts: MeasuredFacts) -> None:

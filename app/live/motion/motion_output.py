@@ -1,6 +1,6 @@
 """The controller on a measured skin: its motion is shown, and sent while a user's action allows it.
 
-Before a velocity is computed, the strongest contact and all inputs are checked: a controller that takes long cannot
+Before a velocity is computed, the force on the skin and all inputs are checked: a controller that takes long cannot
 delay a stop.
 """
 
@@ -16,8 +16,9 @@ from app.live.data_age import DataAge
 from app.live.measured_session import MeasuredSession
 from app.live.motion.command_latency import CommandLatency
 from app.live.motion.input_monitor import InputMonitor
-from app.live.motion.measured_controller import MeasuredController, WantedMotion, strongest_force
+from app.live.motion.measured_controller import MeasuredController, WantedMotion, strongest_force, strongest_patch
 from app.live.motion.motion_sender import MotionLimits, MotionSender, SendingState, StopReason
+from app.session.frame import Frame
 
 _NOT_SENT = SendingState()
 
@@ -123,9 +124,10 @@ class MotionOutput:
         """
         frame, now = self._session.frame, self._clock()
         sender = self._sender
+        inputs_good = self._inputs_good(now)
         if sender is not None and self.active and frame.units.force is not None:
-            sender.check_force(strongest_force(frame), now)
-        good = self._inputs_good(now)
+            self._check_force(sender, frame, now)
+        good = inputs_good and self.active
         starting = good and self.sending.waiting is not None
         if starting:
             self._controller.reset()
@@ -145,6 +147,13 @@ class MotionOutput:
             sender.begin(measured)
         if sender.show(self.wanted, self._clock(), measured=measured):
             self.latency.add(self._clock() - self._session.heard.arrived)
+
+    def _check_force(self, sender: MotionSender, frame: Frame, now: float) -> None:
+        """Stop where a contact or a patch bears too much. The second check does not depend on the contact threshold."""
+        sender.check_force(strongest_force(frame), now)
+        patch, total, below = strongest_patch(frame, self._session.prepared.skin, self._session.noise)
+        place = f"{below:.1f} N below the contact threshold on patch {patch}"
+        sender.check_force(total, now, f"{place}: tare again or lower the threshold")
 
     def _inputs_good(self, now: float) -> bool:
         """True if motion may be sent; else it stops, or waits for what is missing."""

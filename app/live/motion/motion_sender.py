@@ -182,10 +182,11 @@ class MotionSender:
                 said = (detail, f"the stop was not sent: {failed}")
                 self.state = replace(self.state, detail="; ".join(filter(None, said)))
 
-    def check_force(self, force: float, now: float) -> None:
-        """Stop where the strongest contact [N] is beyond the limit, or not a number."""
+    def check_force(self, force: float, now: float, note: str = "") -> None:
+        """Stop where a force [N] is beyond the limit, or not a number; ``note`` goes into the detail."""
         if not force <= self.limits.force:
-            self.stop(now, StopReason.FORCE, f"{force:.1f} N, {self.limits.force:g} N allowed")
+            figures = f"{force:.1f} N, {self.limits.force:g} N allowed"
+            self.stop(now, StopReason.FORCE, "; ".join(filter(None, (figures, note))))
 
     def show(self, wanted: WantedMotion, now: float, *, measured: float) -> bool:
         """Send a velocity, slowed where it is too fast; or stop. True if it was sent.

@@ -9,14 +9,18 @@ from dataclasses import dataclass, field
 import numpy as np
 import pytest
 
+from app.contacts.pipeline import ReadingSettings
+from app.contacts.taxel_noise import TaxelNoise
 from app.control.command import ControlSettings
 from app.core.errors import LiveError, SceneError
 from app.live.arrival import Arrived
+from app.live.channels.calibration import Calibration
 from app.live.channels.last_heard import FROZEN_SECONDS
 from app.live.data_age import SETTLE_SECONDS, DataAge
 from app.live.measured_session import MOST_PRESSURE, MeasuredSession
 from app.live.motion.command_latency import latency_text
-from app.live.motion.measured_controller import MeasuredController, WantedMotion
+from app.live.motion.input_monitor import LEAST_PRESSURE
+from app.live.motion.measured_controller import MeasuredController, WantedMotion, strongest_patch
 from app.live.motion.motion_output import MotionOutput
 from app.live.motion.motion_sender import (
     DEADLINE,
@@ -29,6 +33,7 @@ from app.live.motion.motion_sender import (
 )
 from app.live.prepare import as_measured
 from app.live.readings import Reading, Unit
+from app.session.inputs import ReadingChanged
 from app.tactile.press import press_skin
 from tests.support.touch import bar_skin, prepared_bar
 
@@ -408,6 +413,76 @@ def test_the_strongest_contact_counts():
     robot.read(values=press_skin(skin, ends[0], force=9.0) + press_skin(skin, ends[1], force=1.0))
     assert len(robot.session.frame.regions) == 2
     assert _stopped(robot) is StopReason.FORCE
+
+
+def _moving_with_threshold(threshold: float) -> Robot:
+    robot = _moving()
+    robot.session.submit(ReadingChanged(ReadingSettings(threshold=threshold)))
+    robot.session.apply_inputs()
+    return robot
+
+
+def test_force_below_the_contact_threshold_stops_as_well():
+    robot = _moving_with_threshold(1e6)
+    robot.read(9.0)
+    assert robot.session.frame.regions == ()
+    assert _stopped(robot) is StopReason.FORCE
+    assert robot.output.sending.detail == (
+        "9.0 N, 8 N allowed; 9.0 N below the contact threshold on patch top: tare again or lower the threshold"
+    )
+    robot = _moving_with_threshold(1e6)
+    robot.read(7.0)
+    assert robot.output.sending.sending
+
+
+def test_a_threshold_that_cuts_through_a_press_does_not_split_its_force():
+    values = press_skin(bar_skin(), bar_skin().taxel_point(30), force=7.0) + 100.0  # 0.038 m² more of it: 3.8 N
+    robot = _moving()
+    robot.read(values=values)
+    assert 0 < robot.session.frame.regions[0].force < LIMITS.force
+    assert _stopped(robot) is StopReason.FORCE
+
+
+def test_noise_of_the_skin_is_no_force():
+    skin = bar_skin()
+    noise = TaxelNoise(np.full(60, 100.0), np.full(60, 1e6))
+    robot = Robot()
+    sd = 100.0 * float(np.sqrt((skin.areas**2).sum()))
+    even = skin.areas / (skin.areas**2).sum()  # a pressure that adds up to 1 N
+    for deviations, found in ((2.9, 0.0), (4.0, sd)):
+        robot.read(values=deviations * sd * even)
+        assert strongest_patch(robot.session.frame, skin, noise) == ("top", pytest.approx(found), pytest.approx(found))
+    assert strongest_patch(robot.session.frame, skin, None).total == pytest.approx(4.0 * sd)
+    robot.read(values=-even)
+    assert strongest_patch(robot.session.frame, skin, None).total == 0.0
+
+
+def test_a_tare_gives_the_noise():
+    robot = Robot()
+    assert robot.session.noise is None
+    robot.session.tare(20)
+    random = np.random.default_rng(0)
+    for _ in range(20):
+        robot.read(values=random.normal(0.0, 100.0, 60))
+    assert robot.session.noise.sd.mean() == pytest.approx(100.0, rel=0.1)
+
+
+@pytest.mark.parametrize("pressure", [1.1 * LEAST_PRESSURE, 1.1 * MOST_PRESSURE])
+def test_a_pressure_that_the_calibration_makes_impossible_stops_by_the_taxels_name(pressure):
+    robot = Robot(limits=MotionLimits(force=200.0))
+    robot.session = MeasuredSession(
+        as_measured(prepared_bar()), calibration=Calibration(np.full(60, 1e4), np.zeros(60))
+    )
+    robot.output = MotionOutput(robot.session, FORWARD, robot.ages, clock=robot._clock)
+    robot.read(unit=Unit.COUNTS)
+    robot.start()
+    robot.read(unit=Unit.COUNTS)
+    assert robot.output.sending.sending
+    values = np.zeros(60)
+    values[13] = 1e-4 * pressure
+    robot.read(unit=Unit.COUNTS, values=values)
+    assert robot.output.sending.stopped is StopReason.IMPLAUSIBLE
+    assert robot.output.sending.detail == f"taxel 13: {pressure:g} Pa by the calibration. From -100000 to 1e+07 Pa"
 
 
 def test_a_force_that_is_no_number_stops():
