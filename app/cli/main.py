@@ -61,17 +61,17 @@ def _run(argv: Sequence[str], windows: dict[str, OpenWindow]) -> int:
     except StandardOutputError:
         raise
     except TactileMapsError as error:
-        _print_failure(str(error), as_json, kind=type(error).__name__)
+        _print_failure(_with_notes(str(error), error), as_json, kind=type(error).__name__)
         return 2 if isinstance(error, UsageError) else 1
     except KeyboardInterrupt as stop:
-        return _interrupted(stop, as_json)
+        return _interrupted(stop, stop, as_json)
     except Exception as error:  # the last door: a person gets a sentence, the details go to a file
         interrupt = _interrupt_behind(error)
         if interrupt is None and isinstance(error, OSError) and terminal_closed():
             interrupt = TerminatedError(1)  # a message could not be written to it
         if interrupt is not None:
-            return _interrupted(interrupt, as_json)
-        _print_failure(_text_of(error), as_json, kind="Unexpected")
+            return _interrupted(interrupt, error, as_json)
+        _print_failure(_with_notes(_text_of(error), error), as_json, kind="Unexpected")
         return 1
 
 
@@ -117,9 +117,14 @@ def _interrupt_behind(error: BaseException | None) -> KeyboardInterrupt | None:
     return None
 
 
-def _interrupted(stop: KeyboardInterrupt, as_json: bool) -> int:
-    _print_failure("interrupted", as_json, kind="Interrupted")
+def _interrupted(stop: KeyboardInterrupt, error: BaseException, as_json: bool) -> int:
+    _print_failure(_with_notes("interrupted", error), as_json, kind="Interrupted")
     return 128 + stop.number if isinstance(stop, TerminatedError) else 130
+
+
+def _with_notes(text: str, error: BaseException) -> str:
+    """Return a message with the notes of the error, such as which file was kept."""
+    return "; ".join([text.removesuffix("."), *notes]) if (notes := getattr(error, "__notes__", ())) else text
 
 
 def _print_failure(text: str, as_json: bool, *, kind: str) -> None:

@@ -39,7 +39,9 @@ FRAMES_A_CHUNK = 6
 class Recorder:
     """A recording being written. Mutable; ``close`` completes the file, and it is also a context manager.
 
-    Ctrl-C waits until what is being written is whole.
+    A block that ends with an exception, Ctrl-C included, does not replace an existing file: the new recording is
+    completed as ``written``, and a note of the exception names both files. Ctrl-C waits until what is being written is
+    whole.
 
     The file is created and locked at once, see ``RecordingFile``. The robot, skin, map and scene go in with the first
     tick and are flushed, then chunks of a few frames, each flushed when full. A recording without a frame is removed
@@ -215,8 +217,11 @@ class Recorder:
             raise RecordingError("the recording was removed or replaced while it was written", file=self.written,
                                  remedy=remedy)  # fmt: skip
 
-    def close(self) -> None:
+    def close(self, *, replace: bool = True) -> None:
         """Complete the file with its index; remove one that has no frame. Closing twice does nothing.
+
+        Args:
+            replace: Replace an existing file; False to keep it, and the new recording as ``written``.
 
         Raises:
             RecordingError: The last bytes could not be written, or the file was removed meanwhile.
@@ -224,9 +229,9 @@ class Recorder:
         if self._stream.closed:
             return
         with interrupts_held():
-            self._complete()
+            self._complete(replace=replace)
 
-    def _complete(self) -> None:
+    def _complete(self, *, replace: bool) -> None:
         if not self.frames:
             self._file.discard()
             return
@@ -234,7 +239,7 @@ class Recorder:
             self._writer.finish()
             self._stream.flush()
             self.check_file()
-            self._file.complete()
+            self._file.complete(replace=replace)
         except RecordingError:
             self.abandon()
             raise
@@ -257,7 +262,20 @@ class Recorder:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        self.close()
+        kept = (
+            f"{self.path} is unchanged; the new recording up to here is {self.written}" if self._file.replaces else ""
+        )
+        try:
+            self.close(replace=kind is None)
+        except RecordingError as failure:
+            self._add_note(failure, kept)
+            raise
+        if error is not None:
+            self._add_note(error, kept)
+
+    def _add_note(self, error: BaseException, note: str) -> None:
+        if note and self.frames:
+            error.add_note(note)
 
 
 def versions() -> dict[str, str]:

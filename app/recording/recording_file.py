@@ -18,8 +18,9 @@ class RecordingFile:
     """A file being written, locked against other recorders until it is completed, discarded or abandoned.
 
     A new recording is written in place, so that a killed program loses nothing. An existing file that is replaced stays
-    until the new one is complete; until then the new one is ``NAME.new.mcap`` (or ``NAME.new-2.mcap``, ... where a
-    killed program left one) in the same folder. The operating system removes the lock of a killed program.
+    until the new one is complete, and where the new one ends with an error; the new one is then ``NAME.new.mcap`` (or
+    ``NAME.new-2.mcap``, ... where there is one) in the same folder. The operating system removes the lock of a killed
+    program.
 
     Attributes:
         path: Name of the recording.
@@ -66,6 +67,11 @@ class RecordingFile:
             return stream
         raise AssertionError
 
+    @property
+    def replaces(self) -> bool:
+        """Whether an existing file is going to be replaced."""
+        return self._replaced is not None
+
     def is_present(self) -> bool:
         """Whether the file being written still has its name."""
         try:
@@ -73,8 +79,8 @@ class RecordingFile:
         except OSError:
             return False
 
-    def complete(self) -> None:
-        """Close the file, and let it replace the existing one.
+    def complete(self, *, replace: bool) -> None:
+        """Close the file, and let it replace the existing one if ``replace``.
 
         Raises:
             OSError: The last bytes cannot be written.
@@ -87,6 +93,8 @@ class RecordingFile:
         os.fsync(self.stream.fileno())
         self.stream.close()
         self._release()  # Windows does not replace an open file
+        if not replace:
+            return
         try:
             move_into_place(self.written, self.path, error=RecordingError)
         except RecordingError as error:

@@ -59,25 +59,25 @@ def execute(arguments: argparse.Namespace) -> int:
     session = _session(arguments, connection, prepared)
     motion = _motion(arguments, session, scene, connection)
     connection.open()
-    with ExitStack() as stack:
-        stack.callback(connection.close)
+    with ExitStack() as outer:
+        outer.callback(connection.close)
         recording = None
-        if arguments.output:
-            recorder = stack.enter_context(
-                Recorder(prepared, arguments.output, overwrite=arguments.overwrite, measured=connection.source.address)
-            )
-            recording = FrameRecording(recorder, lossless=connection.source.finite)
-            stack.callback(recording.close)
-        if motion is not None and arguments.send:
-            put = stack.enter_context(driver_channel(arguments.send))
-            motion.start_sending(put, limits, token=arguments.token)
-            stack.callback(motion.halt)
-        result = _listen(connection, session, recording, motion, arguments.seconds)
+        with ExitStack() as stack:
+            if arguments.output:
+                address = connection.source.address
+                recorder = Recorder(prepared, arguments.output, overwrite=arguments.overwrite, measured=address)
+                recording = FrameRecording(outer.enter_context(recorder), lossless=connection.source.finite)
+                stack.callback(recording.close)
+            if motion is not None and arguments.send:
+                put = stack.enter_context(driver_channel(arguments.send))
+                motion.start_sending(put, limits, token=arguments.token)
+                stack.callback(motion.halt)
+            result = _listen(connection, session, recording, motion, arguments.seconds)
+        if arguments.weight is not None:
+            calibration = session.weigh(arguments.weight)
+            if arguments.save_calibration:
+                save_calibration(calibration, arguments.save_calibration)
     status, facts = connection.status, session.facts
-    if arguments.weight is not None:
-        calibration = session.weigh(arguments.weight)
-        if arguments.save_calibration:
-            save_calibration(calibration, arguments.save_calibration)
     result |= _figures(status, facts, session) | {"file": arguments.output, "source": status.address}
     result["left_out"] = 0 if recording is None else recording.left_out
     if motion is not None:

@@ -144,6 +144,6 @@ def _tick(session: Session, recorder: Recorder | None) -> Frame:
         again = "run it with --output to keep a recording that stops again"
         if recorder is not None:
             recorder.fail(session.failure)
-            again = f"replay {recorder.path} --verify stops again at the same tick"
+            again = f"replay {recorder.written} --verify stops again at the same tick"
         remedy = f"{error.remedy}; {again}" if error.remedy else again[0].upper() + again[1:]
         raise error.at(remedy=remedy) from error

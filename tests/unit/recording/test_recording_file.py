@@ -119,6 +119,38 @@ def test_a_killed_recorder_leaves_the_old_recording_and_the_new_one(prepared, tm
     assert (tmp_path / "touch.new.mcap").read_bytes() == partial
 
 
+def record_until(stop, recorder: Recorder, session: Session) -> None:
+    with recorder:
+        recorder.write(session.tick(), session.inputs)
+        raise stop
+
+
+@pytest.mark.parametrize("stop", [ValueError, KeyboardInterrupt])
+def test_error_keeps_the_old_recording_and_the_new_part_and_names_both(prepared, tmp_path, stop):
+    path, session = tmp_path / "touch.mcap", Session(prepared)
+    old = make_recording(prepared, path)
+    with pytest.raises(stop) as raised:
+        record_until(stop, Recorder(prepared, path, overwrite=True), session)
+    assert path.read_bytes() == old
+    assert names(tmp_path) == ["touch.mcap", "touch.new.mcap"]
+    assert open_recording(tmp_path / "touch.new.mcap").complete
+    (note,) = raised.value.__notes__
+    assert f"{path} is unchanged" in note
+    assert note.endswith(str(tmp_path / "touch.new.mcap"))
+    make_recording(prepared, path, overwrite=True)  # the lock is released
+
+
+def test_error_before_the_first_frame_or_of_a_new_recording_adds_no_note(prepared, tmp_path):
+    path, session = tmp_path / "touch.mcap", Session(prepared)
+    with pytest.raises(ValueError, match="stop") as raised:
+        record_until(ValueError("stop"), Recorder(prepared, path, overwrite=True), session)
+    assert not hasattr(raised.value, "__notes__")
+    with pytest.raises(ValueError, match="stop") as raised, Recorder(prepared, path, overwrite=True):
+        raise ValueError("stop")
+    assert not hasattr(raised.value, "__notes__")
+    assert names(tmp_path) == ["touch.mcap"]
+
+
 @pytest.mark.parametrize("exists", [True, False])
 @pytest.mark.parametrize("stop", [ValueError, KeyboardInterrupt])
 def test_a_recording_without_a_frame_is_removed(prepared, tmp_path, stop, exists):
@@ -143,10 +175,13 @@ def test_a_disk_that_fills_up_leaves_the_old_recording(prepared, tmp_path):
         recorder.write(session.tick(), session.inputs)
     with Path("/dev/full").open("wb") as full:
         os.dup2(full.fileno(), recorder._stream.fileno())
-    with pytest.raises(RecordingError, match=r"touch\.new\.mcap.*No space left.*recover"):
+    with (
+        pytest.raises(RecordingError, match=r"touch\.new\.mcap") as raised,
+        recorder,
+        pytest.raises(RecordingError, match=r"touch\.new\.mcap.*No space left.*recover"),
+    ):
         record_for_ever(recorder, session)
-    with pytest.raises(RecordingError, match=r"touch\.new\.mcap"):
-        recorder.close()
+    assert f"{path} is unchanged" in raised.value.__notes__[0]
     assert path.read_bytes() == old
     assert recover(tmp_path / "touch.new.mcap", tmp_path / "fixed.mcap").frames >= 12
     make_recording(prepared, path, overwrite=True)  # the lock is released

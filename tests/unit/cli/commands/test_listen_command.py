@@ -87,6 +87,20 @@ def test_a_weight_calibrates_and_is_kept(readings, skin, capsys, tmp_path):
     assert abs(found["max_force_N"] - 3.0) < 0.05
 
 
+def test_failed_weighing_does_not_replace_a_recording(readings, skin, capsys, tmp_path):
+    target, new = tmp_path / "felt.mcap", tmp_path / "felt.new.mcap"
+    target.write_bytes(b"precious")
+    words = ["listen", readings, "--skin", skin, "--tare", "10", "-o", str(target), "--overwrite"]
+    assert main([*words, "--weight", "0.30591"]) == 1
+    said = capsys.readouterr().err
+    assert "has not come to rest" in said
+    assert f"{target} is unchanged; the new recording up to here is {new}" in said
+    assert target.read_bytes() == b"precious"
+    assert len(open_recording(new)) == 29
+    assert main(words) == 0
+    assert len(open_recording(target)) == 29
+
+
 def test_packets_of_a_port_are_received_for_so_long(skin, capsys):
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
         free.bind(("127.0.0.1", 0))
@@ -205,6 +219,7 @@ def drive(driver, packets):
 def test_sending_waits_for_a_sender_that_starts_later_and_records_meanwhile(skin, capsys, tmp_path):
     robot, recorded, said, end, packets = tmp_path / "bar.xml", tmp_path / "felt.mcap", Said(), threading.Event(), []
     robot.write_text(bar().mjcf)
+    recorded.write_bytes(b"replaced")
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
         free.bind(("127.0.0.1", 0))
         port = free.getsockname()[1]
@@ -218,6 +233,7 @@ def test_sending_waits_for_a_sender_that_starts_later_and_records_meanwhile(skin
             "--json",
             "-o",
             str(recorded),
+            "--overwrite",
             "--token",
             TOKEN,
         ]
@@ -245,6 +261,7 @@ def test_sending_waits_for_a_sender_that_starts_later_and_records_meanwhile(skin
     assert lines[-1] == "tactile-maps: motion is sent"
     assert found["left_out"] == 0
     assert len(open_recording(recorded)) >= motion["sent"]
+    assert not (tmp_path / "felt.new.mcap").exists(), "Ctrl-C is the normal end of listening"
 
 
 @pytest.mark.parametrize(

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import os
+import signal
 import socket
 
 import pytest
@@ -55,6 +57,46 @@ def test_the_recording_is_named_and_stops_again(unsteady_scene, tmp_path, capsys
     assert found["stopped"].split(":")[1] in said
     assert main(["replay", target]) == 0
     assert "the simulation diverged" in capsys.readouterr().out
+
+
+def test_failed_run_does_not_replace_a_recording_and_names_both(unsteady_scene, tmp_path, capsys):
+    target, new = tmp_path / "run.mcap", tmp_path / "run.new.mcap"
+    target.write_bytes(b"precious")
+    assert main(["run", "--scene", unsteady_scene, "--for", "5", "-o", str(target), "--overwrite"]) == 1
+    said = capsys.readouterr().err
+    assert f"replay {new} --verify" in said
+    assert f"{target} is unchanged; the new recording up to here is {new}" in said
+    assert target.read_bytes() == b"precious"
+    assert main(["replay", str(new), "--verify", "--json"]) == 0
+
+
+def interrupt_after(monkeypatch, ticks: int) -> None:
+    """Press Ctrl-C in the tick of this number."""
+
+    class Interrupted(Session):
+        def tick(self):
+            frame = super().tick()
+            if frame.tick == ticks:
+                os.kill(os.getpid(), signal.SIGINT)
+            return frame
+
+    monkeypatch.setattr(run_command, "Session", Interrupted)
+
+
+@pytest.mark.parametrize("json_words", [[], ["--json"]])
+def test_interrupted_run_does_not_replace_a_recording_and_names_both(monkeypatch, tmp_path, capsys, json_words):
+    target, new = tmp_path / "run.mcap", tmp_path / "run.new.mcap"
+    target.write_bytes(b"precious")
+    interrupt_after(monkeypatch, 10)
+    assert main(["run", "arm", "--for", "5", "-o", str(target), "--overwrite", *json_words]) == 130
+    said = capsys.readouterr()
+    text = f"interrupted; {target} is unchanged; the new recording up to here is {new}"
+    assert text in said.err
+    assert not json_words or json.loads(said.out)["error"] == {"kind": "Interrupted", "message": text}
+    assert target.read_bytes() == b"precious"
+    player = RecordingPlayer(new)
+    assert player.complete
+    assert 0 < len(player) <= 10
 
 
 def test_less_than_a_tick_simulates_one_tick(tmp_path):
