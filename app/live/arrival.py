@@ -58,7 +58,8 @@ class ArrivalCounts:
         lost: Numbers that never came.
         restarts: How often the sender was restarted: its numbers or its clock began again.
         overflowed: Came faster than they were taken, and were dropped.
-        superseded: Replaced by newer readings before they were taken, while motion is sent.
+        superseded: Replaced by newer readings before they were taken, while motion is sent. Packets are not decoded
+            for it: those that begin as a reading does are counted, also as received.
     """
 
     received: int = 0
@@ -261,7 +262,7 @@ class ArrivalTracker:
             self._count(duplicated=1)
         elif number in self._given_up:
             self._given_up.discard(number)
-            self._count(late=1, lost=-1)
+            self._count(late=1, lost=-min(self.counts.lost, 1))  # a number given up may be one that was superseded
         else:
             self._count(late=1)
 

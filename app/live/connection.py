@@ -12,7 +12,7 @@ from __future__ import annotations
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
 from enum import StrEnum
@@ -231,7 +231,7 @@ class Connection:
             while more and waiting:
                 kept.append(waiting.pop())
                 more = needed(kept[-1].reading)
-            self._tracker.supersede([at for at, _ in packets], decoded=False)
+            self._tracker.supersede(self._plausible(packets), decoded=False)
             self._tracker.supersede([item.at for item in waiting], decoded=True)
             kept.reverse()
             for at, reading in reversed(decoded):
@@ -294,6 +294,8 @@ class Connection:
                 while self._packet_bytes > most:
                     self._packet_bytes -= len(self._packets.popleft()[1])
                     self._tracker.overflowed()
+                if not self._newest_only:  # another thread has changed it since: nobody takes packets any more
+                    self._decode_all()
                 self._arrived.set()
 
     def _received(self, at: float) -> None:
@@ -312,6 +314,26 @@ class Connection:
             self._tracker.malformed()
             self._malformed = str(error)
             return None
+
+    def _plausible(self, packets: Iterable[tuple[float, bytes]]) -> list[float]:
+        """Arrivals of those packets that look like readings; the others are counted as malformed, not decoded."""
+        times = []
+        for at, packet in packets:
+            assert isinstance(self.source, PacketSource)
+            if self.source.is_plausible_packet(packet):
+                times.append(at)
+            else:
+                self._tracker.malformed()
+                self._malformed = self._malformed or f"it does not begin as a reading (found: {packet[:40]!r})"
+        return times
+
+    def drop_waiting(self) -> None:
+        """Drop the readings that wait to be taken, and count them as overflowed."""
+        with self._lock:
+            self._tracker.overflowed(len(self._waiting) + len(self._packets))
+            self._waiting.clear()
+            self._packets.clear()
+            self._packet_bytes = 0
 
     def _decode_all(self) -> None:
         """Decode the packets that wait, in order."""

@@ -150,6 +150,9 @@ class PacketSource(Source, Protocol):
     def receive_packet(self, timeout: float) -> bytes | None:
         """Return the next packet as it came, or None; raises LiveError where the connection is lost."""
 
+    def is_plausible_packet(self, packet: bytes) -> bool:
+        """Return False for a packet that is no reading by its first bytes; True says nothing about the rest."""
+
     def decode_packet(self, packet: bytes) -> Reading:
         """Return the reading of a packet; raises MalformedReadingError."""
 

@@ -36,6 +36,8 @@ from app.session.prepare import PreparedScene
 _TOLD_EVERY = 1.0
 """Seconds between two lines of statistics on a terminal."""
 _LATENCY = ("median", "p95", "p99", "largest")
+_FINISH_SECONDS = 1.0
+"""Readings that wait when listening to a live source ends are taken for at most so long [s]."""
 _PAUSE = 0.01
 """Seconds between two looks at how listening goes."""
 _NAMED = 8
@@ -178,8 +180,7 @@ def _listen(
                 _tell(connection.status, len(session.frame.regions))
     listened = time.monotonic() - start
     connection.close()
-    while commands.step():
-        pass
+    commands.finish(_FINISH_SECONDS)
     force = None if session.units.force is None else felt.strongest
     return {"listened_s": listened, "readings": commands.taken, "contacts": len(felt.contacts), "max_force_N": force}
 
@@ -300,6 +301,8 @@ def _warnings(session: MeasuredSession, facts: MeasuredFacts, status: Connection
         yield f"{status.counts.malformed} packets could not be understood; the last: {status.malformed}"
     if status.refused:
         yield f"while motion was sent, packets of a second sender were refused: {refused_text(status.refused)}"
+    if status.counts.overflowed:
+        yield f"{status.counts.overflowed} readings were dropped: they came faster than they were taken"
     if facts.refused:
         yield f"{facts.refused} readings do not fit the skin; the last: {facts.problem}"
     if facts.unknown:

@@ -3,6 +3,7 @@
 A part is a module, where the skin states modules, else a patch. A part is frozen when it has repeated its values for
 more than ``FROZEN_SECONDS`` and for ``FROZEN_FACTOR`` times longer than ever before. The rule applies only to a part
 that has varied for ``LEARN_SECONDS`` and ``LEARN_CHANGES`` changes: the stream itself shows how quiet a part may be.
+A pause in which the part was frozen does not count as one of its usual pauses.
 
 - a part with noise changes with nearly every reading, and is frozen after ``FROZEN_SECONDS``;
 - a quantised part that changes now and then is frozen after five times its longest pause;
@@ -20,7 +21,7 @@ from app.skin.skin import Skin
 
 FROZEN_SECONDS = 0.5
 FROZEN_FACTOR = 5.0
-LEARN_SECONDS = 10.0
+LEARN_SECONDS = 2.0
 LEARN_CHANGES = 100
 _LONGEST_STEP = 0.1
 """Readings further apart [s] are a pause of the stream, of which only this much counts."""
@@ -79,7 +80,8 @@ class LastHeard:
         self.joints[joints] = measured
         varied = np.zeros(len(self.part_numbers), dtype=bool)
         varied[self._part_of[taxels[changed]]] = True
-        self._longest[varied] = np.maximum(self._longest[varied], self._clock - self._last[varied])
+        usual = varied & ~self.frozen
+        self._longest[usual] = np.maximum(self._longest[usual], self._clock - self._last[usual])
         self._last[varied] = self._clock
         self._first[varied] = np.minimum(self._first[varied], self._clock)
         self._changes[varied] += 1

@@ -17,6 +17,7 @@ from __future__ import annotations
 import gc
 import sys
 import threading
+import time
 from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
 from typing import Any, Protocol
@@ -119,6 +120,16 @@ class CommandLoop:
         else:
             motion.check()
         return bool(items)
+
+    def finish(self, seconds: float, *, clock: Callable[[], float] = time.monotonic) -> None:
+        """Take the readings that wait, those of a live source for ``seconds`` at most; the others are counted.
+
+        The caller holds the lock, and nothing runs any more.
+        """
+        end = clock() + seconds
+        while self.step():
+            if not self._connection.source.finite and clock() >= end:
+                self._connection.drop_waiting()
 
     def run(self, ended: threading.Event) -> None:
         """Make passes until ``ended`` is set. What goes wrong stops motion first, and is raised."""

@@ -13,7 +13,7 @@ from typing import Any
 from app.core.errors import LiveError, UsageError
 from app.live.readings import MalformedReadingError, Reading
 from app.live.sources.one_sender import OneSender
-from app.live.wire_format import decode
+from app.live.wire_format import decode, is_plausible
 
 _BUFFER = 4_000_000
 """Bytes that the system may keep for us while we are busy: a second of the largest skins."""
@@ -139,6 +139,10 @@ class UdpSource:
         except MalformedReadingError:
             return False
         return True
+
+    def is_plausible_packet(self, packet: bytes) -> bool:
+        """Return False for a packet that is no reading by its first bytes."""
+        return is_plausible(packet)
 
     def decode_packet(self, packet: bytes) -> Reading:
         """Return the reading of a packet; raises MalformedReadingError."""

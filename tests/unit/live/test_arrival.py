@@ -184,6 +184,16 @@ def test_restart_is_followed_within_five_packets(packets):
     assert tracker.counts.restarts >= 1
 
 
+def test_numbers_that_were_superseded_and_come_again_are_not_lost_less_than_never():
+    tracker = ArrivalTracker(patience=0.0)
+    tracker.take(reading(0), 0.0)
+    tracker.supersede([0.1] * 9, decoded=False)
+    assert [item.reading.sequence for item in tracker.take(reading(10), 0.11)] == [10]
+    assert tracker.counts.lost == 0
+    tracker.take(reading(4), 0.12)  # of a sender that was started again, as long as that is not known
+    assert (tracker.counts.lost, tracker.counts.late) == (0, 1)
+
+
 def test_readings_without_numbers_pass():
     tracker = ArrivalTracker()
     assert len(tracker.take(Reading(0.0, [1.0]), 0.0)) == 1

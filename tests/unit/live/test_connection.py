@@ -171,6 +171,9 @@ class Packets(Scripted):
     def receive_packet(self, timeout):
         return self.buffer.pop(0) if self.buffer else None
 
+    def is_plausible_packet(self, packet):
+        return packet != b"bad"
+
     def decode_packet(self, packet):
         self.decoded.append(packet)
         if packet == b"bad":
@@ -242,6 +245,50 @@ def test_every_reading_counts_again_afterwards():
     connection.keep_newest(on=False)
     connection.step(0.0)
     assert taken(connection) == [0, 1, 2]
+
+
+def test_packets_that_are_being_received_while_sending_ends_are_taken_in_order():
+    source = Packets(b"0", b"1", b"2")
+    connection = Connection(source, clock=Clock())
+    connection.open()
+    connection.keep_newest(on=True)
+    receive = source.receive_packet
+
+    def ends_meanwhile(timeout):
+        packet = receive(timeout)
+        if packet == b"2":
+            connection.keep_newest(on=False)  # as the thread that commands does
+        return packet
+
+    source.receive_packet = ends_meanwhile
+    connection.step(0.0)
+    source.buffer += [b"3"]
+    connection.step(0.0)
+    assert taken(connection) == [0, 1, 2, 3]
+    counts = connection.status.counts
+    assert (counts.received, counts.late, counts.restarts) == (4, 0, 0)
+
+
+def test_superseded_packets_that_are_no_readings_are_not_received():
+    source = Packets(b"0", b"bad", b"bad", b"1", b"2")
+    connection = Connection(source, clock=Clock())
+    connection.open()
+    connection.keep_newest(on=True)
+    assert numbers(connection.take_newest(lambda _: False)) == [2]
+    status = connection.status
+    assert (status.counts.received, status.counts.superseded, status.counts.malformed) == (3, 2, 2)
+    assert "bad" in status.malformed
+
+
+def test_dropped_readings_are_counted():
+    connection = Connection(Scripted(*map(reading, range(3))), clock=Clock())
+    connection.open()
+    for _ in range(3):
+        connection.step(0.0)
+    assert connection.take().reading.sequence == 0
+    connection.drop_waiting()
+    assert taken(connection) == []
+    assert connection.status.counts.overflowed == 2
 
 
 def test_of_a_source_without_packets_the_newest_readings_are_taken_too():

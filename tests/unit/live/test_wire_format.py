@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from app.live.readings import MalformedReadingError, Reading, Unit
-from app.live.wire_format import HEADER, decode, encode_binary, encode_json
+from app.live.wire_format import HEADER, decode, encode_binary, encode_json, is_plausible
 
 READINGS = {
     "bare": Reading(1.25, [1.0, 2.5, -3.0]),
@@ -79,6 +79,14 @@ def test_any_bytes_are_a_reading_or_refused(data):
             decode(packet)
         except MalformedReadingError:
             continue
+        assert is_plausible(packet)
+
+
+@pytest.mark.parametrize("packet", [b"garbage" * 10, b"TMLR", b"TMLR\x02" + bytes(60), b"", b"[1]"])
+def test_packets_that_begin_otherwise_are_not_plausible(packet):
+    assert not is_plausible(packet)
+    assert is_plausible(b" " + encode_json(READINGS["channels"]))
+    assert is_plausible(encode_binary(READINGS["channels"]))
 
 
 @given(st.integers(0, 70), st.integers(0, 255))

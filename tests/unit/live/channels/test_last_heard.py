@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.live.channels.last_heard import FROZEN_FACTOR, FROZEN_SECONDS, LastHeard, named
+from app.live.channels.last_heard import FROZEN_FACTOR, FROZEN_SECONDS, LEARN_SECONDS, LastHeard, named
 from app.skin.skin import Skin, TaxelIdentity
 from tests.support.touch import bar_skin
 
@@ -42,7 +42,7 @@ class Stream:
 
 def test_noisy_module_that_freezes_is_found_and_named():
     stream = Stream()
-    stream.read(11.0, changing=[0, 1, 2, 3, 4, 5])
+    stream.read(LEARN_SECONDS + 0.1, changing=[0, 1, 2, 3, 4, 5])
     stream.read(FROZEN_SECONDS, changing=[0, 1, 3, 4, 5])
     assert stream.frozen == []
     stream.read(0.02, changing=[0, 1, 3, 4, 5])
@@ -68,9 +68,19 @@ def test_quantised_module_may_be_quiet_for_as_long_as_its_pauses_suggest():
 def test_module_that_never_varied_or_varied_briefly_is_not_frozen():
     stream = Stream()
     stream.read(5.0, changing=[])
-    stream.read(5.0, changing=[1])  # a touch of a skin without noise
+    stream.read(LEARN_SECONDS - 0.1, changing=[1])  # a touch of a skin without noise
     stream.read(100.0, changing=[])
     assert stream.frozen == []
+
+
+def test_pause_in_which_a_module_was_frozen_is_not_usual_for_it():
+    stream = Stream()
+    stream.read(3.0, changing=[0])
+    stream.read(5.0, changing=[])
+    assert stream.frozen == [0]
+    stream.read(1.0, changing=[0])
+    stream.read(FROZEN_SECONDS + 0.02, changing=[])
+    assert stream.frozen == [0]
 
 
 def test_pause_of_the_stream_is_not_the_modules():

@@ -69,6 +69,15 @@ def loop_of(motion, count=5, *, finite=False, **options):
     return CommandLoop(connection, session, motion, frames.append, **options), frames
 
 
+@pytest.mark.parametrize(("finite", "taken"), [(False, 3), (True, 20)])
+def test_readings_that_wait_at_the_end_are_taken_for_a_limited_time(finite, taken):
+    loop, frames = loop_of(Motion(), 20, finite=finite)
+    seconds = iter(range(1000))
+    loop.finish(3.0, clock=lambda: float(next(seconds)))
+    assert (len(frames), loop.taken) == (taken, taken)
+    assert loop._connection.status.counts.overflowed == 20 - taken
+
+
 def test_without_motion_each_reading_is_a_frame():
     motion = Motion()
     loop, frames = loop_of(motion)
