@@ -15,7 +15,7 @@ from app.studies.catalogue import STUDY_NAMES
 EXPORT_FORMATS = ("csv", "parquet", "npz", "hdf5", "lerobot", "rosbag2", "mp4", "rerun")
 """Those of ``app.export.export``, which is not imported to parse a line."""
 EPILOG = """exit codes: 0 done, 1 the work failed and says why, 2 bad usage,
-            130 Ctrl-C, 143 ended by SIGTERM
+            130 Ctrl-C, 143 SIGTERM, 129 SIGHUP or a closed terminal, 131 SIGQUIT
 robots: arm, two_arms (ours); ur5e, icub, icub_whole (pip install 'tactile-maps[robots]'); a file;
         a model in MENAGERIE_ROOT or known to mujoco-menagerie"""
 
@@ -239,7 +239,7 @@ def _add_file_commands(commands: argparse._SubParsersAction) -> None:  # type: i
     export.add_argument("input", metavar="FILE.mcap")
     formats = f"{', '.join(EXPORT_FORMATS)}, or a plug-in's"
     export.add_argument("--to", required=True, metavar="FORMAT", help=formats)
-    _output(export, "-o", "--output", required=True, metavar="FILE|DIR", help="write there; it must not exist")
+    _output(export, "-o", "--output", required=True, metavar="FILE|DIR", help="write there; a folder must not exist")
     _overwrite(export)
     export.add_argument(
         "--image-width", type=int, default=64, metavar="PIXELS", help="of tactile images; 0 for none (default 64)"

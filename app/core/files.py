@@ -382,6 +382,24 @@ def lock_file(descriptor: int) -> bool:
     return True
 
 
+def is_locked(descriptor: int) -> bool:
+    """Return whether another descriptor has the lock of ``lock_file``. The file may be open for reading only."""
+    if sys.platform == "win32":
+        free = lock_file(descriptor)
+        if free:
+            os.lseek(descriptor, _LOCKED_BYTE, os.SEEK_SET)
+            with suppress(OSError):
+                msvcrt.locking(descriptor, msvcrt.LK_UNLCK, 1)
+            os.lseek(descriptor, 0, os.SEEK_SET)
+        return not free
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_SH | fcntl.LOCK_NB)
+        fcntl.flock(descriptor, fcntl.LOCK_UN)
+    except OSError as error:
+        return error.errno in (errno.EAGAIN, errno.EACCES, errno.EDEADLK)
+    return False
+
+
 _LOCKED_BYTE = 2**31 - 2
 """Windows forbids others to read a locked byte, so that one far behind the content is locked."""
 

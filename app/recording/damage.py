@@ -17,6 +17,10 @@ class DamageKind(StrEnum):
 
     CUT_OFF = "cut off"
     """The file ends before its end: what followed is lost, nobody knows how much."""
+    BEING_RECORDED = "being recorded"
+    """A recorder is still writing the file."""
+    TRAILING = "trailing bytes"
+    """Bytes follow the end of the recording, which is whole."""
     UNREADABLE_CHUNK = "unreadable chunk"
     """A chunk of messages does not match its checksum, or its place in the file is not known any more."""
     CHECKSUM = "checksum"
@@ -39,7 +43,7 @@ class RecordingDamage:
 
     Attributes:
         kind: What.
-        count: How many chunks, frames, inputs or events; None where nobody knows.
+        count: How many bytes, chunks, frames, inputs or events; None where nobody knows.
         first: First tick that it can concern; None where it has no place in time.
         last: The last one; None where it has no place in time, or reaches to an unknown end.
     """
@@ -52,6 +56,8 @@ class RecordingDamage:
 
 _WORDS = {
     DamageKind.CUT_OFF: "the file was cut off: what followed is lost",
+    DamageKind.BEING_RECORDED: "the file is being recorded: what follows is not in it yet",
+    DamageKind.TRAILING: "{} bytes after its end, which are ignored",
     DamageKind.UNREADABLE_CHUNK: "{} of its chunks cannot be read",
     DamageKind.CHECKSUM: "the file does not match its checksum, though each of its chunks and attachments does",
     DamageKind.FRAMES_MISSING: "frames missing: {}",

@@ -17,18 +17,18 @@ import zstandard
 from mcap.data_stream import ReadDataStream
 from mcap.exceptions import McapError
 from mcap.opcode import Opcode
-from mcap.records import Attachment, Channel, Chunk, DataEnd, Footer, Message, Metadata, Statistics
+from mcap.records import Attachment, Channel, Chunk, DataEnd, Footer, Header, Message, Metadata, Statistics
 from mcap.writer import Writer
 
 from app.core.errors import RecordingError
-from app.core.files import open_regular_file
+from app.core.files import is_locked, open_regular_file
 from app.recording.encoding.message_codecs import TOPICS
 from app.recording.encoding.viewer_messages import ENCODING, Schema
-from app.session.bundle import MEDIA_TYPES
+from app.session.bundle import DAMAGED, MEDIA_TYPES
 
 FORMAT = "11"
 """Of the messages; another one is not read."""
-_METADATA = "tactile-maps"
+_METADATA = _LIBRARY = "tactile-maps"
 STARTED = "started_ns"
 """Of the metadata: wall-clock time of tick 0 [ns since 1970]."""
 MEASURED = "measured"
@@ -78,7 +78,7 @@ def begin_recording(writer: Writer, metadata: Mapping[str, str], attachments: Ma
     Returns:
         Each topic's channel.
     """
-    writer.start(profile="", library="tactile-maps")
+    writer.start(profile="", library=_LIBRARY)
     writer.add_metadata(_METADATA, {**metadata, "format": FORMAT})
     for name, data in attachments.items():
         writer.add_attachment(0, 0, name, MEDIA_TYPES.get(name, "application/octet-stream"), data)
@@ -118,6 +118,9 @@ class RecordingContents:
         chunks: Locations of the chunks, in order; None for a chunk that cannot be located or parsed.
         written: Number of messages written on each channel, from the end of the file; empty where that is lost.
         complete: Whether the end of the file is intact.
+        ours: Whether the header names this program.
+        being_recorded: Whether a recorder had the file locked when it was read.
+        trailing: Number of bytes after the end.
         checksum_fails: Whether the data or the summary does not match its checksum.
     """
 
@@ -128,7 +131,20 @@ class RecordingContents:
     chunks: list[ChunkPlace | None] = field(default_factory=list)
     written: dict[int, int] = field(default_factory=dict)
     complete: bool = False
+    ours: bool = False
+    being_recorded: bool = False
+    trailing: int = 0
     checksum_fails: bool = False
+
+    def no_frame(self) -> RecordingError:
+        """Return the error of a recording without a frame."""
+        if self.complete or self.chunks:
+            return RecordingError("the recording holds no frame", file=self.path, remedy=DAMAGED)
+        if self.being_recorded:
+            remedy = "Open it again once the recorder has written more"
+            return RecordingError("the recording has just begun and holds no frame yet", file=self.path, remedy=remedy)
+        problem = "the recording was cut off before its first complete frame"
+        return RecordingError(problem, file=self.path, remedy="Nothing can be recovered from it; record again")
 
     def chunk(self, number: int) -> Chunk | None:
         """Return a chunk as stored; None where it cannot be parsed.
@@ -184,18 +200,25 @@ def read_recording(path: str | Path) -> RecordingContents:
 
     Raises:
         RecordingError: The file cannot be opened, is not MCAP at all, its messages are of another format, an
-            attachment does not match its checksum, or its chunks claim an implausible size.
+            attachment does not match its checksum, it was cut off before its first frame, or its chunks claim an
+            implausible size.
     """
     path = Path(path)
     contents = RecordingContents(path)
     unpacked = 0
     with open_regular_file(path, error=RecordingError) as stream:
-        if stream.read(len(_MAGIC)) != _MAGIC:
+        contents.being_recorded = is_locked(stream.fileno())
+        start = stream.read(len(_MAGIC))
+        if start != _MAGIC and _MAGIC.startswith(start):
+            raise contents.no_frame()
+        if start != _MAGIC:
             raise RecordingError("this is not a recording", file=path, remedy="Recordings are .mcap files")
         size = os.fstat(stream.fileno()).st_size
         most = _UNPACKED_BASE + _UNPACKED_RATIO * size
         for record in _Records(stream, size):
             unpacked += _collect(record, contents)
+            if record is not None and record.opcode == _END:
+                contents.trailing = size - record.offset - len(_MAGIC)
             if unpacked > most:
                 remedy = f"The most for a file of this size is {most} bytes"
                 raise RecordingError("the recording would unpack to an implausible size", file=path,
@@ -205,6 +228,9 @@ def read_recording(path: str | Path) -> RecordingContents:
     if found != FORMAT:
         remedy = f"This program reads format {FORMAT}; replay it with the version that made it"
         raise RecordingError("the recording has another format", file=path, value=found, remedy=remedy)
+    whole = contents.complete or contents.chunks or contents.attachments.keys() >= MEDIA_TYPES.keys()
+    if contents.ours and not whole:
+        raise contents.no_frame()
     return contents
 
 
@@ -268,7 +294,7 @@ class _Records:
             yield _Record(opcode, body, at + len(head), checksum)
             checksum = 0 if opcode == Opcode.DATA_END else zlib.crc32(body, zlib.crc32(head, checksum))
             at += len(head) + length
-            if opcode == Opcode.FOOTER and self._stream.read(len(_MAGIC) + 1) == _MAGIC:
+            if opcode == Opcode.FOOTER and self._stream.read(len(_MAGIC)) == _MAGIC:
                 yield _Record(_END, b"", at, 0)
             if opcode == Opcode.FOOTER:
                 return
@@ -325,6 +351,7 @@ _KINDS: Mapping[int, Callable[[ReadDataStream], object]] = {
     Opcode.CHUNK: Chunk.read,
     Opcode.DATA_END: DataEnd.read,
     Opcode.FOOTER: Footer.read,
+    Opcode.HEADER: Header.read,
     Opcode.METADATA: Metadata.read,
     Opcode.STATISTICS: Statistics.read,
 }
@@ -356,6 +383,8 @@ def _collect(found: _Record | None, contents: RecordingContents) -> int:
     elif isinstance(record, Metadata):
         if record.name == _METADATA:
             contents.metadata = dict(record.metadata)
+    elif isinstance(record, Header):
+        contents.ours = record.library == _LIBRARY
     elif isinstance(record, Channel):
         contents.channels[record.id] = record.topic
     elif isinstance(record, Chunk):

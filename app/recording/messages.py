@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from array import array
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Generic, NamedTuple, TypeVar
 
 import numpy as np
@@ -160,7 +160,10 @@ def _damage_of_file(
         found.append(RecordingDamage(DamageKind.UNREADABLE_CHUNK, unreadable))
     if not contents.complete:
         end = int(frames.ticks[-1]) + 1 if len(frames) else None
-        found.append(RecordingDamage(DamageKind.CUT_OFF, None, end))
+        kind = DamageKind.BEING_RECORDED if contents.being_recorded else DamageKind.CUT_OFF
+        found.append(RecordingDamage(kind, None, end))
+    if contents.trailing:
+        found.append(RecordingDamage(DamageKind.TRAILING, contents.trailing))
     return found
 
 
@@ -221,5 +224,10 @@ def _told_damage(contents: mcap_file.RecordingContents, file: str) -> tuple[Reco
 
 
 def damage_entry(damage: tuple[RecordingDamage, ...]) -> dict[str, str]:
-    """The same as an entry of a recording's metadata; none where nothing is lost."""
-    return {_DAMAGE: dump_json(_DamageEntry(damage)).decode()} if damage else {}
+    """Return the damage of a recording as an entry of its copy's metadata; empty where nothing is lost in the copy."""
+    lost = tuple(
+        replace(one, kind=DamageKind.CUT_OFF) if one.kind == DamageKind.BEING_RECORDED else one
+        for one in damage
+        if one.kind != DamageKind.TRAILING
+    )
+    return {_DAMAGE: dump_json(_DamageEntry(lost)).decode()} if lost else {}

@@ -62,7 +62,7 @@ class RecordingPlayer:
         self._start = RuntimeSettings.of_scene(self.prepared)
         messages = read_messages(contents, self.prepared, file=file, progress=progress)
         if not len(messages.frames):
-            raise RecordingError("the recording holds no frame", file=path, remedy=bundle.DAMAGED)
+            raise contents.no_frame()
         self.inputs, self.events = messages.inputs, messages.events
         self.failure, self.damage = messages.failure, messages.damage
         self.recorded_annotations = annotations_in(contents.metadata, messages.marks, file=file)

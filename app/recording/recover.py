@@ -14,7 +14,7 @@ from app.recording import mcap_file
 from app.recording.damage import DamageKind, RecordingDamage
 from app.recording.encoding.viewer_messages import viewer_schemas
 from app.recording.messages import damage_entry, read_messages
-from app.session.bundle import DAMAGED, unpack_scene
+from app.session.bundle import unpack_scene
 from app.session.prepare import PreparedScene
 
 
@@ -50,7 +50,7 @@ def recover(source: str | Path, target: str | Path, *, overwrite: bool = False) 
     prepared = unpack_scene(contents.attachments, file=str(source))
     messages = read_messages(contents, prepared, file=str(source))
     if not len(messages.frames):
-        raise RecordingError("nothing can be recovered: it has no complete frame", file=source, remedy=DAMAGED)
+        raise contents.no_frame()
     with open_atomically(target, error=RecordingError, overwrite=overwrite) as stream:
         writer = Writer(stream, chunk_size=1_000_000, compression=CompressionType.ZSTD, enable_data_crcs=True)
         _write(writer, contents, messages.damage, prepared)

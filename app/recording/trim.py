@@ -79,10 +79,12 @@ def trim(
     prepared = unpack_scene(contents.attachments, file=str(source))
     messages = read_messages(contents, prepared, file=str(source), progress=lambda text, done: progress(text, done / 2))
     ticks = messages.frames.ticks
-    kept = messages.frames.within(first, int(ticks.max(initial=-1)) if last is None else last).ticks
+    if not len(ticks):
+        raise contents.no_frame()
+    kept = messages.frames.within(first, int(ticks[-1]) if last is None else last).ticks
     if not len(kept):
         span = f"ticks {first} to {'the end' if last is None else last}"
-        has = f"It has ticks {ticks[0]} to {ticks[-1]}" if len(ticks) else None
+        has = f"It has ticks {ticks[0]} to {ticks[-1]}"
         raise RecordingError("the recording has no frame there", file=source, value=span, remedy=has)
     begin, end = int(kept[0]), int(kept[-1])
     own = annotations_in(contents.metadata, messages.marks, file=str(source))

@@ -62,7 +62,7 @@ def unpack_scene(attachments: dict[str, bytes], *, file: str) -> PreparedScene:
             "the recording does not hold what it was made with",
             file=file,
             value=missing[0],
-            remedy="Only recordings made by this program can be replayed",
+            remedy=DAMAGED,
         )
     with _damage_in(SCENE, file):
         scene = scene_from_toml(attachments[SCENE].decode(errors="replace"), name="recording")

@@ -13,7 +13,7 @@ from app.cli.parser import package_roots
 from app.core.errors import Finding, RecordingError, TactileMapsError, UsageError
 from app.core.plugins import Plugin, Registry, unknown_kinds
 from app.maps.formats.map_file import load_map
-from app.recording.damage import damage_text
+from app.recording.damage import DamageKind, damage_text
 from app.robots.formats.touch_sensors import read_touch_sensors
 from app.robots.library import load_robot
 from app.robots.robot import Robot
@@ -202,9 +202,16 @@ def _recording(name: str) -> dict[str, Any]:
     from app.recording.player import RecordingPlayer  # 0.1 s: it can simulate anew what is recorded
 
     player = RecordingPlayer(name)
-    tick, remedy = player.prepared.scene.tick, f"tactile-maps recover {name} -o recovered.mcap keeps what is whole"
+    tick = player.prepared.scene.tick
     problems = [
-        {"kind": damage.kind.value, "where": damage_text(damage, tick), "remedy": remedy, "count": damage.count or 1}
+        {
+            "kind": damage.kind.value,
+            "where": damage_text(damage, tick),
+            "remedy": "Inspect it again when the recording has ended"
+            if damage.kind == DamageKind.BEING_RECORDED
+            else f"tactile-maps recover {name} -o recovered.mcap keeps what is whole",
+            "count": damage.count or 1,
+        }
         for damage in player.damage
     ]
     try:

@@ -75,9 +75,11 @@ def _summary(blank: RecordingSummary) -> RecordingSummary:
     prepared = unpack_scene(contents.attachments, file=file)
     frames = _some_frames(contents, prepared, file)
     if not frames:
-        raise RecordingError("the recording holds no frame", file=path)
+        raise contents.no_frame()
     problem, said = "", annotations_in(contents.metadata, (), file=file)
-    if not contents.complete or contents.checksum_fails or None in contents.chunks:
+    if contents.being_recorded and not contents.complete:
+        problem = "It is being recorded"
+    elif not contents.complete or contents.checksum_fails or None in contents.chunks:
         problem = "Damaged: it was cut off, or parts of it cannot be read. Open it to see what is lost"
     try:
         said = load_annotations(path, of=contents.metadata.get(mcap_file.STARTED, "")) or said

@@ -46,6 +46,14 @@ def answer(capsys, *words) -> dict:
     return json.loads(out.splitlines()[-1])
 
 
+def test_help_lists_every_exit_code_and_when_an_export_replaces(capsys):
+    _, said, _ = call(capsys, "--help")
+    assert all(code in said for code in ("130", "143", "129", "131"))
+    _, said, _ = call(capsys, "export", "--help")
+    assert "it must not exist" not in said
+    assert "a folder must not exist" in " ".join(said.split())
+
+
 def test_help_and_version(capsys):
     assert call(capsys, "--help")[0] == 0
     assert call(capsys, "--version")[1].startswith("tactile-maps 0.")

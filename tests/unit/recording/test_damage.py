@@ -19,10 +19,14 @@ from app.recording.encoding.message_codecs import TOPICS
 from app.recording.encoding.viewer_messages import viewer_schemas
 from app.recording.machine import machine_facts
 from app.recording.mcap_file import add_viewer_channels, begin_recording, read_recording
+from app.recording.overview.summary import summarise
 from app.recording.player import RecordingPlayer
+from app.recording.recorder import Recorder
 from app.recording.recover import recover
+from app.recording.trim import trim
 from app.recording.verify import verify
 from app.session.bundle import unpack_scene
+from app.session.session import Session
 
 FIRST, LAST = 51, 250
 """Ticks of the fixture's frames."""
@@ -268,6 +272,76 @@ def test_of_a_cut_file_it_is_said_that_the_end_is_missing(recording, tmp_path):
     player = RecordingPlayer(cut)
     (damage,) = player.damage
     assert damage == RecordingDamage(DamageKind.CUT_OFF, None, player.frame(len(player) - 1).tick + 1)
+
+
+def attachment_spans(path):
+    """Offsets of the attachments in the file."""
+    with path.open("rb") as stream:
+        return [(index.offset, index.length) for index in make_reader(stream).get_summary().attachment_indexes]
+
+
+@pytest.mark.parametrize("place", ["empty", "magic", "header", "attachment", "between", "first chunk"])
+def test_file_cut_before_its_first_frame_is_reported_as_cut_off(recording, tmp_path, place):
+    offset, length = attachment_spans(recording)[2]
+    size = {"empty": 0, "magic": 5, "header": 40, "attachment": offset + length // 2, "between": offset + length,
+            "first chunk": chunk_spans(recording)[0][0] + 50}[place]  # fmt: skip
+    cut, target = tmp_path / "cut.mcap", tmp_path / "new.mcap"
+    cut.write_bytes(recording.read_bytes()[:size])
+    uses = (RecordingPlayer, lambda path: recover(path, target), lambda path: trim(path, target, first=0))
+    for use in uses:
+        with pytest.raises(RecordingError, match=r"cut\.mcap: the recording was cut off before its first.*Nothing can"):
+            use(cut)
+    assert "cut off before its first" in summarise(cut).problem
+    assert not target.exists()
+
+
+def test_incomplete_file_of_another_program_is_not_called_cut_off(recording, tmp_path):
+    path = tmp_path / "other.mcap"
+    with path.open("wb") as stream:
+        writer = Writer(stream)
+        writer.start(library="another program")
+        writer.add_metadata("other", {})
+        stream.flush()
+        path.write_bytes(path.read_bytes())
+    with pytest.raises(RecordingError, match="does not hold what it was made with"):
+        RecordingPlayer(path)
+
+
+def test_bytes_after_the_end_are_counted_and_not_called_a_cut(recording, tmp_path, capsys):
+    path, clean = tmp_path / "more.mcap", tmp_path / "clean.mcap"
+    path.write_bytes(recording.read_bytes() + b"x" * 37)
+    player = RecordingPlayer(path)
+    assert player.damage == (RecordingDamage(DamageKind.TRAILING, 37),)
+    assert len(player) == LAST - FIRST + 1
+    assert main(["inspect", str(path)]) == 0
+    said = capsys.readouterr().out
+    assert "37 bytes after its end" in said
+    assert "cut off" not in said
+    recover(path, clean)
+    assert RecordingPlayer(clean).complete, "nothing is lost in the copy"
+
+
+def test_file_that_is_being_recorded_is_not_called_cut_off(prepared, tmp_path, capsys):
+    path, session = tmp_path / "now.mcap", Session(prepared)
+    with Recorder(prepared, path) as recorder:
+        for use in (RecordingPlayer, lambda path: recover(path, tmp_path / "none.mcap")):
+            with pytest.raises(RecordingError, match="has just begun and holds no frame yet"):
+                use(path)
+        for _ in range(20):
+            recorder.write(session.tick(), session.inputs)
+        player = RecordingPlayer(path)
+        assert [one.kind for one in player.damage] == [DamageKind.BEING_RECORDED]
+        assert main(["inspect", str(path)]) == 0
+        said = capsys.readouterr().out
+        assert "being recorded" in said
+        assert "Inspect it again" in said
+        assert "recover" not in said
+        assert summarise(path).problem == "It is being recorded"
+        recover(path, tmp_path / "part.mcap")
+        with pytest.raises(RecordingError, match="another program is writing"):
+            Recorder(prepared, path, overwrite=True)
+    assert RecordingPlayer(path).complete
+    assert [one.kind for one in RecordingPlayer(tmp_path / "part.mcap").damage] == [DamageKind.CUT_OFF]
 
 
 def test_words_say_how_many_where_and_how_long():
