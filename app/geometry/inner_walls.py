@@ -21,7 +21,8 @@ from app.geometry.raycast import fibonacci_sphere
 INNER_VIEW = 0.7
 """Share of the view of the opposite side below which a side of a wall is an inner one."""
 THINNEST_WALL = 0.08
-"""Thickness of a wall, as a share of the square root of the area of its side, up to which it counts as thin."""
+"""Thickness of a wall, as a share of the square root of the area of its side, up to which it counts as thin. Sides
+end at edges of more than 60 degrees, so that each wall of a box has an area of its own."""
 _PARALLEL = 0.5
 """Cosine of the largest angle between the two sides of a wall, and between neighbouring faces of one side."""
 _SAMPLES, _THIN_SHARE = 200, 0.2

@@ -66,6 +66,8 @@ CELL_RADIUS = 1.0
 """A taxel feels this many pitches around itself, where no other taxel is nearer."""
 SAME_SURFACE = 1e-3
 """A taxel moves to another link fixed to its own if that one is closer by more than this [m] and by more than half."""
+_ON_MESH = 5e-5
+"""Distance [m] below which a stated taxel is on the mesh."""
 _LARGEST_HOLE = 8.0  # in pitches²
 _DH_FRAME_SUFFIX = "_dh_frame"
 _MIN_PITCH = 5e-4
@@ -73,6 +75,8 @@ _MIN_PITCH = 5e-4
 _FLAT, _AROUND = float(np.cos(np.radians(45))), float(np.cos(np.radians(80)))
 """A grid is flat where no normal differs by more than 45 degrees from that at its middle; at 80 it goes around an edge
 of the link."""
+_CORNER_OFF = 1e-3
+"""Distance of a grid's corner from the cover [m] above which it is reported as moved."""
 _GRID_NAME = " grid"
 _UNEVEN = 0.2
 """Neighbours in a grid whose distance differs by more than this share from the pitch are told."""
@@ -337,6 +341,7 @@ def grid_skin(robot: Robot, spec: GridSpec, *, thickness: float = 0.003) -> Skin
         raise SkinError(
             "the corners are too close for so many taxels", place=f"grid on {spec.link}", value=value, remedy=remedy
         )
+    moved = _corner_notes(robot, mesh, spec, float(sides), thickness)
     wrapped = wrap_mesh(mesh, thickness=thickness, voxel=pitch / 2, closing=CLOSING_FACTOR * thickness, where=spec.link)
     surface = wrapped.surface
     try:
@@ -354,7 +359,34 @@ def grid_skin(robot: Robot, spec: GridSpec, *, thickness: float = 0.003) -> Skin
         remedy = "choose corners closer together, or another place on the link"
         reasons = f"{left_out} of {spec.rows * spec.columns} taxels are beyond an edge of the link"
         missing.append(low_coverage(f"{spec.link} grid", skin.coverage, reasons, remedy, left_out))
-    return replace(skin, findings=(*findings, *chosen, *_grid_notes(grid, spec), *missing, *wrapped.findings))
+    return replace(skin, findings=(*findings, *moved, *chosen, *_grid_notes(grid, spec), *missing, *wrapped.findings))
+
+
+def _corner_notes(robot: Robot, mesh: Mesh, spec: GridSpec, sides: float, thickness: float) -> list[Finding]:
+    """Report the corners that are not on the link.
+
+    Raises:
+        SkinError: A corner is more than 20 mm, and more than one pitch, from the link's mesh.
+    """
+    corners = np.array([spec.first, spec.last])
+    closest = ClosestPoint(mesh)
+    faces, weights, away = closest.query(corners)
+    points = mesh.points(faces, weights)
+    most = max(MAX_MEDIAN_DISTANCE, float(np.linalg.norm(points[1] - points[0])) / sides)
+    for name, corner, distance in zip(("first", "last"), corners, away, strict=True):
+        if distance > most:
+            stated = ", ".join(f"{1e3 * number:g}" for number in corner)
+            raise SkinError(
+                f"the {name} corner of a grid is far from the link's surface",
+                file=robot.source,
+                place=f"grid on {spec.link}",
+                value=f"{1e3 * distance:.0f} mm from it, at {stated} mm",
+                remedy=f"State the corners in the frame of the link {spec.link}, at most {1e3 * most:.0f} mm from its "
+                "surface; the command line takes mm, scenes and Python metres",
+            )
+    off = int((away > thickness + _CORNER_OFF).sum())
+    action = f"moved onto the cover from up to {1e3 * away.max():.1f} mm off the link's surface"
+    return [Finding("grid-corner", f"{spec.link} grid", action, off)] if off else []
 
 
 def _flatter_grid(surface: Mesh, spec: GridSpec) -> tuple[SurfaceGrid, list[Finding]]:
@@ -381,7 +413,8 @@ def _flatter_grid(surface: Mesh, spec: GridSpec) -> tuple[SurfaceGrid, list[Find
         return result, []
     where, count = f"{spec.link} grid", int(bent.sum())
     if spec.mirrored is None:
-        return other, [Finding("grid-mirrored", where, "flat; not mirrored it goes around an edge of the link", count)]
+        action = "mirrored, which is flat; not mirrored, this number of taxels are around or beyond an edge of the link"
+        return other, [Finding("grid-mirrored", where, action, count)]
     remedy = "not mirrored" if spec.mirrored else "mirrored"
     return result, [Finding("grid-around-edge", where, f"kept as stated; {remedy} it is flat", count)]
 
@@ -565,15 +598,12 @@ def _match_notes(match: FrameMatch, link: str, count: int, file: str | Path) -> 
             value=f"median {1e3 * match.median:.1f} mm",
             remedy="Choose another link, or state the positions in the link's frame",
         )
-    notes = [
-        Finding(
-            "taxel-distance",
-            link,
-            f"moved onto the cover from {1e3 * match.median:.1f} mm (median) and "
-            f"{1e3 * match.away.max():.1f} mm (most) off the link's mesh",
-            count,
-        )
-    ]
+    most = float(match.away.max())
+    stated = f"{1e3 * match.median:.1f} mm (median) and {1e3 * most:.1f} mm (most) off the link's mesh"
+    action = (
+        f"moved onto the cover from {stated}" if most >= _ON_MESH else "stated on the link's mesh, kept on its cover"
+    )
+    notes = [Finding("taxel-distance", link, action, count)]
     if match.name != link:
         notes.append(Finding("taxel-frame", link, f"the positions are stated in the frame {match.name}"))
     return notes

@@ -35,7 +35,7 @@ from app.geometry.connectivity import (
     split_nonmanifold,
 )
 from app.geometry.mesh import Mesh
-from app.geometry.remesh.stitch import stitch_junctions
+from app.geometry.remesh.stitch import open_cracks, stitch_junctions
 
 RELATIVE_WELD = 1e-7
 """Vertices closer than this share of the mesh's size are one; float32 files round at about this level."""
@@ -288,6 +288,14 @@ class _Repair:
         self.faces, owner, count = stitch_junctions(self.vertices, self.faces)
         self.face_of, self.component, self.turned = self.face_of[owner], self.component[owner], self.turned[owner]
         self._tell("t-junction", "stitched: vertices inside an edge were inserted into it", count)
+        count, widest = open_cracks(self.vertices, self.faces)
+        extent = float(np.linalg.norm(np.ptp(self._file.vertices[self.vertex_of], axis=0)))
+        self._tell(
+            "open-crack",
+            f"left open: borders that continue each other up to {1e3 * extent * widest:.2g} mm apart; if they should "
+            "be connected, merge their vertices, or export with more digits",
+            count,
+        )
 
     def orient(self) -> None:
         oriented = orient_faces(self.faces, self._mesh().face_areas)

@@ -14,6 +14,7 @@ Two rules decide which vertices belong to an edge:
 
 An opening as narrow as a crack next to one straight edge cannot be distinguished from it and is closed too. Wider
 openings, slits with vertices on both sides, the mouth of a flat pocket and borders of separate walls stay open.
+``open_cracks`` counts the border edges that may be a crack and stay open.
 """
 
 from __future__ import annotations
@@ -35,6 +36,8 @@ _ON_EDGE_LENGTHS = 0.01
 MOST_GAP = 0.05
 """Height of a crack, as a share of the coarse edge's length, up to which it is closed. The edge of a polygon that
 approximates a circle lies 0.05 of its length inside where it spans 23 degrees."""
+MOST_OPEN = 2 * MOST_GAP
+"""Width of an opening, as a share of the longer edge along it, up to which it may be a crack that stayed open."""
 _ALONG = 0.5
 """Cosine of the largest angle between an edge and the sides of a chain beside it."""
 _FOLDED = 0.5
@@ -71,6 +74,38 @@ def stitch_junctions(vertices: FloatArray, faces: IntArray) -> tuple[IntArray, I
             kept = ~folded[border.sides[edge] // 3]
             edge, vertex = edge[kept], vertex[kept]
     return faces, owner, count
+
+
+def open_cracks(vertices: FloatArray, faces: IntArray) -> tuple[int, float]:
+    """Count the border edges along which a second border continues the surface, but is not connected.
+
+    Returns:
+        The number of border edges at most ``MOST_OPEN`` of the length of the longer edge from another one that is
+        parallel to within 60 degrees and whose face extends to the far side; and the widest distance.
+
+    Cost: as ``stitch_junctions``.
+    """
+    border = _Border.of(vertices, faces)
+    if border is None:
+        return 0, 0.0
+    every = np.arange(len(border.ends))
+    start, end = vertices[border.ends].swapaxes(0, 1)
+    along, lengths = end - start, _length(end - start)
+    edge, other = _close_pairs((start + end) / 2, every, vertices[border.ends], lengths, MOST_OPEN * lengths, every)
+    kept = (edge != other) & (lengths[other] <= lengths[edge])
+    edge, other = edge[kept], other[kept]
+    cosine = np.einsum("kd,kd->k", along[edge], along[other]) / (lengths[edge] * lengths[other])
+    kept = (np.abs(cosine) > _ALONG) & _continues(border, edge, other)
+    edge, other = edge[kept], other[kept]
+    arm = (start + end)[other] / 2 - start[edge]
+    share = np.einsum("kd,kd->k", arm, along[edge]) / lengths[edge] ** 2
+    offset = arm - share[:, None] * along[edge]
+    width, apex = _length(offset), border.heights(edge, border.apex[edge])[1]
+    # Across a strip of faces two borders are close, too: there the face reaches as far as the other border.
+    outside = np.einsum("kd,kd->k", offset, apex) < 0.5 * np.einsum("kd,kd->k", apex, apex)
+    kept = (share > 0) & (share < 1) & (width <= MOST_OPEN * lengths[edge]) & outside
+    edge, other = edge[kept], other[kept]
+    return len(np.unique(np.concatenate([edge, other]))), float(width[kept].max(initial=0.0))
 
 
 def _divide(vertices: FloatArray, faces: IntArray, sides: IntArray, added: IntArray) -> tuple[IntArray, IntArray]:
@@ -163,7 +198,9 @@ def _on_edges(border: _Border) -> tuple[IntArray, IntArray]:
     near = np.minimum(ON_EDGE, _ON_EDGE_LENGTHS * lengths)
     # A face as flat as that lies on its edge as a whole: the far border of a thin strip is not a junction.
     tall = _length(border.heights(every, border.apex)[1]) > 4 * near
-    edge, vertex = _close_pairs(border.vertices, border.ends, lengths, near, np.flatnonzero(tall))
+    chosen = np.flatnonzero(tall)
+    used = _distinct(border.ends[chosen].ravel())
+    edge, vertex = _close_pairs(border.vertices[used], used, border.vertices[border.ends], lengths, near, chosen)
     kept = (vertex != border.ends[edge, 0]) & (vertex != border.ends[edge, 1]) & (vertex != border.apex[edge])
     edge, vertex = edge[kept], vertex[kept]
     share, offset = border.heights(edge, vertex)
@@ -181,23 +218,25 @@ def _on_edges(border: _Border) -> tuple[IntArray, IntArray]:
 
 
 def _close_pairs(
-    vertices: FloatArray, ends: IntArray, lengths: FloatArray, near: FloatArray, chosen: IntArray
+    points: FloatArray, names: IntArray, ends: FloatArray, lengths: FloatArray, near: FloatArray, chosen: IntArray
 ) -> tuple[IntArray, IntArray]:
-    """Pairs of ``chosen`` border edges and border vertices: all closer than ``near`` (b,), and others; some twice."""
+    """Return pairs of ``chosen`` edges with ``ends`` (b, 2, 3) and of the ``names`` of points.
+
+    They include all that are closer than ``near`` (b,), and others; some twice.
+    """
     if not len(chosen):
         return chosen, chosen
-    # Balls along an edge hold few vertices besides its own, also where one edge is as long as a hundred others.
+    # Balls along an edge hold few points besides its own, also where one edge is as long as a hundred others.
     spacing = max(float(np.median(lengths)), float(lengths.mean()) / 2)
     count = np.ceil(lengths[chosen] / spacing).astype(np.int64)
     row, step = owner_and_rank(count)
     share = (step + 0.5) / count[row]
-    start, end = vertices[ends[chosen[row]]].swapaxes(0, 1)
+    start, end = ends[chosen[row]].swapaxes(0, 1)
     reach = 0.5 * lengths[chosen[row]] / count[row] + near[chosen[row]]
-    used = _distinct(ends[chosen].ravel())
-    found = cKDTree(vertices[used]).query_ball_point(start + share[:, None] * (end - start), reach, return_sorted=False)
+    found = cKDTree(points).query_ball_point(start + share[:, None] * (end - start), reach, return_sorted=False)
     sizes = np.fromiter(map(len, found), dtype=np.int64, count=len(found))
     hit = np.fromiter(chain.from_iterable(found), dtype=np.int64, count=int(sizes.sum()))
-    return np.repeat(chosen[row], sizes), used[hit]
+    return np.repeat(chosen[row], sizes), names[hit]
 
 
 def _distinct(values: IntArray) -> IntArray:

@@ -110,7 +110,7 @@ def test_taxels_are_fitted_to_the_links_fixed_to_theirs(palm: Robot) -> None:
     found = np.concatenate([patch.taxels.positions for patch in skin.patches])
     assert np.linalg.norm(found - (turned - [0, 0, 0.01]), axis=1).max() < 0.003
     findings = {finding.kind: finding for finding in skin.findings}
-    assert "0.0 mm (median)" in findings["taxel-distance"].action
+    assert findings["taxel-distance"].action == "stated on the link's mesh, kept on its cover"
     assert (findings["rigid-link"].where, findings["rigid-link"].count) == ("tip", len(positions))
     assert "rubber" in findings["rigid-link"].action
 
@@ -320,7 +320,27 @@ def test_the_flat_one_of_two_grids_is_taken(turned: bool) -> None:
     (chosen,) = [finding for finding in skin.findings if finding.kind == "grid-mirrored"]
     assert chosen.where == "pad grid"
     assert 10 < chosen.count < 96
-    assert chosen.action == "flat; not mirrored it goes around an edge of the link"
+    assert chosen.action.startswith("mirrored, which is flat; not mirrored, this number of taxels")
+
+
+@pytest.mark.parametrize("rows", [2, 8])
+def test_corners_of_a_grid_far_from_the_link_are_refused(rows: int) -> None:
+    far = replace(LONG, rows=rows, columns=rows, first=(-25.0, 0.0, -25.0), last=(25.0, 0.0, 25.0))
+    with pytest.raises(
+        SkinError, match=r"grid on pad: the first corner.*35\d\d\d mm from it, at -25000, 0, -25000 mm"
+    ) as told:
+        grid_skin(PAD, far, thickness=0.002)
+    assert "frame of the link pad" in str(told.value)
+
+
+def test_corners_of_a_grid_off_the_cover_are_reported() -> None:
+    lifted = replace(LONG, first=(-0.01, -0.0095, -0.03))
+    (moved,) = [
+        finding for finding in grid_skin(PAD, lifted, thickness=0.002).findings if finding.kind == "grid-corner"
+    ]
+    assert (moved.where, moved.count) == ("pad grid", 1)
+    assert "8.0 mm off" in moved.action
+    assert "grid-corner" not in {finding.kind for finding in grid_skin(PAD, LONG, thickness=0.002).findings}
 
 
 def test_a_grid_that_was_stated_is_kept_and_the_flat_one_named() -> None:

@@ -116,6 +116,37 @@ def test_a_slit_with_vertices_on_both_sides_stays_open(width: float) -> None:
     assert "t-junction" not in counted(mesh)
 
 
+@pytest.mark.parametrize("width", [1e-4, 0.01])
+def test_an_opening_that_may_be_a_crack_is_reported_with_its_widest_gap(width: float) -> None:
+    mesh = scaled(joined(band(-0.3, 0, EVEN, EVEN), bent(band(0, 0.3, EVEN, EVEN), width, 1)), 2.0)
+    (found,) = [finding for finding in repair_mesh(mesh).findings if finding.kind == "open-crack"]
+    assert found.count == 16
+    gap = (
+        2e3 * width * (np.sin(np.pi / 2) + np.sin(3 * np.pi / 8)) / 2
+    )  # of the middle of an edge beside the widest place
+    assert f"up to {gap:.2g} mm apart" in found.action
+    assert "merge their vertices" in found.action
+
+
+def test_rounded_junctions_on_both_sides_are_never_left_open_without_a_finding() -> None:
+    rng = np.random.default_rng(0)
+    first, second = (np.concatenate([[0], np.sort(rng.random(count)), [1]]) for count in (9, 14))
+    mesh = joined(band(-0.2, 0, first, first), band(0, 0.2, second, second))
+    rounded = Mesh(mesh.vertices + 1e-3 * rng.normal(size=mesh.vertices.shape), mesh.faces)
+    assert pieces(rounded) == 1 or counted(rounded)["open-crack"] > 10
+    assert "open-crack" not in counted(mesh)
+
+
+def test_borders_that_no_surface_continues_are_no_cracks() -> None:
+    strip, sheets = band(0, 0.01, EVEN, EVEN), joined(band(0, 0.3, EVEN, EVEN), band(0, 0.3, ENDS, ENDS))
+    apart = Mesh(
+        sheets.vertices + np.where(np.arange(len(sheets.vertices)) < 18, 0.001, 0)[:, None] * [0, 0, 1], sheets.faces
+    )
+    wide = joined(band(-0.3, 0, EVEN, EVEN), band(0.02, 0.3, EVEN, EVEN))
+    for mesh in (strip, apart, wide):
+        assert "open-crack" not in counted(mesh)
+
+
 @pytest.mark.parametrize("gap", [1e-4, 1e-3, 1e-2])
 def test_walls_and_the_mouth_of_a_pocket_stay_apart(gap: float) -> None:
     coarse, fine = band(-0.3, 0, EVEN, ENDS), band(-0.3, 0, EVEN, EVEN)
