@@ -155,6 +155,7 @@ def _add_listen(commands: argparse._SubParsersAction) -> None:  # type: ignore[t
     add("--max-force", type=_positive, default=15.0, metavar="N", help="a stronger contact ends sending (default 15)")
     add("--mapping", metavar="FILE.toml", help="topics and fields of ROS 2 messages")
     add("--token", help="that every packet must carry")
+    add("--token-file", metavar="FILE", help="with the token; other users may read a command line, but not the file")
     add("--remote", action="store_true", help="listen to other machines too, which needs a token, and send to them")
     _json(listen)
 

@@ -15,7 +15,7 @@ from app.live.channels.matching import load_matching
 from app.live.connection import Connection, ConnectionStatus
 from app.live.measured_session import MeasuredFacts, MeasuredSession, silent_text, swapped_texts
 from app.live.motion.command_loop import CommandLoop
-from app.live.motion.driver_channel import check_readings
+from app.live.motion.driver_channel import check_not_source, check_readings
 from app.live.motion.motion_sender import MotionLimits
 from app.live.prepare import as_measured
 from app.live.sources.open import SourceOptions, open_source
@@ -130,7 +130,7 @@ class LiveInput:
         """Send the wanted motion, for a user's action; raises TactileMapsError, see ``LiveMotion.start``.
 
         Raises:
-            UsageError: Also where readings need a token and have none.
+            UsageError: Also where readings need a token and have none, or are received at the address.
         """
         assert self._runner is not None
         token = self.settings.options.token
@@ -138,6 +138,7 @@ class LiveInput:
             check_readings(self.settings.address, token)
         except UsageError as error:
             raise error.at(remedy="Disconnect, and let File > Connect make a token for the sender") from error
+        check_not_source(address, self.settings.address)
         with self._runner.lock:
             self._motion.start(address, limits, token=token)
 

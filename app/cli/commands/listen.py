@@ -16,6 +16,7 @@ from app.cli.scenes import scene_from_arguments
 from app.control.controller_registry import settings_from
 from app.control.limit_texts import limit_text
 from app.core.errors import LiveError, UsageError
+from app.core.files import read_bounded_text
 from app.live.channels.calibration import ValueMode, load_calibration, save_calibration
 from app.live.channels.matching import load_matching
 from app.live.connection import Connection, ConnectionState, ConnectionStatus, refused_text
@@ -23,10 +24,11 @@ from app.live.frame_recording import FrameRecording
 from app.live.measured_session import MeasuredFacts, MeasuredSession, silent_text, swapped_texts
 from app.live.motion.command_latency import LatencyFigures, latency_text
 from app.live.motion.command_loop import CommandLoop
-from app.live.motion.driver_channel import check_readings, check_sending, driver_channel
+from app.live.motion.driver_channel import check_not_source, check_readings, check_sending, driver_channel
 from app.live.motion.motion_output import MotionOutput
-from app.live.motion.motion_sender import DEADLINE, MotionLimits, SendingState
+from app.live.motion.motion_sender import DEADLINE, MotionLimits, SendingState, StopReason
 from app.live.prepare import prepare_measured
+from app.live.sources.network import check_token
 from app.live.sources.open import SourceOptions, is_live, open_source
 from app.recording.recorder import Recorder
 from app.scene.scene import Scene
@@ -48,10 +50,12 @@ def execute(arguments: argparse.Namespace) -> int:
     """Receive until the source ends, the time is over, or Ctrl-C."""
     if arguments.save_calibration and arguments.weight is None:
         raise UsageError("there is no calibration to save", value="--save-calibration", remedy="Add --weight KG")
+    arguments.token = _token(arguments)
     limits = MotionLimits(arguments.max_speed, arguments.max_force)
     if arguments.send:
         check_sending(arguments.send, remote=arguments.remote)
         check_readings(arguments.source, arguments.token)
+        check_not_source(arguments.send, arguments.source)
     options = SourceOptions(
         arguments.token, arguments.remote, Path(arguments.mapping) if arguments.mapping else None, arguments.speed
     )
@@ -95,6 +99,18 @@ def execute(arguments: argparse.Namespace) -> int:
     latency = None if motion is None else motion.latency.figures
     (print_json(result) if arguments.json else print_fields(_rows(result, status, latency)))
     return 0
+
+
+def _token(arguments: argparse.Namespace) -> str | None:
+    """The token, from the command line or from a file, which other users of the computer need not be able to read."""
+    if arguments.token_file is None:
+        token: str | None = arguments.token
+        return token
+    if arguments.token is not None:
+        raise UsageError("the token is given twice", value="--token-file", remedy="Give one of both")
+    token = read_bounded_text(Path(arguments.token_file), error=LiveError).strip()
+    check_token(token)
+    return token
 
 
 def _with_threshold(scene: Scene, threshold: float | None) -> Scene:
@@ -173,6 +189,8 @@ def _listen(
         while not commands.finished.wait(_PAUSE) and (seconds is None or time.monotonic() - start < seconds):
             commands.raise_error()
             if recording is not None and recording.error is not None:
+                if motion is not None:
+                    motion.halt(StopReason.RECORDING, str(recording.error))
                 raise recording.error
             said = _say_sending(said, motion, time.monotonic())
             if time.monotonic() - told > _TOLD_EVERY:

@@ -15,6 +15,8 @@ from app.live.send import sender
 from app.live.sources.network import check_token, is_this_machine
 from app.live.sources.open import DEFAULT_PORT
 
+_ANY_HOST = ("0.0.0.0", "::")
+
 
 def check_sending(address: str, *, remote: bool) -> None:
     """Refuse to move a robot on another machine unless the user requests it.
@@ -26,6 +28,34 @@ def check_sending(address: str, *, remote: bool) -> None:
     if not (remote or is_this_machine(host)):
         remedy = "Send to 127.0.0.1, or add --remote"
         raise UsageError("motion for other machines is not asked for", value=host, remedy=remedy)
+
+
+def check_not_source(address: str, source: str) -> None:
+    """Refuse to send motion to the address at which this program receives readings.
+
+    Args:
+        address: Of the driver.
+        source: Address of the readings.
+
+    Raises:
+        UsageError: They are the same.
+    """
+    try:
+        driver, readings = _host_and_port(address), _host_and_port(source)
+    except ValueError:  # no such port, which is reported where the address is used
+        return
+    schemes = {urlsplit(address).scheme, urlsplit(source).scheme}
+    if len(schemes) > 1 or schemes.isdisjoint({"udp", "zmq"}) or driver[1] != readings[1]:
+        return
+    own = is_this_machine(driver[0]) and (is_this_machine(readings[0]) or readings[0] in _ANY_HOST)
+    if own or driver[0] == readings[0]:
+        remedy = "Give the address at which the robot's driver receives"
+        raise UsageError("the readings are received at this address", place="--send", value=address, remedy=remedy)
+
+
+def _host_and_port(address: str) -> tuple[str, int]:
+    parts = urlsplit(address)
+    return parts.hostname or "127.0.0.1", parts.port or DEFAULT_PORT
 
 
 def check_readings(source: str, token: str | None) -> None:

@@ -80,6 +80,7 @@ class StopReason(StrEnum):
     OVERRUN = "the command loop missed its deadline"
     CONTROLLER = "the controller's safety monitor stopped the arm"
     UNKNOWN = "posture or forces are not known any more"
+    RECORDING = "the recording failed"
     FAILED = "the address cannot be sent to"
     REFUSED = "no program receives at the driver's address"
 

@@ -14,13 +14,14 @@ import threading
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from app.__main__ import main
 from app.core.errors import LiveError
-from app.live.motion.driver_channel import driver_channel
+from app.live.motion.driver_channel import check_not_source, driver_channel
 from app.live.readings import Reading, Unit
 from app.live.wire_format import encode_binary
 from app.maps.formats.map_file import save_map
@@ -99,7 +100,7 @@ class Trial:
             around.join()
         captured = self.capsys.readouterr()
         self.errors = captured.err
-        self.result = json.loads(captured.out.splitlines()[-1])
+        self.result = json.loads(captured.out.splitlines()[-1]) if self.code == 0 else {}
 
     @property
     def states(self) -> list[str]:
@@ -170,6 +171,60 @@ def test_motion_is_not_sent_for_readings_without_a_token(trial, source):
     assert "Set a token, for example " in trial.capsys.readouterr().err
     assert main([*words, "--token", "short"]) == 2
     assert "at least 8 characters" in trial.capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("source", "to"),
+    [
+        ("udp://127.0.0.1:9870", "udp://localhost:9870"),
+        ("udp:", "udp://127.0.0.1"),
+        ("udp://0.0.0.0:9871", "udp://127.0.0.1:9871"),
+        ("zmq://192.0.2.1:9870", "zmq://192.0.2.1:9870"),
+    ],
+)
+def test_motion_is_not_sent_to_where_readings_are_received(trial, source, to):
+    words = ["listen", source, "--skin", str(trial.folder / "bar.npz"), "--token", TOKEN, "--remote", "--send", to]
+    assert main(words) == 2
+    assert "the readings are received at this address" in trial.capsys.readouterr().err
+    check_not_source("udp://127.0.0.1:9900", "udp:")
+    check_not_source("udp://127.0.0.1:9870", "readings.csv")
+    check_not_source("udp://127.0.0.1:9870", "zmq://127.0.0.1:9870")
+    check_not_source("udp://192.0.2.1:9870", "udp:")
+    check_not_source("udp://127.0.0.1:99999", "udp:")
+
+
+def test_a_token_from_a_file_is_the_token(trial):
+    file = trial.folder / "token"
+    words = ["listen", "udp:", "--skin", str(trial.folder / "bar.npz"), "--send", "udp://127.0.0.1"]
+    for text, code, said in (
+        (f"{TOKEN}\n", 2, "the readings are received at this address"),
+        ("short\n", 2, "at least 8 characters"),
+        (None, 1, "token"),
+    ):
+        file.unlink(missing_ok=True)
+        if text is not None:
+            file.write_text(text)
+        assert main([*words, "--token-file", str(file)]) == code
+        assert said in trial.capsys.readouterr().err
+    file.write_text(TOKEN)
+    assert main([*words, "--token-file", str(file), "--token", TOKEN]) == 2
+    assert "the token is given twice" in trial.capsys.readouterr().err
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="this system has no /dev/full to stand in for a full disk")
+def test_recording_that_fails_is_the_reason_why_sending_stops(trial):
+    def fill(trial):
+        (opened,) = (file for file in Path("/proc/self/fd").iterdir() if trial.folder.name in str(file.resolve())
+                     and file.resolve().suffix == ".mcap")  # fmt: skip
+        with Path("/dev/full").open("wb") as full:
+            os.dup2(full.fileno(), int(opened.name))
+
+    trial.run("-o", str(trial.folder / "felt.mcap"), act=fill, until=lambda _: False)
+    assert trial.code == 1
+    assert "No space left" in trial.errors
+    assert [(packet["state"], packet["why"]) for packet in trial.packets[-3:]] == [
+        ("stopped", "the recording failed")
+    ] * 3
 
 
 def test_driver_that_is_not_there_is_named_before_anything_moves(trial):
