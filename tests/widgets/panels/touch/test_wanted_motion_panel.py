@@ -133,6 +133,20 @@ def test_another_machine_is_refused_in_words(panel):
     assert not panel.findChild(QPushButton, "motion-send").isChecked()
 
 
+def test_the_readings_own_port_is_refused_in_words(panel, window_again):
+    window_again.live.disconnect_source()
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
+        free.bind(("127.0.0.1", 0))
+        address = f"udp://127.0.0.1:{free.getsockname()[1]}"
+    window_again.live.connect_source(LiveInputSettings(address, SourceOptions(token="a token of ours")))
+    panel.read(1)
+    panel.findChild(QLineEdit, "motion-address").setText(address)
+    choose(panel, "Hold force")
+    press(panel)
+    assert "the readings are received at this address" in text(panel, "told")
+    assert not panel.findChild(QPushButton, "motion-send").isChecked()
+
+
 def test_folded_nothing_is_worked_out(panel):
     panel.set_folded(True)
     choose(panel, "Hold force")
