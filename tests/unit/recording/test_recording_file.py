@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from app.core.errors import RecordingError
-from app.core.files import open_atomically
+from app.core.files import is_locked, lock_file, open_atomically
 from app.recording.player import open_recording
 from app.recording.recorder import Recorder
 from app.recording.recover import recover
@@ -101,6 +101,15 @@ def test_two_recorders_of_one_process_are_refused_too(prepared, tmp_path):
             Recorder(prepared, path, overwrite=True)
     assert len(open_recording(path)) == 1
     assert names(tmp_path) == ["touch.mcap"]
+
+
+def test_looking_for_a_lock_does_not_keep_it(tmp_path):
+    path = tmp_path / "touch.mcap"
+    path.touch()
+    with path.open("rb") as reader, path.open("r+b") as writer:
+        assert not is_locked(reader.fileno())
+        assert lock_file(writer.fileno())
+        assert is_locked(reader.fileno())
 
 
 def test_a_killed_recorder_leaves_the_old_recording_and_the_new_one(prepared, tmp_path):

@@ -83,6 +83,7 @@ class MapFilePresenter(QObject):
         self._kept: list[KeptDocument] = []
         self._first: MapDocument | None = None
         self._scene_text = ""  # of a scene with a grid that is not saved
+        self._scene_in_file: Scene | None = None  # the scene behind a recording that is being taken over
         self._told_unwritable = False
         self._discarded = False  # the autosave is not needed any more once the document is replaced
         self._writer = ThreadPoolExecutor(max_workers=1, thread_name_prefix="autosave")
@@ -93,6 +94,7 @@ class MapFilePresenter(QObject):
         self._timer.start()
         self._editor.history_changed.connect(self._on_history_changed)
         context.session.player_changed.connect(self._offer)
+        context.session.taken_over.connect(self._on_taken_over)
         for name, handler in (
             ("open_map", self.choose_open),
             ("save_map", self.save),
@@ -100,7 +102,7 @@ class MapFilePresenter(QObject):
             ("export_map", self.choose_export),
             ("restore_map", self.restore),
             ("discard_restore", self.discard_leftover),
-            ("take_over", partial(self.leave, context.session.take_over)),
+            ("take_over", partial(self.leave, self._take_over)),
         ):
             context.actions.bind(name, handler)
 
@@ -232,6 +234,20 @@ class MapFilePresenter(QObject):
         if self._file is not None and self._file.saved is None and self._first is not None:
             self._file.mark_saved(self._first)
             self._scene_text = ""
+            self.changed.emit()
+
+    def _take_over(self) -> None:
+        run = self._context.session.run
+        self._scene_in_file = None if run is None or self._scene_text else run.prepared.scene
+        self._context.session.take_over()
+
+    def _on_taken_over(self) -> None:
+        """A grid that was recorded is unsaved, unless the scene behind the recording has it, too, and is saved."""
+        run, known = self._context.session.run, self._scene_in_file
+        if run is None or not (scene := run.prepared.scene).grids:
+            return
+        if known is None or not same_skin_wanted(known, scene):
+            self._file, self._scene_text = DocumentFile(None, None, folder=self._folder), scene_to_toml(scene)
             self.changed.emit()
 
     # What a crash left.

@@ -62,6 +62,14 @@ def question(window):
     return [box.objectName() for box in window.findChildren(QMessageBox) if box.isVisible()]
 
 
+def autosave(window):
+    """Autosave the document, after an autosave that the timer started."""
+    files = window.presenters.map_files
+    files._wait()
+    files.autosave()
+    files._wait()
+
+
 def test_a_grid_is_unsaved_until_it_is_undone_and_is_asked_about(window):
     assert not window.isWindowModified()
     place_grid(window)
@@ -139,9 +147,7 @@ def test_a_saved_map_says_that_the_scene_contains_the_grid(window, tmp_path, mon
 def test_a_crash_leaves_the_grid_and_the_edits_to_restore(window, prepared):
     place_grid(window)
     document, scene = edited(window), window.live.prepared.scene
-    files = window.presenters.map_files
-    files.autosave()
-    files._wait()
+    autosave(window)
     window.live.show_prepared(pickle.loads(pickle.dumps(prepared)))  # as another start of the program does
     assert "not saved" in window.notification_bar.text
     assert not window.isWindowModified()
@@ -176,3 +182,53 @@ def test_a_replay_or_a_source_does_not_forget_the_grid(window, tmp_path):
     for _ in range(2):
         window.action("undo").trigger()
     assert window.live.prepared.scene.grids == ()
+
+
+def record_grid(window, path):
+    """Record a scene with a grid that is in no scene file."""
+    place_grid(window)
+    window.live.start_recording(path)
+    run(window, 0.2)
+    window.live.stop_recording()
+
+
+def take_over(window, path, qtbot):
+    """Take over a recording, giving up unsaved edits of the map behind it."""
+    window.live.open_recording(path)
+    window.live.show_time(0.1)
+    window.action("take_over").trigger()
+    if question(window):
+        answer(window, Button.Discard)
+    qtbot.waitUntil(lambda: window.live.mode == "live")
+    assert len(window.live.prepared.scene.grids) == 1
+
+
+def test_a_grid_that_is_taken_over_is_unsaved_until_its_scene_is_saved(window, tmp_path, qtbot, monkeypatch, prepared):
+    record_grid(window, tmp_path / "a.mcap")
+    take_over(window, tmp_path / "a.mcap", qtbot)
+    assert window.isWindowModified(), "the same grid was placed before, and is not in a file either"
+    window.presenters.map_files.give_up()
+    window.live.show_prepared(pickle.loads(pickle.dumps(prepared)))
+    assert not window.isWindowModified()
+    take_over(window, tmp_path / "a.mcap", qtbot)
+    assert window.isWindowModified()
+    window.close()
+    assert question(window) == ["leave"]
+    answer(window, Button.Cancel)
+    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_args: (str(tmp_path / "own.toml"), ""))
+    window.action("save_scene").trigger()
+    assert load_scene(str(tmp_path / "own.toml")).grids == window.live.prepared.scene.grids
+    assert not window.isWindowModified()
+    take_over(window, tmp_path / "a.mcap", qtbot)
+    assert not window.isWindowModified(), "the scene behind the recording has this grid in its file"
+
+
+def test_a_crash_leaves_the_grid_that_was_taken_over(window, tmp_path, qtbot, prepared):
+    record_grid(window, tmp_path / "a.mcap")
+    take_over(window, tmp_path / "a.mcap", qtbot)
+    grids = window.live.prepared.scene.grids
+    autosave(window)
+    window.live.show_prepared(pickle.loads(pickle.dumps(prepared)))  # as another start of the program does
+    window.action("restore_map").trigger()
+    run(window, 0.02)
+    assert window.live.prepared.scene.grids == grids
