@@ -9,8 +9,9 @@ Two rules decide which vertices belong to an edge:
 - A **crack** between one edge and a chain of border edges, as on a curved surface that is coarse on one side. The chain
   leads from one end of the edge to the other, its distance from the edge is at most ``MOST_GAP`` of the edge's length,
   and its faces continue the surface on the far side. All its vertices are inserted.
-- A vertex **on the edge**, within ``ON_EDGE`` of the mesh's size and 1 % of the edge's length. It is inserted if a
-  second face then shares one of the two parts of the edge. The subdivisions of the two sides may alternate.
+- A vertex **on the edge**, within ``ON_EDGE`` of the mesh's size and 1 % of the edge's length, then within ``ROUNDED``.
+  It is inserted if a second face, which extends to the far side, then shares one of the two parts of the edge. The
+  subdivisions of the two sides may alternate.
 
 An opening as narrow as a crack next to one straight edge cannot be distinguished from it and is closed too. Wider
 openings, slits with vertices on both sides, the mouth of a flat pocket and borders of separate walls stay open.
@@ -20,6 +21,7 @@ openings, slits with vertices on both sides, the mouth of a flat pocket and bord
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from itertools import chain
 
 import numpy as np
@@ -33,6 +35,8 @@ from app.geometry.point_location import owner_and_rank
 ON_EDGE = 1e-5
 """Distance from an edge, as a share of the mesh's size, within which a vertex lies on it."""
 _ON_EDGE_LENGTHS = 0.01
+ROUNDED = 1e-4
+"""The same where coordinates were rounded, for what is still open."""
 MOST_GAP = 0.05
 """Height of a crack, as a share of the coarse edge's length, up to which it is closed. The edge of a polygon that
 approximates a circle lies 0.05 of its length inside where it spans 23 degrees."""
@@ -59,7 +63,8 @@ def stitch_junctions(vertices: FloatArray, faces: IntArray) -> tuple[IntArray, I
     """
     owner, count = np.arange(len(faces)), 0
     border = _Border.of(vertices, faces)
-    for find in (_beside_edges, _on_edges):  # the chains first, which need no search tree
+    finds = (_beside_edges, partial(_on_edges, within=ON_EDGE), partial(_on_edges, within=ROUNDED))
+    for find in finds:  # the chains first, which need no search tree
         if border is None:
             break
         edge, vertex = find(border)
@@ -191,11 +196,11 @@ def _length(vectors: FloatArray) -> FloatArray:
     return np.asarray(np.sqrt(np.einsum("...d,...d->...", vectors, vectors)))
 
 
-def _on_edges(border: _Border) -> tuple[IntArray, IntArray]:
+def _on_edges(border: _Border, within: float) -> tuple[IntArray, IntArray]:
     """Edges, and the vertices to be inserted into each in the order along it."""
     every = np.arange(len(border.ends))
     lengths = _length(border.vertices[border.ends[:, 1]] - border.vertices[border.ends[:, 0]])
-    near = np.minimum(ON_EDGE, _ON_EDGE_LENGTHS * lengths)
+    near = np.minimum(within, _ON_EDGE_LENGTHS * lengths)
     # A face as flat as that lies on its edge as a whole: the far border of a thin strip is not a junction.
     tall = _length(border.heights(every, border.apex)[1]) > 4 * near
     chosen = np.flatnonzero(tall)
@@ -253,7 +258,7 @@ def _changes(values: IntArray) -> BoolArray:
 
 
 def _joins(border: _Border, edge: IntArray, vertex: IntArray, tall: BoolArray) -> BoolArray:
-    """Which of the vertices, sorted along their edges, make a part of the edge that exactly one other face has too."""
+    """Which of the vertices, sorted along their edges, make a part of the edge that one other face across has, too."""
     every = np.arange(len(border.ends))
     order = np.argsort(np.concatenate([every, edge]), kind="stable")
     of = np.concatenate([every, edge])[order]
@@ -265,6 +270,7 @@ def _joins(border: _Border, edge: IntArray, vertex: IntArray, tall: BoolArray) -
     twice = new & ~np.roll(new, -1) & np.roll(new, -2)  # the first of exactly two rows with one key
     first, second = by_key[twice], by_key[np.roll(twice, 1)]
     fits = tall[of[first]] & tall[of[second]] & ~border.is_inner(key[first])
+    fits[fits] = _continues(border, of[first[fits]], of[second[fits]])
     shared = np.zeros(len(order), dtype=bool)
     shared[first[fits]] = shared[second[fits]] = True
     result = np.zeros(len(order), dtype=bool)

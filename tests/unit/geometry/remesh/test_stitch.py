@@ -128,13 +128,26 @@ def test_an_opening_that_may_be_a_crack_is_reported_with_its_widest_gap(width: f
     assert "merge their vertices" in found.action
 
 
-def test_rounded_junctions_on_both_sides_are_never_left_open_without_a_finding() -> None:
+@pytest.mark.parametrize(("noise", "closed"), [(2e-5, True), (1e-3, False)])
+def test_rounded_junctions_on_both_sides_are_stitched_or_reported(noise: float, closed: bool) -> None:
     rng = np.random.default_rng(0)
     first, second = (np.concatenate([[0], np.sort(rng.random(count)), [1]]) for count in (9, 14))
     mesh = joined(band(-0.2, 0, first, first), band(0, 0.2, second, second))
-    rounded = Mesh(mesh.vertices + 1e-3 * rng.normal(size=mesh.vertices.shape), mesh.faces)
-    assert pieces(rounded) == 1 or counted(rounded)["open-crack"] > 10
+    ends = np.isin(mesh.vertices[:, 0], [0, 1])[:, None]  # the sides have their ends in common
+    rounded = Mesh(mesh.vertices + np.where(ends, 0, noise * rng.uniform(-1, 1, mesh.vertices.shape)), mesh.faces)
+    counts = counted(rounded)
+    assert pieces(rounded) == 1 if closed else counts["open-crack"] > 10
+    assert ("open-crack" in counts) != closed
+    assert (counts.get("t-junction") == 23) == closed
     assert "open-crack" not in counted(mesh)
+
+
+@pytest.mark.parametrize("gap", [2e-6, 2e-5, 2e-4])
+def test_a_finely_divided_sheet_close_to_a_coarse_one_stays_apart(gap: float) -> None:
+    coarse, fine = band(0, 0.3, ENDS, ENDS), band(0, 0.3, EVEN, EVEN)
+    mesh = joined(coarse, Mesh(fine.vertices + [0, 0, gap], fine.faces))
+    assert pieces(mesh) == 2
+    assert not {"t-junction", "open-crack"} & counted(mesh).keys()
 
 
 def test_borders_that_no_surface_continues_are_no_cracks() -> None:
