@@ -142,7 +142,12 @@ def _add_listen(commands: argparse._SubParsersAction) -> None:  # type: ignore[t
     add("--ids", metavar="FILE.csv", help="taxel of each id that is sent, if not as in the skin")
     add("--calibration", metavar="FILE", help="gain and offset of each taxel (.csv, .toml)")
     add("--mode", choices=("raw", "baseline", "kPa"), help="what contacts are read from (default: as known)")
-    add("--tare", type=int, metavar="N", help="take the first N readings as those of the untouched skin")
+    add(
+        "--tare",
+        type=int,
+        metavar="N",
+        help="take the first N readings as those of the untouched skin (50 recommended)",
+    )
     level = "a taxel is in contact from this value on, in the unit shown: counts or kPa (default: from the tare)"
     add("--threshold", type=_threshold, metavar="VALUE", help=level)
     add("--weight", type=_positive, metavar="KG", help="calibrate by this mass, which lies on the skin at the end")

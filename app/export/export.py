@@ -75,7 +75,7 @@ def _parquet(player: RecordingPlayer, path: Path, options: ExportOptions, progre
 
 def _hdf5(player: RecordingPlayer, path: Path, options: ExportOptions, progress: Progress) -> None:
     with ExitStack() as files:
-        slides = any(joint.slide for joint in player.prepared.robot.joints)
+        slides = [joint.slide for joint in player.prepared.robot.joints]
         sink = Hdf5Sink(path, column_labels(player.prepared), files, slides=slides)
         write_tables(player, sink, image_width=options.image_width, progress=progress)
 

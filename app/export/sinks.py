@@ -144,17 +144,18 @@ class Hdf5Sink:
     """One HDF5 file: a group for each table, a dataset for each column, compressed.
 
     Axes have dimension scales as netCDF has them, so that xarray opens a group with named coordinates: the time (else
-    the first column) for rows, and ``taxel``, ``joint``, ``pixel_row`` and ``pixel_column``. Attributes are ``units``,
-    and ``labels`` as well where a column has one for each number in a row.
+    the first column) for rows, and ``taxel``, ``joint``, ``pixel_row`` and ``pixel_column``. Attributes are ``units``
+    (one unit for each joint where the joints differ), and ``labels`` as well where a column has one for each number in
+    a row.
 
     Args:
         path: The file.
         labels: Labels by column.
         files: Closes the file.
-        slides: Whether the robot has joints that slide, for the units.
+        slides: For each joint of the robot, whether it slides; for the units.
     """
 
-    def __init__(self, path: Path, labels: Labels, files: ExitStack, *, slides: bool = False) -> None:
+    def __init__(self, path: Path, labels: Labels, files: ExitStack, *, slides: Sequence[bool] = ()) -> None:
         with packages_of("export"):
             import h5py
         self._h5py, self._slides = h5py, slides
@@ -201,8 +202,10 @@ class Hdf5Sink:
         )  # fmt: skip
         if name in self._labels:
             data.attrs.create("labels", list(self._labels[name]), dtype=self._h5py.string_dtype())
-        unit = column_unit(name, slides=self._slides)
-        if unit is not None:
+        unit = column_unit(name, self._slides)
+        if isinstance(unit, list):
+            data.attrs.create("units", unit, dtype=self._h5py.string_dtype())
+        elif unit is not None:
             data.attrs["units"] = unit
 
 

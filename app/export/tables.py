@@ -210,17 +210,20 @@ def inner_dimensions(column: str, values: NDArray[Any]) -> list[str]:
     return [f"{column}_{axis}" for axis in range(1, values.ndim)]
 
 
-def column_unit(column: str, *, slides: bool) -> str | None:
+def column_unit(column: str, slides: Sequence[bool] = ()) -> str | list[str] | None:
     """Unit of a column's numbers; None where they have none, or several.
 
     Args:
         column: Name of the column.
-        slides: Whether the robot has joints that slide, whose positions are lengths.
+        slides: For each joint, whether it slides.
+
+    Returns:
+        One unit for each joint where the joints differ.
     """
-    if column in JOINT_UNITS:
-        turning, sliding = JOINT_UNITS[column]
-        return f"{turning}, {sliding} for slides" if slides else turning
-    return _SUFFIX_UNITS.get(column.rpartition("_")[2]) if "_" in column else None
+    if column not in JOINT_UNITS:
+        return _SUFFIX_UNITS.get(column.rpartition("_")[2]) if "_" in column else None
+    units = [JOINT_UNITS[column][slide] for slide in slides]
+    return units if len(set(units)) > 1 else (units or JOINT_UNITS[column])[0]
 
 
 _SUFFIX_UNITS = {"Pa": "Pa", "kPa": "kPa", "counts": "counts", "s": "s", "m": "m", "m2": "m2", "N": "N"}

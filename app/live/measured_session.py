@@ -14,7 +14,7 @@ from typing import Literal
 import numpy as np
 
 from app.contacts.pipeline import ContactPipeline
-from app.contacts.taxel_noise import TaxelNoise, estimate_noise
+from app.contacts.taxel_noise import TailShape, TaxelNoise, estimate_noise, tail_of_readings
 from app.control.command import JointCommand
 from app.core.arrays import FloatArray, IntArray
 from app.core.errors import LiveError, SimulationError
@@ -188,6 +188,7 @@ class MeasuredSession:
         self._baseline = np.zeros(len(skin))
         self._spread: FloatArray | None = None
         self._counts: IntArray | None = None
+        self._tail = TailShape()
         self._tare: Tare | None = None
         self._weighing: Weighing | None = None
         self._recent: RecentReadings | None = None
@@ -353,6 +354,7 @@ class MeasuredSession:
         if used.known:
             self._given = self._calibration = Calibration(used.gain, used.offset)
         self._baseline, self._spread, self._counts = used.baseline, used.spread, used.counts
+        self._tail = TailShape(used.tail_scale, used.tail_heaviness)
         self.tared = used.spread is not None
         self._use_noise()
 
@@ -575,7 +577,8 @@ class MeasuredSession:
     def _take_tare(self, heard: IntArray) -> None:
         if self._tare is None or not self._tare.add(self._values, heard):
             return
-        mean, self._spread, self._counts = self._tare.result()
+        mean, self._spread, self._counts, readings = self._tare.result()
+        self._tail = tail_of_readings(readings * self._gains)
         self._tare, self.tared = None, True
         self._baseline = mean - self._calibration.offset
         self._use_noise()
@@ -584,10 +587,14 @@ class MeasuredSession:
         """Contacts are read above the noise of the untouched skin, in what is shown."""
         if self._spread is None:
             return
-        scale = np.abs(self._calibration.gain) if self.mode is ValueMode.PRESSURE else self._scale
         counts = np.full(len(self._spread), _USUAL_TARE) if self._counts is None else self._counts
-        self.noise = estimate_noise(self._spread * scale, counts)
+        self.noise = estimate_noise(self._spread * np.abs(self._gains), counts, self._tail)
         self._contacts.set_measured_noise(self.noise)
+
+    @property
+    def _gains(self) -> FloatArray:
+        """(taxels,) pascals that a unit of the readings is shown as."""
+        return self._calibration.gain if self.mode is ValueMode.PRESSURE else np.full(len(self._values), self._scale)
 
     @property
     def _scale(self) -> float:
@@ -608,7 +615,10 @@ class MeasuredSession:
         now, told, mode = self._calibration, self._told, _recorded_mode(self.mode)
         same = told is not None and told.gain is now.gain and told.baseline is self._baseline and told.mode == mode
         if not same:
-            used = CalibrationUsed(now.gain, now.offset, self._baseline, self._spread, now.known, mode, self._counts)
+            used = CalibrationUsed(
+                now.gain, now.offset, self._baseline, self._spread, now.known, mode, self._counts,
+                self._tail.scale, self._tail.heaviness,
+            )  # fmt: skip
             self._baseline, self._told = used.baseline, used
             self.inputs.append((self._ticks, used))
 

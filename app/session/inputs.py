@@ -103,6 +103,8 @@ class CalibrationUsed:
         known: Whether the gains were measured.
         mode: What is shown: ``raw``, above the ``baseline``, or ``kPa``.
         counts: (taxels,) number of readings of each taxel in the tare; None where it is not known.
+        tail_scale: Factor of the noise's limits by the shape of its upper tail; see ``TailShape``.
+        tail_heaviness: Reciprocal of the tail's degrees of freedom; 0 for a normal tail.
     """
 
     gain: FloatArray
@@ -112,6 +114,8 @@ class CalibrationUsed:
     known: bool
     mode: Literal["raw", "baseline", "kPa"]
     counts: IntArray | None = field(default=None, metadata=LATER)
+    tail_scale: float = field(default=1.0, metadata=LATER)
+    tail_heaviness: float = field(default=0.0, metadata=LATER)
 
     def __post_init__(self) -> None:
         freeze_arrays(self, "gain", "offset", "baseline", "spread")

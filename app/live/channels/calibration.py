@@ -218,6 +218,10 @@ def _taxel(path: Path, place: str, row: Mapping[str, Any], skin: Skin) -> int:
     return int(found[0])
 
 
+MOST_KEPT = 200
+"""Largest number of readings of a tare that are kept for the shape of the noise."""
+
+
 class TareResult(NamedTuple):
     """Readings of the untouched skin in a few numbers.
 
@@ -225,11 +229,13 @@ class TareResult(NamedTuple):
         mean: (n,) mean of each taxel's readings; the latest value where it was not heard.
         spread: (n,) root mean square deviation from the mean.
         counts: (n,) number of readings that had a value of the taxel.
+        readings: (k, n) the first readings, at most ``MOST_KEPT``; NaN where a taxel was not heard.
     """
 
     mean: FloatArray
     spread: FloatArray
     counts: IntArray
+    readings: FloatArray
 
 
 class Tare:
@@ -246,6 +252,7 @@ class Tare:
         self._left = frames
         self._counts: IntArray = np.zeros(taxels, dtype=np.int64)
         self._first, self._sum, self._squares = np.zeros(taxels), np.zeros(taxels), np.zeros(taxels)
+        self._kept: list[FloatArray] = []
 
     def add(self, values: FloatArray, heard: IntArray) -> bool:
         """Add a reading; return whether it was the last one needed.
@@ -260,6 +267,10 @@ class Tare:
         self._counts[heard] += 1
         self._sum[heard] += away
         self._squares[heard] += away * away
+        if len(self._kept) < MOST_KEPT:
+            row = np.full(len(values), np.nan)
+            row[heard] = values[heard]
+            self._kept.append(row)
         return self._left == 0
 
     def result(self) -> TareResult:
@@ -267,4 +278,4 @@ class Tare:
         counts = np.maximum(self._counts, 1)
         mean = self._sum / counts
         variance = np.maximum(self._squares / counts - mean * mean, 0.0)
-        return TareResult(self._first + mean, np.sqrt(variance), self._counts.copy())
+        return TareResult(self._first + mean, np.sqrt(variance), self._counts.copy(), np.array(self._kept))

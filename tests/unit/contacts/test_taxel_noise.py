@@ -9,7 +9,7 @@ from scipy import stats
 from app.contacts.centre_of_pressure import SensorUncertainty
 from app.contacts.detection import ContactDetector
 from app.contacts.pipeline import ReadingSettings
-from app.contacts.taxel_noise import TaxelNoise, estimate_noise, student_factor
+from app.contacts.taxel_noise import TailShape, TaxelNoise, estimate_noise, student_factor, tail_of_readings
 from tests.support.touch import bar_map
 
 TAXELS = 1000
@@ -28,6 +28,18 @@ def tared(random, sigma, readings):
     """Baseline of a tare, and the noise estimated from it."""
     values = sigma * random.standard_normal((readings, len(sigma)))
     return values.mean(0), estimate_noise(values.std(0), np.full(len(sigma), readings))
+
+
+KINDS = {
+    "normal": (lambda random, shape: random.standard_normal(shape), stats.norm.sf),
+    "clipped": (
+        lambda random, shape: np.maximum(0.0, random.standard_normal(shape)),
+        lambda limits: np.where(limits > 0, stats.norm.sf(limits), 1.0),
+    ),
+    "laplace": (lambda random, shape: random.laplace(size=shape), stats.laplace.sf),
+    "t5": (lambda random, shape: random.standard_t(5, size=shape), lambda limits: stats.t.sf(limits, 5)),
+}
+"""Kinds of noise: samples, and the probability to exceed a limit."""
 
 
 def test_factors_are_quantiles_of_students_t():
@@ -90,6 +102,64 @@ def test_rate_of_false_contacts_of_single_taxels_holds_for_any_number_of_reading
         rates.append(stats.norm.sf((noise.limits(6.0) + baseline) / sigma).sum() * RATE * 3600)
     assert np.mean(rates) < FEW
     assert np.median(rates) < FEW
+
+
+@pytest.mark.parametrize("readings", [5, 10, 20, 50])
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("decades", [0, 2])
+def test_rate_of_false_contacts_holds_for_noise_that_is_not_normal(kind, readings, decades):
+    """On average over tares from 20 readings on; below that, a single tare may underestimate a heavy tail."""
+    draw, exceeds = KINDS[kind]
+    rates = []
+    for seed in range(4):
+        random = np.random.default_rng(seed)
+        sigma = 10 ** random.uniform(0, decades, TAXELS)
+        values = sigma * draw(random, (readings, TAXELS))
+        noise = estimate_noise(values.std(0), np.full(TAXELS, readings), tail_of_readings(values))
+        rates.append(exceeds((noise.limits(6.0) + values.mean(0)) / sigma).sum() * RATE * 3600)
+    assert np.median(rates) < FEW
+    if readings >= 20:
+        assert np.mean(rates) < FEW
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_fifty_readings_of_like_taxels_keep_moderate_contacts(kind):
+    """A contact of 100 standard deviations on each of several taxels is found whatever the noise; normal noise at 7."""
+    values = KINDS[kind][0](np.random.default_rng(0), (50, TAXELS))
+    noise = estimate_noise(values.std(0), np.full(TAXELS, 50), tail_of_readings(values))
+    least = 7.0 if kind == "normal" else 100.0
+    forces = least * noise.sd[:9]
+    assert noise.exceeded(6.0, forces, np.arange(9), np.ones(9))
+
+
+def test_tail_of_taxels_that_are_constant_silent_or_rarely_differ():
+    assert tail_of_readings(np.full((20, 60), 0.1)) == TailShape()
+    assert tail_of_readings(np.full((20, 60), np.nan)) == TailShape()
+    assert tail_of_readings(np.random.default_rng(0).standard_normal((2, 60))) == TailShape()
+    values = np.random.default_rng(0).laplace(size=(20, TAXELS))
+    expected = tail_of_readings(values)
+    more = np.full((20, TAXELS + 9), 3.0)
+    more[:, :TAXELS] = values
+    more[1:, TAXELS + 3] = np.nan
+    assert tail_of_readings(more) == expected
+    rare = (np.random.default_rng(0).random((20, 300)) < 0.02) * 1.0
+    noise = estimate_noise(rare.std(0), np.full(300, 20), tail_of_readings(rare))
+    assert noise.limits(6.0).max() < 30
+
+
+@pytest.mark.parametrize("kind", ["normal", "clipped"])
+def test_taxels_of_an_ended_contact_are_no_contacts(kind):
+    random, map_ = np.random.default_rng(3), bar_map(60)
+    values = 10e3 * KINDS[kind][0](random, (50, 60))
+    noise = estimate_noise(values.std(0), np.full(60, 50), tail_of_readings(values))
+    errors = SensorUncertainty.measured(noise)
+    detector = ContactDetector(map_, threshold=ReadingSettings().thresholds_for(errors), errors=errors)
+    after = []
+    for _ in range(200):
+        rows = 10e3 * KINDS[kind][0](random, (2, 60)) - values.mean(0)
+        assert detector.read(rows[0] + 1e6)
+        after.append(len(detector.read(rows[1])))
+    assert sum(after) <= 2
 
 
 def false_contacts(readings, seed, seconds):

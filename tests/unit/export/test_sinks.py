@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import csv
+from contextlib import ExitStack
 
 import numpy as np
 import pytest
 
 from app.export.export import ExportOptions, export_recording
+from app.export.sinks import Hdf5Sink
 from app.export.tables import JOINT_COLUMNS, column_unit, taxel_labels
 from app.maps.tactile_image import TactileImage
 
@@ -101,10 +103,19 @@ def test_hdf5_has_dimension_scales_and_units(player, frames, tmp_path):
         np.testing.assert_array_equal(file["pressures/time_s"], [frame.time for frame in frames])
 
 
-def test_positions_of_slides_are_lengths():
-    assert column_unit("position", slides=True) == "rad, m for slides"
-    assert column_unit("position", slides=False) == "rad"
-    assert column_unit("words", slides=False) is None
+def test_each_joint_has_a_unit_where_joints_differ(tmp_path):
+    assert column_unit("position", [False, True]) == ["rad", "m"]
+    assert column_unit("position", [False, False]) == column_unit("position") == "rad"
+    assert column_unit("command_stiffness", [True, True]) == "N/m"
+    assert column_unit("words") is None
+    h5py = pytest.importorskip("h5py")
+    with ExitStack() as files:
+        sink = Hdf5Sink(tmp_path / "out.h5", {}, files, slides=[False, True])
+        sink.append("frames", {"tick": np.arange(3), "position": np.zeros((3, 2))})
+        sink.append("joints", {"joint": np.arange(2), "upper": np.ones(2)})
+    with h5py.File(tmp_path / "out.h5") as file:
+        assert list(file["frames/position"].attrs["units"]) == ["rad", "m"]
+        assert list(file["joints/upper"].attrs["units"]) == ["rad", "m"]
 
 
 def test_ticks_pressures_and_joints_are_exact(tables, frames):

@@ -115,18 +115,19 @@ def test_a_noisy_taxel_is_no_contact_and_hides_none(tare):
 
 def test_a_recorded_tare_has_the_same_noise_again(tmp_path):
     random, measured, path = np.random.default_rng(0), session(), tmp_path / "felt.mcap"
-    measured.tare(5)
-    sent = [*noisy_readings(random, 20), *noisy_readings(random, 20, pressed=3000.0)]
+    measured.tare(20)
+    sent = [*(5000 + 10 * random.laplace(size=(20, 60))), *noisy_readings(random, 20, pressed=3000.0)]
     with Recorder(measured.prepared, path, measured="a file") as recorder:
         for number, values in enumerate(sent):
             frame = measured.show(at(0.01 * number, values, unit=Unit.COUNTS))
             recorder.write(frame, measured.inputs)
     used = [act for _, act in open_recording(path).inputs if isinstance(act, CalibrationUsed)][-1]
-    assert used.counts.tolist() == [5] * 60
+    assert used.counts.tolist() == [20] * 60
+    assert used.tail_heaviness > 0
     again = session()
     for reading, first in zip(read_recording(path), open_recording(path), strict=True):
         shown = again.show(Arrived(reading, reading.time))
-        if first.tick > 10:
+        if first.tick > 40:
             assert [region.taxels.tolist() for region in shown.regions] == [r.taxels.tolist() for r in first.regions]
             assert [region.force_error for region in shown.regions] == [r.force_error for r in first.regions]
     assert shown.regions

@@ -85,7 +85,7 @@ def test_a_tare_is_mean_and_spread():
     readings = 1e6 + random.normal(0, 2, (50, 3))
     tare = Tare(3, 50)
     assert [tare.add(row, np.arange(3)) for row in readings] == [False] * 49 + [True]
-    mean, spread, counts = tare.result()
+    mean, spread, counts, _ = tare.result()
     assert counts.tolist() == [50, 50, 50]
     assert np.allclose(mean, readings.mean(0), rtol=0, atol=1e-8)
     assert np.allclose(spread, readings.std(0))
@@ -99,7 +99,7 @@ def test_a_tare_counts_only_the_values_that_were_sent():
     for taxel, value in ((0, 12.0), (1, 22.0), (0, 16.0), (1, 24.0)):
         values[taxel] = value
         tare.add(values, np.array([taxel]))
-    mean, spread, counts = tare.result()
+    mean, spread, counts, _ = tare.result()
     assert mean.tolist() == [14.0, 23.0, 30.0]
     assert spread.tolist() == [2.0, 1.0, 0.0]
     assert counts.tolist() == [2, 2, 0]
