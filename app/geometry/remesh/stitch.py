@@ -14,7 +14,8 @@ Two rules decide which vertices belong to an edge:
   subdivisions of the two sides may alternate.
 
 An opening as narrow as a crack next to one straight edge cannot be distinguished from it and is closed too. Wider
-openings, slits with vertices on both sides, the mouth of a flat pocket and borders of separate walls stay open.
+openings, slits wider than ``ROUNDED`` with vertices on both sides, the mouth of a flat pocket and borders of separate
+walls stay open.
 ``open_cracks`` counts the border edges that may be a crack and stay open.
 """
 
