@@ -11,7 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial import ConvexHull, QhullError
+from scipy.spatial import ConvexHull
 
 from app.core.arrays import FloatArray
 from app.core.errors import SimulationError
@@ -76,14 +76,8 @@ def _resting_heights(cloud: FloatArray, places: FloatArray, radius: float) -> tu
 
     Returns:
         (k,) height of its middle, and (k,) vertical component of the hull's normal where it rests.
-
-    Raises:
-        SimulationError: The cloud has no volume.
     """
-    try:
-        facets = ConvexHull(cloud).equations
-    except QhullError as error:
-        raise SimulationError("a link is too flat to lay a weight on", value=str(error).splitlines()[0]) from error
+    facets = ConvexHull(cloud).equations
     normals, offsets = np.split(facets[facets[:, 2] > 1e-9], [3], axis=1)
     # It touches when it is a radius off the facet that it is farthest out of.
     heights = (radius - offsets - normals[:, :2] @ places[:, :2].T) / normals[:, 2:]
