@@ -42,7 +42,7 @@ _TOKEN = re.compile(
 MAX_KEYS = 32
 """Parts of a dotted key. The time of ``tomllib`` grows with the square of their number."""
 _PART = r"""(?:[A-Za-z0-9_-]+|"(?:[^"\\\n]|\\.)*"|'[^'\n]*')"""
-_LONG_KEY = re.compile(rf"{_PART}(?:[ \t]*\.[ \t]*{_PART}){{{MAX_KEYS}}}")
+_LONG_KEY = re.compile(rf"(?<![A-Za-z0-9_-]){_PART}(?:[ \t]*\.[ \t]*{_PART}){{{MAX_KEYS}}}")
 
 
 def check_key_depth(text: str, *, file: str | Path, error: type[TactileMapsError] = SceneError) -> None:
@@ -63,6 +63,52 @@ def check_key_depth(text: str, *, file: str | Path, error: type[TactileMapsError
                 remedy = f"The most is {MAX_KEYS} parts"
                 raise error("a key has too many parts", file=file, place=f"line {line}", value=f"more than {MAX_KEYS}",
                             remedy=remedy)  # fmt: skip
+
+
+_MOST_DIGITS = 4300
+"""Digits above which Python refuses to read a whole number."""
+
+
+def parse_toml(text: str, *, file: str | Path, error: type[TactileMapsError] = SceneError) -> dict[str, Any]:
+    """Return the values of a TOML text whose size of keys and whole numbers is bounded.
+
+    Raises:
+        TactileMapsError: Of kind ``error``: a dotted key has too many parts, or a whole number more than 64 bits.
+        ValueError: The text is not TOML.
+        RecursionError: Lists or tables are nested too deeply.
+    """
+    check_key_depth(text, file=file, error=error)
+    try:
+        values = tomllib.loads(text)
+    except tomllib.TOMLDecodeError:
+        raise
+    except ValueError:  # a decimal number that Python does not read: its first digits are enough to find its key
+        text = re.sub(rf"[0-9_]{{{_MOST_DIGITS},}}", lambda match: match[0].replace("_", "")[:40], text)
+        values = tomllib.loads(text)
+    _check_whole_numbers(values, text, file, error)
+    return values
+
+
+def _check_whole_numbers(values: dict[str, Any], text: str, file: str | Path, error: type[TactileMapsError]) -> None:
+    """Refuse whole numbers of more than 64 bits: TOML has none, and each use of them takes longer."""
+    waiting: list[tuple[KeyPath, Any]] = [((), values)]
+    while waiting:
+        path, value = waiting.pop()
+        if isinstance(value, dict):
+            waiting += [((*path, key), item) for key, item in value.items()]
+        elif isinstance(value, list):
+            waiting += [((*path, number), item) for number, item in enumerate(value)]
+        elif isinstance(value, int) and not -(2**63) <= value < 2**63:
+            line = line_of(key_lines(text), path)
+            name = ".".join(key for key in path if isinstance(key, str))
+            digits = str(value) if value.bit_length() < 1000 else hex(value)  # text of hexadecimal digits takes no time
+            raise error(
+                "a whole number has more than 64 bits",
+                file=file,
+                place=f"line {line}, {name}",
+                value=f"{digits[:24]}…",
+                remedy="Choose one from -2^63 to 2^63 - 1",
+            )
 
 
 def key_lines(text: str) -> Mapping[KeyPath, int]:
@@ -299,9 +345,8 @@ class TomlReader:
 
     def __init__(self, text: str, *, file: str, top: tuple[str, ...] = ()) -> None:
         self._text, self._file, self._top = text, file, top
-        check_key_depth(text, file=file)
         try:
-            self.raw: dict[str, Any] = tomllib.loads(text)
+            self.raw: dict[str, Any] = parse_toml(text, file=file)
         except (ValueError, RecursionError) as error:
             problem, _, place = str(error).partition(" (at ")
             place = place.rstrip(")").replace("end of document", f"line {len(text.splitlines())}")

@@ -53,7 +53,7 @@ class Scene:
         motion: The robot's own way, again and again; none stays at home.
         stimuli: What the scripted fingers do.
         tick: Seconds between two control ticks, a whole number of time steps.
-        seed: Of all randomness in the session.
+        seed: Of all randomness in the session: 0 to 2^63 - 1.
 
     Raises:
         SceneError: There is no such task, output or effect, or a number is out of range.
@@ -98,8 +98,8 @@ class Scene:
             remedy = f"Choose a multiple of {step:g} s up to 1 s"
             raise self._refusal("a tick must be a whole number of time steps", "tick", f"{self.tick} s", remedy)
         for place, seed in (("seed", self.seed), ("cover.seed", self.cover.seed)):
-            if seed < 0:
-                raise self._refusal("a seed cannot be negative", place, seed, "Choose 0 or more")
+            if not 0 <= seed < 2**63:
+                raise self._refusal("a seed is out of range", place, seed, "Choose 0 to 2^63 - 1")
 
     @property
     def steps_per_tick(self) -> int:

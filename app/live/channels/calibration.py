@@ -19,7 +19,7 @@ import numpy as np
 from app.core.arrays import FloatArray, IntArray, freeze_arrays
 from app.core.errors import LiveError
 from app.core.files import read_bounded_text, write_atomically
-from app.core.toml import check_key_depth
+from app.core.toml import parse_toml
 from app.live.channels.matching import read_rows, whole
 from app.live.readings import Unit
 from app.skin.skin import Skin
@@ -161,8 +161,7 @@ def _cell(text: str, path: Path, line: int, column: str) -> float | int:
 def _from_toml(path: Path, skin: Skin) -> Calibration:
     try:
         text = read_bounded_text(path, error=LiveError)
-        check_key_depth(text, file=path, error=LiveError)
-        table = tomllib.loads(text)
+        table = parse_toml(text, file=path, error=LiveError)
     except (tomllib.TOMLDecodeError, RecursionError) as error:
         raise LiveError("the file is not TOML", file=path, value=error) from error
     if more := table.keys() - {"gain", "offset", "taxel"}:

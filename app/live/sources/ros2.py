@@ -32,7 +32,7 @@ import numpy as np
 
 from app.core.errors import LiveError, UsageError
 from app.core.files import read_bounded_text
-from app.core.toml import check_key_depth
+from app.core.toml import parse_toml
 from app.live.readings import MalformedReadingError, Reading, Unit, unit_of
 from app.live.sources.files import Item
 
@@ -75,8 +75,7 @@ def load_topics(path: Path | None) -> RosTopics:
         raise UsageError("messages of ROS need a mapping", remedy=remedy)
     try:
         text = read_bounded_text(path, error=LiveError)
-        check_key_depth(text, file=path, error=LiveError)
-        table = tomllib.loads(text)
+        table = parse_toml(text, file=path, error=LiveError)
     except (tomllib.TOMLDecodeError, RecursionError) as error:
         raise LiveError("the file is not TOML", file=path, value=error) from error
     readings, joints = table.pop("readings", None), table.pop("joints", {})

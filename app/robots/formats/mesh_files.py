@@ -74,6 +74,9 @@ def parse_mesh(data: bytes, path: Path, *, weld: bool = True) -> Mesh:
         weld: Whether corners at the same place become one vertex. In files that ``AssetStore`` wrote they are.
     """
     check_format(path)
+    if data.startswith(_LFS_POINTER):
+        raise MeshError("the file is a Git LFS pointer, not the mesh itself", file=path,
+                        remedy="Run `git lfs pull` in its repository")  # fmt: skip
     vertices, faces = _triangles(data, path)
     if not len(faces):
         raise MeshError("the mesh has no triangles", file=path, remedy="Export it again with its surface")

@@ -13,7 +13,17 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from app.core.errors import Finding, SceneError
-from app.core.toml import TomlReader, as_float, check_keys, key_lines, line_of, number_remedy, toml_lines, toml_value
+from app.core.toml import (
+    TomlReader,
+    as_float,
+    check_keys,
+    key_lines,
+    line_of,
+    number_remedy,
+    parse_toml,
+    toml_lines,
+    toml_value,
+)
 
 TEXT = '''# title = "no"
 title = "a # b [x]"
@@ -245,3 +255,10 @@ def test_a_key_that_a_dataclass_does_not_have_is_refused_with_its_place():
     check_keys({"where": 1}, Finding, place="thing")
     with pytest.raises(SceneError, match=r"thing\.counts: there is no such key .*Did you mean count"):
         check_keys({"counts": 1}, Finding, place="thing")
+
+
+@pytest.mark.parametrize("digits", ["9" * 20, "9" * 5000, "9" * 200_000, "0x" + "f" * 200_000, "-1" + "0" * 20])
+def test_whole_numbers_of_more_than_64_bits_are_refused_with_line_and_key(digits: str) -> None:
+    with pytest.raises(SceneError, match=r"line 2, b\.seed: a whole number has more than 64 bits .*Choose one from"):
+        parse_toml(f"[b]\nseed = {digits}", file="scene.toml")
+    assert parse_toml("least = -9223372036854775808", file="scene.toml") == {"least": -(2**63)}

@@ -87,3 +87,8 @@ def test_a_person_overrules_and_takes_it_back():
 def test_warnings_come_with_the_decision():
     scene = Scene(name="s", robot="arm", task="slide", objects=(BALL,), overrides={"friction": "off"})
     assert [finding.where for finding in scene.decision.warnings] == ["effects.friction"]
+
+
+def test_a_seed_of_more_than_63_bits_is_refused() -> None:
+    with pytest.raises(SceneError, match="a seed is out of range.*Choose 0 to"):
+        Scene(name="x", robot="arm", seed=2**63)

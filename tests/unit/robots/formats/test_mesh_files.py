@@ -377,3 +377,9 @@ def same_hash():
         if 1e-3 < abs(y) < 1.0:
             return (0.1, 0.2, 0.5), (x, y, 0.5)
     raise AssertionError("none found")
+
+
+def test_a_git_lfs_pointer_opened_as_a_mesh_names_git_lfs_and_the_remedy() -> None:
+    pointer = b"version https://git-lfs.github.com/spec/v1\noid sha256:0\nsize 1\n"
+    with pytest.raises(MeshError, match="Git LFS pointer.*git lfs pull"):
+        parse_mesh(pointer, Path("link.stl"))
