@@ -33,7 +33,7 @@ Risk Management, 2005, example 2.19):
     mean z above u / u = g(T) (ν + T²) / ((ν - 1) p T),    scale c = u / T
 
 All limits are c times as wide (c at least 1), with 1/(1/(f_0 + f_i) + h) degrees of freedom, h = max(0, 1/ν - 1/f_d),
-but not fewer than 2.5. A polynomial tail is the cautious choice: 15,000 values cannot show what is exceeded once in
+but not fewer than 4. A polynomial tail is the cautious choice: 15,000 values cannot show what is exceeded once in
 10⁹.
 
 The baseline is the mean of the same n readings, so readings above it have (1 + 1/n) times the variance.
@@ -52,7 +52,7 @@ from app.core.arrays import FloatArray, IntArray, dot, freeze_arrays
 
 _EXACT_FREEDOM = 1e6
 """Degrees of freedom from which on a standard deviation counts as known exactly."""
-_LEAST_FREEDOM = 2.5
+_LEAST_FREEDOM = 4.0
 """Degrees of freedom of the heaviest tail."""
 _TAIL = 0.03
 """Share of the readings that the tail is fitted to."""
