@@ -43,6 +43,8 @@ MOST_GAP = 0.05
 approximates a circle lies 0.05 of its length inside where it spans 23 degrees."""
 MOST_OPEN = 2 * MOST_GAP
 """Width of an opening, as a share of the longer edge along it, up to which it may be a crack that stayed open."""
+_NEAREST_PARTS = 16
+"""Parts of border edges near the middle of each that are looked at for a crack: a bound on time and memory."""
 _ALONG = 0.5
 """Cosine of the largest angle between an edge and the sides of a chain beside it."""
 _FOLDED = 0.5
@@ -94,10 +96,12 @@ def open_cracks(vertices: FloatArray, faces: IntArray) -> tuple[int, float]:
     border = _Border.of(vertices, faces)
     if border is None:
         return 0, 0.0
-    every = np.arange(len(border.ends))
     start, end = vertices[border.ends].swapaxes(0, 1)
     along, lengths = end - start, _length(end - start)
-    edge, other = _close_pairs((start + end) / 2, every, vertices[border.ends], lengths, MOST_OPEN * lengths, every)
+    row, points, _ = _parts(vertices[border.ends], lengths, lengths)
+    tried = min(_NEAREST_PARTS, len(points))
+    nearest = cKDTree(points).query((start + end) / 2, k=np.arange(1, tried + 1))[1]
+    edge, other = row[nearest.ravel()], np.repeat(np.arange(len(lengths)), tried)
     kept = (edge != other) & (lengths[other] <= lengths[edge])
     edge, other = edge[kept], other[kept]
     cosine = np.einsum("kd,kd->k", along[edge], along[other]) / (lengths[edge] * lengths[other])
@@ -204,9 +208,7 @@ def _on_edges(border: _Border, within: float) -> tuple[IntArray, IntArray]:
     near = np.minimum(within, _ON_EDGE_LENGTHS * lengths)
     # A face as flat as that lies on its edge as a whole: the far border of a thin strip is not a junction.
     tall = _length(border.heights(every, border.apex)[1]) > 4 * near
-    chosen = np.flatnonzero(tall)
-    used = _distinct(border.ends[chosen].ravel())
-    edge, vertex = _close_pairs(border.vertices[used], used, border.vertices[border.ends], lengths, near, chosen)
+    edge, vertex = _close_pairs(border.vertices, border.ends, lengths, near, np.flatnonzero(tall))
     kept = (vertex != border.ends[edge, 0]) & (vertex != border.ends[edge, 1]) & (vertex != border.apex[edge])
     edge, vertex = edge[kept], vertex[kept]
     share, offset = border.heights(edge, vertex)
@@ -224,25 +226,34 @@ def _on_edges(border: _Border, within: float) -> tuple[IntArray, IntArray]:
 
 
 def _close_pairs(
-    points: FloatArray, names: IntArray, ends: FloatArray, lengths: FloatArray, near: FloatArray, chosen: IntArray
+    vertices: FloatArray, ends: IntArray, lengths: FloatArray, near: FloatArray, chosen: IntArray
 ) -> tuple[IntArray, IntArray]:
-    """Return pairs of ``chosen`` edges with ``ends`` (b, 2, 3) and of the ``names`` of points.
-
-    They include all that are closer than ``near`` (b,), and others; some twice.
-    """
+    """Pairs of ``chosen`` border edges and border vertices: all closer than ``near`` (b,), and others; some twice."""
     if not len(chosen):
         return chosen, chosen
-    # Balls along an edge hold few points besides its own, also where one edge is as long as a hundred others.
-    spacing = max(float(np.median(lengths)), float(lengths.mean()) / 2)
-    count = np.ceil(lengths[chosen] / spacing).astype(np.int64)
-    row, step = owner_and_rank(count)
-    share = (step + 0.5) / count[row]
-    start, end = ends[chosen[row]].swapaxes(0, 1)
-    reach = 0.5 * lengths[chosen[row]] / count[row] + near[chosen[row]]
-    found = cKDTree(points).query_ball_point(start + share[:, None] * (end - start), reach, return_sorted=False)
+    row, points, half = _parts(vertices[ends[chosen]], lengths[chosen], lengths)
+    reach = half + near[chosen[row]]
+    used = _distinct(ends[chosen].ravel())
+    found = cKDTree(vertices[used]).query_ball_point(points, reach, return_sorted=False)
     sizes = np.fromiter(map(len, found), dtype=np.int64, count=len(found))
     hit = np.fromiter(chain.from_iterable(found), dtype=np.int64, count=int(sizes.sum()))
-    return np.repeat(chosen[row], sizes), names[hit]
+    return np.repeat(chosen[row], sizes), used[hit]
+
+
+def _parts(ends: FloatArray, lengths: FloatArray, all_lengths: FloatArray) -> tuple[IntArray, FloatArray, FloatArray]:
+    """Divide edges with ``ends`` (k, 2, 3) into parts about as long as most of the edges with ``all_lengths``.
+
+    Balls around the parts hold few vertices besides their own, also where one edge is as long as a hundred others.
+
+    Returns:
+        (p,) the number of the edge of each part; (p, 3) the middle of each; (p,) half of its length.
+    """
+    spacing = max(float(np.median(all_lengths)), float(all_lengths.mean()) / 2)
+    count = np.ceil(lengths / spacing).astype(np.int64)
+    row, step = owner_and_rank(count)
+    share = (step + 0.5) / count[row]
+    start, end = ends[row].swapaxes(0, 1)
+    return row, start + share[:, None] * (end - start), 0.5 * lengths[row] / count[row]
 
 
 def _distinct(values: IntArray) -> IntArray:

@@ -10,7 +10,7 @@ import pytest
 from app.geometry.connectivity import Connectivity
 from app.geometry.mesh import Mesh
 from app.geometry.remesh.repair import repair_mesh
-from app.geometry.remesh.stitch import stitch_junctions
+from app.geometry.remesh.stitch import open_cracks, stitch_junctions
 from tests.hard_cases.meshes import GROUPS, hard_mesh, joined, loose, refined_at_random, scaled
 from tests.support.surfaces import frustum, sphere
 
@@ -148,6 +148,17 @@ def test_a_finely_divided_sheet_close_to_a_coarse_one_stays_apart(gap: float) ->
     mesh = joined(coarse, Mesh(fine.vertices + [0, 0, gap], fine.faces))
     assert pieces(mesh) == 2
     assert not {"t-junction", "open-crack"} & counted(mesh).keys()
+
+
+def test_long_edges_over_many_loose_faces_take_little_time() -> None:
+    rng = np.random.default_rng(0)
+    corner = np.concatenate([rng.random((20_000, 1, 2)), np.zeros((20_000, 1, 1))], axis=2)
+    small = corner + 0.01 * np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]])
+    height = np.linspace(0, 1, 40)[:, None, None] * [0, 1, 0]
+    soup = np.concatenate([small, height + [[0, 0, 0], [1, 0, 0], [1, 0, 0.3]]]).reshape(-1, 3)
+    before = time.process_time()
+    open_cracks(soup, np.arange(len(soup)).reshape(-1, 3))
+    assert time.process_time() - before < 5
 
 
 def test_borders_that_no_surface_continues_are_no_cracks() -> None:
