@@ -132,6 +132,17 @@ def test_fifty_readings_of_like_taxels_keep_moderate_contacts(kind):
     assert noise.exceeded(6.0, forces, np.arange(9), np.ones(9))
 
 
+@pytest.mark.parametrize("readings", [5, 10])
+def test_few_clipped_readings_of_a_skin_with_noisy_taxels_keep_moderate_contacts(readings):
+    """So few clipped readings suggest a tail so heavy that nothing would be a contact; it is bounded."""
+    random = np.random.default_rng(0)
+    sigma = np.where(np.arange(300) % 10 < 2, 180.0, 15.0)
+    values = np.maximum(0.0, sigma * random.standard_normal((readings, 300)))
+    noise = estimate_noise(values.std(0), np.full(300, readings), tail_of_readings(values))
+    taxels = np.arange(100, 116)
+    assert noise.exceeded(6.0, np.linspace(500.0, 3500.0, 16), taxels, np.ones(16))
+
+
 def test_tail_of_taxels_that_are_constant_silent_or_rarely_differ():
     assert tail_of_readings(np.full((20, 60), 0.1)) == TailShape()
     assert tail_of_readings(np.full((20, 60), np.nan)) == TailShape()
