@@ -27,7 +27,7 @@ TOUCH_THRESHOLD = 1000.0
 """Pressure from which a taxel is in contact [Pa]; commercial skins resolve 2-3 kPa."""
 _RELEASE = 0.5
 _HELD = 2 / 3
-"""On a real skin, a region that was touched before must exceed this share of the limit of a new one."""
+"""Taxels that were touched before must exceed this share of what a new region must."""
 _DROWNED = 0.5
 """A ring that takes away this share of what the touched taxels bear is all noise."""
 _EXACT = SensorUncertainty()
@@ -227,17 +227,19 @@ class ContactDetector:
     ) -> tuple[IntArray, list[TaxelGroup]]:
         """Return the groups that exceed the noise: one taxel in 700 reads three deviations of it.
 
-        A region that was touched before stays. On a real skin, whose tare gives the noise of each taxel, it must still
-        exceed two thirds: otherwise the taxels of a contact that has just ended would be contacts of their own for one
-        frame, since one in 15 reads 1.5 deviations, half its threshold.
+        A group that has half of the taxels of a region before stays without that. Two thirds as much are enough for
+        other groups of taxels that were touched before. Without that limit, the taxels of a contact that has just ended
+        would be contacts of their own for one frame: one in 15 reads 1.5 deviations, half its threshold.
         """
-        known, kept = frozenset(self._touched.tolist()), []
-        lowest = 0.0 if self.errors.taxels is None else _HELD
+        known = frozenset(self._touched.tolist())
+        before = [frozenset(felt.taxels.take(felt.inside).tolist()) for felt in self._felt]
+        kept = []
         for group in groups:
             core = np.array(sorted(group.core))
             areas = self._areas.take(core)
-            share = 1.0 if known.isdisjoint(group.core) else lowest
-            if share == 0 or self._stands_out(pressures.take(core) * areas / share, core, areas):
+            share = 1.0 if known.isdisjoint(group.core) else _HELD
+            stays = any(2 * len(region & group.core) >= len(region) for region in before)
+            if stays or self._stands_out(pressures.take(core) * areas / share, core, areas):
                 kept.append(group)
         if len(kept) < len(groups):
             self._seen = b""  # look again, even if the same taxels are touched then
