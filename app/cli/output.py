@@ -14,7 +14,7 @@ import math
 import os
 import sys
 import unicodedata
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import is_dataclass
 from typing import Any, TextIO
@@ -22,7 +22,6 @@ from typing import Any, TextIO
 from app.core.errors import TactileMapsError
 from app.core.interrupts import terminal_closed
 from app.core.progress import Progress
-from app.recording.damage import RecordingDamage, damage_text
 
 _PLAIN = {
     "°": " deg", "×": "x", "·": "*", "µ": "u", "π": "pi", "√": "sqrt", "±": "+/-", "−": "-", "–": "-", "—": "-",
@@ -150,13 +149,6 @@ def plain_text(value: object) -> str:
     if isinstance(value, list | tuple):
         return ", ".join(plain_text(item) for item in value)
     return str(value)
-
-
-def damage_rows(damage: Sequence[RecordingDamage], tick: float) -> dict[str, object]:
-    """Whether a recording is complete and what it has lost, as facts for ``print_fields``; its tick in seconds."""
-    if not damage:
-        return {"Complete": "yes"}
-    return {"Complete": "no", "Damage": "; ".join(damage_text(one, tick) for one in damage)}
 
 
 def print_json(result: Mapping[str, Any]) -> None:

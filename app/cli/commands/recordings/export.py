@@ -6,7 +6,8 @@ import argparse
 import time
 from pathlib import Path
 
-from app.cli.output import damage_rows, print_fields, print_json, print_warning, progress_line
+from app.cli.damage import damage_rows
+from app.cli.output import print_fields, print_json, print_warning, progress_line
 from app.core.errors import UsageError
 from app.export.export import FORMATS, ExportOptions, export_recording
 from app.recording.damage import damage_text

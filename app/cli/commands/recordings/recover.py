@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import argparse
 
-from app.cli.output import damage_rows, print_fields, print_json
+from app.cli.damage import damage_rows
+from app.cli.output import print_fields, print_json
 from app.recording.recover import recover
 
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import argparse
 
-from app.cli.output import damage_rows, print_error, print_fields, print_json, progress_line
+from app.cli.damage import damage_rows
+from app.cli.output import print_error, print_fields, print_json, progress_line
 from app.core.errors import RecordingError
 from app.recording.player import RecordingPlayer
 from app.recording.verify import Verification, verify
