@@ -34,9 +34,12 @@ if not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
     os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
 os.environ.setdefault("QT_API", "pyside6")
-# A run that was begun in the background ignores Ctrl-C, and so would every process that a test interrupts.
+# A run in the background or under nohup ignores signals of a terminal, and so would every process that a test ends.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
+for ignored in (signal.SIGHUP, signal.SIGQUIT):
+    if signal.getsignal(ignored) is signal.SIG_IGN:
+        signal.signal(ignored, signal.SIG_DFL)
 # What a test prepares is made by the code as it is in that test, and the user's own folder is left alone.
 os.environ["TACTILE_MAPS_CACHE"] = "off"
 

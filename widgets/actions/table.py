@@ -235,19 +235,24 @@ def _file_menu() -> Menu:
                 "Export for other programs: OBJ with UV, SVG, PNG, CSV and more",
                 editable,
             ),
-            ActionSpec(
-                "restore_map",
-                "Restore edits",
-                (),
-                "Restore the edits of this map that were not saved when the program ended",
-                restorable,
-            ),
-            ActionSpec(
-                "discard_restore",
-                "Discard edits…",
-                (),
-                "Delete the edits of this map that were not saved when the program ended",
-                restorable,
+            Menu(
+                "Edits after a crash",
+                (
+                    ActionSpec(
+                        "restore_map",
+                        "Restore edits",
+                        (),
+                        "Restore the edits of this map that were not saved when the program ended",
+                        restorable,
+                    ),
+                    ActionSpec(
+                        "discard_restore",
+                        "Discard edits…",
+                        (),
+                        "Delete the edits of this map that were not saved when the program ended",
+                        restorable,
+                    ),
+                ),
             ),
             LINE,
             ActionSpec("save_scene", "Save scene as…", (), "Save this scene with its effects", has_scene),

@@ -32,7 +32,7 @@ INPUTS = {
     "": {"scene", "robot", "skin", "package_root"},
     "map": {"uv", "compare", "input"},
     "run": {"stimuli", "sweep"},
-    "listen": {"ids", "calibration", "mapping"},
+    "listen": {"ids", "calibration", "mapping", "token_file"},
 }
 """Options that name a file to read, by command; the first are those of many commands."""
 

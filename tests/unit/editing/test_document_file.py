@@ -250,5 +250,5 @@ def test_an_autosave_that_cannot_be_removed_says_so(document, kept):
     kept.autosave_file.mkdir()
     with pytest.raises(MapError, match="cannot be removed"):
         kept.drop_autosave()
-    with pytest.raises(MapError, match="cannot be written"):
+    with pytest.raises(MapError, match="there is a folder of this name"):
         kept.autosave(move(document, [0], (0.1, 0.0)))
