@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 from PySide6.QtCore import QPoint, QPointF, Qt
@@ -307,10 +308,10 @@ def test_keys_are_kept_and_reset_together(window, sheet):
     QTest.mouseClick(sheet.editor.remove, Qt.MouseButton.LeftButton)
     path = window.settings._store.fileName()
     window.settings._store.sync()
-    assert Settings(path).keys == {"poke": ("U",), "undo": ()}
-    window.context.actions.use_keys(replace(window.context.actions.keymap, changes=Settings(path).keys))
+    assert Settings(Path(path)).keys == {"poke": ("U",), "undo": ()}
+    window.context.actions.use_keys(replace(window.context.actions.keymap, changes=Settings(Path(path)).keys))
     assert window.action("poke").toolTip().endswith("(U)")
     assert window.action("undo").shortcut().isEmpty()
     QTest.mouseClick(sheet.editor.reset_all, Qt.MouseButton.LeftButton)
     assert window.action("undo").shortcut().toString() == "Ctrl+Z"
-    assert Settings(path).keys == {}
+    assert Settings(Path(path)).keys == {}
