@@ -141,6 +141,10 @@ def new_outputs(paths: Iterable[Path]) -> Iterator[None]:
 IN_USE = "another program is writing this file"
 
 
+def _in_use(path: Path, error: type[TactileMapsError]) -> TactileMapsError:
+    return error(IN_USE, file=path, remedy="Wait until it has finished, or choose another name")
+
+
 def check_output(path: Path, *, error: type[TactileMapsError], overwrite: bool = True) -> Path:
     """Check that ``path`` can become a file; return the path to write to, which for a symbolic link is its target.
 
@@ -153,10 +157,14 @@ def check_output(path: Path, *, error: type[TactileMapsError], overwrite: bool =
     """
     target = output_path(path, error=error, overwrite=overwrite)
     try:
-        if target.exists():
-            os.close(lock_path(target, error=error))
+        with target.open("r+b") as stream:
+            in_use = is_locked(stream.fileno())
+    except FileNotFoundError:
+        return target
     except OSError as cause:
         raise _not_writable(path, cause, error) from cause
+    if in_use:
+        raise _in_use(path, error)
     return target
 
 
@@ -415,8 +423,7 @@ def lock_path(path: Path, *, error: type[TactileMapsError]) -> int:
     try:
         if lock_file(descriptor) and os.path.samestat(os.fstat(descriptor), path.stat()):
             return descriptor
-        remedy = "Wait until it has finished, or choose another name"
-        raise error(IN_USE, file=path, remedy=remedy)
+        raise _in_use(path, error)
     except BaseException:
         os.close(descriptor)
         raise

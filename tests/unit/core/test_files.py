@@ -14,6 +14,7 @@ import pytest
 
 from app.core.errors import SkinError
 from app.core.files import (
+    check_output,
     check_output_folder,
     make_atomically,
     make_output_folder,
@@ -244,6 +245,18 @@ def test_two_writers_of_one_file_do_not_meet(tmp_path: Path) -> None:
     assert [writer.communicate() and writer.returncode for writer in writers] == [0, 0]
     assert found <= {(2_000_000, ord("a")), (2_000_000, ord("b"))}
     assert [file.name for file in tmp_path.iterdir()] == ["map.npz"]
+
+
+def test_an_output_that_others_check_as_well_is_not_in_use(tmp_path: Path) -> None:
+    fcntl = pytest.importorskip("fcntl", reason="Windows has no shared locks")
+    path = tmp_path / "map.npz"
+    path.write_bytes(b"old")
+    with path.open("rb") as stream:
+        fcntl.flock(stream.fileno(), fcntl.LOCK_SH)  # as while another program checks it
+        assert check_output(path, error=SkinError) == path
+        fcntl.flock(stream.fileno(), fcntl.LOCK_EX)
+        with pytest.raises(SkinError, match="another program is writing this file"):
+            check_output(path, error=SkinError)
 
 
 def test_a_writer_that_is_killed_leaves_the_old_file_or_the_new_one(tmp_path: Path) -> None:
