@@ -7,7 +7,6 @@ what a link looks like: its visual geoms, meshes and primitives alike, as one tr
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Collection, Mapping, Sequence
 
 import mujoco
@@ -18,6 +17,7 @@ from app.core.errors import Finding, RobotError, errors_in_file
 from app.geometry.mesh import Mesh
 from app.robots.files.model_limits import LARGEST_MAGNITUDE, MAX_BODIES
 from app.robots.mujoco_spec import check_names, compile_spec, editing_spec, parse_spec, spec_text
+from app.robots.mujoco_warnings import collect_warnings, warning_findings
 from app.robots.robot import Joint, Link, Robot
 from app.robots.sanitize import (
     Mount,
@@ -118,18 +118,21 @@ def check_magnitudes(model: mujoco.MjModel, source: str) -> None:
         raise RobotError("a place, size, mass or inertia is implausibly large", file=source, place=place, value=worst)
 
 
-def smoke_test(model: mujoco.MjModel, home: FloatArray, source: str) -> None:
-    """Step the robot from rest; raise RobotError if it cannot take 20 steps of 1 ms. Changes the model's options."""
+def smoke_test(model: mujoco.MjModel, home: FloatArray, source: str) -> list[Finding]:
+    """Step the robot from rest; raise RobotError if it cannot take 20 steps of 1 ms. Changes the model's options.
+
+    Returns:
+        MuJoCo's warnings of a robot that remains stable.
+    """
     data = mujoco.MjData(model)
     data.qpos[:] = home
     model.opt.timestep, model.opt.integrator = 1e-3, mujoco.mjtIntegrator.mjINT_IMPLICITFAST
-    with warnings.catch_warnings(record=True) as complaints:
-        warnings.simplefilter("always")
+    with collect_warnings() as texts:
         mujoco.mj_step(model, data, SMOKE_TEST_STEPS)
-    blown = not np.isfinite(data.qpos).all() or any(data.warning[int(trouble)].number for trouble in _TROUBLES)
-    if blown or complaints:
-        said = str(complaints[0].message) if complaints else None
-        raise RobotError("the simulation of the robot is unstable", file=source, value=said, remedy=_REMEDY)
+    if not np.isfinite(data.qpos).all() or any(data.warning[int(trouble)].number for trouble in _TROUBLES):
+        value = texts[0] if texts else None
+        raise RobotError("the simulation of the robot is unstable", file=source, value=value, remedy=_REMEDY)
+    return warning_findings(texts, source=source)
 
 
 def build_robot(
@@ -183,7 +186,7 @@ def build_robot(
     rest, clipped = _home(model, requested)
     if clipped:
         notes.append(Finding("home-outside-limits", ", ".join(clipped), "moved inside the limits", len(clipped)))
-    smoke_test(model, rest, source)
+    notes += smoke_test(model, rest, source)
     missing, names = missing_meshes(spec, files), [model.body(i).name for i in range(model.nbody)]
     links = tuple(
         Link(name, link_mesh(model, i), missing.get(name, ()), tuple((left_out or {}).get(name, ())))

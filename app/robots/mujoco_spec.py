@@ -13,6 +13,7 @@ import numpy as np
 from app.core.errors import Finding, RobotError
 from app.robots.files.model_limits import check_amounts, check_contents
 from app.robots.files.safe_files import parse_xml
+from app.robots.mujoco_warnings import collect_warnings, limit_findings, warning_findings
 from app.robots.robot import Robot
 
 OWN_NAMES = "tactile-maps/"
@@ -55,10 +56,18 @@ def check_names(spec: mujoco.MjSpec, *, source: str) -> None:
                 )
 
 
-def parse_spec(text: str, assets: Mapping[str, bytes], *, source: str) -> mujoco.MjSpec:
-    """Parse MJCF or URDF text whose files are all in ``assets``; ``source`` names it in an error.
+def parse_spec(
+    text: str, assets: Mapping[str, bytes], *, source: str, findings: list[Finding] | None = None
+) -> mujoco.MjSpec:
+    """Parse MJCF or URDF text whose files are all in ``assets``.
 
     The text may be anyone's: MuJoCo gets what our own parser understood of it, once its amounts and files are checked.
+
+    Args:
+        text: The text.
+        assets: File contents by name.
+        source: Its name in errors and findings.
+        findings: Receives the warnings of MuJoCo's parser, and joint limits that MuJoCo ignores.
 
     Raises:
         RobotError: The text asks for too much, names other files, or MuJoCo cannot read it.
@@ -67,9 +76,13 @@ def parse_spec(text: str, assets: Mapping[str, bytes], *, source: str) -> mujoco
     check_contents(root, assets, source)
     check_amounts(root, source)
     try:
-        spec = mujoco.MjSpec.from_string(tostring(root, encoding="unicode"), assets=dict(assets))
+        with collect_warnings() as texts:
+            spec = mujoco.MjSpec.from_string(tostring(root, encoding="unicode"), assets=dict(assets))
     except (ValueError, mujoco.FatalError) as error:
         raise RobotError("MuJoCo cannot read the robot", file=source, value=_mujoco_message(error)) from error
+    if findings is not None:
+        findings += limit_findings(spec, texts, urdf=root.tag == "robot")
+        findings += warning_findings(texts, source=source)
     _reset_defaults(spec, {element.get("class", "") for element in root.iter("default")})
     return spec
 

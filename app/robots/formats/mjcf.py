@@ -94,7 +94,7 @@ def load_mjcf(path: Path, *, package_roots: Sequence[Path] = (), name: str | Non
     if root.find("worldbody//body") is None:
         raise RobotError("the file contains no robot: it has no body", file=path, remedy=files_that_include(path))
     source = str(path)
-    spec = parse_spec(tostring(root, encoding="unicode"), store.files, source=source)
+    spec = parse_spec(tostring(root, encoding="unicode"), store.files, source=source, findings=store.findings)
     missing, left_out = settle_missing_meshes(spec, store.missing, reader)
     notes = [*store.findings, *reader.findings(), *missing]
     return build_robot(

@@ -103,7 +103,7 @@ def robot_from_urdf(
     notes = [*findings, *_check_mimics(root), *packages.files.findings()]
     settings = SubElement(root, "mujoco")
     SubElement(settings, "compiler", _COMPILER)
-    spec = parse_spec(tostring(root, encoding="unicode"), store.files, source=str(path))
+    spec = parse_spec(tostring(root, encoding="unicode"), store.files, source=str(path), findings=notes)
     spec.compiler.degree = False
     _place_base(spec, base_height, base_yaw)
     missing, left_out = settle_missing_meshes(spec, store.missing, packages.files)

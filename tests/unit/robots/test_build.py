@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import mujoco
 import numpy as np
 import pytest
@@ -79,8 +77,7 @@ def test_absurd_numbers_are_refused_by_the_bodys_name(numbers: dict[str, str]) -
         check_magnitudes(model_of(**numbers), "bob.xml")
 
 
-def test_a_robot_that_blows_up_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)  # MuJoCo writes a log where it stands
+def test_a_robot_that_blows_up_is_refused() -> None:
     with pytest.raises(RobotError, match="simulation of the robot is unstable"):
         smoke_test(model_of(joint='stiffness="-1e12"'), np.array([0.5]), "bob.xml")
 
