@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given
+from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
 
@@ -278,7 +278,7 @@ class RestlessHand(RuleBasedStateMachine):
             assert self.file.unsaved(self.present) == (self.present is not self.on_disk)
 
 
-RestlessHand.TestCase.settings = examples(20, stateful_step_count=40, suppress_health_check=[HealthCheck.too_slow])
+RestlessHand.TestCase.settings = examples(20, stateful_step_count=40)
 test_a_restless_hand = RestlessHand.TestCase
 
 

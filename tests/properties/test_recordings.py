@@ -13,7 +13,7 @@ from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
-from hypothesis import HealthCheck, given
+from hypothesis import given
 from hypothesis import strategies as st
 from mcap.writer import CompressionType, Writer
 
@@ -136,7 +136,7 @@ def _look_at(player: RecordingPlayer) -> None:
         json.dumps([region.id for region in frame.regions])
 
 
-@examples(500, suppress_health_check=[HealthCheck.too_slow])
+@examples(500)
 @given(data=st.data())
 def test_bytes_of_the_file_are_changed(data):
     """What stands anywhere: records, lengths, checksums, compressed chunks."""
@@ -175,7 +175,7 @@ def with_text_changed(data, frame: bytes) -> bytes:
     return prefix(len(body)) + body
 
 
-@examples(500, suppress_health_check=[HealthCheck.too_slow])
+@examples(500)
 @given(data=st.data())
 def test_a_message_is_changed(data):
     """Tokens of JSON, and bytes of frames: binary numbers and text alike."""
@@ -191,7 +191,7 @@ def test_a_message_is_changed(data):
     read_or_refused(assembled(attachments, [*messages[:number], (topic, message, tick), *messages[number + 1 :]]))
 
 
-@examples(500, suppress_health_check=[HealthCheck.too_slow])
+@examples(500)
 @given(data=st.data())
 def test_an_attachment_is_changed(data):
     """The scene's text, the members of archives, the headers of arrays."""

@@ -6,7 +6,7 @@ import gc
 from collections import defaultdict
 from pathlib import Path
 
-from hypothesis import settings
+from hypothesis import HealthCheck, settings
 
 APART = tuple(Path(__file__).resolve().parents[1] / folder for folder in ("benchmarks", "x11"))
 """Folders that run only with ``--all`` or where they are asked for."""
@@ -22,9 +22,11 @@ def pytest_configure(config):
     config.addinivalue_line("markers", "long: only with --all")
     config.addinivalue_line("markers", "rotating: by default each value of each parameter, the others taking turns")
     config.addinivalue_line("markers", "sampled(n): by default n of its cases, spread evenly")
-    settings.register_profile("all", max_examples=100, derandomize=True)
-    settings.register_profile("default", max_examples=20, derandomize=True)
-    settings.load_profile("all" if everything(config) else "default")
+    count = 100 if everything(config) else 20
+    # No time limit, neither for an example nor for making one: both depend on the machine and on its load.
+    untimed = {"deadline": None, "suppress_health_check": [HealthCheck.too_slow]}
+    settings.register_profile("tests", max_examples=count, derandomize=True, **untimed)
+    settings.load_profile("tests")
 
 
 def everything(config) -> bool:

@@ -8,9 +8,6 @@ from hypothesis import settings
 
 
 def examples(count: int, **more: Any) -> settings:
-    """Settings of a property that is tried ``count`` times with ``--all``; by default a fifth, not fewer than five.
-
-    A time limit is never set: how long an example takes says nothing of it.
-    """
+    """Settings of a property that is tried ``count`` times with ``--all``; by default a fifth, not fewer than five."""
     share = settings.default.max_examples / 100
-    return settings(max_examples=max(min(count, 5), round(share * count)), deadline=None, **more)
+    return settings(max_examples=max(min(count, 5), round(share * count)), **more)

@@ -103,7 +103,7 @@ def test_no_two_touch_and_all_are_on_the_map(count):
 _NAMES = st.sampled_from(["torso", "l_arm", "r_arm", "left_hand", "right_hand", "LeftFoot", "RightFoot", "head", "arm"])
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(st.lists(st.tuples(_NAMES, st.integers(3, 9), st.floats(0.01, 0.5)), min_size=1, max_size=9), st.randoms())
 def test_whatever_the_charts_they_are_only_moved_and_do_not_overlap(parts, random):
     charts = []

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import time
-
 import numpy as np
 import pytest
 
@@ -12,6 +10,7 @@ from app.geometry.mesh import Mesh
 from app.geometry.remesh.repair import repair_mesh
 from app.geometry.remesh.stitch import open_cracks, stitch_junctions
 from tests.hard_cases.meshes import GROUPS, hard_mesh, joined, loose, refined_at_random, scaled
+from tests.support.cost import Cost, cost_of
 from tests.support.surfaces import frustum, sphere
 
 
@@ -150,15 +149,15 @@ def test_a_finely_divided_sheet_close_to_a_coarse_one_stays_apart(gap: float) ->
     assert not {"t-junction", "open-crack"} & counted(mesh).keys()
 
 
-def test_long_edges_over_many_loose_faces_take_little_time() -> None:
+def test_cost_for_long_edges_over_many_loose_faces_is_linear() -> None:
     rng = np.random.default_rng(0)
     corner = np.concatenate([rng.random((20_000, 1, 2)), np.zeros((20_000, 1, 1))], axis=2)
     small = corner + 0.01 * np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]])
     height = np.linspace(0, 1, 40)[:, None, None] * [0, 1, 0]
     soup = np.concatenate([small, height + [[0, 0, 0], [1, 0, 0], [1, 0, 0.3]]]).reshape(-1, 3)
-    before = time.process_time()
-    open_cracks(soup, np.arange(len(soup)).reshape(-1, 3))
-    assert time.process_time() - before < 5
+    cost = cost_of(lambda: open_cracks(soup, np.arange(len(soup)).reshape(-1, 3)))
+    assert cost.steps < 20_000
+    assert cost.memory < 5_000 * len(soup)
 
 
 def test_borders_that_no_surface_continues_are_no_cracks() -> None:
@@ -217,26 +216,35 @@ def test_a_mesh_without_a_border_is_returned_as_it_is() -> None:
 
 
 def test_the_cost_grows_with_the_number_of_junctions_only() -> None:
-    def seconds(subdivisions: int) -> float:
+    def cost(subdivisions: int) -> tuple[int, Cost]:
         mesh = refined_at_random(sphere(radius=0.5, subdivisions=subdivisions), 1, radius=0.5)
-        begun = time.process_time()
         _, _, count = stitch_junctions(mesh.vertices, mesh.faces)
         assert count > 0.3 * len(mesh.faces)
-        return (time.process_time() - begun) / count
+        return count, cost_of(lambda: stitch_junctions(mesh.vertices, mesh.faces))
 
-    seconds(2)
-    assert min(seconds(5), seconds(5)) < 5 * min(seconds(3), seconds(3), seconds(3))
+    few, low = cost(3)
+    many, high = cost(5)
+    assert many > 10 * few
+    assert high.steps < 1.2 * low.steps
+    assert high.memory / many < 1.5 * low.memory / few
 
 
-def test_one_long_edge_beside_many_short_ones_is_stitched_at_once() -> None:
-    many = np.linspace(0, 1, 4001)
-    tube = frustum(0.3, 0.3, length=0.5, around=100, along=2)
-    mesh = joined(band(-0.3, 0, ENDS, ENDS), band(0, 1e-3, many, many), Mesh(tube.vertices + [0, 2, 0], tube.faces))
-    begun = time.process_time()
-    faces, _, count = stitch_junctions(*_welded(mesh))
-    assert count == 3999
-    assert Connectivity(faces).components.max() == 1
-    assert time.process_time() - begun < 30
+def test_one_long_edge_next_to_many_short_ones_is_divided_by_halves() -> None:
+    def cost(vertices: int, *, function: str | None = None) -> Cost:
+        many = np.linspace(0, 1, vertices)
+        tube = frustum(0.3, 0.3, length=0.5, around=100, along=2)
+        mesh = joined(band(-0.3, 0, ENDS, ENDS), band(0, 1e-3, many, many), Mesh(tube.vertices + [0, 2, 0], tube.faces))
+        welded = _welded(mesh)
+        faces, _, count = stitch_junctions(*welded)
+        assert count == vertices - 2
+        assert Connectivity(faces).components.max() == 1
+        return cost_of(lambda: stitch_junctions(*welded), function=function)
+
+    few, many = cost(251), cost(1001)
+    assert many.steps < 1.5 * 4 * few.steps
+    assert many.memory < 1.5 * 4 * few.memory
+    few, many = cost(251, function="_divide"), cost(1001, function="_divide")
+    assert 0 < few.steps < many.steps < 1.5 * few.steps
 
 
 def _welded(mesh: Mesh) -> tuple[np.ndarray, np.ndarray]:
