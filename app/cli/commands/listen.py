@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack, closing, contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -35,6 +35,8 @@ from app.scene.scene import Scene
 from app.session.frame import Frame
 from app.session.prepare import PreparedScene
 
+CLOCK: Callable[[], float] = time.monotonic
+"""Clock [s] by which readings and commands have their ages. Tests replace it and so do not depend on the machine."""
 _TOLD_EVERY = 1.0
 """Seconds between two lines of statistics on a terminal."""
 _LATENCY = ("median", "p95", "p99", "largest")
@@ -56,10 +58,9 @@ def execute(arguments: argparse.Namespace) -> int:
         check_sending(arguments.send, remote=arguments.remote)
         check_readings(arguments.source, arguments.token)
         check_not_source(arguments.send, arguments.source)
-    options = SourceOptions(
-        arguments.token, arguments.remote, Path(arguments.mapping) if arguments.mapping else None, arguments.speed
-    )
-    connection = Connection(open_source(arguments.source, options))
+    mapping = Path(arguments.mapping) if arguments.mapping else None
+    options = SourceOptions(arguments.token, arguments.remote, mapping, arguments.speed, CLOCK)
+    connection = Connection(open_source(arguments.source, options), clock=CLOCK)
     scene = _with_threshold(scene_from_arguments(arguments), arguments.threshold)
     prepared = prepare_measured(scene, progress=progress_line())
     session = _session(arguments, connection, prepared)
@@ -140,7 +141,7 @@ def _motion(
     settings = settings_from(dict(scene.control))
     if arguments.controller:
         settings = replace(settings, controller=arguments.controller)
-    return MotionOutput(session, settings, connection.ages)
+    return MotionOutput(session, settings, connection.ages, clock=CLOCK)
 
 
 @contextmanager

@@ -8,6 +8,8 @@ from __future__ import annotations
 import ipaddress
 import selectors
 import socket
+import time
+from collections.abc import Callable
 from typing import Any
 
 from app.core.errors import LiveError, UsageError
@@ -61,6 +63,7 @@ class UdpSource:
         port: Likewise; 0 for any that is free.
         token: That every packet must carry.
         remote: Whether the host may be one that other machines reach.
+        clock: Receiver's clock [s], by which the stream belongs to one sender.
 
     Attributes:
         address: For people.
@@ -76,13 +79,21 @@ class UdpSource:
     finite = False
     slow = False
 
-    def __init__(self, host: str, port: int, *, token: str | None = None, remote: bool = False) -> None:
+    def __init__(
+        self,
+        host: str,
+        port: int,
+        *,
+        token: str | None = None,
+        remote: bool = False,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
         check_listening(host, remote=remote, token=token)
         self.address, self._host, self.port, self._token = f"udp://{host}:{port}", host, port, token
         self._socket: socket.socket | None = None
         self._readable: selectors.BaseSelector | None = None
         self.one_sender = False
-        self._sender = OneSender(self._valid)
+        self._sender = OneSender(self._valid, clock=clock)
 
     @property
     def refused(self) -> dict[str, int]:

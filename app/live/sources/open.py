@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -28,12 +29,14 @@ class SourceOptions:
         remote: Whether packets from other machines are wanted.
         mapping: TOML that names the topics and fields of ROS 2 messages.
         speed: Of a file, recorded seconds a second; None for as fast as it goes.
+        clock: Receiver's clock [s], by which a stream of UDP packets belongs to one sender.
     """
 
     token: str | None = None
     remote: bool = False
     mapping: Path | None = None
     speed: float | None = 1.0
+    clock: Callable[[], float] = time.monotonic
 
 
 _USUAL = SourceOptions()
@@ -121,7 +124,7 @@ def open_source(address: str, options: SourceOptions = _USUAL) -> Source:
         from app.live.sources.network import UdpSource
 
         host, port = _host_and_port(address, DEFAULT_PORT)
-        return UdpSource(host, port, token=options.token, remote=options.remote)
+        return UdpSource(host, port, token=options.token, remote=options.remote, clock=options.clock)
     if scheme == "zmq":
         from app.live.sources.network import ZmqSource
 

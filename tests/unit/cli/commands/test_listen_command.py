@@ -10,11 +10,13 @@ import socket
 import threading
 import time
 from contextlib import redirect_stderr
+from dataclasses import dataclass, field
 
 import numpy as np
 import pytest
 
 from app.__main__ import main
+from app.cli.commands import listen
 from app.live.readings import Reading, Unit
 from app.live.wire_format import encode_binary
 from app.maps.formats.map_file import save_map
@@ -125,7 +127,8 @@ def test_packets_of_a_port_are_received_for_so_long(skin, capsys):
         thread.join()
     captured = capsys.readouterr()
     found = json.loads(captured.out)
-    assert found["shown"] > 5
+    assert found["listened_s"] >= 0.5
+    assert found["shown"] > 1
     assert found["unknown"] == ["60"]
     assert "taxels that the skin does not have: 60" in captured.err
 
@@ -155,7 +158,8 @@ def test_a_source_without_readings_leaves_no_recording(skin, tmp_path, capsys):
     assert not path.exists()
 
 
-def test_wanted_motion_is_sent_within_its_limits_and_ends_with_a_stop(skin, capsys, tmp_path):
+def test_wanted_motion_is_sent_within_its_limits_and_ends_with_a_stop(skin, capsys, tmp_path, monkeypatch):
+    monkeypatch.setattr(listen, "CLOCK", lambda: 0.01 * time.monotonic())  # no command is late on a busy machine
     robot, readings = tmp_path / "bar.xml", tmp_path / "posture.csv"
     robot.write_text(bar().mjcf)
     pressed = press_skin(bar_skin(), bar_skin().taxel_point(30), force=6.0)
@@ -195,20 +199,37 @@ class Said(io.StringIO):
 TOKEN = "a token of ours"
 
 
-def send_bar(port, begin, end):
-    """Send readings of the touched bar, from ``begin`` until ``end``."""
-    values = press_skin(bar_skin(), bar_skin().taxel_point(30), force=2.0)
-    number = 0
-    assert begin.wait(PATIENCE)
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as opened:
-        while not end.wait(0.01):
-            reading = Reading(time.time(), values, Unit.PASCAL, joints={"hinge": 0.3}, sequence=number)
-            opened.sendto(encode_binary(reading, token=TOKEN), ("127.0.0.1", port))
-            number += 1
+@dataclass
+class BarSender:
+    """A board with the touched bar. Time is simulated: it goes on by 10 ms with each reading.
+
+    Attributes:
+        packets: Those for the robot; once there are some, each reading waits for one more, for a second at most.
+        now: Simulated time [s].
+    """
+
+    packets: list = field(default_factory=list)
+    now: float = 1000.0
+
+    def run(self, port, begin, end):
+        """Send readings to ``port``, from ``begin`` until ``end``."""
+        values = press_skin(bar_skin(), bar_skin().taxel_point(30), force=2.0)
+        number = 0
+        assert begin.wait(PATIENCE)
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as opened:
+            while not end.wait(0.01):
+                self.now += 0.01
+                reading = Reading(self.now, values, Unit.PASCAL, joints={"hinge": 0.3}, sequence=number)
+                before = len(self.packets)
+                opened.sendto(encode_binary(reading, token=TOKEN), ("127.0.0.1", port))
+                number += 1
+                deadline = time.monotonic() + 1.0
+                while before and len(self.packets) == before and time.monotonic() < deadline and not end.wait(0.001):
+                    pass
 
 
 def drive(driver, packets):
-    """Receive packets for the robot, and press Ctrl-C after the fifth: a busy machine may be late soon after."""
+    """Receive packets for the robot, and press Ctrl-C after the fifth."""
     assert [json.loads(driver.recv(4096))["why"] for _ in range(2)] == ["nothing is sent yet"] * 2
     while not packets or packets[-1]["state"] != "stopped":
         packets.append(json.loads(driver.recv(4096)))
@@ -216,8 +237,13 @@ def drive(driver, packets):
             os.kill(os.getpid(), signal.SIGINT)
 
 
-def test_sending_waits_for_a_sender_that_starts_later_and_records_meanwhile(skin, capsys, tmp_path):
-    robot, recorded, said, end, packets = tmp_path / "bar.xml", tmp_path / "felt.mcap", Said(), threading.Event(), []
+def test_sending_waits_for_a_sender_that_starts_later_and_records_meanwhile(skin, capsys, tmp_path, monkeypatch):
+    robot, recorded = tmp_path / "bar.xml", tmp_path / "felt.mcap"
+    said = Said()
+    end = threading.Event()
+    board = BarSender()
+    packets = board.packets
+    monkeypatch.setattr(listen, "CLOCK", lambda: board.now)
     robot.write_text(bar().mjcf)
     recorded.write_bytes(b"replaced")
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
@@ -238,7 +264,7 @@ def test_sending_waits_for_a_sender_that_starts_later_and_records_meanwhile(skin
             TOKEN,
         ]
         threads = [
-            threading.Thread(target=send_bar, args=(port, said.waits, end)),
+            threading.Thread(target=board.run, args=(port, said.waits, end)),
             threading.Thread(target=drive, args=(driver, packets)),
         ]
         for thread in threads:
