@@ -8,6 +8,7 @@ Read in this order:
 ``cover``              a skin that places itself on a robot: links chosen, wrapped, kept clear of joints
 ``mesh_skin``          a skin right on a bare mesh
 ``fit``                measured taxel positions fitted to a robot's link
+``touchable_surface``  the surface of rigidly joined links that can be touched
 ``taxel_placement``    the taxels a person asks for: number or pitch, keep-out zones, even or in a pattern of lattice or
                        modules; where on a wrapped link skin can lie
 ``reconstruction``     a surface laid through taxels that come without one, its boundary extended

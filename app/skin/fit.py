@@ -1,11 +1,12 @@
 """A skin from places on a robot's link: measured taxel positions, or a grid between two corners.
 
 The link's mesh gets a wrap as for a cover; each taxel moves to the closest point on it. Links that no joint separates
-are one body: a taxel that is clearly closer to another of them moves onto that one. Positions may be in the link's
-frame or in that of a link fixed to it; the frame in which they are closer to the meshes is used. Taxels far from the
-body are refused: they belong to another link or frame. Where a mesh of the body is missing, taxels that are far from
-its other shapes, or closer to the placeholder of the missing mesh, stay where they are stated, joined to each other: no
-taxel moves onto a placeholder.
+are one body: a taxel that is clearly closer to another of them moves onto that one. Only the surface of the body that
+can be touched counts: no taxel moves onto a core inside its pad. Positions may be in the link's frame or in that of a
+link fixed to it; the frame in which they are closer to the meshes is used. Taxels far from the body are refused: they
+belong to another link or frame. Where a mesh of the body is missing, taxels that are far from its other shapes, or
+closer to the placeholder of the missing mesh, stay where they are stated, joined to each other: no taxel moves onto a
+placeholder.
 
 A grid is what an e-skin of rows and columns is: two opposite corners on the link say where it lies and how it is
 turned, and its rows and columns go straight over the cover from there (``surface_grid``).
@@ -56,7 +57,8 @@ from app.skin.taxel_placement.sampling import (
     straighten_cells,
     taxels_at_points,
 )
-from app.skin.taxel_placement.usable_surface import usable_components
+from app.skin.taxel_placement.usable_surface import usable_components, vertices_clear_of
+from app.skin.touchable_surface import touchable_surfaces
 
 MAX_MEDIAN_DISTANCE = 0.020
 """Taxels farther from their link than this [m] (half of them) belong to another link or frame."""
@@ -65,7 +67,10 @@ PATCH_MARGIN = 1.5
 CELL_RADIUS = 1.0
 """A taxel feels this many pitches around itself, where no other taxel is nearer."""
 SAME_SURFACE = 1e-3
-"""A taxel moves to another link fixed to its own if that one is closer by more than this [m] and by more than half."""
+"""A taxel moves to another link fixed to its own if that one is closer by more than this [m] and by more than half. It
+moves to any closer one where its own link is hidden inside others."""
+_ABOVE_HIDDEN = 1e-4
+"""A place is above a hidden face where the surface that can be touched is farther than the mesh by more [m]."""
 _ON_MESH = 5e-5
 """Distance [m] below which a stated taxel is on the mesh."""
 _LARGEST_HOLE = 8.0  # in pitches²
@@ -170,7 +175,7 @@ def fit_taxels_to_link(
         SkinError: Neither the link nor any link fixed to it has geometry, or half of the taxels are more than 20 mm
             from them.
 
-    Cost: about 0.5 s for 400 taxels.
+    Cost: about 0.5 s for 400 taxels; up to 1 s more where links fixed to this one reach into it.
     """
     parts, _ = _rigid_parts(robot, link)
     if not parts:
@@ -201,7 +206,8 @@ def _skin_on_covers(
             part.mesh, thickness=thickness, voxel=pitch / 2, closing=CLOSING_FACTOR * thickness, where=part.link
         )
         places = part.pose.inverse.points(local[own])
-        found, missing = _patches_at(cover.surface, places, identity.select(own), pitch, part.link)
+        touchable = _touchable_vertices(cover.surface, part, parts)
+        found, missing = _patches_at(cover.surface, places, identity.select(own), pitch, part.link, touchable)
         patches += found
         notes += (*part.findings, *missing, *cover.findings)
     if not patches:
@@ -218,17 +224,20 @@ class _Part:
         mesh: Cleaned [m], its own frame.
         pose: Of its frame in that of the link that the taxels are stated for.
         findings: What was repaired on the mesh.
+        touchable: The part of the mesh that can be touched: the mesh itself where nothing is hidden by other parts,
+            None where everything is.
     """
 
     link: str
     mesh: Mesh
     pose: Pose
     findings: tuple[Finding, ...]
+    touchable: Mesh | None
 
     @cached_property
-    def closest(self) -> ClosestPoint:
-        """Index for distances to the mesh."""
-        return ClosestPoint(self.mesh)
+    def closest(self) -> ClosestPoint | None:
+        """Index for distances to the surface that can be touched."""
+        return None if self.touchable is None else ClosestPoint(self.touchable)
 
 
 def _rigid_parts(robot: Robot, link: str) -> tuple[list[_Part], list[_Part]]:
@@ -240,31 +249,80 @@ def _rigid_parts(robot: Robot, link: str) -> tuple[list[_Part], list[_Part]]:
     for name in configuration.rigid_links(link):
         other = robot.link(name)
         pose = Pose.identity() if name == link else here @ configuration.pose(name)
-        placeholders += [_Part(name, box, pose, ()) for box in other.left_out]
+        placeholders += [_Part(name, box, pose, (), box) for box in other.left_out]
         if other.mesh is not None and len(other.mesh.faces):
             if other.missing:
-                placeholders.append(_Part(name, other.mesh, pose, ()))
+                placeholders.append(_Part(name, other.mesh, pose, (), other.mesh))
             else:
                 cleaned, findings = clean_mesh(other.mesh, where=name)
-                parts.append(_Part(name, cleaned, pose, findings))
-    return parts, placeholders
+                parts.append(_Part(name, cleaned, pose, findings, cleaned))
+    return _without_hidden(parts), placeholders
+
+
+def _without_hidden(parts: list[_Part]) -> list[_Part]:
+    """Return the parts with the surfaces of them that can be touched."""
+    meshes = [Mesh(part.pose.points(part.mesh.vertices), part.mesh.faces) for part in parts]
+    result = list[_Part]()
+    for part, mesh, surface in zip(parts, meshes, touchable_surfaces(meshes), strict=True):
+        if surface is not mesh:
+            own = surface and Mesh(part.pose.inverse.points(surface.vertices), surface.faces)
+            result.append(replace(part, touchable=own))
+        else:
+            result.append(part)
+    return result
+
+
+def _touchable_vertices(surface: Mesh, part: _Part, parts: Sequence[_Part]) -> BoolArray:
+    """Return (n,) for each vertex of the cover ``surface`` of a part whether it is above what can be touched of it."""
+    if part.touchable is part.mesh:
+        return np.ones(len(surface.vertices), dtype=bool)
+    others = [(part.pose.inverse @ other.pose, other.mesh) for other in parts if other is not part]
+    return ~_above_hidden(part, surface.vertices) & vertices_clear_of(surface, others, distance=0.0)
+
+
+def _above_hidden(part: _Part, places: FloatArray) -> BoolArray:
+    """Return (n,) for each place (n, 3) [m], in the part's frame, whether the closest face of the part is hidden."""
+    if part.touchable is part.mesh:
+        return np.zeros(len(places), dtype=bool)
+    if part.closest is None:
+        return np.ones(len(places), dtype=bool)
+    return np.asarray(part.closest.query(places)[2] - ClosestPoint(part.mesh).query(places)[2] > _ABOVE_HIDDEN)
 
 
 def _distances(parts: Sequence[_Part], places: FloatArray) -> FloatArray:
-    """Return (parts, n) the distances [m] of places (n, 3) in the frame of the link to each of the parts."""
-    return np.array([part.closest.query(part.pose.inverse.points(places))[2] for part in parts])
+    """Return (parts, n) the distances [m] of places (n, 3) in the frame of the link to each of the parts; infinite to a
+    part that cannot be touched.
+    """
+    distances = np.full((len(parts), len(places)), np.inf)
+    for number, part in enumerate(parts):
+        if part.closest is not None:
+            distances[number] = part.closest.query(part.pose.inverse.points(places))[2]
+    return distances
 
 
 def _patches_at(
-    surface: Mesh, positions: FloatArray, identity: TaxelIdentity, pitch: float, link: str
+    surface: Mesh,
+    positions: FloatArray,
+    identity: TaxelIdentity,
+    pitch: float,
+    link: str,
+    touchable: BoolArray | None = None,
 ) -> tuple[tuple[Patch, ...], list[Finding]]:
-    """The parts of a cover around its places closest to ``positions`` (n, 3), with taxels there, and what has none."""
-    faces, weights, _ = ClosestPoint(surface).query(positions)
-    points = surface.points(faces, weights)
-    usable = _vertices_within(surface, faces, PATCH_MARGIN * pitch)
-    pieces = usable_components(surface, usable, smallest=0.0, largest_hole=_LARGEST_HOLE * pitch**2)
-    patches = _patches(pieces, points, identity, pitch, link)
-    missing = len(points) - sum(len(patch.taxels) for patch in patches)
+    """Return patches of a cover around its places closest to ``positions`` (n, 3), and findings of taxels without one.
+
+    ``touchable`` (vertices,) limits them to a part of the cover.
+    """
+    patches = tuple[Patch, ...]()
+    allowed = np.ones(len(surface.vertices), dtype=bool) if touchable is None else touchable
+    open_faces = np.flatnonzero(allowed[surface.faces].all(axis=1))
+    if len(open_faces):
+        closest = ClosestPoint(Mesh(surface.vertices, surface.faces[open_faces]))
+        faces, weights, _ = closest.query(positions)
+        points = surface.points(open_faces[faces], weights)
+        usable = allowed & _vertices_within(surface, open_faces[faces], PATCH_MARGIN * pitch)
+        pieces = usable_components(surface, usable, smallest=0.0, largest_hole=_LARGEST_HOLE * pitch**2)
+        patches = _patches(pieces, points, identity, pitch, link)
+    missing = len(positions) - sum(len(patch.taxels) for patch in patches)
     notes = list[Finding]()
     add_finding(notes, "taxel-off-patch", link, "left out: no patch could be made around it", missing)
     return patches, notes
@@ -572,7 +630,7 @@ def match_frame(
 
     Arguments and errors are those of ``fit_taxels_to_link``. Where all meshes are missing, the distances are infinite.
 
-    Cost: 0.1 s for 400 taxels.
+    Cost: 0.1 s for 400 taxels; up to 1 s more where links fixed to this one reach into it.
     """
     return _stated_match(robot, link, *_rigid_parts(robot, link), positions, frames or {})
 
@@ -583,7 +641,8 @@ def _closest_frame(link: str, parts: Sequence[_Part], positions: FloatArray, fra
         distances = _distances(parts, pose.points(positions))
         part, least = distances.argmin(axis=0), distances.min(axis=0)
         if parts[0].link == link:
-            part[distances[0] <= np.maximum(least + SAME_SURFACE, 2 * least)] = 0
+            own = distances[0] <= np.maximum(least + SAME_SURFACE, 2 * least)
+            part[own & ~_above_hidden(parts[0], pose.points(positions))] = 0
         away = distances[part, np.arange(len(positions))]
         matches.append(FrameMatch(name, pose, part, away))
     return min(matches, key=lambda match: match.median)

@@ -127,17 +127,88 @@ def test_taxels_are_not_fitted_to_links_beyond_a_joint(palm: Robot) -> None:
     assert {patch.link for patch in skin.patches} == {"tip"}
 
 
-@pytest.mark.parametrize(("own", "stated", "stays"), [(0.0, 0.0, True), (-0.0008, 0.0, True), (-0.0015, 0.0, False),
-                                                      (-0.004, 0.005, True), (-0.004, 0.003, False)])  # fmt: skip
-def test_taxels_change_to_another_link_where_that_is_clearly_closer(
-    palm: Robot, own: float, stated: float, stays: bool
+@pytest.mark.parametrize(("off", "stays"), [(0.0, True), (0.0008, True), (0.0015, False)])
+def test_taxels_change_to_another_link_where_that_is_clearly_closer(palm: Robot, off: float, stays: bool) -> None:
+    """A sheet is ``off`` [m] above the palm, whose taxels are stated on the sheet."""
+    sheet = Mesh(
+        [[-0.03, -0.03, off], [0.03, -0.03, off], [0.03, 0.03, off], [-0.03, 0.03, off]], [[0, 1, 2], [0, 2, 3]]
+    )
+    links = tuple(replace(link, mesh=sheet) if link.name == "palm_frame" else link for link in palm.links)
+    grid = np.stack(np.meshgrid(np.arange(-0.02, 0.021, 0.01), np.arange(-0.02, 0.021, 0.01), [0.015 + off]), axis=-1)
+    skin = fitted(replace(palm, links=links), "palm", grid.reshape(-1, 3))
+    assert {patch.link for patch in skin.patches} == {"palm" if stays else "palm_frame"}
+
+
+@pytest.mark.parametrize(("off", "stays"), [(0.003, False), (0.007, True)])
+def test_taxels_far_from_both_links_change_only_where_the_other_is_twice_as_close(
+    palm: Robot, off: float, stays: bool
 ) -> None:
-    """Own link and taxels are farther out than the rubber by ``own`` and ``stated`` [m]."""
-    mesh = Mesh(*cylinder(0.012 + own, 0.03))
-    links = tuple(replace(link, mesh=mesh) if link.name == "tip" else link for link in palm.links)
-    positions = ring(0.012 + stated, np.array([0.0, 0.004, 0.008]))
-    skin = fitted(replace(palm, links=links), "tip", positions)
-    assert {patch.link for patch in skin.patches} == {"tip" if stays else "rubber"}
+    """The sheet is 5 mm above the palm; taxels are ``off`` [m] above the sheet."""
+    sheet = Mesh([[-0.03, -0.03, 0.005], [0.03, -0.03, 0.005], [0.03, 0.03, 0.005], [-0.03, 0.03, 0.005]],
+                 [[0, 1, 2], [0, 2, 3]])  # fmt: skip
+    links = tuple(replace(link, mesh=sheet) if link.name == "palm_frame" else link for link in palm.links)
+    grid = np.stack(np.meshgrid(np.arange(-0.02, 0.021, 0.01), np.arange(-0.02, 0.021, 0.01), [0.02 + off]), axis=-1)
+    skin = fitted(replace(palm, links=links), "palm", grid.reshape(-1, 3))
+    assert {patch.link for patch in skin.patches} == {"palm" if stays else "palm_frame"}
+
+
+BOXES = """<mujoco model="boxes"><worldbody><body name="core"><geom type="box" size="{core}" pos="0 0 {shift}"/>
+  <body name="pad" pos="0 0 .01" euler="0 0 90"><geom type="box" size="{pad}" pos="0 0 -.01"/></body></body></worldbody>
+  </mujoco>"""
+SIDE = np.arange(-0.012, 0.0121, 0.006)
+
+
+def boxes(tmp_path: Path, core: str, pad: str, shift: float = 0.0) -> Robot:
+    """A core and a pad fixed around it, whose frame is another; sizes are halves."""
+    (tmp_path / "boxes.xml").write_text(BOXES.format(core=core, pad=pad, shift=shift))
+    return load_robot_file(tmp_path / "boxes.xml")
+
+
+def in_core(robot: Robot, skin: Skin, link: str) -> np.ndarray:
+    """Positions of the taxels on a link, in the frame of the core."""
+    positions = [patch.taxels.positions for patch in skin.patches if patch.link == link]
+    x, y, z = np.concatenate(positions).T
+    return np.stack([-y, x, z + 0.01], axis=1) if link == "pad" else np.stack([x, y, z], axis=1)
+
+
+@pytest.mark.parametrize("stated", ["core", "pad"])
+@pytest.mark.parametrize("depth", [0.0005, 0.002, 0.006, 0.012])
+def test_taxels_in_a_pad_go_to_its_surface_not_to_the_core_inside(tmp_path: Path, stated: str, depth: float) -> None:
+    """The taxels are stated a tenth of the pad's depth above the core."""
+    robot = boxes(tmp_path, ".02 .02 .02", " ".join([str(0.02 + depth)] * 3))
+    grid = np.stack(np.meshgrid(SIDE, SIDE, [0.02 + 0.1 * depth]), axis=-1).reshape(-1, 3)
+    positions = grid if stated == "core" else np.stack([grid[:, 1], -grid[:, 0], grid[:, 2] - 0.01], axis=1)
+    skin = fitted(robot, stated, positions)
+    assert {patch.link for patch in skin.patches} == {"pad"}
+    found = in_core(robot, skin, "pad")
+    assert found[:, 2] == pytest.approx(0.02 + depth + 0.001, abs=2e-4)
+    assert found[:, :2] == pytest.approx(grid[:, :2], abs=5e-4)
+
+
+def test_taxels_at_a_core_that_sticks_out_of_its_pad_are_on_what_can_be_touched(tmp_path: Path) -> None:
+    """The core is out of the pad above 30 mm; taxels are inside the pad near the core, and on the core outside."""
+    robot = boxes(tmp_path, ".02 .02 .04", ".035 .035 .03", shift=0.02)
+    across, up = np.meshgrid(SIDE, [0.0, 0.006, 0.012, 0.028, 0.042, 0.048, 0.054])
+    positions = np.stack([np.where(up > 0.03, 0.02, 0.024).ravel(), across.ravel(), up.ravel()], axis=1)
+    skin = fitted(robot, "core", positions)
+    assert len(skin) == len(positions)
+    out = in_core(robot, skin, "core")
+    assert len(out) == 3 * len(SIDE)
+    assert out[:, 2].min() > 0.04
+    assert out[:, 0] == pytest.approx(0.021, abs=2e-4)
+    inside = in_core(robot, skin, "pad")
+    on_side = np.abs(inside[:, 0] - 0.036) < 2e-4
+    on_top = np.abs(inside[:, 2] - 0.031) < 2e-4
+    assert (on_side | on_top).all()
+    assert (on_side.sum(), on_top.sum()) == (3 * len(SIDE), len(SIDE))
+
+
+def test_taxels_between_a_plate_and_its_base_go_to_the_outer_side_of_the_plate(tmp_path: Path) -> None:
+    robot = boxes(tmp_path, ".03 .03 .01", ".03 .03 .005", shift=-0.015)
+    grid = np.stack(np.meshgrid(SIDE, SIDE, [-0.004]), axis=-1).reshape(-1, 3)
+    skin = fitted(robot, "core", grid)
+    assert {patch.link for patch in skin.patches} == {"pad"}
+    assert in_core(robot, skin, "pad")[:, 2] == pytest.approx(0.006, abs=2e-4)
 
 
 def cylinder(radius: float, height: float) -> tuple[np.ndarray, np.ndarray]:
