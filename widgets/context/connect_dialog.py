@@ -21,6 +21,7 @@ from PySide6.QtWidgets import (
 )
 
 from app.live.sources.open import DEFAULT_PORT, SourceOptions
+from widgets.common.sentence import as_sentence
 from widgets.common.wheel_guard import guard_wheel
 from widgets.session.live_input import LiveInputSettings
 
@@ -47,7 +48,7 @@ class ConnectDialog(QDialog):
         self.setObjectName("connect")
         self.setWindowTitle("Connect to a skin")
         self.setMinimumWidth(520)
-        form = QFormLayout(self)
+        form = self._form = QFormLayout(self)
         self.kind = QComboBox(self)
         self.kind.addItems(list(KINDS))
         self.kind.currentTextChanged.connect(self._on_kind_changed)
@@ -55,12 +56,14 @@ class ConnectDialog(QDialog):
         self.address, row = self._file_row("Choose the file…", _FILTER)
         form.addRow("Address or file", row)
         form.addRow("Token", self._token_row())
-        self.mapping, row = self._file_row("Choose the mapping of ROS messages…", "TOML (*.toml)")
+        self.mapping, self._mapping_row = self._file_row("Choose the mapping of ROS messages…", "TOML (*.toml)")
+        self._mapping_row.setObjectName("connect-mapping")
         self.mapping.setToolTip("Topics and fields of ROS 2 messages")
-        form.addRow("ROS mapping", row)
-        self.ids, row = self._file_row("Choose the table of ids…", "CSV (*.csv)")
+        self.mapping.setPlaceholderText("None")
+        form.addRow("ROS mapping", self._mapping_row)
+        self.ids, row = self._file_row("Choose the table of taxel IDs…", "CSV (*.csv)")
         self.ids.setPlaceholderText("As in the skin")
-        form.addRow("Ids of taxels", row)
+        form.addRow("Taxel IDs", row)
         self.calibration, row = self._file_row("Choose the calibration…", "Calibration (*.csv *.toml)")
         self.calibration.setPlaceholderText("None")
         form.addRow("Calibration", row)
@@ -84,12 +87,11 @@ class ConnectDialog(QDialog):
         self.say("")
 
     def say(self, problem: str) -> None:
-        """Say what is wrong; empty for nothing."""
-        self.problem.setText(problem)
+        """Show what is wrong; an empty text hides the line."""
+        self.problem.setText(as_sentence(problem))
         self.problem.setHidden(not problem)
-        if problem:  # a label that wraps knows its height only for a width
-            self.problem.setMinimumHeight(self.problem.heightForWidth(max(self.width() - 24, 300)))
-        self.adjustSize()
+        self._form.activate()
+        self.resize(self.width(), self._form.totalHeightForWidth(self.width()))
 
     @property
     def settings(self) -> LiveInputSettings:
@@ -126,10 +128,10 @@ class ConnectDialog(QDialog):
         row = QWidget(self)
         self.token = QLineEdit(row)
         self.token.setPlaceholderText("None")
-        use = "needed to listen to other machines and to move a robot"
-        self.token.setToolTip(f"Every packet must contain it; {use}, at least 8 characters")
-        self.make_token = QPushButton("Make one", row)
-        self.make_token.setToolTip("Make a token and copy it, to be set in the sender")
+        use = "required for readings from other computers and to move a robot"
+        self.token.setToolTip(f"Every packet must contain it; {use}. At least 8 characters.")
+        self.make_token = QPushButton("Generate", row)
+        self.make_token.setToolTip("Generate a token and copy it to the clipboard; set the same token in the sender")
         self.make_token.setAutoDefault(False)
         self.make_token.clicked.connect(self._on_make_token_clicked)
         line = QHBoxLayout(row)
@@ -145,7 +147,7 @@ class ConnectDialog(QDialog):
 
     def _on_kind_changed(self, kind: str) -> None:
         self.address.setText(KINDS[kind])
-        self.mapping.setEnabled(kind in ("ROS 2", "File"))
+        self._mapping_row.setEnabled(kind in ("ROS 2", "File"))
         self.say("")
 
     def _on_accepted(self) -> None:

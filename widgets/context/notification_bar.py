@@ -12,6 +12,7 @@ from PySide6.QtGui import QAction, QShowEvent
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QSizePolicy, QToolButton, QWidget
 
 from widgets.common.colours import Theme, mixed
+from widgets.common.sentence import as_sentence
 
 _EDGE = 12
 HINTS = ("Right-drag: turn the view", "Press skin or map: poke", "Controllers: at the right")
@@ -93,7 +94,7 @@ class NotificationBar(FloatingBar):
             dismiss: What the button is called that does nothing but close.
         """
         self._said += 1
-        self._text.setText(text)
+        self._text.setText(as_sentence(text))
         for number, button in enumerate(self._remedies):
             for action in button.actions():
                 button.removeAction(action)

@@ -25,6 +25,7 @@ from widgets.common.colours import Theme
 from widgets.common.controller_settings import GAIN_SETTINGS, SLIDERS, ControllerSliders
 from widgets.common.file_types import RECORDING_FILTER
 from widgets.common.panel import FlatComboBox
+from widgets.common.sentence import as_sentence
 from widgets.common.wheel_guard import guard_wheel
 from widgets.controller_comparison.comparison_plots import LineSample
 from widgets.workers.comparison_worker import ComparisonStimulus
@@ -272,9 +273,5 @@ class StimulusChoice(QWidget):
         self._tasks.say(_TASKS[self._task][0])
         self._tasks.setVisible(self._source != SCRIPT)
         self.refresh.setEnabled(self._source == DONE)
-        words = _sentence(occasion.words) if occasion else "Open a robot first."
+        words = f"{as_sentence(occasion.words)}." if occasion else "Open a robot first."
         self._note.setText(words if self._source == SCRIPT or not occasion else f"{words} {_LEFT_OUT}")
-
-
-def _sentence(words: str) -> str:
-    return f"{words[:1].upper()}{words[1:]}."

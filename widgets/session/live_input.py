@@ -16,6 +16,7 @@ from app.live.connection import Connection, ConnectionStatus
 from app.live.measured_session import MeasuredFacts, MeasuredSession, silent_text, swapped_texts
 from app.live.motion.command_loop import CommandLoop
 from app.live.motion.driver_channel import check_not_source, check_readings
+from app.live.motion.motion_output import MotionOutput
 from app.live.motion.motion_sender import MotionLimits
 from app.live.prepare import as_measured
 from app.live.sources.open import SourceOptions, open_source
@@ -85,7 +86,9 @@ class LiveInput:
         if not source.slow:
             self.connection.open()  # else on the thread, which tells why it failed
         self._runner: SessionRunner | None = None
-        self._motion = LiveMotion(self.session, simulated.settings, self.connection.ages)
+        self._motion = LiveMotion(
+            simulated.settings, lambda settings: MotionOutput(self.session, settings, self.connection.ages)
+        )
 
     def run(self, make: Callable[..., SessionRunner], each: Callable[[Frame], None]) -> SessionRunner:
         """The runner that takes readings from now on; ``each`` is told every new frame."""

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 
 from app.control.command import ControlSettings
-from app.live.data_age import DataAge
-from app.live.measured_session import MeasuredSession
 from app.live.motion.command_latency import LatencyFigures
 from app.live.motion.driver_channel import check_sending, driver_channel
 from app.live.motion.measured_controller import WantedMotion
@@ -37,25 +34,17 @@ class MotionFacts:
 
 
 class LiveMotion:
-    """A controller on the readings that are taken. Mutable; used under the lock of the runner that takes them.
+    """A controller on the readings of a session. Mutable; used under the lock of the runner that takes the readings.
 
     Args:
-        session: That readings become frames in.
-        settings: Of the controller.
-        ages: Of the session's connection.
-        clock: Wall time [s].
+        settings: Initial settings of the controller.
+        make_output: Returns the controller's output with these settings; called once, when it is first needed.
     """
 
-    def __init__(
-        self,
-        session: MeasuredSession,
-        settings: ControlSettings,
-        ages: DataAge,
-        *,
-        clock: Callable[[], float] = time.monotonic,
-    ) -> None:
-        self._session, self._settings, self._ages, self._clock = session, settings, ages, clock
-        self._output: MotionOutput | None = None  # built when it is first wanted: it takes a model of the robot
+    def __init__(self, settings: ControlSettings, make_output: Callable[[ControlSettings], MotionOutput]) -> None:
+        self._settings = settings
+        self._make_output = make_output
+        self._output: MotionOutput | None = None  # made when it is first needed: it builds a model of the robot
         self._watched = False
         self._open = ExitStack()
 
@@ -131,6 +120,5 @@ class LiveMotion:
 
     def _made(self) -> MotionOutput:
         if self._output is None:
-            clock = self._clock
-            self._output = MotionOutput(self._session, self._settings, self._ages, clock=clock)
+            self._output = self._make_output(self._settings)
         return self._output

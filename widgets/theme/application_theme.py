@@ -106,6 +106,7 @@ def _style_sheet(theme: Theme) -> str:
         QMenu::item:disabled {{ color: {mixed(theme.panel, theme.quiet, 0.65)}; }}
         QMenu::separator {{ height: 1px; background: {theme.line}; margin: 4px 8px; }}
         QSplitter::handle {{ background: {theme.line}; }}
+        QDialogButtonBox {{ dialogbuttonbox-buttons-have-icons: 0; }}
         QFileDialog QToolButton {{ padding: 3px; }}
         QFileDialog {{ {icons} }}
         *[role="heading"] {{ font-size: 13px; font-weight: 600; }}

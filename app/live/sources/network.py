@@ -33,7 +33,7 @@ def check_listening(host: str, *, remote: bool, token: str | None) -> None:
     if is_this_machine(host):
         return
     if token is None:
-        remedy = "Listen on 127.0.0.1, or set a token, and let every packet carry it"
+        remedy = "Listen on 127.0.0.1, or set a token and send it in every packet"
         raise UsageError("this address is open to other machines", value=host, remedy=remedy)
     if not remote:
         remedy = "Listen on 127.0.0.1, or add --remote"

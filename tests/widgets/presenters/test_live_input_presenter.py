@@ -7,7 +7,7 @@ from functools import partial
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication
+from PySide6.QtWidgets import QApplication, QDialogButtonBox, QWidget
 
 from app.contacts.pipeline import ReadingSettings
 from app.editing.arrange import move, rotate
@@ -52,8 +52,8 @@ def test_a_mistake_is_said_in_place(window, tmp_path):
     dialog = window.presenters.live_input.dialog
     for kind, address, said in (
         ("File", str(tmp_path / "none.csv"), "none.csv"),
-        ("File", " ", "no source is named"),
-        ("UDP", "udp://0.0.0.0:9870", "or set a token, and let every packet carry it"),
+        ("File", " ", "No source is named"),
+        ("UDP", "udp://0.0.0.0:9870", "This address is open to other machines (found: 0.0.0.0). Listen on 127.0.0.1"),
         ("ROS 2", "ros2:", "need a mapping"),
     ):
         dialog.kind.setCurrentText(kind)
@@ -61,9 +61,14 @@ def test_a_mistake_is_said_in_place(window, tmp_path):
         dialog.go.click()
         assert dialog.isVisible()
         assert said in dialog.problem.text()
+        buttons = dialog.findChild(QDialogButtonBox)
+        assert dialog.problem.height() >= dialog.problem.heightForWidth(dialog.problem.width())
+        assert dialog.height() - buttons.geometry().bottom() < 20, "no empty space below the buttons"
     assert window.live.live_input is None
     dialog.kind.setCurrentText("Serial port")
     assert dialog.problem.isHidden()
+    assert dialog.height() - buttons.geometry().bottom() < 20
+    assert not dialog.findChild(QWidget, "connect-mapping").isEnabled(), "only for ROS messages"
     dialog.reject()
 
 

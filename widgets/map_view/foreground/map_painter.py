@@ -18,7 +18,7 @@ from widgets.map_view.background import Legend, legend_size, paint_legend
 from widgets.map_view.foreground.legend_place import LegendPlace
 from widgets.map_view.foreground.map_layers import ellipses_on_map
 from widgets.map_view.foreground.task_layer import TaskLegend, TaskPainter, task_legend_entries, task_legend_size
-from widgets.map_view.map_coordinates import nice_floor
+from widgets.map_view.map_coordinates import MARGIN_PX, nice_floor
 from widgets.map_view.map_items import ZOrder
 from widgets.map_view.map_scene import CONTACT_KPA, MapScene
 from widgets.map_view.map_shapes import MapShapes, PatchShape
@@ -281,8 +281,8 @@ class MapPainter:
         width, height = metrics.horizontalAdvance(text) + 12, metrics.height() + 4
         middle = box.intersected(room).center().x()
         left = min(max(middle - width / 2, EDGE), room.right() - EDGE - width)
-        # Above its patch, or at the viewport's top while the patch reaches beyond it.
-        corner = QPointF(left, max(box.top() - height - 2, EDGE))
+        # Above its patch, also where the patch is framed; at the viewport's top while the patch reaches beyond it.
+        corner = QPointF(left, max(box.top() - height - 2, EDGE if box.top() < MARGIN_PX - 1 else 0.0))
         self._paint_chip(painter, corner, text, self._caption, QColor(self.theme.quiet), QColor(self.theme.window))
 
     def _in_touch(self, at: QPointF, marks: MapMarks, view: QTransform) -> bool:

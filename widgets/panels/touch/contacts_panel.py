@@ -225,7 +225,7 @@ class EstimationControls(QWidget):
         box = QInputDialog(self)
         box.setObjectName("ask-threshold")
         box.setWindowTitle("Contact threshold")
-        box.setLabelText(f"A taxel is in contact from this value on [{self._units.unit}]:")
+        box.setLabelText(f"A taxel is in contact at or above this value ({self._units.unit}):")
         box.setInputMode(QInputDialog.InputMode.DoubleInput)
         box.setDoubleDecimals(3)
         box.setDoubleRange(*(1e-3 * limit for limit in LIMITS))

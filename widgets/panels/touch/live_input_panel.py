@@ -12,6 +12,7 @@ from app.live.channels.calibration import ValueMode
 from app.live.connection import ConnectionState, ConnectionStatus, refused_text
 from app.live.measured_session import MeasuredFacts
 from widgets.common.panel import Panel, value_label
+from widgets.common.sentence import as_sentence
 from widgets.document.taxel_selection import TaxelSelection
 from widgets.panels.touch.known_weight_dialog import KnownWeightDialog
 from widgets.session.live_input import LiveInput
@@ -50,7 +51,7 @@ class LiveInputPanel(Panel):
         self.weight: KnownWeightDialog | None = None
         self._address = self.caption()
         grid = self.grid()
-        grid.setColumnStretch(0, 1)
+        grid.setColumnStretch(1, 1)
         self._values: dict[str, QLabel] = {}
         for row, (key, (text, tip)) in enumerate(_ROWS.items()):
             name, value = value_label(text, self), value_label("–", self, right=True)
@@ -59,6 +60,7 @@ class LiveInputPanel(Panel):
             grid.addWidget(name, row, 0)
             grid.addWidget(value, row, 1)
             self._values[key] = value
+        self._values["trouble"].setWordWrap(True)
         self._mode = QComboBox(self)
         self._mode.setObjectName("live-mode")
         self._mode.setAccessibleName("Values shown")
@@ -129,7 +131,9 @@ class LiveInputPanel(Panel):
         self._tare.setEnabled(not facts.taring)
         self._tare.setText("Taring…" if facts.taring else "Tare")
         self._notes.setText(
-            "\n".join(filter(None, (self._error, *_notes(status, facts, silent, self._input.swapped(facts)))))
+            "\n".join(
+                filter(None, (as_sentence(self._error), *_notes(status, facts, silent, self._input.swapped(facts))))
+            )
         )
         self._notes.setHidden(not self._notes.text())
 
@@ -202,7 +206,7 @@ def _notes(
     status: ConnectionStatus, facts: MeasuredFacts, silent: tuple[str, ...], swapped: tuple[str, ...]
 ) -> list[str]:
     """What a person should know or do."""
-    notes = [text for text in (status.problem, facts.problem, status.malformed) if text]
+    notes = [as_sentence(text) for text in (status.problem, facts.problem, status.malformed) if text]
     if status.refused:
         notes.append(f"Packets of a second sender were refused: {refused_text(status.refused)}")
     if facts.readings and not facts.calibrated:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from PySide6.QtCore import QTimer
-from PySide6.QtWidgets import QHBoxLayout, QLineEdit, QPushButton, QWidget
+from PySide6.QtCore import Qt, QTimer
+from PySide6.QtWidgets import QHBoxLayout, QLineEdit, QPushButton, QSizePolicy, QWidget
 
 from app.control.controller_registry import CONTROLLERS
 from app.control.limit_texts import limit_text
@@ -16,12 +16,15 @@ from app.live.motion.motion_sender import FORCES, SPEEDS, MotionLimits
 from app.robots.robot import Robot
 from widgets.common.number_field import NumberField
 from widgets.common.panel import FlatComboBox, Panel, value_label
+from widgets.common.sentence import as_sentence
 from widgets.session.live_input import LiveInput
 from widgets.session.live_motion import MotionFacts
 
 _REFRESH_MS = 100
 _FASTEST = 3
 """Joints that are named; the others are slower."""
+_LEAST_ROOM = 200
+"""Width for a joint's name and velocity before the panel has been laid out [px]."""
 _UNKNOWN = "–"
 ADDRESS = "udp://127.0.0.1:9900"
 
@@ -43,19 +46,22 @@ class WantedMotionPanel(Panel):
         self._controller.activated.connect(self._on_controller_activated)
         self._joints = value_label(_UNKNOWN, self, right=True)
         self._joints.setObjectName("motion-joints")
+        self._joints.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)  # names must not widen it
         self._joints.setMinimumHeight(_FASTEST * self._joints.fontMetrics().lineSpacing())
         self._force = value_label(_UNKNOWN, self, right=True)
         self._force.setObjectName("motion-force")
-        rows: tuple[tuple[str, str, QWidget], ...] = (
+        rows: tuple[tuple[str, str, QWidget | None], ...] = (
             ("Controller", "Whose motion is shown; goal and gains are those from before connecting", self._controller),
-            ("Fastest joints", "Wanted velocities, the largest first", self._joints),
-            ("Strongest contact", "As measured", self._force),
+            ("Contact force", "Measured normal force of the strongest contact", self._force),
+            ("Fastest joints", "Wanted velocities, the largest first", None),
         )
         for row, (text, tip, widget) in enumerate(rows):
             name = value_label(text, self)
             name.setToolTip(tip)
             grid.addWidget(name, row, 0)
-            grid.addWidget(widget, row, 1)
+            if widget is not None:
+                grid.addWidget(widget, row, 1)
+        grid.addWidget(self._joints, len(rows), 0, 1, 2)
         self._address = QLineEdit(ADDRESS, self)
         self._address.setObjectName("motion-address")
         self._address.setAccessibleName("Address of the robot's driver")
@@ -118,10 +124,11 @@ class WantedMotionPanel(Panel):
             self._controller.setCurrentIndex(self._names.index(name))
         self._controller.say(CONTROLLERS[name].title)
         wanted = facts.wanted
-        self._joints.setText(_fastest(self._input.origin.robot, facts))
+        self._joints.setText(_fastest(self._input.origin.robot, facts, self._elided))
         self._force.setText(_UNKNOWN if wanted is None else f"{wanted.force:.1f}\u202fN")
         limits = () if wanted is None else wanted.limits
-        self._told.setText("\n".join([self._error or facts.problem or "", *map(limit_text, limits)]).strip())
+        problem = as_sentence(self._error or facts.problem or "")
+        self._told.setText("\n".join([problem, *map(limit_text, limits)]).strip())
         self._told.setHidden(not self._told.text())
         self._switch.setChecked(facts.sending.active)
         self._switch.setText("Stop sending" if facts.sending.active else "Send to the robot")
@@ -129,6 +136,12 @@ class WantedMotionPanel(Panel):
             field.setEnabled(not facts.sending.active)
         self._sent.setText(_sent_text(facts))
         self._sent.setHidden(not self._sent.text())
+
+    def _elided(self, name: str, value: str) -> str:
+        """The name and value in one line; a name that is too long is cut in its middle."""
+        metrics = self._joints.fontMetrics()
+        room = max(self._joints.width(), _LEAST_ROOM) - metrics.horizontalAdvance(f" {value}")
+        return f"{metrics.elidedText(name, Qt.TextElideMode.ElideMiddle, room)} {value}"
 
     def _watch(self) -> None:
         if self._input is not None:
@@ -158,16 +171,17 @@ class WantedMotionPanel(Panel):
         self.refresh()
 
 
-def _fastest(robot: Robot, facts: MotionFacts) -> str:
-    """The fastest joints with their velocities."""
+def _fastest(robot: Robot, facts: MotionFacts, line: Callable[[str, str], str]) -> str:
+    """The fastest joints with their velocities; ``line`` makes a line of a name and a value."""
     if facts.wanted is None:
         return _UNKNOWN
     velocity = facts.wanted.velocity
     order = np.argsort(-np.abs(velocity), kind="stable")[:_FASTEST]
     moving = [number for number in order if abs(velocity[number]) >= 5e-4]
     units = {number: "m/s" if robot.joints[number].slide else "rad/s" for number in moving}
-    lines = [f"{robot.joints[number].name} {velocity[number]:+.3f}\u202f{units[number]}" for number in moving]
-    return "\n".join(lines).replace("-", "−") if lines else "none moves"
+    values = [f"{velocity[number]:+.3f}\u202f{units[number]}".replace("-", "−") for number in moving]
+    lines = [line(robot.joints[number].name, value) for number, value in zip(moving, values, strict=True)]
+    return "\n".join(lines) or "None moves"
 
 
 def _sent_text(facts: MotionFacts) -> str:

@@ -73,6 +73,7 @@ class ScenePresenter(QObject):
         context.panels.show_prepared(prepared)
         context.plots.show_prepared(prepared)
         self._map_edit.show_prepared(prepared)
+        context.views.map.frame_all()  # with the edits that the map continues with, which may take more room
         self.title_changed.emit(prepared.scene.title or prepared.robot.name)
         if prepared.robot.findings or prepared.skin.findings:
             count = len(findings_of(prepared))

@@ -136,10 +136,7 @@ class GridTool(ViewTool):
         steps: Grids placed so far.
     """
 
-    hint = (
-        "Click two opposite corners of the grid; arrow keys change rows and columns, M mirrors, Enter places it. "
-        "Backspace takes back a corner."
-    )
+    hint = "Click two opposite corners. Arrow keys set rows and columns, M mirrors, Enter places, Backspace goes back."
     placed = Signal(object)
     """A GridSpec is wanted."""
 

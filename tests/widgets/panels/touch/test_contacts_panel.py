@@ -118,7 +118,7 @@ def test_any_other_threshold_can_be_entered(qtbot, box):
     for value, finish in ((2345.0, "accept"), (77.0, "reject")):
         box.threshold.activated.emit(box.threshold.count() - 1)
         dialog = box.findChild(QInputDialog, "ask-threshold")
-        assert "[counts]" in dialog.labelText()
+        assert "(counts)" in dialog.labelText()
         assert dialog.doubleMaximum() >= 2**24
         dialog.setDoubleValue(value)
         with qtbot.waitSignal(dialog.destroyed):

@@ -5,13 +5,14 @@ from __future__ import annotations
 import re
 
 import pytest
-from PySide6.QtWidgets import QComboBox, QLabel, QPushButton
+from PySide6.QtWidgets import QApplication, QComboBox, QLabel, QPushButton
 
 from app.live.sources.open import SourceOptions
 from app.recording.player import open_recording
 from tests.widgets.support.window_driver import run
 from widgets.panels.control.behaviours_panel import BehavioursPanel
 from widgets.panels.control.controller_panel import ControllerPanel
+from widgets.panels.panel_column import COLUMN_WIDTH
 from widgets.panels.simulation.effects_panel import EffectsPanel
 from widgets.panels.touch.contacts_panel import ContactsPanel
 from widgets.panels.touch.live_input_panel import LiveInputPanel
@@ -62,6 +63,15 @@ def test_it_tells_how_readings_arrive(window, tmp_path):
     notes = text(panel, "notes")
     assert "does not have: 150" in notes
     assert "no forces are shown" in notes
+    window.live.disconnect_source()
+
+
+def test_it_fits_the_column_with_much_trouble(window, tmp_path):
+    panel = connected(window, tmp_path)
+    counts = (f"{12345} {name}" for name in ("malformed", "duplicated", "reordered", "late", "restarts", "refused"))
+    panel.findChild(QLabel, "live-trouble").setText(", ".join(counts))
+    QApplication.sendPostedEvents()  # lay out, without a refresh by the panel's timer
+    assert panel.minimumSizeHint().width() <= COLUMN_WIDTH - 8, "a scroll bar must fit next to it"
     window.live.disconnect_source()
 
 

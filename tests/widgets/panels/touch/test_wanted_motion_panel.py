@@ -10,12 +10,14 @@ import numpy as np
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QComboBox, QLabel, QLineEdit, QPushButton
+from PySide6.QtWidgets import QApplication, QComboBox, QLabel, QLineEdit, QPushButton
 
+from app.live.motion.motion_output import MotionOutput
 from app.live.sources.open import SourceOptions
 from app.tactile.press import press_skin
 from tests.support.touch import bar_skin, prepared_bar
 from tests.widgets.support.window_driver import run
+from widgets.panels.panel_column import COLUMN_WIDTH
 from widgets.panels.touch.wanted_motion_panel import WantedMotionPanel
 from widgets.session.live_input import LiveInputSettings
 
@@ -43,7 +45,13 @@ def panel(window_again, tmp_path):
     panel.set_folded(False)
     window_again.live.connect_source(LiveInputSettings(str(path), SourceOptions(speed=None)))
     clock = [0.0]
-    window_again.live.live_input._motion._clock = lambda: clock[0]  # a busy machine is no source that fell silent
+    live = window_again.live.live_input
+    live._motion._make_output = lambda settings: MotionOutput(
+        live.session,
+        settings,
+        live.connection.ages,
+        clock=lambda: clock[0],  # independent of the machine's load
+    )
 
     def read(count):
         for _ in range(count):
@@ -176,5 +184,17 @@ def test_driver_that_is_not_there_is_named(panel, driver):
     choose(panel, "Hold force")
     driver.close()
     press(panel)
-    assert "no program receives at the driver's address" in text(panel, "told")
+    assert "No program receives at the driver's address" in text(panel, "told")
     assert not panel.findChild(QPushButton, "motion-send").isChecked()
+
+
+def test_it_fits_the_column_whatever_the_joints_are_called(panel):
+    assert panel.minimumSizeHint().width() <= COLUMN_WIDTH - 8, "a scroll bar must fit next to it"
+    label = panel.findChild(QLabel, "motion-joints")
+    line = panel._elided("left_arm_shoulder_pitch_joint_of_the_second_robot", "+0.123\u202frad/s")
+    assert "…" in line
+    assert line.endswith(" +0.123\u202frad/s")
+    assert label.fontMetrics().horizontalAdvance(line) <= label.width()
+    label.setText(line + line)
+    QApplication.sendPostedEvents()  # lay out, without a refresh by the panel's timer
+    assert panel.minimumSizeHint().width() <= COLUMN_WIDTH - 8

@@ -114,6 +114,16 @@ def test_undo_and_redo_go_over_a_grid_with_the_edits_of_the_map(window):
     assert not window.action("redo").isEnabled(), "another edit was made instead"
 
 
+def test_map_is_framed_with_the_edits_that_a_grid_keeps(window):
+    forearm = [patch.link for patch in window.live.prepared.skin.patches].index("forearm")
+    window.editor.do("Move", lambda document: move(document, [forearm], (0.5, 0.0)))
+    place_grid(window)
+    view = window.map_view
+    pixels = view.taxel_pixels()
+    assert (pixels >= 0).all()
+    assert (pixels <= [view.viewport().width(), view.viewport().height()]).all()
+
+
 def test_a_grid_keeps_controller_and_effects(window):
     window.presenters.effects.wish("gravity", "on")
     controller = window.presenters.control_tools.settings_editor
