@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import os
+import re
 import sys
 from importlib.metadata import version
 from pathlib import Path
@@ -94,7 +95,7 @@ def _add_window_commands(commands: argparse._SubParsersAction) -> None:  # type:
         metavar="ADDRESS",
         help="live to a Rerun viewer that is open, in real time (default: on this computer)",
     )
-    run.add_argument("--port", type=int, default=8765, help="of --serve (default 8765; 0 for any that is free)")
+    run.add_argument("--port", type=_port, default=8765, help="of --serve (default 8765; 0 for any that is free)")
     run.add_argument(
         "--host", default="127.0.0.1", metavar="ADDRESS", help="of --serve; 0.0.0.0 lets the network watch"
     )
@@ -113,7 +114,7 @@ def _add_window_commands(commands: argparse._SubParsersAction) -> None:  # type:
     shot.add_argument(
         "--mm", type=_millimetres, default=(170.0, 85.0), metavar="WxH", help="of a figure (default 170x85)"
     )
-    shot.add_argument("--dpi", type=int, default=300, help="of a figure's pixels (default 300)")
+    shot.add_argument("--dpi", type=_integer, default=300, help="of a figure's pixels (default 300)")
     shot.add_argument(
         "--colours", choices=("paper", "light", "dark"), default="paper", help="of a figure (default paper)"
     )
@@ -144,7 +145,7 @@ def _add_listen(commands: argparse._SubParsersAction) -> None:  # type: ignore[t
     add("--mode", choices=("raw", "baseline", "kPa"), help="what contacts are read from (default: as known)")
     add(
         "--tare",
-        type=int,
+        type=_integer,
         metavar="N",
         help="take the first N readings as those of the untouched skin (50 recommended)",
     )
@@ -248,7 +249,7 @@ def _add_file_commands(commands: argparse._SubParsersAction) -> None:  # type: i
     _output(export, "-o", "--output", required=True, metavar="FILE|DIR", help="write there; a folder must not exist")
     _overwrite(export)
     export.add_argument(
-        "--image-width", type=int, default=64, metavar="PIXELS", help="of tactile images; 0 for none (default 64)"
+        "--image-width", type=_integer, default=64, metavar="PIXELS", help="of tactile images; 0 for none (default 64)"
     )
     export.add_argument(
         "--rate", type=_positive, default=25.0, metavar="HZ", help="pictures a second in films and logs (default 25)"
@@ -307,7 +308,7 @@ def _add_study(commands: argparse._SubParsersAction) -> None:  # type: ignore[ty
         help="stop after 90s, 30min or 2h with the best table there is: whole seeds first, no more where settled",
     )
     study.add_argument("--quick", action="store_true", help="run a few small cases only")
-    study.add_argument("--seed", type=int, default=0)
+    study.add_argument("--seed", type=_seed, default=0)
     _json(study)
 
 
@@ -331,7 +332,7 @@ def _overwrite(parser: argparse.ArgumentParser, text: str = "replace an existing
 def _workers(parser: argparse.ArgumentParser, jobs: str) -> None:
     """Who does what is to be done many times: ``app.cli.workers`` reads it."""
     who = parser.add_mutually_exclusive_group()
-    who.add_argument("--jobs", type=int, default=1, metavar="N", help=jobs)
+    who.add_argument("--jobs", type=_integer, default=1, metavar="N", help=jobs)
     who.add_argument(
         "--cluster", metavar="ADDRESS", help="on the workers of this Dask scheduler instead, as tcp://host:8786"
     )
@@ -352,7 +353,7 @@ def _add_map(commands: argparse._SubParsersAction) -> None:  # type: ignore[type
         help=".npz (everything), .obj (with UV), .svg, .png, .json (Genoa), .csv, .xml (MuJoCo)",
     )
     _overwrite(make)
-    make.add_argument("--seed", type=int, default=0)
+    make.add_argument("--seed", type=_seed, default=0)
     _json(make)
     _skin_options(make)
     _flattening_options(make)
@@ -375,7 +376,7 @@ def _skin_options(parser: argparse.ArgumentParser) -> None:
         choices=("outer", "all", "cover"),
         help="part of a mesh to cover (default outer)",
     )
-    add("--taxels", type=int, default=1000, help="number of taxels to place (default 1000)")
+    add("--taxels", type=_integer, default=1000, help="number of taxels to place (default 1000)")
     add("--pitch", type=float, metavar="MM", help="distance between taxels, instead of their number")
     add(
         "--pattern",
@@ -405,7 +406,7 @@ def _flattening_options(parser: argparse.ArgumentParser) -> None:
         "--cut",
         "--seams",
         dest="seams",
-        type=int,
+        type=_integer,
         metavar="N",
         help="extra seams per patch (default: automatic)",
     )
@@ -426,7 +427,7 @@ def _learning_options(parser: argparse.ArgumentParser) -> None:
         choices=("unbiased", "self-touch", "multi-touch", "biased"),
         help="distribution of the random touches to learn from (default unbiased)",
     )
-    add("--touches", type=int, default=3000, metavar="N", help="number of random touches (default 3000)")
+    add("--touches", type=_integer, default=3000, metavar="N", help="number of random touches (default 3000)")
 
 
 def _comparison_options(parser: argparse.ArgumentParser) -> None:
@@ -515,10 +516,30 @@ def _duration(text: str) -> float:
     return _positive(number) * _UNITS[unit]
 
 
-def _count(text: str) -> int:
-    if not text.isdecimal() or int(text) < 1:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number above 0")
+def _integer(text: str, least: int = -(2**63), kind: str = "a whole number") -> int:
+    """Return a whole number of at most 64 bits; its user checks its range."""
+    if not re.fullmatch("[+-]?[0-9]{1,19}", text) or not least <= int(text) < 2**63:
+        shown = text if len(text) <= 40 else f"{text[:40]}…"
+        raise argparse.ArgumentTypeError(f"must be {kind} below 2^63: {shown}")
     return int(text)
+
+
+def _seed(text: str) -> int:
+    return _integer(text, 0, "a whole number from 0 up,")
+
+
+def _count(text: str) -> int:
+    return _integer(text, 1, "a whole number above 0,")
+
+
+def _port(text: str) -> int:
+    if not _is_short_number(text) or int(text) > 65535:
+        raise argparse.ArgumentTypeError(f"must be 0 to 65535: {text[:40]}")
+    return int(text)
+
+
+def _is_short_number(text: str) -> bool:
+    return text.isdecimal() and len(text) <= 18
 
 
 def _not_negative(text: str) -> float:
@@ -530,8 +551,8 @@ def _not_negative(text: str) -> float:
 
 def _size(text: str) -> tuple[int, int]:
     parts = text.lower().split("x")
-    if len(parts) != 2 or not all(part.isdecimal() and 400 <= int(part) <= 8000 for part in parts):
-        raise argparse.ArgumentTypeError(f"must be like 1400x900, each side 400 to 8000: {text}")
+    if len(parts) != 2 or not all(_is_short_number(part) and 400 <= int(part) <= 8000 for part in parts):
+        raise argparse.ArgumentTypeError(f"must be like 1400x900, each side 400 to 8000: {text[:40]}")
     return int(parts[0]), int(parts[1])
 
 
@@ -545,8 +566,8 @@ def _millimetres(text: str) -> tuple[float, float]:
 
 def _grid(text: str) -> tuple[int, int]:
     parts = text.lower().split("x")
-    if len(parts) != 2 or not all(part.isdecimal() and int(part) for part in parts):
-        raise argparse.ArgumentTypeError(f"must be like 8x12: {text}")
+    if len(parts) != 2 or not all(_is_short_number(part) and int(part) for part in parts):
+        raise argparse.ArgumentTypeError(f"must be like 8x12: {text[:40]}")
     return int(parts[0]), int(parts[1])
 
 

@@ -8,18 +8,21 @@ import os
 from app.core.errors import UsageError
 from app.studies.running.workers import Workers, in_processes
 
+MOST_JOBS = 1024
+
 
 def workers_from_arguments(arguments: argparse.Namespace) -> tuple[int | None, Workers]:
     """How many work at once (None on a cluster, where they come and go), and they.
 
     Raises:
-        UsageError: There are fewer than one.
+        UsageError: Their number is out of range.
     """
     if arguments.cluster:
         from app.studies.running.cluster import on_cluster
 
         return None, on_cluster(arguments.cluster)
     jobs = arguments.jobs or os.cpu_count() or 1
-    if jobs < 1:
-        raise UsageError("the number of jobs is below one", place="--jobs", value=jobs)
+    if not 1 <= jobs <= MOST_JOBS:
+        remedy = f"Choose 1 to {MOST_JOBS}, or 0 for all processors"
+        raise UsageError("the number of jobs is out of range", place="--jobs", value=jobs, remedy=remedy)
     return jobs, in_processes(jobs)

@@ -42,7 +42,7 @@ from typing import Annotated, Any, Literal, TypeAlias, TypeVar, Union, get_args,
 
 import numpy as np
 
-from app.core.errors import TactileMapsError, did_you_mean
+from app.core.errors import TactileMapsError, did_you_mean, parser_message
 
 NON_FINITE = "infinity and NaN are allowed"
 """The mark of a hint ``Annotated[float, NON_FINITE]``, or of an array's, that takes more than finite numbers."""
@@ -122,11 +122,8 @@ def load_json(
     """The value that ``dump_json`` wrote; arguments and errors as for ``from_json``, and ``data`` may be no JSON."""
     try:
         raw = parse_json(data)
-    except RecursionError as cause:
-        problem = "lists and objects are nested too deep"
-        raise error(problem, file=file, place=place or None, value=f"{len(data)} bytes", remedy=remedy) from cause
     except ValueError as cause:  # bytes that are no text are one too
-        raise error("this is not JSON", file=file, place=place or None, value=cause, remedy=remedy) from cause
+        raise error("this JSON cannot be read", file=file, place=place or None, value=cause, remedy=remedy) from cause
     return from_json(kind, raw, error=error, place=place, file=file, remedy=remedy)
 
 
@@ -138,12 +135,16 @@ def parse_json(data: bytes | str, *, constants: bool = False) -> JsonValue:
         constants: Whether NaN, Infinity and -Infinity are read, for a caller who refuses them with their place.
 
     Raises:
-        ValueError: It is no JSON, names a key of an object twice, so that nobody knows which is meant, or has a
-            constant that JSON does not know.
-        RecursionError: It is nested too deep.
+        ValueError: It is no JSON, is nested too deep, has a number of too many digits, names a key of an object twice,
+            so that nobody knows which is meant, or has a constant that JSON does not know.
     """
     refuse = None if constants else _refuse_constant
-    return json.loads(data, parse_constant=refuse, object_pairs_hook=_without_duplicates)
+    try:
+        return json.loads(data, parse_constant=refuse, object_pairs_hook=_without_duplicates)
+    except (ValueError, RecursionError) as error:
+        if (message := parser_message(error)) == str(error):
+            raise
+        raise ValueError(message) from error
 
 
 def json_schema(kind: Any, *, title: str = "", description: str = "") -> dict[str, Any]:

@@ -192,6 +192,15 @@ class Finding:
     count: int = 1
 
 
+def parser_message(error: Exception) -> str:
+    """Return what a parser of Python complains about, in words where it names only a limit or a class of its own."""
+    if isinstance(error, RecursionError):
+        return "lists and objects are nested too deep"
+    if str(error).startswith("Exceeds the limit"):  # of digits that Python converts
+        return "a whole number has too many digits"
+    return str(error)
+
+
 def did_you_mean(word: str, known: tuple[str, ...]) -> str:
     """A remedy for a word that is not known: the nearest spelling, and all there are."""
     close = get_close_matches(word.lower(), known, n=1, cutoff=0.5)

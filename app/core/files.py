@@ -28,6 +28,7 @@ from contextlib import contextmanager, suppress
 from contextvars import ContextVar
 from itertools import count
 from pathlib import Path
+from types import MappingProxyType
 from typing import IO, Any, BinaryIO
 
 import numpy as np
@@ -464,6 +465,7 @@ _HEADER = "header"
 _LENGTH_BYTES = {(1, 0): 2, (2, 0): 4}
 """Of the length of an npy header, by the format's version."""
 _MAX_NPY_HEADER = 10_000
+_SET_NUMBER = re.compile(r"^\d+_")
 _NPY_HEADER = re.compile(
     r"""\{\s*['"]descr['"]:\s*(?P<descr>['"][^'"]*['"]|\[.*\]),\s*['"]fortran_order['"]:\s*(?P<fortran>True|False),"""
     r"""\s*['"]shape['"]:\s*\((?P<shape>(\s*\d{1,18}\s*,)*\s*(\d{1,18})?\s*)\)\s*,?\s*\}\s*"""
@@ -480,7 +482,12 @@ def pack_arrays(header: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]]) -
 
 
 def unpack_arrays(
-    data: bytes, *, file: str | Path | None = None, error: type[TactileMapsError], max_bytes: int = MAX_UNPACKED_BYTES
+    data: bytes,
+    *,
+    file: str | Path | None = None,
+    error: type[TactileMapsError],
+    max_bytes: int = MAX_UNPACKED_BYTES,
+    max_rows: Mapping[str, int] = MappingProxyType({}),
 ) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
     """The header and the arrays of ``pack_arrays``.
 
@@ -489,16 +496,18 @@ def unpack_arrays(
         file: Its name, for errors.
         error: The kind of error to raise.
         max_bytes: More than this unpacked is refused before unpacking.
+        max_rows: Largest first lengths of arrays by their names without the number of their set (``2_positions`` is
+            ``positions``). An array that states more is refused before it is unpacked.
 
     Raises:
         TactileMapsError: Of kind ``error``: not an npz, damaged, too large, pickled, or without a header.
     """
-    arrays = unpack_bare_arrays(data, file=file, error=error, max_bytes=max_bytes)
+    arrays = unpack_bare_arrays(data, file=file, error=error, max_bytes=max_bytes, max_rows=max_rows)
     if _HEADER not in arrays:
         raise error("the file has no header", file=file, remedy="Open a file that this program saved")
     try:
         header = parse_json(arrays.pop(_HEADER).astype(np.uint8).tobytes(), constants=True)
-    except (ValueError, RecursionError) as cause:
+    except ValueError as cause:
         raise error("the file is damaged or of another kind", file=file, value=cause) from cause
     if not isinstance(header, dict):
         raise error("the file's header is not an object", file=file, value=header)
@@ -522,7 +531,12 @@ def array_format(data: bytes) -> str | None:
 
 
 def unpack_bare_arrays(
-    data: bytes, *, file: str | Path | None = None, error: type[TactileMapsError], max_bytes: int = MAX_UNPACKED_BYTES
+    data: bytes,
+    *,
+    file: str | Path | None = None,
+    error: type[TactileMapsError],
+    max_bytes: int = MAX_UNPACKED_BYTES,
+    max_rows: Mapping[str, int] = MappingProxyType({}),
 ) -> dict[str, NDArray[Any]]:
     """The arrays of an npz that any program wrote, by name; arguments and errors as ``unpack_arrays``."""
     try:
@@ -530,7 +544,8 @@ def unpack_bare_arrays(
             members = archive.infolist()
             _check_sizes(members, file, error, max_bytes)
             return {
-                member.filename.removesuffix(".npy"): _read_member(archive, member, file, error) for member in members
+                member.filename.removesuffix(".npy"): _read_member(archive, member, file, error, max_rows)
+                for member in members
             }
     except ZIP_DAMAGE as cause:
         raise error("the file is damaged or of another kind", file=file, value=cause) from cause
@@ -550,11 +565,16 @@ def _check_sizes(
 
 
 def _read_member(
-    archive: zipfile.ZipFile, member: zipfile.ZipInfo, file: str | Path | None, error: type[TactileMapsError]
+    archive: zipfile.ZipFile,
+    member: zipfile.ZipInfo,
+    file: str | Path | None,
+    error: type[TactileMapsError],
+    max_rows: Mapping[str, int] = MappingProxyType({}),
 ) -> NDArray[Any]:
-    """One array; its stated shape is compared with the bytes that are there before any memory is taken."""
+    """Return one array. Its stated shape is compared with the size of its bytes before they are unpacked."""
+    most = max_rows.get(_SET_NUMBER.sub("", member.filename.removesuffix(".npy")), math.inf)
     with archive.open(member) as stream:
-        return _read_stream(stream, place=member.filename, file=file, error=error)
+        return _read_stream(stream, place=member.filename, file=file, error=error, size=member.file_size, most=most)
 
 
 def pack_array(values: NDArray[Any]) -> bytes:
@@ -579,13 +599,19 @@ def unpack_array(
         TactileMapsError: Of kind ``error``: not an npy, damaged, pickled, or of another shape than its bytes.
     """
     try:
-        return _read_stream(io.BytesIO(data), place=place, file=file, error=error)
+        return _read_stream(io.BytesIO(data), place=place, file=file, error=error, size=len(data))
     except ZIP_DAMAGE as cause:
         raise error("an array is damaged", file=file, place=place, value=cause) from cause
 
 
 def _read_stream(
-    stream: IO[bytes], *, place: str, file: str | Path | None, error: type[TactileMapsError]
+    stream: IO[bytes],
+    *,
+    place: str,
+    file: str | Path | None,
+    error: type[TactileMapsError],
+    size: int,
+    most: float = math.inf,
 ) -> NDArray[Any]:
     """An npy file. Its header is not given to Python's parser, as numpy does: that can be made to fail in many ways."""
     magic, version = stream.read(6), (*stream.read(2),)
@@ -608,7 +634,12 @@ def _read_stream(
             remedy="Pickled objects are never read, since they can run code",
         )
     shape = tuple(int(length) for length in re.findall(r"\d+", found["shape"]))
-    body, dtype = stream.read(), np.dtype(descr)
-    if math.prod(shape) * dtype.itemsize != len(body):
+    if shape and shape[0] > most:
+        raise error("an array has too many rows", file=file, place=place, value=shape[0],
+                    remedy=f"The most is {most:,}")  # fmt: skip
+    dtype = np.dtype(descr)
+    stated = math.prod(shape) * dtype.itemsize
+    before = 8 + _LENGTH_BYTES[version] + len(header)
+    if stated != size - before or len(body := stream.read()) != stated:
         raise error("an array's shape does not fit its bytes", file=file, place=place, value=shape)
     return np.frombuffer(body, dtype).reshape(shape, order="F" if found["fortran"] == "True" else "C")

@@ -73,13 +73,16 @@ def parse_toml(text: str, *, file: str | Path, error: type[TactileMapsError] = S
     """Return the values of a TOML text whose size of keys and whole numbers is bounded.
 
     Raises:
-        TactileMapsError: Of kind ``error``: a dotted key has too many parts, or a whole number more than 64 bits.
+        TactileMapsError: Of kind ``error``: a dotted key has too many parts, a whole number more than 64 bits, or lists
+            or tables are nested too deep.
         ValueError: The text is not TOML.
-        RecursionError: Lists or tables are nested too deeply.
     """
     check_key_depth(text, file=file, error=error)
     try:
         values = tomllib.loads(text)
+    except RecursionError as cause:
+        problem, remedy = "lists or tables are nested too deep", "Write them as tables with names"
+        raise error(problem, file=file, remedy=remedy) from cause
     except tomllib.TOMLDecodeError:
         raise
     except ValueError:  # a decimal number that Python does not read: its first digits are enough to find its key
@@ -347,7 +350,7 @@ class TomlReader:
         self._text, self._file, self._top = text, file, top
         try:
             self.raw: dict[str, Any] = parse_toml(text, file=file)
-        except (ValueError, RecursionError) as error:
+        except ValueError as error:
             problem, _, place = str(error).partition(" (at ")
             place = place.rstrip(")").replace("end of document", f"line {len(text.splitlines())}")
             raise SceneError("the scene is not valid TOML", file=file, place=place or None, value=problem) from error

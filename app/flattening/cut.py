@@ -285,6 +285,10 @@ def _none_drawn() -> IntArray:
     return np.zeros((0, 2), dtype=np.int64)
 
 
+MOST_SEAMS = 100
+"""Extra seams of one patch; each takes a pass over the surface."""
+
+
 @dataclass(frozen=True, eq=False)
 class SeamPlan:
     """What is wanted of one patch's seams.
@@ -301,8 +305,9 @@ class SeamPlan:
 
     def __post_init__(self) -> None:
         freeze_arrays(self, "drawn", dtype=np.int64, columns=2)
-        if self.extra is not None and self.extra < 0:
-            raise MapError("the number of seams is not 0 or more", place="seams", value=self.extra)
+        if self.extra is not None and not 0 <= self.extra <= MOST_SEAMS:
+            remedy = f"Choose 0 to {MOST_SEAMS}"
+            raise MapError("the number of seams is out of range", place="seams", value=self.extra, remedy=remedy)
         if self.importance is not None:
             freeze_arrays(self, "importance")
             if not (np.isfinite(self.importance) & (self.importance >= 0)).all():

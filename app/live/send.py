@@ -25,6 +25,8 @@ from app.live.sources.network import import_zmq
 from app.live.sources.open import DEFAULT_PORT, SourceOptions, open_source
 from app.live.wire_format import encode_binary, encode_json
 
+MOST_TAXELS = 100_000
+
 
 @contextmanager
 def sender(address: str) -> Iterator[Callable[[bytes], Any]]:
@@ -112,8 +114,12 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("--count", type=int, help="stop after so many packets")
     parser.add_argument("--token", help="that every packet carries")
     parser.add_argument("--json", action="store_true", help="send JSON instead of compact packets")
+    arguments = parser.parse_args(argv)
+    for name, value, most in (("taxels", arguments.taxels, MOST_TAXELS), ("count", arguments.count, sys.maxsize)):
+        if value is not None and not 1 <= value <= most:
+            parser.error(f"argument --{name}: must be 1 to {most}")
     try:
-        sent = send(parser.parse_args(argv))
+        sent = send(arguments)
     except TactileMapsError as error:
         sys.stderr.write(f"send: {error}\n")
         return 2 if isinstance(error, UsageError) else 1

@@ -105,7 +105,7 @@ def _check_version(found: object) -> None:
 def _decode_json(packet: bytes, token: str | None) -> Reading:
     try:
         fields = parse_json(packet)
-    except (TactileMapsError, ValueError, RecursionError) as error:
+    except (TactileMapsError, ValueError) as error:
         raise MalformedReadingError("the packet is no JSON object", value=packet[:40]) from error
     if not isinstance(fields, dict):
         raise MalformedReadingError("the packet is no JSON object", value=packet[:40])

@@ -16,6 +16,7 @@ from app.core.arrays import FloatArray, IntArray
 from app.core.errors import Finding, RobotError, errors_in_file
 from app.geometry.mesh import Mesh
 from app.robots.files.model_limits import LARGEST_MAGNITUDE, MAX_BODIES
+from app.robots.formats.mesh_files import MAX_FACES
 from app.robots.mujoco_spec import check_names, compile_spec, editing_spec, parse_spec, spec_text
 from app.robots.mujoco_warnings import collect_warnings, warning_findings
 from app.robots.robot import Joint, Link, Robot
@@ -24,6 +25,7 @@ from app.robots.sanitize import (
     collision_exclusions,
     enforce_inertia_inequality,
     keyframe_home,
+    limited_hulls,
     missing_meshes,
     name_unnamed_elements,
     prepare_degenerate_meshes,
@@ -61,6 +63,29 @@ def _shown_geoms(model: mujoco.MjModel, body: int) -> list[int]:
     shown = [geom for geom in every if model.geom_group[geom] <= _LAST_VISIBLE_GROUP and model.geom_rgba[geom, 3] > 0]
     visual = [geom for geom in shown if not (model.geom_contype[geom] or model.geom_conaffinity[geom])]
     return visual or shown or every
+
+
+def _check_drawn_faces(model: mujoco.MjModel, source: str) -> None:
+    """Bound the triangles of all links: each use of a mesh is a copy.
+
+    Raises:
+        RobotError: They are more than ``MAX_FACES``; the link with the most is named.
+    """
+    counts = [sum(_mesh_faces(model, geom) for geom in _shown_geoms(model, body)) for body in range(1, model.nbody)]
+    if sum(counts) > MAX_FACES:
+        problem = "the shapes of its links have more than 5 million triangles together, each use of a mesh counted"
+        raise RobotError(
+            problem,
+            file=source,
+            place=f"link {model.body(1 + int(np.argmax(counts))).name}",
+            value=sum(counts),
+            remedy="Simplify the meshes or use them less often",
+        )
+
+
+def _mesh_faces(model: mujoco.MjModel, geom: int) -> int:
+    is_mesh = model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_MESH
+    return int(model.mesh_facenum[model.geom_dataid[geom]]) if is_mesh else 0
 
 
 def geom_triangles(model: mujoco.MjModel, geom: int) -> tuple[FloatArray, IntArray]:
@@ -165,7 +190,7 @@ def build_robot(
     if len(spec.bodies) > MAX_BODIES:
         raise RobotError(f"the robot has more than {MAX_BODIES} bodies", file=source, value=len(spec.bodies))
     check_names(spec, source=source)
-    with editing_spec(source=source):
+    with editing_spec(source=source), errors_in_file(source):
         requested = {**keyframe_home(spec), **(home or {})}
         notes = [
             *findings,
@@ -177,12 +202,14 @@ def build_robot(
     files = {file: content for file, content in assets.items() if file in used}
     first = _compile_with_masses(spec, source, notes)
     check_magnitudes(first, source)
+    notes += limited_hulls(first)
     state_scaled_masses(spec, first)
     enforce_inertia_inequality(spec, first)
     with errors_in_file(source):
         notes += _exclude_touching(spec, first, _home(first, requested)[0])
     text = spec_text(spec, source=source)
     model = compile_spec(parse_spec(text, files, source=source), source=source)
+    _check_drawn_faces(model, source)
     rest, clipped = _home(model, requested)
     if clipped:
         notes.append(Finding("home-outside-limits", ", ".join(clipped), "moved inside the limits", len(clipped)))

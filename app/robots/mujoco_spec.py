@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from typing import Any
 from xml.etree.ElementTree import tostring
 
 import mujoco
@@ -100,22 +101,28 @@ def _reset_defaults(spec: mujoco.MjSpec, classes: Collection[str]) -> None:
     The elements of the file are unaffected: they got their values when the file was read.
     """
     fresh = mujoco.MjSpec()  # its defaults live only as long as it does
+    settings = {kind: list(_settings(getattr(fresh.default, kind))) for kind in _DEFAULT_KINDS}
     for default in (spec.default, *(found for name in classes if (found := spec.find_default(name)) is not None)):
-        for kind in _DEFAULT_KINDS:
-            _copy_settings(getattr(fresh.default, kind), getattr(default, kind))
+        for kind, values in settings.items():
+            _apply(values, getattr(default, kind))
 
 
-def _copy_settings(source: object, target: object) -> None:
-    for name, described in vars(type(source)).items():
-        if not isinstance(described, property) or described.fset is None or name in _NO_SETTINGS:
-            continue
-        value = getattr(source, name)
+def _settings(element: object) -> Iterator[tuple[str, Any]]:
+    """Names and values of an element's settings; the value of an orientation is a tuple of its own settings."""
+    for name, described in vars(type(element)).items():
+        if isinstance(described, property) and described.fset is not None and name not in _NO_SETTINGS:
+            value = getattr(element, name)
+            yield name, tuple(_settings(value)) if isinstance(value, mujoco.MjsOrientation) else value
+
+
+def _apply(settings: Sequence[tuple[str, Any]], element: object) -> None:
+    for name, value in settings:
         if isinstance(value, np.ndarray):
-            getattr(target, name)[...] = value
-        elif isinstance(value, mujoco.MjsOrientation):
-            _copy_settings(value, getattr(target, name))
+            getattr(element, name)[...] = value
+        elif isinstance(value, tuple):
+            _apply(value, getattr(element, name))
         else:
-            setattr(target, name, value)
+            setattr(element, name, value)
 
 
 def compile_spec(spec: mujoco.MjSpec, *, source: str, findings: list[Finding] | None = None) -> mujoco.MjModel:

@@ -108,7 +108,23 @@ def _subtree(body: mujoco.MjsBody) -> Iterator[mujoco.MjsBody]:
         yield from _subtree(child)
 
 
-def _delete_all(spec: mujoco.MjSpec, elements: list[object]) -> None:
+MOST_DELETED = 2000
+
+
+def _delete_all(spec: mujoco.MjSpec, elements: Sequence[object]) -> None:
+    """Delete elements.
+
+    Raises:
+        RobotError: There are more than ``MOST_DELETED``: MuJoCo's time to delete grows with the square of the number.
+    """
+    if len(elements) > MOST_DELETED:
+        kind = type(elements[0]).__name__.removeprefix("Mjs").lower()
+        raise RobotError(
+            "too many elements of the file are not part of the robot or replace missing meshes",
+            place=f"elements of kind {kind}",
+            value=len(elements),
+            remedy=f"The most is {MOST_DELETED}: remove them from the file",
+        )
     for element in elements:
         spec.delete(element)
 
@@ -260,18 +276,26 @@ def missing_meshes(spec: mujoco.MjSpec, assets: Mapping[str, bytes]) -> dict[str
     return {name: files for name, files in found.items() if files}
 
 
+MAX_HULL_VERTICES = 5000
+"""Vertices of a convex hull. The time to compute a hull grows with the square of their number where they are on a
+circle: 50,000 take half a minute."""
 _FLAT = 1e-5  # thickness over size below which there is no convex hull
 _INERTIA_MARGIN = 3e-5  # by which the triangle inequality of inertias must hold
 _HOLLOW = 1e-6  # enclosed volume over that of the bounding box below which it carries no mass
 
 
 def prepare_degenerate_meshes(spec: mujoco.MjSpec, assets: Mapping[str, bytes]) -> list[Finding]:
-    """Weigh open sheets as shells, and stop flat ones, which have no convex hull, from colliding (a Finding)."""
-    flat = set()
+    """Weigh open sheets as shells, and stop flat ones, which have no convex hull, from colliding (a Finding).
+
+    Also limit convex hulls to ``MAX_HULL_VERTICES``.
+    """
+    flat = set[str]()
     for element in spec.meshes:
         if element.file not in assets:
+            _limit_hull(element, len(element.uservert) // 3)
             continue
         mesh = parse_mesh(assets[element.file], Path(element.file), weld=False)
+        _limit_hull(element, len(mesh.vertices))
         if _is_flat(mesh):
             flat.add(element.name)
         if element.name in flat or _is_hollow(mesh):
@@ -281,6 +305,22 @@ def prepare_degenerate_meshes(spec: mujoco.MjSpec, assets: Mapping[str, bytes]) 
         geom.contype = geom.conaffinity = 0
     names = ", ".join(sorted({geom.meshname for geom in stopped}))
     return [Finding("flat-mesh", names, "visual only, without collision", len(stopped))] if stopped else []
+
+
+def _limit_hull(element: mujoco.MjsMesh, vertices: int) -> None:
+    if vertices > MAX_HULL_VERTICES and not 0 < element.maxhullvert <= MAX_HULL_VERTICES:
+        element.maxhullvert = MAX_HULL_VERTICES
+
+
+def limited_hulls(model: mujoco.MjModel) -> list[Finding]:
+    """Report the meshes whose convex hull has ``MAX_HULL_VERTICES``."""
+    names = [
+        model.mesh(mesh).name
+        for mesh in range(model.nmesh)
+        if model.mesh_graphadr[mesh] >= 0 and model.mesh_graph[model.mesh_graphadr[mesh]] >= MAX_HULL_VERTICES
+    ]
+    note = f"collides as a convex hull of {MAX_HULL_VERTICES} vertices at most"
+    return [Finding("hull-limited", ", ".join(names), note, len(names))] if names else []
 
 
 def enforce_inertia_inequality(spec: mujoco.MjSpec, model: mujoco.MjModel) -> None:

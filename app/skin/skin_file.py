@@ -28,6 +28,7 @@ _FLOATS = {
     "quadrature_positions": 3, "quadrature_normals": 3, "quadrature_areas": 1,
 }  # fmt: skip
 _INTEGERS = {"faces": (1, "face"), "neighbours": (2, "taxel"), "quadrature_taxel": (1, "taxel")}
+_MAX_ROWS = dict.fromkeys(("positions", "normals", "weights", "areas", "faces", *IDENTITY_FIELDS), MAX_TAXELS)
 
 
 def save_skin(skin: Skin, path: str | Path) -> None:
@@ -86,7 +87,7 @@ def skin_from_bytes(data: bytes, *, file: str | Path | None = None) -> Skin:
     Raises:
         SkinError: Damaged, hostile, of another format or a later version, or not a sound skin.
     """
-    header, arrays = unpack_arrays(data, file=file, error=SkinError)
+    header, arrays = unpack_arrays(data, file=file, error=SkinError, max_rows=_MAX_ROWS)
     if header.get("format") == MAP_FORMAT and "skin" in arrays and arrays["skin"].dtype == np.uint8:
         return skin_from_bytes(arrays["skin"].tobytes(), file=file)
     if header.get("format") != FORMAT:

@@ -8,6 +8,7 @@ from __future__ import annotations
 import base64
 import io
 import json
+import math
 import resource
 import struct
 import tempfile
@@ -336,6 +337,19 @@ def _tube_of_taxels(count: int) -> bytes:
     return f"x,y,z,nx,ny,nz\n{rows}\n".encode()
 
 
+def _ring(count: int) -> list[tuple[float, float, float]]:
+    """Points on a circle and two on its axis: MuJoCo takes half a minute for the convex hull of 50,000."""
+    angles = (2 * np.pi * np.arange(count) / count).tolist()
+    ring = [(0.05 * math.cos(angle), 0.05 * math.sin(angle), 0.025) for angle in angles]
+    return [(0.0, 0.0, 0.0), (0.0, 0.0, 0.05), *ring]
+
+
+def _fan(count: int) -> bytes:
+    """An OBJ file whose faces all share one edge."""
+    vertices = "".join(f"v {x:.12f} {y:.12f} {z:.12f}\n" for x, y, z in _ring(count))
+    return (vertices + "".join(f"f 1 2 {number + 3}\n" for number in range(count))).encode()
+
+
 Bomb = tuple[str, str, Callable[[], bytes]]
 """Reader of ``hostile_files.READERS``, ending, and what makes the file."""
 BOMBS: dict[str, Bomb] = {
@@ -365,6 +379,8 @@ BOMBS: dict[str, Bomb] = {
     "obj shared": ("mesh", ".obj", lambda: b"".join(b"v %d 0 0\n" % n for n in range(100_000)) + b"".join(
         b"usemtl m%d\nf 1 %d 3\n" % (n, n + 4) for n in range(50_000))),
     "obj lines": ("mesh", ".obj", lambda: b"v 0 0 0\n" * 10 + b"l 1 2\n" * 500_000),
+    "obj edge fan": ("robot", ".obj", lambda: _fan(50_000)),
+    "stl zeros": ("mesh", ".stl", lambda: bytes(8_000_000)),
     "stl count": ("mesh", ".stl", lambda: bytes(80) + struct.pack("<I", 2**32 - 1) + bytes(50)),
     "stl text": ("mesh", ".stl", lambda: b"solid a\n" + b"facet normal 0 0 1\n" * 200_000),
     "stl solids": ("mesh", ".stl", lambda: b"solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\n"
@@ -407,11 +423,14 @@ BOMBS: dict[str, Bomb] = {
         f'[[objects]]\nname = "o{n}"\nkind = "box"\nsize = [0.1, 0.1, 0.1]\nat = [1.0, 0.0, {n % 900}.0]\n'
         for n in range(10_000)))),
     "json deep": ("taxels", ".json", lambda: b"[" * 4_000_000),
+    "json digits": ("taxels", ".json", lambda: b'{"a": ' + b"9" * 4_000_000 + b"}"),
     "json wide": ("taxels", ".json", lambda: b"[" + b"[]," * 1_300_000 + b"[]]"),
     "json keys": ("taxels", ".json", lambda: b"{" + b",".join(b'"%d":{}' % n for n in range(400_000)) + b"}"),
     "csv wide": ("taxels", ".csv", lambda: b"x,y,z," + b"a," * 2_000_000 + b"b\n0,0,0\n"),
     "csv wide rows": ("taxels", ".csv", lambda: b"x,y,z\n" + b"0," * 2_500_000 + b"0\n"),
     "csv rows": ("taxels", ".csv", lambda: b"x,y,z\n" + b"0,0,0\n" * 900_000),
+    "csv links": ("taxels", ".csv", lambda: b"x,y,z,link\n" + b"".join(
+        b"%d,0,0,l%d\n" % (n, n) for n in range(99_000))),
     "csv quotes": ("taxels", ".csv", lambda: b'x,y,z\n"' + b"a" * 5_000_000),
     "taxels": ("taxels", ".csv", lambda: _taxels(99_000)),
     "skin of taxels": ("any skin", ".csv", lambda: _taxels(99_000)),
@@ -420,6 +439,8 @@ BOMBS: dict[str, Bomb] = {
     "npz zeros": ("any skin", ".npz", lambda: _zeros(900)),
     "npz many zeros": ("map", ".npz", lambda: _zeros(100, 10)),
     "npz taxels": ("taxels", ".npz", lambda: of_zeros(["positions.npy"], 480, npy((20 * 2**20, 3)))),
+    "npz rows": ("taxels", ".npz", lambda: of_zeros(["positions.npy"], 288, npy((12 * 2**20, 3)))),
+    "npz rows of a skin": ("skin", ".npz", lambda: of_zeros(["0_positions.npy"], 288, npy((12 * 2**20, 3)))),
     "npz shape": ("skin", ".npz", lambda: archive({"a.npy": npy((10**15,))})),
     "npz empty rows": ("taxels", ".npz", lambda: archive({"positions.npy": npy((10**15, 0))})),
     "npz members": ("skin", ".npz", lambda: archive({f"{n}.npy": npy((0,)) for n in range(9_999)})),
@@ -444,6 +465,25 @@ BOMBS: dict[str, Bomb] = {
         + "</default>" * 150 + "</default>").encode()),
     "mjcf classes": ("robot", ".xml", lambda: mjcf(BODY, "<default>" + "".join(
         f'<default class="a{n}"><geom size="1"/></default>' for n in range(60_000)) + "</default>").encode()),
+    "mjcf 4900 classes": ("robot", ".xml", lambda: mjcf(BODY, "<default>" + "".join(
+        f'<default class="a{n}"><geom size="1"/></default>' for n in range(4_900)) + "</default>").encode()),
+    "mjcf 499 classes": ("robot", ".xml", lambda: mjcf(BODY, "<default>" + "".join(
+        f'<default class="a{n}"><geom size="1"/></default>' for n in range(499)) + "</default>").encode()),
+    "mjcf sites of a link": ("robot", ".xml", lambda: mjcf(BODY.replace(
+        "</body>", '<site pos="0 0 0.05"/>' * 49_000 + "</body>")).encode()),
+    "mjcf sites with sensors": ("robot", ".xml", lambda: mjcf(BODY.replace("</body>", "".join(
+        f'<site name="s{n}"/>' for n in range(20_000)) + "</body>")).replace("</mujoco>", "<sensor>" + "".join(
+        f'<touch site="s{n}"/>' for n in range(20_000)) + "</sensor></mujoco>").encode()),
+    "mjcf lights and keys": ("robot", ".xml", lambda: mjcf(BODY + "<light/>" * 20_000).replace(
+        "</mujoco>", "<keyframe>" + "<key/>" * 20_000 + "</keyframe></mujoco>").encode()),
+    "mjcf scenery": ("robot", ".xml", lambda: mjcf(
+        BODY + '<geom size="1"/>' * 2_400 + "<frame>" + '<geom size="1"/>' * 2_400 + "</frame>").encode()),
+    "mjcf uses of a mesh": ("robot", ".xml", lambda: mjcf('<body><joint/><inertial pos="0 0 0" mass="1" '
+        'diaginertia="1 1 1"/>' + '<geom type="mesh" mesh="m" contype="0" conaffinity="0"/>' * 4_900 + "</body>",
+        '<asset><mesh name="m" builtin="sphere" params="4"/></asset>').encode()),
+    "mjcf ring of vertices": ("robot", ".xml", lambda: mjcf('<body><joint/><geom type="mesh" mesh="m"/></body>',
+        '<asset><mesh name="m" vertex="' + " ".join(f"{x:.12f} {y:.12f} {z:.12f}" for x, y, z in _ring(50_000))
+        + '"/></asset>').encode()),
     "mjcf sites": ("robot", ".xml", lambda: mjcf(BODY + "<site/>" * 190_000).encode()),
     "mjcf copies of a mesh": ("robot", ".xml", lambda: mjcf('<replicate count="4000"><body><joint/><geom type="mesh" '
         'mesh="m"/></body></replicate>', '<asset><mesh name="m" builtin="sphere" params="4"/></asset>').encode()),
@@ -489,7 +529,7 @@ LONG = frozenset(
     for name in BOMBS
     if name.startswith(("taxels", "skin of", "npz", "mcap", "mjcf", "urdf", "xml", "xacro", "csv", "json"))
     or name in ("glb texture", "obj polygon", "obj polygons", "glb numbers in text", "toml arrays of tables",
-                "scene objects", "glb chain", "dae instances")
+                "obj edge fan", "scene objects", "glb chain", "dae instances")
 ) - {"xml comments", "csv wide", "npz shape", "mcap broken records", "xacro doubling"}  # fmt: skip
 """Those that take more than half a second to make or to read; the others are part of the default tests."""
 

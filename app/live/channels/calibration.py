@@ -162,7 +162,7 @@ def _from_toml(path: Path, skin: Skin) -> Calibration:
     try:
         text = read_bounded_text(path, error=LiveError)
         table = parse_toml(text, file=path, error=LiveError)
-    except (tomllib.TOMLDecodeError, RecursionError) as error:
+    except tomllib.TOMLDecodeError as error:
         raise LiveError("the file is not TOML", file=path, value=error) from error
     if more := table.keys() - {"gain", "offset", "taxel"}:
         raise LiveError("a key is not known", file=path, place=min(more), remedy="The keys are: gain, offset, taxel")

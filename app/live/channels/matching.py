@@ -6,6 +6,7 @@ A table from the stream's own ids to taxels may stand between, for a skin whose 
 from __future__ import annotations
 
 import csv
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -175,9 +176,8 @@ def read_rows(path: Path, needed: tuple[str, ...]) -> list[tuple[int, dict[str, 
 
 
 def whole(text: str, path: str | Path, line: int, column: str) -> int:
-    """The whole number in a cell. Raises LiveError naming it."""
-    try:
-        return int(text)
-    except ValueError as error:
-        place = f"line {line}, {column}"
-        raise LiveError("expected a whole number", file=path, place=place, value=text) from error
+    """Return the whole number in a cell. Raises LiveError naming it, also where it has more than 18 digits."""
+    if not re.fullmatch(r"\s*[+-]?[0-9]{1,18}\s*", text):
+        remedy = "Write a whole number of at most 18 digits"
+        raise LiveError("expected a whole number", file=path, place=f"line {line}, {column}", value=text, remedy=remedy)
+    return int(text)

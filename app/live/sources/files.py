@@ -161,6 +161,10 @@ def is_own_recording(path: Path) -> bool:
         return False
 
 
+def _is_id(word: str) -> bool:
+    return word.isdecimal() and len(word) <= 18
+
+
 @dataclass(frozen=True, eq=False)
 class _Columns:
     """Of a table, by place: what they are."""
@@ -186,7 +190,7 @@ class _Columns:
             if lower[at] in ("time", "sequence") or word.startswith("joint:"):
                 continue
             module, dot, channel = word.partition(".")
-            if not (module.isdecimal() and (not dot or channel.isdecimal())):
+            if not (_is_id(module) and (not dot or _is_id(channel))):
                 remedy = "Columns are time, sequence, joint:NAME, and taxels by id (87012) or module.channel (14.3)"
                 raise LiveError("a column is not known", file=path, place="header", value=word, remedy=remedy)
             label = (int(module), int(channel)) if dot else int(module)
@@ -314,7 +318,7 @@ def read_text(path: Path) -> Iterator[Item]:
     try:
         with path.open(encoding="utf8") as stream:
             words = stream.readline().split()
-            if not words or not all(word.isdecimal() for word in words):
+            if not words or not all(map(_is_id, words)):
                 remedy = "Its first line has one hardware id for each value of the lines below"
                 raise LiveError("this is no file of readings", file=path, place="line 1", remedy=remedy)
             columns = _Columns(1, 0, list(range(2, 2 + len(words))), [int(word) for word in words], None, {})

@@ -163,7 +163,7 @@ def _host_and_port(address: str, default: int) -> tuple[str, int]:
 
 def _baud(address: str, parts: SplitResult) -> int:
     text = parse_qs(parts.query).get("baud", ["115200"])[0]
-    if not text.isdecimal() or not 50 <= int(text) <= 20_000_000:
+    if not text.isdecimal() or len(text) > 8 or not 50 <= int(text) <= 20_000_000:
         raise UsageError("there is no such speed of a serial port", value=address, remedy="Write ?baud=115200")
     return int(text)
 

@@ -76,7 +76,7 @@ def load_topics(path: Path | None) -> RosTopics:
     try:
         text = read_bounded_text(path, error=LiveError)
         table = parse_toml(text, file=path, error=LiveError)
-    except (tomllib.TOMLDecodeError, RecursionError) as error:
+    except tomllib.TOMLDecodeError as error:
         raise LiveError("the file is not TOML", file=path, value=error) from error
     readings, joints = table.pop("readings", None), table.pop("joints", {})
     if table or not isinstance(readings, dict) or not isinstance(joints, dict):

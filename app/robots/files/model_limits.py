@@ -20,7 +20,11 @@ MAX_JOINTS = 500
 MAX_SHAPES = 5000
 MAX_COUPLINGS = 500
 MAX_MESHES = 5000
-"""Meshes, and classes of defaults; the time to look one up by its name grows with their number."""
+"""The time to look one up by its name grows with their number."""
+MAX_CLASSES = 500
+"""Classes of defaults; resetting one takes milliseconds."""
+MAX_PAIRS = 3000
+"""Pairs of bodies or shapes that the model excludes from contact or that it lists."""
 MAX_MODEL_ELEMENTS = 50_000
 """Elements of all kinds, copies included."""
 MAX_CHAIN = 200
@@ -36,7 +40,8 @@ _COUNTED = (
     ("shapes", ("geom", "visual", "collision"), MAX_SHAPES),
     ("couplings", ("connect", "weld", "mimic"), MAX_COUPLINGS),
     ("meshes", ("mesh",), MAX_MESHES),
-    ("classes of defaults", ("default",), MAX_MESHES),
+    ("classes of defaults", ("default",), MAX_CLASSES),
+    ("pairs in its contact section", ("exclude", "pair"), MAX_PAIRS),
 )
 _PLACED = ("body", "link", "geom", "joint", "inertial", "origin", "sphere", "box", "cylinder", "capsule")
 _LENGTHS = ("size", "pos", "fromto", "radius", "length", "xyz")

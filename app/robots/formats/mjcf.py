@@ -5,11 +5,11 @@ What it need not see: scenery, decoration, and orders for absurd amounts of anyt
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from pathlib import Path, PurePosixPath
 from xml.etree.ElementTree import Element, tostring
 
-from app.core.errors import Finding, RobotError
+from app.core.errors import Finding, RobotError, errors_in_file
 from app.robots.build import build_robot
 from app.robots.files.model_files import ModelFiles, files_that_include
 from app.robots.files.model_limits import NO_ROBOT_SECTIONS, check_amounts
@@ -46,6 +46,33 @@ def strip_mjcf(root: Element, path: Path) -> None:
         if parent.tag == "material":
             parent.attrib.pop("texture", None)
             parent[:] = []
+
+
+_EXTRAS = ("site", "camera", "light")
+
+
+def _drop_unneeded(root: Element, mounts: Collection[Mount]) -> None:
+    """Remove what ``strip_scene`` would delete: MuJoCo's time to delete grows with the square of the number.
+
+    Of the sites that carry sensors, the first of each element is kept: it marks a body of the robot. Of the keyframes,
+    those that ``keyframe_home`` may use are kept.
+    """
+    for world in root.iterfind("worldbody"):
+        inside = list(world.iter())
+        for parent in inside:
+            carriers = [child for child in parent if child.tag == "site" and ("site", child.get("name")) in mounts]
+            parent[:] = [child for child in parent if child.tag not in _EXTRAS or child in carriers[:1]]
+        _drop_scenery(world)
+    for keys in root.iterfind("keyframe"):
+        keys[:] = [key for number, key in enumerate(keys) if not number or key.get("name") == "home"]
+
+
+def _drop_scenery(element: Element) -> None:
+    """Remove the shapes of the world itself, which may be in frames."""
+    element[:] = [child for child in element if child.tag != "geom"]
+    for child in element:
+        if child.tag in ("frame", "replicate"):
+            _drop_scenery(child)
 
 
 def _drop_unknown_materials(root: Element) -> list[Finding]:
@@ -89,13 +116,15 @@ def load_mjcf(path: Path, *, package_roots: Sequence[Path] = (), name: str | Non
         store.findings.append(Finding("plug-in", ", ".join(plugins), note, len(plugins)))
     mounts = _sensor_mounts(root)
     strip_mjcf(root, path)
+    _drop_unneeded(root, mounts)
     store.findings.extend(_drop_unknown_materials(root))
     gather_meshes(root, reader, store)
     if root.find("worldbody//body") is None:
         raise RobotError("the file contains no robot: it has no body", file=path, remedy=files_that_include(path))
     source = str(path)
     spec = parse_spec(tostring(root, encoding="unicode"), store.files, source=source, findings=store.findings)
-    missing, left_out = settle_missing_meshes(spec, store.missing, reader)
+    with errors_in_file(source):
+        missing, left_out = settle_missing_meshes(spec, store.missing, reader)
     notes = [*store.findings, *reader.findings(), *missing]
     return build_robot(
         spec,

@@ -41,10 +41,13 @@ def read_plain_obj(data: bytes) -> tuple[FloatArray, IntArray] | None:
 
 
 def read_binary_stl(data: bytes) -> tuple[FloatArray, IntArray] | None:
-    """Vertices (3 m, 3), three for each face, and faces (m, 3) of a binary STL file; None of one in text, or empty."""
+    """Vertices (3 m, 3), three for each face, and faces (m, 3) of a binary STL file; None of one in text.
+
+    A file that states no faces has none, whatever follows: trimesh would search gigabytes for text.
+    """
     start = _STL_HEADER + 4
     count = int.from_bytes(data[_STL_HEADER:start], "little")
-    if not count or len(data) != start + count * _STL_FACE.itemsize:
+    if len(data) < start or (count and len(data) != start + count * _STL_FACE.itemsize):
         return None
     corners = np.frombuffer(data, _STL_FACE, count, start)["corners"]
     return corners.reshape(-1, 3).astype(np.float64), np.arange(3 * count).reshape(-1, 3)

@@ -9,7 +9,7 @@ from xml.etree.ElementTree import Element, SubElement, tostring
 import mujoco
 import numpy as np
 
-from app.core.errors import Finding, RobotError
+from app.core.errors import Finding, RobotError, errors_in_file
 from app.robots.build import build_robot
 from app.robots.files.model_files import PackageResolver, files_that_include
 from app.robots.files.model_limits import check_amounts
@@ -106,7 +106,8 @@ def robot_from_urdf(
     spec = parse_spec(tostring(root, encoding="unicode"), store.files, source=str(path), findings=notes)
     spec.compiler.degree = False
     _place_base(spec, base_height, base_yaw)
-    missing, left_out = settle_missing_meshes(spec, store.missing, packages.files)
+    with errors_in_file(path):
+        missing, left_out = settle_missing_meshes(spec, store.missing, packages.files)
     notes += [*store.findings, *missing]
     notes += _add_joint_dynamics(spec)
     return build_robot(

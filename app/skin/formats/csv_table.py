@@ -57,6 +57,7 @@ _OTHER_NAMES = {
 _SEPARATORS = (";", "\t", ",")
 _LARGEST_NUMBER = 2**31
 MAX_COLUMNS = 1000
+MAX_LINKS = 1000
 
 
 @dataclass(frozen=True)
@@ -80,11 +81,13 @@ def read_table(path: str | Path) -> tuple[TaxelSet, ...]:
     path = Path(path)
     table = _open(path)
     link = table.columns.get("link")
-    names = [(cells[link].strip() if link is not None else "") for _, cells in table.rows]
-    sets = []
-    for name in dict.fromkeys(names):
-        chosen = [row for row, of in zip(table.rows, names, strict=True) if of == name]
-        sets.append(_taxel_set(table, chosen, name or None, len(set(names)) > 1))
+    rows: dict[str, list[tuple[int, Sequence[str]]]] = {}
+    for row in table.rows:
+        rows.setdefault(row[1][link].strip() if link is not None else "", []).append(row)
+    if len(rows) > MAX_LINKS:
+        problem, remedy = f"the table names more than {MAX_LINKS} links", "Check which column names the links"
+        raise SkinError(problem, file=path, place=f"column {table.headings[link or 0]}", value=len(rows), remedy=remedy)
+    sets = [_taxel_set(table, chosen, name or None, len(rows) > 1) for name, chosen in rows.items()]
     return (sets[0].with_findings(*table.findings), *sets[1:])
 
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from app.core.errors import Finding, SkinError, errors_in_file
 from app.core.files import pack_arrays, read_bounded_file, unpack_arrays, unpack_bare_arrays, write_atomically
-from app.skin.formats.taxel_set import TaxelSet, distinct_numbers, unit_normals
+from app.skin.formats.taxel_set import MAX_TAXELS, TaxelSet, distinct_numbers, unit_normals
 
 FORMAT, VERSION = "tactile-maps-taxels", 3
 _READS = (1, 2, VERSION)
@@ -27,6 +27,7 @@ _ARRAYS = {
     "faces": (3, "iu"), "points": (2, "f"), "modules": (1, "iu"),
     "ids": (1, "iu"), "channels": (1, "iu"),
 }  # fmt: skip
+_MAX_ROWS = dict.fromkeys(_ARRAYS, MAX_TAXELS) | {"faces": 10 * MAX_TAXELS}
 
 
 def read_taxel_npz(path: str | Path) -> tuple[TaxelSet, ...]:
@@ -37,10 +38,10 @@ def read_taxel_npz(path: str | Path) -> tuple[TaxelSet, ...]:
     """
     path = Path(path)
     data = read_bounded_file(path, error=SkinError)
-    bare = unpack_bare_arrays(data, file=path, error=SkinError)
+    bare = unpack_bare_arrays(data, file=path, error=SkinError, max_rows=_MAX_ROWS)
     if "header" not in bare:
         return (_taxel_set(bare, "", path.stem, None, path),)
-    header, arrays = unpack_arrays(data, file=path, error=SkinError)
+    header, arrays = unpack_arrays(data, file=path, error=SkinError, max_rows=_MAX_ROWS)
     if header.get("format") != FORMAT or header.get("version") not in _READS:
         found = f"{header.get('format')} {header.get('version')}"
         remedy = f"This program reads taxels of versions {_READS[0]} to {VERSION}; open skins and maps as such"

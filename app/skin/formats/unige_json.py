@@ -435,7 +435,7 @@ def _upward(points: FloatArray, faces: IntArray) -> IntArray:
 def _parse(path: Path) -> object:
     try:
         document: object = parse_json(read_bounded_text(path, error=SkinError), constants=True)
-    except (ValueError, RecursionError) as error:
+    except ValueError as error:
         remedy = "Open it in an editor at that line, or export it again"
         raise SkinError("the file is not valid JSON", file=path, value=error, remedy=remedy) from error
     return document

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -10,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from app.__main__ import main
+from app.cli.parser import build_parser
 from tests.support.recordings import record, small_arm
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -84,6 +86,9 @@ def test_maps_are_made_and_robots_told_of_without_what_simulates_controls_record
         ["map", "arm", "-o", "x.docx"],
         ["map", "arm", "--method", "magic"],
         ["run", "arm", "--scene", "ur5e"],
+        ["map", "arm", "--seed", "-1"],
+        ["run", "--serve", "--port", "65536"],
+        ["map", "arm", "--exact-distances", "0"],
     ],
 )
 def test_bad_usage_exits_with_2(capsys, words):
@@ -91,6 +96,48 @@ def test_bad_usage_exits_with_2(capsys, words):
     assert status == 2
     assert err
     assert "Traceback" not in out + err
+
+
+@pytest.mark.parametrize("digits", [20, 5000])
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["study", "map-cost", "--seed"],
+        ["map", "arm", "--seed"],
+        ["map", "arm", "--taxels"],
+        ["map", "arm", "--cut"],
+        ["map", "arm", "--touches"],
+        ["map", "arm", "--exact-distances"],
+        ["run", "--port"],
+        ["run", "--jobs"],
+        ["screenshot", "-o", "x.png", "--dpi"],
+        ["listen", "udp://127.0.0.1:1", "--tare"],
+        ["export", "x.mcap", "--to", "csv", "-o", "x", "--image-width"],
+    ],
+    ids=lambda words: " ".join(words),
+)
+def test_huge_whole_numbers_are_refused_in_one_short_message(capsys, words, digits):
+    status, out, err = call(capsys, *words, "9" * digits)
+    assert status == 2
+    assert out == ""
+    last = err.splitlines()[-1]
+    assert re.search(rf"argument .*{words[-1]}.*: must be .*: 9", last), last
+    assert len(last) < 200
+
+
+@pytest.mark.parametrize("words", [["--size", "9" * 5000 + "x900"], ["--grid", "9" * 5000 + "x2"]])
+def test_huge_sizes_are_refused_in_one_short_message(capsys, words):
+    command = ["screenshot", "-o", "x.png"] if words[0] == "--size" else ["map", "arm"]
+    status, _, err = call(capsys, *command, *words)
+    assert status == 2
+    last = err.splitlines()[-1]
+    assert re.search("must be like [0-9]+x[0-9]+.*: 9", last), last
+    assert len(last) < 200
+
+
+@pytest.mark.parametrize("number", ["0", "9223372036854775807", "+3"])
+def test_seeds_of_64_bits_are_accepted(number):
+    assert build_parser().parse_args(["map", "arm", "--seed", number]).seed == int(number)
 
 
 @pytest.mark.parametrize(
@@ -102,6 +149,8 @@ def test_bad_usage_exits_with_2(capsys, words):
         (["replay", "nowhere.mcap"], "nowhere.mcap"),
         (["recover", "nowhere.mcap", "-o", "x.mcap"], "nowhere.mcap"),
         (["map", "arm", "--taxels", "0"], "0"),
+        (["map", "arm", "--taxels", "-5"], "Choose 1 to 100,000"),
+        (["map", "arm", "--cut", "101"], "Choose 0 to 100"),
         (["map", "arm", "--links", "wing"], "wing"),
         (["inspect", "nowhere.npz"], "nowhere.npz"),
     ],

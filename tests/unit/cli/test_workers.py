@@ -15,8 +15,9 @@ from app.studies.running.workers import in_this_process
 def test_jobs_are_processes_and_zero_is_one_a_core():
     assert workers_from_arguments(Namespace(jobs=1, cluster=None)) == (1, in_this_process)
     assert workers_from_arguments(Namespace(jobs=0, cluster=None))[0] == os.cpu_count()
-    with pytest.raises(UsageError, match="below one"):
-        workers_from_arguments(Namespace(jobs=-1, cluster=None))
+    for jobs in (-1, 1025):
+        with pytest.raises(UsageError, match="--jobs: the number of jobs is out of range.*1 to 1024"):
+            workers_from_arguments(Namespace(jobs=jobs, cluster=None))
 
 
 def test_on_a_cluster_nobody_knows_how_many_there_are():

@@ -17,7 +17,7 @@ from hypothesis.extra.numpy import array_shapes, arrays
 from typing_extensions import TypeAliasType
 
 from app.core.arrays import BoolArray, FloatArray, IntArray
-from app.core.codec import NON_FINITE, AnyFloat, dump_json, from_json, json_schema, load_json, to_json
+from app.core.codec import NON_FINITE, AnyFloat, dump_json, from_json, json_schema, load_json, parse_json, to_json
 from app.core.errors import RecordingError, SceneError
 
 
@@ -223,9 +223,24 @@ def test_hostile_text_ends_in_the_named_error(data: bytes | str) -> None:
     assert len(str(refused.value)) < 400
 
 
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ("[" * 200_000, "lists and objects are nested too deep"),
+        ("9" * 5000, "a whole number has too many digits"),
+        ('{"a": ', "Expecting value"),
+    ],
+)
+def test_reasons_are_in_plain_words(text: str, reason: str) -> None:
+    with pytest.raises(RecordingError, match=rf"this JSON cannot be read \(found: {reason}"):
+        load_json(Everything, text, error=RecordingError)
+    with pytest.raises(ValueError, match=f"^{reason}"):
+        parse_json(text)
+
+
 @pytest.mark.parametrize("text", ['{"a": 1, "a": 1}', '[{"b": [{"a": 1, "c": 2, "a": 3}]}]'])
 def test_a_key_that_stands_twice_is_refused_by_name(text: str) -> None:
-    with pytest.raises(RecordingError, match="this is not JSON.*has the key a twice"):
+    with pytest.raises(RecordingError, match="this JSON cannot be read.*has the key a twice"):
         load_json(Everything, text, error=RecordingError, place="message")
 
 

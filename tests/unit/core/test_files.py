@@ -6,6 +6,7 @@ import os
 import subprocess
 import sys
 import time
+import tracemalloc
 import zipfile
 from pathlib import Path
 
@@ -294,6 +295,18 @@ def test_a_bomb_is_refused_before_it_unpacks() -> None:
     assert len(data) < 100_000
     with pytest.raises(SkinError, match="implausible size"):
         unpack_arrays(data, error=SkinError, max_bytes=1_000_000)
+
+
+def test_array_with_too_many_rows_is_refused_before_it_unpacks() -> None:
+    data = members(**{"header": HEADER, "12_places": npy(np.zeros((1_000_000, 3)))})
+    tracemalloc.start()
+    try:
+        with pytest.raises(SkinError, match=r"12_places\.npy: an array has too many rows \(found: 1000000\).*100,000"):
+            unpack_arrays(data, error=SkinError, max_rows={"places": 100_000})
+        assert tracemalloc.get_traced_memory()[1] < 4_000_000
+    finally:
+        tracemalloc.stop()
+    assert len(unpack_arrays(data, error=SkinError, max_rows={"places": 1_000_000})[1]["12_places"]) == 1_000_000
 
 
 def test_too_many_arrays_are_refused() -> None:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from app.core.errors import MapError
-from app.flattening.cut import cut_to_disk, far_points, farthest_from_border
+from app.flattening.cut import SeamPlan, cut_to_disk, far_points, farthest_from_border
 from app.geometry.mesh import Mesh
 from tests.support.surfaces import SURFACES, cap, frustum, named, sheet, sphere, torus
 
@@ -128,3 +128,10 @@ def _moebius():
 def test_what_cannot_be_cut_is_named(surface, says):
     with pytest.raises(MapError, match=says):
         cut_to_disk(surface)
+
+
+@pytest.mark.parametrize("extra", [-1, 101, 10**30])
+def test_number_of_extra_seams_is_limited(extra):
+    assert SeamPlan(extra=100).extra == 100
+    with pytest.raises(MapError, match="seams: the number of seams is out of range.*Choose 0 to 100"):
+        SeamPlan(extra=extra)

@@ -49,6 +49,13 @@ def test_bad_usage_is_told(capsys, tmp_path):
     assert "no such address" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize("words", [["--taxels", "0"], ["--taxels", "100001"], ["--count", "0"], ["--count", "9" * 30]])
+def test_numbers_out_of_range_are_refused(capsys, words):
+    with pytest.raises(SystemExit, match="2"):
+        main(["udp://127.0.0.1:9", *words])
+    assert f"argument {words[0]}: must be 1 to " in capsys.readouterr().err
+
+
 def test_made_up_readings_wander():
     stream = made_up(100, 100.0)
     first, *_, last = (next(stream) for _ in range(200))

@@ -114,6 +114,19 @@ def test_too_many_bodies_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
         robot_of(TWO.replace("MASS", "1"))
 
 
+def test_each_use_of_a_mesh_counts_among_the_triangles(monkeypatch: pytest.MonkeyPatch) -> None:
+    use = '<geom type="mesh" mesh="m" mass="1"/>'
+    text = (
+        '<mujoco><asset><mesh name="m" builtin="sphere" params="2"/></asset><worldbody><body name="few">'
+        f'{use}<body name="many"><joint/>{use * 3}<geom size="0.1"/></body></body></worldbody></mujoco>'
+    )
+    monkeypatch.setattr(build, "MAX_FACES", 4 * 320)
+    assert len(robot_of(text).links) == 2
+    monkeypatch.setattr(build, "MAX_FACES", 4 * 320 - 1)
+    with pytest.raises(RobotError, match=r"two\.xml, link many: .*each use of a mesh counted \(found: 1280\)"):
+        robot_of(text)
+
+
 def test_a_moving_body_without_mass_gets_a_little_and_it_is_said() -> None:
     robot = robot_of(TWO.replace("MASS", "0"))
     assert [finding.kind for finding in robot.findings if finding.kind == "massless"] == ["massless"]

@@ -9,8 +9,11 @@ import numpy as np
 import pytest
 import trimesh
 
+from app.core.errors import RobotError
 from app.geometry.mesh import Mesh
+from app.robots import sanitize
 from app.robots.formats.mjcf import load_mjcf
+from app.robots.mujoco_spec import compile_spec, robot_spec
 from app.robots.sanitize import collision_exclusions, keyframe_home, name_unnamed_elements, strip_scene
 
 GRIPPER = """<mujoco><worldbody><camera name="c"/><site name="w"/><body name="palm"><geom size="0.1"/><site name="s"/>
@@ -79,6 +82,32 @@ def test_a_sheet_folded_so_that_its_volumes_cancel_loads(tiny: Path) -> None:
     faces = np.vstack([ball.faces, ball.faces[:, ::-1] + len(ball.vertices)])
     export(tiny.parent / "meshes" / "rod.stl", np.vstack([ball.vertices, other]), faces)
     assert load_mjcf(tiny).link("rod").mesh is not None
+
+
+def test_hull_of_many_vertices_is_limited_and_reported(tiny: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    export(tiny.parent / "meshes" / "rod.stl", *_ball(3))
+    assert "hull-limited" not in {finding.kind for finding in load_mjcf(tiny).findings}
+    monkeypatch.setattr(sanitize, "MAX_HULL_VERTICES", 200)
+    robot = load_mjcf(tiny)
+    assert {finding.kind: finding.where for finding in robot.findings}["hull-limited"] == "rod"
+    model = compile_spec(robot_spec(robot), source="tiny")
+    assert model.mesh_graph[model.mesh_graphadr[0]] == 200, "the robot's own text states the limit"
+    mesh = robot.link("rod").mesh
+    assert mesh is not None
+    assert len(mesh.vertices) == 642, "the shape that is drawn and covered stays"
+
+
+def _ball(subdivisions: int) -> tuple[object, object]:
+    ball = trimesh.creation.icosphere(subdivisions)
+    return ball.vertices, ball.faces
+
+
+def test_too_many_deletions_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sanitize, "MOST_DELETED", 2)
+    equality = '<equality><tendon tendon1="a"/><tendon tendon1="a"/></equality>'
+    text = GRIPPER.replace("</mujoco>", f"{equality}</mujoco>")
+    with pytest.raises(RobotError, match="elements of kind equality.*found: 3.*The most is 2"):
+        strip_scene(mujoco.MjSpec.from_string(text), "gripper.xml")
 
 
 CHAIN = """<mujoco><worldbody><body name="base"><geom size="0.1"/>

@@ -36,7 +36,7 @@ def parse_settings(data: bytes, file: Path) -> Any:
 
         def compose_node(self, parent: Any, index: Any) -> Any:
             if self.check_event(yaml.events.AliasEvent):
-                raise yaml.YAMLError("an alias, which is not supported")
+                raise yaml.composer.ComposerError
             return super().compose_node(parent, index)
 
     for tag, unit in _UNITS.items():
@@ -46,6 +46,15 @@ def parse_settings(data: bytes, file: Path) -> Any:
     except (yaml.YAMLError, ValueError, RecursionError) as error:
         where = getattr(getattr(error, "problem_mark", None), "line", None)
         place = None if where is None else f"line {where + 1}"
-        raise RobotError(
-            "the file is not YAML with plain values", file=file, place=place, value=type(error).__name__
-        ) from error
+        reasons: dict[type[Exception], str] = {  # PyYAML's words quote the file, which may be anyone's
+            yaml.constructor.ConstructorError: "a tag or key that is not supported",
+            yaml.composer.ComposerError: "several documents, or an alias",
+            yaml.MarkedYAMLError: "lists, keys or indentation that do not fit",
+            yaml.YAMLError: "characters that YAML does not allow",
+            RecursionError: "lists and keys are nested too deep",
+            ValueError: "a number that cannot be read",
+        }
+        value = next(words for kind, words in reasons.items() if isinstance(error, kind))
+        remedy = "Use lists, keys, numbers and texts alone"
+        problem = "the file is not YAML with plain values"
+        raise RobotError(problem, file=file, place=place, value=value, remedy=remedy) from error

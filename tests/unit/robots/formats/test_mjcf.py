@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 from xml.etree.ElementTree import fromstring
 
 import mujoco
@@ -11,8 +12,10 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from app.core.errors import MeshError, RobotError
+from app.robots.formats import mjcf
 from app.robots.formats.mjcf import load_mjcf, strip_mjcf
 from app.robots.kinematics import Configuration
+from app.robots.mujoco_spec import parse_spec
 from app.robots.robot import Robot
 
 FILE = Path("robot.xml")
@@ -330,3 +333,34 @@ def test_two_meshes_of_one_name_in_two_folders_are_both_kept(tiny: Path, rod: by
     edit(tiny, "</asset>", '<mesh name="second" file="other/rod.stl"/></asset>')
     edit(tiny, '<geom type="box"', '<geom type="mesh" mesh="second" mass="1"/><geom type="box"')
     assert sorted(load_mjcf(tiny).assets) == ["rod.msh", "rod_2.msh"]
+
+
+MANY = """<mujoco><worldbody><geom name="ground" size="1"/><frame><geom size="1"/><site/></frame>
+  <light/><camera name="c"/>
+  <body name="hand" mocap="true"><site name="a"/><site name="b"/><frame><site name="c"/><site/></frame><light/>
+    <geom size="0.1"/></body>
+  <body name="box" pos="1 0 0"><freejoint/><geom size="0.1"/><site name="loose"/></body>
+  </worldbody>
+  <equality><connect site1="a" site2="b"/></equality>
+  <sensor><touch site="b"/><touch site="c"/></sensor>
+  <keyframe><key name="first"/><key/><key name="home"/></keyframe></mujoco>"""
+
+
+def test_sites_lights_keys_and_scenery_are_removed_before_mujoco_reads_them(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "many.xml"
+    path.write_text(MANY)
+    read: list[str] = []
+
+    def parse(text: str, *given: Any, **options: Any) -> mujoco.MjSpec:
+        read.append(text)
+        return parse_spec(text, *given, **options)
+
+    monkeypatch.setattr(mjcf, "parse_spec", parse)
+    robot = load_mjcf(path)
+    assert [link.name for link in robot.links] == ["hand"], "a site with a sensor marks a link of the robot"
+    counts = {tag: read[0].count(f"<{tag} ") for tag in ("site", "geom", "key")}
+    assert counts == {"site": 2, "geom": 2, "key": 2}, "one site for each element that carries sensors"
+    assert "<light" not in read[0]
+    assert "<camera" not in read[0]

@@ -85,7 +85,14 @@ def test_a_binary_stl_file_is_what_trimesh_makes_of_it(monkeypatch: pytest.Monke
 
 
 @pytest.mark.parametrize(
-    "data", [b"", b"solid text", bytes(80) + struct.pack("<I", 0), bytes(80) + struct.pack("<I", 2) + bytes(50)]
+    "data", [b"", b"solid text", b"solid" + b" " * 100, bytes(80) + struct.pack("<I", 2) + bytes(50)]
 )
 def test_an_stl_file_in_text_or_of_another_length_is_left_to_trimesh(data: bytes) -> None:
     assert read_binary_stl(data) is None
+
+
+@pytest.mark.parametrize("size", [84, 200, 4096])
+def test_stl_file_that_states_no_faces_has_none(size: int) -> None:
+    found = read_binary_stl(bytes(size))
+    assert found is not None
+    assert [len(part) for part in found] == [0, 0]

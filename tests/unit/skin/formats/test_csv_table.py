@@ -155,6 +155,9 @@ def test_absurd_sizes_are_refused(tmp_path, monkeypatch):
     monkeypatch.setattr(csv_table, "MAX_TAXELS", 3)
     with pytest.raises(SkinError, match="more than 3 rows"):
         read_table(written(tmp_path, "0,0,0\n" * 5))
+    monkeypatch.setattr(csv_table, "MAX_LINKS", 1)
+    with pytest.raises(SkinError, match="column body: the table names more than 1 links.*found: 2"):
+        read_table(written(tmp_path, "x,y,z,body\n0,0,0,a\n0,0,1,b\n0,0,2,a\n"))
 
 
 def test_what_is_written_reads_back(tmp_path):

@@ -20,13 +20,21 @@ def test_values_and_units() -> None:
 
 
 @pytest.mark.parametrize(
-    "data",
+    ("data", "reason"),
     [
-        b"a: !!python/object/apply:os.system ['true']", b"a: &x [1]\nb: *x", b"a: [", b"a: !degrees many",
-        b"[" * 5000, b"a" * (2**20 + 1), b"\xff\xfe\xfd", b"a: 1\n---\nb: 2\n",
+        (b"a: !!python/object/apply:os.system ['true']", "line 1.*a tag or key that is not supported"),
+        (b"a: &x [1]\nb: *x", "several documents, or an alias"),
+        (b"a: 1\nb: [", "line 2.*lists, keys or indentation"),
+        (b"a: !degrees many", "a number that cannot be read"),
+        (b"a: " + b"9" * 5000, "a number that cannot be read"),
+        (b"[" * 5000, "nested too deep"),
+        (b"a" * (2**20 + 1), "too large"),
+        (b"\xff\xfe\xfd", "characters that YAML does not allow"),
+        (b"a: 1\n---\nb: 2\n", "several documents, or an alias"),
     ],
-)  # fmt: skip
-def test_objects_aliases_and_broken_files_are_refused_without_quoting_them(data: bytes) -> None:
-    with pytest.raises(RobotError, match=r"limits\.yaml") as found:
+)
+def test_objects_aliases_and_broken_files_are_refused_without_quoting_them(data: bytes, reason: str) -> None:
+    with pytest.raises(RobotError, match=rf"limits\.yaml.*{reason}") as found:
         parse_settings(data, FILE)
     assert "many" not in str(found.value)
+    assert "Error" not in str(found.value), "no name of a class of Python"
