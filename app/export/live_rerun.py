@@ -127,12 +127,13 @@ def _place_of(address: str) -> tuple[str, int]:
     Raises:
         ExportError: It is no address of a viewer.
     """
-    parts = urlsplit(address)
     try:
-        host, port = parts.hostname, parts.port
+        parts = urlsplit(address)
+        host = parts.hostname
+        port = parts.port
     except ValueError:
         host = port = None
-    if not parts.scheme.startswith("rerun") or host is None or port is None or parts.path != "/proxy":
+    if not port or host is None or not parts.scheme.startswith("rerun") or parts.path != "/proxy":
         raise ExportError("this is no address of a Rerun viewer", value=address, remedy=f"Give one like {VIEWER}")
     return host, port
 

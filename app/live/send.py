@@ -22,7 +22,7 @@ import numpy as np
 from app.core.errors import LiveError, TactileMapsError, UsageError
 from app.live.readings import MalformedReadingError, Reading, SourceEndedError, Unit
 from app.live.sources.network import import_zmq
-from app.live.sources.open import DEFAULT_PORT, SourceOptions, open_source
+from app.live.sources.open import SourceOptions, host_and_port, open_source
 from app.live.wire_format import encode_binary, encode_json
 
 MOST_TAXELS = 100_000
@@ -36,12 +36,12 @@ def sender(address: str) -> Iterator[Callable[[bytes], Any]]:
         UsageError: There is no such address.
         LiveError: It cannot be sent to.
     """
-    parts = urlsplit(address)
-    host, port = parts.hostname or "127.0.0.1", parts.port or DEFAULT_PORT
-    if parts.scheme == "udp":
+    host, port = host_and_port(address)
+    scheme = urlsplit(address).scheme
+    if scheme == "udp":
         with socket.socket(socket.AF_INET6 if ":" in host else socket.AF_INET, socket.SOCK_DGRAM) as opened:
             yield lambda packet: opened.sendto(packet, (host, port))
-    elif parts.scheme == "zmq":
+    elif scheme == "zmq":
         zmq = import_zmq()
         with zmq.Context() as context, context.socket(zmq.PUB) as published:
             published.setsockopt(zmq.LINGER, 500)

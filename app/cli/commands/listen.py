@@ -65,9 +65,12 @@ def execute(arguments: argparse.Namespace) -> int:
     prepared = prepare_measured(scene, progress=progress_line())
     session = _session(arguments, connection, prepared)
     motion = _motion(arguments, session, scene, connection)
+    stated = connection.source.address
     connection.open()
     with ExitStack() as outer:
         outer.callback(connection.close)
+        if connection.source.address != stated:  # port 0: the sender needs the port that was chosen
+            write_error(f"tactile-maps: listening at {connection.source.address}\n")
         recording = None
         with ExitStack() as stack:
             if arguments.output:

@@ -13,7 +13,7 @@ from urllib.parse import urlsplit
 from app.core.errors import LiveError, UsageError
 from app.live.send import sender
 from app.live.sources.network import check_token, is_this_machine
-from app.live.sources.open import DEFAULT_PORT
+from app.live.sources.open import host_and_port
 
 _ANY_HOST = ("0.0.0.0", "::")
 
@@ -22,9 +22,9 @@ def check_sending(address: str, *, remote: bool) -> None:
     """Refuse to move a robot on another machine unless the user requests it.
 
     Raises:
-        UsageError: The user did not.
+        UsageError: The user did not, or there is no such address.
     """
-    host = urlsplit(address).hostname or "127.0.0.1"
+    host, _ = host_and_port(address)
     if not (remote or is_this_machine(host)):
         remedy = "Send to 127.0.0.1, or add --remote"
         raise UsageError("motion for other machines is not asked for", value=host, remedy=remedy)
@@ -41,8 +41,9 @@ def check_not_source(address: str, source: str) -> None:
         UsageError: They are the same.
     """
     try:
-        driver, readings = _host_and_port(address), _host_and_port(source)
-    except ValueError:  # no such port, which is reported where the address is used
+        driver = host_and_port(address)
+        readings = host_and_port(source, any_free=True)
+    except UsageError:  # no such port, which is reported where the address is used
         return
     schemes = {urlsplit(address).scheme, urlsplit(source).scheme}
     if len(schemes) > 1 or schemes.isdisjoint({"udp", "zmq"}) or driver[1] != readings[1]:
@@ -51,11 +52,6 @@ def check_not_source(address: str, source: str) -> None:
     if own or driver[0] == readings[0]:
         remedy = "Give the address at which the robot's driver receives"
         raise UsageError("the readings are received at this address", place="--send", value=address, remedy=remedy)
-
-
-def _host_and_port(address: str) -> tuple[str, int]:
-    parts = urlsplit(address)
-    return parts.hostname or "127.0.0.1", parts.port or DEFAULT_PORT
 
 
 def check_readings(source: str, token: str | None) -> None:
@@ -92,15 +88,14 @@ def driver_channel(address: str) -> Iterator[Callable[[bytes], Any]]:
         UsageError: There is no such address.
         LiveError: It cannot be sent to, or another program on this computer sends motion to it.
     """
-    parts = urlsplit(address)
-    if parts.scheme != "udp":
+    host, port = host_and_port(address)
+    if urlsplit(address).scheme != "udp":
         with sender(address) as put:
             yield put
         return
     with ExitStack() as opened:
         try:
-            port = parts.port or DEFAULT_PORT
-            found = socket.getaddrinfo(parts.hostname or "127.0.0.1", port, type=socket.SOCK_DGRAM)
+            found = socket.getaddrinfo(host, port, type=socket.SOCK_DGRAM)
             family, kind, protocol, _, place = found[0]
             channel = opened.enter_context(socket.socket(family, kind, protocol))
             channel.connect(place)

@@ -123,22 +123,22 @@ def open_source(address: str, options: SourceOptions = _USUAL) -> Source:
     if scheme == "udp":
         from app.live.sources.network import UdpSource
 
-        host, port = _host_and_port(address, DEFAULT_PORT)
+        host, port = host_and_port(address, any_free=True)
         return UdpSource(host, port, token=options.token, remote=options.remote, clock=options.clock)
     if scheme == "zmq":
         from app.live.sources.network import ZmqSource
 
-        host, port = _host_and_port(address, DEFAULT_PORT)
+        host, port = host_and_port(address)
         return ZmqSource(host, port, token=options.token)
     if scheme == "serial":
         from app.live.sources.serial_port import SerialSource
 
-        parts = urlsplit(address)
+        parts = _split(address)
         return SerialSource(parts.path or parts.netloc, baud=_baud(address, parts), token=options.token)
     if scheme == "yarp":
         from app.live.sources.yarp import YarpSource
 
-        host, port = _host_and_port(address, 10000)
+        host, port = host_and_port(address, 10000)
         path = urlsplit(address).path
         return YarpSource(host, port, name=path if len(path) > 1 else None)
     if scheme == "ros2":
@@ -152,17 +152,37 @@ def open_source(address: str, options: SourceOptions = _USUAL) -> Source:
     raise UsageError("there is no such kind of source", value=address, remedy=remedy)
 
 
-def _host_and_port(address: str, default: int) -> tuple[str, int]:
+def host_and_port(address: str, default: int = DEFAULT_PORT, *, any_free: bool = False) -> tuple[str, int]:
+    """Return the host and port of ``address``: this computer and ``default`` where it states none.
+
+    Args:
+        address: For example ``udp://HOST:PORT``.
+        default: The port of an address without one.
+        any_free: True where port 0 means any free port, which is possible only for listening.
+
+    Raises:
+        UsageError: The port is not a whole number up to 65535, or it is 0 where no program can be reached at it.
+    """
+    parts = _split(address)
+    port = parts.port
+    if port == 0 and not any_free:
+        remedy = f"Give the port that the other program uses, 1 to 65535, or none for {default}"
+        raise UsageError("no program can be reached at port 0", value=address, remedy=remedy)
+    return parts.hostname or "127.0.0.1", default if port is None else port
+
+
+def _split(address: str) -> SplitResult:
+    """Return the parts of ``address``, whose port is valid."""
     try:
         parts = urlsplit(address)
-        host, port = parts.hostname or "127.0.0.1", parts.port or default
+        _ = parts.port  # reading it checks it
     except ValueError as error:
         raise UsageError("the address is not understood", value=address, remedy=f"Give one of: {ADDRESSES}") from error
-    return host, port
+    return parts
 
 
 def _baud(address: str, parts: SplitResult) -> int:
-    text = parse_qs(parts.query).get("baud", ["115200"])[0]
+    text = parse_qs(parts.query, keep_blank_values=True).get("baud", ["115200"])[0]
     if not text.isdecimal() or len(text) > 8 or not 50 <= int(text) <= 20_000_000:
         raise UsageError("there is no such speed of a serial port", value=address, remedy="Write ?baud=115200")
     return int(text)

@@ -12,7 +12,8 @@ from app.export.live_rerun import VIEWER, LiveRerun
 from app.session.session import Session
 from tests.support.touch import prepared_bar
 
-BAD = ("http://127.0.0.1:9876/proxy", "rerun+http://127.0.0.1:9876", "rerun+http:", "x:y:z")
+BAD = ("http://127.0.0.1:9876/proxy", "rerun+http://127.0.0.1:9876", "rerun+http:", "x:y:z",
+       "rerun+http://127.0.0.1:0/proxy", "rerun+http://[/proxy")  # fmt: skip
 
 
 @pytest.mark.parametrize("address", BAD)

@@ -71,3 +71,9 @@ def test_a_packet_that_cannot_be_published_is_a_named_error():
         pass
     with pytest.raises(LiveError, match="cannot be published"):
         publish(b"too late")
+
+
+@pytest.mark.parametrize("address", ["udp://127.0.0.1:0", "udp://127.0.0.1:99999"])
+def test_an_address_without_a_port_to_send_to_is_refused(address, capsys):
+    assert main([address, "--count", "1"]) == 2
+    assert address in capsys.readouterr().err

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import json
 import os
+import re
 import signal
 import socket
 import threading
@@ -149,6 +150,12 @@ def test_what_cannot_be_is_one_message(words, code, said, skin, capsys):
     message = capsys.readouterr().err
     assert said in message
     assert "Traceback" not in message
+
+
+def test_the_port_that_is_chosen_for_port_0_is_printed(skin, capsys):
+    assert main(["listen", "udp://127.0.0.1:0", "--for", "0.05", "--skin", skin]) == 1
+    first, *_ = capsys.readouterr().err.splitlines()
+    assert re.fullmatch(r"tactile-maps: listening at udp://127\.0\.0\.1:[1-9]\d*", first)
 
 
 def test_a_source_without_readings_leaves_no_recording(skin, tmp_path, capsys):

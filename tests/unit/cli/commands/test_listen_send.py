@@ -28,7 +28,7 @@ import pytest
 
 from app.__main__ import main
 from app.cli.commands import listen
-from app.core.errors import LiveError
+from app.core.errors import LiveError, UsageError
 from app.live.motion.driver_channel import check_not_source, driver_channel
 from app.live.readings import Reading, Unit
 from app.live.wire_format import encode_binary
@@ -214,6 +214,15 @@ def test_motion_is_not_sent_for_readings_without_a_token(trial, source):
     assert "at least 8 characters" in trial.capsys.readouterr().err
 
 
+@pytest.mark.parametrize("to", ["udp://127.0.0.1:0", "zmq://127.0.0.1:0", "udp://127.0.0.1:99999", "udp://["])
+def test_motion_is_not_sent_to_an_address_without_a_port(trial, to):
+    words = ["listen", "udp:", "--skin", str(trial.folder / "bar.npz"), "--token", TOKEN, "--send", to]
+    assert main(words) == 2
+    assert to in trial.capsys.readouterr().err
+    with pytest.raises(UsageError), driver_channel(to):
+        pass
+
+
 @pytest.mark.parametrize(
     ("source", "to"),
     [
@@ -231,6 +240,7 @@ def test_motion_is_not_sent_to_where_readings_are_received(trial, source, to):
     check_not_source("udp://127.0.0.1:9870", "readings.csv")
     check_not_source("udp://127.0.0.1:9870", "zmq://127.0.0.1:9870")
     check_not_source("udp://192.0.2.1:9870", "udp:")
+    check_not_source("udp://127.0.0.1:9870", "udp://127.0.0.1:0")
     check_not_source("udp://127.0.0.1:99999", "udp:")
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from urllib.parse import urlsplit
+
 import pytest
 
 from app.core.errors import TactileMapsError, UsageError
@@ -13,6 +15,8 @@ from app.live.sources.open import SourceOptions, is_live, open_source
     [
         ("udp:", "UdpSource", "udp://127.0.0.1:9870"),
         ("udp://localhost:99", "UdpSource", "udp://localhost:99"),
+        ("udp://127.0.0.1:0", "UdpSource", "udp://127.0.0.1:0"),
+        ("udp://127.0.0.1:", "UdpSource", "udp://127.0.0.1:9870"),
         ("zmq://10.0.0.7", "ZmqSource", "zmq://10.0.0.7:9870"),
         ("serial:///dev/ttyACM0?baud=9600", "SerialSource", "serial:///dev/ttyACM0?baud=9600"),
         ("serial://COM3", "SerialSource", "serial://COM3?baud=115200"),
@@ -33,7 +37,13 @@ def test_the_address_says_which(address, kind, told):
         ("http://localhost", "no such kind of source"),
         ("readings.docx", "no such kind of source"),
         ("udp://127.0.0.1:99999", "address is not understood"),
+        ("udp://[", "address is not understood"),
+        ("zmq://127.0.0.1:0", "no program can be reached at port 0"),
+        ("yarp://robot:0/skin", "no program can be reached at port 0"),
         ("serial:///dev/ttyACM0?baud=fast", "no such speed"),
+        ("serial:///dev/ttyACM0?baud=", "no such speed"),
+        ("serial:///dev/ttyACM0?baud=0", "no such speed"),
+        ("serial://[", "address is not understood"),
         ("udp://0.0.0.0:9870", "open to other machines"),
         ("ros2:", "need a mapping"),
     ],
@@ -42,6 +52,17 @@ def test_what_is_none_is_refused_with_a_remedy(address, said):
     with pytest.raises(TactileMapsError, match=said) as caught:
         open_source(address)
     assert caught.value.remedy
+
+
+def test_port_0_listens_at_any_free_port_which_the_address_states():
+    first = open_source("udp://127.0.0.1:0")
+    second = open_source("udp://127.0.0.1:0")
+    first.open()
+    second.open()
+    ports = {urlsplit(source.address).port for source in (first, second)}
+    first.close()
+    second.close()
+    assert len(ports - {0, 9870}) == 2
 
 
 def test_other_machines_need_a_token_that_is_long():
