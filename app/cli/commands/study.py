@@ -111,4 +111,6 @@ def _tell(outcome: StudyResult, files: tuple[Path, ...], arguments: argparse.Nam
         found |= {"Spared": f"{state.spared}, settled without them"} if state.spared else {}
         found |= {f"Undecided ({number})": text for number, text in enumerate(state.undecided, 1)}
         print_fields(found | {f"Written ({file.suffix[1:]})": file for file in files})
+    if not rows:
+        print_warning("the budget ended before the first case: choose a longer --budget")
     return 1 if failed == len(rows) else 0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import time
 
 import pytest
 
@@ -67,12 +68,24 @@ def test_ctrl_c_keeps_what_is_done_and_resume_goes_on(tmp_path, capsys, monkeypa
     assert len(resumed["rows"]) >= 12
 
 
-def test_a_budget_ends_it_with_the_best_table_there_is(tmp_path, capsys):
+def test_a_budget_ends_it_with_the_best_table_there_is(tmp_path, capsys, monkeypatch):
     words = ["study", "image-cost", "--quick", "--json", "-o", str(tmp_path)]
-    assert main([*words, "--budget", "0.001s"]) == 0
+    clock, later = time.monotonic, [0.0]
+    monkeypatch.setattr(time, "monotonic", lambda: clock() + later[0])
+    monkeypatch.setattr(study_command, "progress_line", lambda: lambda text, share: later.__setitem__(0, 3600.0))
+    assert main([*words, "--budget", "30min"]) == 0
     told = json.loads(capsys.readouterr().out.splitlines()[-1])
     [undecided] = told["undecided"]
-    assert undecided.startswith("Time was out before ")
+    assert undecided == "Time was out before 11 of 12 cases: 0 of 1 seeds are whole."
+    assert told["rows"]
     assert undecided in (tmp_path / "image-cost.html").read_text(encoding="utf8")
     assert main([*words, "--budget", "soon"]) == 2
     assert "'soon' is no time: write 90s, 30min or 2h" in capsys.readouterr().err
+
+
+def test_budget_that_ends_before_the_first_case_is_reported(tmp_path, capsys):
+    words = ["study", "image-cost", "--quick", "--json", "-o", str(tmp_path)]
+    assert main([*words, "--budget", "0.0000001s"]) == 1
+    printed = capsys.readouterr()
+    assert json.loads(printed.out.splitlines()[-1])["rows"] == []
+    assert "the budget ended before the first case" in printed.err
