@@ -77,7 +77,7 @@ class LiveInput:
         prepared, skin = as_measured(replace(origin, scene=controlled)), origin.skin
         table = None if settings.ids is None else load_matching(settings.ids, skin)
         calibration = None if settings.calibration is None else load_calibration(settings.calibration, skin)
-        self.connection = Connection(source)
+        self.connection = Connection(source, clock=settings.options.clock)
         self.session = MeasuredSession(prepared, self.connection.take, table=table, calibration=calibration)
         if simulated.map is not origin.map:
             self.session.submit(MapEdited("As it was edited before", simulated.map))
@@ -86,8 +86,9 @@ class LiveInput:
         if not source.slow:
             self.connection.open()  # else on the thread, which tells why it failed
         self._runner: SessionRunner | None = None
+        clock = settings.options.clock
         self._motion = LiveMotion(
-            simulated.settings, lambda settings: MotionOutput(self.session, settings, self.connection.ages)
+            simulated.settings, lambda settings: MotionOutput(self.session, settings, self.connection.ages, clock=clock)
         )
 
     def run(self, make: Callable[..., SessionRunner], each: Callable[[Frame], None]) -> SessionRunner:

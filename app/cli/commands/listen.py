@@ -60,7 +60,7 @@ def execute(arguments: argparse.Namespace) -> int:
         check_not_source(arguments.send, arguments.source)
     mapping = Path(arguments.mapping) if arguments.mapping else None
     options = SourceOptions(arguments.token, arguments.remote, mapping, arguments.speed, CLOCK)
-    connection = Connection(open_source(arguments.source, options), clock=CLOCK)
+    connection = Connection(open_source(arguments.source, options), clock=options.clock)
     scene = _with_threshold(scene_from_arguments(arguments), arguments.threshold)
     prepared = prepare_measured(scene, progress=progress_line())
     session = _session(arguments, connection, prepared)

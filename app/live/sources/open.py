@@ -29,7 +29,7 @@ class SourceOptions:
         remote: Whether packets from other machines are wanted.
         mapping: TOML that names the topics and fields of ROS 2 messages.
         speed: Of a file, recorded seconds a second; None for as fast as it goes.
-        clock: Receiver's clock [s], by which a stream of UDP packets belongs to one sender.
+        clock: Receiver's clock [s], for ages of readings and commands, and for the time that a sender owns a stream.
     """
 
     token: str | None = None

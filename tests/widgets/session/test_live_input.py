@@ -5,7 +5,6 @@ from __future__ import annotations
 import itertools
 import json
 import socket
-import time
 from contextlib import suppress
 from dataclasses import replace
 
@@ -20,6 +19,7 @@ from app.live.sources.open import SourceOptions
 from app.live.wire_format import encode_binary
 from app.recording.player import open_recording
 from app.tactile.press import press_skin
+from tests.support.simulated_clock import SimulatedClock
 from tests.support.touch import bar_skin, prepared_bar
 from widgets.session.backends import INLINE
 from widgets.session.live_input import LiveInputSettings, ThreadReadingsRunner
@@ -163,7 +163,8 @@ TOKEN = "a token of ours"
 def test_on_threads_motion_is_sent_and_stops_without_waiting_for_the_readings(qtbot):
     live = LiveSession(backends=replace(INLINE, readings_runner=ThreadReadingsRunner))
     live.show_prepared(prepared_bar())
-    live.connect_source(LiveInputSettings("udp://127.0.0.1:0", SourceOptions(token=TOKEN)))
+    clock = SimulatedClock()
+    live.connect_source(LiveInputSettings("udp://127.0.0.1:0", SourceOptions(token=TOKEN, clock=clock)))
     values, packets, number = press_skin(bar_skin(), bar_skin().taxel_point(30), force=2.0), [], itertools.count()
     with (
         socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as skin,
@@ -175,10 +176,12 @@ def test_on_threads_motion_is_sent_and_stops_without_waiting_for_the_readings(qt
         live.live_input.use_controller("hold_force")
         live.live_input.send_motion(f"udp://127.0.0.1:{driver.getsockname()[1]}", MotionLimits())
 
-        def received() -> int:
+        def received(*, held: bool = False) -> int:
             """Send a reading, and read what reached the driver."""
-            reading = Reading(time.time(), values, Unit.PASCAL, joints={"hinge": 0.3}, sequence=next(number))
+            reading = Reading(clock.now, values, Unit.PASCAL, joints={"hinge": 0.3}, sequence=next(number))
             skin.send(encode_binary(reading, token=TOKEN))
+            if not held:
+                clock.advance(0.01)
             with suppress(BlockingIOError):
                 while True:
                     packets.append(json.loads(driver.recv(4096)))
@@ -192,7 +195,7 @@ def test_on_threads_motion_is_sent_and_stops_without_waiting_for_the_readings(qt
         assert live.live_input.motion().latency.median > 0
         with live.runner.lock:  # as of a controller that takes long
             live.live_input._motion.halt()
-            qtbot.waitUntil(lambda: received() and packets[-1]["state"] == "stopped", timeout=10_000)
+            qtbot.waitUntil(lambda: received(held=True) and packets[-1]["state"] == "stopped", timeout=10_000)
         live.live_input.stop_motion()
         assert live.live_input.motion().sending.stopped == "switched off"
         count = received()
@@ -203,10 +206,11 @@ def test_on_threads_motion_is_sent_and_stops_without_waiting_for_the_readings(qt
 
 @pytest.fixture
 def driven(qtbot):
-    """A live input of the bar on threads, its board and its driver."""
+    """A live input of the bar on threads, its clock, its board and its driver."""
+    clock = SimulatedClock()
     live = LiveSession(backends=replace(INLINE, readings_runner=ThreadReadingsRunner))
     live.show_prepared(prepared_bar())
-    live.connect_source(LiveInputSettings("udp://127.0.0.1:0", SourceOptions(token=TOKEN)))
+    live.connect_source(LiveInputSettings("udp://127.0.0.1:0", SourceOptions(token=TOKEN, clock=clock)))
     live.live_input.use_controller("hold_force")
     with (
         socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as board,
@@ -214,28 +218,29 @@ def driven(qtbot):
     ):
         board.connect(("127.0.0.1", live.live_input.connection.source.port))
         driver.bind(("127.0.0.1", 0))
-        yield live.live_input, board, driver
+        yield live.live_input, clock, board, driver
     live.close()
     live.deleteLater()
 
 
-def send_reading(board, force, sequence):
+def send_reading(board, force, sequence, clock):
     values = press_skin(bar_skin(), bar_skin().taxel_point(30), force=force)
-    reading = Reading(time.time(), values, Unit.PASCAL, joints={"hinge": 0.3}, sequence=next(sequence))
+    reading = Reading(clock.now, values, Unit.PASCAL, joints={"hinge": 0.3}, sequence=next(sequence))
     board.send(encode_binary(reading, token=TOKEN))
+    clock.advance(0.01)
 
 
 def test_second_sender_is_refused_while_motion_is_sent(qtbot, driven):
-    live, board, driver = driven
+    live, clock, board, driver = driven
     sequence = itertools.count()
     live.send_motion(f"udp://127.0.0.1:{driver.getsockname()[1]}", MotionLimits())
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as second:
         second.connect(board.getpeername())
 
         def moved():
-            send_reading(board, 2.0, sequence)
+            send_reading(board, 2.0, sequence, clock)
             if live.motion().sending.sending:
-                send_reading(second, 60.0, sequence)
+                send_reading(second, 60.0, sequence, clock)
             return live.motion().sending.sent > 20
 
         qtbot.waitUntil(moved, timeout=20_000)
@@ -246,12 +251,12 @@ def test_second_sender_is_refused_while_motion_is_sent(qtbot, driven):
 
 
 def test_driver_that_goes_away_ends_sending(qtbot, driven):
-    live, board, driver = driven
+    live, clock, board, driver = driven
     sequence = itertools.count()
     live.send_motion(f"udp://127.0.0.1:{driver.getsockname()[1]}", MotionLimits())
 
     def moved():
-        send_reading(board, 2.0, sequence)
+        send_reading(board, 2.0, sequence, clock)
         if live.motion().sending.sent > 5:
             driver.close()
         return live.motion().sending.stopped is not None
@@ -270,12 +275,12 @@ def test_motion_needs_a_token_for_packets(qtbot, live):
 
 @pytest.mark.parametrize("end", ["silence", "controller"])
 def test_silence_and_another_controller_end_sending(qtbot, driven, end):
-    live, board, driver = driven
+    live, clock, board, driver = driven
     sequence = itertools.count()
     live.send_motion(f"udp://127.0.0.1:{driver.getsockname()[1]}", MotionLimits())
 
     def moved():
-        send_reading(board, 2.0, sequence)
+        send_reading(board, 2.0, sequence, clock)
         return live.motion().sending.sent > 5
 
     qtbot.waitUntil(moved, timeout=20_000)
@@ -283,5 +288,10 @@ def test_silence_and_another_controller_end_sending(qtbot, driven, end):
         live.use_controller("hybrid")
         assert live.motion().sending.stopped == "switched off"
     else:
-        qtbot.waitUntil(lambda: live.motion().sending.stopped is not None, timeout=20_000)
+
+        def stopped():
+            clock.advance(0.01)
+            return live.motion().sending.stopped is not None
+
+        qtbot.waitUntil(stopped, timeout=20_000)
         assert live.motion().sending.stopped in ("no reading came in time", "the readings are too old")

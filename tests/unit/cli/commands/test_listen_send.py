@@ -35,6 +35,7 @@ from app.live.wire_format import encode_binary
 from app.maps.formats.map_file import save_map
 from app.recording.player import open_recording
 from app.tactile.press import press_skin
+from tests.support.simulated_clock import SimulatedClock
 from tests.support.touch import bar, bar_map, bar_skin
 
 TOKEN = "a token of ours"
@@ -43,7 +44,7 @@ PATIENCE = 60.0
 STEP = 0.004
 """Simulated time between two readings [s]."""
 ANSWER = 1.0
-"""Longest time [s] that the board waits for the program."""
+"""For so long [s] at most the board waits for the command that follows from a reading."""
 MOVING = 10
 LOOPBACK = "127.0.0.1"
 SILENT = "no reading came in time, the readings are too old"
@@ -67,8 +68,7 @@ class Trial:
         joints: Positions that it sends.
         silent: True while it sends nothing.
         clock: Clock of the board [s].
-        now: Clock of the program [s].
-        reads: Number of times that the command loop has read it.
+        program_clock: Clock of the program.
         packets: All that reached the driver.
         code: Exit code of the program.
         result: What it printed with ``--json``.
@@ -81,8 +81,7 @@ class Trial:
     joints: dict = field(default_factory=lambda: {"hinge": 0.3})
     silent: bool = False
     clock: Callable[[], float] | None = None
-    now: float = 1000.0
-    reads: int = 0
+    program_clock: SimulatedClock = field(default_factory=SimulatedClock)
     packets: list = field(default_factory=list)
     code: int = -1
     result: dict = field(default_factory=dict)
@@ -98,7 +97,7 @@ class Trial:
             free.bind((LOOPBACK, 0))
             self.port = free.getsockname()[1]
         self._sequence, self._over = 0, threading.Event()
-        self.clock = self.clock or (lambda: 1e9 + self.now)
+        self.clock = self.clock or (lambda: 1e9 + self.program_clock.now)
 
     def close(self):
         self.board.close()
@@ -143,10 +142,6 @@ class Trial:
         assert {packet["why"] for packet in last} == {self.result["motion"]["stopped"]}
         return self.result["motion"]["stopped"]
 
-    def read_clock(self) -> float:
-        self.reads += threading.current_thread().name == "commands"
-        return self.now
-
     def packet(self, values=None, *, token: str | None = TOKEN) -> bytes:
         self._sequence += 1
         values = self.values if values is None else values
@@ -160,10 +155,12 @@ class Trial:
         """The board and the driver."""
         acted, ended, deadline = False, False, time.monotonic() + PATIENCE
         while not self._over.is_set() and time.monotonic() < deadline:
-            self.now += STEP
-            if not self.silent:
+            if self.silent:
+                self.program_clock.advance(STEP)
+            else:
+                self.program_clock.now += STEP
                 self.send(self.packet())
-            self._await_program()
+                self._await_command()
             self._drive()
             if not acted and self.states.count("moving") >= MOVING:
                 act(self)
@@ -173,13 +170,8 @@ class Trial:
                 os.kill(os.getpid(), end)
         self._drive()
 
-    def _await_program(self):
-        before = self.reads
-        deadline = time.monotonic() + ANSWER
-        if self.silent:  # the second reading of the clock is of a pass that began later
-            while self.reads < before + 2 and time.monotonic() < deadline and not self._over.wait(0.001):
-                pass
-        elif self.driver.fileno() < 0:
+    def _await_command(self):
+        if self.driver.fileno() < 0:
             self._over.wait(STEP)
         else:
             select.select([self.driver], [], [], ANSWER if self.states[-1:] == ["moving"] else STEP)
@@ -195,7 +187,7 @@ class Trial:
 @pytest.fixture
 def trial(tmp_path, capsys, monkeypatch):
     made = Trial(tmp_path, capsys)
-    monkeypatch.setattr(listen, "CLOCK", made.read_clock)
+    monkeypatch.setattr(listen, "CLOCK", made.program_clock)
     yield made
     made.close()
 
