@@ -121,12 +121,10 @@ def threshold_text(
         units: Units of the readings.
         measured: Whether a real skin is shown, whose taxels may have higher automatic thresholds.
     """
-    level = usual if threshold is None else threshold
-    least = "at least " if measured and threshold is None else ""
-    return (
-        f"Contact threshold {least}{_threshold_number(level)}\u202f{units.unit}"
-        f"{', automatic' if threshold is None else ''}"
-    )
+    level = f"{_threshold_number(usual if threshold is None else threshold)}\u202f{units.unit}"
+    if threshold is not None:
+        return f"Contact threshold {level}"
+    return f"Automatic threshold ≥ {level}" if measured else f"Contact threshold {level}, automatic"
 
 
 def _threshold_number(pascals: float) -> str:
@@ -431,7 +429,7 @@ class ContactsPanel(Panel):
     def clear(self) -> None:
         """Nothing is touched."""
         self._regions, self._estimates = (), {}
-        self._summary.setText("No contact. Press the skin in a view.")
+        self._summary.setText("No contact." if self._measured else "No contact. Press the skin in a view.")
         self._fill()
 
     def show_prepared(self, prepared: PreparedScene) -> None:
@@ -462,6 +460,7 @@ class ContactsPanel(Panel):
             head.setText(text)
         self._heads[1].setToolTip("" if units.force is None else _FORCE_TIP)
         self.reading.set_units(units, measured=measured)
+        self.fingers.setHidden(measured)  # nothing is simulated that they could press
         self._show_told()
 
     def _show_told(self) -> None:

@@ -46,6 +46,7 @@ class WantedMotionPanel(Panel):
         self._controller.activated.connect(self._on_controller_activated)
         self._joints = value_label(_UNKNOWN, self, right=True)
         self._joints.setObjectName("motion-joints")
+        self._joints.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignTop)
         self._joints.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)  # names must not widen it
         self._joints.setMinimumHeight(_FASTEST * self._joints.fontMetrics().lineSpacing())
         self._force = value_label(_UNKNOWN, self, right=True)
@@ -66,7 +67,10 @@ class WantedMotionPanel(Panel):
         self._address.setObjectName("motion-address")
         self._address.setAccessibleName("Address of the robot's driver")
         self._address.setToolTip("udp://HOST:PORT or zmq://HOST:PORT on this computer; the guide says what is sent")
-        self.column.addWidget(self._address)
+        driver = QHBoxLayout()
+        driver.addWidget(value_label("Driver", self))
+        driver.addWidget(self._address, 1)
+        self.column.addLayout(driver)
         slowed, ended = "Faster motion is slowed as a whole", "A stronger contact ends sending"
         self._speed = NumberField("Fastest joint sent", "rad/s", *SPEEDS, 0.005, slowed, self)
         self._most_force = NumberField("Largest force", "N", *FORCES, 1.0, ended, self)

@@ -101,7 +101,7 @@ def test_counts_have_thresholds_of_their_own(box):
     wanted: list[ReadingSettings] = []
     box.reading_edited.connect(wanted.append)
     box.set_units(ReadingUnits.COUNTS, measured=True)
-    assert box.threshold.words == "Contact threshold at least 1\u202fcounts, automatic"
+    assert box.threshold.words == "Automatic threshold ≥ 1\u202fcounts"
     rows = range(1, box.threshold.count() - 1)
     assert [box.threshold.itemData(row) for row in rows] == [1e3, 3e3, 1e4, 3e4, 1e5, 3e5, 1e6, 3e6, 1e7]
     choose(box.threshold, 7)

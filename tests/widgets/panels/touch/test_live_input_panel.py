@@ -66,6 +66,22 @@ def test_it_tells_how_readings_arrive(window, tmp_path):
     window.live.disconnect_source()
 
 
+def test_no_simulated_finger_is_offered_on_a_real_skin(window, tmp_path):
+    contacts = window.column.get(ContactsPanel)
+    run(window, 0.1)
+    assert contacts.fingers.isVisible()
+    connected(window, tmp_path)
+    assert contacts.fingers.isHidden()
+    choice = contacts.reading.threshold
+    assert choice.words.startswith("Automatic threshold ≥ ")
+    assert choice.fontMetrics().horizontalAdvance(choice.words) < choice.width() - 28, "not cut before the arrow"
+    contacts.clear()
+    assert contacts.findChild(QLabel, "contacts-summary").text() == "No contact."
+    window.live.disconnect_source()
+    run(window, 0.1)
+    assert contacts.fingers.isVisible()
+
+
 def test_it_fits_the_column_with_much_trouble(window, tmp_path):
     panel = connected(window, tmp_path)
     counts = (f"{12345} {name}" for name in ("malformed", "duplicated", "reordered", "late", "restarts", "refused"))
