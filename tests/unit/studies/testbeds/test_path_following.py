@@ -132,7 +132,7 @@ def test_its_errors_are_of_the_body_and_the_true_force():
     assert course().force_p95(3.0) < 1.0
     assert course().in_band(3.0, 1.0) > 0.95
     assert course().in_band(6.0, 1.0) == 0.0
-    assert 0.0 < course().control_ms < 50.0
+    assert 0.0 < course().control_ms <= course().control_p95_ms
     assert -0.5 < course().energy_minimum <= 0.0
     assert 0.01 < course().speed.max() < 2.0
 
