@@ -43,4 +43,9 @@ for ignored in (signal.SIGHUP, signal.SIGQUIT):
 # What a test prepares is made by the code as it is in that test, and the user's own folder is left alone.
 os.environ["TACTILE_MAPS_CACHE"] = "off"
 
-pytest_plugins = ["tests.support.bounded_process", "tests.support.cpu_report", "tests.support.default_cases"]
+pytest_plugins = [
+    "tests.support.bounded_process",
+    "tests.support.cpu_report",
+    "tests.support.default_cases",
+    "tests.support.patient_qtbot",
+]

@@ -295,11 +295,11 @@ def test_one_hover_is_marked_in_both_views(window, side, qtbot):
         window.map_view.display.marks.hover.toTuple(), window.map_view.display.picture.place_of(at).toTuple(), atol=1e-9
     )
     mark = window.robot_view.display.scene._marks._hover
-    qtbot.waitUntil(lambda: mark.visibility, timeout=5000)
+    qtbot.waitUntil(lambda: mark.visibility)
     place = np.asarray(mark.user_matrix)[:3, 3]
     assert np.linalg.norm(place - _world(window.robot_view, window.live.prepared, at)) < 2e-3
     assert f"taxel {side.picked(taxel) if side.name == 'body' else taxel}" in window.readout.text()
     QTest.mouseMove(side.target, QPoint(3, 3))
     assert window.map_view.display.marks.hover is None
-    qtbot.waitUntil(lambda: not mark.visibility, timeout=5000)
+    qtbot.waitUntil(lambda: not mark.visibility)
     assert window.readout.text() == ""

@@ -72,7 +72,7 @@ def test_plots_that_take_long_are_drawn_less_often_and_the_last_frame_still_is(p
     plots.show_frame(touched(prepared.map, [10], tick=1, time=0.02))
     assert drawn(plots, 0) == [0]
     assert plots._late.remainingTime() > REDRAW_MS
-    qtbot.waitUntil(lambda: drawn(plots, 0) == [1, 1], timeout=10_000)
+    qtbot.waitUntil(lambda: drawn(plots, 0) == [1, 1])
 
 
 def test_a_restart_starts_over(plots, prepared, qtbot):

@@ -39,7 +39,7 @@ def look(widget):
 
 def body(window, qtbot):
     """The robot view's pixels, once it has drawn."""
-    with qtbot.waitSignal(window.robot_view.display.drawn, timeout=5000):
+    with qtbot.waitSignal(window.robot_view.display.drawn):
         window.robot_view.display.request()
     return look(window.robot_view)
 

@@ -145,7 +145,7 @@ def test_on_threads_packets_become_frames_and_both_end(qtbot, prepared):
             reading = Reading(0.01 * number, np.full(taxels, float(number)), Unit.PASCAL, sequence=number)
             sender.sendto(encode_binary(reading), ("127.0.0.1", port))
         session = live.live_input.session
-        qtbot.waitUntil(lambda: session.facts.readings == 30, timeout=5000)
+        qtbot.waitUntil(lambda: session.facts.readings == 30)
         live.runner.paused = True
         sender.sendto(encode_binary(Reading(1.0, np.zeros(taxels), Unit.PASCAL, sequence=30)), ("127.0.0.1", port))
     live.live_input.tare()
@@ -188,14 +188,14 @@ def test_on_threads_motion_is_sent_and_stops_without_waiting_for_the_readings(qt
             return len(packets)
 
         assert live.live_input.motion().sending.waiting is not None
-        qtbot.waitUntil(lambda: received() >= 7, timeout=10_000)
+        qtbot.waitUntil(lambda: received() >= 7)
         assert [packet["state"] for packet in packets[:2]] == ["stopped"] * 2
         assert {packet["state"] for packet in packets[2:]} == {"moving"}
         assert {packet["token"] for packet in packets} == {TOKEN}
         assert live.live_input.motion().latency.median > 0
         with live.runner.lock:  # as of a controller that takes long
             live.live_input._motion.halt()
-            qtbot.waitUntil(lambda: received(held=True) and packets[-1]["state"] == "stopped", timeout=10_000)
+            qtbot.waitUntil(lambda: received(held=True) and packets[-1]["state"] == "stopped")
         live.live_input.stop_motion()
         assert live.live_input.motion().sending.stopped == "switched off"
         count = received()

@@ -275,7 +275,7 @@ def test_a_scene_that_cannot_run_leaves_the_last_one(live, told, prepared):
 def test_the_thread_is_the_default_and_ends(qtbot, prepared):
     live = LiveSession()
     live.show_prepared(prepared)
-    qtbot.waitUntil(lambda: live.runner.session.frame.tick > 5, timeout=10_000)
+    qtbot.waitUntil(lambda: live.runner.session.frame.tick > 5)
     thread = live.runner._thread
     live.close()
     assert not thread.is_alive()

@@ -106,7 +106,7 @@ def test_a_full_disk_is_told_once_and_the_session_goes_on(prepared, tmp_path, qt
     for _ in range(20):
         session.tick()
         writer.write(session.frame, session.inputs)
-    qtbot.waitUntil(lambda: recorder.frames == 20, timeout=10_000)
+    qtbot.waitUntil(lambda: recorder.frames == 20)
     with FULL.open("wb") as full:
         os.dup2(full.fileno(), recorder._stream.fileno())
     for _ in range(50):
@@ -114,7 +114,7 @@ def test_a_full_disk_is_told_once_and_the_session_goes_on(prepared, tmp_path, qt
         writer.write(session.frame, session.inputs)
     assert session.frame.tick == 70
     told = []
-    qtbot.waitUntil(lambda: told.append(writer.take_failure()) or told[-1] is not None, timeout=10_000)
+    qtbot.waitUntil(lambda: told.append(writer.take_failure()) or told[-1] is not None)
     assert str(path) in str(told[-1])
     assert writer.recorder is None
     assert writer.take_failure() is None
@@ -145,7 +145,7 @@ def let_it_write(writer, session, recorder, ticks, qtbot):
     for _ in range(ticks):
         session.tick()
         writer.write(session.frame, session.inputs)
-    qtbot.waitUntil(lambda: recorder.frames == before + ticks, timeout=10_000)
+    qtbot.waitUntil(lambda: recorder.frames == before + ticks)
 
 
 def test_the_space_that_is_left_is_told_an_hour_ten_minutes_and_a_minute_before_it_ends(prepared, tmp_path, qtbot):
@@ -186,7 +186,7 @@ def test_a_file_that_vanishes_ends_the_recording_and_says_so(prepared, tmp_path,
     session.tick()
     writer.write(session.frame, session.inputs)
     failures = []
-    qtbot.waitUntil(lambda: failures.append(writer.take_failure()) or failures[-1] is not None, timeout=10_000)
+    qtbot.waitUntil(lambda: failures.append(writer.take_failure()) or failures[-1] is not None)
     assert "removed or replaced" in str(failures[-1])
     assert writer.recorder is None
     session.tick()

@@ -112,7 +112,7 @@ def test_a_refused_input_is_told_and_time_goes_on(session):
 
 
 def test_the_thread_runs_by_the_clock_and_stops(thread, qtbot):
-    qtbot.waitUntil(lambda: thread.session.frame.time > 0.1, timeout=10_000)
+    qtbot.waitUntil(lambda: thread.session.frame.time > 0.1)
     with thread.lock:
         assert len(thread.ticks) == thread.session.frame.tick
     assert thread.real_time_factor > 0
@@ -149,7 +149,7 @@ def test_whoever_asks_waits_for_one_tick_not_for_a_batch(prepared, qtbot):
 
     asking = threading.Thread(target=ask)
     asking.start()
-    qtbot.waitUntil(lambda: runner.lock.wanted, timeout=10_000)
+    qtbot.waitUntil(lambda: runner.lock.wanted)
     session.gate.release(1000)
     asking.join()
     runner.stop()
@@ -238,7 +238,7 @@ def test_who_asks_does_not_wait_until_the_session_has_taken_it(prepared, qtbot):
     runner.submit(EffectsChanged(replace(session.effects, timestep=0.003)))
     runner.submit(EffectsChanged(wanted))
     session.gate.set()
-    qtbot.waitUntil(lambda: session.effects == wanted, timeout=10_000)
+    qtbot.waitUntil(lambda: session.effects == wanted)
     runner.stop()
     assert set(session.asked_by) == {"session"}
     assert "whole number" in str(runner.failure), "what was asked for first was taken first, and refused"
@@ -265,7 +265,7 @@ def test_what_is_asked_for_while_paused_is_taken_at_once_and_after_what_was_aske
 def test_nobody_foresaw_what_an_input_does_and_the_window_hears_of_it(thread, qtbot, monkeypatch):
     monkeypatch.setattr(thread.session, "submit", lambda _input: 1 / 0)
     thread.submit(EffectsChanged(thread.session.effects))
-    qtbot.waitUntil(lambda: thread.failure is not None, timeout=10_000)
+    qtbot.waitUntil(lambda: thread.failure is not None)
     assert thread.halted
     assert thread._thread.is_alive()
 
@@ -278,7 +278,7 @@ def test_a_failure_on_the_thread_is_kept_for_the_window(thread, qtbot, monkeypat
             diverge(thread.session)
         else:
             thread.session.broken = ZeroDivisionError(why)
-    qtbot.waitUntil(lambda: thread.failure is not None, timeout=10_000)
+    qtbot.waitUntil(lambda: thread.failure is not None)
     assert thread.paused
     assert thread.halted
     assert thread._thread.is_alive(), "the thread lives on, so that a reset can help"

@@ -43,7 +43,7 @@ def read(process, qtbot):
         process._on_timer()
         return bool(process._read)
 
-    qtbot.waitUntil(has_read, timeout=10_000)
+    qtbot.waitUntil(has_read)
 
 
 def test_answers_come_in_the_order_of_the_requests(process, qtbot):

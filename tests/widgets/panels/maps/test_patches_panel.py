@@ -409,7 +409,7 @@ def test_long_work_is_told_and_cancelled(qtbot, prepared):
     editor.ask(partial(set_method, numbers=[0, 1], method="tutte"))
     assert editor.busy
     assert not line.isVisible(), "nobody needs to be told what is done at once"
-    qtbot.waitUntil(line.isVisible, timeout=5000)  # a fresh process starts slower than that
+    qtbot.waitUntil(line.isVisible)  # a fresh process starts slower than that
     QTest.mouseClick(panel.findChild(QToolButton, "edit-cancel"), LEFT_BUTTON)
     assert not editor.busy
     assert not line.isVisible()

@@ -76,7 +76,7 @@ def test_sharing_says_where_is_for_this_computer_and_ends(window, qtbot):
     action.trigger()
     assert window.live.shared_at is None
     assert not action.isChecked()
-    qtbot.waitUntil(lambda: not listens(port), timeout=10_000)
+    qtbot.waitUntil(lambda: not listens(port))
 
 
 def test_a_viewer_of_rerun_that_is_not_there_is_said_and_nothing_is_shared(window):

@@ -137,7 +137,7 @@ def test_another_robot_is_prepared_beside_the_running_one(new_window, qtbot, tmp
 def test_loading_can_be_cancelled_and_the_old_scene_stays(new_window, qtbot):
     window = new_window
     before = window.live.prepared
-    with qtbot.waitSignal(window.live.loading_ended, timeout=10_000):
+    with qtbot.waitSignal(window.live.loading_ended):
         window.presenters.files.open_robot("arm")
         window.live.cancel_loading()
     assert window.live.prepared is before

@@ -420,13 +420,13 @@ def test_a_copy_that_cannot_be_written_is_said_once(new_window, qtbot, tmp_path)
     files = window.presenters.map_files
     files._file._folder = tmp_path / "blocked"
     files._timer.setInterval(1)
-    qtbot.waitUntil(lambda: "cannot be written" in message(window), timeout=10_000)
+    qtbot.waitUntil(lambda: "cannot be written" in message(window))
     said = window.notification_bar._said
     asked = []
     again = QTimer(window)
     again.timeout.connect(lambda: asked.append(files._timer.isActive()))
     again.start(1)
-    qtbot.waitUntil(lambda: len(asked) > 100, timeout=10_000)
+    qtbot.waitUntil(lambda: len(asked) > 100)
     again.stop()
     assert not any(asked)
     assert window.notification_bar._said == said

@@ -64,7 +64,7 @@ def on_body(window):
 
 def look(window, qtbot):
     """The robot view's pixels, once it has drawn."""
-    with qtbot.waitSignal(window.robot_view.display.drawn, timeout=5000):
+    with qtbot.waitSignal(window.robot_view.display.drawn):
         window.robot_view.display.request()
     QApplication.processEvents()
     return pixels(window.robot_view.grab().toImage())
@@ -192,7 +192,7 @@ def test_rings_of_selected_taxels_go_along(still):
 
 
 def test_no_contact_is_drawn_on_the_bare_body_meanwhile(still, qtbot):
-    with qtbot.waitSignal(still.robot_view.display.drawn, timeout=5000):
+    with qtbot.waitSignal(still.robot_view.display.drawn):
         show(still, [middle_taxel(still.live.prepared.map, 0)])
     assert still.robot_view.display.scene.forces
     lay(still, 0.5)
@@ -203,11 +203,11 @@ def test_no_contact_is_drawn_on_the_bare_body_meanwhile(still, qtbot):
 
 def test_a_force_behind_the_eye_is_not_said(still, qtbot):
     display = still.robot_view.display
-    with qtbot.waitSignal(display.drawn, timeout=5000):
+    with qtbot.waitSignal(display.drawn):
         show(still, [middle_taxel(still.live.prepared.map, 0)])
     assert display._captions.forces
     view = display.scene.viewpoint
-    with qtbot.waitSignal(display.drawn, timeout=5000):
+    with qtbot.waitSignal(display.drawn):
         display.look(replace(view, focus=2 * view.eye - view.focus))
     assert display.scene.forces
     assert not display._captions.forces
@@ -230,9 +230,9 @@ def test_the_key_goes_to_the_other_end_and_back(still, qtbot):
     still.map_view.setFocus()
     morph = still.robot_view.morph
     QTest.keyClick(still.map_view, Qt.Key.Key_M)
-    qtbot.waitUntil(lambda: morph.share == 1.0, timeout=3000)
+    qtbot.waitUntil(lambda: morph.share == 1.0)
     QTest.keyClick(still.map_view, Qt.Key.Key_M)
-    qtbot.waitUntil(lambda: morph.share == 0.0, timeout=3000)
+    qtbot.waitUntil(lambda: morph.share == 0.0)
 
 
 def test_another_robot_begins_on_its_body(still, prepared):
