@@ -17,6 +17,7 @@ from app.live.data_age import DataAge
 from app.live.measured_session import MOST_PRESSURE, MeasuredSession
 from app.live.motion.motion_sender import OLDEST_SECONDS, StopReason
 
+_RECENT = f"a reading newer than {OLDEST_SECONDS:g} s"
 LEAST_PRESSURE = -1e5
 """Least plausible pressure after calibration [Pa]: nothing pulls by more than the pressure of the air."""
 
@@ -107,7 +108,9 @@ class InputMonitor:
             return InputProblem(StopReason.STALE, "none came", awaited)
         silent = now - heard.arrived
         if silent > OLDEST_SECONDS:
-            return InputProblem(StopReason.STALE, f"none for {silent:.2f} s", "the next reading")
+            return InputProblem(
+                StopReason.STALE, f"none for {silent:.2f} s", f"a reading newer than {OLDEST_SECONDS:g} s"
+            )
         if not self.measured >= now - OLDEST_SECONDS:
             return self._too_old(now)
         return None

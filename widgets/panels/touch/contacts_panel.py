@@ -301,7 +301,7 @@ class ContactRow:
             grid.addWidget(cell, row, column)
         self.button.setFixedHeight(self._mark.height())
         for cell in self._cells:
-            cell.setMinimumWidth(44)
+            cell.setMinimumWidth(40)
 
     def show(
         self,

@@ -131,8 +131,8 @@ class WantedMotionPanel(Panel):
         self._joints.setText(_fastest(self._input.origin.robot, facts, self._elided))
         self._force.setText(_UNKNOWN if wanted is None else f"{wanted.force:.1f}\u202fN")
         limits = () if wanted is None else wanted.limits
-        problem = as_sentence(self._error or facts.problem or "")
-        self._told.setText("\n".join([problem, *map(limit_text, limits)]).strip())
+        lines = [self._error or facts.problem or "", *map(limit_text, limits)]
+        self._told.setText("\n".join(map(as_sentence, lines)).strip())
         self._told.setHidden(not self._told.text())
         self._switch.setChecked(facts.sending.active)
         self._switch.setText("Stop sending" if facts.sending.active else "Send to the robot")
