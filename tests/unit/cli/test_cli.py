@@ -98,7 +98,7 @@ def test_bad_usage_exits_with_2(capsys, words):
     assert "Traceback" not in out + err
 
 
-@pytest.mark.parametrize("digits", [20, 5000])
+@pytest.mark.parametrize("number", [str(2**63), "9" * 20, "9" * 5000], ids=["64 bits", "20 digits", "5000 digits"])
 @pytest.mark.parametrize(
     "words",
     [
@@ -116,8 +116,8 @@ def test_bad_usage_exits_with_2(capsys, words):
     ],
     ids=lambda words: " ".join(words),
 )
-def test_huge_whole_numbers_are_refused_in_one_short_message(capsys, words, digits):
-    status, out, err = call(capsys, *words, "9" * digits)
+def test_huge_whole_numbers_are_refused_in_one_short_message(capsys, words, number):
+    status, out, err = call(capsys, *words, number)
     assert status == 2
     assert out == ""
     last = err.splitlines()[-1]

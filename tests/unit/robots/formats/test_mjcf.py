@@ -342,7 +342,7 @@ MANY = """<mujoco><worldbody><geom name="ground" size="1"/><frame><geom size="1"
   <body name="box" pos="1 0 0"><freejoint/><geom size="0.1"/><site name="loose"/></body>
   </worldbody>
   <equality><connect site1="a" site2="b"/></equality>
-  <sensor><touch site="b"/><touch site="c"/></sensor>
+  <sensor><touch site="a"/><touch site="b"/><touch site="c"/></sensor>
   <keyframe><key name="first"/><key/><key name="home"/></keyframe></mujoco>"""
 
 
