@@ -40,6 +40,8 @@ FOREIGN_FORMATS = {
 }
 """Formats of meshes that are not read, and what to do with them."""
 MAX_FACES = 5_000_000
+MAX_REPEATED_FACES = 400_000
+"""Triangles that a robot may make of mesh files beyond twice those that the files contain. MuJoCo takes 1.5 kB each."""
 MAX_COORDINATE = 1e7
 LARGEST_IN_METRES, SMALLEST_IN_METRES = 10.0, 1e-3  # m, of the bounding box's diagonal
 _FAR = 1e3  # sizes from the origin
@@ -370,7 +372,9 @@ class AssetStore:
         self.findings: list[Finding] = []
         self.missing: dict[str, MissingMesh] = {}
         self._names: dict[tuple[Path, str], str] = {}
-        self._faces = 0
+        self._counts: dict[str, int] = {}
+        self._loaded: set[Path] = set()
+        self._faces = self._contained = self._repeated = 0
 
     def add(self, path: Path, *, variant: str = "", mirror: tuple[float, ...] = (1.0, 1.0, 1.0)) -> str:
         """Take in a mesh file and return its bare name; a small box is the placeholder of a file that holds no mesh.
@@ -394,8 +398,33 @@ class AssetStore:
             if isinstance(found, MissingMesh):
                 self.missing[name], self.files[name] = found, placeholder()
             else:
-                self.files[name] = to_msh(_mirrored(found, mirror))
+                self.files[name], self._counts[name] = to_msh(_mirrored(found, mirror)), len(found.faces)
+                if path in self._loaded:
+                    self.repeat(name, path)
+                else:
+                    self._loaded.add(path)
+                    self._contained += len(found.faces)
         return self._names[key]
+
+    def repeat(self, name: str, path: Path) -> None:
+        """Count one more mesh that the model makes of a file.
+
+        Args:
+            name: The mesh's bare name.
+            path: The file, for the error.
+
+        Raises:
+            RobotError: These meshes have many more triangles than their files.
+        """
+        self._repeated += self._counts.get(name, 0)
+        most = MAX_REPEATED_FACES + self._contained
+        if self._repeated > most:
+            raise RobotError(
+                "mesh files are used under too many names or scales",
+                file=path,
+                value=f"{self._repeated} triangles more than the files contain",
+                remedy=f"The most is {most}: state each mesh once, so that its shapes share it, or simplify it",
+            )
 
     def _load(self, path: Path) -> Mesh | MissingMesh:
         if not os.path.exists(path):

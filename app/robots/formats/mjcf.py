@@ -178,13 +178,16 @@ def gather_meshes(root: Element, reader: MjcfFiles, store: AssetStore) -> None:
     """Read each mesh file that ``root`` names into ``store``, and let the model name the copies.
 
     Raises:
-        RobotError: A file lies where the model may not read.
+        RobotError: A file is where the model may not read, or files are used under too many names.
         MeshError: One is not usable.
     """
-    folder = _mesh_folder(root)
+    folder, known = _mesh_folder(root), set[str]()
     for mesh in root.iter("mesh"):
         if mesh.get("file") is not None:
-            _gather(mesh, folder, reader, store)
+            path = _gather(mesh, folder, reader, store)
+            if (name := mesh.get("file", "")) in known:
+                store.repeat(name, path)
+            known.add(name)
 
 
 class MjcfFiles(ModelFiles):
@@ -256,8 +259,8 @@ _REFERENCE = {"refpos", "refquat"}
 """MuJoCo scales after it has moved the mesh by these, so that its signs must stay in the scale."""
 
 
-def _gather(mesh: Element, folder: tuple[str, bool], reader: MjcfFiles, store: AssetStore) -> None:
-    """Read one ``<mesh file=...>`` into ``store`` and let the element name the copy."""
+def _gather(mesh: Element, folder: tuple[str, bool], reader: MjcfFiles, store: AssetStore) -> Path:
+    """Read one ``<mesh file=...>`` into ``store`` and let the element name the copy; return the path of the file."""
     named = mesh.get("file", "")
     pure = PurePosixPath(named.replace("\\", "/"))
     path = reader.mesh(pure.name if folder[1] else named, folder[0])
@@ -267,3 +270,4 @@ def _gather(mesh: Element, folder: tuple[str, bool], reader: MjcfFiles, store: A
         mesh.set("scale", scale)
     mesh.set("file", store.add(path, mirror=mirror))
     mesh.attrib.pop("content_type", None)
+    return path

@@ -334,6 +334,22 @@ def test_all_meshes_together_are_bounded(tmp_path: Path, rod: bytes, monkeypatch
         store.add(tmp_path / "rod.stl", variant="again")
 
 
+@pytest.mark.parametrize("most", [12, 11])
+def test_repeated_use_of_a_file_is_bounded(
+    tmp_path: Path, rod: bytes, monkeypatch: pytest.MonkeyPatch, most: int
+) -> None:
+    monkeypatch.setattr(mesh_files, "MAX_REPEATED_FACES", most)
+    path = _made(tmp_path / "rod.stl", rod)
+    store = AssetStore()
+    name = store.add(path)
+    assert store.add(path) == name, "the same mesh is shared"
+    store.add(path, variant="2 2 2")
+    if most == 12:
+        store.repeat(name, path)
+    with pytest.raises(RobotError, match=r"rod\.stl: mesh files are used under too many names or scales"):
+        store.repeat(name, path)
+
+
 def test_corners_at_one_place_become_one_vertex_in_the_order_of_the_file():
     rng = np.random.default_rng(5)
     corners = 0.25 * rng.integers(-3, 4, (300, 3)) + np.where(rng.random((300, 3)) < 0.5, 0.0, -0.0)

@@ -12,7 +12,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from app.core.errors import MeshError, RobotError
-from app.robots.formats import mjcf
+from app.robots.formats import mesh_files, mjcf
 from app.robots.formats.mjcf import load_mjcf, strip_mjcf
 from app.robots.kinematics import Configuration
 from app.robots.mujoco_spec import parse_spec
@@ -364,3 +364,14 @@ def test_sites_lights_keys_and_scenery_are_removed_before_mujoco_reads_them(
     assert counts == {"site": 2, "geom": 2, "key": 2}, "one site for each element that carries sensors"
     assert "<light" not in read[0]
     assert "<camera" not in read[0]
+
+
+def test_each_mesh_of_one_file_counts(tiny: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(mesh_files, "MAX_REPEATED_FACES", 0)
+    text = tiny.read_text()
+    again = '<mesh name="again{}" file="rod.stl"/>'
+    tiny.write_text(text.replace("</asset>", again.format(1) + "</asset>"))
+    load_mjcf(tiny)
+    tiny.write_text(text.replace("</asset>", again.format(1) + again.format(2) + "</asset>"))
+    with pytest.raises(RobotError, match=r"rod\.stl: mesh files are used under too many names"):
+        load_mjcf(tiny)
