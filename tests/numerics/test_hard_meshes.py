@@ -30,7 +30,7 @@ from tests.support.surfaces import sheet
 EVERY = [pytest.param(name, id=f"{group}: {name}") for group, names in GROUPS.items() for name in names]
 UNIQUE = ("loose triangles", "slivers 1e-3", "turned at random", "one wide", "comb")
 """Meshes with one best map; where seams must be chosen among equals, which of them depends on rounding."""
-SECONDS = 60.0
+SECONDS = 120.0
 
 
 class Cancelled(Exception):

@@ -32,7 +32,7 @@ BREAKS = (
     "flatten", "stretch", "shrink a face", "unit", "offset", "not a number", "bad index",
 )  # fmt: skip
 TAXELS = 8
-SECONDS = 30.0
+SECONDS = 120.0
 
 
 def broken(vertices: np.ndarray, faces: np.ndarray, how: str, rng: np.random.Generator) -> tuple:

@@ -9,7 +9,7 @@ from collections.abc import Callable
 from multiprocessing.connection import Connection
 from typing import Any
 
-_START_SECONDS = 60.0
+_START_SECONDS = 120.0
 
 
 class Child:

@@ -52,7 +52,7 @@ def site(tmp_path_factory):
             (sources / name / file.name).write_bytes(file.read_bytes())
     options = ["--quiet", "--no-deps", "--no-build-isolation", "--no-index", "--disable-pip-version-check"]
     command = [sys.executable, "-m", "pip", "install", *options, "--target", str(folder / "installed")]
-    subprocess.run([*command, str(sources / "example"), str(sources / "broken")], check=True, timeout=60)
+    subprocess.run([*command, str(sources / "example"), str(sources / "broken")], check=True, timeout=300)
     return folder / "installed"
 
 

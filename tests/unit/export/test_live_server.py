@@ -24,7 +24,7 @@ class Viewer:
 
     def __init__(self, address):
         host, port = address.removeprefix("ws://").split(":")
-        self._socket = socket.create_connection((host, int(port)), timeout=10)
+        self._socket = socket.create_connection((host, int(port)), timeout=60)
         key = base64.b64encode(os.urandom(16)).decode()
         lines = [
             "GET / HTTP/1.1",
@@ -147,6 +147,6 @@ def test_after_closing_nobody_answers():
 
 def _connect_until_refused(host, port):
     """The server's own thread lets go of the port a moment later."""
-    deadline = time.monotonic() + 10
+    deadline = time.monotonic() + 60
     while time.monotonic() < deadline:
         socket.create_connection((host, port), timeout=2).close()

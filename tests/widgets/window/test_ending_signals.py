@@ -26,6 +26,7 @@ TOKEN = "a token of ours"
 SECONDS = 60.0
 PROGRAM = """
 import sys
+import time
 from pathlib import Path
 from PySide6.QtCore import QTimer
 from PySide6.QtWidgets import QApplication
@@ -43,7 +44,8 @@ def begin():
     if live.prepared is None:
         QTimer.singleShot(50, begin)
         return
-    live.connect_source(LiveInputSettings("udp://127.0.0.1:0", SourceOptions(token=sys.argv[1])))
+    options = SourceOptions(token=sys.argv[1], clock=lambda: 0.1 * time.monotonic())
+    live.connect_source(LiveInputSettings("udp://127.0.0.1:0", options))
     live.start_recording(Path("felt.mcap"))
     live.live_input.use_controller("hold_force")
     port.write_text(str(live.live_input.connection.source.port))
@@ -117,13 +119,16 @@ def is_stop(packets) -> bool:
 
 
 def feed(port, driver, *, until):
-    """Send readings to the port that a file names, and return what the driver receives, until it is enough."""
+    """Send readings to the port that a file names, and return what the driver receives, until it is enough.
+
+    The clocks of board and program run at a tenth of the speed, so that no reading is late on a busy machine.
+    """
     found, deadline, number = [], time.monotonic() + SECONDS, 0
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as board:
         while not until(found):
             assert time.monotonic() < deadline, found[-3:]
             if port.exists() and port.read_text():
-                reading = Reading(time.monotonic(), np.zeros(60), Unit.PASCAL, joints={"hinge": 0.3})
+                reading = Reading(0.1 * time.monotonic(), np.zeros(60), Unit.PASCAL, joints={"hinge": 0.3})
                 board.sendto(encode_binary(reading, token=TOKEN), ("127.0.0.1", int(port.read_text())))
                 number += 1
             try:

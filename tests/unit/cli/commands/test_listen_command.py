@@ -25,7 +25,7 @@ from app.recording.player import open_recording
 from app.tactile.press import press_skin
 from tests.support.touch import bar, bar_map, bar_skin
 
-PATIENCE = 30.0
+PATIENCE = 60.0
 
 
 @pytest.fixture(scope="module")

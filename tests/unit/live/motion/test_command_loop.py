@@ -16,7 +16,7 @@ from app.live.prepare import as_measured
 from app.live.readings import Reading, SourceEndedError, Unit
 from tests.support.touch import prepared_bar
 
-PATIENCE = 10.0
+PATIENCE = 60.0
 
 
 class Source:
