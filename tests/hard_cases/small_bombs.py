@@ -463,6 +463,8 @@ BOMBS: dict[str, Bomb] = {
         '<asset><mesh name="m" vertex="' + "0.1 0.7 0.3 " * 400_000 + '"/></asset>').encode()),
     "mjcf defaults": ("robot", ".xml", lambda: mjcf(BODY, "<default>" + '<default class="a">' * 150
         + "</default>" * 150 + "</default>").encode()),
+    "mjcf nested classes": ("robot", ".xml", lambda: mjcf(BODY, "<default>" + "".join(
+        f'<default class="a{n}"><geom size="1"/>' for n in range(150)) + "</default>" * 150 + "</default>").encode()),
     "mjcf classes": ("robot", ".xml", lambda: mjcf(BODY, "<default>" + "".join(
         f'<default class="a{n}"><geom size="1"/></default>' for n in range(60_000)) + "</default>").encode()),
     "mjcf 4900 classes": ("robot", ".xml", lambda: mjcf(BODY, "<default>" + "".join(

@@ -44,6 +44,7 @@ EXPECTED = {
     "npz rows of a skin": "0_positions.npy: an array has too many rows.*12582912.*1,000,000",
     "mjcf 4900 classes": "more than 500 classes of defaults",
     "mjcf 499 classes": "ok",
+    "mjcf nested classes": "ok",
     "mjcf sites of a link": "ok",
     "mjcf sites with sensors": "ok",
     "mjcf lights and keys": "ok",

@@ -80,6 +80,8 @@ def test_a_table_stands_between(tmp_path):
         ("id,taxel\n3\n", "line 2: a row does not fit"),
         ("id,taxel\n3,60\n", "line 2: there is no such taxel"),
         ("id,taxel\n3,x\n", "line 2, taxel: expected a whole number"),
+        (f"id,taxel\n{2**64},1\n", "line 2, id: expected a whole number.*at most 18 digits"),
+        (f"id,taxel\n{'9' * 5000},1\n", "line 2, id: expected a whole number.*at most 18 digits"),
         ("id,taxel\n3,1\n\n3,2\n", "line 4: an id is given two taxels"),
     ],
 )

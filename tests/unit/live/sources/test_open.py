@@ -43,6 +43,7 @@ def test_the_address_says_which(address, kind, told):
         ("serial:///dev/ttyACM0?baud=fast", "no such speed"),
         ("serial:///dev/ttyACM0?baud=", "no such speed"),
         ("serial:///dev/ttyACM0?baud=0", "no such speed"),
+        ("serial:///dev/ttyACM0?baud=" + "9" * 5000, "no such speed"),
         ("serial://[", "address is not understood"),
         ("udp://0.0.0.0:9870", "open to other machines"),
         ("ros2:", "need a mapping"),
