@@ -76,8 +76,8 @@ class RealApp:
         """Let xdotool do something."""
         subprocess.run(["xdotool", *map(str, words)], env=self._environment, check=True)
 
-    def wait_for(self, condition, seconds: float = 60.0) -> None:
-        """Look again and again, between two looks waiting for nothing but the app's end, which is a failure."""
+    def wait_for(self, condition, seconds: float = 180.0) -> None:
+        """Wait until the condition holds. Fail when the app ends or at a deadline for busy machines."""
         deadline = time.monotonic() + seconds
         while time.monotonic() < deadline:
             if condition():

@@ -25,12 +25,16 @@ def tell(_what=None):
     })
 
 def replay():
-    window.live.stop_recording()
-    window.live.open_recording(FOLDER / "one.mcap")
+    recorder = window.live.recorder
+    if recorder.frames * recorder.tick >= 2.0:  # simulated time: a busy machine simulates less of it
+        recording.stop()
+        window.live.stop_recording()
+        window.live.open_recording(FOLDER / "one.mcap")
 
-def opened(player):
-    if player is not None:
-        QTimer.singleShot(2500, stand)
+def settle():
+    if window.live.player is not None and len(plots.times):
+        settling.stop()
+        QTimer.singleShot(500, stand)  # the layout may still change with the curves
 
 def stand():
     window.activateWindow()  # there is no window manager that would
@@ -39,12 +43,15 @@ def stand():
 
 def ready():
     window.live.start_recording(FOLDER / "one.mcap")
-    QTimer.singleShot(2500, replay)
+    recording.start(50)
+    settling.start(50)
 
+recording, settling = QTimer(), QTimer()
+recording.timeout.connect(replay)
+settling.timeout.connect(settle)
 watch = QTimer()
 watch.timeout.connect(tell)
 watch.start(100)
-window.live.player_changed.connect(opened)
 live(window, ready)
 """
 
