@@ -156,7 +156,7 @@ def test_a_map_is_learned_from_babbling(capsys, cap):
         (("-o", "map.docx"), "docx", 2),
         (("--pattern", "spiral"), "spiral", 2),
         (("--lengths", "7"), "0 to 1", 1),
-        (("--cut", "-1"), "0 or more", 1),
+        (("--cut", "-1"), "0 to 100", 1),
         (("--compare", "nowhere.npz"), "nowhere.npz", 1),
         (("--uv", "nowhere.obj"), "nowhere.obj", 1),
         (("--pitch", "0"), "pitch", 1),
