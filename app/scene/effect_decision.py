@@ -237,6 +237,13 @@ def _no_friction(needs: Needs, effects: Effects) -> tuple[str, str] | None:
     return "effects.friction", f"The task is to {TASKS[needs.task].title}, but friction is off: switch friction on"
 
 
+def _frictionless_skin(needs: Needs, effects: Effects) -> tuple[str, str] | None:
+    if not effects.friction or effects.skin != "foundation":
+        return None
+    problem = "The skin model foundation has no friction, only bodies without skin have"
+    return "effects.friction", f"{problem}: choose skin water-fill, or switch friction off"
+
+
 def _nothing_felt(needs: Needs, effects: Effects) -> tuple[str, str] | None:
     if not needs.touch or effects.skin != "off":
         return None
@@ -263,8 +270,8 @@ def _ideal_sensor(needs: Needs, effects: Effects) -> tuple[str, str] | None:
 
 
 _CHECKS: tuple[WarningCheck, ...] = (
-    _nothing_there, _nothing_moves, _objects_untouched, _no_self_contact, _no_friction, _nothing_felt, _hand_away,
-    _weightless, _ideal_sensor,
+    _nothing_there, _nothing_moves, _objects_untouched, _no_self_contact, _no_friction, _frictionless_skin,
+    _nothing_felt, _hand_away, _weightless, _ideal_sensor,
 )  # fmt: skip
 
 

@@ -21,7 +21,7 @@ from app.tactile.sensor_effects import SENSOR_KEYS, SensorEffects
 Gravity: TypeAlias = Literal["off", "on", "compensated"]
 ContactScope: TypeAlias = Literal["off", "probe", "environment", "self", "all"]
 SkinModel: TypeAlias = Literal["off", "point", "water-fill", "punch", "half-space", "foundation", "depth"]
-Integrator: TypeAlias = Literal["implicitfast", "discrete", "euler", "implicit", "rk4"]
+Integrator: TypeAlias = Literal["implicitfast", "discrete", "euler", "implicit"]
 
 
 @dataclass(frozen=True)

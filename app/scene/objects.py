@@ -29,7 +29,7 @@ _SIZES: dict[str, tuple[tuple[str, ...], ...]] = {
 MIN_MOVING_MASS = 0.05
 """Of a probe or a plate [kg]: lighter ones would need a smaller time step than anything else in a scene."""
 _FARTHEST, _LARGEST, _SMALLEST = 1e3, 100.0, 1e-4
-_RANGES = (("mass", 0.0, 1e5), ("friction", 0.0, 5.0), ("stiffness", 1.0, 1e8), ("damping", 0.0, 10.0),
+_RANGES = (("mass", 0.0, 1e5), ("stiffness", 1.0, 1e8), ("damping", 0.0, 10.0),
            ("max_force", 0.0, 1e4))  # fmt: skip
 
 
@@ -46,7 +46,8 @@ class ObjectSpec:
         at: Position in the world [m].
         turn: Turns about the world's x, then y, then z [deg].
         mass: [kg]; 0 is fixed to the world. A probe and a plate have at least 0.05 kg.
-        friction: Coulomb coefficient; a contact uses the larger of the two.
+        friction: Coulomb coefficient of its contacts with skin; by default the cover's. In a contact of two bodies
+            without skin the larger coefficient of the two counts, where an object without a value has 0.5.
         stiffness: Of a plate's spring [N/m].
         damping: Of a plate's spring, as a share of critical.
         max_force: A probe's motors never push harder [N].
@@ -65,7 +66,7 @@ class ObjectSpec:
     at: tuple[float, float, float] = (0.0, 0.0, 0.0)
     turn: tuple[float, float, float] = (0.0, 0.0, 0.0)
     mass: float = 0.0
-    friction: float = 0.5
+    friction: float | None = None
     stiffness: float = 1000.0
     damping: float = 0.5
     max_force: float = 20.0
@@ -78,6 +79,8 @@ class ObjectSpec:
             raise SceneError("an object needs a name", place="objects.name")
         for name, low, high in _RANGES:
             self._check(name, getattr(self, name), low, high)
+        if self.friction is not None:
+            self._check("friction", self.friction, 0.0, 5.0)
         for value in self.at:
             self._check("at", value, -_FARTHEST, _FARTHEST)
         for value in self.turn:

@@ -11,6 +11,7 @@ import os
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
+from typing import Any
 
 from app.core.errors import SceneError, did_you_mean
 from app.core.files import read_bounded_file
@@ -63,6 +64,11 @@ def scene_from_toml(text: str, *, name: str, file: str | None = None) -> Scene:
         return Scene(**values)
 
 
+def _stated(spec: GridSpec | ObjectSpec) -> dict[str, Any]:
+    """Return the values of a table that are there; TOML has no null."""
+    return {key: value for key, value in asdict(spec).items() if value is not None}
+
+
 def scene_to_toml(scene: Scene) -> str:
     """The same scene as text; reading it gives an equal scene."""
     parts = [toml_lines({key: getattr(scene, key) for key in _PLAIN})]
@@ -70,8 +76,8 @@ def scene_to_toml(scene: Scene) -> str:
     for key, table in (tables | {"control": scene.control, "contacts": scene.reading}).items():
         parts += [f"[{key}]", toml_lines(table)]
     lists = {
-        "grids": ({key: value for key, value in asdict(grid).items() if value is not None} for grid in scene.grids),
-        "objects": map(asdict, scene.objects),
+        "grids": map(_stated, scene.grids),
+        "objects": map(_stated, scene.objects),
         "behaviours": scene.behaviours,
         "motion": map(asdict, scene.motion),
         "stimuli": map(stimulus_to_table, scene.stimuli),

@@ -12,7 +12,7 @@ import mujoco
 import numpy as np
 
 from app.core.arrays import FloatArray
-from app.simulation.model.model_names import is_hull, is_object, plain_name
+from app.simulation.model.model_names import is_object, plain_name
 from app.skin.skin import Skin
 from app.tactile.contact_notes import ContactNote, ContactNoteKind
 from app.tactile.elastic_layer import ElasticLayer
@@ -46,9 +46,6 @@ class ContactWatch:
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, skin: Skin, layer: ElasticLayer) -> None:
         self._model, self._data = model, data
         self._qvel, self._pushes = data.qvel, data.qfrc_constraint
-        self._stages = model.opt.integrator == mujoco.mjtIntegrator.mjINT_RK4
-        skins = np.array([is_hull(model.geom(geom).name) for geom in range(model.ngeom)])
-        self._stiffness = np.where(skins, layer.stiffness, np.inf)
         self.needed = not model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_CONTACT
         links = {int(model.body(patch.link).id) for patch in skin.patches}
         self._feels = [int(body) in links for body in model.geom_bodyid]
@@ -92,19 +89,13 @@ class ContactWatch:
             self._met |= self._now
         if depths.min() < -DEEPEST:
             self._keep_largest(self._deep, contact.geom, -depths, DEEPEST)
-        if self._stages or (data.nefc and data.efc_force.max() > HARDEST):
+        if data.nefc and data.efc_force.max() > HARDEST:
             self._keep_largest(self._hard, contact.geom, self._forces(data), HARDEST)
 
     def _forces(self, data: mujoco.MjData) -> FloatArray:
-        """(contacts,) normal forces [N]. Runge-Kutta leaves those of its last stage, where a light body has long been
-        pushed out: there it is at least what the cover's spring pushes with."""
-        contact, rows = data.contact, data.contact.efc_address
-        forces = np.where(rows >= 0, data.efc_force[np.maximum(rows, 0)], 0.0) if data.nefc else np.zeros(len(rows))
-        if self._stages:
-            compliance = (1 / self._stiffness[contact.geom]).sum(axis=1)  # two skins are in series
-            springs = np.divide(-contact.dist, compliance, out=np.zeros(len(rows)), where=compliance > 0)
-            forces = np.maximum(forces, springs)
-        return np.asarray(forces)
+        """(contacts,) normal forces [N]."""
+        rows = data.contact.efc_address
+        return np.asarray(np.where(rows >= 0, data.efc_force[np.maximum(rows, 0)], 0.0))
 
     @property
     def notes(self) -> tuple[ContactNote, ...]:

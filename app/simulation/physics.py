@@ -14,7 +14,7 @@ from app.scene.effects import Effects
 from app.scene.objects import SceneObject
 from app.simulation.contact_loads import ContactLoads, LinkWrenches
 from app.simulation.contact_watch import ContactWatch
-from app.simulation.model.contact_stiffness import ContactStiffness, unstable_contacts
+from app.simulation.model.contact_stiffness import ContactSharing, unstable_contacts
 from app.simulation.model.model_assembly import assemble
 from app.simulation.model.model_names import body_name
 from app.simulation.model.object_geoms import ProbeDrives, has_body
@@ -61,15 +61,13 @@ class Physics:
     ) -> None:
         self.model = assemble(robot, skin, effects, objects=objects, layer=layer)
         self.data = mujoco.MjData(self.model)
-        self._dynamic, self._by_stages = effects.dynamics, effects.integrator != "rk4"
+        self._dynamic = effects.dynamics
         self._joints = len(robot.joints)
         self._guard = DivergenceGuard(self.model, self.data)
         # A state keeps its arrays where they are, and looking for them is dear.
         self._wanted, self._applied = self.data.ctrl, self.data.qfrc_applied
         self._torque = np.zeros(self.model.nv)
         self._servos, self._servo_notes = b"", tuple[ContactNote, ...]()
-        self._stiffness = ContactStiffness(self.model, layer)
-        self._follows = effects.integrator == "discrete" and self.model.npair > 0
         present = [scene_object for scene_object in objects if has_body(self.model, scene_object.spec)]
         self._bodies = {
             scene_object.spec.name: int(self.model.body(body_name(scene_object.spec)).id) for scene_object in present
@@ -77,6 +75,7 @@ class Physics:
         hulls = (ContactNote(ContactNoteKind.CONVEX_HULL, (t.spec.name,)) for t in present if t.spec.kind == "mesh")
         self._notes = (*hulls, *unstable_contacts(self.model, layer))
         self._watch = ContactWatch(self.model, self.data, skin, layer)
+        self._sharing = ContactSharing(self.model, layer) if self._watch.needed else None
         self._drives, passing = ProbeDrives(self.model, present), TunnellingCheck(self.model, present)
         self._passing = passing if passing.needed else None
         self._hooks: tuple[Hook, ...] = (self._drives.push,) if self._drives.moving else ()
@@ -99,7 +98,6 @@ class Physics:
             self.data.warning[bad].number = 1
         self.data.qpos[: self._joints] = home
         self._torque[:] = 0
-        self._stiffness.reset()
         self._watch.start()
         self.forward()
 
@@ -139,12 +137,7 @@ class Physics:
         self._watch.begin(count)
         hooks = self._hooks if fingers is None else (*self._hooks, fingers)
         advance = self._step_hooked if hooks else self._step_freely
-        if self._follows:
-            for _ in range(count):
-                advance(1, hooks)
-                self._stiffness.follow(self.data)
-        else:
-            advance(count, hooks)
+        advance(count, hooks)
         self._watch.inspect()
 
     def pose_at(self, posture: FloatArray, count: int, fingers: Hook | None) -> None:
@@ -166,14 +159,12 @@ class Physics:
         """How meshes touch, which contacts and servos are too stiff, and what contacts did since the last reading."""
         return (*self._notes, *self._servo_notes, *self._watch.notes)
 
-    def numbers(self) -> FloatArray:
-        """(k,) what the future depends on besides MuJoCo's state, for comparing runs."""
-        return self._stiffness.numbers()
-
     def forward(self) -> None:
         """Bring all that follows from positions, velocities and command up to date, without a step."""
         self._drives.push(self.data)
-        mujoco.mj_forward(self.model, self.data)
+        mujoco.mj_step1(self.model, self.data)
+        self._share()
+        mujoco.mj_forwardSkip(self.model, self.data, mujoco.mjtStage.mjSTAGE_VEL, 0)
         for hook in self._hooks:  # the foundation then knows what it does at this instant
             hook(self.data)
         self._applied[:] = self._torque
@@ -227,7 +218,7 @@ class Physics:
         self._guard.keep()
         if self._watch.needed:
             for _number in range(count):
-                mujoco.mj_step(self.model, self.data)
+                self._step_once()
                 self._watch.look()
         else:
             mujoco.mj_step(self.model, self.data, count)
@@ -246,14 +237,21 @@ class Physics:
                 self._guard.keep_if(self._passing.check, self.data)
 
     def _step_once(self) -> None:
-        mujoco.mj_step(self.model, self.data)
+        if self._sharing is None:
+            mujoco.mj_step(self.model, self.data)
+        else:
+            mujoco.mj_step1(self.model, self.data)
+            self._share()
+            mujoco.mj_step2(self.model, self.data)
 
     def _step_with(self, hooks: Sequence[Hook]) -> None:
         mujoco.mj_step1(self.model, self.data)
         self._applied[:] = self._torque
         for hook in hooks:
             hook(self.data)
-        if self._by_stages:
-            mujoco.mj_step2(self.model, self.data)
-        else:  # Runge-Kutta cannot go on from half a step; the forces stay as they are for all of its stages
-            mujoco.mj_step(self.model, self.data)
+        self._share()
+        mujoco.mj_step2(self.model, self.data)
+
+    def _share(self) -> None:
+        if self._sharing is not None and self.data.ncon:
+            self._sharing.apply(self.data)

@@ -22,7 +22,7 @@ from app.robots.robot import Robot
 from app.scene.effects import Effects
 from app.scene.objects import SceneObject
 from app.simulation.model.contact_pairs import allows_self_contact
-from app.simulation.model.model_names import body_name, slab_name
+from app.simulation.model.model_names import body_name
 from app.simulation.model.object_geoms import has_body
 from app.skin.link_hulls import excluded_pairs, hull_name, skinned_links
 from app.skin.skin import Skin
@@ -95,8 +95,6 @@ class Solids:
             shape = MeshShape(solid, where=scene_object.spec.file)
         elif scene_object.spec.kind == "plane":
             shape = Plane()
-            slab = int(self._model.geom(slab_name(scene_object.spec)).id)
-            self._known[slab] = Solid(slab, body, shape, Pose.identity(), scene_object.spec.name)
         else:
             shape, _ = _geom_shape(self._model, geom)
         self._known[geom] = Solid(geom, body, shape, Pose.identity(), scene_object.spec.name)

@@ -319,7 +319,7 @@ class Simulation:
         mujoco.mj_getState(self._model, self._data, state, _STATE)
         aside = [joint.position for joint in self._left.values()]
         sensor = [self._chain.state()] if self._chain else []
-        return np.concatenate([state, self._physics.numbers(), self._fingers.numbers(), *sensor, *aside])
+        return np.concatenate([state, self._fingers.numbers(), *sensor, *aside])
 
     @property
     def _model(self) -> mujoco.MjModel:

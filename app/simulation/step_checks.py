@@ -168,9 +168,6 @@ def check_command(robot: Robot, command: ImpedanceCommand) -> None:
                 )
 
 
-_EXPLICIT = (mujoco.mjtIntegrator.mjINT_EULER, mujoco.mjtIntegrator.mjINT_RK4)
-"""Integrators that take servos at the step's start: beyond a limit the arm gains energy untouched, at first slowly. The
-others take their damping at its end, and hold any servo that controllers ask for."""
 _GROWTH = 1e-6
 """Of a motion in a step, that counts as none."""
 _HALVINGS = 30
@@ -179,7 +176,10 @@ _HALVINGS = 30
 def unstable_servos(
     model: mujoco.MjModel, data: mujoco.MjData, stiffness: FloatArray, damping: FloatArray
 ) -> tuple[ContactNote, ...]:
-    """What is to be told of servos that the integrator cannot hold at this time step and posture; empty for nothing.
+    """Return notes on servos that the integrator cannot hold at this time step and posture.
+
+    Semi-implicit Euler takes servos at the step's start: beyond a limit the arm gains energy untouched, at first
+    slowly. The other integrators take their damping at its end, and hold any servo that controllers ask for.
 
     The linearised joints  M q'' + D q' + K q = 0,  one step of the integrator as a matrix, its spectral radius (Hairer
     and Wanner, Solving ODEs II, IV.2 and IV.3). Contacts are left out: they have their own limit.
@@ -193,7 +193,7 @@ def unstable_servos(
     Cost: nothing with an implicit integrator; else 0.3 ms.
     """
     count = len(stiffness)
-    if not count or model.opt.integrator not in _EXPLICIT:
+    if not count or model.opt.integrator != mujoco.mjtIntegrator.mjINT_EULER:
         return ()
     full, apart = np.zeros((model.nv, model.nv)), mujoco.MjData(model)
     apart.qpos[:] = data.qpos  # what follows from positions stays in ``data`` as the last step left it
@@ -202,37 +202,30 @@ def unstable_servos(
     mujoco.mj_makeM(model, apart)
     mujoco.mj_fullM(model, apart, full)
     inertia, passive = full[:count, :count], model.dof_damping[:count]
-    rk4, step = model.opt.integrator == mujoco.mjtIntegrator.mjINT_RK4, float(model.opt.timestep)
-    growth, mode = _growth(inertia, stiffness, damping, passive, step, rk4=rk4)
+    step = float(model.opt.timestep)
+    growth, mode = _growth(inertia, stiffness, damping, passive, step)
     if growth <= 1 + _GROWTH:
         return ()
     low, high = 0.0, step
     for _ in range(_HALVINGS):
         middle = 0.5 * (low + high)
-        stable = _growth(inertia, stiffness, damping, passive, middle, rk4=rk4)[0] <= 1 + _GROWTH
+        stable = _growth(inertia, stiffness, damping, passive, middle)[0] <= 1 + _GROWTH
         low, high = (middle, high) if stable else (low, middle)
     joint = plain_name(model.joint(int(np.abs(mode).argmax())).name)
     return (ContactNote(ContactNoteKind.UNSTABLE_SERVO, (joint,), max_timestep=low),)
 
 
 def _growth(
-    inertia: FloatArray, stiffness: FloatArray, damping: FloatArray, passive: FloatArray, step: float, *, rk4: bool
+    inertia: FloatArray, stiffness: FloatArray, damping: FloatArray, passive: FloatArray, step: float
 ) -> tuple[float, FloatArray]:
     """By how much a step multiplies the motion that grows most, and that motion's part in each joint (n,)."""
     count = len(stiffness)
-    if rk4:
-        spring = -np.linalg.solve(inertia, np.diag(stiffness))
-        brake = -np.linalg.solve(inertia, np.diag(damping + passive))
-        rate = np.block([[np.zeros((count, count)), np.eye(count)], [spring, brake]])
-        values, vectors = np.linalg.eig(rate)
-        z = values * step
-        factors = np.abs(1 + z * (1 + z / 2 * (1 + z / 3 * (1 + z / 4))))
-    else:  # velocities first, then positions by the new ones; joints' own damping is implicit
-        mass = inertia + step * np.diag(passive)
-        spring = -step * np.linalg.solve(mass, np.diag(stiffness))
-        keep = np.linalg.solve(mass, inertia - step * np.diag(damping))
-        values, vectors = np.linalg.eig(np.block([[np.eye(count) + step * spring, step * keep], [spring, keep]]))
-        factors = np.abs(values)
+    # Velocities first, then positions by the new ones; joints' own damping is implicit.
+    mass = inertia + step * np.diag(passive)
+    spring = -step * np.linalg.solve(mass, np.diag(stiffness))
+    keep = np.linalg.solve(mass, inertia - step * np.diag(damping))
+    values, vectors = np.linalg.eig(np.block([[np.eye(count) + step * spring, step * keep], [spring, keep]]))
+    factors = np.abs(values)
     worst = int(factors.argmax())
     return float(factors[worst]), np.abs(vectors[count:, worst])
 

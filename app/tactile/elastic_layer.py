@@ -18,7 +18,7 @@ class ElasticLayer:
         poisson: Its Poisson ratio, below 0.5: a foam compresses; a layer that cannot is no foundation of springs.
         thickness: Of the layer that yields [m].
         depth: Of the taxels' sensing plane below the outer surface [m].
-        friction: Coulomb coefficient against everything it meets.
+        friction: Coulomb coefficient against skin, links and objects that state none.
 
     Raises:
         SimulationError: A number is out of its range.

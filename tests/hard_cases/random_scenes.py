@@ -63,7 +63,7 @@ def random_scene(seed: int) -> str:
     }
     tables: dict[str, dict[str, Any]] = {
         "layer": _layer(rng),
-        "effects": _effects(rng, step, get_args(Integrator)[seed % 5]),
+        "effects": _effects(rng, step, get_args(Integrator)[seed % len(get_args(Integrator))]),
         "control": _control(rng),
         "contacts": {"estimator": str(rng.choice(ESTIMATORS))},
     }

@@ -102,10 +102,10 @@ def test_objects_that_take_no_part_add_no_call(calls):
 
 
 def test_contact_is_read_once_a_reading_and_only_glanced_at_after_each_step(calls):
-    """After a step two dot products, of speeds and of forces, and one more a reading."""
+    """After a step two dot products, of speeds and of forces, and one more a reading; nothing between its halves."""
     made = run(Effects(contact="environment"), calls, things=(thing("box", at=(5.0, 0.0, 0.0)),))
     dots = made.pop("mju_dot")
-    assert made == {"mj_step": 5, "mj_getState": 1, "mj_kinematics": 1, "mj_comPos": 1}
+    assert made == {"mj_step1": 5, "mj_step2": 5, "mj_getState": 1, "mj_kinematics": 1, "mj_comPos": 1}
     assert dots <= 2 * 5 + 2
 
 
@@ -115,7 +115,8 @@ def test_what_acts_between_steps_is_called_between_steps(calls):
     assert made["mj_step"] == 0
     walker = thing("probe", path=((0.0, 5.0, 0.0, 0.0), (1.0, 6.0, 0.0, 0.0)))
     assert run(Effects(contact="probe"), calls, things=(walker,))["mj_step1"] == 5
-    assert run(Effects(contact="probe"), calls, things=(thing("probe", at=(5.0, 0.0, 0.0)),))["mj_step1"] == 0
+    bare = run(Effects(contact="off"), calls, things=(thing("probe", at=(5.0, 0.0, 0.0)),))
+    assert bare["mj_step1"] == 0
 
 
 def test_a_lifted_finger_leaves_no_call(calls):
@@ -143,7 +144,7 @@ def test_gains_are_written_when_the_command_changes_and_only_then():
     assert simulation._model.actuator_gainprm[0, 0] == 6.0
 
 
-@pytest.mark.parametrize("integrator", ["implicitfast", "discrete", "euler", "implicit", "rk4"])
+@pytest.mark.parametrize("integrator", ["implicitfast", "discrete", "euler", "implicit"])
 def test_many_steps_in_one_call_are_the_same_steps(integrator):
     effects = Effects(gravity="on", integrator=integrator)
     one, many = Simulation(arm().robot, arm().skin, effects), Simulation(arm().robot, arm().skin, effects)
@@ -154,7 +155,7 @@ def test_many_steps_in_one_call_are_the_same_steps(integrator):
     assert np.array_equal(one.state(), many.state())
 
 
-@pytest.mark.parametrize("integrator", ["implicitfast", "discrete", "euler", "implicit", "rk4"])
+@pytest.mark.parametrize("integrator", ["implicitfast", "discrete", "euler", "implicit"])
 def test_a_finger_that_pushes_nothing_changes_no_step(integrator):
     effects = Effects(gravity="on", integrator=integrator)
     free, touched = Simulation(bar(), bar_skin(), effects), Simulation(bar(), bar_skin(), effects)
@@ -166,8 +167,7 @@ def test_a_finger_that_pushes_nothing_changes_no_step(integrator):
 
 def test_a_pendulum_swings_as_the_closed_form_says():
     robot = bar()
-    effects = Effects(gravity="on", contact="off", joint_limits=False, fingers=False, skin="off", timestep=1e-4,
-                      integrator="rk4")  # fmt: skip
+    effects = Effects(gravity="on", contact="off", joint_limits=False, fingers=False, skin="off", timestep=1e-4)
     simulation = Simulation(robot, bar_skin(), effects)
     simulation._data.qpos[:] = 0.5 * np.pi - 0.01  # hanging down is +90 degrees about +y
     omega = np.sqrt(9.81 * 0.2 / BAR_INERTIA)
@@ -309,7 +309,7 @@ def test_what_slides_rubs_with_coulombs_force(friction, speed):
     assert tangent[steady].mean() == pytest.approx(friction * normal[steady].mean(), rel=0.03)
 
 
-@pytest.mark.parametrize("integrator", ["discrete", "euler", "implicit", "rk4"])
+@pytest.mark.parametrize("integrator", ["discrete", "euler", "implicit"])
 def test_with_every_integrator(integrator):
     for speed in (0.1, 0.2):
         normal, tangent = dragged(0.5, speed, 2e4, integrator=integrator)
@@ -377,9 +377,10 @@ def pressed(
 
 
 def measured(simulation: Simulation) -> tuple[float, float]:
-    """Force [N] and stiffness [N/m] of the one contact."""
+    """Return the force [N] and the stiffness [N/m] of the contact; points share it by their depths."""
     (load,) = simulation._physics.loads()
-    (depth,) = -simulation._data.contact.dist
+    depths = -simulation._data.contact.dist
+    depth = (depths**2).sum() / depths.sum()
     return load.force, load.force / depth
 
 
@@ -394,7 +395,7 @@ def test_a_contact_measures_what_the_layer_states(kind, taxel):
         assert found == pytest.approx(stiffness, rel=0.01)
 
 
-@pytest.mark.parametrize("integrator", ["implicitfast", "discrete", "euler", "implicit", "rk4"])
+@pytest.mark.parametrize("integrator", ["implicitfast", "discrete", "euler", "implicit"])
 def test_whatever_integrates(integrator):
     for friction in (False, True):
         how = {"held": 200.0, "seconds": 5.0, "integrator": integrator, "friction": friction}
@@ -425,8 +426,8 @@ def test_more_force_goes_deeper_in_proportion():
 
 
 @pytest.mark.parametrize("taxel", [241, 283, 289])
-def test_a_plane_is_one_contact_too(taxel):
-    """Lying on a plane a hull has up to four contacts in MuJoCo, which would be four times as stiff."""
+def test_on_a_plane_a_hull_is_as_stiff_as_stated(taxel):
+    """Lying on a plane a hull has up to four contacts in MuJoCo, which share the stiffness."""
     prepared = arm()
     robot, home, at = prepared.robot, Configuration(prepared.robot), prepared.skin.taxel_point(taxel)
     normal = home.pose(prepared.skin.link(at)).directions(prepared.skin.normal(at))

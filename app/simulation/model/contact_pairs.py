@@ -1,8 +1,8 @@
 """Who may touch whom: convex hulls for skinned links, and explicit contact pairs for everything skin may touch.
 
 Skinned links touch as the convex hull of link and skin, so that what touches is what senses. Each hull meets each
-object it may touch in one explicit pair with one contact point (several would be several times as stiff). Links without
-skin and objects meet each other as MuJoCo finds them, by bits.
+object it may touch in one explicit pair, whose points share the stiffness of the cover. Links without skin and objects
+meet each other as MuJoCo finds them, by bits.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from app.robots.robot import Robot
 from app.scene.effects import Effects
 from app.scene.objects import SceneObject
 from app.simulation.model.contact_stiffness import SOLVER_IMPEDANCE
-from app.simulation.model.model_names import body_name, is_object, shape_name, slab_name
+from app.simulation.model.model_names import body_name, is_object, shape_name
 from app.simulation.model.object_geoms import is_simulated
 from app.skin.link_hulls import add_hull, excluded_pairs, hull_name, skinned_links
 from app.skin.skin import Skin
@@ -56,7 +56,7 @@ def add_contact_pairs(
     if itself or (outside and paired):
         for link in links:
             add_hull(spec, robot, skin, link)
-    partners = [(slab_name(t.spec) if t.spec.kind == "plane" else body_name(t.spec), t.spec.friction) for t in outside]
+    partners = [(body_name(thing.spec), thing.spec.friction) for thing in outside]
     meetings = [(hull_name(link), other, friction) for link in links for other, friction in partners]
     if itself:
         apart = excluded_pairs(robot, skin)
@@ -64,7 +64,7 @@ def add_contact_pairs(
         meetings += _self_meetings(links, bare, apart, layer)
     if paired:
         for first, second, friction in meetings:
-            _pair(spec, first, second, max(friction, layer.friction), effects)
+            _pair(spec, first, second, layer.friction if friction is None else friction, effects)
 
 
 def _set_bits(
@@ -108,7 +108,7 @@ def _drop_own_pairs(spec: mujoco.MjSpec) -> None:
 
 def _self_meetings(
     links: Sequence[str], bare: Iterable[mujoco.MjsGeom], apart: frozenset[frozenset[str]], layer: ElasticLayer
-) -> list[tuple[str, str, float]]:
+) -> list[tuple[str, str, float | None]]:
     """(first geom, second geom, friction) of links that feel, with each other and with links that do not."""
     both = [
         (hull_name(a), hull_name(b), layer.friction)
@@ -116,7 +116,7 @@ def _self_meetings(
         if frozenset((a, b)) not in apart
     ]
     return both + [
-        (hull_name(link), geom.name, float(geom.friction[0]))
+        (hull_name(link), geom.name, layer.friction)
         for link in links
         for geom in bare
         if frozenset((link, geom.parent.name)) not in apart

@@ -1,8 +1,17 @@
-"""Contacts of the skin as stiff as its cover is: from N/m to the numbers of MuJoCo's solver.
+"""Contacts of the skin as stiff as its cover, with Coulomb friction: from N/m to the numbers of MuJoCo's solver.
 
-A direct ``solref = (-k, -b)`` with constant impedance d makes a contact of  K = k / ((1 - d) w)  [N/m], where w is the
-solver's estimate of the pair's inverse mass: the sum of the bodies' ``body_invweight0``, whatever the posture. In the
-same way friction's b makes  b / ((1 - d) w)  [N s/m]. (Measured to the digit for 0.1 to 5 kg.)
+MuJoCo's solver gives a contact the acceleration a with  f = (a_ref - a) / R,  where  a_ref = -B v - K depth  and R is
+the regularizer. With a direct ``solref = (-k, -b)`` and a constant impedance d, a contact has the stiffness
+k / ((1 - d) w)  [N/m]. The inverse mass w of a pair is estimated as the sum of the bodies' ``body_invweight0``,
+independent of the posture (verified to rounding for 0.1 to 5 kg).
+
+Two shapes may meet in several points. Each has its own spring and damper, so that a pair with n points at equal depth
+would be n times as stiff. ``ContactSharing`` therefore multiplies R of all points of a pair by
+
+    n = (sum of depths)^2 / (sum of squared depths),
+
+which is the number of points for equal depths, and changes continuously as points come and go. The force of each point
+is then 1 / n of what a single point would have, with the same dynamics.
 """
 
 from __future__ import annotations
@@ -11,106 +20,183 @@ import math
 from collections.abc import Mapping
 
 import mujoco
-import numpy as np
 
-from app.core.arrays import FloatArray
+from app.simulation.model.contact_points import centre_on_cap, correct_normal
 from app.simulation.model.model_names import is_hull, plain_name
 from app.tactile.contact_notes import ContactNote, ContactNoteKind
 from app.tactile.elastic_layer import ElasticLayer
 
 SOLVER_IMPEDANCE = 0.5
-"""MuJoCo's ``d`` of skin contacts, constant: with 0.9 a held force wavers eight times as much (measured)."""
-FRICTION_DAMPING = 100.0
-"""Friction of skin contacts below the speed at which they slide [N s/m].
+"""MuJoCo's ``d`` of skin contacts, constant: with 0.9 the error of a held force is eight times as large (measured)."""
+FRICTION_RATIO = 1000.0
+"""MuJoCo's ``impratio``: how much harder friction is than the normal direction.
 
-MuJoCo's friction creeps: it is viscous up to Coulomb's force, and what viscosity would bring beyond that also pushes
-the bodies apart. A contact held with force N creeps up to  mu N / GRIP  and hops from  N (1 / mu + 2 mu) / GRIP  on.
-With 10 N and mu = 0.5 that is 0.05 and 0.3 m/s. MuJoCo's own value makes it hop at 0.03 m/s (10 N waver by 9.5 N); the
-known cure of ``solreffriction = 0.2 1`` is worth 4 N s/m, with which nothing rubs below 1 m/s (measured).
+MuJoCo's friction is viscous up to Coulomb's force, so that bodies at rest creep. On a slope of 10 degrees a body creeps
+by 8 mm/s with a ratio of 1, and by 3 um/s with 1,000 (0.5 kg, time step 1 ms).
 """
-_SEMI_IMPLICIT, _RUNGE_KUTTA = 2 * math.sqrt(2) - 2, 2.785
-"""Largest  h √k  of a critically damped spring, by integrator.
+_FRICTION_DAMPING = 0.5
+"""Reference damping B of friction times the time step: sliding ends within a few steps."""
+_DILATION = 0.8
+"""Largest share of the normal reference acceleration that friction may add to it.
 
-Such a spring has the double pole -√k. Semi-implicit Euler, which all of MuJoCo's first-order integrators are of a
-contact, makes it grow from  h² k + 4 h √k = 4  on; fourth-order Runge-Kutta has 2.785 on the negative real axis.
-Measured on our arm, UR5e and iCub, pressed at 3 to 300 kN/m: 0.98 to 1.00 of it (Euler once 0.82, where a servo is the
-first to grow), Runge-Kutta 0.88 to 0.97, and 0.65 once.
+In MuJoCo's convex model sliding at speed v also pushes the bodies apart, with the acceleration  mu B v: without a limit
+the contact hops, and a pressing force of 10 N varies by 13 N at 0.3 m/s. While bodies slide, friction is Coulomb's
+force for any reference above the deceleration  mu g,  so that the limit does not change it. What is left of the push is
+subtracted from the normal reference, except with ``discrete``, which does not need it.
+"""
+_ROUND = (mujoco.mjtGeom.mjGEOM_SPHERE, mujoco.mjtGeom.mjGEOM_PLANE, mujoco.mjtGeom.mjGEOM_CAPSULE)
+"""Shapes for which MuJoCo always finds the direction of the contact exactly."""
+_SEMI_IMPLICIT = 2 * math.sqrt(2) - 2
+"""Largest  h sqrt(k)  of a critically damped spring under semi-implicit Euler.
+
+Such a spring has the double pole  -sqrt(k).  Semi-implicit Euler, which all of MuJoCo's first-order integrators are for
+a contact, is unstable from  h^2 k + 4 h sqrt(k) = 4  on. Measured on our arm, UR5e and iCub, pressed at 3 to 300 kN/m:
+0.98 to 1.00 of it (Euler once 0.82, where a servo becomes unstable first).
 """
 
 
-class ContactStiffness:
-    """Keeps every pair of skin and something at the layer's stiffness, in one compiled model, which it changes.
+class ContactSharing:
+    """Keeps every pair of skin and something else at the stiffness of the cover, in one compiled model.
 
-    Two skins in series have half the stiffness. The integrator ``discrete`` is implicit: its solver weighs bodies with
-    their servos and dampers, in contact with a very stiff joint up to seven times heavier. So there the numbers follow
-    the weight that the solver used last.
+    The model's pairs are set once. ``apply`` then works on the constraints of one step, between ``mj_step1`` and
+    ``mj_step2``; it has no memory. Two skins in series have half the stiffness.
+
+    The integrator ``discrete`` solves for the end of the step and builds its constraints again in ``mj_step2``, from
+    the parameters of each contact. Its solver weighs bodies together with their servos and dampers, in contact with a
+    very stiff joint up to seven times heavier; so there the numbers are those for the weight in this step.
 
     Args:
-        model: Compiled.
-        layer: Of the skin.
+        model: Compiled; its contact pairs are set.
+        layer: The skin's cover.
     """
 
     def __init__(self, model: mujoco.MjModel, layer: ElasticLayer) -> None:
-        self._model = model
-        self._stiffness = [layer.stiffness / _skins(model, geoms) for geoms in _geoms(model)]
-        self._follows = model.opt.integrator == mujoco.mjtIntegrator.mjINT_DISCRETE
+        self._model, self._step = model, float(model.opt.timestep)
+        self._discrete = model.opt.integrator == mujoco.mjtIntegrator.mjINT_DISCRETE
         self._pairs = {geoms: pair for pair, geoms in enumerate(_geoms(model))}
-        self.reset()
+        self._pairs |= {geoms[::-1]: pair for geoms, pair in self._pairs.items()}
+        self._stiffness = [layer.stiffness / _skins(model, geoms) for geoms in _geoms(model)]
+        self._exact = [any(model.geom_type[geom] in _ROUND for geom in geoms) for geoms in _geoms(model)]
+        weight = model.body_invweight0[:, 0]
+        for pair, geoms in enumerate(_geoms(model)):
+            mobility = max(sum(float(weight[model.geom_bodyid[geom]]) for geom in geoms), 1e-9)
+            k = self._stiffness[pair] * (1 - SOLVER_IMPEDANCE) * mobility
+            model.pair_solref[pair] = -k, -2 * math.sqrt(k)
+            if model.pair_dim[pair] > 1:
+                model.pair_solreffriction[pair] = -1.0, -_FRICTION_DAMPING * SOLVER_IMPEDANCE / self._step
 
-    def reset(self) -> None:
-        """Back to the bodies' own weights."""
-        weight = self._model.body_invweight0[:, 0]
-        for pair, geoms in enumerate(_geoms(self._model)):
-            self._set(pair, max(sum(float(weight[self._model.geom_bodyid[geom]]) for geom in geoms), 1e-9))
+    def apply(self, data: mujoco.MjData) -> None:
+        """Share the stiffness among the points of each pair, and limit what friction adds to the normal force.
 
-    def follow(self, data: mujoco.MjData) -> None:
-        """Take the solver's last estimate of each pair in contact. Cost: 5 µs; nothing with other integrators."""
-        if not (self._follows and data.ncon):
-            return
-        # The regulariser of a row is (1 - d) / d times the estimate, over  1 + h b / d + h² k / d.
-        step, estimate = self._model.opt.timestep, data.efc_R * (SOLVER_IMPEDANCE / (1 - SOLVER_IMPEDANCE))
-        for row, (first, second) in zip(data.contact.efc_address.tolist(), data.contact.geom.tolist(), strict=True):
-            pair = self._pairs.get((first, second), self._pairs.get((second, first)))
-            if row >= 0 and pair is not None:
-                k, b = -self._model.pair_solref[pair]
-                implicit = float(1 + step * (b + step * k) / SOLVER_IMPEDANCE)
-                self._set(pair, float(estimate[row]) * implicit, implicit=implicit)
+        Cost: 3 us and 2 us a contact, 5 us for each pair that is not round; with ``discrete`` also that of a solution.
+        """
+        self._correct_points(data)
+        if self._discrete:  # only this computes R; with what is set below it is computed again
+            mujoco.mj_forwardSkip(self._model, data, mujoco.mjtStage.mjSTAGE_VEL, 1)
+        rows, depths = data.contact.efc_address.tolist(), (-data.contact.dist).tolist()
+        for pair, numbers in self._points(data).items():
+            count = effective_count([depths[number] for number in numbers])
+            for number in numbers:
+                if self._discrete:
+                    self._set_parameters(data, number, rows[number], pair, count, depths[number])
+                elif count > 1:
+                    size = int(self._model.pair_dim[pair])
+                    data.efc_R[rows[number] : rows[number] + size] *= count
+                    data.efc_D[rows[number] : rows[number] + size] /= count
+        if not self._discrete:
+            for row, size, friction in zip(rows, data.contact.dim.tolist(), data.contact.friction[:, 0], strict=True):
+                if row >= 0 and size > 1:
+                    _limit_dilation(data, row, float(friction))
 
-    def numbers(self) -> FloatArray:
-        """(k,) what ``follow`` remembers, for comparing runs; empty with other integrators."""
-        return np.array(self._model.pair_solref[:, 0]) if self._follows else np.zeros(0)
+    def _points(self, data: mujoco.MjData) -> dict[int, list[int]]:
+        """Return the numbers of the contacts of each pair that touches."""
+        points: dict[int, list[int]] = {}
+        rows, geoms = data.contact.efc_address.tolist(), data.contact.geom.tolist()
+        for number, (first, second) in enumerate(geoms):
+            pair = self._pairs.get((first, second))
+            if pair is not None and rows[number] >= 0:
+                points.setdefault(pair, []).append(number)
+        return points
 
-    def _set(self, pair: int, mobility: float, *, implicit: float = 1.0) -> None:
-        scale = (1 - SOLVER_IMPEDANCE) * mobility
-        k = self._stiffness[pair] * scale
-        self._model.pair_solref[pair] = -k, -2 * np.sqrt(k)
-        if self._model.pair_dim[pair] > 1:  # no stiffness: friction has nowhere to return
-            # Friction shares the normal's regulariser, and with it what makes the normal implicit.
-            self._model.pair_solreffriction[pair] = -1.0, -FRICTION_DAMPING * scale / implicit
+    def _correct_points(self, data: mujoco.MjData) -> None:
+        """Correct the points that MuJoCo finds between shapes with faces."""
+        changed = False
+        for pair, numbers in self._points(data).items():
+            if not self._exact[pair]:
+                changed |= correct_normal(self._model, data, numbers) or centre_on_cap(self._model, data, numbers)
+        if changed:
+            mujoco.mj_makeConstraint(self._model, data)
+            mujoco.mj_projectConstraint(self._model, data)
+            mujoco.mj_fwdVelocity(self._model, data)
+
+    def _set_parameters(
+        self, data: mujoco.MjData, number: int, row: int, pair: int, count: float, depth: float
+    ) -> None:
+        step, contact = self._step, data.contact
+        k, b = (-self._model.pair_solref[pair]).tolist()
+        # R of a row is  (1 - d) / d  times the inverse mass, divided by  1 + h b / d + h^2 k / d.
+        implicit = 1 + step * (b + step * k) / SOLVER_IMPEDANCE
+        mobility = float(data.efc_R[row]) * implicit * SOLVER_IMPEDANCE / (1 - SOLVER_IMPEDANCE)
+        k = self._stiffness[pair] * (1 - SOLVER_IMPEDANCE) * mobility
+        b = 2 * math.sqrt(k)
+        # This impedance makes R n times as large; the scale keeps the reference as it is.
+        impedance = SOLVER_IMPEDANCE / (SOLVER_IMPEDANCE + count * (1 - SOLVER_IMPEDANCE))
+        scale = impedance / SOLVER_IMPEDANCE
+        contact.solimp[number, :2] = impedance
+        contact.solref[number] = -k * scale, -b * scale
+        if self._model.pair_dim[pair] > 1:
+            damping, speed = _FRICTION_DAMPING / step, math.hypot(data.efc_vel[row + 1], data.efc_vel[row + 2])
+            reference = max(k * depth - b * float(data.efc_vel[row]), 0.0) / SOLVER_IMPEDANCE
+            # The reference of friction is  B v / (1 + h B).
+            friction = float(self._model.pair_friction[pair, 0])
+            allowed = _DILATION * reference / friction if friction > 0 else math.inf
+            if speed * damping > allowed * (1 + step * damping):
+                damping = allowed / (speed - step * allowed)
+            contact.solreffriction[number, 1] = -damping * impedance
+
+
+def _limit_dilation(data: mujoco.MjData, row: int, friction: float) -> None:
+    """Limit what friction adds to the normal force of the contact at ``row``, also between bodies without skin."""
+    dilation = friction * math.hypot(data.efc_aref[row + 1], data.efc_aref[row + 2])
+    allowed = _DILATION * max(float(data.efc_aref[row]), 0.0)
+    if dilation > allowed:
+        data.efc_aref[row + 1 : row + 3] *= allowed / dilation
+    data.efc_aref[row] -= min(dilation, allowed)
+
+
+def effective_count(depths: list[float]) -> float:
+    """Return how many points of equal depth are as stiff as these together; 1 to ``len(depths)``."""
+    if len(depths) == 1:
+        return 1.0
+    deep = [max(depth, 0.0) for depth in depths]
+    largest = max(deep)
+    if largest == 0:
+        return float(len(depths))
+    shares = [depth / largest for depth in deep]
+    return sum(shares) ** 2 / sum(share**2 for share in shares)
 
 
 def stable_timesteps(model: mujoco.MjModel, layer: ElasticLayer) -> Mapping[tuple[str, str], float]:
-    """The longest time step that each contact of the skin bears [s], by the names of both sides.
+    """Return the longest stable time step of each contact of the skin [s], by the names of both sides.
 
     It is that of the pair alone, at the bodies' nominal weights: servos, fingers and the rest of the arm are left out.
 
     Args:
         model: Compiled.
-        layer: Of the skin.
+        layer: The skin's cover.
 
     Returns:
         Nothing with the integrator ``discrete``, which is implicit in the contact as well: none was found too stiff.
     """
     if model.opt.integrator == mujoco.mjtIntegrator.mjINT_DISCRETE:
         return {}
-    runge_kutta = model.opt.integrator == mujoco.mjtIntegrator.mjINT_RK4
-    limit, found = _RUNGE_KUTTA if runge_kutta else _SEMI_IMPLICIT, {}
+    found = {}
     for geoms in _geoms(model):
         first, second = geoms
         mobility = sum(float(model.body_invweight0[model.geom_bodyid[geom], 0]) for geom in geoms)
         k = layer.stiffness / _skins(model, geoms) * (1 - SOLVER_IMPEDANCE) * mobility
         names = plain_name(model.geom(first).name), plain_name(model.geom(second).name)
-        found[names] = limit / math.sqrt(k) if k > 0 else math.inf
+        found[names] = _SEMI_IMPLICIT / math.sqrt(k) if k > 0 else math.inf
     return found
 
 

@@ -11,7 +11,7 @@ from app.robots.robot import Robot
 from app.scene.effects import Effects, Integrator
 from app.scene.objects import SceneObject
 from app.simulation.model.contact_pairs import add_contact_pairs, allows_self_contact
-from app.simulation.model.contact_stiffness import ContactStiffness
+from app.simulation.model.contact_stiffness import FRICTION_RATIO, ContactSharing
 from app.simulation.model.model_names import is_object
 from app.simulation.model.object_geoms import add_object, is_simulated
 from app.skin.skin import Skin
@@ -24,7 +24,6 @@ _INTEGRATORS: dict[Integrator, mujoco.mjtIntegrator] = {
     "discrete": mujoco.mjtIntegrator.mjINT_DISCRETE,
     "euler": mujoco.mjtIntegrator.mjINT_EULER,
     "implicit": mujoco.mjtIntegrator.mjINT_IMPLICIT,
-    "rk4": mujoco.mjtIntegrator.mjINT_RK4,
 }
 
 
@@ -61,7 +60,7 @@ def assemble(
     else:
         spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT
     model = compile_spec(spec, source=robot.source)
-    ContactStiffness(model, layer)
+    ContactSharing(model, layer)  # sets the model's pairs
     return model
 
 
@@ -71,9 +70,11 @@ def _set_options(option: mujoco.MjOption, effects: Effects) -> None:
     option.jacobian = mujoco.mjtJacobian.mjJAC_DENSE
     # Left to itself MuJoCo answers a diverging state with a reset to time zero; the guard wants to see it.
     option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
-    # Several points between two hulls would be several springs: stated stiffness would be real only for a point.
-    option.disableflags |= mujoco.mjtDisableBit.mjDSBL_MULTICCD
-    option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
+    # Constraints are changed within a step; the solver would work on copies of them, one for each island.
+    option.disableflags |= mujoco.mjtDisableBit.mjDSBL_ISLAND
+    if effects.integrator == "discrete":  # it is stable for any stiffness, and this would make the contact softer
+        option.disableflags |= mujoco.mjtDisableBit.mjDSBL_REFSAFE
+    option.cone, option.impratio = mujoco.mjtCone.mjCONE_ELLIPTIC, FRICTION_RATIO
     option.gravity = [0, 0, 0] if effects.gravity == "off" else [0, 0, -9.81]
 
 

@@ -1,4 +1,4 @@
-"""Names in a model of what the assembly adds to the robot: a skinned link's hull, an object, the block under a plane.
+"""Names in a model of what the assembly adds to the robot: a skinned link's hull and an object.
 
 They are in a namespace of their own, which no robot may use, and told apart by kind in it. So a link, a joint or a
 shape of a robot may have any other name, and what a name begins with says for sure what it is.
@@ -10,17 +10,12 @@ from app.robots.mujoco_spec import OWN_NAMES
 from app.scene.objects import ObjectSpec
 from app.skin.link_hulls import HULL
 
-_OBJECT, _SLAB, _SHAPE = (f"{OWN_NAMES}{kind} " for kind in ("object", "slab", "shape"))
+_OBJECT, _SHAPE = (f"{OWN_NAMES}{kind} " for kind in ("object", "shape"))
 
 
 def body_name(object_spec: ObjectSpec) -> str:
     """Of the object: its body, its geom, its mesh, and its joint if it has one."""
     return _OBJECT + object_spec.name
-
-
-def slab_name(object_spec: ObjectSpec) -> str:
-    """Of the block that skin meets where the object is a plane."""
-    return _SLAB + object_spec.name
 
 
 def shape_name(number: int) -> str:
@@ -34,12 +29,12 @@ def is_hull(name: str) -> bool:
 
 
 def is_object(name: str) -> bool:
-    """Whether a geom or mesh of that name belongs to an object, or to the block under one."""
-    return name.startswith((_OBJECT, _SLAB))
+    """Whether a geom or mesh of that name belongs to an object."""
+    return name.startswith(_OBJECT)
 
 
 def plain_name(name: str) -> str:
     """For people: what it is called in its own file."""
-    for kind in (HULL, _OBJECT, _SLAB, _SHAPE):
+    for kind in (HULL, _OBJECT, _SHAPE):
         name = name.removeprefix(kind)
     return name

@@ -14,12 +14,12 @@ from scipy.spatial.transform import Rotation
 from app.core.arrays import FloatArray
 from app.scene.effects import Effects
 from app.scene.objects import MIN_MOVING_MASS, ObjectKind, ObjectSpec, SceneObject
-from app.simulation.model.model_names import body_name, slab_name
+from app.simulation.model.model_names import body_name
 
 PROBE_STIFFNESS = 1000.0
 """Of the spring by which a probe's motors hold it to its path [N/m]; their damping is critical."""
-SLAB_HALF_WIDTH = 10.0
-"""Half the width of the block that stands in for a plane [m]."""
+_BARE_FRICTION = 0.5
+"""Coulomb coefficient of an object that states none, in contact with what has no skin."""
 _AXES = "xyz"
 
 
@@ -33,8 +33,7 @@ def is_simulated(kind: ObjectKind, effects: Effects) -> bool:
 def add_object(spec: mujoco.MjSpec, scene_object: SceneObject, effects: Effects) -> None:
     """Add one object to the model: a body, its shape (which touches nothing yet), its joints and motors.
 
-    A mesh collides as its convex hull. A plane gets a second shape, a block 20 m wide under it: MuJoCo makes up to four
-    contacts between plane and hull, which would be as many times as stiff, and one between block and hull.
+    A mesh collides as its convex hull.
 
     Args:
         spec: The robot's model so far; changed.
@@ -45,24 +44,14 @@ def add_object(spec: mujoco.MjSpec, scene_object: SceneObject, effects: Effects)
     rest = initial_pose(object_spec)
     body = spec.worldbody.add_body(name=body_name(object_spec), pos=rest[:3, 3], quat=_quaternion(rest[:3, :3]))
     geom = body.add_geom(name=body_name(object_spec), contype=0, conaffinity=0, group=1)
-    geom.friction, geom.condim = [object_spec.friction, 0.005, 0.0001], 3 if effects.friction else 1
+    friction = _BARE_FRICTION if object_spec.friction is None else object_spec.friction
+    geom.friction, geom.condim = [friction, 0.005, 0.0001], 3 if effects.friction else 1
     _shape(spec, geom, scene_object)
     geom.mass = max(object_spec.mass, MIN_MOVING_MASS) if object_spec.kind in ("probe", "plate") else object_spec.mass
     if object_spec.kind == "probe":
         _drive(spec, body, object_spec)
     elif object_spec.kind == "plate":
         _spring(body, object_spec)
-    elif object_spec.kind == "plane":
-        body.add_geom(
-            name=slab_name(object_spec),
-            type=mujoco.mjtGeom.mjGEOM_BOX,
-            size=[SLAB_HALF_WIDTH, SLAB_HALF_WIDTH, 1.0],
-            pos=[0, 0, -1.0],
-            contype=0,
-            conaffinity=0,
-            group=3,
-            mass=0.0,
-        )
     elif object_spec.guided:
         body.add_joint(name=body_name(object_spec), type=mujoco.mjtJoint.mjJNT_SLIDE, axis=rest[2, :3])
     elif object_spec.mass > 0:

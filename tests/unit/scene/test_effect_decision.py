@@ -100,6 +100,7 @@ def test_what_is_derived_lacks_nothing(task):
 
 @pytest.mark.parametrize(("needs", "overrides", "where", "words"), [
     (SLIDE, {"friction": "off"}, "effects.friction", "slide .* friction on"),
+    (SLIDE, {"skin": "foundation"}, "effects.friction", "foundation has no friction"),
     (Needs(task="push", objects=(BOX,)), {"friction": "off"}, "effects.friction", "push"),
     (Needs(task="self-touch"), {"friction": "off"}, "effects.friction", "self-contact, but friction is off"),
     (Needs(task="self-touch"), {"contact": "environment"}, "effects.contact", "self-collision is off"),

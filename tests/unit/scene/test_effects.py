@@ -75,7 +75,8 @@ def test_values():
     ("timestep", 0.5, "effects.timestep", "0.02"),
     ("timestep", float("nan"), "effects.timestep", "0.02"),
     ("timestep", True, "effects.timestep", "0.02"),
-    ("integrator", ["rk4"], "effects.integrator", "rk4"),
+    ("integrator", ["euler"], "effects.integrator", "euler"),
+    ("integrator", "rk4", "effects.integrator", "implicitfast"),
 ])  # fmt: skip
 def test_a_wish_that_cannot_be(key, wish, place, told):
     with pytest.raises(SceneError) as caught:

@@ -100,7 +100,7 @@ def test_where_no_solver_makes_contact_there_is_no_corner(changes):
     (EULER, ElasticLayer(), r"diverges there: choose a time step of 2 ms or the integrator discrete"),
     (replace(TOUCHED, timestep=0.004), ElasticLayer(stiffness=1e4), r"bounces there: .* step of 2 ms or .*discrete"),
     (replace(TOUCHED, timestep=0.0005), ElasticLayer(stiffness=1e7), r"there: choose the integrator discrete$"),
-    (replace(TOUCHED, timestep=0.02, integrator="rk4"), ElasticLayer(stiffness=1e8), "measured there: .* softer cover"),
+    (replace(EULER, timestep=0.02), ElasticLayer(stiffness=1e8), "measured there: .* softer cover"),
 ])  # fmt: skip
 def test_a_corner_names_the_nearest_way_out(effects, layer, words):
     found = stability_warning(effects, layer)
@@ -126,7 +126,7 @@ def test_the_way_out_is_one():
                 )
                 is None
             )
-        for other in re.findall(r"discrete|rk4|euler|implicit(?:fast)?", found.action.split("integrator")[-1]):
+        for other in re.findall(r"discrete|euler|implicit(?:fast)?", found.action.split("integrator")[-1]):
             assert stability_warning(replace(effects, integrator=other), ElasticLayer(stiffness=row.stiffness)) is None
 
 

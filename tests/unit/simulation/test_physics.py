@@ -48,7 +48,7 @@ def test_a_command_of_the_controller_is_what_the_physics_takes():
         assert made.model.actuator_biasprm[0, 2] == -damping
 
 
-@pytest.mark.parametrize("integrator", ["implicitfast", "rk4"])
+@pytest.mark.parametrize("integrator", ["implicitfast", "discrete"])
 def test_a_hand_acts_in_every_step_at_that_steps_places(integrator):
     made, seen = physics(integrator=integrator), []
 
@@ -98,8 +98,3 @@ def test_loads_without_contacts_are_none_and_cost_no_kinematics():
     made.step(1, None)
     assert made.loads() == []
     assert made._stale
-
-
-def test_numbers_are_empty_but_for_discrete():
-    assert physics(FAR, contact="environment").numbers().size == 0
-    assert physics(FAR, contact="environment", integrator="discrete").numbers().size == 1

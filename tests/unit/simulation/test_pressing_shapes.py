@@ -61,15 +61,6 @@ def test_kinds():
     assert isinstance(shapes["mesh"], MeshShape)
 
 
-def test_the_slab_of_a_plane_is_the_plane():
-    body = thing("plane", at=(0.0, 0.0, -1.0))
-    model, data = world_with(body)
-    slab = Solids(model, (body,))[int(model.geom("tactile-maps/slab plane").id)]
-    assert slab.shape == Plane()
-    assert slab.seen_from(data, 0).translation == pytest.approx((0, 0, -1.0))
-    assert slab.by == "plane"
-
-
 def test_an_open_mesh_presses_as_what_collides():
     closed = thing("mesh").mesh
     body = thing("mesh", mesh=Mesh(closed.vertices, closed.faces[3:]), at=(0.1, 0.2, 0.3))

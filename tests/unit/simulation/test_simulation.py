@@ -225,7 +225,7 @@ OTHERS = (
     Effects(gravity="off"), Effects(contact="environment"), Effects(contact="self"), Effects(contact="all"),
     Effects(joint_limits=False), Effects(timestep=5e-4), Effects(fingers=True, friction=True), Effects(skin="off"),
     Effects(joint_friction=True), Effects(skin="depth", contact="all"), Effects(skin="foundation", contact="all"),
-    Effects(integrator="discrete"), Effects(integrator="rk4"), Effects(sensor=SensorEffects(noise=Noise())),
+    Effects(integrator="discrete"), Effects(integrator="euler"), Effects(sensor=SensorEffects(noise=Noise())),
     Effects(skin="point"),
 )  # fmt: skip
 

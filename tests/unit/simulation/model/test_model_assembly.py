@@ -60,7 +60,7 @@ def test_joint_friction_is_the_files():
     assert not assemble(dry, bar_skin(), Effects(joint_friction=False)).dof_frictionloss.any()
 
 
-@pytest.mark.parametrize("name", ["implicitfast", "discrete", "euler", "implicit", "rk4"])
+@pytest.mark.parametrize("name", ["implicitfast", "discrete", "euler", "implicit"])
 def test_integrators(name):
     model = assemble(bar(), bar_skin(), Effects(integrator=name, timestep=0.0005))
     assert model.opt.integrator == getattr(mujoco.mjtIntegrator, f"mjINT_{name.upper()}")

@@ -11,7 +11,7 @@ from app.robots.load import load_robot_file
 from app.scene.effects import Effects
 from app.simulation.model.contact_stiffness import unstable_contacts
 from app.simulation.model.model_assembly import assemble
-from app.simulation.model.model_names import body_name, is_hull, is_object, plain_name, shape_name, slab_name
+from app.simulation.model.model_names import body_name, is_hull, is_object, plain_name, shape_name
 from app.simulation.simulation import Simulation
 from app.skin.link_hulls import hull_name
 from app.skin.skin import Patch, Skin
@@ -28,7 +28,7 @@ TWO_LINKS = """<mujoco><compiler angle="radian"/><worldbody><body name="upper">
 </body></body></worldbody></mujoco>"""
 PLAIN = {"joint": "one", "first": "a", "second": "b", "link": "lower"}
 CLASHING = {"joint": "object ball", "first": "skin upper", "second": "object ball", "link": "object ball"}
-SLABS = {"joint": "skin upper", "first": "slab floor", "second": "skin upper", "link": "slab floor"}
+OBJECTS = {"joint": "skin upper", "first": "object floor", "second": "skin upper", "link": "object floor"}
 BALL = thing("box", name="ball", size=(0.04, 0.04, 0.04), at=(0.0, 0.0, 0.121), mass=1.0)
 FLOOR = thing("plane", name="floor", at=(0.0, 0.0, -0.3))
 
@@ -44,7 +44,7 @@ def skin_of(robot):
     return Skin((Patch("upper", "upper", surface, place_evenly(surface, 200, seed=0)),))
 
 
-@pytest.mark.parametrize("names", [CLASHING, SLABS])
+@pytest.mark.parametrize("names", [CLASHING, OBJECTS])
 @pytest.mark.parametrize("skin", ["half-space", "foundation", "depth"])
 def test_the_same_robot_under_other_names_is_simulated_alike(tmp_path, names, skin):
     runs = []
@@ -87,8 +87,7 @@ def test_a_name_says_what_it_is():
     assert is_hull(hull_name("upper"))
     assert not is_hull("skin upper")
     assert is_object(body_name(BALL.spec))
-    assert is_object(slab_name(FLOOR.spec))
     assert not is_object("object ball")
     assert not is_object(shape_name(0))
-    assert [plain_name(name) for name in (hull_name("a"), body_name(BALL.spec), slab_name(FLOOR.spec), "b")] == [
+    assert [plain_name(name) for name in (hull_name("a"), body_name(BALL.spec), body_name(FLOOR.spec), "b")] == [
         "a", "ball", "floor", "b"]  # fmt: skip

@@ -85,8 +85,8 @@ def test_the_basis_is_the_robot_and_its_cover(subject):
     assert len({STAGE.fingerprint(each) for each in (subject, stiffer, still)}) == 3
 
 
-LIMITS = {"implicitfast": (0.93, 1.07), "implicit": (0.93, 1.07), "rk4": (0.6, 1.1)}
-"""Shares of it; Runge-Kutta comes later, where its long steps meet the servos first."""
+LIMITS = {"implicitfast": (0.93, 1.07), "implicit": (0.93, 1.07)}
+"""Shares of it."""
 
 
 @pytest.mark.parametrize("integrator", LIMITS)

@@ -1,0 +1,153 @@
+"""Bodies at rest, sticking and sliding on flat skin: against statics and Coulomb's law, with every integrator."""
+
+from __future__ import annotations
+
+from typing import get_args
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from app.scene.effects import Effects, Integrator
+from app.simulation.simulation import Simulation
+from app.skin.skin import Skin
+from app.tactile.elastic_layer import ElasticLayer
+from tests.support.scene_objects import thing
+from tests.support.touch import bar, bar_skin, each_point_a_taxel, hold
+
+MASS, GRAVITY, TOP = 0.5, 9.81, 0.02
+INTEGRATORS = get_args(Integrator)
+SHAPES = {"box": 0.01, "cylinder": 0.01, "mesh box": 0.015}
+"""Half the height of each [m]."""
+
+
+def resting(
+    shape: str, integrator: str, *, slope: float = 0.0, friction: float = 0.5, mass: float = MASS,
+    stiffness: float = 2e4, depth: float | None = None, felt_by: Skin | None = None, **effects,
+) -> Simulation:  # fmt: skip
+    """A free body on the fixed flat bar, as deep as it rests; ``slope`` [rad] turns gravity towards +x."""
+    kind = "mesh" if shape == "mesh box" else shape
+    said = {"mesh": thing("box", size=(0.04, 0.03, 0.03)).mesh} if kind == "mesh" else {}
+    deep = mass * GRAVITY * np.cos(slope) / stiffness if depth is None else depth
+    body = thing(kind, at=(0.15, 0.0, TOP + SHAPES[shape] - deep), mass=mass, friction=friction, **said)
+    wanted = {"contact": "environment", "gravity": "on", "friction": True, "integrator": integrator, **effects}
+    robot = bar(hinged=False)
+    simulation = Simulation(
+        robot, felt_by or bar_skin(), Effects(**wanted), objects=(body,), layer=ElasticLayer(stiffness)
+    )
+    simulation._model.opt.gravity[:] = GRAVITY * np.sin(slope), 0.0, -GRAVITY * np.cos(slope)
+    simulation._physics.forward()
+    return simulation
+
+
+def run(simulation: Simulation, seconds: float, *, every: int = 5) -> tuple[np.ndarray, np.ndarray]:
+    """Return the normal force on the skin (k,) [N] and the pose of the body (k, 4, 4), once every so many steps."""
+    command, forces, poses = hold(bar(hinged=False), 0.0, 0.0), [], []
+    for _ in range(round(seconds / simulation.timestep / every)):
+        simulation.step(every, command)
+        forces.append(simulation.total_normal_force)
+        poses.append(simulation.object_poses[0])
+    return np.array(forces), np.array(poses)
+
+
+def turned(pose: np.ndarray, start: np.ndarray) -> float:
+    """Return the angle between two poses [deg]."""
+    return float(np.degrees(Rotation.from_matrix(pose[:3, :3] @ start[:3, :3].T).magnitude()))
+
+
+@pytest.mark.parametrize("integrator", INTEGRATORS)
+@pytest.mark.parametrize("shape", SHAPES)
+@pytest.mark.parametrize("friction", [True, False])
+def test_a_body_rests_with_its_weight_and_does_not_turn(shape, integrator, friction):
+    """With a single contact point the force of a box varies by 15 %, and it turns by 11 degrees a second."""
+    simulation = resting(shape, integrator, depth=0.0, friction=0.5 if friction else 0.0)
+    run(simulation, 0.5)
+    forces, poses = run(simulation, 0.5)
+    np.testing.assert_allclose(forces, MASS * GRAVITY, rtol=1e-4)
+    assert turned(poses[-1], poses[0]) < 0.01
+    assert np.linalg.norm(poses[-1][:2, 3] - poses[0][:2, 3]) < 1e-6
+    depth = TOP + SHAPES[shape] - poses[-1][2, 3]
+    assert depth == pytest.approx(MASS * GRAVITY / 2e4, rel=0.01), "a face is as stiff as stated"
+
+
+@pytest.mark.parametrize("integrator", INTEGRATORS)
+@pytest.mark.parametrize("edges", [1, 2], ids=["edge", "corner"])
+def test_edges_and_corners_are_as_stiff_as_stated(edges, integrator):
+    half, diagonal = 0.02, [0.02 * np.sqrt(2), 0.02 * np.sqrt(3)][edges - 1]
+    tilt = (45.0, 0.0, 0.0) if edges == 1 else (45.0, float(np.degrees(np.arctan(np.sqrt(0.5)))), 0.0)
+    body = thing("box", size=(2 * half,) * 3, at=(0.15, 0.0, TOP + diagonal), turn=tilt, mass=MASS, guided=True)
+    effects = Effects(contact="environment", gravity="on", integrator=integrator)
+    simulation = Simulation(bar(hinged=False), bar_skin(), effects, objects=(body,), layer=ElasticLayer(2e4))
+    forces, poses = run(simulation, 1.0)
+    assert forces[-1] == pytest.approx(MASS * GRAVITY, rel=1e-6)
+    assert TOP + diagonal - poses[-1][2, 3] == pytest.approx(MASS * GRAVITY / 2e4, rel=0.01)
+
+
+@pytest.mark.parametrize("integrator", INTEGRATORS)
+@pytest.mark.parametrize("mass", [0.05, 0.5, 20.0])
+@pytest.mark.parametrize("share", [0.35, 0.95])
+@pytest.mark.parametrize("shape", ["box", "cylinder"])
+def test_below_the_friction_angle_a_body_stays(shape, share, mass, integrator):
+    """MuJoCo's friction creeps: it is viscous up to Coulomb's force."""
+    stiffness = 2e4 if mass > 0.1 else 2e3
+    slope = share * np.arctan(0.5)
+    simulation = resting(shape, integrator, slope=slope, mass=mass, stiffness=stiffness)
+    run(simulation, 0.5)
+    forces, poses = run(simulation, 1.0)
+    assert abs(poses[-1][0, 3] - poses[0][0, 3]) < 1e-4, "less than 0.1 mm/s"
+    np.testing.assert_allclose(forces, mass * GRAVITY * np.cos(slope), rtol=2e-3)
+
+
+@pytest.mark.parametrize("integrator", INTEGRATORS)
+@pytest.mark.parametrize("friction", [0.2, 0.5])
+def test_beyond_it_a_body_slides_as_coulomb_says(friction, integrator):
+    slope = np.arctan(friction) + np.radians(5.0)
+    simulation = resting("box", integrator, slope=slope, friction=friction)
+    forces, poses = run(simulation, 0.4)
+    wanted = GRAVITY * (np.sin(slope) - friction * np.cos(slope))
+    times = 0.005 * np.arange(1, len(poses) + 1)
+    assert 2 * np.polyfit(times, poses[:, 0, 3], 2)[0] == pytest.approx(wanted, rel=0.01)
+    np.testing.assert_allclose(forces[20:], MASS * GRAVITY * np.cos(slope), rtol=0.02)
+
+
+@pytest.mark.parametrize("integrator", INTEGRATORS)
+@pytest.mark.parametrize("friction", [0.2, 0.5])
+def test_a_sliding_body_stops_after_the_distance_of_coulomb(friction, integrator):
+    simulation = resting("box", integrator, friction=friction)
+    start, speed = simulation.object_poses[0], 0.3
+    simulation._data.qvel[0] = speed
+    _, poses = run(simulation, 0.5)
+    way = poses[-1][0, 3] - start[0, 3]
+    assert way == pytest.approx(speed**2 / (2 * friction * GRAVITY), rel=0.03)
+    assert abs(poses[-1][0, 3] - poses[-20][0, 3]) < 1e-6
+
+
+@pytest.mark.parametrize("integrator", INTEGRATORS)
+def test_a_fast_slide_does_not_hop(integrator):
+    """What friction adds to the normal direction of MuJoCo's convex model is limited."""
+    slope = np.radians(40.0)
+    simulation = resting("box", integrator, slope=slope, friction=0.5)
+    forces, poses = run(simulation, 0.35, every=1)
+    assert np.ptp(poses[:, 0, 3]) > 0.1
+    assert (forces[20:] > 0.9 * MASS * GRAVITY * np.cos(slope)).all(), "contact is never lost"
+    depth, resting_depth = TOP + SHAPES["box"] - poses[-1][2, 3], MASS * GRAVITY * np.cos(slope) / 2e4
+    # ``discrete`` rebuilds its constraints, so that what friction adds cannot be subtracted: it lifts the body.
+    assert (0.0 if integrator == "discrete" else 0.75) * resting_depth < depth < resting_depth
+
+
+@pytest.mark.parametrize("integrator", ["implicitfast", "discrete"])
+@pytest.mark.parametrize("torque", [(0.0, 0.0), (0.02, 0.03), (0.0, 0.05)])
+@pytest.mark.parametrize("shape", SHAPES)
+def test_the_centre_of_pressure_of_a_face_is_that_of_statics(shape, torque, integrator):
+    """A torque on the body moves the centre by torque over weight; punch is off by up to 30 mm with one point."""
+    simulation = resting(shape, integrator, skin="punch", felt_by=each_point_a_taxel(bar_skin()))
+    body = simulation._model.body(f"tactile-maps/object {simulation._objects[0].spec.name}").id
+    simulation._data.xfrc_applied[body, 3:5] = torque
+    run(simulation, 1.0)
+    skin = simulation._skin
+    forces = simulation.sense() * skin.areas
+    (patch,) = skin.patches
+    centre = forces @ patch.taxels.positions / forces.sum()
+    away = np.array([torque[1], -torque[0]]) / (MASS * GRAVITY)
+    assert forces.sum() == pytest.approx(MASS * GRAVITY, rel=1e-4)
+    assert centre[:2] == pytest.approx(simulation.object_poses[0, :2, 3] + away, abs=1e-6)
