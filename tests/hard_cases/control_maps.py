@@ -228,12 +228,12 @@ CASES: dict[str, HardCase] = {
         controllers=OTHERS,
     ),
     "a path that leaves the skin": HardCase(
-        "it ends at the border, and says so",
+        "it ends at the border, where the ball may stick until the limit of force stops the arm, and says so",
         off_the_skin,
         bounded_only,
         {**PATH, "path_kind": "polyline", "path_speed": 0.03},
         seconds=6.0,
-        force=25.0,
+        force=45.0,
         says=((LimitKind.PATH_LEAVES_SKIN,),),
     ),
 }

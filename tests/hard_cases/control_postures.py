@@ -104,7 +104,7 @@ CASES: dict[str, HardCase] = {
         "a place that only sliding sideways could reach: force first, in the end by all controllers",
         one_joint,
         both(kept(within=0.3, ripple=0.3), rests()),
-        {"task": "hold_point", "path": ((0.0, 0.0),)},
+        {"task": "hold_point", "path": ((0.005, 0.005),)},
         seconds=5.0,
         says=((LimitKind.OUT_OF_REACH,),),
     ),

@@ -358,7 +358,7 @@ def unreported(outcome: Outcome) -> list[str]:
     told, gain = outcome.told, outcome.gained or 0.0
     beyond = {
         f"{outcome.force:.3g} N": outcome.force > MOST_FORCE and not told & {"note hard", "note deep"},
-        f"{outcome.speed:.3g} m/s": outcome.speed > MOST_SPEED and "note unstable-servo" not in told,
+        f"{outcome.speed:.3g} m/s": outcome.speed > MOST_SPEED and not told & {"note unstable-servo", "note hard"},
         f"{1e3 * outcome.depth:.3g} mm deep": outcome.depth > MOST_DEPTH and "note deep" not in told,
         f"{gain:.3g} J of nothing": gain > _ROUNDING + _GAIN * outcome.stored and not told & _FORETOLD,
     }

@@ -113,7 +113,7 @@ def test_beside_a_finger_it_is_not_placed_and_moving_there_is_offered(window):
     shown = window.live.shown
     type_degrees(window, 1, f"{np.degrees(home[1]) + 5:.1f}")
     assert window.live.shown is shown
-    assert "a finger presses the robot" in window.notification_bar.text
+    assert "A finger presses the robot" in window.notification_bar.text
     assert np.allclose(window.presenters.posture.editor.wanted, home), "what is refused is not wanted any more"
     window.action("go_there").trigger()
     run(window, 1.0)

@@ -84,7 +84,7 @@ def test_where_no_run_is_behind_a_row_the_button_says_so(window_again):
 def test_a_case_that_is_none_is_told_and_leaves_nothing(window_again, tmp_path):
     row = {**read_study_table(PATHS).rows[0], "robot": "nobody"}
     window_again.presenters.studies.replay("representation", row)
-    assert "the row is of no case of this study" in window_again.notification_bar.text
+    assert "The row is of no case of this study" in window_again.notification_bar.text
     assert not list(tmp_path.rglob("*.mcap")) + list(tmp_path.rglob("*.part"))
 
 
