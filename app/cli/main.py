@@ -13,7 +13,7 @@ from importlib import import_module
 from app.cli.output import StandardOutputError, flush_output, prepare_streams, print_error, print_json
 from app.cli.outputs import outputs_checked
 from app.cli.parser import build_parser
-from app.core.errors import TactileMapsError, UsageError, describe_unexpected_error
+from app.core.errors import ExportError, TactileMapsError, UsageError, describe_unexpected_error
 from app.core.interrupts import TerminatedError, signals_raised, terminal_closed
 
 OpenWindow = Callable[[argparse.Namespace], int]
@@ -66,6 +66,14 @@ def _run(argv: Sequence[str], windows: dict[str, OpenWindow]) -> int:
     except KeyboardInterrupt as stop:
         return _interrupted(stop, stop, as_json)
     except Exception as error:  # the last door: a person gets a sentence, the details go to a file
+        name = next(filter(_is_no_text, argv), None)
+        if isinstance(error, UnicodeEncodeError) and name is not None:
+            remedy = "Rename the file or folder"
+            stated = ExportError(
+                "a name is not valid UTF-8 and cannot be written into a file", file=name, remedy=remedy
+            )
+            _print_failure(str(stated), as_json, kind=type(stated).__name__)
+            return 1
         interrupt = _interrupt_behind(error)
         if interrupt is None and isinstance(error, OSError) and terminal_closed():
             interrupt = TerminatedError(1)  # a message could not be written to it
@@ -73,6 +81,15 @@ def _run(argv: Sequence[str], windows: dict[str, OpenWindow]) -> int:
             return _interrupted(interrupt, error, as_json)
         _print_failure(_with_notes(_text_of(error), error), as_json, kind="Unexpected")
         return 1
+
+
+def _is_no_text(word: str) -> bool:
+    """Return whether a word of the command line is not valid UTF-8: Python then keeps its bytes as surrogates."""
+    try:
+        word.encode()
+    except UnicodeEncodeError:
+        return True
+    return False
 
 
 _OPTION = re.compile(r"--[a-z-]+")

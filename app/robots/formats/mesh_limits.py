@@ -18,6 +18,8 @@ from app.core.errors import MeshError
 
 MAX_PARTS = 10_000
 """Meshes, primitives and nodes of one file."""
+MAX_DEPTH = 200
+"""Nodes of a scene one below the other. The time of trimesh grows with the depth of each mesh."""
 MAX_REPEATED = 2_000_000
 """Numbers of vertices that one file may have beyond those that it contains, by showing meshes several times."""
 MAX_GROUPS = 500
@@ -58,6 +60,7 @@ def _reduced(tree: dict[str, Any], size: int, path: Path) -> dict[str, Any]:
     primitives = [primitive for mesh in meshes for primitive in mesh["primitives"]]
     _check_parts("meshes", max(len(meshes), len(primitives)), path)
     _check_parts("nodes", len(nodes), path)
+    _check_depth([node.get("children", []) for node in nodes], path)
     used: dict[int, int] = {}
     weights = []
     for mesh in meshes:
@@ -90,6 +93,21 @@ def _reduced(tree: dict[str, Any], size: int, path: Path) -> dict[str, Any]:
 
 _NO_SHAPE = ("materials", "textures", "images", "samplers", "animations", "skins", "cameras", "extras")
 """Parts of a glTF file that say nothing of its shape."""
+
+
+def _check_depth(children: list[list[int]], path: Path) -> None:
+    """Refuse nodes that are nested too deep or contain themselves."""
+    below = {number for numbers in children for number in numbers}
+    level = set(range(len(children))) - below
+    reached = set(level)
+    for _ in range(MAX_DEPTH):
+        level = {number for above in level for number in children[above]}
+        reached |= level
+        if not level:
+            break
+    if level or len(reached) < len(children):
+        problem = f"nodes of the mesh file contain themselves, or are more than {MAX_DEPTH} deep"
+        raise MeshError(problem, file=path, place="nodes", remedy=_REMEDY)
 
 
 def _check_parts(what: str, count: int, path: Path) -> None:

@@ -281,3 +281,11 @@ def test_a_screenshot_is_the_whole_window(capsys, ball, tmp_path):
     assert done.returncode == 0, done.stderr
     assert json.loads(done.stdout.splitlines()[-1])["width"] == 1280
     assert target.read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"
+
+
+def test_a_name_that_is_no_text_is_named_where_it_cannot_be_written(ball, tmp_path, capsys):
+    named = ball.rename(tmp_path / "caf\udce9.obj")
+    status, _, said = call(capsys, "map", named, "--taxels", "20", "-o", tmp_path / "out.npz")
+    assert status == 1
+    assert "is not valid UTF-8" in said
+    assert not (tmp_path / "out.npz").exists()

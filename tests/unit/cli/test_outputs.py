@@ -88,6 +88,28 @@ def test_an_existing_file_is_not_replaced(command, option, tmp_path, capsys):
     assert [(one.name, one.read_bytes()) for one in tmp_path.iterdir()] == [("out.npz", b"precious")]
 
 
+@pytest.mark.parametrize("link", [False, True], ids=["same", "linked"])
+@pytest.mark.parametrize(("command", "option"), [each for each in OUTPUTS if "in." in str(WORDS[each[0]])])
+def test_a_file_that_is_read_is_never_replaced(command, option, link, tmp_path, capsys):
+    (name,) = (word for word in WORDS[command] if word.startswith("in."))
+    path, output = tmp_path / name, tmp_path / "out" if link else tmp_path / name
+    path.write_bytes(b"precious")
+    if link:
+        output.symlink_to(path)
+    given = [str(path) if word == name else word for word in words(command, option, output)]
+    assert run_command([*given, "--overwrite"], windows={}) == 1
+    assert "a file that is read cannot be the output" in capsys.readouterr().err
+    assert path.read_bytes() == b"precious"
+
+
+def test_a_scene_that_is_run_is_not_replaced_by_its_recording(tmp_path, capsys):
+    scene = tmp_path / "s.toml"
+    scene.write_text('robot = "arm"')
+    assert run_command(["run", str(scene), "--for", "0.1", "-o", str(scene), "--overwrite"], windows={}) == 1
+    assert "a file that is read cannot be the output" in capsys.readouterr().err
+    assert scene.read_text() == 'robot = "arm"'
+
+
 @pytest.mark.parametrize("kind", special_kinds())
 @pytest.mark.parametrize(("command", "option"), OUTPUTS)
 def test_a_special_file_is_refused_even_to_overwrite(command, option, kind, tmp_path, capsys):

@@ -68,3 +68,24 @@ def test_nodes_of_a_collada_file_are_counted_as_often_as_they_are_shown(monkeypa
     monkeypatch.setattr(mesh_limits, "MAX_PARTS", 3)
     with pytest.raises(MeshError, match=r"a\.dae, parts: .*more than 3 parts \(found: 4\)"):
         parse_mesh(data, tmp_path / "a.dae")
+
+
+@pytest.mark.parametrize(
+    ("children", "refused"),
+    [
+        ([[k + 1] for k in range(150)] + [[]], False),
+        ([[k + 1] for k in range(300)] + [[]], True),
+        ([[]] * 5000, False),
+        ([[1], [0]], True),
+        ([[0]], True),
+        ([[1, 2], [2], []], False),
+    ],
+    ids=["deep", "too deep", "many", "in a ring", "in itself", "shown twice"],
+)
+def test_the_depth_of_nodes_is_bounded(children, refused, tmp_path):
+    tree = {"asset": {"version": "2.0"}, "nodes": [{"children": numbers} for numbers in children], "meshes": []}
+    if refused:
+        with pytest.raises(MeshError, match="contain themselves, or are more than 200 deep"):
+            mesh_limits.reduced_gltf(json.dumps(tree).encode(), tmp_path / "a.gltf")
+    else:
+        assert mesh_limits.reduced_gltf(json.dumps(tree).encode(), tmp_path / "a.gltf")
