@@ -114,6 +114,18 @@ def _skin(needs: Needs, above: DecidedAbove) -> ValueAndReason:
     return "water-fill", f"the scene outputs {_words(needs.touch)}, with the total force exact"
 
 
+def _time_averaging(needs: Needs, above: DecidedAbove) -> ValueAndReason:
+    if above["skin"] == "off":
+        return False, "no skin is simulated"
+    if "readings" in needs.outputs:
+        return True, "the output is sensor readings: a sample takes its time"
+    if above["contact"] == "off":
+        return False, "only fingers touch, whose force changes slowly"
+    if "force" in needs.outputs:
+        return True, "the output is force, and an impact may be shorter than a tick"
+    return False, "neither force nor readings are an output"
+
+
 def _timestep(needs: Needs, above: DecidedAbove) -> ValueAndReason:
     if not above["dynamics"]:
         return _part_of(needs.tick, LONGEST_STEP), "without dynamics a step may be as long as a tick"
@@ -179,6 +191,7 @@ _RULES: Mapping[str, EffectRule] = {
     "joint_limits": _joint_limits,
     "joint_friction": _joint_friction,
     "skin": _skin,
+    "time_averaging": _time_averaging,
     "timestep": _timestep,
     "integrator": _integrator,
     "dead_taxels": _dead_taxels,

@@ -39,6 +39,7 @@ class Effects:
         friction: Whether contacts resist sliding.
         joint_friction: Whether joints have the dry friction that the robot's file gives them.
         skin: How contact becomes pressure: a ``SkinModel`` or that of a plug-in; ``off`` senses nothing.
+        time_averaging: Whether a reading is the mean since the one before, not the value at the last time step.
         integrator: MuJoCo's.
         sensor: What the sensor makes of the pressure.
 
@@ -55,6 +56,7 @@ class Effects:
     friction: bool = False
     joint_friction: bool = False
     skin: str = "water-fill"
+    time_averaging: bool = False
     integrator: Integrator = "implicitfast"
     sensor: SensorEffects = field(default_factory=SensorEffects)
 
@@ -228,6 +230,7 @@ _ENTRIES = (
     EffectEntry("joint_limits", "Joint limits", "Joints stop at their position limits"),
     EffectEntry("joint_friction", "Joint friction", "Dry friction of the joints, as the robot file states it"),
     EffectEntry("skin", "Skin", "How contact forces become taxel pressures", get_args(SkinModel), "water-fill"),
+    EffectEntry("time_averaging", "Time averaging", "A reading is the mean since the last one, so impulses count"),
     EffectEntry("timestep", "Time step", "Time step of the physics", (), "", (1e-5, 0.02), "s"),
     EffectEntry("integrator", "Integrator", "Numerical integrator of the physics", get_args(Integrator), ""),
     EffectEntry("area_averaging", "Area averaging", "A taxel reads the mean pressure over its pad, not at a point"),

@@ -37,24 +37,35 @@ class Fingers:
         skin: Where fingers touch.
         layer: The skin's cover.
         yields: Whether the robot can be pushed; without dynamics it cannot.
+        averages: Whether ``loads`` are the mean since ``begin``.
     """
 
-    def __init__(self, model: mujoco.MjModel, skin: Skin, layer: ElasticLayer, *, yields: bool = True) -> None:
+    def __init__(
+        self, model: mujoco.MjModel, skin: Skin, layer: ElasticLayer, *, yields: bool = True, averages: bool = False
+    ) -> None:
         self._model, self._skin, self._layer, self._yields = model, skin, layer, yields and model.nv > 0
         self._body = {patch.link: int(model.body(patch.link).id) for patch in skin.patches}
         self._down: dict[int, _Touch] = {}
+        self._averages, self._steps = averages, 0
 
     def __len__(self) -> int:
         """How many are down."""
         return len(self._down)
 
-    def use(self, model: mujoco.MjModel, data: mujoco.MjData, *, yields: bool) -> None:
+    def begin(self) -> None:
+        """A tick begins."""
+        self._steps = 0
+        for touch in self._down.values():
+            touch.sum = 0.0
+
+    def use(self, model: mujoco.MjModel, data: mujoco.MjData, *, yields: bool, averages: bool) -> None:
         """Go on, on another model of the same robot.
 
         Args:
             model: The new model.
             data: Its state, at the same posture, with kinematics.
             yields: Whether the robot can be pushed there.
+            averages: Whether ``loads`` are the mean since ``begin``.
 
         Raises:
             SimulationError: A finger is too stiff for the new time step; nothing changed then.
@@ -67,6 +78,7 @@ class Fingers:
         except SimulationError:
             self._model, self._yields = before
             raise
+        self._averages = averages
 
     def reset(self) -> None:
         """Lift all fingers."""
@@ -93,10 +105,12 @@ class Fingers:
     def push(self, data: mujoco.MjData) -> None:
         """Add all fingers' wrenches to ``data.qfrc_applied`` at the current positions, and advance the fingertips."""
         step = self._model.opt.timestep
+        self._steps += 1
         for touch in self._down.values():
             touch.follow(data)
             limit = touch.finger.max_force
             touch.force = min(max(touch.finger.stiffness * touch.depth, 0.0), limit)
+            touch.sum += touch.force
             if self._yields and touch.force > 0:
                 force = -touch.force * touch.normal
                 mujoco.mj_applyFT(self._model, data, force, _NO_TORQUE, touch.point, touch.body, data.qfrc_applied)
@@ -104,17 +118,17 @@ class Fingers:
                 touch.depth += touch.finger.speed * step
 
     def loads(self) -> list[Load]:
-        """What the fingers did to the skin at the last step.
+        """What the fingers did to the skin at the last step, or on average since the tick began.
 
         A ball is as deep in the skin as any body that presses as hard: the spring's way is mostly the finger's own.
         """
-        return [
-            sphere_load(
-                t.link, t.local, t.local_normal, t.force, t.finger.radius, depth=t.force / self._layer.stiffness
-            )
-            for t in self._down.values()
-            if t.force
-        ]
+        loads = []
+        for touch in self._down.values():
+            force = touch.sum / self._steps if self._averages and self._steps else touch.force
+            if force:
+                radius, depth = touch.finger.radius, force / self._layer.stiffness
+                loads.append(sphere_load(touch.link, touch.local, touch.local_normal, force, radius, depth=depth))
+        return loads
 
     def states(self, data: mujoco.MjData) -> tuple[PokeState, ...]:
         """All fingers as values."""
@@ -178,7 +192,7 @@ class _Touch:
         self.local, self.local_normal = readonly(skin.position(at)), readonly(skin.normal(at))
         self._both = np.stack([self.local, self.local_normal])
         self._data: mujoco.MjData | None = None
-        self.depth, self.force = 0.0, 0.0
+        self.depth, self.force, self.sum = 0.0, 0.0, 0.0
         self.point, self.normal = np.zeros(3), np.zeros(3)
 
     def world(self, data: mujoco.MjData) -> tuple[FloatArray, FloatArray]:

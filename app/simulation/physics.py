@@ -14,6 +14,7 @@ from app.scene.effects import Effects
 from app.scene.objects import SceneObject
 from app.simulation.contact_loads import ContactLoads, LinkWrenches
 from app.simulation.contact_watch import ContactWatch
+from app.simulation.mean_loads import MeanLoads
 from app.simulation.model.contact_stiffness import ContactSharing, unstable_contacts
 from app.simulation.model.model_assembly import assemble
 from app.simulation.model.model_names import body_name
@@ -54,6 +55,7 @@ class Physics:
         model: Compiled.
         data: Its state.
         touch: The contact model that lives in this physics (foundation, depth), if the effect names one of these.
+        felt: Whether the solver's contacts are read as loads on the skin.
     """
 
     def __init__(
@@ -74,7 +76,7 @@ class Physics:
         }
         hulls = (ContactNote(ContactNoteKind.CONVEX_HULL, (t.spec.name,)) for t in present if t.spec.kind == "mesh")
         self._notes = (*hulls, *unstable_contacts(self.model, layer))
-        self._watch = ContactWatch(self.model, self.data, skin, layer)
+        self._watch = ContactWatch(self.model, self.data, skin, layer, averages=effects.time_averaging)
         self._sharing = ContactSharing(self.model, layer) if self._watch.needed else None
         self._drives, passing = ProbeDrives(self.model, present), TunnellingCheck(self.model, present)
         self._passing = passing if passing.needed else None
@@ -82,11 +84,13 @@ class Physics:
         self.touch: ContactModel | None = None
         self._contacts: ContactLoads | None = None
         if effects.skin == "depth":
-            self.touch = DepthModel(self.model, self.data, skin, layer)
+            self.touch = DepthModel(self.model, self.data, skin, layer, averages=effects.time_averaging)
         elif effects.skin == "foundation":
             self._lay_foundation(robot, skin, effects, layer, present)
-        elif effects.skin != "off" and self.model.npair:
+        elif self.model.npair:
             self._contacts = ContactLoads(self.model, skin, Solids(self.model, present))
+        self._mean = MeanLoads() if effects.time_averaging and self._contacts else None
+        self.felt = effects.skin != "off"
         self._sums = LinkWrenches(self.model, skin)
         self._loads: list[Load] = []
         self._stale = self._pushed = False
@@ -134,7 +138,7 @@ class Physics:
         if self._passing is not None:
             self._passing.check(self.data, count)
         self._stale = True
-        self._watch.begin(count)
+        self._begin(count)
         hooks = self._hooks if fingers is None else (*self._hooks, fingers)
         advance = self._step_hooked if hooks else self._step_freely
         advance(count, hooks)
@@ -162,6 +166,7 @@ class Physics:
     def forward(self) -> None:
         """Bring all that follows from positions, velocities and command up to date, without a step."""
         self._drives.push(self.data)
+        self._begin(1)
         mujoco.mj_step1(self.model, self.data)
         self._share()
         mujoco.mj_forwardSkip(self.model, self.data, mujoco.mjtStage.mjSTAGE_VEL, 0)
@@ -175,17 +180,24 @@ class Physics:
         if self._stale:
             self._stale = False
             # Contacts were found before the last step moved the bodies, and belong to their places then.
-            self._loads = self._contacts.read(self.data) if self._contacts else []
+            self._loads = self._read_contacts() if self.felt else []
             self._sums.keep(self.data)
             mujoco.mj_kinematics(self.model, self.data)
             mujoco.mj_comPos(self.model, self.data)
 
     def loads(self) -> list[Load]:
-        """What the solver's contacts did to the skin at the last step."""
+        """What the solver's contacts did to the skin at the last step; with time averaging, in those of the tick."""
         if self._contacts is None:
             return []
         self.refresh()
         return list(self._loads)
+
+    def _read_contacts(self) -> list[Load]:
+        if self._contacts is None:
+            return []
+        if self._mean is not None and self._mean.steps:
+            return self._mean.loads()
+        return self._contacts.read(self.data)
 
     def wrenches(self) -> dict[str, FloatArray]:
         """What all contacts in the physics did to each link with skin at the last step, see ``LinkWrenches.read``."""
@@ -207,7 +219,8 @@ class Physics:
         averaging = effects.sensor.area_averaging
         field = cell_field(skin) if averaging is None else disc_field(skin, averaging.radius)
         pressing = contact_candidates(self.model, robot, skin, effects, present)
-        foundation = FoundationModel(self.model, skin, layer, pressing, field)
+        averages = effects.time_averaging
+        foundation = FoundationModel(self.model, skin, layer, pressing, field, averages=averages)
         self.touch = foundation
         if pressing:
             self._hooks = (*self._hooks, foundation.push)
@@ -219,7 +232,7 @@ class Physics:
         if self._watch.needed:
             for _number in range(count):
                 self._step_once()
-                self._watch.look()
+                self._look()
         else:
             mujoco.mj_step(self.model, self.data, count)
         if not self._guard.sound():
@@ -232,9 +245,23 @@ class Physics:
             self._step_with(hooks)
             if not self._guard.sound():
                 self._guard.stop()
-            self._watch.look()
+            self._look()
             if self._passing is not None:  # what a motor did to a speed within the step is known only now
                 self._guard.keep_if(self._passing.check, self.data)
+
+    def _begin(self, count: int) -> None:
+        self._watch.begin(count)
+        if self._mean is not None:
+            self._mean.begin()
+        if isinstance(self.touch, FoundationModel | DepthModel):
+            self.touch.begin()
+
+    def _look(self) -> None:
+        self._watch.look()
+        if self._mean is not None and self._contacts is not None:
+            self._mean.add(self._contacts.read(self.data))
+        if isinstance(self.touch, DepthModel):
+            self.touch.look()
 
     def _step_once(self) -> None:
         if self._sharing is None:

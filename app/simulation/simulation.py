@@ -133,7 +133,8 @@ class Simulation:
         self._robot, self._skin, self._effects = robot, skin, effects
         self._objects, self._layer, self._tick, self._seed = tuple(objects), layer, tick, seed
         self._physics = Physics(robot, skin, effects, self._objects, layer)
-        self._fingers = Fingers(self._model, skin, layer, yields=effects.dynamics)
+        averages = effects.time_averaging
+        self._fingers = Fingers(self._model, skin, layer, yields=effects.dynamics, averages=averages)
         self._touch = self._build_touch(self._physics, effects)
         self._chain: SensorChain | None = None
         self._contact_search: RobotContacts | None = None  # built when first asked for
@@ -180,6 +181,7 @@ class Simulation:
             check_command(self._robot, command)
             self._physics.apply_command(command)
             self._command = command
+        self._fingers.begin()
         fingers = self._fingers.push if len(self._fingers) else None
         if self._effects.dynamics:
             self._physics.step(count, fingers)
@@ -202,11 +204,13 @@ class Simulation:
         if physics is not old or _contact_model_effects(effects) != _contact_model_effects(self._effects):
             touch = self._build_touch(physics, effects)
         if physics is not old:
-            self._fingers.use(physics.model, physics.data, yields=effects.dynamics)
+            averages = effects.time_averaging
+            self._fingers.use(physics.model, physics.data, yields=effects.dynamics, averages=averages)
             self._leave_behind(physics)
         if not effects.fingers:
             self._fingers.reset()
         self._physics, self._touch, self._effects = physics, touch, effects
+        physics.felt = effects.skin != "off"
         self._contact_search = None
         self._use_sensor(effects)
 
@@ -226,7 +230,10 @@ class Simulation:
         self._physics.forward()
 
     def sense(self) -> FloatArray:
-        """(taxels,) what the taxels report [Pa] of the last step's loads; zeros without a skin model."""
+        """(taxels,) what the taxels report [Pa] of the last step's loads; zeros without a skin model.
+
+        With time averaging, of the mean loads of the last call of ``step``.
+        """
         pressures = np.zeros(len(self._skin))
         for _, read in self.readings:
             pressures = read(pressures)
@@ -272,7 +279,10 @@ class Simulation:
 
     @property
     def loads(self) -> tuple[Load, ...]:
-        """All that truly presses the skin at the last step, fingers first, whatever the sensor makes of it."""
+        """All that truly presses the skin at the last step, fingers first, whatever the sensor makes of it.
+
+        With time averaging, on average in the steps of the last call of ``step``.
+        """
         return (*self._fingers.loads(), *self._physics.loads())
 
     @property
@@ -364,10 +374,10 @@ class Simulation:
         stages = replace(effects.sensor, area_averaging=None)
         if effects.skin == "off" or stages == SensorEffects():
             self._chain = None
-        elif self._chain is None:
+            return
+        if self._chain is None:
             self._chain = SensorChain(self._skin, stages, tick=self._tick, seed=self._seed)
-        else:
-            self._chain.use(stages)
+        self._chain.use(stages, averages=effects.time_averaging)
 
 
 def _physics_effects(effects: Effects) -> Effects:

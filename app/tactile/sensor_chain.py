@@ -33,8 +33,8 @@ _MOST = 1e100
 """[Pa] No stage overflows below."""
 _STAGES = tuple(key for key in SENSOR_KEYS if key != "area_averaging")
 EFFECTS_OF_BODIES = (
-    "dynamics", "fingers", "contact", "gravity", "friction", "joint_limits", "joint_friction", "skin", "timestep",
-    "integrator",
+    "dynamics", "fingers", "contact", "gravity", "friction", "joint_limits", "joint_friction", "skin",
+    "time_averaging", "timestep", "integrator",
 )  # fmt: skip
 """Keys of a scene's effects that are none of the sensor: no plug-in may have their names."""
 
@@ -185,13 +185,20 @@ class SensorChain:
         """Which are on."""
         return self._effects
 
-    def use(self, effects: SensorEffects) -> None:
-        """Change what is on; an effect that was on with the same numbers goes on from where it is."""
+    def use(self, effects: SensorEffects, *, averages: bool = False) -> None:
+        """Change what is on; an effect that was on with the same numbers goes on from where it is.
+
+        Args:
+            effects: Which are on.
+            averages: Whether a sample is the mean since the one before.
+        """
         stages: dict[str, SensorStage] = {}
+        changed = averages != self._readout.averages
+        self._readout = replace(self._readout, averages=averages)
         for name in _order(effects):
             wanted = effects.of(name)
             if wanted is not None:
-                same = wanted == self._effects.of(name)
+                same = wanted == self._effects.of(name) and not (changed and name == "sampling")
                 stages[name] = self._stages[name] if same else self._built(wanted)
         self._effects, self._stages = effects, stages
 

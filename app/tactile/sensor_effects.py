@@ -55,6 +55,7 @@ class Readout:
         skin: Whose taxels.
         tick: From one reading to the next [s].
         seed: Of everything that is drawn, >= 0.
+        averages: Whether a sample is the mean since the one before.
 
     Raises:
         SimulationError: Tick or seed is no such number.
@@ -63,6 +64,7 @@ class Readout:
     skin: Skin
     tick: float
     seed: int
+    averages: bool = False
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.tick) and self.tick > 0):
@@ -565,14 +567,17 @@ class Sampling:
 class SamplingStage(SensorStage):
     """Sample j is taken at the tick nearest to j / rate, the first at the first reading; none drifts off.
 
-    The delay counts whole ticks, the nearest to what is asked. A rate above the ticks' own samples at every tick. Until
+    With time averaging a sample is the mean of the readings since the one before. The delay counts whole ticks, the
+    nearest to what is asked. A rate above the ticks' own samples at every tick. Until
     the first sample arrives, taxels read 0. Cost at 1,000 taxels: 0.5 µs.
     """
 
     def __init__(self, spec: Sampling, readout: Readout) -> None:
         self._period = max(1.0 / (spec.rate * readout.tick), 1.0)
         self._delay = round(spec.delay / readout.tick)
-        self._taxels = len(readout.skin)
+        self._taxels, self._averages = len(readout.skin), readout.averages
+        self._sum: FloatArray
+        self._summed: int
         self._held: FloatArray
         self._on_the_way: deque[tuple[int, FloatArray]]
         self._next: int
@@ -580,7 +585,12 @@ class SamplingStage(SensorStage):
 
     def read(self, pressures: FloatArray) -> FloatArray:
         """(taxels,) [Pa], read-only."""
+        if self._averages:
+            self._sum, self._summed = self._sum + pressures, self._summed + 1
         if self._reading == self._next:
+            if self._averages:
+                pressures = self._sum / self._summed
+                self._sum, self._summed = np.zeros(self._taxels), 0
             self._on_the_way.append((self._reading + self._delay, readonly(pressures)))
             self._taken += 1
             self._next = round(self._taken * self._period)
@@ -593,10 +603,12 @@ class SamplingStage(SensorStage):
         """Nothing was sampled yet."""
         self._reading, self._taken, self._next = 0, 0, 0
         self._held = readonly(np.zeros(self._taxels))
+        self._sum, self._summed = np.zeros(self._taxels), 0
         self._on_the_way = deque()
 
     def state(self) -> FloatArray:
-        """(2 + k + (1 + k) taxels,) readings made, samples taken, what is read [Pa], arrivals and samples on the way.
+        """(2 + k + (1 + k) taxels,) readings made, samples taken, what is read [Pa], arrivals and samples on the way;
+        with time averaging (1 + taxels,) more, the sum and number of the readings since the last sample.
 
         Samples on the way fill k places, enough for all there can be; empty ones arrive at -1.
         """
@@ -604,7 +616,8 @@ class SamplingStage(SensorStage):
         arrivals, samples = np.full(places, -1.0), np.zeros((places, self._taxels))
         for place, (arrival, sample) in enumerate(self._on_the_way):
             arrivals[place], samples[place] = arrival, sample
-        return np.concatenate([[self._reading, self._taken], self._held, arrivals, samples.ravel()])
+        sums = [self._sum, [self._summed]] if self._averages else []
+        return np.concatenate([[self._reading, self._taken], self._held, arrivals, samples.ravel(), *sums])
 
 
 @dataclass(frozen=True)

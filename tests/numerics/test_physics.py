@@ -377,10 +377,9 @@ def pressed(
 
 
 def measured(simulation: Simulation) -> tuple[float, float]:
-    """Return the force [N] and the stiffness [N/m] of the contact; points share it by their depths."""
+    """Return the force [N] of the contact and its stiffness [N/m] by the depth of its deepest point."""
     (load,) = simulation._physics.loads()
-    depths = -simulation._data.contact.dist
-    depth = (depths**2).sum() / depths.sum()
+    depth = -simulation._data.contact.dist.min()
     return load.force, load.force / depth
 
 
@@ -419,7 +418,7 @@ def test_more_force_goes_deeper_in_proportion():
         rest = simulation._objects[0].spec.pose
         back = (simulation.object_poses[0, :3, 3] - rest.translation) @ rest.rotation[:, 2]
         forces.append(2000.0 * back)
-        depths.append(-simulation._data.contact.dist[0])
+        depths.append(-simulation._data.contact.dist.min())
         assert simulation.sense() @ prepared.skin.areas == pytest.approx(forces[-1], rel=1e-4)
     slopes = np.diff(forces) / np.diff(depths)
     assert slopes == pytest.approx(np.full(2, 2e4), rel=0.01)

@@ -130,7 +130,7 @@ def test_a_fast_slide_does_not_hop(integrator):
     forces, poses = run(simulation, 0.35, every=1)
     assert np.ptp(poses[:, 0, 3]) > 0.1
     assert (forces[20:] > 0.9 * MASS * GRAVITY * np.cos(slope)).all(), "contact is never lost"
-    depth, resting_depth = TOP + SHAPES["box"] - poses[-1][2, 3], MASS * GRAVITY * np.cos(slope) / 2e4
+    depth, resting_depth = -simulation._data.contact.dist.min(), MASS * GRAVITY * np.cos(slope) / 2e4
     # ``discrete`` rebuilds its constraints, so that what friction adds cannot be subtracted: it lifts the body.
     assert (0.0 if integrator == "discrete" else 0.75) * resting_depth < depth < resting_depth
 
@@ -151,3 +151,22 @@ def test_the_centre_of_pressure_of_a_face_is_that_of_statics(shape, torque, inte
     away = np.array([torque[1], -torque[0]]) / (MASS * GRAVITY)
     assert forces.sum() == pytest.approx(MASS * GRAVITY, rel=1e-4)
     assert centre[:2] == pytest.approx(simulation.object_poses[0, :2, 3] + away, abs=1e-6)
+
+
+@pytest.mark.parametrize("integrator", INTEGRATORS)
+@pytest.mark.parametrize("stiffness", [2e4, 2e5])
+def test_a_ball_rolls_about_the_middle_of_its_contact(stiffness, integrator):
+    """Friction acts in the middle of the overlap, nearer than the radius by half the depth: soft covers slow a ball."""
+    slope, radius = np.radians(5.0), 0.02
+    body = thing("sphere", at=(0.08, 0.0, TOP + radius - MASS * GRAVITY / stiffness), mass=MASS)
+    effects = Effects(contact="environment", gravity="on", friction=True, integrator=integrator)
+    simulation = Simulation(
+        bar(hinged=False), bar_skin(), effects, objects=(body,), layer=ElasticLayer(stiffness=stiffness)
+    )
+    simulation._model.opt.gravity[:] = GRAVITY * np.sin(slope), 0.0, -GRAVITY * np.cos(slope)
+    simulation._physics.forward()
+    _, poses = run(simulation, 0.6)
+    lever = radius - 0.5 * MASS * GRAVITY * np.cos(slope) / stiffness
+    times = 0.005 * np.arange(1, len(poses) + 1)
+    found = 2 * np.polyfit(times, poses[:, 0, 3], 2)[0]
+    assert found == pytest.approx(GRAVITY * np.sin(slope) / (1 + 0.4 * (radius / lever) ** 2), rel=5e-4)

@@ -8,10 +8,10 @@ independent of the posture (verified to rounding for 0.1 to 5 kg).
 Two shapes may meet in several points. Each has its own spring and damper, so that a pair with n points at equal depth
 would be n times as stiff. ``ContactSharing`` therefore multiplies R of all points of a pair by
 
-    n = (sum of depths)^2 / (sum of squared depths),
+    n = (sum of depths) / (largest depth),
 
-which is the number of points for equal depths, and changes continuously as points come and go. The force of each point
-is then 1 / n of what a single point would have, with the same dynamics.
+which is the number of points for equal depths, and changes continuously as points come and go. The force of all is then
+what the deepest point alone would have, shared in proportion to the depths.
 """
 
 from __future__ import annotations
@@ -165,15 +165,11 @@ def _limit_dilation(data: mujoco.MjData, row: int, friction: float) -> None:
 
 
 def effective_count(depths: list[float]) -> float:
-    """Return how many points of equal depth are as stiff as these together; 1 to ``len(depths)``."""
-    if len(depths) == 1:
-        return 1.0
-    deep = [max(depth, 0.0) for depth in depths]
-    largest = max(deep)
-    if largest == 0:
+    """Return how many points as deep as the deepest are as stiff as these together; 1 to ``len(depths)``."""
+    largest = max(depths)
+    if largest <= 0:
         return float(len(depths))
-    shares = [depth / largest for depth in deep]
-    return sum(shares) ** 2 / sum(share**2 for share in shares)
+    return sum(max(depth, 0.0) / largest for depth in depths)
 
 
 def stable_timesteps(model: mujoco.MjModel, layer: ElasticLayer) -> Mapping[tuple[str, str], float]:

@@ -62,6 +62,12 @@ def effect_cases() -> tuple[EffectCase, ...]:
         ("friction", "on", replace(met, friction=True), met),
         *(("skin", w, replace(touched, skin=w), touched) for w in get_args(SkinModel)[1:] if w not in _PHYSICAL),
         *(("skin", w, replace(met, skin=w), met) for w in _PHYSICAL),
+        (
+            "time_averaging",
+            "on",
+            replace(pressed, contact="probe", time_averaging=True),
+            replace(pressed, contact="probe"),
+        ),
         *((key, "on", _sensing(pressed, key), pressed) for key, entry in EFFECTS.items() if entry.sensor is not None),
     ]
     return tuple(EffectCase(*row) for row in rows)

@@ -66,6 +66,7 @@ class DepthModel:
         data: Its state.
         skin: The skin.
         layer: Its stiffness per area.
+        averages: Whether depths are the mean of all steps since ``begin``.
 
     Attributes:
         notes: None: it promises nothing.
@@ -73,7 +74,9 @@ class DepthModel:
 
     notes: tuple[ContactNote, ...] = ()
 
-    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, skin: Skin, layer: ElasticLayer) -> None:
+    def __init__(
+        self, model: mujoco.MjModel, data: mujoco.MjData, skin: Skin, layer: ElasticLayer, *, averages: bool = False
+    ) -> None:
         self._data, self._skin, self._foundation = data, skin, layer.foundation
         self._positions, self._taxels = _positions(skin), _taxels(skin)
         self._outputs = {
@@ -82,6 +85,18 @@ class DepthModel:
             if mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_SENSOR, _sensor_name(link)) >= 0
         }
 
+        self._averages, self._sums, self._steps = averages, np.zeros(len(data.sensordata)), 0
+
+    def begin(self) -> None:
+        """A tick begins."""
+        self._sums[:], self._steps = 0.0, 0
+
+    def look(self) -> None:
+        """Count the step just made."""
+        if self._averages:
+            self._sums += self._data.sensordata
+            self._steps += 1
+
     def pressures(self, loads: Sequence[Load]) -> FloatArray:
         """(taxels,) [Pa]: the deepest of all bodies counts, as in MuJoCo's sensor.
 
@@ -89,9 +104,10 @@ class DepthModel:
             loads: Fingers; what the physics knows of is in the sensors already.
         """
         depth = np.zeros(len(self._skin))
+        read = self._sums / self._steps if self._steps else self._data.sensordata
         for link, first in self._outputs.items():
             taxels = self._taxels[link]
-            depth[taxels] = self._data.sensordata[first : first + len(taxels)]
+            depth[taxels] = read[first : first + len(taxels)]
         for load in loads:
             if load.link in self._taxels:
                 taxels = self._taxels[load.link]

@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import mujoco
@@ -95,6 +95,7 @@ class FoundationModel:
         layer: Its cover.
         meetings: Who may press whom.
         field: What each taxel feels.
+        averages: Whether taxels feel the mean of all steps since ``begin``.
 
     Attributes:
         notes: What it could not do at the last reading.
@@ -110,7 +111,10 @@ class FoundationModel:
         layer: ElasticLayer,
         meetings: Sequence[ContactCandidate],
         field: ReceptiveField,
+        *,
+        averages: bool = False,
     ) -> None:
+        self._averages, self._steps = averages, 0
         self._model, self._stiffness, self._field = model, layer.foundation, field
         self._thickness = layer.thickness
         self._fill = WaterFillModel(skin, stiffness=layer.foundation, field=field)
@@ -121,6 +125,10 @@ class FoundationModel:
         self.notes: tuple[ContactNote, ...] = ()
         self.wrenches: list[ContactWrench] = []
 
+    def begin(self) -> None:
+        """A tick begins."""
+        self._felt, self._answers, self._steps = [], [], 0
+
     def push(self, data: mujoco.MjData) -> None:
         """Add the layer's forces on both bodies of every meeting to ``data.qfrc_applied``.
 
@@ -130,7 +138,9 @@ class FoundationModel:
         Raises:
             SimulationError: The layer under a contact is too stiff for the time step, or pressed through.
         """
-        self._felt, self._answers, self.wrenches = [], [], []
+        if not self._averages:
+            self.begin()
+        self._steps, self.wrenches = self._steps + 1, []
         for approach in self._approaches:
             press = self._press(data, approach)
             if press is not None:
@@ -138,10 +148,12 @@ class FoundationModel:
 
     def pressures(self, loads: Sequence[Load]) -> FloatArray:
         """(taxels,) mean pressure that each taxel feels [Pa] of the last step's forces and of fingers (``loads``)."""
-        pressures = self._fill.pressures([*loads, *self._answers])
+        steps = max(self._steps, 1)
+        answers = [replace(load, force=load.force / steps) for load in self._answers]
+        pressures = self._fill.pressures([*loads, *answers])
         self.notes = self._fill.notes
         for points, forces in self._felt:
-            self._field.add(pressures, points, forces)
+            self._field.add(pressures, points, forces / steps)
         return pressures
 
     def _press(self, data: mujoco.MjData, approach: _WatchedCandidate) -> _LayerForces | None:

@@ -44,17 +44,23 @@ class PointModel:
         pressures, notes = np.zeros(self._count), []
         for load in loads:
             if load.force > 0 and (bed := self._beds.get(load.link)) is not None:
-                point = _closest(bed, load)
+                point = _closest_facing(bed, load)
                 if point is None:
-                    notes.append(load_note(ContactNoteKind.OUTSIDE_SKIN, load.by, load.link))
-                else:
+                    point = bed.nearest(load)
+                    kind = ContactNoteKind.OUTSIDE_SKIN if point is None else ContactNoteKind.SKIN_EDGE
+                    notes.append(load_note(kind, load.by, load.link))
+                if point is not None:
                     self._field.add(pressures, np.array([point]), np.array([load.force]))
         self.notes = tuple(notes)
         return pressures
 
 
-def _closest(bed: LinkBroadphase, load: Load) -> int | None:
-    """Number of the point nearest to the load's, of those that face it if there are any; None beside the skin."""
+def _closest_facing(bed: LinkBroadphase, load: Load) -> int | None:
+    """Return the number of the point nearest to the load's of those that face it.
+
+    Where the load's point is beside the skin, the point nearest to its body bears it, as in the other models. None
+    where the body is beside the skin as well, or no point faces it.
+    """
     needle = Load(load.link, load.point, load.normal, load.force, _TIP, Pose(load.pose.rotation, load.point))
-    under = bed.near(needle)
-    return bed.nearest(needle) if under is None else int(under.points[under.distances.argmin()])
+    under = bed.near(needle) or bed.near(load)
+    return None if under is None else int(under.points[under.distances.argmin()])

@@ -254,6 +254,19 @@ def test_there_and_back_the_state_is_bitwise_the_same(other):
     assert np.array_equal(one.velocity, two.velocity)
 
 
+@pytest.mark.parametrize("skin", ["point", "water-fill", "punch", "half-space", "foundation", "depth"])
+def test_a_skin_that_is_switched_on_feels_what_already_touches_it(skin):
+    weight = thing("sphere", at=(0.3, 0.0, 0.0398), mass=0.5, guided=True)
+    effects = Effects(contact="environment", gravity="on", skin="off")
+    simulation = Simulation(bar(hinged=False), bar_skin(), effects, objects=(weight,))
+    simulation.step(500, no_command(bar(hinged=False)))
+    assert not simulation.sense().any()
+    simulation.use(replace(effects, skin=skin))
+    simulation.step(500, no_command(bar(hinged=False)))
+    felt = simulation.sense() @ bar_skin().areas
+    assert felt == pytest.approx(0.5 * 9.81, rel=0.1) or (skin == "depth" and felt > 0)
+
+
 def test_the_same_effects_change_nothing_at_all():
     simulation = moving()
     model, state, touch = simulation._model, simulation.state(), simulation._touch

@@ -91,5 +91,6 @@ def test_points_share_by_their_depths():
     assert effective_count([1e-4, 0.0]) == 1
     assert effective_count([1e-4, -1e-5]) == 1
     assert effective_count([0.0, 0.0, 0.0]) == 3
-    assert effective_count([1e-4, 1e-4 - 1e-9]) == pytest.approx(2, rel=1e-6)
+    assert effective_count([1e-4, 1e-4 - 1e-9]) == pytest.approx(2, rel=1e-5)
+    assert effective_count([2e-4, 1e-4]) == pytest.approx(1.5)
     assert effective_count([1e-4, 1e-9]) == pytest.approx(1, rel=1e-4), "continuous as a point comes and goes"

@@ -5,9 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from app.geometry.pose import Pose
 from app.tactile.contact_notes import ContactNote, ContactNoteKind
-from app.tactile.loads import sphere_load
+from app.tactile.loads import Box, Load, Sphere, sphere_load
+from app.tactile.models.half_space import HalfSpaceModel
 from app.tactile.models.point import PointModel
+from app.tactile.models.punch import PunchModel
+from app.tactile.models.water_fill import WaterFillModel
 from app.tactile.receptive_field import disc_field, quadrature_points
 from tests.support.touch import arm, bar_skin
 
@@ -48,6 +52,25 @@ def test_the_edge_feels_and_beside_the_skin_is_told():
     assert edge @ SKIN.areas == pytest.approx(5.0, rel=1e-12)
     assert not FELT.pressures([press((-0.2, 0, 0.02))]).any()
     assert FELT.notes == (ContactNote(ContactNoteKind.OUTSIDE_SKIN, ("bar",)),)
+
+
+@pytest.mark.parametrize("normal", [UP, np.array([-1.0, 0.0, 0.0])], ids=["facing", "edge"])
+@pytest.mark.parametrize("shape", [Sphere(0.02), Box((0.03, 0.03, 0.01))], ids=["ball", "box"])
+def test_all_models_agree_about_what_touches_the_skin(shape, normal):
+    """The border of the skin is at x = 0.01 m; the body is moved beyond it, up to 60 mm."""
+    models = (FELT, WaterFillModel(SKIN), PunchModel(SKIN), HalfSpaceModel(SKIN))
+    felt = set()
+    for x in np.linspace(0.02, -0.05, 15):
+        place = np.array([x, 0.0, 0.02])
+        high = shape.radius if isinstance(shape, Sphere) else shape.half[2]
+        load = Load("bar", place, normal, 5.0, shape, Pose(np.eye(3), place + np.array([0.0, 0.0, high - 1e-4])), "it")
+        totals = [model.pressures([load]) @ SKIN.areas for model in models]
+        kinds = [{note.kind for note in model.notes} - {ContactNoteKind.MOMENT_IGNORED} for model in models]
+        assert totals == pytest.approx(np.full(4, totals[0]), rel=1e-9)
+        assert all(kind == kinds[0] for kind in kinds)
+        assert (totals[0] == 0) == (kinds[0] == {ContactNoteKind.OUTSIDE_SKIN})
+        felt.add(bool(totals[0]))
+    assert felt == {True, False}
 
 
 def test_an_electrode_that_is_not_there_feels_nothing():
