@@ -18,7 +18,8 @@ from tests.support.scene_objects import thing
 from tests.support.touch import bar, bar_skin, hold
 
 GRAVITY, TOP = 9.81, 0.02
-INTEGRATORS = get_args(Integrator)
+USUAL = ("implicitfast", "discrete")
+INTEGRATORS = [pytest.param(name, marks=() if name in USUAL else pytest.mark.long) for name in get_args(Integrator)]
 HALF: dict[ObjectKind, float] = {"sphere": 0.02, "box": 0.01, "cylinder": 0.01, "mesh": 0.02}
 STILL = hold(bar(hinged=False), 0.0, 0.0)
 
@@ -43,7 +44,7 @@ def impact(simulation: Simulation, seconds: float) -> tuple[np.ndarray, np.ndarr
     return np.array(forces), np.array(velocities)
 
 
-@pytest.mark.parametrize("step", [0.002, 0.001, 0.00025])
+@pytest.mark.parametrize("step", [0.002, 0.001, pytest.param(0.00025, marks=pytest.mark.long)])
 @pytest.mark.parametrize("integrator", INTEGRATORS)
 @pytest.mark.parametrize("kind", HALF)
 def test_the_impulse_that_is_read_is_the_change_of_momentum(kind, integrator, step):

@@ -16,7 +16,8 @@ from tests.support.scene_objects import thing
 from tests.support.touch import bar, bar_skin, each_point_a_taxel, hold
 
 MASS, GRAVITY, TOP = 0.5, 9.81, 0.02
-INTEGRATORS = get_args(Integrator)
+USUAL = ("implicitfast", "discrete")
+INTEGRATORS = [pytest.param(name, marks=() if name in USUAL else pytest.mark.long) for name in get_args(Integrator)]
 SHAPES = {"box": 0.01, "cylinder": 0.01, "mesh box": 0.015}
 """Half the height of each [m]."""
 
