@@ -284,7 +284,7 @@ def test_a_screenshot_is_the_whole_window(capsys, ball, tmp_path):
 
 
 def test_a_name_that_is_no_text_is_named_where_it_cannot_be_written(ball, tmp_path, capsys):
-    named = ball.rename(tmp_path / "caf\udce9.obj")
+    named = ball.rename(tmp_path / "box\udce9.obj")
     status, _, said = call(capsys, "map", named, "--taxels", "20", "-o", tmp_path / "out.npz")
     assert status == 1
     assert "is not valid UTF-8" in said
