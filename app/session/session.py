@@ -69,12 +69,16 @@ def substeps(tick: float, timestep: float) -> int:
 
 
 def skin_readings(effects: Effects, tick: float) -> SensorTiming:
-    """At every ``tick`` [s], at once and without an end; but for the effects ``sampling`` and ``saturation``."""
+    """At every ``tick`` [s], at once and without an end; but for ``sampling``, ``saturation`` and ``time_averaging``.
+
+    The mean over the time since the last sample is as old as the middle of that time.
+    """
     bus, amplifier = effects.sensor.sampling, effects.sensor.saturation
     highest = math.inf if amplifier is None else amplifier.at
     if bus is None:
         return SensorTiming(tick, highest=highest)
-    return SensorTiming(max(1 / bus.rate, tick), bus.delay, highest)
+    period = max(1 / bus.rate, tick)
+    return SensorTiming(period, bus.delay + (0.5 * period if effects.time_averaging else 0.0), highest)
 
 
 MAX_TICKS = 20
