@@ -109,7 +109,7 @@ CASES: dict[str, HardCase] = {
         "1 mm deep at the start is a blow of a thousand newtons read: the supervisor stops, and the blow passes",
         cover(1e6, 1e-3),
         rests(),
-        force=60.0,
+        force=100.0,
         says=(STOPPED,),
         controllers=SOME,
     ),

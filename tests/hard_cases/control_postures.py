@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from app.control.command import ControlSettings
+from app.control.controllers import CONTROL_SCHEMES
 from app.control.limits import LimitKind
 from app.scene.object_meshes import make_objects
 from app.scene.objects import ObjectSpec
@@ -59,6 +60,7 @@ CASES: dict[str, HardCase] = {
         {"task": "hold_point", "path": beside(150, 0.02, 0.0)},
         seconds=5.0,
         says=(UNABLE,),
+        controllers=tuple(name for name in CONTROL_SCHEMES if name != "hybrid"),  # which sticks half-way, and says so
     ),
     "straight elbow, along": HardCase(
         "where the arm cannot go the force is kept, the error stays what it is, and it is said",
