@@ -11,11 +11,21 @@ from functools import cache
 import numpy as np
 import pytest
 from scipy.optimize import nnls
+from scipy.signal import fftconvolve
+from scipy.spatial import cKDTree
 
+from app.contacts.detection import ContactDetector
 from app.contacts.force_estimation.deconvolution import BlurMatrix, tikhonov_inverse
-from app.contacts.force_estimation.estimate import numerical_rank
+from app.contacts.force_estimation.estimate import ContactReading, numerical_rank
+from app.contacts.force_estimation.estimation import build_estimator
+from app.maps.build import build_map
 from app.studies.testbeds.covered_lattice import APART, AREA, PITCH, TAXELS, area_blur, contact_region, exact_readings
+from app.tactile.elastic_layer import ElasticLayer
 from app.tactile.half_space_stress import point_stress
+from app.tactile.loads import sphere_load
+from app.tactile.models.half_space import HalfSpaceModel
+from app.tactile.receptive_field import quadrature_points
+from tests.support.touch import arm, bar_skin
 
 
 @cache
@@ -117,3 +127,71 @@ def test_net_shear_adds_up_to_nothing_in_normal_stress(depth):
     stress = 3 * x * h**2 / (2 * np.pi * (x**2 + y**2 + h**2) ** 2.5)
     assert np.abs(stress).sum() > 0
     assert abs(stress.sum()) < 1e-9 * np.abs(stress).sum()
+
+
+CELL = 5e-4
+"""Side of the cells on which the exact stress below a flat skin is integrated [m]."""
+
+
+def random_ball(random: np.random.Generator) -> tuple[float, float]:
+    """Force [N] and radius [m]."""
+    return float(np.exp(random.uniform(*np.log((1.0, 20.0))))), float(np.exp(random.uniform(*np.log((3e-3, 30e-3)))))
+
+
+def flat_touches(skin, depth: float, count: int):
+    """(force, readings) of balls on the flat bar, by Boussinesq's stress on a grid, none of it the product's code."""
+    x, y = 0.01 + (np.arange(760) + 0.5) * CELL, -0.05 + (np.arange(200) + 0.5) * CELL
+    across, along = np.meshgrid(x, y)
+    points = quadrature_points(skin)
+    owner = points.taxel[cKDTree(points.positions[:, :2]).query(np.stack([across.ravel(), along.ravel()], axis=1))[1]]
+    cells = np.bincount(owner, minlength=len(skin))
+    reach = CELL * np.arange(-120, 121)
+    kernel = 1.5 / np.pi * depth**3 / (np.add.outer(reach**2, reach**2) + depth**2) ** 2.5
+    random = np.random.default_rng(0)
+    for _ in range(count):
+        force, radius = random_ball(random)
+        x, y = random.uniform(0.06, 0.34), random.uniform(-0.03, 0.03)
+        contact = (4 * force * radius / (np.pi * ElasticLayer().foundation)) ** 0.25
+        forces = np.maximum(0, 1 - ((across - x) ** 2 + (along - y) ** 2) / contact**2)
+        stress = fftconvolve(force * forces / forces.sum(), kernel, mode="same")
+        yield force, np.bincount(owner, stress.ravel(), len(skin)) / cells
+
+
+def arm_touches(skin, depth: float, count: int):
+    """(force, readings) of balls on the arm, by the half-space model, whose total is exact."""
+    model, random = HalfSpaceModel(skin, layer=ElasticLayer(depth=depth)), np.random.default_rng(0)
+    for _ in range(count):
+        (force, radius), at = random_ball(random), skin.taxel_point(int(random.integers(len(skin))))
+        load = sphere_load(skin.link(at), skin.position(at), skin.normal(at), force, radius, depth=force / 2e4)
+        yield force, model.pressures([load])
+
+
+LONG = pytest.mark.long
+
+
+@pytest.mark.parametrize(("name", "taxels", "depth", "count"), [
+    ("flat", 1000, 4e-3, 40),
+    ("arm", 300, 2e-3, 40),
+    *(pytest.param("flat", n, d, 300, marks=LONG) for n in (400, 1000, 4000) for d in (1e-3, 2e-3, 4e-3)),
+    *(pytest.param("arm", 300, d, 300, marks=LONG) for d in (1e-3, 2e-3, 4e-3)),
+])  # fmt: skip
+def test_totals_below_a_cover_have_no_bias(name, taxels, depth, count):
+    """Without noise, at any ratio of depth to pitch; pressure times area loses what passes beyond the ring."""
+    if name == "arm":
+        skin, map_, touches = arm().skin, arm().map, arm_touches
+    else:
+        skin, touches = bar_skin(taxels, finer=round(np.sqrt(taxels / 400))), flat_touches
+        map_ = build_map(skin)
+    estimators = {one: build_estimator(one, skin, depth=depth) for one in ("area-sum", "local-nnls", "tikhonov")}
+    off = {one: [] for one in estimators}
+    for force, readings in touches(skin, depth, count):
+        regions = ContactDetector(map_).read(readings)
+        for one, estimator in estimators.items() if regions else ():
+            found = estimator.estimate(ContactReading(regions[0], readings))
+            assert found.refused is None
+            off[one].append(found.force / force - 1)
+    assert len(off["local-nnls"]) >= 0.95 * count
+    assert abs(np.median(off["local-nnls"])) < 0.01
+    assert abs(np.median(off["tikhonov"])) < 0.01
+    assert -0.03 < np.median(off["area-sum"]) < 0.001
+    assert np.percentile(np.abs(off["local-nnls"]), 95) < 0.04

@@ -9,7 +9,13 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 from scipy.optimize import nnls
 
-from app.contacts.force_estimation.deconvolution import BlurMatrix, nonnegative_least_squares, tikhonov
+from app.contacts.force_estimation.deconvolution import (
+    BlurMatrix,
+    Solver,
+    nonnegative_least_squares,
+    share_inside,
+    tikhonov,
+)
 from app.core.arrays import FloatArray
 from app.studies.hypotheses import Hypothesis, Interval, Judgement, Verdict, all_of, bootstrap_median, within
 from app.studies.reporting.figures import Figure, Panel
@@ -31,11 +37,12 @@ def _area_sum(depth: float, readings: FloatArray, noise: float) -> float:
     return float(AREA * readings[contact_region(readings, noise)[1]].sum())
 
 
-def _regional(solver: Callable[[BlurMatrix, FloatArray, float], tuple[FloatArray, FloatArray]]) -> Estimator:
+def _regional(solver: Solver) -> Estimator:
     def estimate(depth: float, readings: FloatArray, noise: float) -> float:
         part = contact_region(readings, noise)[1]
-        blur = BlurMatrix.of(area_blur(depth)[np.ix_(part, part)])
-        return float(AREA * solver(blur, readings[part], noise)[0].sum())
+        blur, areas = BlurMatrix.of(area_blur(depth)[np.ix_(part, part)]), np.full(len(part), AREA)
+        pressures = solver(blur, readings[part], noise)
+        return float(areas @ readings[part]) / share_inside(blur, areas, readings[part], pressures)
 
     return estimate
 
