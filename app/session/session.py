@@ -389,6 +389,7 @@ class Session:
         self._take_effect()
         try:
             with self._watch.stage("physics"):
+                self._simulation.sum_wrenches(self._contacts.needs_wrenches)
                 self._simulation.step(self._steps, self._command)
             self._ticks += 1
             self.frame = self._frame()

@@ -27,7 +27,7 @@ from app.tactile.elastic_layer import ElasticLayer
 from app.tactile.loads import Load
 from app.tactile.models.contact_model import ContactModel
 from app.tactile.models.depth import DepthModel
-from app.tactile.models.foundation import FoundationModel
+from app.tactile.models.foundation import ContactWrench, FoundationModel
 from app.tactile.receptive_field import cell_field, disc_field
 
 Hook: TypeAlias = Callable[[mujoco.MjData], None]
@@ -56,6 +56,8 @@ class Physics:
         data: Its state.
         touch: The contact model that lives in this physics (foundation, depth), if the effect names one of these.
         felt: Whether the solver's contacts are read as loads on the skin.
+        sums_wrenches: Whether ``wrenches`` average over a tick where time averaging is on, for 20 µs a contact and
+            step; else they are those of the last step.
     """
 
     def __init__(
@@ -92,6 +94,8 @@ class Physics:
         self._mean = MeanLoads() if effects.time_averaging and self._contacts else None
         self.felt = effects.skin != "off"
         self._sums = LinkWrenches(self.model, skin)
+        self._averages = effects.time_averaging
+        self.sums_wrenches = True
         self._loads: list[Load] = []
         self._stale = self._pushed = False
 
@@ -200,9 +204,16 @@ class Physics:
         return self._contacts.read(self.data)
 
     def wrenches(self) -> dict[str, FloatArray]:
-        """What all contacts in the physics did to each link with skin at the last step, see ``LinkWrenches.read``."""
+        """Return the wrench of all contacts in the physics on each link with skin, see ``LinkWrenches.read``.
+
+        With time averaging the mean over the steps of the tick, else that of the last step.
+        """
         self.refresh()
-        return self._sums.read(self.data, self.touch.wrenches if isinstance(self.touch, FoundationModel) else ())
+        return self._sums.read(self.data, self._pushes())
+
+    def _pushes(self) -> Sequence[ContactWrench]:
+        """Return the forces of the foundation in the last step."""
+        return self.touch.wrenches if isinstance(self.touch, FoundationModel) else ()
 
     def pose(self, name: str) -> FloatArray | None:
         """(4, 4) ``T_world_object`` of the object called ``name``; None of one that the physics does not have."""
@@ -251,6 +262,7 @@ class Physics:
 
     def _begin(self, count: int) -> None:
         self._watch.begin(count)
+        self._sums.begin()
         if self._mean is not None:
             self._mean.begin()
         if isinstance(self.touch, FoundationModel | DepthModel):
@@ -260,6 +272,8 @@ class Physics:
         self._watch.look()
         if self._mean is not None and self._contacts is not None:
             self._mean.add(self._contacts.read(self.data))
+        if self._averages and self.sums_wrenches:
+            self._sums.add(self.data, self._pushes())
         if isinstance(self.touch, DepthModel):
             self.touch.look()
 

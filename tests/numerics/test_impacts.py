@@ -106,6 +106,24 @@ def test_averaged_readings_hold_the_impulse_at_any_rate(kind, steps, skin):
     assert impulse == pytest.approx(gained, rel=0.02)
 
 
+@pytest.mark.parametrize("skin", ["water-fill", "foundation"])
+@pytest.mark.parametrize("steps", [1, 5, 20])
+@pytest.mark.parametrize("kind", ["sphere", "box"])
+def test_averaged_wrenches_hold_the_impulse_at_any_rate(kind, steps, skin):
+    """So does the total that scenes state; those of the last step scatter as its readings would."""
+    mass, speed, step = 0.2, 0.4, 5e-4
+    simulation = falling(kind, mass, speed, timestep=step, skin=skin, time_averaging=True)
+    impulse, total, ticks = np.zeros(6), 0.0, round(0.06 / (step * steps))
+    for _ in range(ticks):
+        simulation.step(steps, STILL)
+        impulse += simulation.wrenches()["bar"] * step * steps
+        total += simulation.total_normal_force * step * steps
+    gained = mass * (simulation._data.qvel[0] + speed + GRAVITY * ticks * steps * step)
+    assert impulse[2] == pytest.approx(-gained, rel=0.02)
+    assert impulse[4] == pytest.approx(0.15 * gained, rel=0.02), "at the place of the body"
+    assert total == pytest.approx(gained, rel=0.02)
+
+
 @pytest.mark.parametrize("rate", [50.0, 20.0])
 def test_a_slow_sensor_holds_the_impulse_too(rate):
     mass, speed, step = 0.2, 0.4, 1e-3

@@ -124,10 +124,17 @@ class FoundationModel:
         self._answers: list[Load] = []
         self.notes: tuple[ContactNote, ...] = ()
         self.wrenches: list[ContactWrench] = []
+        self._pushed = 0.0
 
     def begin(self) -> None:
         """A tick begins."""
         self._felt, self._answers, self._steps = [], [], 0
+        self._pushed = 0.0
+
+    @property
+    def total_force(self) -> float:
+        """Sum of the magnitudes of all its forces at the last step [N], or on average since ``begin``."""
+        return self._pushed / max(self._steps, 1)
 
     def push(self, data: mujoco.MjData) -> None:
         """Add the layer's forces on both bodies of every meeting to ``data.qfrc_applied``.
@@ -193,6 +200,7 @@ class FoundationModel:
         for body, sign in ((bed.body, 1.0), (meeting.body, -1.0)):
             mujoco.mj_applyFT(self._model, data, sign * force, sign * torque, middle, body, data.qfrc_applied)
         self.wrenches.append(ContactWrench(bed.body, meeting.body, middle, force, torque))
+        self._pushed += float(np.linalg.norm(force))
         self._felt.append((bed.points[press.points], press.felt))
         if meeting.own is not None:
             self._answers.append(_answer(data, approach, middle, force))

@@ -39,6 +39,7 @@ from app.stimuli.stimulus_kinds import Poke, Stroke
 from app.tactile.poke import Finger, PokePressed, PokeReleased
 from app.tactile.sensor_effects import Noise, Sampling, SensorEffects
 from tests.support.pressed_arm import forearm
+from tests.support.scene_objects import thing
 from tests.support.touch import arm, bar_skin, prepared_bar, taxel_near
 
 STROKED_BAR = prepared_bar(stimuli=(Stroke(hold=0.1),))
@@ -311,6 +312,20 @@ def test_control_sees_what_the_estimator_found(name):
     if name == "lumped":
         assert region.force == pytest.approx(poke.force, rel=1e-12)
         assert region.link_position == pytest.approx(BAR.skin.position(poke.at), abs=1e-9)
+
+
+def test_a_sensor_in_the_link_reads_the_impulse_of_an_impact():
+    """Over the whole tick where time averaging is on, as the skin does."""
+    mass, speed = 0.2, 0.4
+    ball = thing("sphere", at=(0.15, 0.0, 0.041), mass=mass, guided=True)
+    effects = Effects(contact="environment", gravity="off", timestep=5e-4, time_averaging=True)
+    reading = ReadingSettings("lumped", threshold=1.0)
+    session = Session(replace(prepared_bar(hinged=False), objects=(ball,)), effects=effects, reading=reading)
+    session._simulation._data.qvel[0] = -speed
+    session._simulation._physics.forward()
+    frames = [session.tick() for _ in range(10)]
+    impulse = sum(region.force for frame in frames for region in frame.regions) * 0.005
+    assert impulse == pytest.approx(mass * (session._simulation._data.qvel[0] + speed), rel=0.02)
 
 
 def test_two_contacts_of_a_link_are_one_to_a_sensor_in_it():
