@@ -21,6 +21,7 @@ from app.simulation.model.model_names import body_name
 from app.simulation.model.object_geoms import ProbeDrives, has_body
 from app.simulation.pressing_shapes import Solids, contact_candidates
 from app.simulation.step_checks import DivergenceGuard, ImpedanceCommand, TunnellingCheck, unstable_servos
+from app.skin.bare_surface import with_bare_points
 from app.skin.skin import Skin
 from app.tactile.contact_notes import ContactNote, ContactNoteKind
 from app.tactile.elastic_layer import ElasticLayer
@@ -86,12 +87,19 @@ class Physics:
         self.touch: ContactModel | None = None
         self._contacts: ContactLoads | None = None
         if effects.skin == "depth":
-            self.touch = DepthModel(self.model, self.data, skin, layer, averages=effects.time_averaging)
+            self.touch = DepthModel(
+                self.model,
+                self.data,
+                with_bare_points(robot, skin),
+                layer,
+                averages=effects.time_averaging,
+                contacts=self._solved_loads,
+            )
         elif effects.skin == "foundation":
-            self._lay_foundation(robot, skin, effects, layer, present)
-        elif self.model.npair:
+            self._lay_foundation(robot, with_bare_points(robot, skin), effects, layer, present)
+        if self.model.npair and effects.skin != "foundation":
             self._contacts = ContactLoads(self.model, skin, Solids(self.model, present))
-        self._mean = MeanLoads() if effects.time_averaging and self._contacts else None
+        self._mean = MeanLoads() if effects.time_averaging and self._contacts and self.touch is None else None
         self.felt = effects.skin != "off"
         self._sums = LinkWrenches(self.model, skin)
         self._averages = effects.time_averaging
@@ -190,7 +198,13 @@ class Physics:
             mujoco.mj_comPos(self.model, self.data)
 
     def loads(self) -> list[Load]:
-        """What the solver's contacts did to the skin at the last step; with time averaging, in those of the tick."""
+        """What the solver's contacts did to the skin at the last step; with time averaging, in those of the tick.
+
+        None for a contact model that reads the contacts itself.
+        """
+        return self._solved_loads() if self.touch is None else []
+
+    def _solved_loads(self) -> list[Load]:
         if self._contacts is None:
             return []
         self.refresh()

@@ -24,6 +24,7 @@ from app.simulation.model.object_geoms import initial_pose
 from app.simulation.physics import Physics
 from app.simulation.robot_contacts import RobotContacts
 from app.simulation.step_checks import ImpedanceCommand, check_command
+from app.skin.bare_surface import with_bare_points
 from app.skin.skin import Skin
 from app.tactile.contact_notes import ContactNote
 from app.tactile.elastic_layer import ElasticLayer
@@ -374,7 +375,8 @@ class Simulation:
     def _build_touch(self, physics: Physics, effects: Effects) -> ContactModel | None:
         if effects.skin == "off":
             return None
-        return physics.touch or CONTACT_MODELS[effects.skin].build(self._skin, self._layer, effects.sensor)
+        skin = with_bare_points(self._robot, self._skin)
+        return physics.touch or CONTACT_MODELS[effects.skin].build(skin, self._layer, effects.sensor)
 
     def _use_sensor(self, effects: Effects) -> None:
         """Keep what an effect that stays on remembers; without a stage there is no chain."""

@@ -12,6 +12,7 @@ Read in this order:
 ``taxel_placement``    the taxels a person asks for: number or pitch, keep-out zones, even or in a pattern of lattice or
                        modules; where on a wrapped link skin can lie
 ``reconstruction``     a surface laid through taxels that come without one, its boundary extended
+``bare_surface``       points on the parts of skinned links that bear load without skin
 ``link_hulls``         the shape with which a skinned link collides; which links never do
 ``calibration_error``  the skin as a calibration with errors would have it
 ``formats``            taxels in the files of other programs

@@ -248,6 +248,26 @@ class Patch:
 
 
 @dataclass(frozen=True, eq=False)
+class BarePoints:
+    """Points on the surface of a skinned link that its skin leaves bare. They bear load, and no taxel reads them.
+
+    Attributes:
+        link: Name of the link.
+        positions: (k, 3) [m], link frame.
+        normals: (k, 3) outward unit normals, link frame.
+        areas: (k,) [m²].
+    """
+
+    link: str
+    positions: FloatArray
+    normals: FloatArray
+    areas: FloatArray
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, "positions", "normals", "areas")
+
+
+@dataclass(frozen=True, eq=False)
 class Skin:
     """All patches of a robot; taxel numbers run through the patches in order.
 
@@ -256,6 +276,8 @@ class Skin:
         findings: What was noticed and repaired while making it.
         bare_area: Area of the requested surface that got no taxels [m²]: pieces too small for a taxel, places of a grid
             beyond an edge. Surface that was not requested, such as inner walls, does not count.
+        bare_points: Surface of the links that bears load next to the skin, as contact models need it; empty unless
+            added by ``bare_surface.with_bare_points``. Files do not store it.
 
     Example:
         >>> at = skin.taxel_point(30)
@@ -266,6 +288,7 @@ class Skin:
     patches: tuple[Patch, ...]
     findings: tuple[Finding, ...] = ()
     bare_area: float = 0.0
+    bare_points: tuple[BarePoints, ...] = ()
 
     @property
     def coverage(self) -> float:

@@ -22,7 +22,7 @@ from app.core.errors import SimulationError
 from app.core.weak_cache import weak_cache
 from app.skin.skin import Skin
 from app.tactile.loads import Load, Sphere
-from app.tactile.receptive_field import quadrature_points
+from app.tactile.receptive_field import load_points, points_of_link, quadrature_points
 from app.tactile.winkler import WarmStart
 
 
@@ -78,6 +78,7 @@ class CachedNeighbourhood:
         slack: Way of the body [m] after which the points should be looked for again.
         depth: How far above the closest point the load reached [m]; a hint for the next search.
         extent: No point of the link is farther from the load's point [m].
+        bare: Whether some of the points are bare.
     """
 
     def __init__(
@@ -93,9 +94,11 @@ class CachedNeighbourhood:
         slack: float,
         depth: float,
         extent: float,
+        bare: bool = False,
     ) -> None:
         self.points, self.positions, self.areas, self.depth = points, positions, areas, depth
         self.shape, self.search_radius, self.guess = load.shape, cutoff, WarmStart()
+        self.bare = bare
         self._facing, self._cutoff, self._slack = facing, cutoff, slack
         self._normal = load.normal.tolist()
         cosines = normals @ load.normal
@@ -148,12 +151,13 @@ class NearbyPoints(NamedTuple):
     """Points that face a load, and their distances from its body.
 
     Attributes:
-        points: (k,) numbers through the skin, as in ``quadrature_points``.
+        points: (k,) numbers through the skin, as in ``load_points``.
         positions: (k, 3) [m], link frame.
         areas: (k,) [m²].
         distances: (k,) signed distance from the body [m]; inf where the point does not face the load.
         search_radius: No facing point of the link that is closer to the body than this [m] is missing.
         guess: Which of these points bore the load the last time.
+        bare: Whether some of the points are bare.
     """
 
     points: IntArray
@@ -162,26 +166,27 @@ class NearbyPoints(NamedTuple):
     distances: FloatArray
     search_radius: float
     guess: WarmStart
+    bare: bool
 
 
 class LinkBroadphase:
-    """The quadrature points of one link's skin. What it remembers of earlier questions only saves time.
+    """The points of one link that bear load. What it remembers of earlier questions only saves time.
 
     Args:
         skin: The skin.
         link: One that has a patch.
 
     Attributes:
-        points: (n,) the numbers of the link's points through the skin, as in ``quadrature_points``; near ones together.
-        spacing: Of the points [m].
+        points: (n,) the numbers of the link's points through the skin, as in ``load_points``; near ones together.
+        read: Number of points that taxels read; higher numbers are bare points.
+        spacing: Of the points that taxels read [m].
         beside: A body farther than this [m] from all points presses beside the skin.
     """
 
     def __init__(self, skin: Skin, link: str) -> None:
-        everything = quadrature_points(skin)
-        on_link = np.array([patch.link == link for patch in skin.patches])
-        own = np.flatnonzero(on_link[skin.patch_of[everything.taxel]])
-        self.spacing = float(np.sqrt(np.median(everything.areas[own])))
+        everything, own = load_points(skin), points_of_link(skin, link)
+        self.read = len(quadrature_points(skin).areas)
+        self.spacing = float(np.sqrt(np.median(everything.areas[own[own < self.read]])))
         self._cells = CellGrid(everything.positions[own], 8 * self.spacing)
         self.points: IntArray = own[self._cells.order]
         self._positions = everything.positions[self.points]
@@ -216,7 +221,9 @@ class LinkBroadphase:
         distances = near.distances(load)
         if distances[distances.argmin()] > self.beside:
             return None
-        return NearbyPoints(near.points, near.positions, near.areas, distances, near.search_radius, near.guess)
+        return NearbyPoints(
+            near.points, near.positions, near.areas, distances, near.search_radius, near.guess, near.bare
+        )
 
     def nearest(self, load: Load) -> int | None:
         """Number through the skin of the point closest to a body that no point faces; None when it presses beside.
@@ -258,6 +265,7 @@ class LinkBroadphase:
             load, facing, self.points[here], self._positions[here], self._normals[here], self._areas[here],
             cutoff=cutoff, slack=self._slack, depth=hint if upto is None else min(max(upto - least, 0.0), _DEEPEST),
             extent=math.dist(load.point, self._middle) + self._radius,
+            bare=bool((self.points[here] >= self.read).any()),
         )  # fmt: skip
         self._near = [old for old in self._near if not old.holds(load, facing)][1 - _REMEMBERED :] + [near]
         return near

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from typing import assert_never
 
@@ -16,6 +16,8 @@ class ContactNoteKind(Enum):
     """A contact is stiffer than the time step bears (both bodies)."""
     OUTSIDE_SKIN = "outside-skin"
     """A load outside its link's skin is not sensed (what presses, the link)."""
+    PARTLY_OUTSIDE = "partly-outside"
+    """More than 1 % of a load is on bare surface next to the skin and is not sensed (what presses, the link)."""
     SKIN_EDGE = "skin-edge"
     """One point at the skin's edge bears a whole load (what presses, the link)."""
     MOMENT_IGNORED = "moment-ignored"
@@ -42,6 +44,7 @@ class ContactNote:
         max_timestep: The longest that the stiffness bears [s].
         depth: Of one body in the other, of a contact that is too deep [m]; None for others.
         force: Normal force of a contact that presses too hard [N]; None for others.
+        share: Share of the load that is not sensed, of a contact partly outside the skin, 0 to 1; None for others.
     """
 
     kind: ContactNoteKind
@@ -51,11 +54,25 @@ class ContactNote:
     max_timestep: float | None = None
     depth: float | None = None
     force: float | None = None
+    share: float | None = None
 
 
 def load_note(kind: ContactNoteKind, by: str, link: str) -> ContactNote:
     """About a load on ``link`` by a body that may have no name."""
     return ContactNote(kind, (by, link) if by else (link,))
+
+
+NOTED_SHARE = 0.01
+"""Share of a load outside the skin from which on a note says so."""
+
+
+def border_notes(share: float, by: str, link: str) -> tuple[ContactNote, ...]:
+    """Return the note about a load on ``link`` of which bare surface bears ``share``; empty where that is little."""
+    if share == 1:
+        return (load_note(ContactNoteKind.OUTSIDE_SKIN, by, link),)
+    if share > NOTED_SHARE:
+        return (replace(load_note(ContactNoteKind.PARTLY_OUTSIDE, by, link), share=share),)
+    return ()
 
 
 def contact_note_text(note: ContactNote) -> str:
@@ -69,6 +86,9 @@ def contact_note_text(note: ContactNote) -> str:
             return f"{' and '.join(note.bodies)} may be unstable{_stiffness_advice(note)}"
         case ContactNoteKind.OUTSIDE_SKIN:
             return f"{by} presses {link} outside its skin: no reading"
+        case ContactNoteKind.PARTLY_OUTSIDE:
+            share = "part" if note.share is None else f"{100 * note.share:.0f} %"
+            return f"{by} presses {link} across the edge of its skin: {share} of the force is not read"
         case ContactNoteKind.SKIN_EDGE:
             return f"{by} presses the edge of the skin on {link}: one point bears all of it"
         case ContactNoteKind.MOMENT_IGNORED:

@@ -36,6 +36,27 @@ def quadrature_points(skin: Skin) -> Quadrature:
     )
 
 
+@weak_cache
+def load_points(skin: Skin) -> Quadrature:
+    """Return all points that bear load: the quadrature points, then the skin's bare points, whose taxel is -1."""
+    points, bare = quadrature_points(skin), skin.bare_points
+    if not bare:
+        return points
+    return Quadrature(
+        np.concatenate([points.positions, *(part.positions for part in bare)]),
+        np.concatenate([points.normals, *(part.normals for part in bare)]),
+        np.concatenate([points.areas, *(part.areas for part in bare)]),
+        np.concatenate([points.taxel, np.full(sum(len(part.areas) for part in bare), -1)]),
+    )
+
+
+def points_of_link(skin: Skin, link: str) -> IntArray:
+    """Return the numbers of the link's ``load_points``, those that taxels read first."""
+    on_link = np.array([patch.link == link for patch in skin.patches])
+    bare = [np.full(len(part.areas), part.link == link) for part in skin.bare_points]
+    return np.flatnonzero(np.concatenate([on_link[skin.patch_of[quadrature_points(skin).taxel]], *bare]))
+
+
 @dataclass(frozen=True, eq=False)
 class ReceptiveField:
     """The table, by quadrature point in the order of ``quadrature_points``.

@@ -14,9 +14,10 @@ import numpy as np
 from app.core.arrays import FloatArray, IntArray
 from app.robots.mujoco_spec import OWN_NAMES
 from app.skin.skin import Skin
-from app.tactile.contact_notes import ContactNote
+from app.tactile.contact_notes import ContactNote, ContactNoteKind
 from app.tactile.elastic_layer import ElasticLayer
 from app.tactile.loads import Load
+from app.tactile.models.water_fill import WaterFillModel
 
 _NOBODYS = 1 << 20
 _SOLID = 0.1 * np.array([[1.0, 1.0, 1.0], [1.0, -1.0, -1.0], [-1.0, 1.0, -1.0], [-1.0, -1.0, 1.0]])
@@ -68,15 +69,24 @@ class DepthModel:
         layer: Its stiffness per area.
         averages: Whether depths are the mean of all steps since ``begin``.
 
+        contacts: Returns the loads of the solver's contacts. They are only needed for notes.
+
     Attributes:
-        notes: None: it promises nothing.
+        notes: Loads outside the skin, as the water-fill model finds them.
     """
 
-    notes: tuple[ContactNote, ...] = ()
-
     def __init__(
-        self, model: mujoco.MjModel, data: mujoco.MjData, skin: Skin, layer: ElasticLayer, *, averages: bool = False
+        self,
+        model: mujoco.MjModel,
+        data: mujoco.MjData,
+        skin: Skin,
+        layer: ElasticLayer,
+        *,
+        averages: bool = False,
+        contacts: Callable[[], Sequence[Load]] = tuple,
     ) -> None:
+        self._contacts, self._fill = contacts, WaterFillModel(skin, stiffness=layer.foundation)
+        self.notes: tuple[ContactNote, ...] = ()
         self._data, self._skin, self._foundation = data, skin, layer.foundation
         self._positions, self._taxels = _positions(skin), _taxels(skin)
         self._outputs = {
@@ -113,6 +123,8 @@ class DepthModel:
                 taxels = self._taxels[load.link]
                 inside = -load.shape.distance(load.pose.inverse.points(self._positions[load.link]))
                 depth[taxels] = np.maximum(depth[taxels], inside)
+        self._fill.pressures([*loads, *self._contacts()])
+        self.notes = tuple(note for note in self._fill.notes if note.kind is not ContactNoteKind.SKIN_EDGE)
         return self._foundation * depth
 
 

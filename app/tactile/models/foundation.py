@@ -4,6 +4,8 @@ Under every quadrature point stands a spring of the layer's real stiffness per a
 (1 - 2 nu) h) (a Winkler foundation; Johnson, Contact Mechanics, 4.3). Where a point is a depth d inside a body, its
 pressure is  p = K (d + T d'),  never negative, with the material's relaxation time T = 1 ms; it pushes link and body
 apart along the body's surface normal, with equal and opposite forces at the same point of the world. No friction.
+The bare points of a skinned link (``Skin.bare_points``) are springs as well, so that nothing falls through the parts
+without skin; no taxel reads them, and a note states their share of a load.
 
 The force is explicit, so a time step must be shorter than 0.6 sqrt(m / k), with k the layer's stiffness under the whole
 contact and m the mass that the two bodies present to it. A step that is too long is refused, not divided: the rest of
@@ -26,11 +28,12 @@ from app.core.arrays import FloatArray, IntArray
 from app.core.errors import SimulationError
 from app.geometry.pose import Pose
 from app.skin.skin import Skin
-from app.tactile.contact_notes import ContactNote
+from app.tactile.broadphase import FACING
+from app.tactile.contact_notes import ContactNote, border_notes
 from app.tactile.elastic_layer import ElasticLayer
 from app.tactile.loads import Load, Shape
 from app.tactile.models.water_fill import WaterFillModel
-from app.tactile.receptive_field import ReceptiveField, quadrature_points
+from app.tactile.receptive_field import ReceptiveField, load_points, points_of_link, quadrature_points
 
 
 class ContactWrench(NamedTuple):
@@ -121,6 +124,7 @@ class FoundationModel:
         beds = {link: _LinkPoints(model, skin, link) for link in {patch.link for patch in skin.patches}}
         self._approaches = [_WatchedCandidate(beds[meeting.link], meeting) for meeting in meetings]
         self._felt: list[tuple[IntArray, FloatArray]] = []
+        self._shares: dict[tuple[str, str], FloatArray] = {}
         self._answers: list[Load] = []
         self.notes: tuple[ContactNote, ...] = ()
         self.wrenches: list[ContactWrench] = []
@@ -128,7 +132,7 @@ class FoundationModel:
 
     def begin(self) -> None:
         """A tick begins."""
-        self._felt, self._answers, self._steps = [], [], 0
+        self._felt, self._answers, self._shares, self._steps = [], [], {}, 0
         self._pushed = 0.0
 
     @property
@@ -159,6 +163,8 @@ class FoundationModel:
         answers = [replace(load, force=load.force / steps) for load in self._answers]
         pressures = self._fill.pressures([*loads, *answers])
         self.notes = self._fill.notes
+        for (by, link), (bare, total) in self._shares.items():
+            self.notes += border_notes(bare / total, by, link)
         for points, forces in self._felt:
             self._field.add(pressures, points, forces / steps)
         return pressures
@@ -201,7 +207,10 @@ class FoundationModel:
             mujoco.mj_applyFT(self._model, data, sign * force, sign * torque, middle, body, data.qfrc_applied)
         self.wrenches.append(ContactWrench(bed.body, meeting.body, middle, force, torque))
         self._pushed += float(np.linalg.norm(force))
-        self._felt.append((bed.points[press.points], press.felt))
+        read = int(np.searchsorted(press.points, bed.read))  # the bare points are the last
+        self._felt.append((bed.points[press.points[:read]], press.felt[:read]))
+        share = self._shares.setdefault((meeting.by, meeting.link), np.zeros(2))
+        share += press.forces[read:].sum(), total
         if meeting.own is not None:
             self._answers.append(_answer(data, approach, middle, force))
 
@@ -231,13 +240,13 @@ class FoundationModel:
 
 
 class _LinkPoints:
-    """The quadrature points of one link's skin."""
+    """The springs of one link; the first ``read`` are those of its skin, the others are its bare points."""
 
     def __init__(self, model: mujoco.MjModel, skin: Skin, link: str) -> None:
-        everything = quadrature_points(skin)
-        wearer = np.array([patch.link == link for patch in skin.patches])
+        everything = load_points(skin)
         self.body = int(model.body(link).id)
-        self.points: IntArray = np.flatnonzero(wearer[skin.patch_of[everything.taxel]])
+        self.points: IntArray = points_of_link(skin, link)
+        self.read = int(np.searchsorted(self.points, len(quadrature_points(skin).areas)))
         self.positions = everything.positions[self.points]
         self.normals = everything.normals[self.points]
         self.areas = everything.areas[self.points]
@@ -303,8 +312,9 @@ class _WatchedCandidate:
         if not inside.size:
             return None
         away = _gradient(meeting.shape, seen[inside], distance[inside])
-        # The far side of a link is not pressed from within.
-        facing = np.einsum("ij,ij->i", away @ rotation.T, bed.normals[self._near[inside]]) < 0
+        # The far side of a link is not pressed from within, nor its bare sides by a face that reaches over an edge.
+        cosine = np.einsum("ij,ij->i", away @ rotation.T, bed.normals[self._near[inside]])
+        facing = cosine < np.where(self._near[inside] < bed.read, 0.0, -FACING)
         self._beyond = not facing.any()
         inside = inside[facing]
         return (self._near[inside], -distance[inside], away[facing] @ turn.T) if inside.size else None

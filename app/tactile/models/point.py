@@ -45,12 +45,15 @@ class PointModel:
         for load in loads:
             if load.force > 0 and (bed := self._beds.get(load.link)) is not None:
                 point = _closest_facing(bed, load)
+                edge = point is None
                 if point is None:
                     point = bed.nearest(load)
-                    kind = ContactNoteKind.OUTSIDE_SKIN if point is None else ContactNoteKind.SKIN_EDGE
-                    notes.append(load_note(kind, load.by, load.link))
-                if point is not None:
-                    self._field.add(pressures, np.array([point]), np.array([load.force]))
+                if point is None or point >= bed.read:
+                    notes.append(load_note(ContactNoteKind.OUTSIDE_SKIN, load.by, load.link))
+                    continue
+                if edge:
+                    notes.append(load_note(ContactNoteKind.SKIN_EDGE, load.by, load.link))
+                self._field.add(pressures, np.array([point]), np.array([load.force]))
         self.notes = tuple(notes)
         return pressures
 

@@ -73,7 +73,7 @@ class PunchModel(WaterFillModel):
             under = bed.near(load, upto=tilted.lowest + _ROOM * (tilted.highest - tilted.lowest)) or under
             tilted = self._tilted(under, load)
         if tilted.matched:
-            self._field.add(pressures, tilted.points, tilted.forces)
+            self._read(bed, load, pressures, tilted.points, tilted.forces, bare=under.bare)
         return tilted.matched
 
     def _tilted(self, under: NearbyPoints, load: Load) -> _Tilted:

@@ -7,7 +7,14 @@ import pytest
 
 from app.core.errors import MeshError
 from app.geometry.mesh import Mesh
-from app.geometry.raycast import DIRECTIONS, RayCaster, fibonacci_sphere, outer_faces, without_islands
+from app.geometry.raycast import (
+    DIRECTIONS,
+    RayCaster,
+    fibonacci_sphere,
+    outer_faces,
+    seen_from_outside,
+    without_islands,
+)
 from app.geometry.remesh.repair import repair_mesh
 from tests.hard_cases.meshes import HARD_MESHES, HOPELESS_MESHES, hard_mesh, joined, loose_pieces, moved
 from tests.support.references import first_hit
@@ -98,6 +105,23 @@ def test_the_inner_wall_of_a_deep_cup_is_not_outside() -> None:
     outer = outer_faces(cup)
     assert outer[wall & ~inner].all()
     assert outer[wall & inner].mean() < 0.2
+
+
+def test_points_see_the_outside_only_on_the_side_that_they_face() -> None:
+    both = joined(sphere(radius=0.05), moved(sphere(radius=0.02), (0.01, 0, 0)))
+    middle = both.vertices[both.faces].mean(axis=1)
+    outer = np.linalg.norm(middle, axis=1) > 0.04
+    assert outer.any()
+    assert not outer.all()
+    assert np.array_equal(seen_from_outside(both, middle, both.face_normals), outer)
+    assert not seen_from_outside(both, middle, -both.face_normals).any()
+
+
+def test_points_in_faces_as_large_as_the_mesh_see_the_outside() -> None:
+    cube = HARD_MESHES["cube"]
+    weights = np.random.default_rng(0).dirichlet(np.ones(3), size=(len(cube.faces), 20))
+    points = np.einsum("fkc,fcd->fkd", weights, cube.vertices[cube.faces]).reshape(-1, 3)
+    assert seen_from_outside(cube, points, np.repeat(cube.face_normals, 20, axis=0)).all()
 
 
 def test_it_does_not_matter_how_the_file_turned_its_faces() -> None:

@@ -2,7 +2,7 @@
 
 import pytest
 
-from app.tactile.contact_notes import ContactNote, ContactNoteKind, contact_note_text, load_note
+from app.tactile.contact_notes import ContactNote, ContactNoteKind, border_notes, contact_note_text, load_note
 
 
 @pytest.mark.parametrize("kind", list(ContactNoteKind))
@@ -40,3 +40,12 @@ def test_depth_force_and_the_longest_step_are_told():
     )
     servo = text(ContactNoteKind.UNSTABLE_SERVO, "elbow", max_timestep=0.0057)
     assert servo == "the servo of elbow may be unstable: use at most 5.7 ms, or the integrator implicitfast or discrete"
+
+
+def test_a_load_across_the_border_is_noted_from_one_percent_on():
+    assert border_notes(0.009, "ball", "hand") == ()
+    (note,) = border_notes(0.37, "ball", "hand")
+    assert (note.kind, note.share) == (ContactNoteKind.PARTLY_OUTSIDE, 0.37)
+    assert contact_note_text(note) == "ball presses hand across the edge of its skin: 37 % of the force is not read"
+    (note,) = border_notes(1.0, "ball", "hand")
+    assert note == load_note(ContactNoteKind.OUTSIDE_SKIN, "ball", "hand")

@@ -2,12 +2,21 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from app.core.errors import SimulationError
-from app.skin.skin import Skin
-from app.tactile.receptive_field import cell_field, disc_field, field_from_entries, quadrature_points
+from app.skin.skin import BarePoints, Skin
+from app.tactile.receptive_field import (
+    cell_field,
+    disc_field,
+    field_from_entries,
+    load_points,
+    points_of_link,
+    quadrature_points,
+)
 from tests.support.touch import arm, bar_skin, pair
 
 
@@ -23,6 +32,20 @@ def test_they_come_patch_after_patch_and_name_the_skins_taxels():
 
 def test_a_bare_robot_has_none():
     assert quadrature_points(Skin(())).positions.shape == (0, 3)
+
+
+def test_bare_points_follow_those_that_taxels_read():
+    _, skin = pair()
+    bare = BarePoints("left", np.ones((3, 3)), np.tile([0.0, 0.0, 1.0], (3, 1)), np.array([1.0, 2.0, 3.0]))
+    read, loaded = quadrature_points(skin), load_points(replace(skin, bare_points=(bare,)))
+    assert load_points(skin) is read
+    np.testing.assert_array_equal(loaded.areas, [*read.areas, 1, 2, 3])
+    np.testing.assert_array_equal(loaded.taxel[-3:], -1)
+    count = len(read.areas)
+    points = points_of_link(replace(skin, bare_points=(bare,)), "left")
+    assert set(points[-3:]) == {count, count + 1, count + 2}
+    assert len(points) == 3 + len(skin.patches[0].taxels.quadrature.areas)
+    assert points_of_link(replace(skin, bare_points=(bare,)), "right").max() < count
 
 
 SKIN = arm().skin

@@ -1,0 +1,242 @@
+"""Contacts across the border of a skin and on bare parts of its link: closed forms, and agreement of all models."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+import trimesh
+
+from app.geometry.mesh import Mesh
+from app.geometry.pose import Pose
+from app.robots.robot import Link, Robot
+from app.scene.effects import Effects
+from app.simulation.simulation import Simulation
+from app.skin.bare_surface import with_bare_points
+from app.skin.skin import Patch, Skin
+from app.skin.taxel_placement.sampling import place_evenly
+from app.tactile.contact_notes import ContactNoteKind
+from app.tactile.elastic_layer import ElasticLayer
+from app.tactile.loads import Cylinder, Load, sphere_load
+from app.tactile.models.contact_model import CONTACT_MODELS, ContactModel
+from app.tactile.poke import Finger, PokePressed
+from app.tactile.sensor_effects import SensorEffects
+from tests.support.scene_objects import thing
+from tests.support.touch import bar, bar_skin, hold, no_command
+
+LAYER = ElasticLayer()
+SPREADING = ("water-fill", "punch", "half-space")
+MODELS = (*CONTACT_MODELS, "foundation", "depth")
+BORDER = 0.1
+"""The skin of the bar begins here [m]; the bar itself at 0."""
+SKIN = bar_skin(600, finer=4, length=0.2)
+UP = np.array([0.0, 0.0, 1.0])
+PLACES = (-0.02, -0.015, -0.0102, -0.005, 0.0, 0.005, 0.0102, 0.015, 0.02)
+"""Of the middle of a contact, from the border towards the skin [m]."""
+
+
+@cache
+def model(name: str) -> ContactModel:
+    return CONTACT_MODELS[name].build(with_bare_points(bar(), SKIN), LAYER, SensorEffects())
+
+
+def disc(along: float, radius: float, force: float, *, beside: float = 0.0) -> Load:
+    """A flat disc on the top of the bar, pressed ``beside`` its middle [m]."""
+    point, depth = np.array([BORDER + along, 0.0, 0.02]), 1e-4
+    pose = Pose(np.eye(3), point + [0.0, 0.0, 0.01 - depth])
+    return Load("bar", point + [beside, 0.0, 0.0], UP, force, Cylinder(radius, 0.01), pose, "disc")
+
+
+def unread(felt: ContactModel) -> float:
+    """Return the share of the load that a note says is not read."""
+    (share,) = (note.share for note in felt.notes if note.kind is ContactNoteKind.PARTLY_OUTSIDE)
+    return share
+
+
+def beyond(middle: float) -> float:
+    """Return the share of a disc of unit radius about ``middle`` at positive places."""
+    u = float(np.clip(middle, -1, 1))
+    return float(0.5 + (np.arcsin(u) + u * np.sqrt(1 - u * u)) / np.pi)
+
+
+def beyond_paraboloid(middle: float) -> float:
+    """Return the share at positive places of a pressure 1 - r² on a disc of unit radius about ``middle``."""
+    u = float(np.clip(middle, -1, 1))
+    return float(0.5 + (u * np.sqrt(1 - u * u) * (5 - 2 * u * u) + 3 * np.arcsin(u)) / (3 * np.pi))
+
+
+@pytest.mark.parametrize("name", SPREADING)
+@pytest.mark.parametrize("along", PLACES)
+def test_a_disc_across_the_border_is_read_by_its_area_on_the_skin(name: str, along: float) -> None:
+    felt, force = model(name), 6.0
+    pressures = felt.pressures([disc(along, 0.01, force)])
+    expected = beyond(along / 0.01)
+    read = float(pressures @ SKIN.areas) / force
+    assert read == pytest.approx(expected, abs=0.02)
+    if expected in (0.0, 1.0):
+        assert read == pytest.approx(expected, abs=1e-12)
+        kinds = {note.kind for note in felt.notes}
+        assert kinds == ({ContactNoteKind.OUTSIDE_SKIN} if expected == 0 else set())
+    else:
+        assert read + unread(felt) == pytest.approx(1, abs=1e-12)
+
+
+@pytest.mark.parametrize("name", SPREADING)
+@pytest.mark.parametrize("along", PLACES)
+def test_a_ball_across_the_border_is_read_by_the_integral_over_the_skin(name: str, along: float) -> None:
+    felt, force, radius = model(name), 20.0, 0.04
+    depth = np.sqrt(force / (np.pi * LAYER.foundation * radius))
+    patch = np.sqrt(2 * radius * depth)
+    load = sphere_load("bar", np.array([BORDER + along, 0.0, 0.02]), UP, force, radius, depth=depth)
+    read = float(felt.pressures([load]) @ SKIN.areas) / force
+    assert read == pytest.approx(beyond_paraboloid(along / patch), abs=0.02)
+
+
+@cache
+def tube() -> tuple[Robot, Skin]:
+    """A tube along x with a radius of 40 mm; its skin is 3 mm thick and begins at x = 0."""
+    solid = trimesh.creation.cylinder(0.04, 0.3, sections=120)
+    mesh = Mesh(np.asarray(solid.vertices)[:, [2, 0, 1]], np.asarray(solid.faces))
+    steps, around = 60, 120
+    x, turn = np.linspace(0.0, 0.12, steps + 1), np.linspace(0, 2 * np.pi, around, endpoint=False)
+    i, j = (k.ravel() for k in np.meshgrid(x, turn, indexing="ij"))
+    vertices = np.stack([i, 0.04 * np.cos(j), 0.04 * np.sin(j)], axis=1)
+    a = (np.arange(steps)[:, None] * around + np.arange(around)).ravel()
+    b = (np.arange(steps)[:, None] * around + (np.arange(around) + 1) % around).ravel()
+    faces = np.concatenate([np.stack([a, a + around, b + around], 1), np.stack([a, b + around, b], 1)])
+    surface = Mesh(vertices, faces[:, ::-1])
+    robot = Robot("tube", "by hand", "", {}, (Link("tube", mesh),), (), np.zeros(0))
+    return robot, Skin((Patch("sleeve", "tube", surface, place_evenly(surface, 400, seed=0)),))
+
+
+@pytest.mark.parametrize("along", PLACES)
+def test_a_ball_across_the_border_of_a_curved_skin(along: float) -> None:
+    robot, skin = tube()
+    outward = skin.patches[0].taxels.normals
+    assert (np.vecdot(outward[:, 1:], skin.patches[0].taxels.positions[:, 1:]) > 0).all()
+    felt = CONTACT_MODELS["water-fill"].build(with_bare_points(robot, skin), LAYER, SensorEffects())
+    force, radius = 20.0, 0.04
+    # Curvatures of the gap along and across the tube; Johnson, Contact Mechanics, 4.3.
+    depth = np.sqrt(force / (np.pi * LAYER.foundation) * np.sqrt(1 / radius * (1 / radius + 1 / 0.04)))
+    patch = np.sqrt(2 * radius * depth)
+    load = sphere_load("tube", np.array([along, 0.0, 0.04]), UP, force, radius, depth=depth)
+    read = float(felt.pressures([load]) @ skin.areas) / force
+    assert read == pytest.approx(beyond_paraboloid(along / patch), abs=0.02)
+
+
+@pytest.mark.parametrize("along", [-0.003, 0.0, 0.004])
+def test_punch_keeps_the_moment_about_the_border(along: float) -> None:
+    """Pressed beside its middle, the disc tilts: its pressure is linear, F / A (1 + 4 e x / r²)."""
+    felt, force, radius, beside = model("punch"), 6.0, 0.01, 0.0015
+    read = float(felt.pressures([disc(along, radius, force, beside=beside)]) @ SKIN.areas) / force
+    u = -along / radius
+    first = 2 / 3 * (1 - u * u) ** 1.5 / np.pi  # moment of the area beyond u about the middle, over the area
+    assert read == pytest.approx(beyond(along / radius) + 4 * beside / radius * first, abs=0.02)
+
+
+@pytest.mark.parametrize("along", [-0.02, -0.012, 0.012, 0.02])
+@pytest.mark.parametrize("name", CONTACT_MODELS)
+def test_all_models_agree_about_what_touches_the_skin(name: str, along: float) -> None:
+    felt, force = model(name), 3.0
+    read = felt.pressures([disc(along, 0.01, force)]) @ SKIN.areas
+    assert read == pytest.approx(force if along > 0 else 0.0, rel=1e-12)
+    outside = {ContactNoteKind.OUTSIDE_SKIN} if along < 0 else set()
+    assert {note.kind for note in felt.notes} == outside
+
+
+def test_two_patches_at_a_seam_share_the_load_with_the_bare_part() -> None:
+    """The skin cut along its middle and moved to a corner of three: no gap, nothing borne twice."""
+    surface = SKIN.patches[0].surface
+    left = surface.vertices[surface.faces].mean(axis=1)[:, 1] < 0
+    patches = []
+    for number, chosen in enumerate((left, ~left)):
+        used, faces = np.unique(surface.faces[chosen], return_inverse=True)
+        part = Mesh(surface.vertices[used], faces.reshape(-1, 3))
+        patches.append(Patch(f"half {number}", "bar", part, place_evenly(part, 300, seed=0)))
+    skin = Skin(tuple(patches))
+    felt = CONTACT_MODELS["water-fill"].build(with_bare_points(bar(), skin), LAYER, SensorEffects())
+    for along in (0.03, 0.004, -0.004):
+        pressures = felt.pressures([disc(along, 0.01, 6.0)])
+        one, two = (float(np.sum((pressures * skin.areas)[skin.patch_of == k])) for k in (0, 1))
+        assert one == pytest.approx(two, rel=0.05)
+        assert (one + two) / 6 == pytest.approx(beyond(along / 0.01), abs=0.02)
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_every_model_reports_a_body_on_a_bare_part(name: str) -> None:
+    """The body rests there, and nothing is read."""
+    robot, body = bar(hinged=False), thing("box", at=(0.05, 0.0, 0.0299), mass=0.3)
+    effects = Effects(contact="environment", skin=name, timestep=5e-4)
+    simulation = Simulation(robot, SKIN, effects, objects=(body,))
+    simulation.step(1000, no_command(robot))
+    assert simulation.object_poses[0][2, 3] == pytest.approx(0.03, abs=3e-4), "it does not fall through"
+    assert not simulation.sense().any()
+    (note,) = simulation.notes
+    assert (note.kind, note.bodies) == (ContactNoteKind.OUTSIDE_SKIN, ("box", "bar"))
+
+
+def test_the_foundation_bears_a_body_across_the_border_whole() -> None:
+    robot, weight = bar(hinged=False), 0.3 * 9.81
+    body = thing("box", at=(0.11, 0.0, 0.0299), mass=0.3)
+    effects = Effects(contact="environment", skin="foundation", timestep=5e-4)
+    simulation = Simulation(robot, SKIN, effects, objects=(body,))
+    simulation.step(2000, no_command(robot))
+    read, (note,) = float(simulation.sense() @ SKIN.areas), simulation.notes
+    assert note.kind is ContactNoteKind.PARTLY_OUTSIDE
+    assert simulation.total_normal_force == pytest.approx(weight, rel=1e-3)
+    assert read + note.share * simulation.total_normal_force == pytest.approx(simulation.total_normal_force, rel=1e-6)
+    assert note.share == pytest.approx(1 / 3, abs=0.02)
+
+
+def test_forces_of_the_foundation_on_a_bare_part_are_equal_and_opposite() -> None:
+    ball = thing("sphere", at=(0.05, 0.03, 0.0393), mass=0.4)
+    effects = Effects(contact="environment", skin="foundation", gravity="off")
+    simulation = Simulation(bar(), SKIN, effects, objects=(ball,))
+    model, data = simulation._model, simulation._data
+    data.qvel[:] = np.linspace(-0.5, 0.5, model.nv)
+    simulation.step(1, no_command(bar()))
+    force = data.qfrc_applied[1:4]
+    assert force[2] > 0.5
+    own = data.xmat[2].reshape(3, 3) @ data.qfrc_applied[4:7]
+    about_hinge = -np.cross((0.05, 0.03, 0.0393), force) - own
+    assert data.qfrc_applied[0] == pytest.approx(about_hinge[1], rel=1e-6)
+
+
+def test_a_ball_weighs_the_same_anywhere_on_a_bare_part() -> None:
+    """The depth that it needs for its weight does not depend on where it is: points are even enough."""
+    forces = []
+    for x in np.linspace(0.03, 0.06, 13):
+        body = thing("sphere", at=(x, 0.001, 0.0592), size=(0.04,))
+        effects = Effects(contact="environment", skin="foundation", gravity="off")
+        forces.append(Simulation(bar(), SKIN, effects, objects=(body,)).total_normal_force)
+    assert np.std(forces) < 0.03 * np.mean(forces)
+    assert np.mean(forces) == pytest.approx(np.pi * LAYER.foundation * 0.0392 * 0.0008**2, rel=0.03)
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_a_finger_at_the_border_is_read_in_part(name: str) -> None:
+    robot = bar(hinged=False)
+    taxel = int(np.abs(SKIN.patches[0].taxels.positions - [BORDER, 0.0, 0.02]).sum(axis=1).argmin())
+    simulation = Simulation(robot, SKIN, Effects(contact="environment", skin=name))
+    simulation.apply(PokePressed(1, SKIN.taxel_point(taxel), Finger(max_force=10.0, radius=0.03)))
+    simulation.step(2000, hold(robot, 0.0, 0.0))
+    read = simulation.sense() @ SKIN.areas
+    if name == "point":
+        assert read == pytest.approx(10.0, rel=1e-12)
+        assert simulation.notes == ()
+        return
+    (note,) = simulation.notes
+    assert note.kind is ContactNoteKind.PARTLY_OUTSIDE
+    assert 0.2 < note.share < 0.4
+    if name != "depth":
+        assert read == pytest.approx(10.0 * (1 - note.share), rel=1e-12)
+
+
+def test_without_bare_points_readings_are_those_of_the_skin_alone() -> None:
+    """A link that has no mesh bears load only where it has skin."""
+    alone = replace(bar(), links=(Link("bar", None),))
+    assert with_bare_points(alone, SKIN) is SKIN
+    read = CONTACT_MODELS["water-fill"].build(SKIN, LAYER, SensorEffects()).pressures([disc(0.0, 0.01, 3.0)])
+    assert read @ SKIN.areas == pytest.approx(3.0, rel=1e-12)

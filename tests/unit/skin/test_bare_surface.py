@@ -1,0 +1,136 @@
+"""Bare points of links with skin, on shapes whose bare area is known."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import trimesh
+
+from app.geometry.mesh import Mesh
+from app.robots.robot import Link, Robot
+from app.skin.bare_surface import with_bare_points
+from app.skin.skin import BarePoints, Patch, Skin
+from app.skin.taxel_placement.sampling import place_evenly
+from tests.support.touch import bar, bar_skin
+
+
+def solid(shape: trimesh.Trimesh) -> Mesh:
+    return Mesh(np.asarray(shape.vertices), np.asarray(shape.faces))
+
+
+def box(*sizes: float, at: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> Mesh:
+    return solid(trimesh.creation.box(sizes, transform=trimesh.transformations.translation_matrix(at)))
+
+
+def joined(*meshes: Mesh) -> Mesh:
+    starts = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes[:-1])])
+    faces = [mesh.faces + start for mesh, start in zip(meshes, starts, strict=True)]
+    return Mesh(np.concatenate([mesh.vertices for mesh in meshes]), np.concatenate(faces))
+
+
+def robot_of(mesh: Mesh | None, **said) -> Robot:
+    return Robot("block", "by hand", "", {}, (Link("block", mesh, **said),), (), np.zeros(0))
+
+
+def skin_of(*surfaces: Mesh, taxels: int = 100) -> Skin:
+    patches = (
+        Patch(f"patch {k}", "block", mesh, place_evenly(mesh, taxels, seed=0)) for k, mesh in enumerate(surfaces)
+    )
+    return Skin(tuple(patches))
+
+
+def plate(x: tuple[float, float], y: tuple[float, float], z: float, *, edge: float = 2e-3) -> Mesh:
+    """Return a horizontal plate that faces up."""
+    m, n = (round((high - low) / edge) for low, high in (x, y))
+    i, j = (k.ravel() for k in np.meshgrid(np.linspace(*x, m + 1), np.linspace(*y, n + 1), indexing="ij"))
+    a = (np.arange(m)[:, None] * (n + 1) + np.arange(n)).ravel()
+    faces = np.concatenate([np.stack([a, a + n + 1, a + n + 2], 1), np.stack([a, a + n + 2, a + 1], 1)])
+    return Mesh(np.stack([i, j, np.full(len(i), z)], axis=1), faces)
+
+
+def bare_points(mesh: Mesh, skin: Skin) -> BarePoints:
+    (part,) = with_bare_points(robot_of(mesh), skin).bare_points
+    return part
+
+
+def area_facing(part: BarePoints, *direction: float) -> float:
+    return float(part.areas[part.normals @ np.array(direction) > 0.9].sum())
+
+
+@pytest.mark.parametrize("finer", [1, 2])
+def test_bare_points_carry_the_area_that_the_skin_leaves(finer: int) -> None:
+    skin = bar_skin(60, finer=finer)
+    (part,) = with_bare_points(bar(), skin).bare_points
+    assert part.link == "bar"
+    assert area_facing(part, 0, 0, -1) == pytest.approx(0.4 * 0.1, rel=1e-9)
+    assert area_facing(part, 0, 1, 0) == pytest.approx(0.4 * 0.04, rel=1e-9)
+    assert area_facing(part, 0, -1, 0) == pytest.approx(0.4 * 0.04, rel=1e-9)
+    assert area_facing(part, 0, 0, 1) == pytest.approx(2 * 0.01 * 0.1, rel=0.02), "both ends of the top"
+    top = part.positions[part.normals[:, 2] > 0.9]
+    pitch = np.sqrt(np.median(skin.patches[0].taxels.quadrature.areas))
+    assert (np.abs(top[:, 0] - 0.2) > 0.19 - 1e-3).all()
+    assert np.sqrt(part.areas.sum() / len(part.areas)) == pytest.approx(pitch, rel=0.4), "as dense as the skin"
+
+
+def test_skin_around_the_whole_link_leaves_nothing_bare() -> None:
+    ball, cover = (solid(trimesh.creation.icosphere(4, radius)) for radius in (0.05, 0.053))
+    skin = skin_of(cover)
+    assert with_bare_points(robot_of(ball), skin) is skin
+
+
+def test_links_without_a_mesh_of_their_own_have_no_bare_points() -> None:
+    skin = skin_of(plate((-0.02, 0.02), (-0.02, 0.02), 0.02))
+    for robot in (robot_of(None), robot_of(box(0.04, 0.04, 0.04), missing=("block.stl",))):
+        assert with_bare_points(robot, skin) is skin
+    assert with_bare_points(robot_of(box(0.04, 0.04, 0.04)), skin) is not skin
+
+
+@pytest.mark.parametrize("height", [-0.004, 0.0, 0.003, 0.02])
+def test_mesh_under_or_slightly_above_skin_is_not_bare(height: float) -> None:
+    part = bare_points(box(0.1, 0.1, 0.04), skin_of(plate((-0.05, 0.01), (-0.05, 0.05), 0.02 + height)))
+    assert area_facing(part, 0, 0, 1) == pytest.approx(0.04 * 0.1, rel=0.02)
+    assert area_facing(part, 1, 0, 0) == pytest.approx(0.1 * 0.04, rel=1e-9)
+
+
+def test_a_seam_between_patches_is_not_a_border() -> None:
+    whole = skin_of(plate((-0.04, 0.04), (-0.04, 0.04), 0.02))
+    halves = skin_of(plate((-0.04, 0.0), (-0.04, 0.04), 0.02), plate((0.0, 0.04), (-0.04, 0.04), 0.02))
+    one, two = (area_facing(bare_points(box(0.1, 0.1, 0.04), skin), 0, 0, 1) for skin in (whole, halves))
+    assert one == pytest.approx(0.1**2 - 0.08**2, rel=0.02)
+    assert two == pytest.approx(one, rel=0.01)
+
+
+def test_parts_inside_the_link_have_no_points() -> None:
+    shell = box(0.1, 0.1, 0.04)
+    inside = joined(box(0.09, 0.09, 0.036), box(0.02, 0.02, 0.02), box(0.01, 0.01, 0.01, at=(0.03, 0, 0)))
+    skin = skin_of(plate((-0.05, 0.0), (-0.05, 0.05), 0.02))
+    bare, with_parts = bare_points(shell, skin), bare_points(joined(shell, inside), skin)
+    assert with_parts.areas.sum() == pytest.approx(bare.areas.sum(), rel=1e-3)
+    assert (np.abs(with_parts.positions).max(axis=0) > [0.049, 0.049, 0.019]).all()
+    assert (np.abs(with_parts.positions / [0.05, 0.05, 0.02]).max(axis=1) > 0.99).all(), "on the outside"
+
+
+def test_a_ledge_below_skin_that_overhangs_is_bare() -> None:
+    bracket = joined(
+        box(0.1, 0.1, 0.01), box(0.01, 0.1, 0.1, at=(-0.045, 0, 0.045)), box(0.1, 0.1, 0.01, at=(0, 0, 0.09))
+    )
+    part = bare_points(bracket, skin_of(plate((-0.05, 0.05), (-0.05, 0.05), 0.095)))
+    ledge = part.areas[(part.normals[:, 2] > 0.9) & (np.abs(part.positions[:, 2] - 0.005) < 1e-9)]
+    assert ledge.sum() > 0.08 * 0.1
+
+
+def test_the_number_of_points_of_a_large_link_is_limited() -> None:
+    skin = skin_of(plate((-0.01, 0.01), (-0.01, 0.01), 0.5, edge=5e-4))
+    part = bare_points(box(1.0, 1.0, 1.0), skin)
+    assert len(part.areas) < 60_000
+    assert part.areas.sum() == pytest.approx(6.0, rel=0.01)
+
+
+def test_only_patches_and_taxels_decide_what_is_read() -> None:
+    skin = bar_skin()
+    loaded = with_bare_points(bar(), skin)
+    assert loaded.patches is skin.patches
+    assert replace(loaded, bare_points=()).bare_area == skin.bare_area
+    assert with_bare_points(bar(), skin) is loaded, "computed once"
