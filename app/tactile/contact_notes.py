@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from enum import Enum
 from typing import assert_never
@@ -20,6 +21,8 @@ class ContactNoteKind(Enum):
     """More than 1 % of a load is on bare surface next to the skin and is not sensed (what presses, the link)."""
     SKIN_EDGE = "skin-edge"
     """One point at the skin's edge bears a whole load (what presses, the link)."""
+    BENT_SKIN = "bent-skin"
+    """The readings sum to more or less than the force, by geometry: the skin bends (what presses, the link)."""
     MOMENT_IGNORED = "moment-ignored"
     """Of a load that acts beside the points under it, only the force is kept (what presses, the link)."""
     UNSTABLE_SERVO = "unstable-servo"
@@ -45,6 +48,7 @@ class ContactNote:
         depth: Of one body in the other, of a contact that is too deep [m]; None for others.
         force: Normal force of a contact that presses too hard [N]; None for others.
         share: Share of the load that is not sensed, of a contact partly outside the skin, 0 to 1; None for others.
+        ratio: Sum of pressure times area over the force, of a contact on bent skin; None for others.
     """
 
     kind: ContactNoteKind
@@ -55,6 +59,7 @@ class ContactNote:
     depth: float | None = None
     force: float | None = None
     share: float | None = None
+    ratio: float | None = None
 
 
 def load_note(kind: ContactNoteKind, by: str, link: str) -> ContactNote:
@@ -75,6 +80,17 @@ def border_notes(share: float, by: str, link: str) -> tuple[ContactNote, ...]:
     return ()
 
 
+NOTED_BIAS = 0.005
+"""Share by which readings differ in sum from the force before a note states it."""
+
+
+def bent_skin_notes(felt: float, force: float, by: str, link: str) -> tuple[ContactNote, ...]:
+    """Return the note about a contact whose readings sum to ``felt`` under ``force`` [N]; empty where they agree."""
+    if abs(felt - force) <= NOTED_BIAS * force:
+        return ()
+    return (replace(load_note(ContactNoteKind.BENT_SKIN, by, link), ratio=felt / force if force > 0 else math.inf),)
+
+
 def contact_note_text(note: ContactNote) -> str:
     """What a person reads of it, and what to do where something can be done."""
     link = note.bodies[-1] if note.bodies else "something"
@@ -91,6 +107,9 @@ def contact_note_text(note: ContactNote) -> str:
             return f"{by} presses {link} across the edge of its skin: {share} of the force is not read"
         case ContactNoteKind.SKIN_EDGE:
             return f"{by} presses the edge of the skin on {link}: one point bears all of it"
+        case ContactNoteKind.BENT_SKIN:
+            ratio = "another sum than" if note.ratio is None else f"{note.ratio:.3f} of"
+            return f"{by} presses {link} where the skin bends: the readings sum to {ratio} the force"
         case ContactNoteKind.MOMENT_IGNORED:
             return f"{by} presses {link} beside the points under it: only its force is kept"
         case ContactNoteKind.UNSTABLE_SERVO:

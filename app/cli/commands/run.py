@@ -103,7 +103,7 @@ def _serve(session: Session, arguments: argparse.Namespace, closing: ExitStack) 
 def _simulate(
     session: Session, count: int, recorder: Recorder | None, watch: Callable[[Frame], None] | None
 ) -> tuple[dict[str, Any], list[ContactNote]]:
-    """Figures of the run; and what physics or skin told otherwise than asked, each where it was told first."""
+    """Return the figures of the run and the notes of physics and skin, each as it came first or was farthest off."""
     report, contacts, strongest = progress_line(), set(), 0.0
     notes: dict[tuple[ContactNoteKind, tuple[str, ...]], ContactNote] = {}
     start = time.perf_counter()
@@ -115,7 +115,9 @@ def _simulate(
             watch(frame)
         contacts |= {region.id for region in frame.regions}
         for note in frame.notes:
-            notes.setdefault((note.kind, note.bodies), note)
+            known = notes.setdefault((note.kind, note.bodies), note)
+            if note.ratio is not None and abs(note.ratio - 1) > abs((known.ratio or 1) - 1):
+                notes[note.kind, note.bodies] = note
         strongest = max([strongest, *(region.force for region in frame.regions)])
         if number % 100 == 0:
             report("Simulating", number / count)
@@ -129,7 +131,11 @@ def _simulate(
         "frames": count,
         "contacts": len(contacts),
         "max_force_N": strongest,
-        "notes": [{"kind": kind.value, "bodies": list(bodies)} for kind, bodies in notes],
+        "notes": [
+            {"kind": note.kind.value, "bodies": list(note.bodies)}
+            | ({} if note.ratio is None else {"ratio": note.ratio})
+            for note in notes.values()
+        ],
     }
     return result, list(notes.values())
 

@@ -29,7 +29,7 @@ from app.core.errors import SimulationError
 from app.geometry.pose import Pose
 from app.skin.skin import Skin
 from app.tactile.broadphase import FACING
-from app.tactile.contact_notes import ContactNote, border_notes
+from app.tactile.contact_notes import ContactNote, bent_skin_notes, border_notes
 from app.tactile.elastic_layer import ElasticLayer
 from app.tactile.loads import Load, Shape
 from app.tactile.models.water_fill import WaterFillModel
@@ -88,9 +88,14 @@ class ContactCandidate:
 class FoundationModel:
     """The layer at work: ``push`` makes the forces of a step, ``pressures`` tells what the taxels felt of them.
 
-    A taxel feels what acts along its own normal, so on flat skin the sum of pressure times area is the normal force; on
-    bent skin it is more, as it is for any pressure on a bent surface. Fingers bring their own force; it is spread as by
-    water-fill.
+    A taxel feels what acts along its own normal. On flat skin the sum of pressure times area therefore is the normal
+    force. On bent skin it differs by geometry, since the force on each point acts along the body's normal: with the
+    skin's normal at an angle s to the force and the body's at an angle b on the other side, a point adds cos(s + b) to
+    the sum and cos(b) to the force. Readings sum to less than the force on convex skin and to more on concave skin. No
+    single factor corrects that without the body's shape, so a note states the ratio of each contact.
+
+    Of two links with skin in contact one makes the force. The other spreads the same scalar sum as by water-fill, so
+    that the readings of both sides agree. Fingers bring their own force; it is spread as by water-fill too.
 
     Args:
         model: The compiled model, without contacts of the skin.
@@ -129,11 +134,13 @@ class FoundationModel:
         self.notes: tuple[ContactNote, ...] = ()
         self.wrenches: list[ContactWrench] = []
         self._pushed = 0.0
+        self._sums: dict[tuple[str, str], FloatArray] = {}
 
     def begin(self) -> None:
         """A tick begins."""
         self._felt, self._answers, self._shares, self._steps = [], [], {}, 0
         self._pushed = 0.0
+        self._sums = {}
 
     @property
     def total_force(self) -> float:
@@ -165,6 +172,8 @@ class FoundationModel:
         self.notes = self._fill.notes
         for (by, link), (bare, total) in self._shares.items():
             self.notes += border_notes(bare / total, by, link)
+        for (by, link), (felt, force) in self._sums.items():
+            self.notes += bent_skin_notes(float(felt), float(force), by, link)
         for points, forces in self._felt:
             self._field.add(pressures, points, forces / steps)
         return pressures
@@ -211,8 +220,10 @@ class FoundationModel:
         self._felt.append((bed.points[press.points[:read]], press.felt[:read]))
         share = self._shares.setdefault((meeting.by, meeting.link), np.zeros(2))
         share += press.forces[read:].sum(), total
+        sums = self._sums.setdefault((meeting.by, meeting.link), np.zeros(2))
+        sums += press.felt[:read].sum(), np.linalg.norm(forces[:read].sum(axis=0))
         if meeting.own is not None:
-            self._answers.append(_answer(data, approach, middle, force))
+            self._answers.append(_answer(data, approach, middle, force, float(press.felt.sum())))
 
     def _refuse_deep(self, data: mujoco.MjData, meeting: ContactCandidate, depth: float, layers: int) -> None:
         """A body that went in altogether would meet no spring any more; half-way the layer has long given up."""
@@ -365,13 +376,14 @@ def _closing(
     return closing
 
 
-def _answer(data: mujoco.MjData, approach: _WatchedCandidate, middle: FloatArray, force: FloatArray) -> Load:
-    """What the other link's skin feels of it: this link's own shape, with the same force."""
+def _answer(
+    data: mujoco.MjData, approach: _WatchedCandidate, middle: FloatArray, force: FloatArray, felt: float
+) -> Load:
+    """What the other link's skin feels of it: this link's own shape, with the same sum of forces along normals."""
     meeting = approach.meeting
     assert meeting.own is not None
     shape, pose = meeting.own
     other = _pose(data, meeting.body).inverse
-    total = float(np.linalg.norm(force))
-    normal = other.directions(force / total)
+    normal = other.directions(force / np.linalg.norm(force))
     where = other @ _pose(data, approach.bed.body) @ pose
-    return Load(meeting.by, other.points(middle), normal, total, shape, where, meeting.link)
+    return Load(meeting.by, other.points(middle), normal, felt, shape, where, meeting.link)

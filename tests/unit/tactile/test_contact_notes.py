@@ -1,8 +1,16 @@
 """Every kind of note has words of its own, with what it is about and what to do."""
 
+import numpy as np
 import pytest
 
-from app.tactile.contact_notes import ContactNote, ContactNoteKind, border_notes, contact_note_text, load_note
+from app.tactile.contact_notes import (
+    ContactNote,
+    ContactNoteKind,
+    bent_skin_notes,
+    border_notes,
+    contact_note_text,
+    load_note,
+)
 
 
 @pytest.mark.parametrize("kind", list(ContactNoteKind))
@@ -49,3 +57,18 @@ def test_a_load_across_the_border_is_noted_from_one_percent_on():
     assert contact_note_text(note) == "ball presses hand across the edge of its skin: 37 % of the force is not read"
     (note,) = border_notes(1.0, "ball", "hand")
     assert note == load_note(ContactNoteKind.OUTSIDE_SKIN, "ball", "hand")
+
+
+@pytest.mark.parametrize(("felt", "ratio"), [(9.5, 0.95), (11.0, 1.1), (10.04, None), (9.96, None), (10.0, None)])
+def test_readings_that_differ_from_the_force_are_noted_with_their_ratio(felt, ratio):
+    notes = bent_skin_notes(felt, 10.0, "ball", "hand")
+    assert [note.ratio for note in notes] == ([] if ratio is None else [pytest.approx(ratio)])
+    for note in notes:
+        wanted = f"ball presses hand where the skin bends: the readings sum to {ratio:.3f} of the force"
+        assert contact_note_text(note) == wanted
+
+
+def test_forces_that_cancel_have_an_infinite_ratio():
+    (note,) = bent_skin_notes(3.0, 0.0, "fork", "hand")
+    assert note.ratio == np.inf
+    assert bent_skin_notes(0.0, 0.0, "fork", "hand") == ()

@@ -7,15 +7,19 @@ import os
 import signal
 import socket
 
+import numpy as np
 import pytest
 
 from app.__main__ import main
 from app.cli.commands import run as run_command
 from app.cli.main import run_command as run_line
 from app.recording.player import RecordingPlayer
+from app.scene.scene_file import load_scene
+from app.session.prepare import prepare
 from app.session.session import Session
 from app.stimuli.stimulus_file import load_stimuli, save_stimuli
 from app.stimuli.stimulus_kinds import Poke
+from app.tactile.contact_notes import ContactNoteKind
 from tests.support.recordings import record, small_arm
 
 UNSTEADY = """
@@ -204,6 +208,37 @@ def test_what_contacts_did_otherwise_than_asked_is_told_once(tmp_path, capsys):
     assert [note["kind"] for note in found if "block" in note["bodies"]].count("deep") >= 1
     assert len({json.dumps(note) for note in found}) == len(found)
     assert "block is deep in" in printed.err
+
+
+BENT = """
+robot = "arm"
+[cover]
+links = ["hand"]
+taxels = 100
+[effects]
+skin = "foundation"
+gravity = "off"
+timestep = 0.0005
+[[objects]]
+name = "ball"
+kind = "sphere"
+size = [0.03]
+at = [0.4906, 0.2104, 0.598]
+"""
+
+
+def test_readings_on_bent_skin_are_stated_with_their_farthest_ratio_to_the_force(tmp_path, capsys):
+    path = tmp_path / "bent.toml"
+    path.write_text(BENT)
+    assert main(["run", "--scene", str(path), "--for", "0.2", "--json"]) == 0
+    printed = capsys.readouterr()
+    (note,) = (note for note in json.loads(printed.out)["notes"] if note["kind"] == "bent-skin")
+    session = Session(prepare(load_scene(str(path))))
+    frames = [session.tick() for _ in range(40)]
+    ratios = [told.ratio for frame in frames for told in frame.notes if told.kind is ContactNoteKind.BENT_SKIN]
+    assert np.ptp(ratios) > 1e-3
+    assert note == {"kind": "bent-skin", "bodies": ["ball", "hand"], "ratio": min(ratios)}
+    assert f"the readings sum to {min(ratios):.3f} of the force" in printed.err
 
 
 @pytest.mark.parametrize("exists", [True, False])

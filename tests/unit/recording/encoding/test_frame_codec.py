@@ -213,6 +213,7 @@ def test_all_that_is_known_of_a_region_reads_back(touched, prepared):
 NOTES = (
     ContactNote(ContactNoteKind.OUTSIDE_SKIN, ("hand",)),
     ContactNote(ContactNoteKind.UNSTABLE, ("hand", "ball"), 1e5, 2e4, 1e-4),
+    ContactNote(ContactNoteKind.BENT_SKIN, ("ball", "hand"), ratio=0.97),
 )
 
 

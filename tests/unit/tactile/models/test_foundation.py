@@ -8,12 +8,18 @@ import numpy as np
 import pytest
 
 from app.core.errors import SimulationError
+from app.geometry.mesh import Mesh
+from app.robots.robot import Link
 from app.scene.effects import Effects
 from app.simulation.simulation import Simulation
+from app.skin.skin import Patch, Skin
+from app.skin.taxel_placement.sampling import place_evenly
+from app.tactile.contact_notes import NOTED_BIAS, ContactNoteKind
 from app.tactile.elastic_layer import ElasticLayer
 from app.tactile.models.foundation import STABLE
 from app.tactile.poke import Finger, PokePressed
 from tests.support.scene_objects import thing
+from tests.support.surfaces import sheet
 from tests.support.touch import bar, bar_skin, hold, no_command, pair
 
 LAYER = ElasticLayer()
@@ -132,6 +138,63 @@ def test_two_layers_in_series_and_both_links_feel_the_same():
     assert force[:first].sum() == pytest.approx(7.0, rel=1e-6)
     assert force[first:].sum() == pytest.approx(force[:first].sum(), rel=1e-9)
     assert simulation.posture[0] - 0.03 == pytest.approx(7.0 / (0.5 * LAYER.foundation * 0.01), rel=0.01)
+
+
+def bent_skin(radius: float) -> Skin:
+    """Skin on the bar that bends about x, convex for a radius [m] > 0; its middle is that of the flat one."""
+
+    def height(x, y):
+        return 0 * x if np.isinf(radius) else np.sign(radius) * (np.sqrt(radius**2 - (y - 0.04) ** 2) - abs(radius))
+
+    flat = sheet(60, 60, width=0.08, height=0.08, shape=height)
+    surface = Mesh(flat.vertices + [0.16, -0.04, 0.02], flat.faces)
+    return Skin((Patch("top", "bar", surface, place_evenly(surface, 400, seed=0)),))
+
+
+@pytest.mark.parametrize("radius", [np.inf, 0.1, 0.06, -0.1, -0.06])
+@pytest.mark.parametrize("kind", ["sphere", "cylinder", "box"])
+def test_ratio_of_readings_to_force_is_stated_on_bent_skin(kind, radius):
+    """By geometry: less than the force on convex skin, more on concave skin, exact on flat skin."""
+    half = {"sphere": 0.05, "cylinder": 0.01, "box": 0.01}[kind]
+    size = {"sphere": (0.05,), "cylinder": (0.015, 0.02), "box": (0.04, 0.03, 0.02)}[kind]
+    body = thing(kind, at=(0.2, 0.0, 0.02 + half - 2e-3), size=size)
+    skin = bent_skin(radius)
+    (patch,) = skin.patches
+    robot = replace(bar(hinged=False), links=(Link("bar", patch.surface),))
+    simulation = Simulation(robot, skin, EFFECTS, objects=(body,))
+    simulation.step(1, no_command(robot))
+    force = -simulation.wrenches()["bar"][2]
+    ratio = simulation.sense() @ skin.areas / force
+    assert force > 5
+    if np.isinf(radius):
+        assert ratio == pytest.approx(1.0, rel=1e-9)
+    else:
+        assert 0 < np.sign(radius) * (1 - ratio) < 0.15
+    stated = [note for note in simulation.notes if note.kind is ContactNoteKind.BENT_SKIN]
+    assert len(stated) == (abs(ratio - 1) > NOTED_BIAS)
+    for note in stated:
+        assert note.bodies == (kind, "bar")
+        assert note.ratio == pytest.approx(ratio, rel=1e-3)
+
+
+@pytest.mark.parametrize("swapped", [False, True], ids=["convex first", "flat first"])
+def test_readings_of_two_links_in_contact_agree_on_bent_skin(swapped):
+    """One side makes the force: what it reads, the other reads too, though both differ from the resultant."""
+    robot, flat = pair()
+    left, right = flat.patches
+    depth, y, z = 0.004, *left.surface.vertices.T[1:]
+    bulge = depth * (1 - (y**2 + z**2) / 0.05**2)
+    surface = Mesh(left.surface.vertices + np.outer(bulge, [1.0, 0, 0]), left.surface.faces)
+    bent = Patch("left", "left", surface, place_evenly(surface, 40, seed=0))
+    skin = Skin((right, bent) if swapped else (bent, right))
+    simulation = Simulation(robot, skin, Effects(contact="self", skin="foundation", timestep=5e-4))
+    simulation.step(300, replace(hold(robot, 0.0, 40.0), torque=np.array([20.0])))
+    force = simulation.sense() * skin.areas
+    first, second = np.split(force, [skin.first[1]])
+    wrenches = simulation.wrenches()
+    assert wrenches["left"][:3] == pytest.approx(-wrenches["right"][:3], abs=1e-14)
+    assert first.sum() > 10
+    assert first.sum() == pytest.approx(second.sum(), rel=1e-12)
 
 
 def test_fingers_bring_their_own_force():
