@@ -21,7 +21,8 @@ from collections.abc import Mapping
 
 import mujoco
 
-from app.simulation.model.contact_points import centre_on_cap, correct_normal
+from app.core.arrays import FloatArray
+from app.simulation.model.contact_points import centre_on_cap, centre_on_side, correct_normal
 from app.simulation.model.model_names import is_hull, plain_name
 from app.tactile.contact_notes import ContactNote, ContactNoteKind
 from app.tactile.elastic_layer import ElasticLayer
@@ -44,8 +45,11 @@ the contact hops, and a pressing force of 10 N varies by 13 N at 0.3 m/s. While 
 force for any reference above the deceleration  mu g,  so that the limit does not change it. What is left of the push is
 subtracted from the normal reference, except with ``discrete``, which does not need it.
 """
-_ROUND = (mujoco.mjtGeom.mjGEOM_SPHERE, mujoco.mjtGeom.mjGEOM_PLANE, mujoco.mjtGeom.mjGEOM_CAPSULE)
-"""Shapes for which MuJoCo always finds the direction of the contact exactly."""
+_ROUND = {
+    int(shape) for shape in (mujoco.mjtGeom.mjGEOM_SPHERE, mujoco.mjtGeom.mjGEOM_PLANE, mujoco.mjtGeom.mjGEOM_CAPSULE)
+}
+"""Shapes for which MuJoCo always finds the direction of the contact exactly, as numbers: its enumerations are not equal
+to NumPy's integers."""
 _SEMI_IMPLICIT = 2 * math.sqrt(2) - 2
 """Largest  h sqrt(k)  of a critically damped spring under semi-implicit Euler.
 
@@ -76,7 +80,7 @@ class ContactSharing:
         self._pairs = {geoms: pair for pair, geoms in enumerate(_geoms(model))}
         self._pairs |= {geoms[::-1]: pair for geoms, pair in self._pairs.items()}
         self._stiffness = [layer.stiffness / _skins(model, geoms) for geoms in _geoms(model)]
-        self._exact = [any(model.geom_type[geom] in _ROUND for geom in geoms) for geoms in _geoms(model)]
+        self._exact = [any(int(model.geom_type[geom]) in _ROUND for geom in geoms) for geoms in _geoms(model)]
         weight = model.body_invweight0[:, 0]
         for pair, geoms in enumerate(_geoms(model)):
             mobility = max(sum(float(weight[model.geom_bodyid[geom]]) for geom in geoms), 1e-9)
@@ -90,23 +94,29 @@ class ContactSharing:
 
         Cost: 3 us and 2 us a contact, 5 us for each pair that is not round; with ``discrete`` also that of a solution.
         """
-        self._correct_points(data)
-        if self._discrete:  # only this computes R; with what is set below it is computed again
-            mujoco.mj_forwardSkip(self._model, data, mujoco.mjtStage.mjSTAGE_VEL, 1)
-        rows, depths = data.contact.efc_address.tolist(), (-data.contact.dist).tolist()
-        for pair, numbers in self._points(data).items():
-            count = effective_count([depths[number] for number in numbers])
-            for number in numbers:
-                if self._discrete:
-                    self._set_parameters(data, number, rows[number], pair, count, depths[number])
-                elif count > 1:
-                    size = int(self._model.pair_dim[pair])
-                    data.efc_R[rows[number] : rows[number] + size] *= count
-                    data.efc_D[rows[number] : rows[number] + size] /= count
-        if not self._discrete:
-            for row, size, friction in zip(rows, data.contact.dim.tolist(), data.contact.friction[:, 0], strict=True):
+        points = self._points(data)
+        if self._correct(data, points):
+            points = self._points(data)
+        if self._discrete:
+            self._set_parameters(data, points)
+            return
+        contact = data.contact
+        rows, scaled, factors = contact.efc_address.tolist(), [], []
+        for pair, numbers in points.items():
+            count = effective_count((-contact.dist[numbers]).tolist()) if len(numbers) > 1 else 1.0
+            if count > 1:
+                size = int(self._model.pair_dim[pair])
+                scaled += [rows[number] + row for number in numbers for row in range(size)]
+                factors += [count] * (size * len(numbers))
+        if scaled:
+            data.efc_R[scaled] *= factors
+            data.efc_D[scaled] /= factors
+        sizes = contact.dim.tolist()
+        if any(size > 1 for size in sizes):
+            reference = data.efc_aref
+            for row, size, friction in zip(rows, sizes, contact.friction[:, 0].tolist(), strict=True):
                 if row >= 0 and size > 1:
-                    _limit_dilation(data, row, float(friction))
+                    _limit_dilation(reference, row, friction)
 
     def _points(self, data: mujoco.MjData) -> dict[int, list[int]]:
         """Return the numbers of the contacts of each pair that touches."""
@@ -118,20 +128,29 @@ class ContactSharing:
                 points.setdefault(pair, []).append(number)
         return points
 
-    def _correct_points(self, data: mujoco.MjData) -> None:
-        """Correct the points that MuJoCo finds between shapes with faces."""
+    def _correct(self, data: mujoco.MjData, points: Mapping[int, list[int]]) -> bool:
+        """Correct the points that MuJoCo finds between shapes with faces; return whether any changed."""
         changed = False
-        for pair, numbers in self._points(data).items():
+        for pair, numbers in points.items():
             if not self._exact[pair]:
-                changed |= correct_normal(self._model, data, numbers) or centre_on_cap(self._model, data, numbers)
+                for correct in (correct_normal, centre_on_cap, centre_on_side):
+                    changed |= correct(self._model, data, numbers)
         if changed:
             mujoco.mj_makeConstraint(self._model, data)
             mujoco.mj_projectConstraint(self._model, data)
             mujoco.mj_fwdVelocity(self._model, data)
+        return changed
 
-    def _set_parameters(
-        self, data: mujoco.MjData, number: int, row: int, pair: int, count: float, depth: float
-    ) -> None:
+    def _set_parameters(self, data: mujoco.MjData, points: Mapping[int, list[int]]) -> None:
+        """Set each contact's own parameters, from which ``discrete`` builds its constraints again."""
+        mujoco.mj_forwardSkip(self._model, data, mujoco.mjtStage.mjSTAGE_VEL, 1)  # computes R
+        rows, depths = data.contact.efc_address.tolist(), (-data.contact.dist).tolist()
+        for pair, numbers in points.items():
+            count = effective_count([depths[number] for number in numbers])
+            for number in numbers:
+                self._set_contact(data, number, rows[number], pair, count, depths[number])
+
+    def _set_contact(self, data: mujoco.MjData, number: int, row: int, pair: int, count: float, depth: float) -> None:
         step, contact = self._step, data.contact
         k, b = (-self._model.pair_solref[pair]).tolist()
         # R of a row is  (1 - d) / d  times the inverse mass, divided by  1 + h b / d + h^2 k / d.
@@ -155,13 +174,14 @@ class ContactSharing:
             contact.solreffriction[number, 1] = -damping * impedance
 
 
-def _limit_dilation(data: mujoco.MjData, row: int, friction: float) -> None:
+def _limit_dilation(reference: FloatArray, row: int, friction: float) -> None:
     """Limit what friction adds to the normal force of the contact at ``row``, also between bodies without skin."""
-    dilation = friction * math.hypot(data.efc_aref[row + 1], data.efc_aref[row + 2])
-    allowed = _DILATION * max(float(data.efc_aref[row]), 0.0)
+    normal, first, second = reference[row : row + 3].tolist()
+    dilation = friction * math.hypot(first, second)
+    allowed = _DILATION * max(normal, 0.0)
     if dilation > allowed:
-        data.efc_aref[row + 1 : row + 3] *= allowed / dilation
-    data.efc_aref[row] -= min(dilation, allowed)
+        reference[row + 1 : row + 3] *= allowed / dilation
+    reference[row] = normal - min(dilation, allowed)
 
 
 def effective_count(depths: list[float]) -> float:

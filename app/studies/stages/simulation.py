@@ -101,7 +101,7 @@ def _limit(arm: PressedRobot, integrator: Integrator, layer: ElasticLayer) -> St
 
 _SOURCE = (
     "the longest time step that the contact bears, h < 0.83 / sqrt(k), with k the cover's stiffness by the mass of the "
-    "pair as the solver sees it; Runge-Kutta 2.8 (predicted; servos are left out)"
+    "pair as the solver sees it (predicted; servos are left out)"
 )
 
 

@@ -8,7 +8,7 @@ import pytest
 
 from app.scene.effects import Effects
 from app.scene.objects import SceneObject
-from app.simulation.model.contact_points import centre_on_cap, correct_normal, frame_along
+from app.simulation.model.contact_points import centre_on_cap, centre_on_side, correct_normal, frame_along
 from app.simulation.model.model_assembly import assemble
 from tests.support.scene_objects import thing
 from tests.support.touch import bar, bar_skin
@@ -77,3 +77,36 @@ def test_a_contact_frame_is_right_handed(normal):
     np.testing.assert_allclose(frame @ frame.T, np.eye(3), atol=1e-15)
     assert np.linalg.det(frame) == pytest.approx(1)
     np.testing.assert_array_equal(frame[0], normal)
+
+
+@pytest.mark.parametrize("angle", [0.0, -1e-3])
+def test_points_of_a_roller_are_on_its_deepest_line(angle):
+    """MuJoCo's points are up to 30 um off, and each gives the roller a torque."""
+    roller = thing("cylinder", size=(0.012, 0.03), at=(0.3033, 0.01, TOP + 0.012 - 2e-4), turn=(90.0, 0.0, 31.0))
+    model, data, numbers = touching(roller, angle=angle)
+    normal = data.contact.frame[0, :3].copy()
+    assert len(numbers) == 2
+    data.contact.pos[numbers, 0] += 2e-5
+    assert centre_on_side(model, data, numbers)
+    geom = int(data.contact.geom[0, 0])
+    arms = data.contact.pos[numbers] - data.geom_xpos[geom]
+    axis = data.geom_xmat[geom].reshape(3, 3)[:, 2]
+    across = arms - np.outer(arms @ axis, axis)
+    assert np.cross(across, normal) == pytest.approx(0.0, abs=1e-5 * 0.012 + abs(normal @ axis) * 0.012)
+    assert not centre_on_cap(model, data, numbers)
+
+
+def test_points_of_a_disc_and_a_box_are_on_no_side():
+    for body in (thing("cylinder", at=(0.3, 0.01, TOP + 0.0098)), thing("box", at=(0.3, 0.01, TOP + 0.0098))):
+        model, data, numbers = touching(body)
+        assert numbers
+        assert not centre_on_side(model, data, numbers)
+
+
+def test_the_opposite_direction_is_no_correction():
+    """Just as shapes meet, the distance of MuJoCo may have any direction."""
+    model, data, numbers = touching(thing("mesh", at=(0.3, 0.01, TOP + 0.02 - 2e-4)))
+    data.contact.frame[numbers] *= -1.0
+    before = data.contact.frame.copy()
+    assert not correct_normal(model, data, numbers)
+    assert np.array_equal(data.contact.frame, before)

@@ -4,11 +4,18 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import mujoco
 import numpy as np
 import pytest
 
 from app.scene.effects import Effects
-from app.simulation.model.contact_stiffness import SOLVER_IMPEDANCE, effective_count, unstable_contacts
+from app.simulation.model.contact_points import frame_along
+from app.simulation.model.contact_stiffness import (
+    SOLVER_IMPEDANCE,
+    ContactSharing,
+    effective_count,
+    unstable_contacts,
+)
 from app.simulation.model.model_assembly import assemble
 from app.simulation.simulation import Simulation
 from app.tactile.contact_notes import ContactNoteKind, contact_note_text
@@ -94,3 +101,16 @@ def test_points_share_by_their_depths():
     assert effective_count([1e-4, 1e-4 - 1e-9]) == pytest.approx(2, rel=1e-5)
     assert effective_count([2e-4, 1e-4]) == pytest.approx(1.5)
     assert effective_count([1e-4, 1e-9]) == pytest.approx(1, rel=1e-4), "continuous as a point comes and goes"
+
+
+def test_contacts_of_balls_are_left_as_mujoco_finds_them():
+    """Their direction is exact; the correction of other shapes would cost several steps."""
+    layer = ElasticLayer()
+    ball = thing("sphere", at=(0.3, 0.01, 0.0398))
+    model = assemble(bar(), bar_skin(), Effects(contact="environment"), objects=(ball,), layer=layer)
+    data = mujoco.MjData(model)
+    mujoco.mj_step1(model, data)
+    turned = np.array([0.0, np.sin(0.02), np.cos(0.02)])
+    data.contact.frame[0] = frame_along(turned).ravel()
+    ContactSharing(model, layer).apply(data)
+    assert data.contact.frame[0, :3] == pytest.approx(turned)
