@@ -2,27 +2,8 @@
 are known.
 
 ``BackProjector`` finds a centre on the map and, with the containing triangle, back on the body. ``principal_axes`` is
-the ellipse with the region's second moments. ``propagate_uncertainty`` gives the standard uncertainties of place and
-force:
-
-Errors are independent between taxels and small, so they propagate by the first derivatives (JCGM 100:2008, Guide to the
-Expression of Uncertainty in Measurement, 5.1.2). With pressures p_i, areas a_i, forces f_i = p_i a_i, F = sum f_i,
-shares w_i = f_i / F and distances d_i from the centre:
-
-    force²  = noise² sum a_i² + gain² sum f_i²
-    place²  = (noise / F)² sum a_i² d_i²     the sensor's noise; inside the sums where each taxel has its own
-            + gain² sum w_i² d_i²            taxels that are more or less sensitive than they should be
-            + 2 calibration² sum w_i²        taxels that do not sit where they are said to
-            + sum w_i² a_i / 6               nobody knows where in a taxel's area it is pressed: a square of that area
-                                             has variance a_i / 12 along each side
-
-``place`` is radial, the root of the two variances' sum: 63 % of centres lie within it. The last line takes the force in
-every area for one lump anywhere in it. That is what a contact smaller than a taxel does; a wide smooth one is known
-two to eight times better. There is no line for pixels: unless asked to (``image_centre``), the centre is taken from
-taxels, not from an image's pixels.
-
-Not in it: what all taxels of a module do together (a patch put on askew), the cover's blur, and force that stays below
-the threshold outside the ring.
+the ellipse with the region's second moments. ``SensorUncertainty`` states how far readings may be off, and
+``error_budget`` how far force and place are off because of that.
 """
 
 from __future__ import annotations
@@ -35,7 +16,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from app.contacts.taxel_noise import TaxelNoise
-from app.core.arrays import FloatArray, IntArray, dot, length
+from app.core.arrays import FloatArray, IntArray, length
 from app.core.errors import MapError
 from app.geometry.closest_point import closest_point
 from app.geometry.mesh import SurfacePoint
@@ -46,6 +27,7 @@ from app.tactile.sensor_chain import plugin_noise
 from app.tactile.sensor_effects import SensorEffects
 
 _LARGEST = 1e6
+_NO_EFFECTS = SensorEffects()
 _NEAREST = 1e-9
 """A centre so near to a taxel is on it [m]."""
 
@@ -60,6 +42,9 @@ class SensorUncertainty:
         calibration: Standard deviation of a taxel's place along one axis [m]. Simulated taxels are where they are said
             to be; on real skins 0.002 (NAO, by self-touch) to 0.007 (iCub, by force sensors) were published.
         taxels: Noise of each taxel, where it was measured; then it counts instead of ``noise``.
+        effects: Effects of the sensor, whose systematic errors ``error_budget`` derives.
+        lag: Root mean square age of a reading [s].
+        elapsed: Time that the offsets have drifted [s].
 
     Raises:
         MapError: One is no such number.
@@ -69,23 +54,36 @@ class SensorUncertainty:
     gain: float = 0.0
     calibration: float = 0.0
     taxels: TaxelNoise | None = None
+    effects: SensorEffects = _NO_EFFECTS
+    lag: float = 0.0
+    elapsed: float = 0.0
 
     def __post_init__(self) -> None:
-        for name in ("noise", "gain", "calibration"):
+        for name in ("noise", "gain", "calibration", "lag", "elapsed"):
             value = getattr(self, name)
             if not 0 <= value < _LARGEST:
                 raise MapError("the uncertainty is out of range", place=name, value=value, remedy="Choose 0 or more")
 
     @classmethod
-    def of_sensor(cls, sensor: SensorEffects) -> SensorUncertainty:
-        """What the simulated sensor's noise, converter and gains make of readings, and the stages of plug-ins.
+    def of_sensor(cls, sensor: SensorEffects, *, averaged: float = 0.0) -> SensorUncertainty:
+        """Return the uncertainty of a simulated sensor, with that of the stages of plug-ins.
 
-        A converter's step is off by anything up to half of it: its deviation is step / sqrt(12).
+        A converter's step is off by anything up to half of it: its deviation is step / sqrt(12). A sample is read from
+        ``delay`` until ``delay + 1 / rate`` after it was taken. The mean of a time is as old as the middle of it.
+
+        Args:
+            sensor: Effects of the sensor.
+            averaged: Tick whose mean a reading is [s]; 0 for readings of an instant.
         """
         noise = sensor.noise.sd if sensor.noise else 0.0
         step = sensor.quantisation.step if sensor.quantisation else 0.0
         noise = math.hypot(noise, step / math.sqrt(12), plugin_noise(sensor))
-        return cls(noise, sensor.gain_spread.sd if sensor.gain_spread else 0.0)
+        delay = sensor.sampling.delay if sensor.sampling else 0.0
+        period = 1 / sensor.sampling.rate if sensor.sampling else 0.0
+        delay += 0.5 * max(averaged, period) if averaged else 0.0
+        lag = math.sqrt(delay**2 + delay * period + period**2 / 3)
+        gain = sensor.gain_spread.sd if sensor.gain_spread else 0.0
+        return cls(noise, gain, effects=sensor, lag=lag)
 
     @classmethod
     def measured(cls, noise: TaxelNoise | None) -> SensorUncertainty:
@@ -95,35 +93,6 @@ class SensorUncertainty:
     def noise_of(self, taxels: IntArray, areas: FloatArray) -> float:
         """Standard deviation of a reading of some taxels (k,) with these areas (k,) [Pa]."""
         return self.noise if self.taxels is None else self.taxels.mean_sd(taxels, areas)
-
-
-def propagate_uncertainty(
-    errors: SensorUncertainty,
-    forces: FloatArray,
-    areas: FloatArray,
-    squared: FloatArray,
-    *,
-    taxels: IntArray | None = None,
-) -> tuple[float, float]:
-    """Standard uncertainties of place [m], radial, and force [N]; the formula stands above.
-
-    Args:
-        errors: Of the readings.
-        forces: (k,) on the taxels [N], of sum > 0.
-        areas: (k,) theirs [m²].
-        squared: (k,) squared distances from the centre [m²].
-        taxels: (k,) their numbers, where each has a noise of its own.
-
-    Cost: 5 µs.
-    """
-    total, own = float(forces.sum()), forces * forces
-    noise, gain, loads = errors.noise**2, errors.gain**2, areas
-    if errors.taxels is not None and taxels is not None:
-        noise, loads = 1.0, areas * errors.taxels.sd.take(taxels)
-    square, area = dot(forces, forces), dot(loads, loads)
-    place = noise * dot(loads * loads, squared) + gain * dot(own, squared) + 2 * errors.calibration**2 * square
-    place += dot(own, areas) / 6
-    return math.sqrt(place) / total, math.sqrt(noise * area + gain * square)
 
 
 class ContactLocation(NamedTuple):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -13,9 +14,9 @@ from app.contacts.centre_of_pressure import (
     ContactLocation,
     SensorUncertainty,
     principal_axes,
-    propagate_uncertainty,
     taxel_positions,
 )
+from app.contacts.error_budget import Motion, Readings, propagate_uncertainty
 from app.contacts.image_centre import CentreSettings, taxel_moments
 from app.contacts.regions import ContactRegion, SeamCrossings, TaxelGraph, TaxelGroup
 from app.contacts.tracking import RegionTracker, TrackId, TrackMemory
@@ -91,6 +92,7 @@ class ContactDetector:
         errors: SensorUncertainty = _EXACT,
         centre: CentreSettings = _FROM_TAXELS,
     ) -> None:
+        self._since: float | None = None  # when the offsets began to drift [s]
         self._held: FloatArray | None = None  # a read-only reading that brings nothing new, and what was found in it
         self._found: tuple[ContactRegion, ...] = ()
         self._errors, self._skin = errors, map_.skin
@@ -114,7 +116,14 @@ class ContactDetector:
 
     @errors.setter
     def errors(self, errors: SensorUncertainty) -> None:
-        self._errors, self._held = errors, None
+        if errors.effects.offset_drift != self._errors.effects.offset_drift:
+            self._since = None
+        self._errors, self._errors_now, self._held = errors, errors, None
+
+    @property
+    def errors_now(self) -> SensorUncertainty:
+        """Uncertainty of the last reading: ``errors`` with the time that offsets have drifted since they were drawn."""
+        return self._errors_now
 
     @property
     def threshold(self) -> float | FloatArray:
@@ -167,6 +176,10 @@ class ContactDetector:
         self._seen = b""
         self._felt: list[_TouchedGroup] = []
         self._faces: dict[int, int] = {}  # by region, the triangle that held its centre
+        self._since = None
+        self._errors_now = self._errors
+        self._motions: dict[int, Motion] = {}
+        self._sample: FloatArray | None = None
 
     def wait(self, *, period: float = 0.0, gaps: bool = False) -> None:
         """Let a contact that comes back soon be who it was, from now on.
@@ -191,6 +204,7 @@ class ContactDetector:
         if pressures is self._held:
             return self._found
         given = pressures
+        self._begin(given, time)
         if not math.isfinite(dot(pressures, self._areas)):
             pressures = np.where(np.isfinite(pressures), pressures, 0.0)
         touched = pressures >= self._levels
@@ -203,9 +217,32 @@ class ContactDetector:
             self._look(touched.nonzero()[0], pressures, time)
         regions = [self._region(felt, pressures) for felt in self._felt]
         self._faces = {region.id: region.at.face for region in regions}
+        self._motions = {region.id: self._motions[region.id] for region in regions if region.id in self._motions}
         self._found = tuple(sorted(regions, key=lambda region: (-region.force, region.id)))
         self._held = given if same and not given.flags.writeable and given.base is None else None
         return self._found
+
+    def _begin(self, given: FloatArray, time: float) -> None:
+        """Bring the uncertainty up to ``time`` [s], and note whether ``given`` is another sample than before."""
+        errors = self._errors
+        self._new = given is not self._sample
+        self._sample, self._time = given, time
+        if errors.effects.offset_drift is not None:
+            self._since = time if self._since is None else self._since
+            errors = replace(errors, elapsed=max(time - self._since, 0.0))
+        self._errors_now = errors
+
+    def _follow(self, region: int, force: float, position: FloatArray) -> Motion | None:
+        """Return the motion of a region, where readings are old enough for it to count."""
+        if not self._errors.lag:
+            return None
+        motion = self._motions.get(region)
+        if motion is None:
+            motion = Motion.begin(self._time, force, position, self._errors.lag)
+        elif self._new and self._time > motion.time:
+            motion = motion.next(self._time, force, position)
+        self._motions[region] = motion
+        return motion
 
     def _look(self, touched: IntArray, pressures: FloatArray, time: float) -> None:
         """Gather the ``touched`` taxels (t,), and name the groups."""
@@ -271,8 +308,12 @@ class ContactDetector:
         share = forces / force
         place = self._place(felt, share)
         offsets = felt.body - place.link_position
+        motion = self._follow(felt.name.id, force, place.link_position)
         errors = propagate_uncertainty(
-            self.errors, forces, felt.areas, np.einsum("ij,ij->i", offsets, offsets), taxels=felt.taxels
+            self._errors_now,
+            Readings(forces, felt.areas, felt.taxels, felt.inside),
+            np.einsum("ij,ij->i", offsets, offsets),
+            motion=motion,
         )
         axes, map_axes = principal_axes(offsets, share, _own_spread(share, felt.areas), place)
         seal(place.map_point, place.link_position, place.link_normal, axes, map_axes)
@@ -292,8 +333,9 @@ class ContactDetector:
             touched=len(felt.inside),
             link_axes=axes,
             map_axes=map_axes,
-            place_error=errors[0],
-            force_error=errors[1],
+            place_error=errors.place,
+            force_error=errors.force,
+            force_parts=errors.parts,
             merged=felt.name.merged,
             split_from=felt.name.split_from,
         )

@@ -203,9 +203,14 @@ class ContactPipeline:
         self._reader.use(map_)
         self._forces.use(map_)
 
-    def set_sensor_model(self, sensor: SensorEffects) -> None:
-        """Draw error bars for a sensor that does this to readings from now on, and stay above its noise."""
-        self._reader.errors = SensorUncertainty.of_sensor(sensor)
+    def set_sensor_model(self, sensor: SensorEffects, *, averaged: float = 0.0) -> None:
+        """Draw error bars for a sensor that does this to readings from now on, and stay above its noise.
+
+        Args:
+            sensor: Effects of the sensor.
+            averaged: Tick whose mean a reading is [s]; 0 for readings of an instant.
+        """
+        self._reader.errors = SensorUncertainty.of_sensor(sensor, averaged=averaged)
         self._reader.threshold = self._settings.thresholds_for(self._reader.errors)
         gaps = sensor.area_averaging is not None or sensor.dead_taxels is not None
         self._reader.wait(period=1 / sensor.sampling.rate if sensor.sampling else 0.0, gaps=gaps)
@@ -252,7 +257,7 @@ class ContactPipeline:
         pressures = self._nothing if pressures is None else pressures
         regions = self._reader.read(pressures, time=time)
         regions, self.estimates = self._forces.read(
-            regions, pressures, self._reader.errors, wrenches, awaited=self._reader.may_return(time)
+            regions, pressures, self._reader.errors_now, wrenches, awaited=self._reader.may_return(time)
         )
         if self._configuration is not None:
             if len({region.link for region in regions}) > 1:

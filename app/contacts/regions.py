@@ -7,6 +7,7 @@ seam never splits one; ``SeamCrossings`` knows which groups a seam tears apart o
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import NamedTuple
@@ -46,8 +47,10 @@ class ContactRegion:
             link.
         map_axes: (2, 2) the same two on the map [m]; as the map distorts there they need not be at right angles, but
             ``map_point + cos t map_axes[0] + sin t map_axes[1]`` still draws the ellipse.
-        place_error: Standard uncertainty of the centre, radial [m]; see ``accuracy``.
+        place_error: Standard uncertainty of the centre, radial [m]; see ``error_budget``.
         force_error: Standard uncertainty of the force [N].
+        force_parts: Parts of ``force_error`` [N] by name, see ``error_budget``; empty in recordings that do not store
+            them.
         partner: Id of the region on another link that touches this one; None for none known.
         merged: Ids of the regions that have become part of this one at this frame.
         split_from: Id of the region that this one has come off at this frame; None for none.
@@ -75,6 +78,7 @@ class ContactRegion:
     map_axes: FloatArray = field(default_factory=lambda: _NO_MAP_AXES)
     place_error: float = 0.0
     force_error: float = 0.0
+    force_parts: Mapping[str, float] = field(default_factory=dict)
     partner: int | None = None
     merged: tuple[int, ...] = ()
     split_from: int | None = None

@@ -167,6 +167,7 @@ class Session:
         self._controller = ControllerManager(
             robot, self.map, settings or self._start.settings, surroundings=self._surroundings
         )
+        self._state_errors(effects)
         self._controller.readings = skin_readings(effects, scene.tick)
         self._behaviours = BehaviourTrigger(skin, self._start.behaviours if behaviours is None else behaviours)
         self._controller.prepare((self.settings.task, *tasks_of(self._behaviours.behaviours)), self.map)
@@ -483,9 +484,13 @@ class Session:
     def _use(self, effects: Effects) -> None:
         steps = substeps(self.prepared.scene.tick, effects.timestep)
         self._simulation.use(effects)
-        self._contacts.set_sensor_model(effects.sensor)
+        self._state_errors(effects)
         self._controller.readings = skin_readings(effects, self.prepared.scene.tick)
         self._steps = steps
+
+    def _state_errors(self, effects: Effects) -> None:
+        averaged = self.prepared.scene.tick if effects.time_averaging else 0.0
+        self._contacts.set_sensor_model(effects.sensor, averaged=averaged)
 
     def _frame(self) -> Frame:
         simulation, watch, time = self._simulation, self._watch, self._ticks * self.prepared.scene.tick

@@ -11,7 +11,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from app.contacts.centre_of_pressure import SensorUncertainty, propagate_uncertainty
+from app.contacts.centre_of_pressure import SensorUncertainty
 from app.contacts.detection import TOUCH_THRESHOLD, ContactDetector
 from app.contacts.pipeline import ReadingSettings
 from app.contacts.tracking import GAP
@@ -323,15 +323,6 @@ def test_a_contact_lies_as_near_as_its_error_bar_says(radius, force, at_most):
     assert len(missed) > 130
     ratio = np.sqrt(np.mean(np.square(said)) / np.mean(np.square(missed)))
     assert 0.9 <= ratio <= at_most
-
-
-def test_both_are_what_the_formula_says_for_two_equal_taxels():
-    """By hand: 1 N on each of two taxels of 1 cm², 2 cm apart."""
-    errors = SensorUncertainty(noise=100.0, gain=0.1, calibration=0.003)
-    place, force = propagate_uncertainty(errors, np.ones(2), np.full(2, 1e-4), np.full(2, 1e-4))
-    assert force == pytest.approx(np.sqrt(100**2 * 2e-8 + 0.01 * 2))
-    lines = (100 / 2) ** 2 * 2 * 1e-8 * 1e-4, 0.01 * 0.5 * 1e-4, 2 * 0.003**2 * 0.5, 0.5 * 1e-4 / 6
-    assert place == pytest.approx(np.sqrt(sum(lines)))
 
 
 @cache

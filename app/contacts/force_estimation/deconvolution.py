@@ -143,7 +143,7 @@ class Deconvolution:
         missed = blur.matrix @ pressures - own
         share = share_inside(blur, areas, own, pressures)
         force, bearing = float(areas @ own) / share, float(areas @ pressures)
-        variance = np.square(areas / share) @ (reading.noise**2 + np.square(reading.gain * own))
+        variance = np.square(areas / share) @ reading.variances_of(own)
         refused = rank.refusal or (EstimateRefusal.PULL if min(force, bearing) <= 0 else None)
         answer = ForceEstimate(
             force=force,

@@ -101,6 +101,7 @@ class ContactReading:
         pressures: (taxels,) of the whole skin [Pa].
         noise: Standard deviation of a reading [Pa]; 0 where readings are exact.
         gain: Standard deviation of the taxels' gains around 1.
+        variances: (k,) variances of the region's readings [Pa²], independent; None to take those of noise and gain.
         wrench: At the region's link, for methods that do not use the skin's readings; None without such a sensor.
     """
 
@@ -108,7 +109,12 @@ class ContactReading:
     pressures: FloatArray
     noise: float = 0.0
     gain: float = 0.0
+    variances: FloatArray | None = None
     wrench: Wrench | None = None
+
+    def variances_of(self, own: FloatArray) -> FloatArray:
+        """Variances (k,) of the region's readings ``own`` (k,) [Pa²]."""
+        return self.noise**2 + np.square(self.gain * own) if self.variances is None else self.variances
 
 
 class EstimateRefusal(Enum):
@@ -141,7 +147,7 @@ class ForceEstimate:
         noise: Standard deviation of a reading that was reckoned with [Pa].
         peak: Highest pressure of the distribution [Pa]; 0 without one.
         mean: Its mean pressure, where it presses [Pa].
-        force_error: Standard uncertainty of ``force`` [N], from the sensor alone.
+        force_error: Standard uncertainty of ``force`` [N]; an estimator states what the readings' variances make of it.
         place_error: The same of ``at``, radial [m]; 0 where the region's own place is taken over.
         refused: Why there is no distribution or no place; None where nothing was refused.
     """
@@ -238,7 +244,7 @@ class AreaSum:
         own, areas = reading.pressures.take(region.taxels), self._areas.take(region.taxels)
         forces = own * areas
         rank = numerical_rank(np.ones(len(own)), own, reading.noise, unknowns=len(own))
-        variance = reading.noise**2 * float(areas @ areas) + reading.gain**2 * float(forces @ forces)
+        variance = float(reading.variances_of(own) @ np.square(areas))
         return ForceEstimate(
             force=float(forces.sum()),
             at=region.at,

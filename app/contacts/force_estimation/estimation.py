@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from app.contacts.centre_of_pressure import SensorUncertainty, taxel_positions
+from app.contacts.error_budget import INDEPENDENT, reading_variances
 from app.contacts.force_estimation.deconvolution import Deconvolution, nonnegative_least_squares, tikhonov
 from app.contacts.force_estimation.estimate import (
     AreaSum,
@@ -133,6 +134,28 @@ class _Known(NamedTuple):
         return regions is self.regions and pressures is self.pressures and errors is self.errors
 
 
+def _parts(region: ContactRegion, estimate: ForceEstimate, *, skin: bool) -> dict[str, float]:
+    """Return the parts of an estimate's uncertainty [N].
+
+    What readings share is taken over from the sum over the region. An estimator's own error is at most about what it
+    differs from that sum, since both find the total.
+
+    Args:
+        region: Region with the sum over its taxels.
+        estimate: Estimate with the uncertainty that the readings' variances cause.
+        skin: Whether the estimate was made from the skin's readings.
+    """
+    if not skin:
+        return {"wrench": estimate.force_error}
+    own = {name: part for name, part in region.force_parts.items() if name in INDEPENDENT}
+    own = own or {"noise": estimate.force_error}
+    whole = math.hypot(*own.values())
+    share = estimate.force_error / whole if whole > 0 else 0.0
+    parts = {name: part * share for name, part in own.items()}
+    shared = {name: part for name, part in region.force_parts.items() if name not in own}
+    return parts | shared | {"estimator": abs(estimate.force - region.force)}
+
+
 class RegionForceEstimator:
     """Asks the estimator. Mutable: estimators are built when first wanted, and lumped contacts keep their names.
 
@@ -247,10 +270,13 @@ class RegionForceEstimator:
         if not math.isfinite(float(pressures.sum())):  # what reads no number counts as unpressed, as to the reader
             pressures = np.where(np.isfinite(pressures), pressures, 0.0)
         areas = self._map.skin.areas
-        asked = [
-            ContactReading(region, pressures, errors.noise_of(region.taxels, areas.take(region.taxels)), errors.gain)
-            for region in regions
-        ]
+        asked = []
+        for region in regions:
+            taxels = region.taxels
+            noise = errors.noise_of(taxels, areas.take(taxels))
+            variances = reading_variances(errors, pressures.take(taxels), taxels)
+            whole = np.add.reduce([np.zeros(len(taxels)), *variances.values()])
+            asked.append(ContactReading(region, pressures, noise, errors.gain, np.asarray(whole, dtype=np.float64)))
         if self._name == "lumped":
             asked = [
                 replace(r, wrench=self._felt(wrenches, r.region.link))
@@ -262,14 +288,21 @@ class RegionForceEstimator:
             estimate = estimator.estimate(reading)
             if estimate.refused is None and estimate.force <= 0:
                 estimate = replace(estimate, refused=EstimateRefusal.PULL)
-            found.append((self._as_estimated(reading.region, estimate), estimate))
+            if estimate.refused is None:
+                parts: Mapping[str, float] = _parts(reading.region, estimate, skin=reading.wrench is None)
+                estimate = replace(estimate, force_error=math.hypot(*parts.values()))
+            else:
+                parts = reading.region.force_parts
+            found.append((self._as_estimated(reading.region, estimate, parts), estimate))
         found.sort(key=lambda pair: (-pair[0].force, pair[0].id))
         return tuple(region for region, _ in found), {region.id: estimate for region, estimate in found}
 
-    def _as_estimated(self, region: ContactRegion, estimate: ForceEstimate) -> ContactRegion:
+    def _as_estimated(
+        self, region: ContactRegion, estimate: ForceEstimate, parts: Mapping[str, float]
+    ) -> ContactRegion:
         if estimate.refused is not None:
             return region
-        region = replace(region, force=estimate.force, force_error=estimate.force_error)
+        region = replace(region, force=estimate.force, force_error=estimate.force_error, force_parts=parts)
         at = estimate.at
         if at is None or at == region.at:
             return region

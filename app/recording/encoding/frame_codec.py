@@ -23,7 +23,7 @@ from app.contacts.regions import ContactRegion
 from app.control.command import JointCommand, TaskReport
 from app.control.limits import Limit
 from app.core.arrays import FloatArray, IntArray
-from app.core.codec import LATER, dump_json, json_schema, load_json
+from app.core.codec import LATER, AnyFloat, dump_json, json_schema, load_json
 from app.core.errors import RecordingError
 from app.core.reading_units import ReadingUnits
 from app.core.timing import Timings
@@ -128,6 +128,7 @@ class FrameText:
         estimates: The same.
         measured: Its facts but the values, which are among the arrays; None where the skin is simulated.
         touched: Number of touched taxels by region; recordings of earlier versions do not store it.
+        parts: Parts of the force's uncertainty [N] by region and name; only of regions that have any.
     """
 
     why_limited: tuple[Limit, ...]
@@ -138,6 +139,7 @@ class FrameText:
     estimates: Mapping[int, ForceEstimate]
     measured: MeasuredText | None
     touched: Mapping[int, int] = field(default_factory=dict, metadata=LATER)
+    parts: Mapping[int, Mapping[str, AnyFloat]] = field(default_factory=dict, metadata=LATER)
 
 
 def _columns(record: np.dtype[Any]) -> list[str]:
@@ -183,6 +185,7 @@ def encode_frame(frame: Frame) -> bytes:
         frame.estimates,
         _measured_text(frame.measured),
         {region.id: region.touched for region in regions if region.touched is not None},
+        {region.id: region.force_parts for region in regions if region.force_parts},
     )
     raw = _NO_RAW if frame.measured is None else frame.measured.raw
     words = dump_json(text)
@@ -432,6 +435,7 @@ class _FrameReader:
                 link=self._skin.link(at),
                 merged=text.merged.get(values["id"], ()),
                 touched=text.touched.get(values["id"]),
+                force_parts=text.parts.get(values["id"], {}),
             )
             for values, at, taxels in zip(_fields(rows), places, groups, strict=True)
         )

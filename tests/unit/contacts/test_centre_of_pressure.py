@@ -12,7 +12,6 @@ from app.contacts.centre_of_pressure import (
     ContactLocation,
     SensorUncertainty,
     principal_axes,
-    propagate_uncertainty,
     taxel_positions,
 )
 from app.core.errors import MapError
@@ -41,17 +40,11 @@ def test_gains_are_known():
     assert SensorUncertainty.of_sensor(SensorEffects(gain_spread=GainSpread(0.2))).gain == 0.2
 
 
-@pytest.mark.parametrize("name", ["noise", "gain", "calibration"])
+@pytest.mark.parametrize("name", ["noise", "gain", "calibration", "lag", "elapsed"])
 @pytest.mark.parametrize("value", [-1.0, float("nan"), float("inf")])
 def test_what_is_no_deviation_is_refused(name, value):
     with pytest.raises(MapError, match=name):
         SensorUncertainty(**{name: value})
-
-
-def test_exact_readings_give_an_exact_force_and_a_taxel_wide_place():
-    place, force = propagate_uncertainty(SensorUncertainty(), np.array([3.0]), np.array([6e-4]), np.zeros(1))
-    assert force == 0
-    assert place == pytest.approx(np.sqrt(6e-4 / 6))
 
 
 MAP = arm().map

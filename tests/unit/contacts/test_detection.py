@@ -14,6 +14,7 @@ from app.core.errors import MapError
 from app.maps.layout import MapLayout
 from app.tactile.loads import sphere_load
 from app.tactile.models.water_fill import WaterFillModel
+from app.tactile.sensor_effects import OffsetDrift, Sampling, SensorEffects
 from tests.support.touch import arm, prepared_bar
 
 BAR = prepared_bar()
@@ -150,7 +151,39 @@ def test_axes_mean_pressure_and_error_bars_are_told():
     lengths = np.linalg.norm(region.map_axes, axis=1)
     assert lengths == pytest.approx(np.linalg.norm(region.link_axes, axis=1), rel=1e-6), "flat skin is mapped truly"
     assert region.place_error > ContactDetector(MAP).read(around((0.2, 0, 0.02), radius=0.06))[0].place_error > 0
-    assert region.force_error == pytest.approx(100.0 * np.linalg.norm(SKIN.areas[region.taxels]))
+    assert region.force_parts["noise"] == pytest.approx(100.0 * np.linalg.norm(SKIN.areas[region.taxels]))
+
+
+def test_uncertainty_grows_with_the_time_that_offsets_have_drifted():
+    drift = SensorUncertainty.of_sensor(SensorEffects(offset_drift=OffsetDrift(0.0, 10.0)))
+    detector, pressures = ContactDetector(MAP, errors=drift), around((0.2, 0, 0.02))
+
+    def drifted(time: float) -> float:
+        (region,) = detector.read(pressures, time=time)
+        return region.force_parts["offset_drift"] / np.linalg.norm(SKIN.areas[region.taxels])
+
+    assert [drifted(time) for time in (5.0, 9.0, 30.0)] == pytest.approx([0.0, 20.0, 50.0]), "since the first reading"
+    detector.errors = replace(drift, noise=50.0)
+    assert drifted(41.0) == pytest.approx(60.0), "the same offsets drift on"
+    assert detector.errors_now.elapsed == 36.0
+    detector.errors = SensorUncertainty.of_sensor(SensorEffects(offset_drift=OffsetDrift(3.0, 10.0)))
+    assert drifted(50.0) == pytest.approx(3.0), "other offsets"
+    detector.reset()
+    assert drifted(60.0) == pytest.approx(3.0)
+
+
+def test_force_that_changes_is_as_uncertain_as_the_sample_is_old():
+    errors = SensorUncertainty.of_sensor(SensorEffects(sampling=Sampling(10.0, 0.1)))
+    detector, exact, pressures = ContactDetector(MAP, errors=errors), ContactDetector(MAP), around((0.2, 0, 0.02))
+    for step in range(30):
+        sample = readonly((1 + 0.01 * step) * pressures)
+        for tick in range(4):  # it is held for some ticks
+            (region,) = detector.read(sample, time=0.1 * step + 0.025 * tick)
+    (still,) = exact.read(pressures)
+    assert region.force_parts["sampling"] == pytest.approx(0.1 * still.force * errors.lag, rel=1e-6)
+    detector.read(0 * pressures, time=3.0)
+    (again,) = detector.read(pressures, time=3.1)
+    assert again.force_parts["sampling"] == pytest.approx(still.force), "it began since the last sample"
 
 
 def test_a_long_touch_lies_along_its_axis():

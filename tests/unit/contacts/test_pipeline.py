@@ -121,7 +121,7 @@ def test_each_taxel_has_a_threshold_above_its_own_measured_noise():
     pressures[noisy] = pressures[other] = 2500.0
     (region,) = sense.read(1, 0.01, HOME, pressures)
     assert (region.touched, region.area) == (1, BAR.skin.areas[other])
-    assert region.force_error == pytest.approx(np.linalg.norm((sd * BAR.skin.areas)[region.taxels]))
+    assert region.force_parts["noise"] == pytest.approx(np.linalg.norm((sd * BAR.skin.areas)[region.taxels]))
     assert region.place_error > 0
     sense.settings = ReadingSettings(threshold=2000.0)
     assert sense.read(2, 0.02, HOME, pressures)[0].touched == 2

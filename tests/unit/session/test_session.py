@@ -81,6 +81,15 @@ def test_a_poke_is_felt_placed_and_released():
     assert frame.regions == frame.pokes == ()
 
 
+@pytest.mark.parametrize("averaging", [False, True])
+def test_mean_readings_are_older_than_readings_of_an_instant(averaging):
+    session = Session(BAR, effects=replace(BAR.scene.effects, time_averaging=averaging), scripted=False)
+    session.submit(PokePressed(1, AT))
+    while not (frame := session.tick()).regions:
+        pass
+    assert frame.regions[0].force_parts.get("sampling", 0.0) == pytest.approx(averaging * frame.regions[0].force)
+
+
 def test_the_scripted_hand_plays_until_a_person_presses():
     session = Session(BAR)
     for _ in range(40):

@@ -21,7 +21,7 @@ from app.contacts.pipeline import THRESHOLDS as LIMITS
 from app.contacts.pipeline import ReadingSettings
 from app.contacts.regions import ContactRegion
 from app.core.reading_units import ReadingUnits
-from app.scene.effects import Effects
+from app.scene.effects import EFFECTS, Effects
 from app.session.frame import Frame
 from app.session.prepare import PreparedScene
 from widgets.common.panel import FlatComboBox, Panel, value_label
@@ -257,7 +257,8 @@ _ESTIMATE_TIP = (
 )
 _FACTS_TIP = (
     "Of the selected contact, or else the strongest: force and place with their standard uncertainties\n"
-    "(the sensor's noise, gains and the taxels' spacing), mean pressure, and the size of the ellipse it covers."
+    "(effects of the sensor and the taxels' spacing), mean pressure, and the size of the ellipse it covers.\n"
+    "A saturated taxel gives a lower bound of the force only."
 )
 _FACT_LINES = 3
 """As many as a region's facts may take; the rows below never jump."""
@@ -336,13 +337,28 @@ def region_summary(region: ContactRegion, among: Sequence[ContactRegion], units:
     long, short = 2e3 * np.linalg.norm(region.link_axes, axis=1)
     size = f"{long:.0f} × {short:.0f}\u202fmm" if long > 0 else "shape not resolved"
     error = units.force_words(region.force_error, 2)
-    force = "Force unknown" if error is None else f"{region.force:.2f} ± {error}"
+    bound = "At least " if region.force_parts.get("saturation") else ""
+    force = "Force unknown" if error is None else f"{bound}{region.force:.2f} ± {error}"
     lines = [
         f"{force}, centre ± {1e3 * region.place_error:.1f}\u202fmm",
         f"Mean {units.reading(region.mean)}, {size}",
     ]
     lines += [f"Touches {other.link.replace('_', ' ')}" for other in among if other.id == region.partner]
     return "\n".join(lines)
+
+
+_PARTS = {"ring": "force outside the ring", "estimator": "force estimator", "wrench": "force-torque sensor"}
+_SHOWN_PARTS = 4
+
+
+def uncertainty_text(region: ContactRegion, units: ReadingUnits) -> str:
+    """Like "Uncertainty mostly from hysteresis: hysteresis 0.35 N, noise 0.10 N", or "" where no part is known."""
+    parts = sorted(region.force_parts.items(), key=lambda part: -part[1])
+    if units.force is None or not parts or not parts[0][1] > 0:
+        return ""
+    titles = {name: EFFECTS[name].title.lower() if name in EFFECTS else _PARTS.get(name, name) for name, _ in parts}
+    listed = [f"{titles[name]} {units.force_words(part, 2)}" for name, part in parts[:_SHOWN_PARTS] if part > 0]
+    return f"Uncertainty of the force mostly from {titles[parts[0][0]]}:\n{', '.join(listed)}"
 
 
 class ContactsPanel(Panel):
@@ -499,6 +515,8 @@ class ContactsPanel(Panel):
                 region, selected=region is not None and region.id == self._selected, units=self._units, estimate=known
             )
         self._facts.setText(region_summary(first[0], self._regions, self._units) if first else "")
+        parts = uncertainty_text(first[0], self._units) if first else ""
+        self._facts.setToolTip(f"{parts}\n\n{_FACTS_TIP}" if parts else _FACTS_TIP)
         told = self._estimates.get(first[0].id) if first else None
         self._told.setEnabled(told is not None and told.refused is None)
         self._told.setText(estimate_text(told, self._units) if told is not None else "")

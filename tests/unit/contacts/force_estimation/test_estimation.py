@@ -18,6 +18,7 @@ from app.tactile.elastic_layer import ElasticLayer
 from app.tactile.loads import Load, sphere_load
 from app.tactile.models.half_space import HalfSpaceModel
 from app.tactile.models.water_fill import WaterFillModel
+from app.tactile.sensor_effects import GainSpread, Hysteresis, Noise, SensorEffects
 from tests.support.touch import bar_map, bar_skin
 from tests.unit.contacts.force_estimation.readings_by_hand import PLACE, SKIN, UP, reading
 
@@ -84,6 +85,30 @@ def test_a_region_carries_the_estimated_force_and_its_error(name):
     assert told.forces.sum() == pytest.approx(told.force)
     assert told.peak > before.peak, "the blur is undone"
     assert 0 < told.mean < told.peak
+
+
+@pytest.mark.parametrize("name", ["local-nnls", "tikhonov"])
+def test_uncertainty_of_an_estimate_has_the_parts_of_the_sensor_and_its_own(name):
+    sensor = SensorEffects(noise=Noise(300.0), gain_spread=GainSpread(0.05), hysteresis=Hysteresis())
+    pressures, errors = felt(ball(0.2), below=True), SensorUncertainty.of_sensor(sensor)
+    regions = ContactDetector(MAP, errors=errors).read(pressures)
+    (got,), estimates = RegionForceEstimator(MAP, estimator=name, depth=DEPTH).read(regions, pressures, errors)
+    parts, before = got.force_parts, regions[0].force_parts
+    assert parts["hysteresis"] == before["hysteresis"] > 0
+    assert parts["estimator"] == pytest.approx(abs(got.force - regions[0].force))
+    assert parts["noise"] / parts["gain_spread"] == pytest.approx(before["noise"] / before["gain_spread"])
+    assert parts["noise"] > before["noise"], "undoing the blur amplifies noise"
+    assert got.force_error == pytest.approx(np.sqrt(sum(part**2 for part in parts.values())))
+    assert got.force_error == estimates[got.id].force_error
+
+
+def test_force_torque_sensor_has_none_of_the_parts_of_the_skin():
+    errors = SensorUncertainty.of_sensor(SensorEffects(hysteresis=Hysteresis()))
+    pressures, load = felt(ball(0.2)), ball(0.2)
+    regions = ContactDetector(MAP, errors=errors).read(pressures)
+    estimator = RegionForceEstimator(MAP, estimator="lumped", wrench_noise=0.2)
+    (got,), _ = estimator.read(regions, pressures, errors, wrench_of(load))
+    assert (got.force_error, got.force_parts) == (0.2, {"wrench": 0.2})
 
 
 def test_what_a_slow_skin_holds_is_estimated_once():

@@ -19,7 +19,13 @@ from app.tactile.poke import PokePressed
 from app.tactile.sensor_effects import Noise, SensorEffects
 from tests.widgets.support.samples import touched
 from widgets.panels.touch.contacts_panel import ESTIMATORS as WORDS
-from widgets.panels.touch.contacts_panel import SHEAR_TIP, ContactsPanel, EstimationControls, estimate_text
+from widgets.panels.touch.contacts_panel import (
+    SHEAR_TIP,
+    ContactsPanel,
+    EstimationControls,
+    estimate_text,
+    uncertainty_text,
+)
 
 TOLD = ForceEstimate(
     2.0, None, np.arange(14), np.full(14, 1 / 7), 4.12, 12, 14, 110.0, 100.0, peak=41_000.0, mean=12_300.0
@@ -166,6 +172,29 @@ def test_the_panel_tells_how_well_and_greys_what_is_refused(panel, prepared):
     QApplication.processEvents()
     assert told.height() == height, "what lies below does not jump"
     assert told.text() == ""
+
+
+def test_largest_part_of_the_uncertainty_is_named(panel, prepared):
+    frame, facts = touched(prepared.map, (30,)), panel.findChild(QLabel, "contacts-facts")
+    parts = {"noise": 0.1, "hysteresis": 0.35, "ring": 0.2, "gain_spread": 0.0}
+    region = replace(frame.regions[0], force_error=0.42, force_parts=parts)
+    panel.show_frame(replace(frame, regions=(region,)))
+    assert facts.text().startswith(f"{region.force:.2f} ± 0.42")
+    assert facts.toolTip().startswith(
+        "Uncertainty of the force mostly from hysteresis:\n"
+        "hysteresis 0.35\u202fN, force outside the ring 0.20\u202fN, noise 0.10\u202fN\n\nOf the selected contact"
+    )
+    panel.show_frame(frame)
+    assert facts.toolTip().startswith("Of the selected contact"), "recordings may not store the parts"
+    assert uncertainty_text(region, ReadingUnits.COUNTS) == ""
+
+
+def test_force_of_a_saturated_contact_is_a_lower_bound(panel, prepared):
+    frame, facts = touched(prepared.map, (30,)), panel.findChild(QLabel, "contacts-facts")
+    for lost, first in ((0.0, f"{frame.regions[0].force:.2f} ±"), (0.5, f"At least {frame.regions[0].force:.2f} ±")):
+        region = replace(frame.regions[0], force_error=lost, force_parts={"saturation": lost})
+        panel.show_frame(replace(frame, regions=(region,)))
+        assert facts.text().startswith(first)
 
 
 def test_what_cannot_be_observed_is_said_quietly(panel):

@@ -1,0 +1,248 @@
+"""Share of random touches whose true force and place are within the stated uncertainties.
+
+A ball of 4 to 20 mm presses a random place of a skin with 0.5 to 10 N (both log-uniform). Its load begins at an unknown
+time up to three time constants of the creep before it is read, or swings by half of itself at 0.2 to 2 Hz while a slow
+skin is read. Every touch has a sensor of its own: gains, offsets and dead taxels are drawn again.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cache
+from types import MappingProxyType
+
+import numpy as np
+
+from app.contacts.pipeline import ContactPipeline, ReadingSettings
+from app.contacts.regions import ContactRegion
+from app.core.arrays import FloatArray
+from app.geometry.mesh import SurfacePoint
+from app.maps.build import build_map
+from app.maps.tactile_map import TactileMap
+from app.robots.library import load_robot
+from app.robots.robot import Robot
+from app.skin.cover import CoverSpec, cover_robot
+from app.skin.skin import Skin
+from app.tactile.elastic_layer import ElasticLayer
+from app.tactile.loads import Load, sphere_load
+from app.tactile.models.contact_model import CONTACT_MODELS, ContactModel
+from app.tactile.receptive_field import cell_field, disc_field, quadrature_points
+from app.tactile.sensor_chain import SensorChain
+from app.tactile.sensor_effects import (
+    AreaAveraging,
+    Crosstalk,
+    DeadTaxels,
+    GainSpread,
+    Hysteresis,
+    Noise,
+    OffsetDrift,
+    Quantisation,
+    Sampling,
+    Saturation,
+    SensorEffects,
+    Threshold,
+)
+from tests.support.touch import bar, bar_map
+
+TICK = 0.005
+LAYER = ElasticLayer()
+EFFECTS = MappingProxyType(
+    {
+        "none": SensorEffects(),
+        "area averaging": SensorEffects(area_averaging=AreaAveraging()),
+        "crosstalk": SensorEffects(crosstalk=Crosstalk()),
+        "hysteresis": SensorEffects(hysteresis=Hysteresis()),
+        "gain spread": SensorEffects(gain_spread=GainSpread()),
+        "offset drift": SensorEffects(offset_drift=OffsetDrift()),
+        "noise": SensorEffects(noise=Noise()),
+        "saturation": SensorEffects(saturation=Saturation(10e3)),
+        "threshold": SensorEffects(threshold=Threshold()),
+        "quantisation": SensorEffects(quantisation=Quantisation()),
+        "dead taxels": SensorEffects(dead_taxels=DeadTaxels()),
+        "sampling": SensorEffects(sampling=Sampling()),
+        "all": SensorEffects(
+            AreaAveraging(), Crosstalk(), Hysteresis(), GainSpread(), OffsetDrift(), Noise(), Saturation(),
+            Threshold(), Quantisation(), DeadTaxels(), Sampling(),
+        ),
+    }
+)  # fmt: skip
+MODELS = ("point", "water-fill", "punch", "half-space", "foundation", "depth")
+
+
+@dataclass(frozen=True)
+class Coverage:
+    """Outcome of many touches.
+
+    Attributes:
+        found: Number of touches that were found.
+        force: (2,) share of true forces within one and two standard uncertainties.
+        place: (2,) the same of places, whose uncertainty is radial.
+        exact: Whether forces are exact to rounding.
+        ratio: Root mean square of the stated over that of the actual errors, of force and of place.
+    """
+
+    found: int
+    force: tuple[float, float]
+    place: tuple[float, float]
+    exact: bool
+    ratio: tuple[float, float]
+
+
+@cache
+def skin_of(name: str) -> tuple[Robot, TactileMap]:
+    """A robot and its map: ``arm-1000`` or ``bar-400``."""
+    kind, taxels = name.split("-")
+    if kind == "bar":
+        return bar(), bar_map(int(taxels))
+    robot = load_robot(kind)
+    links = ("upper_arm", "forearm", "hand") if kind == "arm" else ()
+    return robot, build_map(cover_robot(robot, CoverSpec(links, taxels=int(taxels))))
+
+
+class _SpringBed:
+    """The ``foundation`` and ``depth`` models of a ball at rest, without physics."""
+
+    def __init__(self, skin: Skin, sensor: SensorEffects, *, depth: bool) -> None:
+        self._skin, self._depth = skin, depth
+        self._points = quadrature_points(skin)
+        averaging = sensor.area_averaging
+        self._field = cell_field(skin) if averaging is None else disc_field(skin, averaging.radius)
+        self._links = np.array([patch.link for patch in skin.patches])[skin.patch_of]
+        self._positions = np.concatenate([patch.taxels.positions for patch in skin.patches])
+        self.notes = ()
+
+    def pressures(self, loads: list[Load]) -> FloatArray:
+        (load,) = loads
+        if self._depth:
+            inside = np.maximum(-load.distances(self._positions), 0.0) * (self._links == load.link)
+            return LAYER.foundation * inside
+        points, radius = self._points, load.shape.reach
+        mine = np.flatnonzero(self._links[points.taxel] == load.link)
+        places, normals, areas = points.positions[mine], points.normals[mine], points.areas[mine]
+        low, high = 0.0, radius
+        for _ in range(40):
+            depth = 0.5 * (low + high)
+            middle = load.point + (radius - depth) * load.normal
+            offset = middle - places
+            away = np.linalg.norm(offset, axis=1)
+            forces = LAYER.foundation * np.maximum(radius - away, 0.0) * areas
+            push = float(np.linalg.norm((forces / away) @ offset))
+            low, high = (depth, high) if push < load.force else (low, depth)
+        felt = np.maximum(np.einsum("ij,ij->i", offset, normals) / away * forces, 0.0)
+        pressed = np.flatnonzero(felt)
+        pressures = np.zeros(len(self._skin))
+        self._field.add(pressures, mine[pressed], felt[pressed])
+        return pressures
+
+
+@cache
+def _model(skin_name: str, model: str, averaging: bool) -> ContactModel:
+    _, map_ = skin_of(skin_name)
+    sensor = EFFECTS["area averaging" if averaging else "none"]
+    if model in ("foundation", "depth"):
+        return _SpringBed(map_.skin, sensor, depth=model == "depth")
+    return CONTACT_MODELS[model].build(map_.skin, LAYER, sensor)
+
+
+@cache
+def _touches(skin_name: str, model: str, averaging: bool, count: int) -> list[tuple[Load, FloatArray]]:
+    random, skin = np.random.default_rng(7), skin_of(skin_name)[1].skin
+    felt = _model(skin_name, model, averaging)
+    areas = [patch.surface.face_areas for patch in skin.patches]
+    owner = np.repeat(np.arange(len(areas)), [len(one) for one in areas])
+    face = np.concatenate([np.arange(len(one)) for one in areas])
+    whole = np.concatenate(areas)
+    chosen = random.choice(len(whole), count, p=whole / whole.sum())
+    touches = []
+    for number in chosen:
+        weights = random.dirichlet((1.0, 1.0, 1.0))
+        at = SurfacePoint(int(owner[number]), int(face[number]), tuple(weights.tolist()))
+        force, radius = math.exp(random.uniform(*np.log((0.5, 10.0)))), math.exp(random.uniform(*np.log((4e-3, 0.02))))
+        load = sphere_load(
+            skin.link(at), skin.position(at), skin.normal(at), force, radius, depth=force / LAYER.stiffness
+        )
+        touches.append((load, felt.pressures([load])))
+    return touches
+
+
+def _seen(
+    pipeline: ContactPipeline, chain: SensorChain, felt: FloatArray, random: np.random.Generator, load: Load,
+    step: float,
+) -> tuple[tuple[ContactRegion, ...], float]:  # fmt: skip
+    """The contacts at the end of a touch, and the force [N] that presses then."""
+    sensor = chain.effects
+    wrench = {load.link: np.concatenate([-load.force * load.normal, np.cross(load.point, -load.force * load.normal)])}
+    seconds, last = 0.0, 1
+    if sensor.hysteresis is not None or sensor.offset_drift is not None:
+        seconds = random.uniform(0, 3.0)
+    rate, phase, swing = 0.0, 0.0, 0.0
+    if sensor.sampling is not None:
+        last, swing = 40, 0.5
+        rate, phase = random.uniform(0.2, 2.0), random.uniform(0, 2 * math.pi)
+        seconds += 0.2 + random.uniform(0, 0.04)
+    ticks = math.floor(seconds / step) + 1
+    regions: tuple[ContactRegion, ...] = ()
+    now = 1.0
+    for tick in range(ticks):
+        now = 1 + swing * math.sin(2 * math.pi * rate * step * tick + phase)
+        pressures = chain.read(felt * now)
+        if tick >= ticks - last:
+            wrenches = {link: now * w for link, w in wrench.items()}
+            regions = pipeline.read(tick, tick * step, np.zeros(0), pressures, wrenches=wrenches)
+    return regions, now * load.force
+
+
+def touch_errors(
+    skin_name: str,
+    model: str = "water-fill",
+    effect: str = "none",
+    estimator: str = "area-sum",
+    *,
+    count: int = 300,
+    wrench_noise: float = 0.1,
+) -> FloatArray:
+    """Press ``count`` times; return (found, 5) error of the force and its uncertainty, of the place, and the force."""
+    robot, map_ = skin_of(skin_name)
+    sensor = EFFECTS[effect]
+    random = np.random.default_rng(11)
+    settings = ReadingSettings(estimator, wrench_noise=wrench_noise if estimator == "lumped" else 0.0)
+    rows = []
+    for seed, (load, felt) in enumerate(_touches(skin_name, model, sensor.area_averaging is not None, count)):
+        tick = TICK if sensor.sampling else 10 * TICK
+        chain = SensorChain(map_.skin, sensor, tick=tick, seed=seed)
+        if not seed or estimator == "lumped":  # a reset repeats the noise of the force-torque sensor
+            pipeline = ContactPipeline(robot, map_, sensor, settings=settings, depth=LAYER.depth, seed=seed)
+        pipeline.reset()
+        regions, force = _seen(pipeline, chain, felt, random, load, tick)
+        regions = tuple(region for region in regions if region.link == load.link)
+        if not regions:
+            continue
+        region = regions[0]
+        away = float(np.linalg.norm(region.link_position - load.point))
+        rows.append((region.force - force, region.force_error, away, region.place_error, force))
+    return np.array(rows).reshape(-1, 5)
+
+
+def coverage(
+    skin_name: str,
+    model: str = "water-fill",
+    effect: str = "none",
+    estimator: str = "area-sum",
+    *,
+    count: int = 300,
+) -> Coverage:
+    """Compare true and stated errors of ``count`` touches; see the module."""
+    table = touch_errors(skin_name, model, effect, estimator, count=count)
+    off, said, away, place = np.abs(table[:, 0]), table[:, 1], table[:, 2], table[:, 3]
+    slack = 1e-9 * table[:, 4]
+    return Coverage(
+        len(table),
+        tuple(float((off <= k * said + slack).mean()) for k in (1, 2)),
+        tuple(float((away <= k * place + 1e-9).mean()) for k in (1, 2)),
+        bool((off <= slack).all()),
+        (
+            float(np.sqrt(np.mean(said**2)) / max(np.sqrt(np.mean(off**2)), 1e-12)),
+            float(np.sqrt(np.mean(place**2)) / max(np.sqrt(np.mean(away**2)), 1e-12)),
+        ),
+    )

@@ -1,0 +1,176 @@
+"""Parts of the uncertainty of force and place, against sums by hand."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from app.contacts.centre_of_pressure import SensorUncertainty
+from app.contacts.error_budget import INDEPENDENT, Motion, Readings, propagate_uncertainty, reading_variances
+from app.contacts.taxel_noise import TaxelNoise
+from app.tactile.sensor_effects import (
+    AreaAveraging,
+    Crosstalk,
+    DeadTaxels,
+    GainSpread,
+    Hysteresis,
+    Noise,
+    OffsetDrift,
+    Quantisation,
+    Sampling,
+    Saturation,
+    SensorEffects,
+    Threshold,
+)
+
+AREA = 1e-4
+ONE = Readings(np.array([1.0, 0.0, 0.0]), np.full(3, AREA), np.arange(3), np.array([0]))
+"""1 N on one taxel of 1 cm², with a ring of two that read nothing."""
+TWO = Readings(np.ones(2), np.full(2, AREA), np.arange(2), np.arange(2))
+"""1 N on each of two taxels."""
+
+
+def parts(readings: Readings = ONE, elapsed: float = 0.0, **effects) -> dict[str, float]:
+    errors = replace(SensorUncertainty.of_sensor(SensorEffects(**effects)), elapsed=elapsed)
+    return dict(propagate_uncertainty(errors, readings, np.zeros(len(readings.forces))).parts)
+
+
+def test_force_of_a_perfect_sensor_is_exact_and_its_place_within_a_taxel():
+    found = propagate_uncertainty(SensorUncertainty(), ONE, np.zeros(3))
+    assert (found.force, found.parts) == (0.0, {})
+    assert found.place == pytest.approx(math.sqrt(AREA / 6), rel=0.06), "a lump anywhere in a square"
+
+
+def test_two_equal_taxels_are_as_uncertain_as_by_hand():
+    """1 N on each of two taxels, each 1 cm from the centre."""
+    errors = SensorUncertainty(noise=100.0, gain=0.1, calibration=0.003)
+    found = propagate_uncertainty(errors, TWO, np.full(2, 1e-4))
+    assert found.force == pytest.approx(math.sqrt(100**2 * 2 * AREA**2 + 0.01 * 2))
+    inner = AREA / 6 * (0.7 * math.exp(-1.5) + 0.15 / 8 + 0.045 / 2)
+    lines = (100 / 2) ** 2 * 2 * AREA**2 * 1e-4, 0.01 * 0.5 * 1e-4, 2 * 0.003**2 * 0.5, inner
+    assert found.place == pytest.approx(math.sqrt(sum(lines)))
+
+
+def test_force_error_is_the_root_of_the_squared_parts():
+    errors = SensorUncertainty.of_sensor(
+        SensorEffects(noise=Noise(), gain_spread=GainSpread(), hysteresis=Hysteresis())
+    )
+    found = propagate_uncertainty(errors, TWO, np.zeros(2))
+    assert list(found.parts) == ["noise", "gain_spread", "hysteresis"]
+    assert found.force == pytest.approx(math.sqrt(sum(part**2 for part in found.parts.values())))
+
+
+@pytest.mark.parametrize(("effects", "expected"), [
+    ({"noise": Noise(300.0)}, {"noise": 300 * AREA * math.sqrt(3)}),
+    ({"offset_drift": OffsetDrift(30.0, 20.0)}, {"offset_drift": 50 * AREA * math.sqrt(3)}),
+    ({"gain_spread": GainSpread(0.2)}, {"gain_spread": 0.2}),
+    ({"quantisation": Quantisation(120.0)}, {"quantisation": 120 / math.sqrt(12) * AREA}),
+    ({"hysteresis": Hysteresis(0.3)}, {"hysteresis": 0.3 * math.sqrt(1 / 6 + 2 / 9 * 0.3 + 0.09 / 4)}),
+    ({"area_averaging": AreaAveraging(0.001)}, {"area_averaging": 1 - math.pi * 1e-2}),
+    ({"dead_taxels": DeadTaxels(0.1)}, {"dead_taxels": math.sqrt(0.1 + 0.01)}),
+    ({"dead_taxels": DeadTaxels(0.0, 0.04, 1e4)}, {"dead_taxels": 0.2 * math.sqrt(1 + 3)}),
+    ({"saturation": Saturation(1e4)}, {"saturation": math.sqrt(2) * AREA * 1e4}),
+    ({"saturation": Saturation(2e4)}, {"saturation": 0.0}),
+])  # fmt: skip
+def test_each_effect_has_its_part(effects, expected):
+    assert parts(elapsed=4.0, **effects) == pytest.approx(expected)
+
+
+def test_threshold_loses_the_rim_but_no_more_than_the_dark_taxels():
+    lost = 2 * math.pi * math.pi**-0.75 * math.sqrt(100 / 1e4)
+    assert parts(threshold=Threshold(100.0))["threshold"] == pytest.approx(
+        100 * AREA * math.sqrt(lost**2 / 9 + lost / 5)
+    )
+    assert parts(threshold=Threshold(9e3))["threshold"] == pytest.approx(9e3 * AREA * math.sqrt(4 / 9 + 2 / 5))
+    assert parts(TWO, threshold=Threshold(100.0))["threshold"] == 0, "no dark taxel, nothing lost"
+
+
+def test_what_a_threshold_darkens_has_no_noise():
+    with_noise = {"noise": Noise(300.0), "offset_drift": OffsetDrift(50.0, 0.0)}
+    found = parts(threshold=Threshold(2000.0), **with_noise)
+    assert found["noise"] == pytest.approx(300 * AREA), "of the one that reads"
+    assert found["offset_drift"] == pytest.approx(50 * AREA)
+
+
+def test_converter_is_uncertain_where_nothing_presses_only_if_noise_reaches_it():
+    alone = parts(quantisation=Quantisation(120.0))["quantisation"]
+    assert parts(quantisation=Quantisation(120.0), noise=Noise(100.0))["quantisation"] == pytest.approx(
+        alone * math.sqrt(3)
+    )
+
+
+def test_force_in_the_ring_leaks_and_hints_at_force_beyond():
+    readings = Readings(np.array([0.9, 0.1]), np.full(2, AREA), np.arange(2), np.array([0]))
+    assert parts(readings) == pytest.approx({"ring": 0.01})
+    own = 0.1 - 0.05 * 0.9
+    assert parts(readings, crosstalk=Crosstalk(0.05)) == pytest.approx({"crosstalk": 0.025 * own, "ring": own**2})
+
+
+def test_wide_contact_is_placed_and_sampled_better_than_a_lump():
+    """Nine equal taxels: their error of place falls faster than the third of independent lumps."""
+    nine = Readings(np.ones(9), np.full(9, AREA), np.arange(9), np.arange(9))
+    place = [propagate_uncertainty(SensorUncertainty(), one, np.zeros(len(one.forces))).place for one in (ONE, nine)]
+    assert place[1] < place[0] / 6
+    pads = {"area_averaging": AreaAveraging(0.002)}
+    assert parts(nine, **pads)["area_averaging"] == pytest.approx(9 * 0.45 * 9**-1.2)
+
+
+def test_crosstalk_does_not_make_a_lump_look_wide():
+    lump = Readings(np.array([0.8, *[0.2 / 6] * 6]), np.full(7, AREA), np.arange(7), np.array([0]))
+    places = [
+        propagate_uncertainty(SensorUncertainty.of_sensor(effects), lump, np.zeros(7)).place
+        for effects in (SensorEffects(), SensorEffects(crosstalk=Crosstalk(0.2)))
+    ]
+    assert places[1] > 1.2 * places[0]
+
+
+def test_measured_noise_counts_by_taxel():
+    noise = TaxelNoise(np.array([100.0, 0.0, 300.0]), np.full(3, 1e9))
+    found = propagate_uncertainty(SensorUncertainty.measured(noise), ONE, np.array([0.0, 0.0, 1e-4]))
+    assert found.parts == pytest.approx({"noise": AREA * math.hypot(100, 300)})
+
+
+def test_variances_are_those_of_the_independent_parts():
+    effects = SensorEffects(noise=Noise(3.0), quantisation=Quantisation(12.0), gain_spread=GainSpread(0.1))
+    found = reading_variances(SensorUncertainty.of_sensor(effects), np.array([100.0, 0.0]), np.arange(2))
+    assert set(found) <= set(INDEPENDENT)
+    assert np.array([found[name] for name in ("noise", "quantisation", "gain_spread")]) == pytest.approx(
+        np.array([[9.0, 9.0], [12.0, 12.0], [100.0, 0.0]])
+    )
+
+
+def test_age_of_a_sample_counts_by_how_fast_force_and_place_change():
+    errors = SensorUncertainty.of_sensor(SensorEffects(sampling=Sampling(50.0, 0.03)))
+    assert errors.lag == pytest.approx(math.sqrt(0.03**2 + 0.03 * 0.02 + 0.02**2 / 3))
+    motion = Motion.begin(0.0, 1.0, np.zeros(3), errors.lag)
+    assert motion.rate == pytest.approx(1 / errors.lag), "it began within the age of a sample"
+    for step in range(1, 40):
+        motion = motion.next(0.02 * step, 1 + 0.1 * step, np.array([0.001 * step, 0, 0]))
+    assert motion.rate == pytest.approx(5.0)
+    found = propagate_uncertainty(errors, ONE, np.zeros(3), motion=motion)
+    still = propagate_uncertainty(errors, ONE, np.zeros(3))
+    assert found.parts["sampling"] == pytest.approx(5.0 * errors.lag)
+    assert found.place == pytest.approx(math.hypot(still.place, 0.05 * errors.lag))
+
+
+def test_noise_is_not_taken_for_motion():
+    random, effects = np.random.default_rng(0), SensorEffects(noise=Noise(1000.0), sampling=Sampling())
+    errors = SensorUncertainty.of_sensor(effects)
+    sd = 1000 * AREA * math.sqrt(3)
+    motion, squares = Motion.begin(0.0, 1.0, np.zeros(3), errors.lag), []
+    for step in range(1, 2000):
+        motion = motion.next(0.02 * step, 1 + random.normal(0, sd), np.zeros(3))
+        squares.append(propagate_uncertainty(errors, ONE, np.zeros(3), motion=motion).parts["sampling"] ** 2)
+    assert math.sqrt(np.mean(squares)) < 0.8 * sd
+
+
+@pytest.mark.parametrize(("sampling", "averaged", "delay", "period"), [
+    (None, 0.0, 0.0, 0.0), (None, 0.01, 0.005, 0.0), (Sampling(50.0, 0.0), 0.005, 0.01, 0.02),
+    (Sampling(50.0, 0.0), 0.0, 0.0, 0.02),
+])  # fmt: skip
+def test_mean_of_a_time_is_as_old_as_its_middle(sampling, averaged, delay, period):
+    errors = SensorUncertainty.of_sensor(SensorEffects(sampling=sampling), averaged=averaged)
+    assert errors.lag == pytest.approx(math.sqrt(delay**2 + delay * period + period**2 / 3))
