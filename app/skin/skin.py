@@ -173,7 +173,7 @@ def number_ranges(numbers: Sequence[int] | IntArray, *, most: int = 8) -> str:
 class Quadrature:
     """Evenly spread points that carry the patch's area; contact pressure is evaluated here, then summed by taxel.
 
-    About ten a taxel: fewer miss contacts smaller than the pitch, more bring nothing.
+    Ten to thirty a taxel: fewer miss contacts smaller than the pitch, more do not increase the accuracy.
 
     Attributes:
         positions: (q, 3) [m], link frame.

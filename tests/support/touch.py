@@ -16,8 +16,8 @@ from app.maps.tactile_map import TactileMap
 from app.robots.robot import Joint, Link, Robot
 from app.scene.scene import Scene
 from app.session.prepare import PreparedScene
-from app.skin.skin import Patch, Skin
-from app.skin.taxel_placement.sampling import place_evenly, taxels_at_barycentric
+from app.skin.skin import Patch, Quadrature, Skin, Taxels
+from app.skin.taxel_placement.sampling import place_evenly
 from tests.support.recordings import small_arm
 
 BAR_INERTIA = 0.0135 + 0.2**2
@@ -53,12 +53,15 @@ def bar_skin(taxels: int = 60, *, finer: int = 1, length: float = 0.38) -> Skin:
 
 
 def each_point_a_taxel(skin: Skin) -> Skin:
-    """The same surfaces with a taxel for every quadrature point: what it says is what the points bear."""
+    """The same surfaces with a point and a taxel at the middle of each face: what it says is what the points bear."""
     patches = []
     for patch in skin.patches:
-        faces = np.arange(len(patch.surface.faces))
-        taxels = taxels_at_barycentric(patch.surface, faces, np.full((len(faces), 3), 1 / 3), faces)
-        patches.append(Patch(patch.name, patch.link, patch.surface, taxels))
+        surface, count = patch.surface, len(patch.surface.faces)
+        middles = surface.vertices[surface.faces].mean(axis=1)
+        points = Quadrature(middles, surface.face_normals, surface.face_areas, np.arange(count))
+        weights, alone = np.full((count, 3), 1 / 3), np.zeros((0, 2), dtype=np.int64)
+        taxels = Taxels(middles, points.normals, points.taxel, weights, points.areas, alone, points)
+        patches.append(Patch(patch.name, patch.link, surface, taxels))
     return Skin(tuple(patches))
 
 

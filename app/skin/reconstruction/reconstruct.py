@@ -3,8 +3,8 @@
 A surface is laid through the taxels (``triangulation``), or the file's own is taken if it is sound; each connected
 component is a patch. The surface is extended beyond its boundary by half a spacing, to give the outermost taxels their
 share of area, as one taxel, a pair or a row get all of theirs. Barycentric subdivision cuts each triangle by its
-medians into six, two for each corner: so a taxel answers for the sixth parts that touch it, a third of every triangle,
-and feels with about a dozen points.
+medians into six, two for each corner, so that a taxel feels with a dozen points or more; the border between two taxels
+is then cut where both are equally far.
 
 The extension follows the boundary at half a spacing's distance, in the taxels' tangent planes, with round corners. A
 row of taxels is a boundary without an inside, walked there and back; a single taxel is a boundary of one corner. So the
@@ -264,7 +264,11 @@ def _split(
     piece_of_pair = piece_of[whole.neighbours[:, 0]]
     pairs = place[whole.neighbours[np.argsort(piece_of_pair, kind="stable")]]
     ends = np.cumsum(np.bincount(piece_of_pair, minlength=len(pieces)))
-    for (own, faces), neighbours in zip(pieces, np.split(pairs, ends[:-1]), strict=True):
+    piece_of_point = piece_of[points.taxel]
+    by_piece = np.argsort(piece_of_point, kind="stable")
+    last = np.cumsum(np.bincount(piece_of_point, minlength=len(pieces)))
+    felt = np.split(by_piece, last[:-1])
+    for (own, faces), here, neighbours in zip(pieces, felt, np.split(pairs, ends[:-1]), strict=True):
         used, numbered = np.unique(surface.faces[faces], return_inverse=True)
         yield (
             Mesh(surface.vertices[used], numbered.reshape(-1, 3)),
@@ -276,7 +280,7 @@ def _split(
                 areas=whole.areas[own],
                 neighbours=neighbours,
                 quadrature=Quadrature(
-                    points.positions[faces], points.normals[faces], points.areas[faces], place[feels[faces]]
+                    points.positions[here], points.normals[here], points.areas[here], place[points.taxel[here]]
                 ),
                 identity=identity.select(own),
             ),

@@ -1,8 +1,8 @@
-"""Taxels placed evenly on a surface, each with the area it answers for: its cell.
+"""Taxels placed evenly on a surface, each with the area it answers for: its cell (``cells``).
 
 Farthest-point sampling (Gonzalez 1985) gives even spacing at once; a few rounds of Lloyd relaxation (each taxel moves
 to the middle of its cell) make the cells equal. The cells are geodesic Voronoi cells: grown over the surface, along the
-graph of neighbouring faces, so they never jump across a gap or through a thin wall.
+graph of neighbouring faces, so they never jump across a gap or through a thin wall. Their borders are then cut exactly.
 """
 
 from __future__ import annotations
@@ -16,7 +16,8 @@ from app.core.errors import SkinError
 from app.geometry.closest_point import ClosestPoint
 from app.geometry.geodesics import edge_graph, nearest_sources
 from app.geometry.mesh import Mesh, edge_lengths
-from app.skin.skin import Quadrature, Taxels
+from app.skin.skin import Taxels
+from app.skin.taxel_placement.cells import cut_cells
 
 LLOYD_ROUNDS = 8
 _STRAIGHTENING_ROUNDS = 4
@@ -27,7 +28,7 @@ def place_evenly(
 ) -> Taxels:
     """Place ``count`` taxels evenly on a connected surface.
 
-    The faces' centres are the quadrature points, so the taxels' areas sum to that of the allowed faces to rounding.
+    The taxels' areas sum to that of the allowed faces to rounding.
 
     Args:
         surface: Connected; many more faces than taxels (ten each or more).
@@ -121,7 +122,7 @@ def lloyd_relaxation(
 
 
 def taxels_at_points(surface: Mesh, points: FloatArray, owner: IntArray) -> Taxels:
-    """Taxels at the surface points closest to ``points`` (n, 3), with the faces' owners given as their cells.
+    """Taxels at the surface points closest to ``points`` (n, 3), whose cells are cut from the faces that they own.
 
     Args:
         surface: The patch's surface.
@@ -134,26 +135,18 @@ def taxels_at_points(surface: Mesh, points: FloatArray, owner: IntArray) -> Taxe
 
 def taxels_at_barycentric(surface: Mesh, faces: IntArray, weights: FloatArray, owner: IntArray) -> Taxels:
     """Taxels at the points with barycentric ``weights`` (n, 3) in ``faces`` (n,); owners as ``taxels_at_points``."""
-    pairs = owner[surface.connectivity.face_pairs]
-    pairs = pairs[(pairs >= 0).all(axis=1) & (pairs[:, 0] != pairs[:, 1])]
-    keys = np.unique(pairs.min(axis=1) * len(faces) + pairs.max(axis=1))
-    felt = owner >= 0
-    first, second, third = (surface.vertices[surface.faces[felt, k]] for k in range(3))
-    centres = (first + second + third) / 3
-    directions, areas = surface.face_normals, surface.face_areas
-    if not felt.all():  # else they are shared with the surface
-        directions, areas = directions[felt], areas[felt]
-    quadrature = Quadrature(centres, directions, areas, owner[felt])
+    positions = surface.points(faces, weights)
+    cells = cut_cells(surface, positions, owner)
     normals = np.einsum("kc,kcd->kd", weights, surface.vertex_normals[surface.faces[faces]])
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
     return Taxels(
-        positions=surface.points(faces, weights),
+        positions=positions,
         normals=normals,
         faces=faces,
         weights=weights,
-        areas=np.bincount(owner[felt], areas, len(faces)).astype(np.float64),
-        neighbours=np.stack(np.divmod(keys, len(faces)), axis=1),
-        quadrature=quadrature,
+        areas=np.bincount(cells.quadrature.taxel, cells.quadrature.areas, len(faces)).astype(np.float64),
+        neighbours=cells.neighbours,
+        quadrature=cells.quadrature,
     )
 
 

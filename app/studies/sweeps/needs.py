@@ -135,10 +135,18 @@ def replay(row: Row) -> CaseReplay:
 
 
 def change_of(output: str, decided: FloatArray, switched: FloatArray) -> float:
-    """How much an output (ticks, numbers) changes, as a share of its size."""
+    """How much an output (ticks, numbers) changes, as a share of its size.
+
+    A centre is compared while both runs have a contact: without one it is the origin of a link. The change is at least
+    the share of ticks in which only one of them has a contact.
+    """
+    apart = 0.0
+    if output == "centre_of_pressure":
+        both, one = decided.any(axis=1) & switched.any(axis=1), decided.any(axis=1) ^ switched.any(axis=1)
+        apart, decided, switched = float(one.mean()), decided[both], switched[both]
     own = decided - decided[0] if output == "posture" else decided
     size = max(_rms(own), _LEAST[output])
-    return _rms(switched - decided) / size
+    return max(apart, _rms(switched - decided) / size)
 
 
 def _rms(values: FloatArray) -> float:

@@ -13,9 +13,9 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from app.core.arrays import FloatArray, IntArray
-from app.geometry.closest_point import ClosestPoint
 from app.geometry.mesh import Mesh
 from app.geometry.pose import Pose
 from app.skin.skin import Patch, Skin
@@ -266,8 +266,7 @@ def _reference_skin(
     radius: float,
 ) -> ReferenceSkin:
     patch = skin.patches[0]
-    face, _, _ = ClosestPoint(patch.surface).query(points)
-    taxel = patch.taxels.quadrature.taxel[face]  # every face is felt, so face and quadrature point have one number
+    taxel = cKDTree(patch.taxels.positions).query(points)[1].astype(np.int64)
     areas = np.full(len(points), pitch[0] * pitch[1])
     # A cell of a small taxel holds some 20 points, whose number misses its area by a tenth.
     parts = (patch.taxels.areas / np.maximum(np.bincount(taxel, minlength=len(skin)), 1))[taxel]

@@ -103,7 +103,7 @@ def test_clumps_are_of_one_taxel_and_no_wider_than_three_tenths_of_a_depth():
         assert members.any()
         assert len(set(points.taxel[members])) == 1
         assert np.ptp(points.positions[members], axis=0).max() <= 0.006
-    assert len(subsurface_field(SKIN, 1e-4).taxels) == len(points.areas), "a shallow taxel tells all of them apart"
+    assert len(subsurface_field(SKIN, 1e-8).taxels) == len(points.areas), "a shallow taxel tells all of them apart"
 
 
 def test_clumps_are_felt_as_their_points():

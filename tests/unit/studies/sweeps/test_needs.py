@@ -81,6 +81,16 @@ def test_a_change_is_a_share_of_the_outputs_own_size():
     assert change_of("pressure", np.zeros((3, 0)), np.zeros((3, 0))) == 0.0
 
 
+def test_a_contact_that_begins_a_tick_later_does_not_count_as_a_jump_of_its_centre():
+    decided = np.zeros((100, 3))
+    decided[10:] = 0.1, 0.0, 0.2
+    later = decided.copy()
+    later[10] = 0.0
+    assert change_of("centre_of_pressure", decided, later) == pytest.approx(0.01)
+    assert change_of("centre_of_pressure", decided, np.zeros((100, 3))) == pytest.approx(0.9)
+    assert change_of("centre_of_pressure", decided, decided * 1.1) == pytest.approx(0.1)
+
+
 def test_every_output_has_a_signal():
     prepared = prepared_bar()
     scene = replace(prepared.scene, outputs=tuple(OUTPUTS))

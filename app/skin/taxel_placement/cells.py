@@ -1,0 +1,196 @@
+"""Cells of taxels: a surface cut where two taxels are equally far, so that each part belongs to the nearest taxel.
+
+``sampling`` assigns whole faces to taxels. Here a face that reaches into several cells is cut by the planes that bisect
+the lines between their taxels (Sutherland and Hodgman 1974, "Reentrant polygon clipping"). Only taxels that own faces
+close to it are compared, so that no cell jumps across a gap or through a wall. The cells of a regular grid are equal
+and centred on the taxels, whatever triangles the surface has. A part that is equally far from several taxels, because
+its whole plane is, is shared evenly.
+
+Two cells are neighbours where they touch, also in a single point, as the diagonal ones of a square grid do.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import csr_matrix
+
+from app.core.arrays import BoolArray, FloatArray, IntArray
+from app.geometry.mesh import Mesh
+from app.skin.skin import Quadrature
+
+_ROUNDING = 1e-10
+"""Distance from a bisecting plane, as a share of the distance between the two taxels, that counts as on the plane."""
+_TOUCHING = 1e-3
+"""Cells whose distance is below this share of the distance between their taxels touch."""
+_LEAST_PART = 1e-9
+"""Smaller parts of a face, as a share of it, are rounding."""
+
+
+@dataclass(frozen=True, eq=False)
+class TaxelCells:
+    """The cells of the taxels of a patch.
+
+    Attributes:
+        quadrature: A point at the centroid of each part of a face.
+        neighbours: (e, 2) pairs of taxels whose cells touch, i < j.
+    """
+
+    quadrature: Quadrature
+    neighbours: IntArray
+
+
+def cut_cells(surface: Mesh, points: FloatArray, owner: IntArray) -> TaxelCells:
+    """Return the cells of the taxels at ``points`` (n, 3) [m] on a surface.
+
+    The areas of the parts of a face sum to the area of the face. A taxel for which the cut leaves nothing gets half of
+    each face that it owns.
+
+    Args:
+        surface: The patch's surface.
+        points: (n, 3) the taxels [m].
+        owner: (m,) taxel of each face, or -1 for a face that no taxel feels.
+
+    Cost: 0.1 s for 1000 taxels on 16,000 faces.
+    """
+    near = _near_taxels(surface, points, owner)
+    face = np.repeat(np.arange(len(owner)), np.diff(near.indptr))
+    parts = _Parts(face, near.indices.astype(np.int64), surface.vertices[surface.faces[face]], np.full(len(face), 3))
+    most = int(np.diff(near.indptr).max(initial=0))
+    for rank in range(most):
+        parts = parts.clipped(_Others.of(parts, near, rank, points))
+    pairs, sharers = [np.zeros((0, 2), dtype=np.int64)], np.ones(len(parts.face))
+    for rank in range(most):
+        others = _Others.of(parts, near, rank, points)
+        beyond = others.beyond(parts.corners[others.rows])
+        touching = beyond.max(axis=1) >= -_TOUCHING * others.apart
+        pairs.append(np.stack([parts.taxel[others.rows], others.taxel], axis=1)[touching])
+        sharers[others.rows] += beyond.min(axis=1) >= -_ROUNDING * others.apart
+    centres, areas = _moments(parts.corners)
+    felt = areas > _LEAST_PART * surface.face_areas[parts.face]
+    face, taxel, centres = parts.face[felt], parts.taxel[felt], centres[felt]
+    areas = areas[felt] / sharers[felt]
+    areas *= surface.face_areas[face] / np.bincount(face, areas)[face]
+    empty = np.bincount(taxel, minlength=len(points)) == 0
+    if empty.any():
+        shared = np.flatnonzero((owner >= 0) & empty[owner])
+        areas[np.isin(face, shared)] /= 2
+        face, taxel = np.concatenate([face, shared]), np.concatenate([taxel, owner[shared]])
+        centres = np.concatenate([centres, surface.vertices[surface.faces[shared]].mean(axis=1)])
+        areas = np.concatenate([areas, surface.face_areas[shared] / 2])
+    order = np.argsort(face, kind="stable")
+    quadrature = Quadrature(centres[order], surface.face_normals[face[order]], areas[order], taxel[order])
+    keys = np.unique(np.concatenate(pairs) @ np.array([len(points), 1]))
+    one, other = np.divmod(keys, len(points))
+    both = (one < other) & np.isin(other * len(points) + one, keys)  # each reaches the plane between them
+    return TaxelCells(quadrature, np.stack([one[both], other[both]], axis=1))
+
+
+def _near_taxels(surface: Mesh, points: FloatArray, owner: IntArray) -> csr_matrix:
+    """Sparse (m, n) true where a taxel may be the nearest to a part of a face."""
+    faces, felt = surface.faces, np.flatnonzero(owner >= 0)
+    shape = len(faces), len(surface.vertices)
+    ones = np.ones(faces.size, dtype=np.int32)
+    corner = csr_matrix((ones, (np.repeat(np.arange(len(faces)), 3), faces.ravel())), shape)
+    owns = csr_matrix((np.ones(len(felt), dtype=np.int32), (felt, owner[felt])), (len(faces), len(points)))
+    around = corner[felt] @ (corner.T @ (corner @ (corner.T @ owns)))  # owners of faces up to two rings away
+    row, taxel = around.nonzero()
+    face = felt[row]
+    corners = surface.vertices[faces]
+    centres = corners.mean(axis=1)
+    reach = np.linalg.norm(corners - centres[:, None], axis=2).max(axis=1)
+    away = np.linalg.norm(points[taxel] - centres[face], axis=1)
+    least = np.full(len(faces), np.inf)
+    np.minimum.at(least, face, away)
+    close = away <= (least + 2 * reach)[face] * (1 + _TOUCHING)
+    return csr_matrix((np.ones(int(close.sum()), dtype=bool), (face[close], taxel[close])), (len(faces), len(points)))
+
+
+@dataclass(frozen=True, eq=False)
+class _Others:
+    """For the parts ``rows`` (r,), another taxel close to the face: ``taxel`` (r,), and the bisecting plane.
+
+    The plane has unit normals (r, 3) toward the other taxel and offsets (r,); ``apart`` (r,) is the distance between
+    the taxels [m]. For two taxels at one place the plane is nowhere, and no point is beyond it.
+    """
+
+    rows: IntArray
+    taxel: IntArray
+    normals: FloatArray
+    offsets: FloatArray
+    apart: FloatArray
+
+    @staticmethod
+    def of(parts: _Parts, near: csr_matrix, rank: int, points: FloatArray) -> _Others:
+        place = near.indptr[parts.face] + rank
+        rows = np.flatnonzero(place < near.indptr[parts.face + 1])
+        other, own = near.indices[place[rows]].astype(np.int64), parts.taxel[rows]
+        rows, other, own = rows[other != own], other[other != own], own[other != own]
+        between = points[other] - points[own]
+        apart = np.linalg.norm(between, axis=1)
+        normals = between / np.where(apart > 0, apart, 1.0)[:, None]
+        offsets = np.einsum("rc,rc->r", normals, (points[other] + points[own]) / 2)
+        return _Others(rows, other, normals, offsets, apart)
+
+    def beyond(self, corners: FloatArray) -> FloatArray:
+        """(r, v) distance of corners (r, v, 3) beyond the plane [m]."""
+        return np.einsum("rvc,rc->rv", corners, self.normals) - self.offsets[:, None]
+
+
+@dataclass(frozen=True, eq=False)
+class _Parts:
+    """Convex parts of faces: ``face`` (k,), ``taxel`` (k,), ``corners`` (k, v, 3) [m], ``count`` (k,).
+
+    A part with fewer than v corners repeats its last one.
+    """
+
+    face: IntArray
+    taxel: IntArray
+    corners: FloatArray
+    count: IntArray
+
+    def clipped(self, others: _Others) -> _Parts:
+        """Return the parts without what is beyond the plane of another taxel."""
+        beyond = others.beyond(self.corners[others.rows])
+        limit = _ROUNDING * others.apart[:, None]
+        cut = (beyond > limit).any(axis=1)
+        if not cut.any():
+            return self
+        rows, beyond, limit = others.rows[cut], beyond[cut], limit[cut]
+        corners, count = _clip(self.corners[rows], self.count[rows], beyond, beyond <= limit)
+        most = max(corners.shape[1], self.corners.shape[1])
+        every = np.concatenate(
+            [self.corners, np.repeat(self.corners[:, -1:], most - self.corners.shape[1], axis=1)], axis=1
+        )
+        every[rows] = np.concatenate([corners, np.repeat(corners[:, -1:], most - corners.shape[1], axis=1)], axis=1)
+        counts = self.count.copy()
+        counts[rows] = count
+        left = counts > 2
+        return _Parts(self.face[left], self.taxel[left], every[left], counts[left])
+
+
+def _clip(corners: FloatArray, count: IntArray, beyond: FloatArray, inside: BoolArray) -> tuple[FloatArray, IntArray]:
+    """Corners (k, w, 3) and counts (k,) of convex polygons (k, v, 3) after what is ``beyond`` (k, v) > 0 is cut off."""
+    own = np.arange(corners.shape[1]) < count[:, None]
+    after = np.where(np.arange(1, corners.shape[1] + 1) < count[:, None], np.arange(1, corners.shape[1] + 1), 0)
+    next_beyond = np.take_along_axis(beyond, after, axis=1)
+    crosses = own & (inside != np.take_along_axis(inside, after, axis=1))
+    share = np.clip(beyond / np.where(crosses, beyond - next_beyond, 1.0), 0.0, 1.0)
+    crossing = corners + share[:, :, None] * (np.take_along_axis(corners, after[:, :, None], axis=1) - corners)
+    points = np.stack([corners, crossing], axis=2).reshape(len(corners), -1, 3)
+    kept = np.stack([own & inside, crosses], axis=2).reshape(len(corners), -1)
+    counts = kept.sum(axis=1)
+    order = np.argsort(~kept, axis=1, kind="stable")[:, : max(int(counts.max(initial=0)), 1)]
+    place = np.minimum(np.arange(order.shape[1]), np.maximum(counts - 1, 0)[:, None])
+    order = np.take_along_axis(order, place, axis=1)
+    return np.take_along_axis(points, order[:, :, None], axis=1), counts
+
+
+def _moments(corners: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """(k, 3) centroids and (k,) areas of plane convex polygons (k, v, 3)."""
+    start, second, third = corners[:, :1], corners[:, 1:-1], corners[:, 2:]
+    parts = np.linalg.norm(np.cross(second - start, third - start), axis=2) / 2
+    areas = parts.sum(axis=1)
+    weighted = np.einsum("kt,ktc->kc", parts, (second + third - 2 * start) / 3)
+    return corners[:, 0] + weighted / np.where(areas > 0, areas, 1.0)[:, None], areas
