@@ -9,6 +9,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from app.control.command import ControlSettings
+from app.control.controllers import CONTROL_SCHEMES
 from app.control.limits import LimitKind
 from app.geometry.mesh import Mesh
 from app.maps.build import build_map
@@ -119,6 +120,9 @@ def off_the_skin(settings: ControlSettings) -> Session:
 
 
 PATH = {"task": "follow_path"}
+_UNYIELDING = ("hybrid", "projection")
+"""Schemes whose force along the path does not yield to the force that is read."""
+
 CASES: dict[str, HardCase] = {
     "normals wrong by 15 degrees": HardCase(
         "sine of 15 degrees of every push goes along the skin: the integral and the way back make up for it",
@@ -228,12 +232,23 @@ CASES: dict[str, HardCase] = {
         controllers=OTHERS,
     ),
     "a path that leaves the skin": HardCase(
-        "it ends at the border, where the ball may stick until the limit of force stops the arm, and says so",
+        "it ends at the border, and says so",
+        off_the_skin,
+        bounded_only,
+        {**PATH, "path_kind": "polyline", "path_speed": 0.03},
+        seconds=6.0,
+        force=20.0,
+        says=((LimitKind.PATH_LEAVES_SKIN,),),
+        controllers=tuple(name for name in CONTROL_SCHEMES if name not in _UNYIELDING),
+    ),
+    "a path that leaves the skin, against friction": HardCase(
+        "they follow the path with all their force while friction holds the ball beyond the border, up to the limit",
         off_the_skin,
         bounded_only,
         {**PATH, "path_kind": "polyline", "path_speed": 0.03},
         seconds=6.0,
         force=45.0,
         says=((LimitKind.PATH_LEAVES_SKIN,),),
+        controllers=_UNYIELDING,
     ),
 }

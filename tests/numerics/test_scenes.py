@@ -235,7 +235,9 @@ def test_push_box_moves_the_box_to_and_fro_and_the_hand_feels_it():
     box = np.array([body("push_box", "box", frame) for frame in run])
     assert box[:, 1].max() > 0.15
     assert box[-1, 1] < -0.15
-    assert np.abs(box[:, 2] - 0.1).max() < 0.006, "it slides, rocks by a few degrees when it is hit, and does not sink"
+    # The blow of the hand tilts the box by 4.4 degrees about its far edge, which friction holds: 4.3 mm, and
+    # 4.4 with a quarter of the time step. Without friction it is 0.8 mm.
+    assert np.abs(box[:, 2] - 0.1).max() < 0.005, "it slides, rocks by a few degrees when it is hit, and does not sink"
     moving = np.abs(np.gradient(box[:, 1], 0.005)) > 0.02
     felt = np.array([force_on("push_box", "hand", frame) > 0.1 for frame in run])
     assert felt[moving].mean() > 0.6
