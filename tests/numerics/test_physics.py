@@ -259,7 +259,8 @@ def test_a_finger_pressed_hard_anywhere_never_makes_a_number_that_means_nothing(
         frame = session.tick()
     for values in (frame.posture, frame.velocity, frame.pressures):
         assert np.isfinite(values).all()
-    assert frame.pressures @ arm().skin.areas == pytest.approx(sum(p.force for p in frame.pokes), rel=1e-9)
+    pressed = sum(p.force for p in frame.pokes)
+    assert 0.99 * pressed < frame.pressures @ arm().skin.areas < pressed, "bare parts next to the skin bear the rest"
 
 
 FORCE, MASS = 10.0, 0.2

@@ -102,6 +102,17 @@ def test_a_seam_between_patches_is_not_a_border() -> None:
     assert two == pytest.approx(one, rel=0.01)
 
 
+def test_faces_of_a_patch_without_a_taxel_are_bare() -> None:
+    surface = plate((-0.05, 0.05), (-0.05, 0.05), 0.02)
+    kept_out = (np.abs(surface.vertices[surface.faces].mean(axis=1)[:, :2]) < 0.01).all(axis=1)
+    taxels = place_evenly(surface, 50, seed=0, allowed=~kept_out)
+    loaded = with_bare_points(robot_of(None), Skin((Patch("top", "block", surface, taxels),)))
+    (part,) = loaded.bare_points
+    assert part.areas.sum() == pytest.approx(0.02**2, rel=1e-9)
+    assert (np.abs(part.positions[:, :2]) < 0.01).all()
+    assert part.areas.sum() + loaded.areas.sum() == pytest.approx(surface.area, rel=1e-12)
+
+
 def test_parts_inside_the_link_have_no_points() -> None:
     shell = box(0.1, 0.1, 0.04)
     inside = joined(box(0.09, 0.09, 0.036), box(0.02, 0.02, 0.02), box(0.01, 0.01, 0.01, at=(0.03, 0, 0)))
