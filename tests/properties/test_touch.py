@@ -23,6 +23,7 @@ from app.session.inputs import ControlChanged, EffectsChanged
 from app.session.prepare import PreparedScene
 from app.session.session import Session
 from app.skin.skin import Patch, Quadrature, Skin, Taxels
+from app.tactile.contact_notes import ContactNoteKind
 from app.tactile.loads import Box, Cylinder, Load, MeshShape, Plane, Sphere
 from app.tactile.models.point import PointModel
 from app.tactile.models.water_fill import WaterFillModel
@@ -189,7 +190,9 @@ def test_any_hand_gives_frames_that_mean_something_and_repeat(script):
         for values in (frame.posture, frame.velocity, frame.pressures, frame.command.posture):
             assert np.isfinite(values).all()
         force = sum(poke.force for poke in frame.pokes)
-        assert abs(frame.pressures @ areas - force) <= 1e-9 * max(force, 1e-6)
+        # Bare parts bear the rest of what is pressed at a border; a note says so above 1 %.
+        least = 0.0 if any(note.kind is ContactNoteKind.PARTLY_OUTSIDE for note in frame.notes) else 0.99 * force
+        assert least - 1e-12 <= frame.pressures @ areas <= (1 + 1e-9) * force + 1e-12
         assert all(0 <= poke.force <= 50 for poke in frame.pokes)
         assert len({region.id for region in frame.regions}) == len(frame.regions)
     for one, other in zip(frames, play(script), strict=True):
