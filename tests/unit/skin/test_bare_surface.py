@@ -102,6 +102,21 @@ def test_a_seam_between_patches_is_not_a_border() -> None:
     assert two == pytest.approx(one, rel=0.01)
 
 
+def test_a_face_across_a_seam_is_covered() -> None:
+    """Its middle is on the seam."""
+    vertices = np.array([[-0.006, -0.006, 0.02], [0.006, -0.006, 0.02], [0.0, 0.006, 0.02], [0.0, 0.0, 0.01]])
+    pyramid = Mesh(vertices, np.array([[0, 1, 2], [0, 3, 1], [1, 3, 2], [2, 3, 0]]))
+    halves = (plate((-0.02, 0), (-0.02, 0.02), 0.02), plate((0, 0.02), (-0.02, 0.02), 0.02))
+    assert area_facing(bare_points(pyramid, skin_of(*halves)), 0, 0, 1) == 0
+
+
+@pytest.mark.parametrize("end", [0.0, 0.001, 0.002, 0.003, 0.004, 0.005])
+def test_bare_area_ends_where_skin_begins_however_coarse_it_is(end: float) -> None:
+    skin = skin_of(plate((-0.05, end), (-0.05, 0.05), 0.02, edge=6e-3), taxels=20)
+    area = area_facing(bare_points(box(0.1, 0.1, 0.04), skin), 0, 0, 1)
+    assert area == pytest.approx((0.05 - end) * 0.1, rel=1.5e-3)
+
+
 def test_faces_of_a_patch_without_a_taxel_are_bare() -> None:
     surface = plate((-0.05, 0.05), (-0.05, 0.05), 0.02)
     kept_out = (np.abs(surface.vertices[surface.faces].mean(axis=1)[:, :2]) < 0.01).all(axis=1)
