@@ -18,7 +18,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from app.core.arrays import BoolArray, FloatArray, IntArray
-from app.geometry.closest_point import ClosestPoint
+from app.geometry.closest_point import ClosestPoint, closest_point
 from app.geometry.mesh import Mesh
 from app.geometry.point_location import owner_and_rank
 from app.geometry.raycast import seen_from_outside
@@ -40,8 +40,8 @@ _LEAST_COSINE = 0.05
 """Of the normals of mesh and skin: skin does not cover what faces across it."""
 _CORNERS = 0.97 * np.eye(3) + 0.01
 """Barycentric weights of a point in each corner of a face."""
-_UNREAD_AREA, _SAME_PLACE = 1e-6, 1e-6
-"""Share of a patch's area, and of its size, that is rounding."""
+_UNREAD_AREA = 1e-6
+"""Share of a patch's area that is rounding."""
 _ON_EDGE = 1e-6
 """Barycentric weight below which a point is on the opposite edge of its triangle."""
 
@@ -61,13 +61,15 @@ def with_bare_points(robot: Robot, skin: Skin) -> Skin:
 
 
 def _unread_faces(patch: Patch) -> BarePoints:
-    """Return the centres of the faces that belong to no taxel; quadrature points are the centres of the others."""
+    """Return the centres of the faces that belong to no taxel: those without a quadrature point."""
     surface, read = patch.surface, patch.taxels.quadrature
+    unread = surface.face_areas > 0
     if surface.area - read.areas.sum() <= _UNREAD_AREA * surface.area:
-        return BarePoints(patch.link, np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0))
-    centres = surface.vertices[surface.faces].mean(axis=1)
-    unread = (cKDTree(read.positions).query(centres)[0] > _SAME_PLACE * surface.size) & (surface.face_areas > 0)
-    return BarePoints(patch.link, centres[unread], surface.face_normals[unread], surface.face_areas[unread])
+        unread[:] = False
+    else:
+        unread[closest_point(surface).query(read.positions)[0]] = False
+    centres = surface.vertices[surface.faces[unread]].mean(axis=1)
+    return BarePoints(patch.link, centres, surface.face_normals[unread], surface.face_areas[unread])
 
 
 def _bare_points(robot: Robot, skin: Skin, link: str) -> BarePoints:

@@ -11,7 +11,9 @@ import trimesh
 from app.geometry.mesh import Mesh
 from app.robots.robot import Link, Robot
 from app.skin.bare_surface import with_bare_points
+from app.skin.mesh_skin import skin_of_mesh
 from app.skin.skin import BarePoints, Patch, Skin
+from app.skin.taxel_placement.placement import PlacementSpec
 from app.skin.taxel_placement.sampling import place_evenly
 from tests.support.touch import bar, bar_skin
 
@@ -126,6 +128,15 @@ def test_faces_of_a_patch_without_a_taxel_are_bare() -> None:
     assert part.areas.sum() == pytest.approx(0.02**2, rel=1e-9)
     assert (np.abs(part.positions[:, :2]) < 0.01).all()
     assert part.areas.sum() + loaded.areas.sum() == pytest.approx(surface.area, rel=1e-12)
+
+
+def test_gaps_between_modules_are_bare() -> None:
+    surface = plate((-0.05, 0.05), (-0.05, 0.05), 0.02)
+    skin = skin_of_mesh(surface, PlacementSpec(pitch=0.008, pattern="modules"), name="block")
+    unread = skin.patches[0].surface.area - skin.areas.sum()
+    assert unread > 0.01 * surface.area
+    (part,) = with_bare_points(robot_of(None), skin).bare_points
+    assert part.areas.sum() == pytest.approx(unread, rel=1e-6)
 
 
 def test_parts_inside_the_link_have_no_points() -> None:
