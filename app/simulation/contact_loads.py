@@ -15,7 +15,9 @@ import mujoco
 import numpy as np
 
 from app.core.arrays import FloatArray
+from app.simulation.mean_loads import ONE_LOAD
 from app.simulation.pressing_shapes import Solids
+from app.skin.link_pieces import piece_number
 from app.skin.skin import Skin
 from app.tactile.loads import Load
 from app.tactile.models.foundation import ContactWrench
@@ -25,7 +27,9 @@ class ContactLoads:
     """Reads the loads on a skin from one model's contacts. Built once for a model.
 
     All contacts of one link with one geom are one load: the sum of their normal forces, at the centre of those, along
-    the mean of their normals. Two links with skin that touch both feel it. Friction is not felt.
+    the mean of their normals. On a link that collides in pieces, contacts whose normals are more than 60 degrees apart
+    are separate loads: a ball in a groove presses both walls. Two links with skin that touch both feel it. Friction is
+    not felt.
 
     Args:
         model: The compiled model, with elliptic cones.
@@ -37,6 +41,9 @@ class ContactLoads:
         self._solids = solids
         self._links = {int(model.body(patch.link).id): patch.link for patch in skin.patches}
         self._feels = [int(body) if int(body) in self._links else 0 for body in model.geom_bodyid]
+        self._divided = {
+            int(model.geom_bodyid[geom]) for geom in range(model.ngeom) if piece_number(model.geom(geom).name) == 0
+        }
 
     def read(self, data: mujoco.MjData) -> list[Load]:
         """What presses the skin at the state of ``data``.
@@ -56,7 +63,7 @@ class ContactLoads:
                 if feels[second]:
                     meetings.setdefault((feels[second], first, -1.0), []).append(number)
         loads = []
-        for (body, other, sign), numbers in meetings.items():
+        for (body, other, sign), numbers in self._by_normal(data, meetings):
             # The first number at a contact's address is its normal force.
             force = forces[[address[number] for number in numbers]]
             total = float(force.sum())
@@ -65,6 +72,22 @@ class ContactLoads:
                 sums = force @ contact.pos[numbers], sign * (force @ contact.frame[numbers, :3])
                 loads.append(self._load(data, body, other, total, *sums))
         return loads
+
+    def _by_normal(
+        self, data: mujoco.MjData, meetings: dict[tuple[int, int, float], list[int]]
+    ) -> Iterator[tuple[tuple[int, int, float], list[int]]]:
+        """Yield each meeting; on links in pieces, its contacts by normal, the strongest first."""
+        for meeting, numbers in meetings.items():
+            if meeting[0] not in self._divided or len(numbers) == 1:
+                yield meeting, numbers
+                continue
+            forces, normals = data.efc_force[data.contact.efc_address[numbers]], data.contact.frame[numbers, :3]
+            clusters: dict[int, list[int]] = {}
+            for row in (-forces).argsort(kind="stable").tolist():
+                first = next((one for one in clusters if normals[one] @ normals[row] > ONE_LOAD), row)
+                clusters.setdefault(first, []).append(numbers[row])
+            for cluster in clusters.values():
+                yield meeting, cluster
 
     def _load(
         self, data: mujoco.MjData, body: int, geom: int, force: float, moment: FloatArray, normal: FloatArray

@@ -13,6 +13,7 @@ import numpy as np
 
 from app.core.arrays import FloatArray
 from app.simulation.model.model_names import is_object, plain_name
+from app.simulation.model.piece_contacts import piece_groups
 from app.skin.skin import Skin
 from app.tactile.contact_notes import ContactNote, ContactNoteKind
 from app.tactile.elastic_layer import ElasticLayer
@@ -52,7 +53,7 @@ class ContactWatch:
         self.needed = not model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_CONTACT
         links = {int(model.body(patch.link).id) for patch in skin.patches}
         self._feels = [int(body) in links for body in model.geom_bodyid]
-        self._averages = averages
+        self._averages, self._groups = averages, np.array(piece_groups(model), dtype=np.int64)
         self.start()
 
     def start(self) -> None:
@@ -89,12 +90,12 @@ class ContactWatch:
         pairs = contact.geom.tobytes()
         if pairs != self._pairs:
             self._pairs = pairs
-            self._now = frozenset(_geoms(contact.geom.tolist()))
+            self._now = frozenset(_geoms(self._groups[contact.geom].tolist()))
             self._met |= self._now
         if depths.min() < -DEEPEST:
-            self._keep_largest(self._deep, contact.geom, -depths, DEEPEST)
+            self._keep_largest(self._deep, self._groups[contact.geom], -depths, DEEPEST)
         if data.nefc and data.efc_force.max() > HARDEST:
-            self._keep_largest(self._hard, contact.geom, self._forces(data), HARDEST)
+            self._keep_largest(self._hard, self._groups[contact.geom], self._forces(data), HARDEST)
 
     def _forces(self, data: mujoco.MjData) -> FloatArray:
         """(contacts,) normal forces [N]."""

@@ -10,10 +10,13 @@ import numpy as np
 from app.core.arrays import FloatArray
 from app.tactile.loads import Load
 
+ONE_LOAD = 0.5
+"""Cosine between the normals of one body's contacts from which on they are one load."""
+
 
 @dataclass(eq=False)
 class _Sum:
-    """Of one body's loads on one link: the strongest, and the sums of force, force times point, force times normal."""
+    """One body's loads on one wall of a link: the strongest, and the sums of force, force times point or normal."""
 
     strongest: Load
     force: float
@@ -25,7 +28,8 @@ class MeanLoads:
     """Adds up the loads of the steps of one tick. Mutable.
 
     The mean load of a body on a link has the mean force, so that force times duration is the impulse. It acts at the
-    mean point by force, and the body is where it pressed hardest: within a tick it hardly moves.
+    mean point by force, and the body is where it pressed hardest: within a tick it hardly moves. A body that presses
+    two walls has a mean load on each.
     """
 
     def __init__(self) -> None:
@@ -39,16 +43,17 @@ class MeanLoads:
     def begin(self) -> None:
         """Forget all steps."""
         self._steps = 0
-        self._sums: dict[tuple[str, str, int], _Sum] = {}
+        self._sums: dict[tuple[str, str, int], list[_Sum]] = {}
 
     def add(self, loads: Iterable[Load]) -> None:
         """Count one step with these loads, which may be none. Cost: 5 us a load."""
         self._steps += 1
         for load in loads:
             key = load.link, load.by, id(load.shape)
-            found = self._sums.get(key)
+            walls = self._sums.setdefault(key, [])
+            found = next((wall for wall in walls if load.normal @ wall.strongest.normal > ONE_LOAD), None)
             if found is None:
-                self._sums[key] = _Sum(load, load.force, load.force * load.point, load.force * load.normal)
+                walls.append(_Sum(load, load.force, load.force * load.point, load.force * load.normal))
                 continue
             found.force += load.force
             found.moment += load.force * load.point
@@ -65,6 +70,7 @@ class MeanLoads:
                 normal=found.direction / np.linalg.norm(found.direction),
                 force=found.force / self._steps,
             )
-            for found in self._sums.values()
+            for walls in self._sums.values()
+            for found in walls
             if found.force > 0
         ]

@@ -19,6 +19,7 @@ from app.simulation.model.contact_stiffness import ContactSharing, unstable_cont
 from app.simulation.model.model_assembly import assemble
 from app.simulation.model.model_names import body_name
 from app.simulation.model.object_geoms import ProbeDrives, has_body
+from app.simulation.model.piece_contacts import PieceContacts
 from app.simulation.pressing_shapes import Solids, contact_candidates
 from app.simulation.step_checks import DivergenceGuard, ImpedanceCommand, TunnellingCheck, unstable_servos
 from app.skin.bare_surface import with_bare_points
@@ -80,7 +81,8 @@ class Physics:
         hulls = (ContactNote(ContactNoteKind.CONVEX_HULL, (t.spec.name,)) for t in present if t.spec.kind == "mesh")
         self._notes = (*hulls, *unstable_contacts(self.model, layer))
         self._watch = ContactWatch(self.model, self.data, skin, layer, averages=effects.time_averaging)
-        self._sharing = ContactSharing(self.model, layer) if self._watch.needed else None
+        pieces = PieceContacts(self.model, robot, skin)
+        self._sharing = ContactSharing(self.model, layer, pieces=pieces) if self._watch.needed else None
         self._drives, passing = ProbeDrives(self.model, present), TunnellingCheck(self.model, present)
         self._passing = passing if passing.needed else None
         self._hooks: tuple[Hook, ...] = (self._drives.push,) if self._drives.moving else ()

@@ -41,14 +41,19 @@ def hull_points(robot: Robot, skin: Skin, link: str) -> FloatArray:
     surfaces = [patch.surface for patch in skin.patches if patch.link == link]
     points = np.concatenate([surface.vertices for surface in surfaces])
     carrier = robot.link(link)
-    covered = any(finding.kind == PLACEHOLDER_COVERED and finding.where == link for finding in skin.findings)
-    if carrier.mesh is not None and (covered or not carrier.missing):
+    if carrier.mesh is not None and carries_mesh(robot, skin, link):
         points = np.concatenate([points, carrier.mesh.vertices])
     extents = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
     if extents[-1] <= _FLAT * extents[0]:
         below = [surface.vertices - _DEPTH * surface.vertex_normals for surface in surfaces]
         points = np.concatenate([points, *below])
     return points
+
+
+def carries_mesh(robot: Robot, skin: Skin, link: str) -> bool:
+    """Return whether the mesh of a link is part of its shape; the placeholder of a missing one is only if covered."""
+    covered = any(finding.kind == PLACEHOLDER_COVERED and finding.where == link for finding in skin.findings)
+    return covered or not robot.link(link).missing
 
 
 def add_hull(spec: mujoco.MjSpec, robot: Robot, skin: Skin, link: str) -> mujoco.MjsGeom:

@@ -3,11 +3,14 @@
 Skinned links touch as the convex hull of link and skin, so that what touches is what senses. Each hull meets each
 object it may touch in one explicit pair, whose points share the stiffness of the cover. Links without skin and objects
 meet each other as MuJoCo finds them, by bits.
+
+A link whose hull would span hollows of its skin touches in convex pieces. Its first piece is in the pairs; the others
+meet what it meets, by a bit of their own, and their contacts get the parameters of the pair.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from itertools import combinations
 
 import mujoco
@@ -16,13 +19,14 @@ from app.robots.robot import Robot
 from app.scene.effects import Effects
 from app.scene.objects import SceneObject
 from app.simulation.model.contact_stiffness import SOLVER_IMPEDANCE
-from app.simulation.model.model_names import body_name, is_object, shape_name
+from app.simulation.model.model_names import body_name, is_hull, is_object, shape_name
 from app.simulation.model.object_geoms import is_simulated
-from app.skin.link_hulls import add_hull, excluded_pairs, hull_name, skinned_links
+from app.skin.link_hulls import add_hull, excluded_pairs, skinned_links
+from app.skin.link_pieces import add_pieces, link_pieces, piece_number
 from app.skin.skin import Skin
 from app.tactile.elastic_layer import ElasticLayer
 
-_ROBOT, _OUTSIDE = 1, 2
+_ROBOT, _OUTSIDE, _PIECES = 1, 2, 4
 
 
 def allows_self_contact(effects: Effects) -> bool:
@@ -53,18 +57,52 @@ def add_contact_pairs(
     _set_bits(spec, bare, outside, effects)
     # The foundation makes the skin's force itself; it needs only the shapes of what presses.
     paired = effects.skin != "foundation"
+    shapes: dict[str, str] = {}
     if itself or (outside and paired):
-        for link in links:
-            add_hull(spec, robot, skin, link)
+        shapes = {link: _add_shape(spec, robot, skin, link, paired, effects) for link in links}
+    _meet_pieces(spec, shapes, bare, outside, itself=itself)
     partners = [(body_name(thing.spec), thing.spec.friction) for thing in outside]
-    meetings = [(hull_name(link), other, friction) for link in links for other, friction in partners]
+    meetings = [(shape, other, friction) for shape in shapes.values() for other, friction in partners]
     if itself:
         apart = excluded_pairs(robot, skin)
         _exclude(spec, apart)
-        meetings += _self_meetings(links, bare, apart, layer)
+        meetings += _self_meetings(shapes, bare, apart, layer)
     if paired:
         for first, second, friction in meetings:
             _pair(spec, first, second, layer.friction if friction is None else friction, effects)
+
+
+def _add_shape(spec: mujoco.MjSpec, robot: Robot, skin: Skin, link: str, paired: bool, effects: Effects) -> str:
+    """Add the shape with which a link collides: its hull, or pieces; the name of the geom for pairs is returned."""
+    pieces = link_pieces(robot, skin, link) if paired else None
+    if pieces is None:
+        return str(add_hull(spec, robot, skin, link).name)
+    first, *others = add_pieces(spec, pieces, link)
+    for geom in others:
+        geom.contype, geom.condim = _PIECES, 3 if effects.friction else 1
+    return str(first.name)
+
+
+def _meet_pieces(
+    spec: mujoco.MjSpec,
+    shapes: Mapping[str, str],
+    bare: Iterable[mujoco.MjsGeom],
+    outside: Iterable[SceneObject],
+    *,
+    itself: bool,
+) -> None:
+    """Let the pieces of links meet objects, and the other links where the robot may touch itself."""
+    if all(piece_number(shape) is None for shape in shapes.values()):
+        return
+    for scene_object in outside:
+        spec.geom(body_name(scene_object.spec)).conaffinity |= _PIECES
+    if itself:
+        for geom in bare:
+            geom.conaffinity |= _PIECES
+        for link in shapes:
+            for geom in spec.body(link).geoms:
+                if is_hull(geom.name):
+                    geom.conaffinity |= _PIECES
 
 
 def _set_bits(
@@ -107,17 +145,15 @@ def _drop_own_pairs(spec: mujoco.MjSpec) -> None:
 
 
 def _self_meetings(
-    links: Sequence[str], bare: Iterable[mujoco.MjsGeom], apart: frozenset[frozenset[str]], layer: ElasticLayer
+    shapes: Mapping[str, str], bare: Iterable[mujoco.MjsGeom], apart: frozenset[frozenset[str]], layer: ElasticLayer
 ) -> list[tuple[str, str, float | None]]:
     """(first geom, second geom, friction) of links that feel, with each other and with links that do not."""
     both = [
-        (hull_name(a), hull_name(b), layer.friction)
-        for a, b in combinations(links, 2)
-        if frozenset((a, b)) not in apart
+        (shapes[a], shapes[b], layer.friction) for a, b in combinations(shapes, 2) if frozenset((a, b)) not in apart
     ]
     return both + [
-        (hull_name(link), geom.name, layer.friction)
-        for link in links
+        (shape, geom.name, layer.friction)
+        for link, shape in shapes.items()
         for geom in bare
         if frozenset((link, geom.parent.name)) not in apart
     ]

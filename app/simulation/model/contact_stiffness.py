@@ -12,6 +12,9 @@ would be n times as stiff. ``ContactSharing`` therefore multiplies R of all poin
 
 which is the number of points for equal depths, and changes continuously as points come and go. The force of all is then
 what the deepest point alone would have, shared in proportion to the depths.
+
+A link that collides in pieces meets a body in several pairs of geoms, which count as one pair. Their normals differ;
+see ``shared_counts``.
 """
 
 from __future__ import annotations
@@ -20,10 +23,13 @@ import math
 from collections.abc import Mapping
 
 import mujoco
+import numpy as np
 
 from app.core.arrays import FloatArray
 from app.simulation.model.contact_points import centre_on_cap, centre_on_side, correct_normal
 from app.simulation.model.model_names import is_hull, plain_name
+from app.simulation.model.piece_contacts import PieceContacts, piece_groups, shared_counts
+from app.skin.link_pieces import piece_number
 from app.tactile.contact_notes import ContactNote, ContactNoteKind
 from app.tactile.elastic_layer import ElasticLayer
 
@@ -72,11 +78,16 @@ class ContactSharing:
     Args:
         model: Compiled; its contact pairs are set.
         layer: The skin's cover.
+        pieces: Corrects the contacts of links that collide in pieces; without it their pairs are only set.
     """
 
-    def __init__(self, model: mujoco.MjModel, layer: ElasticLayer) -> None:
+    def __init__(self, model: mujoco.MjModel, layer: ElasticLayer, *, pieces: PieceContacts | None = None) -> None:
         self._model, self._step = model, float(model.opt.timestep)
         self._discrete = model.opt.integrator == mujoco.mjtIntegrator.mjINT_DISCRETE
+        self._pieces, self._groups = pieces, piece_groups(model)
+        self._divided = [
+            any(piece_number(model.geom(geom).name) is not None for geom in geoms) for geoms in _geoms(model)
+        ]
         self._pairs = {geoms: pair for pair, geoms in enumerate(_geoms(model))}
         self._pairs |= {geoms[::-1]: pair for geoms, pair in self._pairs.items()}
         self._stiffness = [layer.stiffness / _skins(model, geoms) for geoms in _geoms(model)]
@@ -103,11 +114,13 @@ class ContactSharing:
         contact = data.contact
         rows, scaled, factors = contact.efc_address.tolist(), [], []
         for pair, numbers in points.items():
-            count = effective_count((-contact.dist[numbers]).tolist()) if len(numbers) > 1 else 1.0
-            if count > 1:
-                size = int(self._model.pair_dim[pair])
-                scaled += [rows[number] + row for number in numbers for row in range(size)]
-                factors += [count] * (size * len(numbers))
+            if len(numbers) == 1:
+                continue
+            size = int(self._model.pair_dim[pair])
+            for number, count in zip(numbers, self._counts(data, pair, numbers), strict=True):
+                if count > 1:
+                    scaled += [rows[number] + row for row in range(size)]
+                    factors += [count] * size
         if scaled:
             data.efc_R[scaled] *= factors
             data.efc_D[scaled] /= factors
@@ -118,12 +131,23 @@ class ContactSharing:
                 if row >= 0 and size > 1:
                     _limit_dilation(reference, row, friction)
 
+    def _counts(self, data: mujoco.MjData, pair: int, numbers: list[int]) -> list[float]:
+        """Return by how much each point of a pair is softer than it would be alone."""
+        contact = data.contact
+        depths = (-contact.dist[numbers]).tolist()
+        if not self._divided[pair]:
+            return [effective_count(depths)] * len(depths)
+        bodies = self._model.geom_bodyid[contact.geom[numbers, 0]]
+        signs = np.where(bodies == bodies[0], 1.0, -1.0)
+        counts: list[float] = shared_counts(depths, signs[:, None] * contact.frame[numbers, :3]).tolist()
+        return counts
+
     def _points(self, data: mujoco.MjData) -> dict[int, list[int]]:
         """Return the numbers of the contacts of each pair that touches."""
         points: dict[int, list[int]] = {}
         rows, geoms = data.contact.efc_address.tolist(), data.contact.geom.tolist()
         for number, (first, second) in enumerate(geoms):
-            pair = self._pairs.get((first, second))
+            pair = self._pairs.get((self._groups[first], self._groups[second]))
             if pair is not None and rows[number] >= 0:
                 points.setdefault(pair, []).append(number)
         return points
@@ -132,7 +156,10 @@ class ContactSharing:
         """Correct the points that MuJoCo finds between shapes with faces; return whether any changed."""
         changed = False
         for pair, numbers in points.items():
-            if not self._exact[pair]:
+            if self._divided[pair] and self._pieces is not None:
+                self._pieces.correct(data, pair, numbers)
+                changed = True
+            elif not self._exact[pair]:
                 for correct in (correct_normal, centre_on_cap, centre_on_side):
                     changed |= correct(self._model, data, numbers)
         if changed:
@@ -146,8 +173,7 @@ class ContactSharing:
         mujoco.mj_forwardSkip(self._model, data, mujoco.mjtStage.mjSTAGE_VEL, 1)  # computes R
         rows, depths = data.contact.efc_address.tolist(), (-data.contact.dist).tolist()
         for pair, numbers in points.items():
-            count = effective_count([depths[number] for number in numbers])
-            for number in numbers:
+            for number, count in zip(numbers, self._counts(data, pair, numbers), strict=True):
                 self._set_contact(data, number, rows[number], pair, count, depths[number])
 
     def _set_contact(self, data: mujoco.MjData, number: int, row: int, pair: int, count: float, depth: float) -> None:

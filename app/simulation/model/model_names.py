@@ -1,4 +1,4 @@
-"""Names in a model of what the assembly adds to the robot: a skinned link's hull and an object.
+"""Names in a model of what the assembly adds to the robot: a skinned link's hull, or its pieces, and an object.
 
 They are in a namespace of their own, which no robot may use, and told apart by kind in it. So a link, a joint or a
 shape of a robot may have any other name, and what a name begins with says for sure what it is.
@@ -9,6 +9,7 @@ from __future__ import annotations
 from app.robots.mujoco_spec import OWN_NAMES
 from app.scene.objects import ObjectSpec
 from app.skin.link_hulls import HULL
+from app.skin.link_pieces import piece_link, piece_number
 
 _OBJECT, _SHAPE = (f"{OWN_NAMES}{kind} " for kind in ("object", "shape"))
 
@@ -24,8 +25,8 @@ def shape_name(number: int) -> str:
 
 
 def is_hull(name: str) -> bool:
-    """Whether a geom or mesh of that name is the hull of a skinned link."""
-    return name.startswith(HULL)
+    """Whether a geom or mesh of that name is the hull of a skinned link, or a piece of it."""
+    return name.startswith(HULL) or piece_number(name) is not None
 
 
 def is_object(name: str) -> bool:
@@ -35,6 +36,7 @@ def is_object(name: str) -> bool:
 
 def plain_name(name: str) -> str:
     """For people: what it is called in its own file."""
+    name = piece_link(name)
     for kind in (HULL, _OBJECT, _SHAPE):
         name = name.removeprefix(kind)
     return name

@@ -1,0 +1,349 @@
+"""Convex pieces with which a link collides where its convex hull would span hollows of its skin.
+
+The surface that can be touched is the skin and, where the link is bare, a wrap of its mesh. Its faces are gathered into
+regions that are convex to within a tolerance; the hull of a region and of its copy a little below the surface is one
+piece. So pieces follow the surface that feels, whatever the mesh below is: open, with holes, or no solid.
+
+Decision: this instead of a decomposition of the solid. CoACD (1.0.14) needs a closed solid and cuts it by planes. For a
+bowl of 100 mm it took 29 s for 155 pieces that stand at most 0.46 mm proud, and minutes for a saddle.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import mujoco
+import numpy as np
+from scipy.spatial import ConvexHull, QhullError
+
+from app.core.arrays import BoolArray, FloatArray, IntArray
+from app.core.errors import MeshError
+from app.geometry.closest_point import ClosestPoint
+from app.geometry.mesh import Mesh
+from app.geometry.raycast import RayCaster
+from app.geometry.remesh.repair import clean_mesh
+from app.geometry.remesh.wrap import wrap_mesh
+from app.robots.mujoco_spec import OWN_NAMES
+from app.robots.robot import Robot
+from app.skin.link_hulls import carries_mesh, hull_points
+from app.skin.skin import Skin
+
+PROUD, PROUD_SHARE = 1e-3, 0.01
+"""Distances of the hull from the skin that are accepted: this many metres, or this share of the link's size."""
+PROUD_AREA = 0.02
+"""Share of the skin's area above which a larger distance is not accepted."""
+_TOLERANCE, _TOLERANCE_SHARE = 3e-4, 0.003
+"""Distance of a piece from the surface that is accepted [m], or as a share of the link's size; the larger counts."""
+_BARE = 4.0
+"""Tolerance where the link is bare, over that of its skin."""
+_DEPTH = 0.010
+"""Thickness of pieces [m], at most half of the wall."""
+_THINNEST = 2e-4
+_SAMPLES = 300
+"""Faces near a piece at which its height is measured while it grows."""
+_GAP = 1e-3
+"""Distance between the skin's border and what is bare [m]; a wrap is not exact at edges."""
+_COVERED = 0.010
+"""Distance below the skin [m] up to which the link's mesh is under it."""
+_STEEPEST = 0.3
+"""Cosine between the normals of a region's first face and of any other."""
+
+
+@dataclass(frozen=True, eq=False)
+class LinkPieces:
+    """The convex pieces of one link.
+
+    Attributes:
+        surface: What can be touched, in the link's frame; its faces look outward.
+        piece: (m,) the piece of each face; negative for faces too small for one.
+        skinned: Number of its first faces that have skin.
+        hulls: (k, 3) vertices of each piece [m].
+    """
+
+    surface: Mesh
+    piece: IntArray
+    skinned: int
+    hulls: tuple[FloatArray, ...]
+
+
+_PIECE = f"{OWN_NAMES}piece "
+"""How the names of pieces begin."""
+
+
+def piece_name(link: str, number: int) -> str:
+    """Return the name of a piece of a link: its geom and its mesh."""
+    return f"{_PIECE}{number} {link}"
+
+
+def piece_number(name: str) -> int | None:
+    """Return the number of the piece in its link that a geom or mesh of that name is; None where it is not one."""
+    return int(name.removeprefix(_PIECE).split(" ", 1)[0]) if name.startswith(_PIECE) else None
+
+
+def piece_link(name: str) -> str:
+    """Return the link's name from the name of a piece, and any other name unchanged."""
+    return name.removeprefix(_PIECE).split(" ", 1)[1] if name.startswith(_PIECE) else name
+
+
+def add_pieces(spec: mujoco.MjSpec, pieces: LinkPieces, link: str) -> list[mujoco.MjsGeom]:
+    """Add the pieces of a link to its body, without weight; nothing collides with them yet."""
+    geoms = []
+    for number, hull in enumerate(pieces.hulls):
+        name = piece_name(link, number)
+        spec.add_mesh(name=name, uservert=hull.ravel().tolist(), inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_CONVEX)
+        geoms.append(
+            spec.body(link).add_geom(
+                name=name, type=mujoco.mjtGeom.mjGEOM_MESH, meshname=name, mass=0.0, contype=0, conaffinity=0, group=3
+            )
+        )
+    return geoms
+
+
+@dataclass(frozen=True)
+class HullFit:
+    """How far a shape stands proud of a link's skin, along the skin's normals.
+
+    Attributes:
+        largest: [m].
+        usual: 95 % of the skin's area has less [m].
+        angle: Between the normals of shape and skin; 95 % of the area has less [rad].
+        share: Share of the skin's area where it is more than is accepted of a hull.
+    """
+
+    largest: float
+    usual: float
+    angle: float
+    share: float
+
+
+@lru_cache(maxsize=64)
+def link_pieces(robot: Robot, skin: Skin, link: str) -> LinkPieces | None:
+    """Return the pieces of a link with skin; None where its hull follows the skin.
+
+    Cost: 1 ms where the hull does; else 0.5 to 5 s, once for a robot and its skin.
+    """
+    if hull_fit(robot, skin, link).share <= PROUD_AREA:
+        return None
+    surface = _touchable(robot, skin, link)
+    skinned = sum(len(patch.surface.faces) for patch in skin.patches if patch.link == link)
+    size = float(np.ptp(surface.vertices, axis=0).max())
+    piece, hulls = _Regions(surface, skinned, max(_TOLERANCE, _TOLERANCE_SHARE * size)).divide()
+    return LinkPieces(surface, piece, skinned, hulls)
+
+
+def hull_fit(robot: Robot, skin: Skin, link: str) -> HullFit:
+    """Return how far the convex hull of a link and its skin stands proud of the skin."""
+    points = hull_points(robot, skin, link)
+    accepted = max(PROUD, PROUD_SHARE * float(np.ptp(points, axis=0).max()))
+    return _fit((points,), skin, link, accepted)
+
+
+def pieces_fit(pieces: LinkPieces, skin: Skin, link: str) -> HullFit:
+    """Return how far the pieces of a link stand proud of its skin."""
+    return _fit(pieces.hulls, skin, link, PROUD)
+
+
+def _fit(hulls: tuple[FloatArray, ...], skin: Skin, link: str, accepted: float) -> HullFit:
+    surfaces = [patch.surface for patch in skin.patches if patch.link == link]
+    places = np.concatenate([surface.vertices[surface.faces].mean(axis=1) for surface in surfaces])
+    normals = np.concatenate([surface.face_normals for surface in surfaces])
+    areas = np.concatenate([surface.face_areas for surface in surfaces])
+    height, facing = np.zeros(len(places)), np.ones(len(places))
+    for hull in hulls:
+        facets = ConvexHull(hull).equations
+        inside, leaves, facet = _leaving(facets, places, normals)
+        higher = inside & (leaves >= height)
+        height[higher] = leaves[higher]
+        facing[higher] = np.vecdot(facets[facet[higher], :3], normals[higher])
+    angles = np.arccos(np.clip(facing, -1, 1))
+    share = float(areas[height > accepted].sum() / areas.sum())
+    return HullFit(float(height.max()), _percentile(height, areas), _percentile(angles, areas), share)
+
+
+def _percentile(values: FloatArray, areas: FloatArray) -> float:
+    """Return the value below which 95 % of the area is."""
+    order = values.argsort(kind="stable")
+    return float(values[order][np.searchsorted(areas[order].cumsum(), 0.95 * areas.sum())])
+
+
+_INSIDE = 1e-6
+"""Distance outside a hull [m] up to which a point counts as in it."""
+
+
+def _leaving(facets: FloatArray, points: FloatArray, directions: FloatArray) -> tuple[BoolArray, FloatArray, IntArray]:
+    """Return where lines from ``points`` (n, 3) along ``directions`` leave a convex hull.
+
+    Returns:
+        (n,) whether the point is in the hull, (n,) the distance to the exit [m], (n,) the facet of the exit.
+    """
+    slopes, heights = directions @ facets[:, :3].T, points @ facets[:, :3].T + facets[:, 3]
+    ways = np.divide(-heights, slopes, out=np.full_like(slopes, np.inf), where=slopes > 1e-9)
+    facet = ways.argmin(axis=1)
+    return heights.max(axis=1) <= _INSIDE, ways[np.arange(len(ways)), facet], facet
+
+
+def _touchable(robot: Robot, skin: Skin, link: str) -> Mesh:
+    """Return the skin of a link and what is bare of the link's mesh, in one mesh that is not connected between them."""
+    parts = [patch.surface for patch in skin.patches if patch.link == link]
+    covered = _joined(parts)
+    mesh = robot.link(link).mesh
+    if mesh is not None and carries_mesh(robot, skin, link):
+        try:
+            parts.append(_bare(mesh, covered, link))
+        except MeshError:  # nothing of it can be wrapped; the skin alone collides
+            return covered
+    return _joined(parts)
+
+
+def _bare(mesh: Mesh, covered: Mesh, link: str) -> Mesh:
+    """Return the part of a wrap of ``mesh`` that is not under the skin."""
+    clean, _ = clean_mesh(mesh, where=link)
+    step = max(2e-3, 0.015 * clean.size)
+    wrap = wrap_mesh(clean, thickness=step, voxel=2 * step, where=link).surface
+    wrap = Mesh(wrap.vertices - step * wrap.vertex_normals, wrap.faces)
+    centres = wrap.vertices[wrap.faces].mean(axis=1)
+    faces, weights, distances = ClosestPoint(covered).query(centres)
+    border = np.zeros(len(covered.vertices), dtype=bool)
+    border[covered.connectivity.boundary_edges] = True
+    at_border = (border[covered.faces[faces]] & (weights > 1e-6)).sum(axis=1) == (weights > 1e-6).sum(axis=1)
+    bare = (at_border & (distances > _GAP)) | (distances > max(_COVERED, 2 * step))
+    bare |= np.vecdot(wrap.face_normals, covered.face_normals[faces]) < 0  # the other side of a wall
+    return Mesh(wrap.vertices, wrap.faces[bare])
+
+
+def _joined(parts: list[Mesh]) -> Mesh:
+    starts = np.cumsum([0, *(len(part.vertices) for part in parts)])
+    faces = [part.faces + start for part, start in zip(parts, starts, strict=False)]
+    return Mesh(np.concatenate([part.vertices for part in parts]), np.concatenate(faces))
+
+
+def _volume(points: FloatArray) -> float:
+    """Return the volume of a convex hull [m³]; 0 of points in a plane."""
+    try:
+        return float(ConvexHull(points).volume)
+    except QhullError:
+        return 0.0
+
+
+_OPEN, _NO_PIECE = -1, -2
+"""Marks of faces that are in no region yet, and of those too small for a piece."""
+_SMALLEST = 1e-13
+"""Smallest volume of a piece [m³]."""
+
+
+class _Regions:
+    """Divides the faces of a surface into regions that are convex to within a tolerance.
+
+    Args:
+        surface: Its faces look outward.
+        skinned: Number of its first faces that have skin.
+        tolerance: Height of a piece above the skin that is accepted [m].
+    """
+
+    def __init__(self, surface: Mesh, skinned: int, tolerance: float) -> None:
+        self._surface, self._skinned = surface, skinned
+        self._normals, self._centres = surface.face_normals, surface.vertices[surface.faces].mean(axis=1)
+        self._accepted = np.full(len(surface.faces), tolerance)
+        self._accepted[skinned:] *= _BARE
+        self._neighbours: list[list[int]] = [[] for _ in surface.faces]
+        for one, other in surface.connectivity.face_pairs.tolist():
+            self._neighbours[one].append(other)
+            self._neighbours[other].append(one)
+        self._depths = self._wall_depths()
+
+    def divide(self) -> tuple[IntArray, tuple[FloatArray, ...]]:
+        """Return the region of each face, and the vertices of each region's piece."""
+        region = np.where(self._surface.face_areas > 0, _OPEN, _NO_PIECE)
+        hulls: list[FloatArray] = []
+        for seed in range(len(region)):
+            if region[seed] == _OPEN:
+                faces = self._grown(seed, region)
+                hull = self._thinned(np.array(faces))
+                solid = _volume(hull) > _SMALLEST
+                region[faces] = len(hulls) if solid else _NO_PIECE
+                hulls += [hull] * solid
+        return region, tuple(hulls)
+
+    def _grown(self, seed: int, region: IntArray) -> list[int]:
+        """Return the faces of a region about ``seed``, added ring by ring."""
+        inside, seen = [seed], {seed}
+        added = inside
+        while True:
+            ring = {other for face in added for other in self._neighbours[face] if region[other] == _OPEN} - seen
+            seen |= ring
+            added = []
+            waiting = [self._likely(inside, np.array(sorted(ring), dtype=np.int64))]
+            smallest = max(len(ring) // 6, 1)
+            while waiting:
+                group = waiting.pop()
+                if len(group) and self._fits(np.array(inside + added + group)):
+                    added = added + group
+                elif len(group) > smallest:
+                    waiting += [group[len(group) // 2 :], group[: len(group) // 2]]
+            if not added:
+                return inside
+            inside = inside + added
+
+    def _likely(self, inside: list[int], ring: IntArray) -> list[int]:
+        """Return the faces of a ring that do not rise far above the region, nor the region above them.
+
+        The ends of an arc are four times as high above each other's tangents as their chord is above the arc.
+        """
+        if not len(ring):
+            return []
+        most, region = 4 * self._accepted[inside[0]], np.array(inside)
+        corners = self._surface.vertices[self._surface.faces]
+        rise = np.einsum("rcd,id->ric", corners[ring], self._normals[region])
+        rise -= np.vecdot(self._centres[region], self._normals[region])[:, None]
+        back = np.einsum("rd,icd->ric", self._normals[ring], corners[region])
+        back -= np.vecdot(self._centres[ring], self._normals[ring])[:, None, None]
+        likely = (rise.max(axis=(1, 2)) <= most) & (back.max(axis=(1, 2)) <= most)
+        likely &= self._normals[ring] @ self._normals[inside[0]] > _STEEPEST
+        return ring[likely].tolist()
+
+    def _fits(self, faces: IntArray) -> bool:
+        """Return whether the piece of the faces stands proud of the surface nowhere by more than is accepted."""
+        return not self._comes_out(self._piece(faces, 1.0), int(faces[0]))
+
+    def _thinned(self, faces: IntArray) -> FloatArray:
+        """Return the vertices of a region's piece, thinner where it would come out on another side."""
+        share = 1.0
+        while True:
+            hull = self._piece(faces, share)
+            if share < _THINNEST / _DEPTH or not self._comes_out(hull, int(faces[0])):
+                return hull
+            share *= 0.5
+
+    def _piece(self, faces: IntArray, share: float) -> FloatArray:
+        """Return the corners of faces and, below them by a share of the wall's depth, their copies."""
+        points, corner = np.unique(self._surface.faces[faces], return_inverse=True)
+        vertices, corner = self._surface.vertices[points], corner.ravel()
+        weighted = np.repeat(self._normals[faces] * self._surface.face_areas[faces][:, None], 3, axis=0)
+        outward = np.stack([np.bincount(corner, column) for column in weighted.T], axis=1)
+        outward = outward / np.linalg.norm(outward, axis=1, keepdims=True)
+        depth = np.full(len(points), np.inf)
+        np.minimum.at(depth, corner, np.repeat(self._depths[faces], 3))
+        depth = np.maximum(share * depth, _THINNEST)
+        return np.concatenate([vertices, vertices - depth[:, None] * outward])
+
+    def _comes_out(self, hull: FloatArray, first: int) -> bool:
+        """Return whether a piece whose first face is ``first`` stands too proud of the surface."""
+        centres = self._centres[: self._skinned] if first < self._skinned else self._centres
+        near = np.flatnonzero(((centres >= hull.min(axis=0)) & (centres <= hull.max(axis=0))).all(axis=1))
+        try:
+            facets = ConvexHull(hull).equations
+        except QhullError:
+            return True
+        near = near[:: -(-len(near) // _SAMPLES) or 1]
+        inside, leaves, _ = _leaving(facets, centres[near], self._normals[near])
+        return bool((inside & (leaves > self._accepted[near])).any())
+
+    def _wall_depths(self) -> FloatArray:
+        """Return (m,) half the distance from each face inward to the next one, between the least and largest depth."""
+        rays, step = RayCaster(self._surface), 1e-5 * self._surface.size
+        depths = np.full(len(self._centres), _DEPTH)
+        for face, (centre, normal) in enumerate(zip(self._centres, self._normals, strict=True)):
+            if normal.any() and (hit := rays.first_hit(centre - step * normal, -normal)) is not None:
+                depths[face] = 0.5 * (hit.distance + step)
+        return np.clip(depths, _THINNEST, _DEPTH)

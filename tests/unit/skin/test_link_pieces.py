@@ -1,0 +1,93 @@
+"""Convex pieces of links whose hull would span hollows of their skin."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.spatial import ConvexHull
+
+from app.geometry.mesh import Mesh
+from app.skin.link_hulls import skinned_links
+from app.skin.link_pieces import (
+    PROUD_AREA,
+    hull_fit,
+    link_pieces,
+    piece_link,
+    piece_name,
+    piece_number,
+    pieces_fit,
+)
+from tests.support.hollows import BASE, BOWL_DEPTH, HALF, hollow
+from tests.support.touch import bar, bar_skin, pair
+
+HOLLOWS = ("bowl", "groove", "saddle")
+
+
+@pytest.mark.parametrize("shape", HOLLOWS)
+@pytest.mark.parametrize("solid", [True, False], ids=["solid", "skin alone"])
+def test_pieces_follow_a_hollow_skin(shape, solid):
+    robot, skin = hollow(shape, solid=solid)
+    before = hull_fit(robot, skin, "block")
+    assert before.largest > 0.02
+    assert before.share > 0.3
+    pieces = link_pieces(robot, skin, "block")
+    after = pieces_fit(pieces, skin, "block")
+    assert after.largest < 0.6e-3, "0.5 % of 120 mm"
+    assert after.usual < 0.4e-3
+    assert after.angle < np.radians(12)
+    assert len(pieces.hulls) < 150
+
+
+def test_the_depth_of_a_bowl_is_the_gap_of_its_hull():
+    assert hull_fit(*hollow("bowl"), "block").largest == pytest.approx(BOWL_DEPTH, rel=0.02)
+
+
+@pytest.mark.parametrize(("robot", "skin"), [hollow("flat"), (bar(), bar_skin()), pair()])
+def test_links_with_convex_skin_collide_as_their_hull(robot, skin):
+    for link in skinned_links(skin):
+        assert hull_fit(robot, skin, link).share <= PROUD_AREA
+        assert link_pieces(robot, skin, link) is None
+
+
+def test_pieces_stay_in_the_block_and_cover_its_bare_sides():
+    pieces = link_pieces(*hollow("groove"), "block")
+    points = np.concatenate(pieces.hulls)
+    assert np.abs(points[:, :2]).max() < HALF + 2e-3
+    assert points[:, 2].min() > BASE - 2e-3
+    inner = [ConvexHull(hull).equations for hull in pieces.hulls]
+    for place in ((0.0, 0.0, BASE + 3e-3), (HALF - 3e-3, 0.0, -0.025), (0.03, HALF - 3e-3, -0.02)):
+        assert any((facets[:, :3] @ place + facets[:, 3] < 0).all() for facets in inner), place
+
+
+def test_pieces_do_not_come_out_of_a_thin_wall():
+    """A bowl as thin as a shell: pieces are at most half as thick."""
+    robot, skin = hollow("bowl")
+    top = skin.patches[0].surface
+    below = Mesh(top.vertices - [0, 0, 1e-3], top.faces[:, ::-1])
+    shell = replace(skin.patches[0], surface=top)
+    under = replace(skin.patches[0], name="under", surface=below)
+    pieces = link_pieces(replace(robot, links=(replace(robot.links[0], missing=("x",)),)),
+                         replace(skin, patches=(shell, under)), "block")  # fmt: skip
+    fit = pieces_fit(pieces, replace(skin, patches=(shell, under)), "block")
+    assert fit.largest < 1e-3
+
+
+def test_every_face_of_the_skin_is_in_a_piece_and_repeats_are_the_same():
+    robot, skin = hollow("bowl")
+    first = link_pieces(robot, skin, "block")
+    assert (first.piece >= 0).all()
+    assert set(first.piece.tolist()) == set(range(len(first.hulls)))
+    for number in (0, len(first.hulls) - 1):
+        corners = first.surface.vertices[first.surface.faces[first.piece == number]].reshape(-1, 3)
+        facets = ConvexHull(first.hulls[number]).equations
+        assert (corners @ facets[:, :3].T + facets[:, 3]).max() < 1e-9
+    again = link_pieces(replace(robot), skin, "block")
+    assert again is not first
+    assert all(np.array_equal(one, other) for one, other in zip(first.hulls, again.hulls, strict=True))
+
+
+def test_names_of_pieces_state_link_and_number():
+    assert (piece_number(piece_name("left arm", 12)), piece_link(piece_name("left arm", 12))) == (12, "left arm")
+    assert (piece_number("left arm"), piece_link("left arm")) == (None, "left arm")
