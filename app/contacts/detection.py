@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections import Counter
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -19,7 +20,7 @@ from app.contacts.centre_of_pressure import (
 from app.contacts.error_budget import Motion, Readings, propagate_uncertainty
 from app.contacts.image_centre import CentreSettings, taxel_moments
 from app.contacts.regions import ContactRegion, SeamCrossings, TaxelGraph, TaxelGroup
-from app.contacts.tracking import RegionTracker, TrackId, TrackMemory
+from app.contacts.tracking import Measured, RegionTracker, TrackId, TrackMemory
 from app.core.arrays import FloatArray, IntArray, dot, seal
 from app.core.errors import MapError
 from app.maps.tactile_map import TactileMap
@@ -217,6 +218,9 @@ class ContactDetector:
             self._look(touched.nonzero()[0], pressures, time)
         regions = [self._region(felt, pressures) for felt in self._felt]
         self._faces = {region.id: region.at.face for region in regions}
+        if len(regions) > 1:
+            measured = ((region.id, Measured(region.link_position, region.force)) for region in regions)
+            self._tracker.motions.observe(time, measured)
         self._motions = {region.id: self._motions[region.id] for region in regions if region.id in self._motions}
         self._found = tuple(sorted(regions, key=lambda region: (-region.force, region.id)))
         self._held = given if same and not given.flags.writeable and given.base is None else None
@@ -251,8 +255,20 @@ class ContactDetector:
             touched, groups = self._believed(touched, groups, pressures)
         self._touched = touched
         self._level()
-        names = self._tracker.assign(groups, now=time)
+        names = self._tracker.assign(groups, now=time, measure=lambda parts: self._measured(parts, pressures))
         self._felt = [self._feel(name, group) for name, group in zip(names, groups, strict=True)]
+
+    def _measured(self, groups: Sequence[TaxelGroup], pressures: FloatArray) -> list[Measured]:
+        """Return the centre and force of each group; what presses on a taxel in several rings is shared among them."""
+        rings = Counter(taxel for group in groups for taxel in group.ring)
+        found = []
+        for group in groups:
+            taxels = np.array(sorted(group.core | group.ring), dtype=np.int64)
+            shares = np.array([rings[taxel] if taxel in group.ring else 1 for taxel in taxels.tolist()])
+            forces = np.maximum(pressures.take(taxels), 0.0) * self._areas.take(taxels) / shares
+            force = float(forces.sum())
+            found.append(Measured(forces @ self._body.take(taxels, axis=0) / force, force))
+        return found
 
     @property
     def _may_be_noise(self) -> bool:

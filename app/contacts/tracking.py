@@ -2,7 +2,8 @@
 absence.
 
 ``RegionTracker`` assigns ids by shared taxels; ``TrackMemory`` keeps contacts that are gone, for as long as they may
-come back as who they were.
+come back as who they were. ``ContactMotions`` keeps the contacts that merged, and identifies them when they part, by
+motion and force.
 
 A finger that slides over a gap between taxels, or that a slow skin samples just then, lifts from the skin as little as
 a foot that steps over a crack. So a contact that comes back soon enough, no farther off than a finger can have moved
@@ -15,10 +16,12 @@ is awaited until it has crossed it; but only beside where it was. In the same pl
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Mapping, Sequence, Set
+from collections import Counter, deque
+from collections.abc import Callable, Iterable, Mapping, Sequence, Set
+from itertools import product
 from typing import NamedTuple
 
+import numpy as np
 from scipy.spatial import cKDTree
 
 from app.contacts.regions import TaxelGroup
@@ -115,6 +118,150 @@ class TrackMemory:
         return apart if apart <= SPEED * (now - gone.left + self.period) else None
 
 
+PARTED = 5.0
+"""Contacts that part later than this after they merged [s] are not identified: the larger part keeps the id."""
+_WINDOW = 0.2
+"""The velocity before a merge is taken over this time [s]."""
+_SETTLED = 0.05
+"""A contact that merges again within this time [s] after it parted keeps what was known before: at first its force and
+velocity are disturbed by the other contact."""
+_SPACING = 0.005
+_MOST_SAMPLES = 64
+_PLACE_SD = 0.5
+"""Standard deviation of a predicted place, as a share of the distance of the parts."""
+_FORCE_SD = 0.13
+"""Standard deviation of the logarithm of a force by the other contact close to it; its own scatter comes on top."""
+_MOTION_LIMIT = 4.0
+"""Most that motion counts against an assignment: the evidence of forces that differ by a fifth. Fingers turn back more
+often than they change their forces while they touch each other."""
+_MOST_ASSIGNMENTS = 1024
+
+
+class Measured(NamedTuple):
+    """Centre of pressure (3,) [m], link frame, and force [N] of a contact."""
+
+    centre: FloatArray
+    force: float
+
+
+class _Motion(NamedTuple):
+    """Motion of a contact before it merged: (3,) place [m] and velocity [m/s] at the ``time`` [s]; mean force [N].
+
+    ``scatter`` is the variance of the force as a share of its square.
+    """
+
+    time: float
+    place: FloatArray
+    velocity: FloatArray
+    force: float
+    scatter: float
+
+    def predicted(self, now: float) -> FloatArray:
+        return self.place + (now - self.time) * self.velocity
+
+
+class ContactMotions:
+    """Motion and force of contacts, and the contacts inside merged regions. Mutable; ``reset`` forgets them.
+
+    When a merged region parts, each assignment of its contacts to the parts has a cost: the squared distances of the
+    parts from the places that constant velocity predicts, and the squared logarithms of their forces over those before
+    the merge. The assignment with the least cost is taken. Motion alone cannot distinguish contacts that cross from
+    contacts that turn back; where the forces are equal, contacts that turn back are exchanged.
+    """
+
+    def __init__(self) -> None:
+        self.reset()
+
+    def reset(self) -> None:
+        """No contact is known."""
+        self._paths: dict[int, deque[tuple[float, Measured]]] = {}
+        self._before: dict[int, _Motion] = {}
+        self._inside: dict[int, dict[int, _Motion]] = {}  # by id of the merged region
+
+    def observe(self, now: float, contacts: Iterable[tuple[int, Measured]]) -> None:
+        """Record the contacts at the time ``now`` [s]. Cost: 1 µs a contact."""
+        paths = self._paths
+        self._paths = {}
+        for id_, measured in contacts:
+            self._paths[id_] = path = paths.get(id_) or deque(maxlen=_MOST_SAMPLES)
+            if not path or now - path[-1][0] >= _SPACING:
+                path.append((now, measured))
+
+    def inside(self, id_: int, now: float) -> frozenset[int]:
+        """Return the ids of the contacts in a region; its own alone where none merged into it recently."""
+        motions = self._inside.get(id_, {})
+        return (
+            frozenset(motions)
+            if motions and now - min(m.time for m in motions.values()) < PARTED
+            else frozenset((id_,))
+        )
+
+    def keep(self, contents: Mapping[int, frozenset[int]]) -> None:
+        """Store the contacts in each region from now on; ``contents`` has the ids of contacts by that of the region."""
+        known = {id_: motion for inside in self._inside.values() for id_, motion in inside.items()}
+        parted = {id_ for ids in contents.values() if len(ids) == 1 for id_ in ids}
+        self._before = {id_: m for id_, m in (self._before | known).items() if id_ in parted}
+        self._inside = {}
+        for region, ids in contents.items():
+            motions = {id_: known.get(id_) or self._motion(id_) for id_ in ids} if len(ids) > 1 else {}
+            sure = {id_: motion for id_, motion in motions.items() if motion is not None}
+            if len(sure) > 1 and region in sure:
+                self._inside[region] = sure
+
+    def assigned(self, region: int, parts: Sequence[Measured], now: float) -> list[frozenset[int]] | None:
+        """Return the contacts in each of the parts of a merged region; None where there are too many to compare.
+
+        Every part gets a contact, or none gets two where the parts are more than the contacts.
+        """
+        motions = self._inside[region]
+        ids = list(motions)
+        if len(parts) ** len(ids) > _MOST_ASSIGNMENTS:
+            return None
+        least = min(len(parts), len(ids))
+        every = [one for one in product(range(len(parts)), repeat=len(ids)) if len(set(one)) == least]
+        costs = np.array([_costs(one, list(motions.values()), parts, now) for one in every])
+        total = np.minimum(costs[:, 0] - costs[:, 0].min(), _MOTION_LIMIT) + costs[:, 1]
+        best = every[int(total.argmin())]
+        return [frozenset(id_ for id_, part in zip(ids, best, strict=True) if part == k) for k in range(len(parts))]
+
+    def _motion(self, id_: int) -> _Motion | None:
+        """Motion of a contact that merges now; None if it was never observed."""
+        path = self._paths.get(id_)
+        if not path:
+            return self._before.get(id_)
+        last = path[-1][0]
+        if id_ in self._before and last - path[0][0] < _SETTLED:
+            return self._before[id_]
+        times = np.array([time for time, _ in path if time >= last - _WINDOW]) - last
+        recent = [measured for _, measured in path][-len(times) :]
+        places = np.array([measured.centre for measured in recent])
+        spread = times - times.mean()
+        squared = float(spread @ spread)
+        velocity = spread @ places / squared if squared > 0 else np.zeros(3)
+        forces = np.array([measured.force for _, measured in path])
+        force = float(forces.mean())
+        return _Motion(
+            last, places.mean(axis=0) - times.mean() * velocity, velocity, force, float(forces.var()) / force**2
+        )
+
+
+def _costs(
+    assignment: tuple[int, ...], motions: Sequence[_Motion], parts: Sequence[Measured], now: float
+) -> tuple[float, float]:
+    """Return the costs of motion and of force of an assignment, the number of the part of each contact."""
+    used = sorted(set(assignment))
+    members = [[m for m, own in zip(motions, assignment, strict=True) if own == part] for part in used]
+    before = np.array([sum(m.force for m in own) for own in members])
+    predicted = np.array([sum(m.force * m.predicted(now) for m in own) for own in members]) / before[:, None]
+    centres = np.array([parts[part].centre for part in used])
+    apart = centres - centres.mean(axis=0)
+    scale = 2 * float(np.sqrt((apart**2).sum(axis=1).mean()))
+    off = float(((centres - predicted) ** 2).sum()) / (_PLACE_SD * scale) ** 2 if scale > 0 else 0.0
+    grown = np.log(np.array([parts[part].force for part in used]) / before)
+    variance = _FORCE_SD**2 + sum(m.scatter for m in motions) / len(motions)
+    return off, float(((grown - grown.mean()) ** 2).sum()) / variance
+
+
 class TrackId(NamedTuple):
     """Who a region is.
 
@@ -129,23 +276,31 @@ class TrackId(NamedTuple):
     split_from: int | None = None
 
 
+Measure = Callable[[Sequence[TaxelGroup]], list[Measured]]
+
+
 class RegionTracker:
     """Names groups of taxels frame by frame. Mutable; ``reset`` forgets them all.
 
     A region is the heir of the one that it shares most touched taxels with; or, moved on by more than that, of one in
     whose ring it stands; or, farther still, of one whose ring its own ring meets; these two only if that one has no
-    other heir. Where several regions have one heir they have merged: the oldest keeps its name. Where one has left
-    several parts it has split: the largest part keeps the name.
+    other heir. Where several regions have one heir they have merged: the oldest keeps its name. Where a merged region
+    leaves several parts, the contacts in it get their names back (``ContactMotions``). Where any other has left several
+    parts it has split: the largest part keeps the name.
 
     A contact that jumps by more than its own size and two rings between two frames is a new one, and so is one that
     comes back; unless the memory knows it.
 
     Args:
         memory: Of contacts that are gone; by default none comes back.
+
+    Attributes:
+        motions: Of the contacts. Only contacts that are observed there are identified after a merge.
     """
 
     def __init__(self, memory: TrackMemory | None = None) -> None:
         self._memory = memory
+        self.motions = ContactMotions()
         self.reset()
 
     def reset(self) -> None:
@@ -154,15 +309,19 @@ class RegionTracker:
         self._ring: dict[int, int] = {}  # id by ring taxel
         self._groups: dict[int, TaxelGroup] = {}  # by id
         self._next = 1
+        self.motions.reset()
         if self._memory is not None:
             self._memory.reset()
 
-    def assign(self, groups: Sequence[TaxelGroup], *, now: float = 0.0) -> list[TrackId]:
+    def assign(
+        self, groups: Sequence[TaxelGroup], *, now: float = 0.0, measure: Measure | None = None
+    ) -> list[TrackId]:
         """Who each of ``groups`` is, in their order. Cost: 0.2 µs a taxel.
 
         Args:
             groups: Of touched taxels.
-            now: The time [s]; only for those who come back.
+            now: The time [s]; only for those who come back or part.
+            measure: Centres and forces of groups; without it parts of merged regions are not identified.
         """
         shared = [_votes(group.core, self._core) for group in groups]
         placed = {old for vote in shared for old in vote}
@@ -173,12 +332,21 @@ class RegionTracker:
                 if old not in heir or count > heir[old][0]:
                     heir[old] = count, number
         claims: list[list[int]] = [[] for _ in groups]
-        for old in sorted(heir):
+        for old in heir:
             claims[heir[old][1]].append(old)
         self._lose(heir.keys(), now)
-        names = [
-            self._identify(claim, vote, group, now) for claim, vote, group in zip(claims, shared, groups, strict=True)
+        parted = self._parted(groups, claims, shared, now, measure) if measure is not None else {}
+        contents = [
+            frozenset[int]().union(
+                *[self.motions.inside(old, now) for old in claim if old not in parted],
+                *[parts[number] for parts in parted.values() if number in parts],
+            )
+            for number, claim in enumerate(claims)
         ]
+        names = [
+            self._identify(ids, vote, group, now) for ids, vote, group in zip(contents, shared, groups, strict=True)
+        ]
+        self.motions.keep({name.id: ids | {name.id} for name, ids in zip(names, contents, strict=True)})
         self._remember(groups, names)
         return names
 
@@ -197,10 +365,33 @@ class RegionTracker:
                 if old not in kept:
                     self._memory.lose(old, group, now)
 
-    def _identify(self, claim: list[int], vote: Counter[int], group: TaxelGroup, now: float) -> TrackId:
-        if claim:
-            return TrackId(claim[0], tuple(claim[1:]))
-        parent = min(vote, key=lambda old: (-vote[old], old), default=None)
+    def _parted(
+        self,
+        groups: Sequence[TaxelGroup],
+        claims: Sequence[Sequence[int]],
+        shared: Sequence[Counter[int]],
+        now: float,
+        measure: Measure,
+    ) -> dict[int, dict[int, frozenset[int]]]:
+        """Return the contacts in each group, by merged region that left several groups and by number of the group."""
+        parted = {}
+        for old in self._groups:
+            if len(self.motions.inside(old, now)) < 2:
+                continue
+            heirs = [n for n, claim in enumerate(claims) if old in claim or (not claim and _parent(shared[n]) == old)]
+            if len(heirs) > 1:
+                found = self.motions.assigned(old, measure([groups[n] for n in heirs]), now)
+                if found is not None:
+                    parted[old] = dict(zip(heirs, found, strict=True))
+        return parted
+
+    def _identify(self, ids: frozenset[int], vote: Counter[int], group: TaxelGroup, now: float) -> TrackId:
+        """Return the name of a group that contains the contacts ``ids``."""
+        parent = _parent(vote)
+        if ids:
+            name = min(ids)
+            merged = tuple(sorted(old for old in ids if old in self._groups and old != name))
+            return TrackId(name, merged, None if name in self._groups else parent)
         back = self._memory.find(group, now) if self._memory is not None and parent is None else None
         if back is not None:
             return TrackId(back)
@@ -213,6 +404,11 @@ class RegionTracker:
         for group, name in zip(groups, names, strict=True):
             self._core.update(dict.fromkeys(group.core, name.id))
             self._ring.update(dict.fromkeys(group.ring, name.id))
+
+
+def _parent(vote: Counter[int]) -> int | None:
+    """Return the id with the most votes, of equals the smallest; None without votes."""
+    return min(vote, key=lambda old: (-vote[old], old), default=None)
 
 
 def _votes(taxels: frozenset[int], owner: dict[int, int]) -> Counter[int]:

@@ -108,7 +108,7 @@ def test_when_two_merge_the_older_keeps_its_name_and_the_other_is_told():
     assert (merged.id, merged.merged) == (1, (2,))
     assert reader.read(bridge)[0].merged == (), "told once"
     after = reader.read(small + large)
-    assert [(region.id, region.split_from) for region in after] == [(1, None), (3, 1)], "the larger part keeps the name"
+    assert [(region.id, region.split_from) for region in after] == [(2, 1), (1, None)], "each has its name again"
     assert [region.split_from for region in reader.read(small + large)] == [None, None]
 
 

@@ -7,7 +7,17 @@ import pytest
 
 from app.contacts.centre_of_pressure import taxel_positions
 from app.contacts.regions import TaxelGraph, TaxelGroup
-from app.contacts.tracking import DWELL, GAP, SPEED, RegionTracker, TrackId, TrackMemory
+from app.contacts.tracking import (
+    DWELL,
+    GAP,
+    PARTED,
+    SPEED,
+    ContactMotions,
+    Measured,
+    RegionTracker,
+    TrackId,
+    TrackMemory,
+)
 from tests.support.sensors import row
 from tests.support.touch import arm, bar_skin
 
@@ -178,3 +188,100 @@ def test_one_that_merges_while_another_splits_off():
     merged, split = names({3, 4, 5, 6, 12, 13}, {5, 6, 7, 8, 9, 10, 11, 12, 13, 3})[-1][::-1]
     assert merged == TrackId(1, merged=(2,))
     assert split == TrackId(3, split_from=1)
+
+
+def place(x: float, force: float = 1.0) -> Measured:
+    return Measured(np.array([x, 0.0, 0.0]), force)
+
+
+class Walk:
+    """Contacts on a row of taxels a millimetre apart; the time of each frame is a hundredth of a second."""
+
+    def __init__(self) -> None:
+        self.tracker, self.now = RegionTracker(), 0.0
+
+    def frame(self, *touched: set[int], forces: tuple[float, ...] = ()) -> list[TrackId]:
+        """Names of the groups ``touched``, which press with ``forces``, 1 N each by default."""
+        forces = forces or (1.0,) * len(touched)
+        own = {min(group): force for group, force in zip(touched, forces, strict=True)}
+
+        def measure(groups):
+            return [place(1e-3 * float(np.mean(sorted(g.core))), own[min(g.core)]) for g in groups]
+
+        self.now += 0.01
+        groups = GRAPH.groups(sorted(set().union(*touched)))
+        found = self.tracker.assign(groups, now=self.now, measure=measure)
+        self.tracker.motions.observe(self.now, [(n.id, m) for n, m in zip(found, measure(groups), strict=True)])
+        return found
+
+    def meeting(self, *, forces: tuple[float, ...] = ()) -> None:
+        """Contact 1 comes from the left and 2 from the right, a taxel a frame; then they are one."""
+        for step in range(5):
+            self.frame({5 + step, 6 + step}, {20 - step, 21 - step}, forces=forces)
+        assert self.frame(set(range(11, 16)), forces=(sum(forces or (2.0,)),)) == [TrackId(1, merged=(2,))]
+
+
+def test_contacts_that_cross_exchange_their_places():
+    walk = Walk()
+    walk.meeting()
+    for _ in range(4):
+        assert walk.frame(set(range(11, 16))) == [TrackId(1)]
+    assert walk.frame({10, 11}, {15, 16}) == [TrackId(2, split_from=1), TrackId(1)]
+    assert walk.frame({9, 10}, {16, 17}) == [TrackId(2), TrackId(1)]
+
+
+@pytest.mark.parametrize("forces", [(1.0, 1.3), (1.3, 1.0)])
+def test_contacts_of_different_force_that_turn_back_keep_their_places(forces):
+    walk = Walk()
+    walk.meeting(forces=forces)
+    for _ in range(10):
+        walk.frame(set(range(11, 16)), forces=(2.3,))
+    assert [name.id for name in walk.frame({10, 11}, {15, 16}, forces=forces)] == [1, 2]
+
+
+def test_contacts_that_part_within_a_moment_are_where_they_were():
+    walk = Walk()
+    walk.meeting()
+    assert [name.id for name in walk.frame({10, 11}, {15, 16})] == [1, 2]
+
+
+def test_contacts_that_merge_again_at_once_are_predicted_from_the_first_merge():
+    walk = Walk()
+    walk.meeting()
+    assert [name.id for name in walk.frame({10, 11}, {15, 16})] == [1, 2]
+    for _ in range(5):
+        walk.frame(set(range(11, 16)))
+    assert [name.id for name in walk.frame({10, 11}, {15, 16})] == [2, 1], "meanwhile they crossed"
+
+
+def test_contacts_that_part_late_are_not_identified():
+    walk = Walk()
+    walk.meeting()
+    walk.now += PARTED
+    assert walk.frame({10, 11}, {14, 15, 16}) == [TrackId(3, split_from=1), TrackId(1)]
+
+
+def test_a_third_part_of_two_contacts_is_new():
+    walk = Walk()
+    walk.meeting()
+    assert [name.id for name in walk.frame({10, 11}, {13}, {15, 16})] == [1, 3, 2]
+
+
+def test_of_three_contacts_one_parts_first():
+    motions = ContactMotions()
+    for step in range(5):
+        now = 0.01 * step
+        motions.observe(now, [(1, place(0.01 + 0.001 * step)), (2, place(0.02)), (3, place(0.03, 2.0))])
+    motions.keep({1: frozenset((1, 2, 3))})
+    assert motions.inside(1, 0.1) == {1, 2, 3}
+    assert motions.inside(7, 0.1) == {7}
+    assert motions.assigned(1, [place(0.03, 2.0), place(0.017, 2.0)], 0.05) == [{3}, {1, 2}]
+    motions.reset()
+    assert motions.inside(1, 0.1) == {1}
+
+
+def test_too_many_contacts_are_not_compared():
+    motions = ContactMotions()
+    motions.observe(0.0, [(number, place(0.01 * number)) for number in range(1, 12)])
+    motions.keep({1: frozenset(range(1, 12))})
+    assert motions.assigned(1, [place(0.0), place(0.1)], 0.1) is None
