@@ -22,6 +22,7 @@ from app.scene.effect_size import effect_size
 from app.scene.effects import EFFECTS, EffectEntry, Effects, Override
 from app.scene.stability import equivalent_stiffness, measured_stability, stability_warning
 from app.scene.tasks import TASKS, Needs
+from app.tactile.models.stated_errors import stated_error_text
 from app.tactile.sensor_effects import SENSOR_KEYS, SensorEffects
 
 ValueAndReason: TypeAlias = tuple[Any, str]
@@ -105,13 +106,19 @@ def _skin(needs: Needs, above: DecidedAbove) -> ValueAndReason:
     untouched = not above["fingers"] and above["contact"] == "off"
     if untouched and (needs.attended or "readings" not in needs.outputs):  # an untouched sensor has noise too
         return "off", "fingers and contact are off"
+    model, why = _contact_model(needs)
+    return model, f"{why} ({stated_error_text(model, needs.touch)})"
+
+
+def _contact_model(needs: Needs) -> tuple[str, str]:
+    """Return the cheapest contact model whose stated errors serve the outputs, and the reason."""
     if "pressure_shape" in needs.touch:
         return "half-space", "the output is the pressure distribution at the depth of the taxels"
     if "centre_of_pressure" in needs.touch:
-        return "punch", "the output is the exact centre of pressure"
+        return "punch", "the output is the centre of pressure"
     if needs.touch == ("force",) and needs.controller == "impedance":
         return "point", "the output is the force alone, not its distribution"
-    return "water-fill", f"the scene outputs {_words(needs.touch)}, with the total force exact"
+    return "water-fill", f"the scene outputs {_words(needs.touch)}"
 
 
 def _time_averaging(needs: Needs, above: DecidedAbove) -> ValueAndReason:

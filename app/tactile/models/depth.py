@@ -59,8 +59,8 @@ def add_taxel_sensors(spec: mujoco.MjSpec, skin: Skin, presses: Callable[[str], 
 class DepthModel:
     """Pressure from MuJoCo's tactile sensors, and from fingers by the same formula. See the module.
 
-    Error: with 1000 taxels on the arm, force is 16 % off under a ball of 30 mm, all of it under one of 4 mm that falls
-    between taxels. Cost: inside the physics step, 1.5 to 5 times a bare one for 1000 taxels.
+    Error: see ``stated_errors``; a small body that falls between taxels is not felt at all. Cost: inside the physics
+    step, 1.5 to 5 times a bare one for 1000 taxels.
 
     Args:
         model: The compiled model, with sensors where the skin may be touched.
