@@ -33,7 +33,7 @@ BORDER = 0.1
 """The skin of the bar begins here [m]; the bar itself at 0."""
 SKIN = bar_skin(600, finer=4, length=0.2)
 UP = np.array([0.0, 0.0, 1.0])
-PLACES = (-0.02, -0.015, -0.0102, -0.005, 0.0, 0.005, 0.0102, 0.015, 0.02)
+PLACES = (-0.02, -0.015, -0.012, -0.005, 0.0, 0.005, 0.012, 0.015, 0.02)
 """Of the middle of a contact, from the border towards the skin [m]."""
 
 
