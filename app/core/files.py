@@ -33,6 +33,7 @@ from typing import IO, Any, BinaryIO
 
 import numpy as np
 from numpy.typing import NDArray
+from platformdirs import user_cache_path
 
 from app.core.codec import parse_json
 from app.core.errors import TactileMapsError
@@ -55,6 +56,18 @@ _KINDS: Mapping[int, str] = {
 
 
 _READ: ContextVar[list[Path] | None] = ContextVar("files read", default=None)
+
+
+FOLDER_VARIABLE = "TACTILE_MAPS_CACHE"
+"""Environment variable that names the folder of what is kept to be used again, or says ``off``."""
+
+
+def cache_folder() -> Path | None:
+    """Return the folder of what is kept to be used again; None where ``$TACTILE_MAPS_CACHE`` is ``off``."""
+    stated = os.environ.get(FOLDER_VARIABLE, "")
+    if stated == "off":
+        return None
+    return Path(stated) if stated else user_cache_path("tactile-maps", appauthor=False) / "prepared"
 
 
 @contextmanager

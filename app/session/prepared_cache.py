@@ -18,14 +18,21 @@ import zipfile
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from hashlib import blake2b
+from itertools import chain
 from pathlib import Path
 from typing import TypeVar
 
-from platformdirs import user_cache_path
-
 from app.core.codec import dump_json, load_json
 from app.core.errors import RecordingError, TactileMapsError
-from app.core.files import MAX_UNPACKED_BYTES, ZIP_DAMAGE, files_read, open_atomically, read_bounded_file
+from app.core.files import FOLDER_VARIABLE as FOLDER_VARIABLE
+from app.core.files import (
+    MAX_UNPACKED_BYTES,
+    ZIP_DAMAGE,
+    cache_folder,
+    files_read,
+    open_atomically,
+    read_bounded_file,
+)
 from app.core.plugins import has_plugins
 from app.core.progress import Progress, no_progress
 from app.maps.formats.map_file import map_from_bytes, map_to_bytes
@@ -38,9 +45,8 @@ from app.session.prepare import PreparedScene, load_robot_of, prepare
 from app.session.program_digest import program_digest
 from app.skin.cover import CoverSpec
 from app.skin.fit import GridSpec
+from app.skin.link_pieces import PIECES_SUFFIX
 
-FOLDER_VARIABLE = "TACTILE_MAPS_CACHE"
-"""The environment variable that names the folder, or says ``off``."""
 MOST_BYTES = 500_000_000
 """Of all entries together. The arm has 1 MB, the whole iCub with 4,000 taxels 12 MB."""
 _FORMAT = 1
@@ -86,7 +92,7 @@ class CacheContent:
     Attributes:
         folder: None where nothing is kept.
         entries: How many prepared scenes.
-        size: Of them together, with the coarser links of their robots [bytes].
+        size: Of them together, with the coarser links and the pieces of links of their robots [bytes].
     """
 
     folder: Path | None
@@ -197,14 +203,6 @@ def clear_cache() -> CacheContent:
     return content
 
 
-def cache_folder() -> Path | None:
-    """Where prepared scenes are kept; None where ``$TACTILE_MAPS_CACHE`` is ``off``."""
-    stated = os.environ.get(FOLDER_VARIABLE, "")
-    if stated == "off":
-        return None
-    return Path(stated) if stated else user_cache_path("tactile-maps", appauthor=False) / "prepared"
-
-
 def _entry_path(scene: Scene) -> Path | None:
     folder = cache_folder()
     if folder is None or (scene.taxel_file and has_plugins("importers")):
@@ -258,7 +256,7 @@ def _forget_the_longest_unused(folder: Path) -> None:
 def _entries(folder: Path) -> list[tuple[Path, float, int]]:
     """Each entry, when it was last used, and its size [bytes]; another process may remove some meanwhile."""
     found = []
-    for path in (*folder.glob(f"*{_SUFFIX}"), *folder.glob(f"*{_LEVELS_SUFFIX}")):
+    for path in chain.from_iterable(folder.glob(f"*{suffix}") for suffix in (_SUFFIX, _LEVELS_SUFFIX, PIECES_SUFFIX)):
         try:
             status = path.stat()
         except FileNotFoundError:

@@ -53,6 +53,14 @@ def test_a_ball_rests_on_the_surface_with_its_weight(shape, integrator):
     assert len(simulation.loads) == (2 if shape == "groove" else 1)
 
 
+def test_means_over_the_tick_keep_both_walls_of_a_groove():
+    simulation = ball_on("groove", time_averaging=True)
+    run(simulation, 200)
+    run(simulation, 5)
+    assert sorted(round(load.normal[0], 6) for load in simulation.loads) == [-0.707107, 0.707107]
+    assert [load.force for load in simulation.loads] == pytest.approx([WEIGHT / np.sqrt(2)] * 2, rel=1e-3)
+
+
 @pytest.mark.parametrize("model", CONTACT_MODELS)
 @pytest.mark.parametrize("shape", HEIGHTS)
 def test_models_feel_the_weight_under_the_ball(shape, model):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from importlib import import_module
 from pathlib import Path
@@ -24,6 +25,8 @@ from app.session.prepared_cache import load_robot_cached, prepare_cached
 from app.skin.formats.icub_layout import read_icub_layout
 from app.skin.formats.import_skin import TAXEL_ENDINGS, holds_taxels, is_own_skin, is_robot_with_taxels
 from app.skin.formats.taxel_files import read_taxel_sets, taxel_format_for
+from app.skin.link_hulls import skinned_links
+from app.skin.link_pieces import hull_fit, link_pieces, pieces_fit
 from app.skin.skin import Skin, identity_summary, identity_text, join_identities
 from app.skin.skin_file import load_skin
 
@@ -49,7 +52,7 @@ def execute(arguments: argparse.Namespace) -> int:
     if arguments.plugins:
         return _list_plugins(as_json=arguments.json)
     found = describe(arguments.input, package_roots=package_roots(arguments), costs=arguments.costs)
-    apart = ("effects", "problems", "identity", "coverage")
+    apart = ("effects", "problems", "identity", "coverage", "collision")
     plain = {key.capitalize(): _text(value) for key, value in found.items() if key not in apart}
     plain["Identity"] = identity_text(found.get("identity", {}))
     if "coverage" in found:
@@ -57,13 +60,18 @@ def execute(arguments: argparse.Namespace) -> int:
     if arguments.report:
         from app.cli.pages import write_fact_page
 
-        tables = {"Effects": found.get("effects", ()), "Problems": found["problems"]}
+        tables = {
+            "Effects": found.get("effects", ()),
+            "Collision": found.get("collision", ()),
+            "Problems": found["problems"],
+        }
         write_fact_page(arguments.report, arguments.input, plain, tables=tables)
     if arguments.json:
         print_json(found)
         return 0
     print_fields({key: value for key, value in plain.items() if value})
     _print_effects(found.get("effects", ()))
+    _print_collision(found.get("collision", ()))
     if "effects" in found and not arguments.costs:
         print_line("What each costs here: add --costs")
     for problem in found["problems"]:
@@ -83,6 +91,15 @@ def _print_effects(effects: Sequence[dict[str, Any]]) -> None:
             cost = f"{row['ms']:8.3f} ms" if row["ms"] is not None else " " * 11
             value = row["value"] if row["value"] not in ("on", "off") else ""
             print_line(f"  {row['title']:<24}{value:<14}{cost}  {row['why']}")
+
+
+def _print_collision(rows: Sequence[dict[str, Any]]) -> None:
+    """Print the shape with which each link with skin collides, and how far it stands proud of the skin."""
+    if rows:
+        print_line("Links with skin collide as (distance from the skin: largest, 95 % of the area; angle):")
+    for row in rows:
+        distances = f"{row['largest_mm']:8.2f} mm {row['usual_mm']:7.2f} mm {row['angle_deg']:5.1f} deg"
+        print_line(f"  {row['link']:<24}{row['shape']:<14}{distances}")
 
 
 def describe(name: str, *, package_roots: Sequence[str] = (), costs: bool = False) -> dict[str, Any]:
@@ -188,8 +205,30 @@ def _scene(scene: Scene, *, costs: bool) -> dict[str, Any]:
             {"name": spec.name, "kind": spec.kind, "mass": spec.mass, "at": list(spec.at)} for spec in scene.objects
         ],
         "effects": effects,
+        "collision": _collision(prepared),
         "problems": _problems(problems),
     }
+
+
+def _collision(prepared: PreparedScene) -> list[dict[str, Any]]:
+    """Return a row for each link with skin; pieces are made only where the effects let something touch it."""
+    from app.simulation.model.contact_pairs import collides_by_shapes  # loads MuJoCo
+
+    robot, skin, rows = prepared.robot, prepared.skin, []
+    touched = collides_by_shapes(prepared.scene.objects, prepared.scene.effects)
+    for link in skinned_links(skin):
+        pieces = link_pieces(robot, skin, link) if touched else None
+        fit = hull_fit(robot, skin, link) if pieces is None else pieces_fit(pieces, skin, link)
+        rows.append(
+            {
+                "link": link,
+                "shape": "hull" if pieces is None else f"{len(pieces.hulls)} pieces",
+                "largest_mm": 1e3 * fit.largest,
+                "usual_mm": 1e3 * fit.usual,
+                "angle_deg": math.degrees(fit.angle),
+            }
+        )
+    return rows
 
 
 def _costs(prepared: PreparedScene) -> Mapping[str, float]:

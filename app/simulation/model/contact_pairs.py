@@ -17,7 +17,7 @@ import mujoco
 
 from app.robots.robot import Robot
 from app.scene.effects import Effects
-from app.scene.objects import SceneObject
+from app.scene.objects import ObjectSpec, SceneObject
 from app.simulation.model.contact_stiffness import SOLVER_IMPEDANCE
 from app.simulation.model.model_names import body_name, is_hull, is_object, shape_name
 from app.simulation.model.object_geoms import is_simulated
@@ -32,6 +32,12 @@ _ROBOT, _OUTSIDE, _PIECES = 1, 2, 4
 def allows_self_contact(effects: Effects) -> bool:
     """Whether the robot's links may touch each other."""
     return effects.dynamics and effects.contact in ("self", "all")
+
+
+def collides_by_shapes(objects: Sequence[ObjectSpec], effects: Effects) -> bool:
+    """Return whether links with skin collide by their hulls or pieces under these effects."""
+    outside = any(is_simulated(spec.kind, effects) for spec in objects)
+    return effects.skin != "foundation" and (outside or allows_self_contact(effects))
 
 
 def add_contact_pairs(

@@ -8,9 +8,11 @@ import numpy as np
 import pytest
 from scipy.spatial import ConvexHull
 
+from app.core.files import FOLDER_VARIABLE
 from app.geometry.mesh import Mesh
 from app.skin.link_hulls import skinned_links
 from app.skin.link_pieces import (
+    PIECES_SUFFIX,
     PROUD_AREA,
     hull_fit,
     link_pieces,
@@ -86,6 +88,32 @@ def test_every_face_of_the_skin_is_in_a_piece_and_repeats_are_the_same():
     again = link_pieces(replace(robot), skin, "block")
     assert again is not first
     assert all(np.array_equal(one, other) for one, other in zip(first.hulls, again.hulls, strict=True))
+
+
+def test_pieces_are_kept_on_disk_bit_for_bit(tmp_path, monkeypatch):
+    monkeypatch.setenv(FOLDER_VARIABLE, str(tmp_path / "kept"))
+    robot, skin = hollow("groove")
+    made = link_pieces(replace(robot), skin, "block")
+    (entry,) = (tmp_path / "kept").iterdir()
+    assert entry.suffix == PIECES_SUFFIX
+    kept = entry.read_bytes()
+    found = link_pieces(replace(robot), skin, "block")
+    assert found is not made
+    assert entry.read_bytes() == kept
+    for one, other in ((made, found),):
+        assert one.skinned == other.skinned
+        assert np.array_equal(one.piece, other.piece)
+        assert np.array_equal(one.surface.vertices, other.surface.vertices)
+        assert all(np.array_equal(a, b) for a, b in zip(one.hulls, other.hulls, strict=True))
+    entry.write_bytes(kept[:100])
+    again = link_pieces(replace(robot), skin, "block")
+    assert np.array_equal(again.piece, made.piece), "a damaged entry is made again"
+    assert entry.read_bytes() == kept
+    other_skin = replace(
+        skin, patches=(replace(skin.patches[0], surface=hollow("groove", cells=22)[1].patches[0].surface),)
+    )
+    link_pieces(replace(robot), other_skin, "block")
+    assert len(list((tmp_path / "kept").iterdir())) == 2, "another skin"
 
 
 def test_names_of_pieces_state_link_and_number():

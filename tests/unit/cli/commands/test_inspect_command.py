@@ -7,10 +7,15 @@ import json
 import pytest
 
 from app.__main__ import main
+from app.cli.commands import inspect
 from app.cli.main import run_command
 from app.recording.annotations import Annotations, LabelledEpisode, Mark, annotations_file, save_annotations
 from app.scene.effects import EFFECTS
+from app.scene.scene import Scene
+from app.session.prepare import PreparedScene
+from tests.support.hollows import hollow
 from tests.support.recordings import record, small_arm
+from tests.support.scene_objects import thing
 
 SCENE = """robot = "arm"
 task = "slide"
@@ -51,6 +56,9 @@ def test_as_json_and_as_a_page(capsys, scene, tmp_path):
     assert result["kind"] == "scene"
     assert (result["task"], result["outputs"]) == ("slide", ["posture", "pressure", "force"])
     assert result["objects"] == [{"name": "wall", "kind": "box", "mass": 0.0, "at": [2.0, 0.0, 0.0]}]
+    (row,) = result["collision"]
+    assert (row["link"], row["shape"]) == ("hand", "hull")
+    assert 0 <= row["usual_mm"] <= row["largest_mm"] < 1
     effects = {effect["name"]: effect for effect in result["effects"]}
     assert list(effects) == list(EFFECTS)
     assert effects["contact"]["value"] == "environment"
@@ -132,3 +140,17 @@ def test_a_recording_says_what_is_marked_and_labelled_in_it(tmp_path, capsys):
     annotations_file(path).write_text("{}")
     run_command(["inspect", str(path), "--json"], windows={})
     assert "demo.notes.json" in json.loads(capsys.readouterr().out)["problems"][0]["where"]
+
+
+def test_the_shapes_with_which_links_with_hollow_skin_collide(capsys):
+    """Pieces are made only where something may touch."""
+    robot, skin = hollow("groove")
+    objects = (thing("sphere", at=(0.0, 0.0, 0.5), mass=0.1).spec,)
+    for contact, shape, largest in (("environment", "pieces", 0.6), ("off", "hull", 30.0)):
+        scene = Scene(name="groove", robot="groove", objects=objects, overrides={"contact": contact})
+        prepared = PreparedScene(scene, robot, skin, None, ())
+        (row,) = inspect._collision(prepared)
+        assert (row["link"], row["shape"].split()[-1]) == ("block", shape)
+        assert largest / 10 < row["largest_mm"] < largest
+        inspect._print_collision([row])
+        assert f"block                   {row['shape']}" in capsys.readouterr().out
