@@ -28,6 +28,9 @@ from app.tactile.sensor_effects import SensorEffects
 
 _LARGEST = 1e6
 _NO_EFFECTS = SensorEffects()
+_MODELS = {"foundation": 0.018, "depth": math.inf}
+"""Relative standard uncertainty of the sum of pressure times area; other models conserve force. That of the foundation
+is the root mean square over balls of 4 to 20 mm on the skin of the arm."""
 _NEAREST = 1e-9
 """A centre so near to a taxel is on it [m]."""
 
@@ -45,6 +48,7 @@ class SensorUncertainty:
         effects: Effects of the sensor, whose systematic errors ``error_budget`` derives.
         lag: Root mean square age of a reading [s].
         elapsed: Time that the offsets have drifted [s].
+        model: Relative standard uncertainty of the sum of pressure times area as a force, by the contact model.
 
     Raises:
         MapError: One is no such number.
@@ -57,6 +61,7 @@ class SensorUncertainty:
     effects: SensorEffects = _NO_EFFECTS
     lag: float = 0.0
     elapsed: float = 0.0
+    model: float = 0.0
 
     def __post_init__(self) -> None:
         for name in ("noise", "gain", "calibration", "lag", "elapsed"):
@@ -65,7 +70,7 @@ class SensorUncertainty:
                 raise MapError("the uncertainty is out of range", place=name, value=value, remedy="Choose 0 or more")
 
     @classmethod
-    def of_sensor(cls, sensor: SensorEffects, *, averaged: float = 0.0) -> SensorUncertainty:
+    def of_sensor(cls, sensor: SensorEffects, *, averaged: float = 0.0, model: str = "") -> SensorUncertainty:
         """Return the uncertainty of a simulated sensor, with that of the stages of plug-ins.
 
         A converter's step is off by anything up to half of it: its deviation is step / sqrt(12). A sample is read from
@@ -74,6 +79,7 @@ class SensorUncertainty:
         Args:
             sensor: Effects of the sensor.
             averaged: Tick whose mean a reading is [s]; 0 for readings of an instant.
+            model: Contact model that the readings come from.
         """
         noise = sensor.noise.sd if sensor.noise else 0.0
         step = sensor.quantisation.step if sensor.quantisation else 0.0
@@ -83,7 +89,7 @@ class SensorUncertainty:
         delay += 0.5 * max(averaged, period) if averaged else 0.0
         lag = math.sqrt(delay**2 + delay * period + period**2 / 3)
         gain = sensor.gain_spread.sd if sensor.gain_spread else 0.0
-        return cls(noise, gain, effects=sensor, lag=lag)
+        return cls(noise, gain, effects=sensor, lag=lag, model=_MODELS.get(model, 0.0))
 
     @classmethod
     def measured(cls, noise: TaxelNoise | None) -> SensorUncertainty:

@@ -8,18 +8,22 @@ effective number of taxels n = F² / sum f_i² and n_t touched taxels with the a
 
     noise, quantisation, offset drift    sd² sum a_i², with step / sqrt(12) and (sd² + walk² t)^½
     gain spread                          gain² sum f_i²
-    hysteresis                           0.41 share F: a load held for any time up to three time constants
+    hysteresis                           about 0.43 share F: a load held for any time up to three time constants
     area averaging                       0.45 n^-1.2 F; 1 - (pad's share of the area) of F where one taxel is pressed
     crosstalk                            share r / 2: half of what the ring's own force r gives away leaves the ring
-    threshold                            m taxels lose U(0, at) a each: (m² / 4 + m / 3)^½ at a
-    saturation                           sqrt(2) A_s at s / (2 (1 - s)), s = n_s / (n_t + 1) taxels saturated
+    threshold                            (m² / 9 + m / 5)^½ at a, m = 2 pi (n_t / pi)^¾ (at / peak)^½ taxels of the rim
+    saturation                           at A_s s / (1 - s) / sqrt(2), s = 2 n_s / (n_t + n_s + 1); A_s, n_s: saturated
     dead taxels                          (dead sum f_i² + dead² F²)^½, for stuck ones the same with their own force
     sampling                             lag |dF / dt|
     ring                                 r² / F: as the ring bears r of F, what lies beyond bears as much of r
+    contact model                        0.018 F for foundation, whose taxels read along their own normals; infinite for
+                                         depth, whose readings are penetration: their sum is not a force
 
-Threshold and saturation use that the pressure under a round contact is spread evenly between zero and its peak (exact
-for a ball on springs): n_t at / (peak - at) taxels are below the threshold; a share s above the limit means a
-peak of at / (1 - s).
+Pressure falls to zero at the rim of a contact with a slope of 2 peak / radius (a ball on springs). A taxel of pitch h
+that reaches x < h into the contact reads slope x² / 2 h, so those with x < (2 h at / slope)^½ are below the threshold
+and lose a third of it in the mean, a fifth of its square. Above the limit of saturation, pressures are spread evenly
+up to the peak: a share s above it means a peak of at / (1 - s). Saturated taxels only bound the force from below. The
+ring's own force is what crosstalk from the touched taxels, share F / n_t^½, does not explain.
 
 The place has the independent errors with d_i² / F² in every term, 2 calibration² sum w_i² for misplaced taxels, the
 speed of the contact times the lag, and the position within a taxel's area:
@@ -55,8 +59,6 @@ _SMOOTHING = 0.6
 """Weight of the newest sample in the rates of change."""
 _OF_NOISE = 2 * _SMOOTHING**2 / (2 - _SMOOTHING)
 """Variance of a rate that is due to noise, per variance of the noise over the squared period."""
-ONE_SIDED = ("saturation", "threshold")
-"""Parts by which the force can only be too low."""
 
 
 class Uncertainty(NamedTuple):
@@ -65,7 +67,7 @@ class Uncertainty(NamedTuple):
     Attributes:
         place: Of the centre, radial [m].
         force: Of the force [N].
-        parts: Parts of ``force`` [N] by effect of the sensor, or ``ring``, in the order of the signal.
+        parts: Parts of ``force`` [N] by effect of the sensor, ``ring`` or ``contact_model``.
     """
 
     place: float
@@ -180,17 +182,16 @@ def propagate_uncertainty(
         place += dot(loads, squared)
         if name in _WHITE:
             white += dot(loads, squared) / total**2
-    parts |= _systematic(effects, readings, total, square, effective)
+    shared, shift = _systematic(effects, readings, squared, effective)
+    parts |= shared
+    if errors.model:
+        parts["contact_model"] = errors.model * total
+    place += shift
     moved = 0.0
     if motion is not None:
         noise = sum(parts.get(name, 0.0) ** 2 for name in _WHITE)
         parts["sampling"] = errors.lag * math.sqrt(max(motion.rate**2 - _OF_NOISE * noise / motion.period**2, 0.0))
         moved = errors.lag**2 * max(dot(motion.velocity, motion.velocity) - _OF_NOISE * white / motion.period**2, 0.0)
-    if effects.dead_taxels is not None:
-        place += effects.dead_taxels.dead * dot(forces * forces, squared)
-    for name in ("threshold", "saturation"):
-        if name in parts:
-            place += parts[name] ** 2 * float(squared.mean())
     area = dot(forces, areas) / total
     if effects.area_averaging is not None:
         inner = 0.09 * effective**-1.5 * area
@@ -202,17 +203,18 @@ def propagate_uncertainty(
 
 
 def _systematic(
-    effects: SensorEffects, readings: Readings, total: float, square: float, effective: float
-) -> dict[str, float]:
-    """Return the parts [N] that the taxels of a contact share."""
+    effects: SensorEffects, readings: Readings, squared: FloatArray, effective: float
+) -> tuple[dict[str, float], float]:
+    """Return the parts [N] that the taxels of a contact share, and their variance of force times place [N² m²]."""
     forces, areas, inside = readings.forces, readings.areas, readings.inside
-    touched, count = forces.take(inside), len(inside)
+    touched, count, total = forces.take(inside), len(inside), float(forces.sum())
+    place = 0.0
     parts: dict[str, float] = {}
     ring = total - float(touched.sum())
     if effects.area_averaging is not None:
         parts["area_averaging"] = total * _between_pads(effects.area_averaging.radius, effective, float(areas.mean()))
     if effects.crosstalk is not None:
-        ring -= effects.crosstalk.share * float(touched.sum())
+        ring -= effects.crosstalk.share * float(touched.sum()) / math.sqrt(count)
         parts["crosstalk"] = 0.5 * effects.crosstalk.share * max(ring, 0.0)
     if effects.hysteresis is not None:
         late = effects.hysteresis.share
@@ -225,17 +227,21 @@ def _systematic(
         share = float(full.sum()) / (0.5 * (count + float(full.sum()) + 1))
         area = float(areas.take(inside)[full].sum())
         parts["saturation"] = math.sqrt(2) * area * limit * share / (2 * (1 - share))
+        if full.any():
+            place += parts["saturation"] ** 2 * float(squared.take(inside)[full].mean() / full.sum())
     if effects.threshold is not None:
         limit = effects.threshold.at
         dark = len(forces) - int(np.count_nonzero(forces))
         lost = 2 * math.pi * (count / math.pi) ** 0.75 * math.sqrt(limit / max(float(pressures.max()), limit))
         lost = min(lost, dark)
         parts["threshold"] = limit * float(areas.mean()) * math.sqrt(lost**2 / 9 + lost / 5)
+        place += lost / 5 * (limit * float(areas.mean())) ** 2 * float(squared.mean())
     if effects.dead_taxels is not None:
-        parts["dead_taxels"] = _broken(effects.dead_taxels, total, square, areas)
+        parts["dead_taxels"] = _broken(effects.dead_taxels, total, dot(forces, forces), areas)
+        place += effects.dead_taxels.dead * dot(forces * forces, squared)
     if ring > 0:
         parts["ring"] = ring**2 / total
-    return parts
+    return parts, place
 
 
 def _between_pads(radius: float, effective: float, area: float) -> float:

@@ -203,14 +203,15 @@ class ContactPipeline:
         self._reader.use(map_)
         self._forces.use(map_)
 
-    def set_sensor_model(self, sensor: SensorEffects, *, averaged: float = 0.0) -> None:
+    def set_sensor_model(self, sensor: SensorEffects, *, averaged: float = 0.0, model: str = "") -> None:
         """Draw error bars for a sensor that does this to readings from now on, and stay above its noise.
 
         Args:
             sensor: Effects of the sensor.
             averaged: Tick whose mean a reading is [s]; 0 for readings of an instant.
+            model: Contact model that the readings come from.
         """
-        self._reader.errors = SensorUncertainty.of_sensor(sensor, averaged=averaged)
+        self._reader.errors = SensorUncertainty.of_sensor(sensor, averaged=averaged, model=model)
         self._reader.threshold = self._settings.thresholds_for(self._reader.errors)
         gaps = sensor.area_averaging is not None or sensor.dead_taxels is not None
         self._reader.wait(period=1 / sensor.sampling.rate if sensor.sampling else 0.0, gaps=gaps)

@@ -490,7 +490,7 @@ class Session:
 
     def _state_errors(self, effects: Effects) -> None:
         averaged = self.prepared.scene.tick if effects.time_averaging else 0.0
-        self._contacts.set_sensor_model(effects.sensor, averaged=averaged)
+        self._contacts.set_sensor_model(effects.sensor, averaged=averaged, model=effects.skin)
 
     def _frame(self) -> Frame:
         simulation, watch, time = self._simulation, self._watch, self._ticks * self.prepared.scene.tick

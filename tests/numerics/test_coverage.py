@@ -1,21 +1,99 @@
-"""Share of true forces and places within the stated uncertainties: 68 % and 95 % are the goal, 63 % and 98 % of places,
-whose uncertainty is radial.
+"""Share of true forces and places within the stated uncertainties. The goal is 68 % and 95 %; of places, whose
+uncertainty is radial, 63 % and 98 %, and 52 % where they may be anywhere in one taxel.
+
+Where errors are rare (dead taxels), bounded or one-sided (saturation, threshold), or have a long tail (pads smaller
+than their spacing), no standard deviation has both shares: then the second one is what is tested.
 """
 
 from __future__ import annotations
 
 import pytest
 
-from tests.support.coverage import coverage
+from tests.support.coverage import EFFECTS, MODELS, coverage
 
 SKIN = "arm-1000"
+RANDOM = ("gain spread", "noise", "offset drift", "hysteresis", "quantisation", "sampling")
+WITHIN_TWICE = {
+    "none": 0.90, "crosstalk": 0.90, "dead taxels": 0.97, "threshold": 0.95, "saturation": 0.89, "area averaging": 0.70,
+    "all": 0.85,
+}  # fmt: skip
+"""Least share of forces within twice the uncertainty for the other effects."""
+SPREADING = [name for name in MODELS if name != "depth"]
+"""The depth model has no force; see its own test."""
 
 
-@pytest.mark.parametrize("effect", ["gain spread", "noise", "offset drift", "hysteresis", "quantisation", "sampling"])
+def assert_places_are_covered(found) -> None:
+    assert 0.40 <= found.place[0] <= 0.90
+    assert found.place[1] >= 0.94
+
+
+@pytest.mark.parametrize("effect", RANDOM)
 def test_stated_uncertainty_of_one_effect_holds_as_often_as_it_should(effect):
     found = coverage(SKIN, effect=effect)
     assert found.found > 290
     assert 0.62 <= found.force[0] <= 0.74
-    assert 0.90 <= found.force[1] <= 0.98
+    assert 0.89 <= found.force[1] <= 0.99
     assert 0.60 <= found.place[0] <= 0.78
     assert found.place[1] >= 0.95
+
+
+def test_uncertainty_with_all_effects_holds():
+    found = coverage(SKIN, effect="all", count=100)
+    assert found.found > 25, "two of three touches press between the pads"
+    assert found.force[0] >= 0.68
+    assert found.force[1] >= 0.92
+    assert_places_are_covered(found)
+
+
+@pytest.mark.parametrize("effect", ["noise", "hysteresis"])
+def test_uncertainty_of_the_foundation_includes_its_bent_skin(effect):
+    found = coverage(SKIN, "foundation", effect)
+    assert found.force[1] >= 0.84
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("effect", EFFECTS)
+@pytest.mark.parametrize("model", SPREADING)
+def test_every_effect_is_covered_in_every_contact_model(model, effect):
+    found = coverage(SKIN, model, effect)
+    if effect in RANDOM:
+        assert 0.53 <= found.force[0] <= 0.78
+        assert found.force[1] >= 0.85
+    else:
+        assert found.force[0] >= 0.62
+        assert found.force[1] >= WITHIN_TWICE[effect]
+    if found.found > 50:
+        assert_places_are_covered(found)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("effect", EFFECTS)
+@pytest.mark.parametrize("estimator", ["local-nnls", "tikhonov"])
+def test_every_effect_is_covered_with_every_estimator(estimator, effect):
+    found = coverage(SKIN, "half-space", effect, estimator)
+    if effect in RANDOM:
+        assert 0.55 <= found.force[0] <= 0.78
+        assert found.force[1] >= 0.88
+    else:
+        assert found.force[1] >= WITHIN_TWICE[effect]
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("effect", ["none", "gain spread", "noise", "hysteresis", "all"])
+def test_force_torque_sensor_is_covered_whatever_the_skin_reads(effect):
+    found = coverage(SKIN, effect=effect, estimator="lumped")
+    assert 0.60 <= found.force[0] <= 0.80
+    assert found.force[1] >= 0.92
+    assert 0.60 <= found.place[0] <= 0.80
+    assert found.place[1] >= 0.95
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("skin", ["bar-400", "arm-100", "arm-10000"])
+@pytest.mark.parametrize("effect", ["gain spread", "noise", "hysteresis", "area averaging", "threshold"])
+def test_coverage_does_not_depend_on_the_skin(skin, effect):
+    found = coverage(skin, effect=effect)
+    if effect in ("gain spread", "noise", "hysteresis"):
+        assert 0.60 <= found.force[0] <= 0.80
+    assert found.force[1] >= 0.88
+    assert found.place[1] >= 0.88

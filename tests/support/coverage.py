@@ -118,7 +118,8 @@ class _SpringBed:
             inside = np.maximum(-load.distances(self._positions), 0.0) * (self._links == load.link)
             return LAYER.foundation * inside
         points, radius = self._points, load.shape.reach
-        mine = np.flatnonzero(self._links[points.taxel] == load.link)
+        near = np.linalg.norm(points.positions - load.point, axis=1) < 2 * radius
+        mine = np.flatnonzero((self._links[points.taxel] == load.link) & near)
         places, normals, areas = points.positions[mine], points.normals[mine], points.areas[mine]
         low, high = 0.0, radius
         for _ in range(40):
@@ -129,6 +130,8 @@ class _SpringBed:
             forces = LAYER.foundation * np.maximum(radius - away, 0.0) * areas
             push = float(np.linalg.norm((forces / away) @ offset))
             low, high = (depth, high) if push < load.force else (low, depth)
+        if depth > max(LAYER.thickness, 0.5 * radius):  # refused as pressed through
+            return np.zeros(len(self._skin))
         felt = np.maximum(np.einsum("ij,ij->i", offset, normals) / away * forces, 0.0)
         pressed = np.flatnonzero(felt)
         pressures = np.zeros(len(self._skin))
@@ -213,6 +216,7 @@ def touch_errors(
         chain = SensorChain(map_.skin, sensor, tick=tick, seed=seed)
         if not seed or estimator == "lumped":  # a reset repeats the noise of the force-torque sensor
             pipeline = ContactPipeline(robot, map_, sensor, settings=settings, depth=LAYER.depth, seed=seed)
+            pipeline.set_sensor_model(sensor, model=model)
         pipeline.reset()
         regions, force = _seen(pipeline, chain, felt, random, load, tick)
         regions = tuple(region for region in regions if region.link == load.link)

@@ -79,6 +79,12 @@ def test_each_effect_has_its_part(effects, expected):
     assert parts(elapsed=4.0, **effects) == pytest.approx(expected)
 
 
+@pytest.mark.parametrize(("model", "share"), [("water-fill", 0.0), ("foundation", 0.018), ("depth", math.inf)])
+def test_contact_model_may_not_conserve_force(model, share):
+    found = propagate_uncertainty(SensorUncertainty.of_sensor(SensorEffects(), model=model), TWO, np.zeros(2))
+    assert found.parts.get("contact_model", 0.0) == found.force == 2 * share
+
+
 def test_threshold_loses_the_rim_but_no_more_than_the_dark_taxels():
     lost = 2 * math.pi * math.pi**-0.75 * math.sqrt(100 / 1e4)
     assert parts(threshold=Threshold(100.0))["threshold"] == pytest.approx(

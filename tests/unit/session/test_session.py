@@ -90,6 +90,15 @@ def test_mean_readings_are_older_than_readings_of_an_instant(averaging):
     assert frame.regions[0].force_parts.get("sampling", 0.0) == pytest.approx(averaging * frame.regions[0].force)
 
 
+def test_sum_of_depths_is_a_force_of_unknown_accuracy():
+    session = Session(BAR, effects=replace(BAR.scene.effects, skin="depth"), scripted=False)
+    session.submit(PokePressed(1, AT, Finger(radius=0.05, speed=0.1)))
+    while not (frame := session.tick()).regions:
+        pass
+    assert frame.regions[0].force_error == math.inf
+    assert frame.regions[0].force_parts["contact_model"] == math.inf
+
+
 def test_the_scripted_hand_plays_until_a_person_presses():
     session = Session(BAR)
     for _ in range(40):

@@ -339,6 +339,8 @@ def region_summary(region: ContactRegion, among: Sequence[ContactRegion], units:
     error = units.force_words(region.force_error, 2)
     bound = "At least " if region.force_parts.get("saturation") else ""
     force = "Force unknown" if error is None else f"{bound}{region.force:.2f} ± {error}"
+    if error is not None and math.isinf(region.force_error):
+        force = f"{units.force_words(region.force, 2)} of unknown accuracy"
     lines = [
         f"{force}, centre ± {1e3 * region.place_error:.1f}\u202fmm",
         f"Mean {units.reading(region.mean)}, {size}",
@@ -347,7 +349,12 @@ def region_summary(region: ContactRegion, among: Sequence[ContactRegion], units:
     return "\n".join(lines)
 
 
-_PARTS = {"ring": "force outside the ring", "estimator": "force estimator", "wrench": "force-torque sensor"}
+_PARTS = {
+    "ring": "force outside the ring",
+    "contact_model": "contact model",
+    "estimator": "force estimator",
+    "wrench": "force-torque sensor",
+}
 _SHOWN_PARTS = 4
 
 
@@ -357,7 +364,11 @@ def uncertainty_text(region: ContactRegion, units: ReadingUnits) -> str:
     if units.force is None or not parts or not parts[0][1] > 0:
         return ""
     titles = {name: EFFECTS[name].title.lower() if name in EFFECTS else _PARTS.get(name, name) for name, _ in parts}
-    listed = [f"{titles[name]} {units.force_words(part, 2)}" for name, part in parts[:_SHOWN_PARTS] if part > 0]
+    listed = [
+        f"{titles[name]} {units.force_words(part, 2) if math.isfinite(part) else '∞'}"
+        for name, part in parts[:_SHOWN_PARTS]
+        if part > 0
+    ]
     return f"Uncertainty of the force mostly from {titles[parts[0][0]]}:\n{', '.join(listed)}"
 
 

@@ -202,7 +202,7 @@ def test_a_torn_region_stays_torn(touched, prepared):
 
 def test_all_that_is_known_of_a_region_reads_back(touched, prepared):
     region = replace(touched.regions[0], partner=7, split_from=3, merged=(4, 5), place_error=1 / 3,
-                     force_parts={"noise": 0.1, "ring": 1 / 3})  # fmt: skip
+                     force_parts={"noise": 0.1, "ring": 1 / 3, "contact_model": float("inf")})  # fmt: skip
     assert region.link_axes.any()
     assert region.mean > 0
     (again,) = decode_frame(encode_frame(replace(touched, regions=(region,))), prepared).regions

@@ -197,6 +197,15 @@ def test_force_of_a_saturated_contact_is_a_lower_bound(panel, prepared):
         assert facts.text().startswith(first)
 
 
+def test_sum_of_depths_is_shown_without_an_accuracy(panel, prepared):
+    frame, facts = touched(prepared.map, (30,)), panel.findChild(QLabel, "contacts-facts")
+    parts = {"noise": 0.1, "contact_model": float("inf")}
+    region = replace(frame.regions[0], force_error=float("inf"), force_parts=parts)
+    panel.show_frame(replace(frame, regions=(region,)))
+    assert facts.text().startswith(f"{region.force:.2f}\u202fN of unknown accuracy, centre")
+    assert "contact model ∞, noise 0.10" in facts.toolTip()
+
+
 def test_what_cannot_be_observed_is_said_quietly(panel):
     line = panel.findChild(QLabel, "contacts-shear")
     assert line.text() == "Net shear is unobservable"
