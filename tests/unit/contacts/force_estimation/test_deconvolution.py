@@ -80,7 +80,7 @@ def test_total_obeys_the_balance_of_forces(name, depth):
     blur, areas = ContactOperator(SKIN, depth).blur(taxels), SKIN.areas[taxels]
     pressures = nonnegative_least_squares(blur, given.pressures[taxels], 0.0)
     inside = (areas @ blur.matrix @ pressures) / (areas @ pressures)
-    assert 0.9 < inside < 0.9999
+    assert 0.9 < inside < 1 - 1e-6, "some force passes outside"
     assert found.force * inside == pytest.approx(given.region.force, rel=1e-12)
     assert found.forces.sum() == pytest.approx(found.force, rel=1e-12)
 
