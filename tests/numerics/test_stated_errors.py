@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -92,7 +93,7 @@ def test_derived_contact_model_does_not_change_the_posture(name):
     """The error of a task that follows touch, against the most accurate model of pressures."""
     scene = load_scene(name)
     prepared = prepare_cached(scene)
-    exact = Scene(**{**vars(scene), "overrides": {**scene.overrides, "skin": "half-space"}})
+    exact = replace(scene, overrides={**scene.overrides, "skin": "half-space"})
     own, other = (outputs_of(prepared, each, SECONDS)["posture"] for each in (scene, exact))
     assert change_of("posture", own, other) <= TOLERANCE
 
