@@ -32,7 +32,7 @@ def test_pictures_are_at_equal_steps_and_show_the_contacts_of_their_times(player
         for frame in container.decode(video=0):
             times.append(float(frame.pts * stream.time_base))
             away = np.abs(frame.to_ndarray(format="rgb24").astype(int) - (31, 119, 180)).max(axis=2)
-            marked.append(bool((away < 30).any()))
+            marked.append(bool((away < 50).any()))  # H.264 changes colours, most those of thin lines
     np.testing.assert_allclose(times, np.arange(int(player.duration * rate + 1e-9) + 1) / rate, atol=1e-4)
     forces = [sum(region.force for region in player.frame(player.number_at(time)).regions) for time in times]
     firm, free = np.array(forces) > 0.5, np.array(forces) == 0
