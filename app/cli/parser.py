@@ -156,9 +156,11 @@ def _add_listen(commands: argparse._SubParsersAction) -> None:  # type: ignore[t
     add("--weight-seconds", type=_positive, default=0.5, metavar="SECONDS", help=seconds)
     _output(listen, "--save-calibration", metavar="FILE.csv", help="write the calibration found with --weight")
     add("--controller", metavar="NAME", help="show the motion that this controller wants of the robot")
-    add("--send", metavar="ADDRESS", help="and send it, to udp://HOST:PORT or zmq://HOST:PORT: the robot may move")
-    add("--max-speed", type=_positive, default=0.2, metavar="RAD/S", help="of the fastest joint sent (default 0.2)")
-    add("--max-force", type=_positive, default=15.0, metavar="N", help="a stronger contact ends sending (default 15)")
+    send = "and send it, to udp://HOST:PORT or zmq://HOST:PORT: the robot may move"
+    stop = "a safety stop ends sending, not listening, and the exit code is 0 all the same"
+    add("--send", metavar="ADDRESS", help=f"{send}; {stop}")
+    add("--max-speed", type=float, default=0.2, metavar="RAD/S", help="of the fastest joint sent (default 0.2)")
+    add("--max-force", type=float, default=15.0, metavar="N", help="a stronger contact ends sending (default 15)")
     add("--mapping", metavar="FILE.toml", help="topics and fields of ROS 2 messages")
     add("--token", help="that every packet must carry")
     add("--token-file", metavar="FILE", help="with the token; other users may read a command line, but not the file")
@@ -321,6 +323,7 @@ def _output(parser: argparse.ArgumentParser, *names: str, folder: str = "", **op
         folder: The name of the option with which it is a folder; its own name for one that always is.
         options: Other arguments of ``add_argument``.
     """
+    options.setdefault("type", _file_name)
     action = parser.add_argument(*names, **options)
     parser.set_defaults(outputs=(*(parser.get_default("outputs") or ()), (action.dest, folder)))
 
@@ -491,6 +494,12 @@ def _folder(text: str) -> str:
 
 def _json(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--json", action="store_true", help="the last line of output is one JSON object")
+
+
+def _file_name(text: str) -> str:
+    if not text.strip():
+        raise argparse.ArgumentTypeError("the name of the file is empty: give a name, or leave the option out")
+    return text
 
 
 def _positive(text: str) -> float:

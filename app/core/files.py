@@ -109,6 +109,14 @@ def open_regular_file(path: Path, *, error: type[TactileMapsError]) -> Iterator[
         raise error("the file cannot be read", file=path, value=reason, remedy="Check the path") from cause
 
 
+def _size_text(size: int) -> str:
+    """A number of bytes in the largest unit of which it is one at least."""
+    for unit, factor in (("MiB", 2**20), ("KiB", 2**10)):
+        if size >= factor:
+            return f"{size / factor:.3g} {unit}"
+    return f"{size} bytes"
+
+
 def read_bounded_file(path: Path, *, error: type[TactileMapsError], most: int = MAX_FILE_BYTES) -> bytes:
     """The whole file.
 
@@ -122,7 +130,7 @@ def read_bounded_file(path: Path, *, error: type[TactileMapsError], most: int = 
             data += more
         size = max(size, len(data))
         if size > most:
-            remedy = f"The most is {most // 2**20} MiB"
+            remedy = f"The most is {_size_text(most)}"
             raise error("the file is too large", file=path, value=f"{size} bytes", remedy=remedy)
         return data
 

@@ -59,7 +59,7 @@ def _receive(text: str) -> None:
         mujoco.mju_writeLog("WARNING", text)
 
 
-_EQUAL_LIMITS = re.compile(r"joint '.*' has equal lower and upper limits")
+_EQUAL_LIMITS = re.compile(r"joint '(.*)' has equal lower and upper limits")
 _LIMITS_ACTION = (
     "ignored: the lower limit is not less than the upper limit, so the joint moves without limits; "
     "state two different limits, or make the joint fixed"
@@ -70,7 +70,7 @@ _SHOWN = 5
 def limit_findings(spec: mujoco.MjSpec, texts: Sequence[str], *, urdf: bool) -> list[Finding]:
     """Return a finding for joints whose stated limits MuJoCo ignores because the lower one is not less than the upper.
 
-    MuJoCo warns only of equal limits in URDF files. A range of 0 to 0 means that no limits are stated.
+    MuJoCo warns only of equal limits in URDF files. Without that warning, a range of 0 to 0 means that none is stated.
 
     Args:
         spec: The spec as parsed, with the limits in the file's unit.
@@ -79,7 +79,8 @@ def limit_findings(spec: mujoco.MjSpec, texts: Sequence[str], *, urdf: bool) -> 
             and the limits are then unused on purpose.
     """
     used = [joint for joint in spec.joints if urdf or joint.limited != mujoco.mjtLimited.mjLIMITED_FALSE]
-    ignored = [joint for joint in used if any(joint.range) and joint.range[0] >= joint.range[1]]
+    equal = {found[1] for text in texts if (found := _EQUAL_LIMITS.match(text))}
+    ignored = [j for j in used if j.range[0] >= j.range[1] and (any(j.range) or j.name in equal)]
     if not ignored:
         return []
     places = [f"{joint.name or 'unnamed'} ({joint.range[0]:g} to {joint.range[1]:g})" for joint in ignored[:_SHOWN]]

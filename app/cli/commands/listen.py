@@ -144,7 +144,25 @@ def _motion(
     settings = settings_from(dict(scene.control))
     if arguments.controller:
         settings = replace(settings, controller=arguments.controller)
+    if arguments.send:
+        _refuse_no_motion(settings.controller, arguments.mode)
     return MotionOutput(session, settings, connection.ages, clock=CLOCK)
+
+
+def _refuse_no_motion(controller: str, mode: str | None) -> None:
+    """Refuse to send where no motion can follow, whatever is read.
+
+    Raises:
+        UsageError: The controller gives torques, or the readings are not shown as pressures.
+    """
+    if controller == "impedance":
+        remedy = "Add --controller hold_force, hybrid or another that gives velocities"
+        raise UsageError("this controller gives no motion to send", place="--send", value=controller, remedy=remedy)
+    if mode in (ValueMode.RAW, ValueMode.BASELINE):
+        remedy = "Leave out --mode, and add --calibration FILE where the sender does not send pressures"
+        raise UsageError(
+            "motion needs forces: calibrated readings", place="--send", value=f"--mode {mode}", remedy=remedy
+        )
 
 
 @contextmanager

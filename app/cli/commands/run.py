@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import time
+from collections import Counter
 from collections.abc import Callable
 from contextlib import ExitStack
 from typing import TYPE_CHECKING, Any
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
 
 SECONDS = 5.0
 """That are simulated where it is not said."""
+_LINKS_NAMED = 5
 
 
 def execute(arguments: argparse.Namespace) -> int:
@@ -47,7 +49,10 @@ def execute(arguments: argparse.Namespace) -> int:
     for note in notes:
         print_warning(contact_note_text(note))
     problems = [{"kind": lack.kind, "where": lack.where, "remedy": lack.action} for lack in scene.decision.warnings]
-    result |= {"taxels": len(prepared.skin), "file": arguments.output, "problems": problems}
+    covered = Counter[str]()
+    for patch in prepared.skin.patches:
+        covered[patch.link] += len(patch.taxels)
+    result |= {"taxels": len(prepared.skin), "links": dict(covered), "file": arguments.output, "problems": problems}
     if arguments.json:
         print_json(result)
     else:
@@ -57,12 +62,19 @@ def execute(arguments: argparse.Namespace) -> int:
                     **result
                 ),
                 "Frames": result["frames"],
-                "Taxels": result["taxels"],
+                "Taxels": _taxels_text(covered),
                 "Contacts": "{contacts}, up to {max_force_N:.2f} N".format(**result),
                 "Recorded to": arguments.output or "nothing",
             }
         )
     return 0
+
+
+def _taxels_text(covered: Counter[str]) -> str:
+    """Number of taxels and the links that they cover, those with the most first."""
+    links = [f"{link} ({count})" for link, count in covered.most_common(_LINKS_NAMED)]
+    more = len(covered) - len(links)
+    return f"{covered.total()} on {', '.join(links)}" + (f" and {more} more" if more > 0 else "") if covered else "0"
 
 
 def _recorder(prepared: PreparedScene, arguments: argparse.Namespace) -> Recorder:

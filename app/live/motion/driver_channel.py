@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ipaddress
 import secrets
 import socket
 import sys
@@ -19,15 +20,30 @@ _ANY_HOST = ("0.0.0.0", "::")
 
 
 def check_sending(address: str, *, remote: bool) -> None:
-    """Refuse to move a robot on another machine unless the user requests it.
+    """Refuse to move a robot on another machine unless the user requests it, and to move many at once.
 
     Raises:
-        UsageError: The user did not, or there is no such address.
+        UsageError: The user did not, the address is that of a group of machines, or there is no such address.
     """
     host, _ = host_and_port(address)
+    if urlsplit(address).scheme not in ("udp", "zmq"):
+        remedy = "Give udp://HOST:PORT or zmq://HOST:PORT"
+        raise UsageError("motion cannot be sent to such an address", place="--send", value=address, remedy=remedy)
+    if _is_group(host):
+        remedy = "Give the address of the computer that the robot's driver runs on"
+        raise UsageError("motion is sent to one driver, not to a group", place="--send", value=host, remedy=remedy)
     if not (remote or is_this_machine(host)):
         remedy = "Send to 127.0.0.1, or add --remote"
         raise UsageError("motion for other machines is not asked for", value=host, remedy=remedy)
+
+
+def _is_group(host: str) -> bool:
+    """True for addresses that several machines receive at: multicast and broadcast."""
+    try:
+        number = ipaddress.ip_address(host)
+    except ValueError:
+        return False
+    return number.is_multicast or host == "255.255.255.255"
 
 
 def check_not_source(address: str, source: str) -> None:

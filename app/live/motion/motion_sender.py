@@ -60,10 +60,14 @@ class MotionLimits:
     force: float = 15.0
 
     def __post_init__(self) -> None:
-        for name, value, (low, high) in (("speed", self.speed, SPEEDS), ("force", self.force, FORCES)):
+        for name, unit, value, (low, high) in (
+            ("speed", "rad/s", self.speed, SPEEDS),
+            ("force", "N", self.force, FORCES),
+        ):
             if not (math.isfinite(value) and low <= value <= high):
-                remedy = f"Choose {low:g} to {high:g}"
-                raise LiveError(f"the limit of {name} is out of range", value=value, remedy=remedy)
+                remedy = f"Choose {low:g} to {high:g} {unit}"
+                problem = f"the limit of {name} is out of range"
+                raise LiveError(problem, place=f"largest {name}", value=f"{value:g} {unit}", remedy=remedy)
 
 
 class StopReason(StrEnum):

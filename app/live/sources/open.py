@@ -8,9 +8,10 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
-from urllib.parse import SplitResult, parse_qs, urlsplit
+from urllib.parse import SplitResult, parse_qs, parse_qsl, urlsplit
 
 from app.core.errors import LiveError, PluginError, UsageError
+from app.core.files import open_regular_file
 from app.core.plugins import Plugin, Registry, check_call, check_members
 from app.live.readings import Reading, Source
 
@@ -161,9 +162,11 @@ def host_and_port(address: str, default: int = DEFAULT_PORT, *, any_free: bool =
         any_free: True where port 0 means any free port, which is possible only for listening.
 
     Raises:
-        UsageError: The port is not a whole number up to 65535, or it is 0 where no program can be reached at it.
+        UsageError: The port is not a whole number up to 65535, or it is 0 where no program can be reached at it, or the
+            address has words after a question mark.
     """
     parts = _split(address)
+    _refuse_unknown_words(address, parts)
     port = parts.port
     if port == 0 and not any_free:
         remedy = f"Give the port that the other program uses, 1 to 65535, or none for {default}"
@@ -181,7 +184,16 @@ def _split(address: str) -> SplitResult:
     return parts
 
 
+def _refuse_unknown_words(address: str, parts: SplitResult, *known: str) -> None:
+    """Refuse words after the question mark of ``address`` that have no meaning there."""
+    unknown = [word for word, _ in parse_qsl(parts.query, keep_blank_values=True) if word not in known]
+    if unknown:
+        allowed = f"Known here: {', '.join(known)}" if known else "Leave out the question mark and what follows it"
+        raise UsageError("unknown word in the address", place=address, value=", ".join(unknown), remedy=allowed)
+
+
 def _baud(address: str, parts: SplitResult) -> int:
+    _refuse_unknown_words(address, parts, "baud")
     text = parse_qs(parts.query, keep_blank_values=True).get("baud", ["115200"])[0]
     if not text.isdecimal() or len(text) > 8 or not 50 <= int(text) <= 20_000_000:
         raise UsageError("there is no such speed of a serial port", value=address, remedy="Write ?baud=115200")
@@ -192,6 +204,9 @@ def _file(address: str, options: SourceOptions) -> Source:
     from app.live.sources.files import FileSource, read_recording, read_table, read_text
 
     path = Path(address)
+    if path.exists() and not path.is_dir():
+        with open_regular_file(path, error=LiveError):
+            pass  # a pipe or device is refused before anything waits for it
     if os.path.isdir(path) or path.suffix.lower() in (".mcap", ".db3"):
         from app.live.sources.files import is_own_recording
         from app.live.sources.ros2 import load_topics, read_bag

@@ -61,6 +61,11 @@ def test_equal_limits_in_urdf_are_a_finding_with_place_value_and_remedy(kind: st
     assert robot.joints[0].upper == np.inf
 
 
+def test_limits_of_zero_to_zero_in_urdf_are_a_finding() -> None:
+    (finding,) = limit_findings_of(load("r.urdf", urdf_text('<limit lower="0" upper="0"/>')))
+    assert finding.where == "joint j (0 to 0)"
+
+
 def test_reversed_limits_in_urdf_are_a_finding_though_mujoco_is_silent() -> None:
     (finding,) = limit_findings_of(load("r.urdf", urdf_text('<limit lower="0.5" upper="0.2"/>')))
     assert finding.where == "joint j (0.5 to 0.2)"

@@ -302,8 +302,18 @@ def test_sending_waits_for_a_sender_that_starts_later_and_records_meanwhile(skin
     [
         (["--send", "udp://192.0.2.1:9"], 2, "--remote"),
         (["--send", "carrier-pigeon://127.0.0.1"], 2, "udp://HOST:PORT"),
-        (["--send", "udp://no.such.host.invalid:9", "--remote"], 1, "cannot be used"),
-        (["--send", "udp://127.0.0.1:9", "--max-speed", "50"], 1, "limit of speed"),
+        (["--send", "http://127.0.0.1"], 2, "motion cannot be sent to such an address (found: http://127.0.0.1)"),
+        (["--send", "udp://224.0.0.1:9", "--remote"], 2, "to one driver, not to a group (found: 224.0.0.1)"),
+        (["--send", "udp://255.255.255.255:9", "--remote"], 2, "to one driver, not to a group"),
+        (["--send", "udp://[ff02::1]:9", "--remote"], 2, "to one driver, not to a group"),
+        (["--send", "udp://127.0.0.1:9?key=1"], 2, "unknown word in the address (found: key)"),
+        (["--send", "udp://no.such.host.invalid:9", "--remote", "--controller", "hybrid"], 1, "cannot be used"),
+        (["--send", "udp://127.0.0.1:9"], 2, "this controller gives no motion to send (found: impedance)"),
+        (["--send", "udp://127.0.0.1:9", "--controller", "hybrid", "--mode", "raw"], 2, "calibrated readings"),
+        (["--send", "udp://127.0.0.1:9", "--controller", "hybrid", "--mode", "baseline"], 2, "calibrated readings"),
+        (["--send", "udp://127.0.0.1:9", "--max-speed", "50"], 1, "(found: 50 rad/s). Choose 0.001 to 1 rad/s"),
+        (["--send", "udp://127.0.0.1:9", "--max-speed", "0"], 1, "(found: 0 rad/s). Choose 0.001 to 1 rad/s"),
+        (["--send", "udp://127.0.0.1:9", "--max-force", "nan"], 1, "(found: nan N). Choose 1 to 200 N"),
         (["--controller", "none"], 1, "none"),
     ],
 )
@@ -312,3 +322,8 @@ def test_motion_that_cannot_be_sent_is_one_message(words, code, said, readings, 
     message = capsys.readouterr().err
     assert said in message
     assert "Traceback" not in message
+
+
+def test_recording_to_a_file_without_a_name_is_refused(readings, skin, capsys):
+    assert main(["listen", readings, "--skin", skin, "-o", ""]) == 2
+    assert "argument -o/--output: the name of the file is empty" in capsys.readouterr().err

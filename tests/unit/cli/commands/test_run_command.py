@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import signal
 import socket
 
@@ -264,3 +265,15 @@ def test_a_served_run_says_where_and_keeps_to_the_clock(capsys):
     assert json.loads(told.out)["real_time_factor"] <= 1.01
     assert run_line([*words, "--host", "0.0.0.0"], windows={}) == 0
     assert "over the network can watch" in capsys.readouterr().err
+
+
+def test_the_links_that_are_covered_are_named(tmp_path, capsys):
+    scene = tmp_path / "arm.toml"
+    scene.write_text('robot = "arm"\n[cover]\nlinks = ["hand", "forearm"]\ntaxels = 200\n')
+    assert main(["run", "--scene", str(scene), "--for", "0.01"]) == 0
+    said = capsys.readouterr().out
+    assert re.search(r"Taxels +200 on forearm \(\d+\), hand \(\d+\)", said)
+    assert main(["run", "--scene", str(scene), "--for", "0.01", "--json"]) == 0
+    links = json.loads(capsys.readouterr().out)["links"]
+    assert set(links) == {"forearm", "hand"}
+    assert sum(links.values()) == 200

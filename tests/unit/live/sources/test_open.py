@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import os
 from urllib.parse import urlsplit
 
 import pytest
 
-from app.core.errors import TactileMapsError, UsageError
+from app.core.errors import LiveError, TactileMapsError, UsageError
 from app.live.sources.open import SourceOptions, is_live, open_source
 
 
@@ -72,3 +73,30 @@ def test_other_machines_need_a_token_that_is_long():
     with pytest.raises(UsageError, match="too short"):
         open_source("udp://0.0.0.0:9870", SourceOptions(remote=True, token="abc"))
     open_source("udp://0.0.0.0:9870", SourceOptions(remote=True, token="long enough"))
+
+
+@pytest.mark.parametrize(
+    ("address", "known"),
+    [
+        ("udp://127.0.0.1:9870?foo=1", "Leave out the question mark"),
+        ("zmq://127.0.0.1:9870?foo", "Leave out the question mark"),
+        ("yarp://127.0.0.1:10000/skin?foo=1", "Leave out the question mark"),
+        ("serial:///dev/ttyUSB0?foo=115200", "Known here: baud"),
+    ],
+)
+def test_unknown_words_in_an_address_are_refused_with_the_known_ones(address, known):
+    with pytest.raises(UsageError, match=rf"unknown word in the address \(found: foo\)\. {known}") as refusal:
+        open_source(address)
+    assert refusal.value.place == address
+
+
+@pytest.mark.parametrize("name", ["readings.csv", "readings.mcap", "zero"])
+def test_a_pipe_is_refused_before_anything_waits_for_it(tmp_path, name):
+    os.mkfifo(tmp_path / name)
+    with pytest.raises(LiveError, match="this is not a file .found: a pipe"):
+        open_source(str(tmp_path / name))
+
+
+def test_a_device_is_refused():
+    with pytest.raises(LiveError, match="this is not a file .found: a device"):
+        open_source("/dev/zero")
