@@ -14,7 +14,7 @@ from tests.support.coverage import EFFECTS, MODELS, coverage
 SKIN = "arm-1000"
 RANDOM = ("gain spread", "noise", "offset drift", "hysteresis", "quantisation", "sampling")
 WITHIN_TWICE = {
-    "none": 0.90, "crosstalk": 0.90, "dead taxels": 0.97, "threshold": 0.95, "saturation": 0.89, "area averaging": 0.70,
+    "none": 0.90, "crosstalk": 0.90, "dead taxels": 0.97, "threshold": 0.95, "saturation": 0.87, "area averaging": 0.70,
     "all": 0.85,
 }  # fmt: skip
 """Least share of forces within twice the uncertainty for the other effects."""
@@ -23,7 +23,7 @@ SPREADING = [name for name in MODELS if name != "depth"]
 
 
 def assert_places_are_covered(found) -> None:
-    assert 0.40 <= found.place[0] <= 0.90
+    assert 0.40 <= found.place[0] <= 0.95
     assert found.place[1] >= 0.94
 
 
