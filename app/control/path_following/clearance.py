@@ -20,6 +20,7 @@ from app.geometry.pose import Pose
 from app.robots.mujoco_spec import OWN_NAMES, compile_spec
 from app.robots.robot import Robot
 from app.skin.link_hulls import collision_spec, excluded_pairs
+from app.skin.link_pieces import spans_hollows
 from app.skin.skin import Skin
 from app.tactile.loads import Box, Cylinder, Plane, Sphere
 
@@ -106,7 +107,8 @@ class Clearance:
         first = model.nbody - len(shapes) - 2
         self._names = [*(model.body(body).name for body in range(first)), *names, TOUCHED, ""]
         self._room, self._tip = first + len(shapes), first + len(shapes) + 1
-        self._first = first
+        self._first, self._robot, self._skin = first, robot, skin
+        self._hollow: dict[str, bool] = {}
         self._pairs = self._meetings(excluded_pairs(robot, skin))
         self._bodies = model.geom_bodyid[self._pairs]
         self._radii = model.geom_rbound[self._pairs].sum(axis=1)
@@ -163,8 +165,13 @@ class Clearance:
     def on_hull(self, link: str, point: FloatArray, normal: FloatArray) -> FloatArray:
         """(3,) where a line from a place of the skin (3,) along its normal leaves the shape that collides, link frame.
 
-        That is where the place is touched: a hull is convex, the skin need not be.
+        That is where the place is touched: a hull is convex, the skin need not be. A link whose hull would span hollows
+        of its skin is touched on the skin itself; only distances are those of its hull.
         """
+        if link not in self._hollow:
+            self._hollow[link] = spans_hollows(self._robot, self._skin, link)
+        if self._hollow[link]:
+            return point
         model, data, body = self._model, self._data, self._names.index(link)
         rotation, origin = data.xmat[body].reshape(3, 3), data.xpos[body]
         start = rotation @ (point + _BEYOND * normal) + origin

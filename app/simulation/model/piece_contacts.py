@@ -20,7 +20,7 @@ import numpy as np
 
 from app.core.arrays import FloatArray, IntArray
 from app.robots.robot import Robot
-from app.simulation.model.contact_points import centre_on_cap, centre_on_side, correct_normal, frame_along
+from app.simulation.model.contact_points import centre_on_cap, centre_on_side, correct_normal
 from app.skin.link_pieces import LinkPieces, link_pieces, piece_number
 from app.skin.skin import Skin
 
@@ -138,11 +138,9 @@ class PieceContacts:
             mine = np.flatnonzero(owner == row)
             best = mine[distances[mine].argmin()]
             place, away = places[best], float(distances[best])
-            others = near[owner != row]
-            if len(others):
-                touching = surface.closest(others, place)[1] < surface.joins(int(near[best]), others)
-                if (distances[owner != row][touching] < away - _NEARER).any():
-                    continue
+            others = near[(owner != row) & (distances < away - _NEARER)]
+            if len(others) and (surface.closest(others, place)[1] < surface.joins(int(near[best]), others)).any():
+                continue
             if any(math.dist(place, known) < _SAME for known in kept):
                 continue
             kept.append(place)
@@ -154,7 +152,7 @@ class PieceContacts:
             if distance < 0:
                 found.add(number)
                 contact.dist[number] = distance
-                contact.frame[number] = frame_along((1 - 2 * side) * (turn @ outward)).ravel()
+                contact.frame[number] = _frame_along(*((1 - 2 * side) * (turn @ outward)).tolist())
                 contact.pos[number] = turn @ (centre - (radius + 0.5 * distance) * outward) + origin
         return found
 
@@ -187,6 +185,18 @@ class PieceContacts:
                 found.add(number)
         # A body that only seams hold is held by the one that faces it most: contact is never lost.
         return found or {int(own[agreements.argmax()])}
+
+
+def _frame_along(x: float, y: float, z: float) -> tuple[float, ...]:
+    """Return a right-handed frame (9,) whose first row is the unit vector given."""
+    if abs(x) < 0.9:
+        scale = 1 / math.hypot(y, z)
+        first = (0.0, z * scale, -y * scale)
+    else:
+        scale = 1 / math.hypot(x, z)
+        first = (-z * scale, 0.0, x * scale)
+    a, b, c = first
+    return x, y, z, *first, y * c - z * b, z * a - x * c, x * b - y * a
 
 
 def piece_groups(model: mujoco.MjModel) -> list[int]:

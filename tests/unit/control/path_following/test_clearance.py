@@ -11,6 +11,7 @@ from app.control.path_following.clearance import FAR, MARGIN, SLACK, TOUCHED, Cl
 from app.geometry.pose import Pose
 from app.robots.kinematics import Configuration
 from app.tactile.loads import Box, Cylinder, Plane, Sphere
+from tests.support.hollows import BOWL_DEPTH, hollow
 from tests.support.touch import arm, pair
 
 EYE = np.eye(3)
@@ -113,6 +114,14 @@ def test_a_place_in_a_hollow_is_touched_on_the_hull():
     assert inside == pytest.approx([0.0, 0.01, 0.05], abs=1e-6)
     outside = np.array([0.0, 0.01, 0.052])
     assert clearance.on_hull("left", outside, UP) == pytest.approx(outside)
+
+
+def test_a_place_in_a_bowl_is_touched_on_the_skin():
+    """The link collides in pieces, not as its hull."""
+    robot, skin = hollow("bowl")
+    clearance = Clearance(robot, skin)
+    bottom = np.array([0.0, 0.0, -BOWL_DEPTH])
+    assert clearance.on_hull("block", bottom, UP) == pytest.approx(bottom)
 
 
 def test_along_a_motion_nothing_between_two_looks_comes_too_near():
