@@ -24,7 +24,6 @@ from app.tactile.elastic_layer import ElasticLayer
 from app.tactile.half_space_stress import point_stress
 from app.tactile.loads import sphere_load
 from app.tactile.models.half_space import HalfSpaceModel
-from app.tactile.receptive_field import quadrature_points
 from tests.support.touch import arm, bar_skin
 
 
@@ -142,8 +141,8 @@ def flat_touches(skin, depth: float, count: int):
     """(force, readings) of balls on the flat bar, by Boussinesq's stress on a grid, none of it the product's code."""
     x, y = 0.01 + (np.arange(760) + 0.5) * CELL, -0.05 + (np.arange(200) + 0.5) * CELL
     across, along = np.meshgrid(x, y)
-    points = quadrature_points(skin)
-    owner = points.taxel[cKDTree(points.positions[:, :2]).query(np.stack([across.ravel(), along.ravel()], axis=1))[1]]
+    (patch,) = skin.patches
+    owner = cKDTree(patch.taxels.positions[:, :2]).query(np.stack([across.ravel(), along.ravel()], axis=1))[1]
     cells = np.bincount(owner, minlength=len(skin))
     reach = CELL * np.arange(-120, 121)
     kernel = 1.5 / np.pi * depth**3 / (np.add.outer(reach**2, reach**2) + depth**2) ** 2.5
