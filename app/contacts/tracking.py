@@ -199,14 +199,16 @@ class ContactMotions:
     def keep(self, contents: Mapping[int, frozenset[int]]) -> None:
         """Store the contacts in each region from now on; ``contents`` has the ids of contacts by that of the region."""
         known = {id_: motion for inside in self._inside.values() for id_, motion in inside.items()}
-        parted = {id_ for ids in contents.values() if len(ids) == 1 for id_ in ids}
-        self._before = {id_: m for id_, m in (self._before | known).items() if id_ in parted}
         self._inside = {}
         for region, ids in contents.items():
             motions = {id_: known.get(id_) or self._motion(id_) for id_ in ids} if len(ids) > 1 else {}
             sure = {id_: motion for id_, motion in motions.items() if motion is not None}
             if len(sure) > 1 and region in sure:
                 self._inside[region] = sure
+        parted = {id_ for ids in contents.values() if len(ids) == 1 for id_ in ids}
+        self._before = {id_: m for id_, m in (self._before | known).items() if id_ in parted}
+        for id_ in known:  # observed so far is the merged region
+            self._paths.pop(id_, None)
 
     def assigned(self, region: int, parts: Sequence[Measured], now: float) -> list[frozenset[int]] | None:
         """Return the contacts in each of the parts of a merged region; None where there are too many to compare.
