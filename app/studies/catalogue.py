@@ -16,6 +16,7 @@ _MODULES = {
     "touch-cost": "sweeps.touch_cost",
     "force-estimators": "sweeps.force_estimators",
     "step-cost": "sweeps.step_cost",
+    "contact": "sweeps.contact",
     "effect-cost": "sweeps.effect_cost",
     "needs": "sweeps.needs",
     "representation": "path_time.representation",

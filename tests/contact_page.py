@@ -1,0 +1,210 @@
+"""Writes the guide's page of contacts from ``assets/findings/contact.csv``: ``python -m tests.contact_page``.
+
+With ``--tables DIR`` it first takes the table that ``tactile-maps study contact -o DIR`` wrote. A test writes the page
+again and compares.
+"""
+
+from __future__ import annotations
+
+import argparse
+import textwrap
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+from app.studies.rows import Row, distinct
+from app.studies.sweeps.contact import (
+    EXCEPTIONS,
+    MODELS,
+    OK,
+    OUTSIDE,
+    REFUSED,
+    STEPS_MS,
+    TOLERANCES,
+    exception_of,
+)
+from tests.findings_page import ASSETS, TABLES, as_shipped, table
+
+PAGE = ASSETS / "guide" / "contact.md"
+COLUMNS = ("check", "skin", "shape", "physics", "motion", "integrator", "timestep_ms", "ratio", "seed", "model",
+           "verdict", *TOLERANCES)  # fmt: skip
+_NAMES = {
+    "weight_percent": "weight",
+    "centre_mm": "centre of pressure",
+    "creep_mm_s": "creep",
+    "spin_deg_s": "spin",
+    "flicker_percent": "standard deviation of the force",
+    "slide_percent": "acceleration of a slide",
+    "impulse_percent": "impulse of an impact",
+    "rebound_percent": "rebound",
+    "decay_percent": "rate of decay",
+    "balance": "forces of two skins on each other",
+    "mirror_mm": "centres of mirrored loads",
+}
+_UNITS = {"percent": " %", "mm": " mm", "mm_s": " mm/s", "deg_s": " °/s"}
+_HEAD = """# Contact against mechanics
+
+This page is made by `python -m tests.contact_page` from the rows of `tactile-maps study contact`
+([rows](../findings/contact.csv)), and `tests/numerics/test_contact_table.py` checks each row again.
+
+Bodies of 0.5 kg rest, slide, fall and are pressed on a fixed block whose upper side is flat, convex (radius 60 mm),
+concave (radius 80 mm), covered on one half (*border*: the body is half on the skin) or bare where the body is (*bare*:
+nothing may be read, and the program must report it). The cover has 20 kN/m. Where nothing else is stated the integrator
+is `implicitfast` with 1 ms, and a reading is the mean of 5 steps. References are mechanics alone."""
+
+
+def rows() -> list[Row]:
+    """The rows as they ship."""
+    return table("contact")
+
+
+def page() -> str:
+    """The whole page."""
+    found = rows()
+    parts = [_HEAD, _tolerances(found), "## At rest", _legend(), *_at_rest(found), "## Other checks", *_checks(found)]
+    parts += ["## Integrators and time steps", *_steps(found), "## Exceptions", *_exceptions(found)]
+    return "\n\n".join(parts) + "\n"
+
+
+def _tolerances(found: Sequence[Row]) -> str:
+    lines = ["| quantity | tolerance | largest value of the rows that are ok |", "|---|---|---|"]
+    for column, limit in TOLERANCES.items():
+        values = [abs(row[column]) for row in found if row["verdict"] == OK and row[column] is not None]
+        lines.append(f"| {_NAMES[column]} | {_value(column, limit)} | {_value(column, max(values, default=0.0))} |")
+    return "\n".join(lines)
+
+
+def _wrapped(text: str, indent: str = "") -> str:
+    return textwrap.fill(text, 118, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False)
+
+
+def _value(column: str, value: float) -> str:
+    return f"{value:.3g}{_UNITS.get(column.partition('_')[2], '')}"
+
+
+def _legend() -> str:
+    return _wrapped(
+        "Each cell: *ok*, or a letter of the [exceptions](#exceptions). Bodies that would topple or slide off are "
+        "guided along the vertical; the others are free."
+    )
+
+
+def _at_rest(found: Sequence[Row]) -> Iterator[str]:
+    lines = [f"| skin | shape | {' | '.join(MODELS)} |", "|---|---|" + "---|" * len(MODELS)]
+    plain = [row for row in found if row["check"] == "rest" and _usual(row)]
+    for skin in distinct(plain, "skin"):
+        for shape in distinct(plain, "shape"):
+            cells = [
+                _cell([row for row in plain if (row["skin"], row["shape"], row["model"]) == (skin, shape, model)])
+                for model in MODELS
+            ]
+            lines.append(f"| {skin} | {shape} | {' | '.join(cells)} |")
+    yield "\n".join(lines)
+
+
+def _usual(row: Row) -> bool:
+    return (row["integrator"], row["timestep_ms"], row["ratio"]) == ("implicitfast", 1.0, 5)
+
+
+def _cell(found: Sequence[Row]) -> str:
+    """What a cell shows of its rows: the worst verdict."""
+    letters = sorted({_letter(row) for row in found if row["verdict"] == OUTSIDE})
+    if letters:
+        return ", ".join(letters)
+    refused = sum(row["verdict"] == REFUSED for row in found)
+    if refused == len(found):
+        return "refused" if found else ""
+    return f"{OK}, {refused} of {len(found)} refused" if refused else OK
+
+
+def _letter(row: Row) -> str:
+    known = exception_of(row)
+    assert known is not None, row
+    return _letters()[known.reason]
+
+
+def _letters() -> dict[str, str]:
+    reasons = dict.fromkeys(known.reason for known in EXCEPTIONS)
+    return {reason: chr(ord("A") + number) for number, reason in enumerate(reasons)}
+
+
+def _checks(found: Sequence[Row]) -> Iterator[str]:
+    lines = [f"| check | skin | {' | '.join(MODELS)} |", "|---|---|" + "---|" * len(MODELS)]
+    others = [row for row in found if row["check"] != "rest"]
+    for check in distinct(others, "check"):
+        for skin in distinct([row for row in others if row["check"] == check], "skin"):
+            cells = [
+                _cell([r for r in others if (r["check"], r["skin"], r["model"]) == (check, skin, model)])
+                for model in MODELS
+            ]
+            lines.append(f"| {check} | {skin} | {' | '.join(cells)} |")
+    yield "\n".join(lines)
+    yield _wrapped(
+        "*stick*: on 95 % of the friction angle; *slip*: 5 degrees beyond it; *impact*: a fall of 10 mm, read every 1, "
+        "5 or 20 steps; *decay*: return to rest from a deeper start, against c / (2 m) of the spring and damper of the "
+        "contact (MuJoCo's impedance of 0.5 adds the body's mass once more); *third law*: two skins pressed together; "
+        "*mirror*: loads at mirrored places of a regular grid of taxels."
+    )
+
+
+def _steps(found: Sequence[Row]) -> Iterator[str]:
+    solver = [row for row in found if row["physics"] == "solver" and row["model"] == "punch"]
+    soft = [row for row in found if row["model"] == "foundation"]
+    lines = [
+        f"| integrator | contacts of | {' | '.join(f'{step:g} ms' for step in STEPS_MS)} |",
+        "|---|---|" + "---|" * len(STEPS_MS),
+    ]
+    for integrator in distinct(found, "integrator"):
+        for title, chosen in (("the solver", solver), ("foundation", soft)):
+            cells = []
+            for step in STEPS_MS:
+                here = [
+                    r
+                    for r in chosen
+                    if (r["integrator"], r["timestep_ms"]) == (integrator, step) and r["skin"] == "flat"
+                ]
+                counts = [sum(row["verdict"] == verdict for row in here) for verdict in (OK, OUTSIDE, REFUSED)]
+                cells.append(
+                    ", ".join(
+                        f"{count} {word}" for count, word in zip(counts, (OK, OUTSIDE, REFUSED), strict=True) if count
+                    )
+                )
+            lines.append(f"| {integrator} | {title} | {' | '.join(cells)} |")
+    yield _wrapped(
+        "Checks on flat skin by integrator and time step (of the solver's models `punch`). Guided, free, scripted and "
+        "stacked bodies are a full product with integrators and steps; shapes and ratios of tick to step are spread so "
+        "that each pair of values occurs."
+    )
+    yield "\n".join(lines)
+    yield _wrapped(
+        "Refused: the program names the cause and the longest possible step. Examples are a probe of 0.2 kg at 4 ms "
+        "with 20 kN/m, the foundation at 4 ms under a face, and friction with the foundation, which has none."
+    )
+
+
+def _exceptions(found: Sequence[Row]) -> Iterator[str]:
+    lines = []
+    for reason, letter in _letters().items():
+        hit = [row for row in found if row["verdict"] == OUTSIDE and _letter(row) == letter]
+        beyond = []
+        for column, limit in TOLERANCES.items():
+            largest = max((abs(row[column]) for row in hit if row[column] is not None), default=0.0)
+            if largest > limit:
+                beyond.append(f"{_NAMES[column]} {_value(column, largest)}")
+        extent = f"; up to {', '.join(beyond)}" if beyond else ""
+        lines.append(_wrapped(f"- **{letter}** ({len(hit)} rows{extent}): {reason}.", "  "))
+    yield "\n".join(lines)
+
+
+def main() -> None:
+    """Write the page, after taking a table where one is given."""
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("--tables", type=Path, help="a folder that tactile-maps study contact wrote")
+    folder = parser.parse_args().tables
+    if folder is not None:
+        text = as_shipped((folder / "contact.csv").read_text(encoding="utf8"), COLUMNS)
+        (TABLES / "contact.csv").write_text(text, encoding="utf8", newline="")
+    PAGE.write_text(page(), encoding="utf8", newline="")
+
+
+if __name__ == "__main__":
+    main()

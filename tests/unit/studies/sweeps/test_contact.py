@@ -1,0 +1,93 @@
+"""The study of contacts: which cases it has, and how a row is judged."""
+
+from __future__ import annotations
+
+from itertools import product
+
+import pytest
+
+from app.studies.stages.simulation import INTEGRATORS
+from app.studies.sweeps.contact import (
+    CHECKS,
+    EXCEPTIONS,
+    MEASURED,
+    MODELS,
+    MOTIONS,
+    RATIOS,
+    STEPS_MS,
+    STUDY,
+    TOLERANCES,
+    cases,
+    exception_of,
+    figures,
+    measure,
+)
+from app.studies.testbeds.contact_bench import BODIES
+
+CASES = cases(False, 0)
+
+
+def case(check, **wanted):
+    return next(
+        one for one in CASES if one["check"] == check and all(one[key] == value for key, value in wanted.items())
+    )
+
+
+def test_cases_cover_what_the_table_promises():
+    assert STUDY.name == "contact"
+    assert figures([]) == []
+    assert {one["check"] for one in CASES} == set(CHECKS)
+    rest = {(one["skin"], one["shape"], one["physics"]) for one in CASES if one["check"] == "rest"}
+    assert set(product(MEASURED, BODIES, ("solver", "foundation", "depth"))) <= rest
+    motions = {(one["integrator"], one["timestep_ms"], one["motion"]) for one in CASES if one["check"] == "rest"}
+    assert set(product(INTEGRATORS, STEPS_MS, MOTIONS)) <= motions
+    for pair in (("integrator", "ratio"), ("timestep_ms", "ratio"), ("motion", "ratio")):
+        values = {"integrator": INTEGRATORS, "timestep_ms": STEPS_MS, "motion": MOTIONS}[pair[0]]
+        found = {tuple(one[key] for key in pair) for one in CASES if one["check"] == "rest"}
+        assert set(product(values, RATIOS)) <= found
+    impacts = {(one["integrator"], one["timestep_ms"], one["ratio"]) for one in CASES if one["check"] == "impact"}
+    assert set(product(INTEGRATORS, STEPS_MS, RATIOS)) <= impacts
+
+
+def test_quick_cases_are_few_and_among_all():
+    assert 10 < len(cases(True, 0)) < 40
+    assert all(one in CASES for one in cases(True, 0))
+
+
+def test_a_row_has_every_quantity_and_a_verdict():
+    asked = case("rest", skin="flat", shape="mesh", physics="solver", motion="free", timestep_ms=4.0)
+    rows = {row["model"]: row for row in measure(asked)}
+    assert set(rows) == {"point", "water-fill", "punch", "half-space"}
+    assert set(TOLERANCES) < set(rows["punch"])
+    assert rows["punch"]["verdict"] == "ok"
+    assert rows["punch"]["note"] == ""
+    assert abs(rows["punch"]["weight_percent"]) < 0.1
+    # A leaning block bears on one side: a bed of springs without tilt cannot show that.
+    assert rows["water-fill"]["verdict"] == "outside"
+    assert rows["water-fill"]["centre_mm"] > TOLERANCES["centre_mm"]
+    assert exception_of({**asked, **rows["water-fill"]}).reason in rows["water-fill"]["note"]
+
+
+def test_what_the_program_calls_unstable_is_refused_with_the_way_out():
+    asked = case("rest", motion="scripted", integrator="euler", timestep_ms=4.0, physics="solver")
+    assert {row["verdict"] for row in measure(asked)} == {"refused"}
+    assert "discrete" in measure(asked)[0]["note"]
+    (row,) = measure(case("impact", physics="foundation", integrator="implicit", timestep_ms=4.0))
+    assert row["verdict"] == "refused"
+    assert "Use a time step of at most" in row["note"]
+    assert all(row[column] is None for column in TOLERANCES)
+
+
+def test_the_foundation_is_refused_where_friction_is_asked_of_it():
+    (row,) = measure(case("stick", physics="foundation"))
+    assert (row["verdict"], row["model"]) == ("refused", "foundation")
+
+
+@pytest.mark.parametrize("known", EXCEPTIONS, ids=lambda known: known.reason[:30])
+def test_exceptions_cover_rows_that_exist(known):
+    assert any(known.covers({**one, "model": model, "verdict": "outside"}) for one in CASES for model in MODELS), known
+
+
+def test_a_row_that_no_exception_covers():
+    row = {**case("rest"), "model": "punch"}
+    assert exception_of(row) is None
