@@ -59,7 +59,6 @@ SOLVER = ("point", "water-fill", "punch", "half-space")
 PHYSICS: Mapping[str, tuple[str, ...]] = {"solver": SOLVER, "foundation": ("foundation",), "depth": ("depth",)}
 STEPS_MS = (0.5, 1.0, 2.0, 4.0)
 RATIOS = (1, 5, 20)
-MEASURED = tuple(skin for skin in SKINS if skin != "concave")
 MOTIONS = ("guided", "free", "scripted", "stacked")
 MODELS = tuple(model for models in PHYSICS.values() for model in models)
 TOLERANCES: Mapping[str, float] = {
@@ -80,7 +79,15 @@ height of the fall."""
 OK, OUTSIDE, REFUSED = "ok", "outside", "refused"
 _SETTLING = 0.6
 """Simulated before a body at rest is watched [s]."""
-_SOFT_SETTLING: Mapping[str, float] = {"sphere": 3.0, "roller": 2.0, "box on edge": 4.0, "box on corner": 8.0}
+_SOFT_SETTLING: Mapping[str, float] = {
+    "sphere": 3.0,
+    "disc": 1.2,
+    "roller": 2.0,
+    "box on face": 1.2,
+    "box on edge": 4.0,
+    "box on corner": 8.0,
+    "mesh": 1.2,
+}
 """The same on the foundation, whose damper is weak under a small contact."""
 _WATCHED = 0.2
 _STACKED = 0.02
@@ -130,6 +137,10 @@ class KnownException:
 
 
 _SPACED = "the share of skin and bare surface is counted by points 2 mm apart under contacts of 3 to 30 mm"
+_PIECES = (
+    "a concave link collides as convex pieces, which differ from the skin by as much as the cover yields: of two "
+    "places that touch at once one bears more, and punch keeps that centre"
+)
 _BETWEEN = "the model reads the overlap at the taxels' points, and a small contact fits between them: it reads nothing"
 _FACET = (
     "MuJoCo meets one facet of the hull under a face, so that the centre of the contact is up to half a facet off, "
@@ -166,9 +177,19 @@ EXCEPTIONS: Sequence[KnownException] = (
     KnownException("rest", "border", "box on edge", "punch", _SPACED),
     KnownException("rest", "border", "sphere|box on edge|box on corner", "foundation", _SPACED),
     KnownException("mirror", "convex", "disc|box on face|mesh", "punch", _FACET),
+    KnownException("rest", "concave", "roller|box on face|box on edge|mesh", "punch", _PIECES),
+    KnownException("rest", "concave", "roller|box on edge", "point", _PIECES),
+    KnownException(
+        "mirror", "concave", "disc|roller|box on face|box on edge|mesh", "water-fill|punch|half-space", _PIECES
+    ),
+    KnownException("mirror", "concave", "box on corner", "water-fill|punch", _PIECES),
+    KnownException(
+        "rest", "concave", "mesh", "foundation", "few points, 2 mm apart, are under the corners of the leaning block"
+    ),
     KnownException("rest", "flat|border", "box on corner", "depth", _BETWEEN),
     KnownException("mirror", "flat", "sphere|roller|box on edge|box on corner", "depth", _BETWEEN),
     KnownException("rest", "convex", "box on edge|box on corner", "depth", _BETWEEN),
+    KnownException("rest", "concave", "disc|box on face|box on edge|box on corner|mesh", "depth", _BETWEEN),
     KnownException(
         "rest",
         "flat",
@@ -220,7 +241,7 @@ def _case(
 
 
 def _rest_cases() -> Iterator[Case]:
-    for skin in MEASURED:
+    for skin in SKINS:
         for shape in BODIES:
             for physics in PHYSICS:
                 # The foundation has no friction, so that nothing holds a free body where it is.
@@ -278,7 +299,7 @@ def _impact_cases() -> Iterator[Case]:
             yield _case(
                 "impact", "flat", shape, "foundation", "guided", integrator=integrator, timestep_ms=step, ratio=ratio
             )
-    for skin in ("convex",):
+    for skin in ("convex", "concave"):
         for physics in ("solver", "foundation"):
             yield _case("impact", skin, "sphere", physics, "guided")
 
@@ -298,7 +319,7 @@ def _symmetry_cases() -> Iterator[Case]:
             for integrator in INTEGRATORS if physics == "solver" else INTEGRATORS[:1]:
                 yield _case("third law", skin, "skin", physics, "guided", integrator=integrator)
     for shape in BODIES:
-        for skin in ("flat", "convex"):
+        for skin in ("flat", "convex", "concave"):
             yield _case("mirror", skin, shape, "solver", "guided")
         for physics in ("foundation", "depth"):
             yield _case("mirror", "flat", shape, physics, "guided")
@@ -318,7 +339,9 @@ def _judged(case: Case, row: Row, *, refused: bool) -> Row:
     """Return a row with every column: the verdict follows from the tolerances."""
     values = {column: row.get(column) for column in TOLERANCES}
     beyond = [
-        column for column, value in values.items() if isinstance(value, float) and not abs(value) <= TOLERANCES[column]
+        column
+        for column, value in values.items()
+        if isinstance(value, float) and not abs(value) <= _tolerance(column, str(row["model"]))
     ]
     note = str(row["note"])
     verdict = REFUSED if refused else OUTSIDE if beyond else OK
@@ -328,6 +351,11 @@ def _judged(case: Case, row: Row, *, refused: bool) -> Row:
         note += f": {known.reason}" if known else ""
     rounded = {column: value if value is None else float(f"{value:.4g}") for column, value in values.items()}
     return {"model": row["model"], "verdict": verdict, **rounded, "note": note}
+
+
+def _tolerance(column: str, model: str) -> float:
+    """Return the tolerance of a quantity; the model ``point`` promises the nearest taxel only: half a pitch."""
+    return 1e3 * PITCH / 2 if (column, model) == ("centre_mm", "point") else TOLERANCES[column]
 
 
 @dataclass(frozen=True, eq=False)
@@ -512,10 +540,12 @@ def _sagging(shape: str) -> float:
 def _wanted(case: Case, at: tuple[float, float, float]) -> tuple[float, tuple[float | None, float]]:
     """Return the force that is read as a share of the weight, and the centre's x and y [m]; None where unknown.
 
-    Statics: each normal force of a guided body is vertical but for the slope of the skin under it, so the sum of the
-    normal forces is the weight over the cosine.
+    Statics: each normal force of a guided body is along the normal of the skin, so that the sum of the normal forces is
+    the weight over the cosine of its slope. Those of the foundation are along the body's faces, which are level.
     """
     body, skin = BODIES[case["shape"]], case["skin"]
+    if skin == "concave" and case["physics"] == "foundation":
+        return 1.0, (0.0, 0.0)
     if skin == "concave":
         return 1 / math.sqrt(1 - (_rim(case["shape"]) / CONCAVE) ** 2), (0.0, 0.0)
     if skin == "convex" and case["shape"] == "sphere":
