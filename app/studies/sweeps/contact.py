@@ -411,6 +411,7 @@ class _Lab:
         layer: ElasticLayer = _COVER, friction: bool = False,
     ) -> None:  # fmt: skip
         self._physics, self._ratio = case["physics"], case["ratio"]
+        self._bent = case["skin"] in ("convex", "concave")
         self.skin = skin or made.points
         effects = Effects(
             contact="environment",
@@ -441,7 +442,8 @@ class _Lab:
             poses.append(simulation.object_poses)
             notes = (*simulation.notes, *(note for model in self.models.values() for note in model.notes))
             outside |= any(note.kind is ContactNoteKind.OUTSIDE_SKIN for note in notes)
-            ratios.append(next((note.ratio for note in simulation.notes if note.ratio), 1.0))
+            stated = next((note.ratio for note in simulation.notes if note.ratio), 1.0)
+            ratios.append(stated if self._bent else 1.0)
         names = self.models or PHYSICS[self._physics]
         forces = np.array(felt) * self.skin.areas
         unstable = [
