@@ -175,7 +175,7 @@ EXCEPTIONS: Sequence[KnownException] = (
     ),
     KnownException("rest", "border", "roller|box on face|box on edge|mesh", "water-fill|half-space", _SPACED),
     KnownException("rest", "border", "box on edge", "punch", _SPACED),
-    KnownException("rest", "border", "sphere|box on edge|box on corner", "foundation", _SPACED),
+    KnownException("rest", "border", "box on edge", "foundation", _SPACED),
     KnownException("mirror", "convex", "disc|box on face|mesh", "punch", _FACET),
     KnownException("rest", "concave", "roller|box on face|box on edge|mesh", "punch", _PIECES),
     KnownException("rest", "concave", "roller|box on edge", "point", _PIECES),
