@@ -69,8 +69,11 @@ class ContactLoads:
             total = float(force.sum())
             if total > 0:
                 # The contact frame's x axis points from the first geom to the second: outward for the first body.
-                sums = force @ contact.pos[numbers], sign * (force @ contact.frame[numbers, :3])
-                loads.append(self._load(data, body, other, total, *sums))
+                moment, normal = force @ contact.pos[numbers], sign * (force @ contact.frame[numbers, :3])
+                if body in self._divided:  # faces of a hollow face differently: what is across their mean cancels
+                    share = math.sqrt(normal @ normal) / total
+                    total, moment = share * total, share * moment
+                loads.append(self._load(data, body, other, total, moment, normal))
         return loads
 
     def _by_normal(
