@@ -136,6 +136,11 @@ class HullFit:
     share: float
 
 
+_MADE: dict[str, LinkPieces] = {}
+"""The latest pieces by digest, where no cache folder is used."""
+_MOST_MADE = 64
+
+
 @lru_cache(maxsize=64)
 def link_pieces(robot: Robot, skin: Skin, link: str) -> LinkPieces | None:
     """Return the pieces of a link with skin; None where its hull follows the skin.
@@ -146,10 +151,14 @@ def link_pieces(robot: Robot, skin: Skin, link: str) -> LinkPieces | None:
     """
     if not spans_hollows(robot, skin, link):
         return None
-    folder = cache_folder()
+    digest, folder = _digest(robot, skin, link), cache_folder()
     if folder is None:
-        return _divided(robot, skin, link)
-    path = folder / f"{_digest(robot, skin, link)}{PIECES_SUFFIX}"
+        if digest not in _MADE:
+            while len(_MADE) >= _MOST_MADE:
+                del _MADE[next(iter(_MADE))]
+            _MADE[digest] = _divided(robot, skin, link)
+        return _MADE[digest]
+    path = folder / f"{digest}{PIECES_SUFFIX}"
     if path.is_file():
         try:
             kept = _from_bytes(read_bounded_file(path, error=SkinError, most=MAX_UNPACKED_BYTES))

@@ -76,7 +76,7 @@ def test_pieces_do_not_come_out_of_a_thin_wall():
     assert fit.largest < 1e-3
 
 
-def test_every_face_of_the_skin_is_in_a_piece_and_repeats_are_the_same():
+def test_every_face_of_the_skin_is_in_a_piece_and_repeats_are_the_same(monkeypatch):
     robot, skin = hollow("bowl")
     first = link_pieces(robot, skin, "block")
     assert (first.piece >= 0).all()
@@ -85,6 +85,8 @@ def test_every_face_of_the_skin_is_in_a_piece_and_repeats_are_the_same():
         corners = first.surface.vertices[first.surface.faces[first.piece == number]].reshape(-1, 3)
         facets = ConvexHull(first.hulls[number]).equations
         assert (corners @ facets[:, :3].T + facets[:, 3]).max() < 1e-9
+    assert link_pieces(replace(robot), skin, "block") is first, "a robot of the same shape shares the pieces"
+    monkeypatch.setattr("app.skin.link_pieces._MADE", {})
     again = link_pieces(replace(robot), skin, "block")
     assert again is not first
     assert all(np.array_equal(one, other) for one, other in zip(first.hulls, again.hulls, strict=True))
