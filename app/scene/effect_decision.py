@@ -260,8 +260,8 @@ def _no_friction(needs: Needs, effects: Effects) -> tuple[str, str] | None:
 def _frictionless_skin(needs: Needs, effects: Effects) -> tuple[str, str] | None:
     if not effects.friction or effects.skin != "foundation":
         return None
-    problem = "The skin model foundation has no friction, only bodies without skin have"
-    return "effects.friction", f"{problem}: choose skin water-fill, or switch friction off"
+    problem = "The skin model foundation has no friction"
+    return "effects.friction", f"{problem}: choose skin water-fill or switch friction off"
 
 
 def _nothing_felt(needs: Needs, effects: Effects) -> tuple[str, str] | None:

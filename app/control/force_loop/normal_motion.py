@@ -2,7 +2,8 @@
 
 Where every motion of the joints takes a point mostly along the skin, the little that it goes off hangs on the normal: a
 normal that errs by more than the angle of that motion to the skin turns the answer to a force around, and the arm
-presses where it means to yield. The hull of a published link, which is what collides, errs by 20 degrees in places.
+presses where it means to yield. Links with hollow skin collide as convex pieces, of which 95 % of the normals err by at
+most 8 to 13 degrees; flat and convex links collide as their hull.
 
 So there a point is moved straight along the normal as far as the joints can (the least squares of all three
 directions), it slides no faster than lets the force rise slowly, and where the force still rises, the arm stands.
@@ -17,7 +18,7 @@ from app.control.limits import ActiveLimits, Limit, LimitKind
 from app.core.arrays import FloatArray, length
 
 LEAST_TILT, ENOUGH_TILT = math.radians(15), math.radians(25)
-"""Errors of a normal that have to be expected [rad]: of the hull of a published link, of misplaced taxels; and what is
+"""Errors of a normal that have to be expected [rad]: of the pieces that collide, of misplaced taxels; and what is
 enough for any speed."""
 LEAST_ASIDE, MOST_ASIDE = 0.01, 1.0
 """Of a point that slides on its way along such a normal [m/s]. With an error of 15 degrees and 2e4 N/m the force then

@@ -159,15 +159,6 @@ EXCEPTIONS: Sequence[KnownException] = (
     KnownException("rest", "convex", "box on face|mesh", "punch", _FACET),
     KnownException(
         "rest",
-        "flat",
-        "*",
-        "foundation",
-        "the foundation has no friction, and its forces act along the body's faces, of which the sides are not "
-        "sampled: a free body that tilts a little slides",
-        {"motion": "free|stacked", "timestep_ms": "0.5|1.0|2.0"},
-    ),
-    KnownException(
-        "rest",
         "border",
         "*",
         "point",
@@ -244,8 +235,9 @@ def _rest_cases() -> Iterator[Case]:
     for skin in SKINS:
         for shape in BODIES:
             for physics in PHYSICS:
-                # The foundation has no friction, so that nothing holds a free body where it is.
-                free = not BODIES[shape].guided and skin in ("flat", "bare") and physics != "foundation"
+                # The foundation has no friction: nothing but a flat skin holds a free body where it is.
+                level = skin == "flat" or (skin == "bare" and physics != "foundation")
+                free = level and not BODIES[shape].guided
                 yield _case("rest", skin, shape, physics, "free" if free else "guided")
 
 
@@ -411,7 +403,6 @@ class _Lab:
         layer: ElasticLayer = _COVER, friction: bool = False,
     ) -> None:  # fmt: skip
         self._physics, self._ratio = case["physics"], case["ratio"]
-        self._bent = case["skin"] in ("convex", "concave")
         self.skin = skin or made.points
         effects = Effects(
             contact="environment",
@@ -442,8 +433,7 @@ class _Lab:
             poses.append(simulation.object_poses)
             notes = (*simulation.notes, *(note for model in self.models.values() for note in model.notes))
             outside |= any(note.kind is ContactNoteKind.OUTSIDE_SKIN for note in notes)
-            stated = next((note.ratio for note in simulation.notes if note.ratio), 1.0)
-            ratios.append(stated if self._bent else 1.0)
+            ratios.append(next((note.ratio for note in simulation.notes if note.ratio), 1.0))
         names = self.models or PHYSICS[self._physics]
         forces = np.array(felt) * self.skin.areas
         unstable = [

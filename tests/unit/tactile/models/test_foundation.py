@@ -177,6 +177,56 @@ def test_ratio_of_readings_to_force_is_stated_on_bent_skin(kind, radius):
         assert note.ratio == pytest.approx(ratio, rel=1e-3)
 
 
+def flat_contact(kind: str, size: tuple[float, ...], *, turn: tuple[float, float, float]) -> tuple[Simulation, float]:
+    """A fixed body pressed into a square of flat skin of 80 mm, and the sum of the readings [N]."""
+    skin = bent_skin(np.inf)
+    (patch,) = skin.patches
+    half = size[0] if kind == "sphere" else size[2] / 2
+    body = thing(kind, at=(0.2003, 0.0007, 0.02 + half - 1e-3), size=size, turn=turn)
+    robot = replace(bar(hinged=False), links=(Link("bar", patch.surface),))
+    simulation = Simulation(robot, skin, EFFECTS, objects=(body,))
+    simulation.step(1, no_command(robot))
+    return simulation, float(simulation.sense() @ skin.areas)
+
+
+def test_tilted_box_within_flat_skin_is_pushed_along_the_normal_alone():
+    """Sliding or turning on a flat bed changes no depth, although few points are under the sides."""
+    simulation, read = flat_contact("box", (0.03, 0.024, 0.02), turn=(0.7, 1.3, 20.0))
+    (wrench,) = simulation._touch.wrenches
+    assert read > 5
+    assert -wrench.force == pytest.approx([0.0, 0.0, read], abs=1e-9 * read)
+    assert abs(wrench.torque[2]) < 1e-9 * read * 0.03
+    assert simulation.notes == ()
+
+
+def test_ball_within_flat_skin_is_not_turned():
+    """Forces along its radii have no torque about its centre, wherever the points are."""
+    simulation, read = flat_contact("sphere", (0.02,), turn=(0.0, 0.0, 0.0))
+    (wrench,) = simulation._touch.wrenches
+    arm = wrench.point - simulation._data.xpos[wrench.other]
+    assert np.linalg.norm(arm[:2]) > 1e-6, "the points are not symmetric about the ball"
+    assert np.cross(arm, wrench.force) + wrench.torque == pytest.approx(np.zeros(3), abs=1e-8 * read * 0.02)
+
+
+def test_face_wider_than_the_flat_skin_presses_along_its_own_normal():
+    """There the border of the skin is pressed, and it is the face that has no friction."""
+    simulation, read = flat_contact("box", (0.12, 0.12, 0.02), turn=(0.0, 0.5, 0.0))
+    (wrench,) = simulation._touch.wrenches
+    slope = np.radians(0.5)
+    assert read > 20
+    assert -wrench.force / read == pytest.approx([np.tan(slope), 0.0, 1.0], abs=1e-6)
+
+
+def test_points_at_the_border_of_a_flat_part_are_found():
+    skin = bent_skin(np.inf)
+    simulation, _ = flat_contact("sphere", (0.02,), turn=(0.0, 0.0, 0.0))
+    bed = simulation._touch._approaches[0].bed
+    reach = np.abs(bed.positions[:, :2] - [0.2, 0.0]).max(axis=1)
+    spacing = np.sqrt(np.median(skin.patches[0].taxels.quadrature.areas))
+    assert not bed.on_rim[reach < 0.04 - 3 * spacing].any()
+    assert bed.on_rim[reach > 0.04 - spacing / 2].mean() > 0.5
+
+
 @pytest.mark.parametrize("swapped", [False, True], ids=["convex first", "flat first"])
 def test_readings_of_two_links_in_contact_agree_on_bent_skin(swapped):
     """One side makes the force: what it reads, the other reads too, though both differ from the resultant."""
