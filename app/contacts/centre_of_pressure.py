@@ -49,6 +49,7 @@ class SensorUncertainty:
         lag: Root mean square age of a reading [s].
         elapsed: Time that the offsets have drifted [s].
         model: Relative standard uncertainty of the sum of pressure times area as a force, by the contact model.
+        lumps: Whether the contact model presses single points, each of which one pad holds as a whole or not at all.
 
     Raises:
         MapError: One is no such number.
@@ -62,6 +63,7 @@ class SensorUncertainty:
     lag: float = 0.0
     elapsed: float = 0.0
     model: float = 0.0
+    lumps: bool = False
 
     def __post_init__(self) -> None:
         for name in ("noise", "gain", "calibration", "lag", "elapsed"):
@@ -89,7 +91,7 @@ class SensorUncertainty:
         delay += 0.5 * max(averaged, period) if averaged else 0.0
         lag = math.sqrt(delay**2 + delay * period + period**2 / 3)
         gain = sensor.gain_spread.sd if sensor.gain_spread else 0.0
-        return cls(noise, gain, effects=sensor, lag=lag, model=_MODELS.get(model, 0.0))
+        return cls(noise, gain, effects=sensor, lag=lag, model=_MODELS.get(model, 0.0), lumps=model == "point")
 
     @classmethod
     def measured(cls, noise: TaxelNoise | None) -> SensorUncertainty:

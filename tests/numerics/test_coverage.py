@@ -14,7 +14,7 @@ from tests.support.coverage import EFFECTS, MODELS, coverage
 SKIN = "arm-1000"
 RANDOM = ("gain spread", "noise", "offset drift", "hysteresis", "quantisation", "sampling")
 WITHIN_TWICE = {
-    "none": 0.90, "crosstalk": 0.90, "dead taxels": 0.97, "threshold": 0.95, "saturation": 0.87, "area averaging": 0.70,
+    "none": 0.90, "crosstalk": 0.90, "dead taxels": 0.97, "threshold": 0.95, "saturation": 0.87, "area averaging": 0.68,
     "all": 0.85,
 }  # fmt: skip
 """Least share of forces within twice the uncertainty for the other effects."""
@@ -40,9 +40,18 @@ def test_stated_uncertainty_of_one_effect_holds_as_often_as_it_should(effect):
 def test_uncertainty_with_all_effects_holds():
     found = coverage(SKIN, effect="all", count=100)
     assert found.found > 25, "two of three touches press between the pads"
-    assert found.force[0] >= 0.68
+    assert 0.68 <= found.force[0] <= 0.86
     assert found.force[1] >= 0.92
     assert_places_are_covered(found)
+
+
+@pytest.mark.parametrize("skin", [SKIN, "bar-400"])
+@pytest.mark.parametrize(("effect", "most"), [("crosstalk", 0.90), ("area averaging", 0.78)])
+def test_uncertainty_of_what_neighbours_and_pads_miss_is_not_too_wide(skin, effect, most):
+    found = coverage(skin, effect=effect)
+    assert found.found > 100
+    assert 0.62 <= found.force[0] <= most
+    assert found.force[1] >= 0.87
 
 
 @pytest.mark.parametrize("effect", ["noise", "hysteresis"])
@@ -59,6 +68,9 @@ def test_every_effect_is_covered_in_every_contact_model(model, effect):
     if effect in RANDOM:
         assert 0.53 <= found.force[0] <= 0.78
         assert found.force[1] >= 0.85
+    elif (model, effect) == ("half-space", "area averaging"):  # one pad feels the edge of wide contacts
+        assert found.force[0] >= 0.50
+        assert found.force[1] >= WITHIN_TWICE[effect]
     else:
         assert found.force[0] >= 0.62
         assert found.force[1] >= WITHIN_TWICE[effect]

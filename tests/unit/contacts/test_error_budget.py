@@ -69,7 +69,8 @@ def test_force_error_is_the_root_of_the_squared_parts():
     ({"gain_spread": GainSpread(0.2)}, {"gain_spread": 0.2}),
     ({"quantisation": Quantisation(120.0)}, {"quantisation": 120 / math.sqrt(12) * AREA}),
     ({"hysteresis": Hysteresis(0.3)}, {"hysteresis": 0.3 * math.sqrt(1 / 6 + 2 / 9 * 0.3 + 0.09 / 4)}),
-    ({"area_averaging": AreaAveraging(0.001)}, {"area_averaging": 1 - math.pi * 1e-2}),
+    ({"area_averaging": AreaAveraging(0.001)}, {"area_averaging": 0.75}),
+    ({"area_averaging": AreaAveraging(0.004)}, {"area_averaging": 1 - math.pi * 0.16}),
     ({"dead_taxels": DeadTaxels(0.1)}, {"dead_taxels": math.sqrt(0.1 + 0.01)}),
     ({"dead_taxels": DeadTaxels(0.0, 0.04, 1e4)}, {"dead_taxels": 0.2 * math.sqrt(1 + 3)}),
     ({"saturation": Saturation(1e4)}, {"saturation": math.sqrt(2) * AREA * 1e4}),
@@ -110,9 +111,21 @@ def test_converter_is_uncertain_where_nothing_presses_only_if_noise_reaches_it()
 
 def test_force_in_the_ring_leaks_and_hints_at_force_beyond():
     readings = Readings(np.array([0.9, 0.1]), np.full(2, AREA), np.arange(2), np.array([0]))
-    assert parts(readings) == pytest.approx({"ring": 0.01})
-    own = 0.1 - 0.05 * 0.9
-    assert parts(readings, crosstalk=Crosstalk(0.05)) == pytest.approx({"crosstalk": 0.025 * own, "ring": own**2})
+    assert parts(readings) == pytest.approx({"ring": 0.001})
+    own = 0.1 - 0.05 / 0.95 * 0.9
+    assert parts(readings, crosstalk=Crosstalk(0.05)) == pytest.approx({"crosstalk": 0.02 * own, "ring": own**3})
+
+
+def test_pad_reads_a_point_in_full_or_not_at_all():
+    errors = SensorUncertainty.of_sensor(SensorEffects(area_averaging=AreaAveraging(0.001)), model="point")
+    found = propagate_uncertainty(errors, ONE, np.zeros(3))
+    assert found.parts["area_averaging"] == pytest.approx(1 - math.pi * 1e-2)
+
+
+def test_force_that_several_taxels_give_to_the_ring_is_known_to_a_tenth():
+    given = 0.1 / 0.9 * 2
+    assert parts(TWO, crosstalk=Crosstalk(0.1)) == pytest.approx({"crosstalk": 0.04 * 0.1 * given})
+    assert parts(ONE, crosstalk=Crosstalk(0.1)) == {"crosstalk": 0.0}, "one taxel gives all of it to the ring"
 
 
 def test_wide_contact_is_placed_and_sampled_better_than_a_lump():
@@ -121,7 +134,12 @@ def test_wide_contact_is_placed_and_sampled_better_than_a_lump():
     place = [propagate_uncertainty(SensorUncertainty(), one, np.zeros(len(one.forces))).place for one in (ONE, nine)]
     assert place[1] < place[0] / 6
     pads = {"area_averaging": AreaAveraging(0.002)}
-    assert parts(nine, **pads)["area_averaging"] == pytest.approx(9 * 0.45 * 9**-1.2)
+    filtered = math.exp(-1.8 * math.pi * 0.04)
+    expected = 9 * math.hypot(0.29 * 9**-1.25 * filtered, 0.24 / 9)
+    assert parts(nine, **pads)["area_averaging"] == pytest.approx(expected)
+    assert parts(TWO, **pads)["area_averaging"] == pytest.approx(2 * math.hypot(0.29 * 2**-1.25 * filtered, 0.24 / 2))
+    nearly_two = Readings(np.array([1.0, 0.5]), np.full(2, AREA), np.arange(2), np.arange(2))
+    assert parts(nearly_two, **pads)["area_averaging"] == pytest.approx(1.5 * 0.3)
 
 
 def test_crosstalk_does_not_make_a_lump_look_wide():
