@@ -10,7 +10,7 @@ effective number of taxels n = F² / sum f_i² and n_t touched taxels with the a
     gain spread                          gain² sum f_i²
     hysteresis                           about 0.43 share F: a load held for any time up to three time constants
     area averaging                       F (0.29² n^-2.5 exp(-3.6 u) + 0.24² n^-2)^½ with the pad's share u of the area,
-                                         at least 0.3 F for n < 2 and min(1 - u, 0.75) F for n < 1.1
+                                         at least 0.3 F for n < 2 and min(1 - u, k) F for n < 1.1
     crosstalk                            0.4 share (r² + (0.1 g)²)^½: what the ring's own force r gives to taxels beyond
     threshold                            (m² / 9 + m / 5)^½ at a, m = 2 pi (n_t / pi)^¾ (at / peak)^½ taxels of the rim
     saturation                           at A_s s / (1 - s) / sqrt(2), s = 2 n_s / (n_t + n_s + 1); A_s, n_s: saturated
@@ -37,11 +37,12 @@ pressure at the reciprocal lattice, 4 pi / (3^½ h) for six vectors of a hexagon
 times that of the pad, 2 J_1(x) / x ≈ exp(-x² / 8). A paraboloid of radius R has F 8 J_2(x) / x², x = G R, whose root
 mean square over places is 11 x^-2.5 F, and n a = 3/4 pi R²: 0.27 n^-1.25, with the next vectors 0.29. A pad that is
 displaced by s from the centroid of its cell adds s times the gradient, (9 pi / 4)^½ s / (a^½ n) in all; s is 0.09 a^½:
-cells of three skins have 0.04 to 0.06, and a pad of few quadrature points as much again. One pad alone says little: a
-contact whose radius is anything up to h / 2 and whose place is anywhere within reach of the pad has F between
-(1 - 0.75) and (1 + 0.75) times the reading in 68 % of cases, with a long tail of larger ones; a pad that holds the
-whole contact, and so any load of ``point``, reads 1 / u times too much. Two pads alone were 0.24 to 0.41 F off in 68 %
-of simulated cases.
+cells of three skins have 0.04 to 0.06, and a pad of few quadrature points as much again. One pad alone says little: of
+contacts anywhere within its reach, whose radius is anything up to half of min(h, 16 mm), 68 % have F between 1 - k and
+1 + k times the reading, with a long tail of larger ones: k = 1 - 0.42 v + 0.17 v², v = min((16 mm / h)², 1), a fit
+within 0.01 to P(F / reading < x) = 1 - 0.27 v / x, or 0.4 (x / 0.45 v)^1.5 where x < 0.45 v. A pad that holds the whole
+contact, and so any load of ``point``, reads 1 / u times too much. Two pads alone were 0.24 to 0.41 F off in 68 % of
+simulated cases.
 
 The place has the independent errors with d_i² / F² in every term, 2 calibration² sum w_i² for misplaced taxels, the
 speed of the contact times the lag, and the position within a taxel's area:
@@ -75,8 +76,8 @@ INDEPENDENT = ("noise", "quantisation", "offset_drift", "gain_spread")
 _WHITE = ("noise", "quantisation")
 _SMOOTHING = 0.6
 """Weight of the newest sample in the rates of change."""
-_ALONE = 0.75
-"""Relative standard uncertainty of a force that one small pad feels alone."""
+_WIDEST = 0.016
+"""Diameter of the widest contact that a single pad is expected to feel [m], as of a fingertip or a ball on a cover."""
 _OF_NOISE = 2 * _SMOOTHING**2 / (2 - _SMOOTHING)
 """Variance of a rate that is due to noise, per variance of the noise over the squared period."""
 
@@ -234,8 +235,8 @@ def _systematic(
     ring = total - float(touched.sum())
     if effects.area_averaging is not None:
         radius = effects.area_averaging.radius
-        alone = 1.0 if errors.lumps else _ALONE
-        parts["area_averaging"] = total * _between_pads(radius, effective, float(areas.mean()), alone)
+        widest = 0.0 if errors.lumps else _WIDEST
+        parts["area_averaging"] = total * _between_pads(radius, effective, float(areas.mean()), widest)
     if effects.crosstalk is not None:
         share = effects.crosstalk.share
         given = share / (1 - share) * float(touched.sum())
@@ -270,12 +271,13 @@ def _systematic(
     return parts, place
 
 
-def _between_pads(radius: float, effective: float, area: float, alone: float) -> float:
+def _between_pads(radius: float, effective: float, area: float, widest: float) -> float:
     """Return the relative standard uncertainty of a force that pads sample."""
     share = math.pi * radius**2 / area
     sampled = math.hypot(0.29 * effective**-1.25 * math.exp(-1.8 * share), 0.24 / effective)
     if effective < 1.1:
-        return max(sampled, min(alone, 1 - share))
+        wide = min(widest**2 * math.sqrt(0.75) / area, 1.0)
+        return max(sampled, min(1 - wide * (0.42 - 0.17 * wide), 1 - share))
     return max(sampled, 0.3) if effective < 2 else sampled
 
 

@@ -116,6 +116,14 @@ def test_force_in_the_ring_leaks_and_hints_at_force_beyond():
     assert parts(readings, crosstalk=Crosstalk(0.05)) == pytest.approx({"crosstalk": 0.02 * own, "ring": own**3})
 
 
+def test_coarse_pad_alone_is_more_uncertain():
+    """Contacts of up to 16 mm are small between pads that are 32 mm apart."""
+    area = math.sqrt(0.75) * 0.032**2
+    coarse = Readings(np.array([1.0]), np.array([area]), np.arange(1), np.arange(1))
+    found = parts(coarse, area_averaging=AreaAveraging(0.001))
+    assert found["area_averaging"] == pytest.approx(1 - 0.25 * (0.42 - 0.17 * 0.25))
+
+
 def test_pad_reads_a_point_in_full_or_not_at_all():
     errors = SensorUncertainty.of_sensor(SensorEffects(area_averaging=AreaAveraging(0.001)), model="point")
     found = propagate_uncertainty(errors, ONE, np.zeros(3))
