@@ -32,8 +32,12 @@ def bounded(course: Course) -> None:
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("controller", CONTROL_SCHEMES)
 def test_a_path_is_followed_at_a_set_force(controller):
-    """A figure of eight of 30 mm at 10 mm/s: the taxels' pitch of 12 mm is most of the error."""
-    course = Course(beside_ball(ControlSettings(controller=controller, task="follow_path")), 10.0)
+    """A figure of eight of 30 mm at 10 mm/s: the taxels' pitch of 12 mm is most of the error.
+
+    About taxel 150 the centre jumps by a few mm where the ball leaves the last but one of three taxels; with the
+    parallel and the admittance scheme the force then swings once, with a standard deviation of 0.6 N.
+    """
+    course = Course(beside_ball(ControlSettings(controller=controller, task="follow_path"), taxel=188), 10.0)
     bounded(course)
     steady = slice(round(2.0 / TICK), None)
     assert course.force[steady].mean() == pytest.approx(3.0, abs=0.1)
