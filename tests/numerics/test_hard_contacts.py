@@ -12,8 +12,10 @@ from app.core.errors import SimulationError
 from app.scene.effects import Effects
 from app.scene.object_meshes import primitive_mesh
 from app.scene.objects import ObjectSpec, SceneObject
+from app.session.frame import Frame
 from app.simulation.simulation import Simulation
 from app.studies.loop_laws.gantry import gantry
+from app.tactile.contact_notes import NOTED_SHARE, ContactNoteKind
 from app.tactile.poke import Finger, PokeMoved, PokePressed
 from tests.hard_cases.touch import EXACT, MODELS, PLACES, Place, with_scene
 from tests.hard_cases.touch_laws import (
@@ -62,6 +64,20 @@ def probed(name: str, model: str) -> Run:
     return play(place(name).probed(model), Place.resting())
 
 
+def read_share(frame: Frame) -> float:
+    """Return the share of a contact's force that taxels read, by the notes; less than 1 % outside is not noted."""
+    if any(note.kind is ContactNoteKind.OUTSIDE_SKIN for note in frame.notes):
+        return 0.0
+    return 1 - sum(note.share for note in frame.notes if note.kind is ContactNoteKind.PARTLY_OUTSIDE)
+
+
+def is_read(felt: float, force: float, frame: Frame, *, rel: float) -> bool:
+    """Return whether taxels read the force [N], but for what the notes state or what is too little to be noted."""
+    unnoted = NOTED_SHARE * force if read_share(frame) == 1 else 0.0
+    expected = read_share(frame) * force
+    return expected - unnoted - rel * force - 1e-12 <= felt <= expected + rel * force + 1e-12
+
+
 @pytest.mark.rotating
 @pytest.mark.parametrize("model", EXACT)
 @pytest.mark.parametrize("name", PLACES)
@@ -72,7 +88,10 @@ def test_all_of_a_fingers_force_is_felt_wherever_it_strokes(name, model):
     pressed = np.array([sum(poke.force for poke in frame.pokes) for frame in run.frames])
     assert pressed[-1] == pytest.approx(3.0 * len(place(name).ways)), "it pressed as hard as it may"
     for frame, felt, force in zip(run.frames, run.forces, pressed, strict=True):
-        assert felt == pytest.approx(force, rel=1e-9, abs=1e-12) or frame.notes
+        told = [
+            note for note in frame.notes if note.kind in (ContactNoteKind.SKIN_EDGE, ContactNoteKind.MOMENT_IGNORED)
+        ]
+        assert is_read(felt, force, frame, rel=1e-9) or told
 
 
 @pytest.mark.rotating
@@ -136,9 +155,10 @@ def test_a_probe_is_felt_as_hard_as_its_spring_pushes(name, model):
     assert wanted > 0.05, "it presses"
     if model == "foundation":  # what acts across the skin; at a border the ball is pushed aside as well
         across = spring_force(run.prepared, run.frames[-1], along=(1.0, 0.0, 0.0) if name == "on a seam" else (0, 0, 1))
-        assert run.forces[-1] == pytest.approx(across, rel=0.02 if name == "on a seam" else 1e-3)
+        beside = name == "on a seam" or read_share(run.frames[-1]) < 1
+        assert is_read(run.forces[-1], across, run.frames[-1], rel=0.02 if beside else 1e-3)
     elif model != "depth":  # which promises no force
-        assert run.forces[-1] == pytest.approx(wanted, rel=1e-3)
+        assert is_read(run.forces[-1], wanted, run.frames[-1], rel=1e-3)
 
 
 @pytest.mark.rotating
@@ -146,6 +166,9 @@ def test_a_probe_is_felt_as_hard_as_its_spring_pushes(name, model):
 @pytest.mark.parametrize("name", PLACES)
 def test_contact_is_never_lost_on_the_way(name, model):
     run, here = probed(name, model), place(name)
+    if model == "point" and any(read_share(frame) == 0 for frame in run.frames[run.at(0.2) :]):
+        assert name in ("half over a border", "over a gap"), "all of the force is on the nearest point, skin or bare"
+        return
     held = run.forces[run.at(0.2) :]
     assert held.min() > 0.5 * held.max()
     along = centres(run)[run.at(0.2) - len(run.frames) :]

@@ -6,7 +6,8 @@ close to it are compared, so that no cell jumps across a gap or through a wall. 
 and centred on the taxels, whatever triangles the surface has. A part that is equally far from several taxels, because
 its whole plane is, is shared evenly.
 
-Two cells are neighbours where they touch, also in a single point, as the diagonal ones of a square grid do.
+Two cells are neighbours where they touch, also in a single point, as the diagonal ones of a square grid do; or where
+one of them touches no other, and faces that they own do.
 """
 
 from __future__ import annotations
@@ -84,7 +85,20 @@ def cut_cells(surface: Mesh, points: FloatArray, owner: IntArray) -> TaxelCells:
     keys = np.unique(np.concatenate(pairs) @ np.array([len(points), 1]))
     one, other = np.divmod(keys, len(points))
     both = (one < other) & np.isin(other * len(points) + one, keys)  # each reaches the plane between them
-    return TaxelCells(quadrature, np.stack([one[both], other[both]], axis=1))
+    touching_pairs = np.stack([one[both], other[both]], axis=1)
+    alone = np.bincount(touching_pairs.ravel(), minlength=len(points)) == 0
+    owners_pairs = _pairs_of_owners(surface, owner, alone)
+    return TaxelCells(quadrature, np.unique(np.concatenate([touching_pairs, owners_pairs]), axis=0))
+
+
+def _pairs_of_owners(surface: Mesh, owner: IntArray, alone: BoolArray) -> IntArray:
+    """Return the pairs (e, 2) of taxels that own adjacent faces, of which one is ``alone`` (n,).
+
+    The cell of a taxel that owns fewer faces than are nearest to it does not reach the planes that bound it.
+    """
+    pairs = np.sort(owner[surface.connectivity.face_pairs], axis=1)
+    pairs = pairs[(pairs[:, 0] >= 0) & (pairs[:, 0] < pairs[:, 1])]
+    return np.unique(pairs[alone[pairs].any(axis=1)], axis=0)
 
 
 def _near_taxels(surface: Mesh, points: FloatArray, owner: IntArray) -> csr_matrix:

@@ -21,6 +21,7 @@ from app.tactile.models.half_space import HalfSpaceModel
 from app.tactile.models.punch import PunchModel
 from app.tactile.models.water_fill import WaterFillModel
 from tests.hard_cases.meshes import HARD_MESHES
+from tests.hard_cases.touch import PLACES
 from tests.support.surfaces import frustum
 
 PITCH = 0.005
@@ -187,3 +188,9 @@ def test_cells_stay_on_their_side_of_a_thin_plate() -> None:
     owner = geodesic_voronoi(face_graph(plate, centres), distinct_faces(centres, points), reach=0.01)
     parts = cut_cells(plate, points, owner).quadrature
     assert (np.sign(parts.positions[:, 2]) == np.sign(points[parts.taxel, 2])).all()
+
+
+def test_a_taxel_that_owns_few_faces_is_a_neighbour_of_those_around_it() -> None:
+    taxels = PLACES["one tiny taxel"]().prepared.skin.patches[0].taxels
+    around = {(1, 2), (1, 3), (2, 4), (3, 4)}
+    assert {tuple(pair) for pair in taxels.neighbours.tolist()} == around | {(0, other) for other in (1, 2, 3, 4)}
