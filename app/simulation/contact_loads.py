@@ -28,8 +28,8 @@ class ContactLoads:
 
     All contacts of one link with one geom are one load: the sum of their normal forces, at the centre of those, along
     the mean of their normals. On a link that collides in pieces, contacts whose normals are more than 60 degrees apart
-    are separate loads: a ball in a groove presses both walls. Two links with skin that touch both feel it. Friction is
-    not felt.
+    are separate loads: a ball in a groove presses both walls. Within one load of such a link, the parts of the forces
+    across the mean normal cancel and do not count. Two links with skin that touch both feel it. Friction is not felt.
 
     Args:
         model: The compiled model, with elliptic cones.

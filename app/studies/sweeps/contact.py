@@ -333,7 +333,7 @@ def _judged(case: Case, row: Row, *, refused: bool) -> Row:
     beyond = [
         column
         for column, value in values.items()
-        if isinstance(value, float) and not abs(value) <= _tolerance(column, str(row["model"]))
+        if isinstance(value, float) and not abs(value) <= tolerance(column, str(row["model"]))
     ]
     note = str(row["note"])
     verdict = REFUSED if refused else OUTSIDE if beyond else OK
@@ -345,7 +345,7 @@ def _judged(case: Case, row: Row, *, refused: bool) -> Row:
     return {"model": row["model"], "verdict": verdict, **rounded, "note": note}
 
 
-def _tolerance(column: str, model: str) -> float:
+def tolerance(column: str, model: str) -> float:
     """Return the tolerance of a quantity; the model ``point`` promises the nearest taxel only: half a pitch."""
     return 1e3 * PITCH / 2 if (column, model) == ("centre_mm", "point") else TOLERANCES[column]
 
@@ -532,14 +532,13 @@ def _sagging(shape: str) -> float:
 def _wanted(case: Case, at: tuple[float, float, float]) -> tuple[float, tuple[float | None, float]]:
     """Return the force that is read as a share of the weight, and the centre's x and y [m]; None where unknown.
 
-    Statics: each normal force of a guided body is along the normal of the skin, so that the sum of the normal forces is
-    the weight over the cosine of its slope. Those of the foundation are along the body's faces, which are level.
+    Statics: the normal force of a guided ball is along the normal of the skin, so that it is the weight over the cosine
+    of the slope. Around the axis of a hollow, slopes on opposite sides cancel: the forces along their mean normal sum
+    to the weight.
     """
     body, skin = BODIES[case["shape"]], case["skin"]
-    if skin == "concave" and case["physics"] == "foundation":
-        return 1.0, (0.0, 0.0)
     if skin == "concave":
-        return 1 / math.sqrt(1 - (_rim(case["shape"]) / CONCAVE) ** 2), (0.0, 0.0)
+        return 1.0, (0.0, 0.0)
     if skin == "convex" and case["shape"] == "sphere":
         return 1 / math.sqrt(1 - _SLOPE**2), (CONVEX * _SLOPE, at[1])
     if skin == "border":
