@@ -29,15 +29,8 @@ def bounded(course: Course) -> None:
     assert course.speed.max() < 2 * MAX_JOINT_SPEED
 
 
-@pytest.mark.sampled(2)
-@pytest.mark.parametrize("controller", CONTROL_SCHEMES)
-def test_a_path_is_followed_at_a_set_force(controller):
-    """A figure of eight of 30 mm at 10 mm/s: the taxels' pitch of 12 mm is most of the error.
-
-    About taxel 150 the centre jumps by a few mm where the ball leaves the last but one of three taxels; with the
-    parallel and the admittance scheme the force then swings once, with a standard deviation of 0.6 N.
-    """
-    course = Course(beside_ball(ControlSettings(controller=controller, task="follow_path"), taxel=188), 10.0)
+def follow_figure_of_eight(controller: str, *, taxel: int) -> None:
+    course = Course(beside_ball(ControlSettings(controller=controller, task="follow_path"), taxel=taxel), 10.0)
     bounded(course)
     steady = slice(round(2.0 / TICK), None)
     assert course.force[steady].mean() == pytest.approx(3.0, abs=0.1)
@@ -45,6 +38,23 @@ def test_a_path_is_followed_at_a_set_force(controller):
     assert np.nanmedian(course.body_error[steady]) < 0.002
     assert np.nanpercentile(course.body_error[steady], 95) < 0.008
     assert LimitKind.CONTACT_LOST not in course.why
+
+
+@pytest.mark.sampled(2)
+@pytest.mark.parametrize("controller", CONTROL_SCHEMES)
+def test_a_path_is_followed_at_a_set_force(controller):
+    """A figure of eight of 30 mm at 10 mm/s: the taxels' pitch of 12 mm is most of the error."""
+    follow_figure_of_eight(controller, taxel=188)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("controller", CONTROL_SCHEMES)
+def test_a_path_is_followed_where_the_centre_jumps(controller):
+    """The centre jumps by a few mm where the ball leaves the last but one of three taxels.
+
+    The parallel and the admittance scheme do not hold the force there: its standard deviation is 0.5 to 0.6 N.
+    """
+    follow_figure_of_eight(controller, taxel=150)
 
 
 @pytest.mark.long
