@@ -57,7 +57,7 @@ class ControlSettings:
             ``hold_force`` retreats from or follows a touch so that the contact force stays at ``force_goal``, and
             returns to rest when the touch ends. The others do a task: see ``controllers``.
         stiffness: Of the joints in the impedance controller, as natural frequency [rad/s]: each joint's torque
-            stiffness is its inertia at home times the square, so that one slider suits a shoulder and a wrist.
+            stiffness is its current inertia times the square, so that one slider suits a shoulder and a wrist.
         damping_ratio: 1 is critical.
         force_goal: Wanted contact force [N].
         force_gain: Approach or retreat speed per newton of force error [m/s/N].

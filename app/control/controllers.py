@@ -27,7 +27,7 @@ from app.contacts.force_estimation.wrench_consistency import WrenchMismatch
 from app.contacts.regions import ContactRegion
 from app.control.command import ControlSettings, JointCommand, TaskReport
 from app.control.force_loop.normal_motion import ENOUGH_TILT, LEAST_TILT, RisingForces, bearable_tilt, slow_aside
-from app.control.joint_impedance import MAX_POINT_SPEED, PostureReference, joint_impedance, limit_joint_speed
+from app.control.joint_impedance import MAX_POINT_SPEED, JointImpedance, PostureReference, limit_joint_speed
 from app.control.limits import ActiveLimits, Limit, LimitKind
 from app.control.map_kinematics import MapKinematics
 from app.control.task_control.monitors import EnergyTank, SafetyMonitor, StallDetector, mismatch_limit
@@ -121,13 +121,15 @@ class ImpedanceController:
     report: TaskReport | None = None
 
     def __init__(self, robot: Robot) -> None:
-        self.rest, self._inertia = robot.home, Configuration(robot).inertia()
+        self.rest = robot.home
+        self._configuration = Configuration(robot)
 
     def use(self, sight: MapKinematics) -> None:
         """It sees no map."""
 
     def reset(self) -> None:
-        """Nothing is remembered."""
+        """Forget the last limits; nothing else is remembered."""
+        self.why_limited = ()
 
     def start(self, posture: FloatArray, torque: FloatArray) -> None:
         """Its answer follows from the rest posture alone, whatever was asked before."""
@@ -143,10 +145,14 @@ class ImpedanceController:
         readable: bool = True,
         mismatch: WrenchMismatch | None = None,
     ) -> JointCommand:
-        """The same spring always."""
-        return joint_impedance(
-            self._inertia, self.rest, frequency=settings.stiffness, damping_ratio=settings.damping_ratio
+        """Hold the rest posture with the gains of the current posture."""
+        self._configuration.update(posture)
+        impedance = JointImpedance(
+            self._configuration, frequency=settings.stiffness, damping_ratio=settings.damping_ratio
         )
+        deviation = impedance.deviation()
+        self.why_limited = () if deviation is None else (deviation,)
+        return impedance.about(self.rest)
 
 
 class HoldForceController:
@@ -162,7 +168,7 @@ class HoldForceController:
 
     def __init__(self, robot: Robot) -> None:
         self.rest, self._configuration = robot.home, Configuration(robot)
-        self._reference = PostureReference(robot, self._configuration.inertia())
+        self._reference = PostureReference(robot, self._configuration)
         self.reset()
 
     def use(self, sight: MapKinematics) -> None:
@@ -177,6 +183,7 @@ class HoldForceController:
     def start(self, posture: FloatArray, torque: FloatArray) -> None:
         """Without history, from the posture at which this controller asks for ``torque`` (n,) of an arm at rest."""
         self.reset()
+        self._configuration.update(posture)
         self._reference.start(posture, torque)
 
     def command(
@@ -192,6 +199,7 @@ class HoldForceController:
     ) -> JointCommand:
         """Retreat along the strongest contact's inward normal when it presses too hard, advance when too little."""
         limits = ActiveLimits()
+        self._configuration.update(posture)
         start = self._reference.start_posture(posture)
         self._servo.keep((region.id, ContactPresence.FELT) for region in regions[:1])
         if not readable or not all(isfinite(region.force) for region in regions[:1]):
@@ -202,7 +210,7 @@ class HoldForceController:
             speed = np.zeros_like(start)
         elif regions:
             self._reference.stop_homing()
-            speed = self._follow(settings, posture, start, regions[0], dt, limits)
+            speed = self._follow(settings, start, regions[0], dt, limits)
         else:
             speed = self._reference.home_speed(start, self.rest, dt)
         command = self._reference.move(posture, speed, dt, limits)
@@ -212,7 +220,6 @@ class HoldForceController:
     def _follow(
         self,
         settings: ControlSettings,
-        posture: FloatArray,
         start: FloatArray,
         region: ContactRegion,
         dt: float,
@@ -220,7 +227,6 @@ class HoldForceController:
     ) -> FloatArray:
         contact = region.id, ContactPresence.FELT
         push = self._servo.push(settings, contact, settings.force_goal - region.force, dt, limits)
-        self._configuration.update(posture)
         normal = self._configuration.pose(region.link).rotation.dot(region.link_normal)
         move = self._configuration.jacobian(region.link, region.link_position)
         row = normal.dot(move)
@@ -265,8 +271,8 @@ class TaskController:
     def __init__(self, robot: Robot, scheme: ControlScheme, task_manager: TaskManager, sight: MapKinematics) -> None:
         self.rest, self.sight, self._scheme, self._task_manager = robot.home, sight, scheme, task_manager
         self._configuration = Configuration(robot)
-        self._inertia = self._configuration.inertia()
-        self._reference = PostureReference(robot, self._inertia)
+        self._reference = PostureReference(robot, self._configuration)
+        self._yielding = JointImpedance(self._configuration, frequency=STOP_FREQUENCY, damping_ratio=1.0)
         self._safety, self.tank, self._stall = SafetyMonitor(), EnergyTank(), StallDetector(1.5 * sight.pitch)
         self.reset()
 
@@ -285,6 +291,7 @@ class TaskController:
     def start(self, posture: FloatArray, torque: FloatArray) -> None:
         """Without history, from the posture at which this controller asks for ``torque`` (n,) of an arm at rest."""
         self.reset()
+        self._configuration.update(posture)
         self._reference.start(posture, torque)
 
     def command(
@@ -337,7 +344,8 @@ class TaskController:
         self._task_manager.let_go()
         self._reference.reset()
         self._speed = np.zeros_like(self.rest)
-        return joint_impedance(self._inertia, self._safety.posture, frequency=STOP_FREQUENCY, damping_ratio=1.0)
+        self._configuration.update(posture)
+        return self._yielding.about(self._safety.posture)
 
     def _idle(self, settings: ControlSettings, start: FloatArray, dt: float, limits: ActiveLimits) -> FloatArray:
         self._scheme.reset()

@@ -17,6 +17,7 @@ _NAMES = {
     LimitKind.HELD_BACK: "the arm is blocked",
     LimitKind.ENERGY_TANK: "net energy output to the contact",
     LimitKind.SLOW_HOMING: "slow return to the rest posture",
+    LimitKind.JOINT_RESPONSE: "joint response differs",
     LimitKind.CONTACT_LOST: "contact lost",
     LimitKind.CONTACT_STICKS: "the contact sticks to the skin",
     LimitKind.OUT_OF_REACH: "the target is out of reach",
@@ -81,6 +82,10 @@ def _fact(limit: Limit) -> str:
             return "" if value is None else f"{value:.1f}\u202fJ"
         case LimitKind.SLOW_HOMING:
             return "the lost contact may be in the way"
+        case LimitKind.JOINT_RESPONSE:
+            if value is None or limit.damping_ratio is None:
+                return ""
+            return f"{names[0]}, {value:.2g}\u202frad/s, damping ratio {limit.damping_ratio:.2g}"
         case LimitKind.PATH_REFUSED:
             return limit.detail
         case LimitKind.CONTACT_ELSEWHERE:

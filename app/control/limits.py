@@ -14,7 +14,8 @@ class LimitKind(Enum):
     Bounds on motion: ``JOINT_LIMIT`` (names: the joints), ``JOINT_SPEED``, ``JOINT_ACCELERATION``, ``POINT_SPEED`` (of
     the touched point), ``FORCE_CAP``, ``WEAK_DIRECTION`` (the joints hardly move the point so), ``FORCE_RISES`` (there,
     while it is to fall), ``HELD_BACK`` (the arm does not follow the wanted posture), ``ENERGY_TANK`` (value: given
-    [J]), ``SLOW_HOMING`` (after a lost contact).
+    [J]), ``SLOW_HOMING`` (after a lost contact), ``JOINT_RESPONSE`` (names: the joint that differs most from the
+    requested natural frequency and damping ratio; value: its frequency [rad/s]; damping_ratio).
 
     The contact: ``CONTACT_LOST``, ``CONTACT_STICKS`` (it moves along with the skin), ``OUT_OF_REACH`` (the target).
 
@@ -42,6 +43,7 @@ class LimitKind(Enum):
     HELD_BACK = "held-back"
     ENERGY_TANK = "energy-tank"
     SLOW_HOMING = "slow-homing"
+    JOINT_RESPONSE = "joint-response"
     CONTACT_LOST = "contact-lost"
     CONTACT_STICKS = "contact-sticks"
     OUT_OF_REACH = "out-of-reach"
@@ -117,6 +119,7 @@ class Limit:
         cause: Of a regrasp that turned back or failed.
         detail: The message of the error that refused a path.
         between: The two links or objects that are in each other's way.
+        damping_ratio: Of a joint; 1 is critical.
     """
 
     kind: LimitKind
@@ -128,6 +131,7 @@ class Limit:
     cause: RegraspFailure | None = None
     detail: str = ""
     between: tuple[str, ...] = ()
+    damping_ratio: float | None = None
 
 
 class ActiveLimits:

@@ -22,6 +22,9 @@ class Configuration:
     Args:
         robot: The robot; the configuration starts at its home.
 
+    Attributes:
+        joint_names: In the order of a posture.
+
     Example:
         >>> configuration = tm.Configuration(robot)
         >>> configuration.update(robot.home)
@@ -32,6 +35,7 @@ class Configuration:
 
     def __init__(self, robot: Robot) -> None:
         self._robot = robot
+        self.joint_names = tuple(joint.name for joint in robot.joints)
         self._model = _kinematic_model(robot)
         self._data = mujoco.MjData(self._model)
         # A state keeps its arrays where they are, and looking for them is dear.
@@ -64,6 +68,11 @@ class Configuration:
         self._poses: dict[str, Pose] = {}  # made when they are asked for
         mujoco.mj_kinematics(self._model, self._data)
         mujoco.mj_comPos(self._model, self._data)
+
+    @property
+    def posture(self) -> FloatArray:
+        """(joints,) [rad, m]."""
+        return self._qpos.copy()
 
     def pose(self, link: str) -> Pose:
         """``T_world_link``. Raises RobotError for a name the robot does not have."""

@@ -89,7 +89,7 @@ class GainLimiter:
 
     def __init__(self, robot: Robot) -> None:
         self._configuration = Configuration(robot)
-        self._impedance = JointImpedance(self._configuration.inertia(), frequency=INNER_FREQUENCY, damping_ratio=1.0)
+        self._impedance = JointImpedance(self._configuration, frequency=INNER_FREQUENCY, damping_ratio=1.0)
         self._estimator = StiffnessEstimator(CONTACT_STIFFNESS)
         self.readings: SensorTiming | None = None
         self.reset()

@@ -137,15 +137,16 @@ def pressed_arm(
     outward = normal @ move
     freely = slides and bearable_tilt(outward, move) >= LEAST_TILT
     push = _least_motion(outward[None], np.ones(1)) if freely else _least_motion(move, normal)
-    damping = impedance.damping + configuration.joint_damping
+    joint_stiffness = impedance.stiffness
+    damping = impedance.damping
     root = np.linalg.inv(np.linalg.cholesky(configuration.mass_matrix()))
-    squares, modes = np.linalg.eigh((root * impedance.stiffness) @ root.T)
+    squares, modes = np.linalg.eigh((root * joint_stiffness) @ root.T)
     shapes = root.T @ modes
     return PressedArm(
         squares=squares,
         damping=np.einsum("ji,j,ji->i", shapes, damping, shapes),
         outward=outward @ shapes,
-        pushed=(impedance.stiffness * push) @ shapes,
+        pushed=(joint_stiffness * push) @ shapes,
         stiffness=stiffness,
     )
 

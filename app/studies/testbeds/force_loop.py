@@ -15,7 +15,7 @@ import numpy as np
 from scipy.linalg import expm
 
 from app.control.command import ControlSettings
-from app.control.joint_impedance import INNER_FREQUENCY, MIN_INERTIA
+from app.control.joint_impedance import INNER_FREQUENCY, JointImpedance
 from app.core.arrays import FloatArray
 from app.core.errors import SkinError, UsageError
 from app.robots.kinematics import Configuration
@@ -137,19 +137,20 @@ def force_loop_at_goal(setup: PathSetup, settings: ControlSettings) -> ForceLoop
         raise SkinError("nothing touches the skin there", place=setup.prepared.scene.name)
     region, robot = session.frame.regions[0], setup.prepared.robot
     configuration = Configuration(robot)
-    servo = np.maximum(configuration.inertia(), MIN_INERTIA) * INNER_FREQUENCY**2
     configuration.update(session.frame.posture)
+    servo = JointImpedance(configuration, frequency=INNER_FREQUENCY, damping_ratio=1.0).about(configuration.posture)
     normal = configuration.pose(region.link).rotation @ region.link_normal
     move = configuration.jacobian(region.link, region.link_position)
     outward = normal @ move
     push = np.linalg.pinv(move, rcond=1e-6) @ normal
     stiffness = contact_stiffness(setup, session.frame.posture, push)
     inertia, damping = _dynamics(setup, session.frame.posture)
-    n = len(servo)
+    n = len(push)
     whole = np.zeros((3 * n, 3 * n))
     whole[:n, n : 2 * n] = np.eye(n)
-    forces = [-np.diag(servo) - stiffness * np.outer(outward, outward), -np.diag(2 * servo / INNER_FREQUENCY + damping)]
-    whole[n : 2 * n] = np.linalg.solve(inertia, np.hstack([*forces, np.diag(servo)]))
+    held = np.diag(servo.stiffness)
+    forces = [-held - stiffness * np.outer(outward, outward), -np.diag(servo.damping + damping), held]
+    whole[n : 2 * n] = np.linalg.solve(inertia, np.hstack(forces))
     tick = setup.prepared.scene.tick
     return ForceLoop(tick, expm(whole * tick), stiffness, push, outward)
 

@@ -27,6 +27,7 @@ from app.control.task_control.schemes import HybridScheme, QuadraticProgramSchem
 from app.control.task_control.tasks import TaskManager
 from app.control.task_priority import ContactPresence
 from app.geometry.mesh import SurfacePoint
+from app.robots.kinematics import Configuration
 from tests.support.limits import kinds
 from tests.support.touch import BAR_INERTIA, arm, bar, prepared_bar
 from tests.unit.control.contacts_by_hand import TICK, touch, touch_on
@@ -46,8 +47,8 @@ def test_a_law_keeps_the_protocol(name):
     command = controller.command(ControlSettings(controller=name), robot.home, np.zeros(7), (), TICK)
     assert np.array_equal(command.posture, robot.home), "at home, untouched, it wants to stay"
     assert (command.stiffness > 0).all()
-    assert (command.damping > 0).all()
-    assert controller.why_limited == ()
+    assert (command.damping >= 0).all(), "the joints have damping of their own"
+    assert {limit.kind for limit in controller.why_limited} <= {LimitKind.JOINT_RESPONSE}
     assert np.array_equal(controller.rest, robot.home)
 
 
@@ -382,3 +383,13 @@ def test_the_size_of_a_path_counts_until_one_is_drawn():
 def test_laws_with_a_task_are_choices():
     assert set(CONTROL_SCHEMES) < set(CHOICES["controller"])
     assert all("task" in effective_settings(ControlSettings(controller=controller)) for controller in CONTROL_SCHEMES)
+
+
+@pytest.mark.parametrize("name", [controller for controller in CHOICES["controller"] if controller != "impedance"])
+def test_joint_gains_follow_the_posture(name):
+    robot, controller = arm().robot, controller_of(name, arm())
+    configuration = Configuration(robot)
+    for posture in (robot.home, robot.home + 0.5):
+        configuration.update(posture)
+        command = controller.command(ControlSettings(controller=name), posture, np.zeros(7), (), TICK)
+        assert np.sqrt(command.stiffness / configuration.inertia()) == pytest.approx(np.full(7, 40.0))

@@ -5,11 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from app.control.command import ControlSettings
+from app.control.controllers import ImpedanceController
 from app.control.joint_impedance import (
     HOME_SPEED,
     MAX_JOINT_SPEED,
     MAX_LEAD,
     MIN_INERTIA,
+    JointImpedance,
     PostureReference,
     at_limit,
     joint_impedance,
@@ -17,8 +20,9 @@ from app.control.joint_impedance import (
     limit_joint_speed,
 )
 from app.control.limits import ActiveLimits, LimitKind
+from app.robots.kinematics import Configuration
 from tests.support.limits import kinds
-from tests.support.touch import BAR_INERTIA, arm, bar
+from tests.support.touch import arm, bar
 
 
 def test_stiffness_and_damping_are_those_of_a_second_order_joint():
@@ -33,6 +37,44 @@ def test_a_weightless_joint_still_holds():
     assert command.stiffness[0] == pytest.approx(100 * MIN_INERTIA)
 
 
+@pytest.mark.parametrize("seed", range(5))
+def test_every_joint_has_the_requested_frequency_and_damping_ratio_at_any_posture(seed):
+    robot = arm().robot
+    lower, upper = joint_limits(robot)
+    configuration = Configuration(robot)
+    impedance = JointImpedance(configuration, frequency=40.0, damping_ratio=1.0)
+    configuration.update(lower + (upper - lower) * np.random.default_rng(seed).random(7))
+    command, inertia = impedance.about(robot.home), configuration.inertia()
+    assert np.sqrt(command.stiffness / inertia) == pytest.approx(np.full(7, 40.0))
+    damping = command.damping + configuration.joint_damping
+    assert damping == pytest.approx(80.0 * inertia), "less the damping that the joints have"
+    assert impedance.damping == pytest.approx(damping)
+    assert impedance.deviation() is None
+
+
+def test_a_joint_whose_own_damping_exceeds_the_requested_is_named():
+    robot = arm().robot
+    configuration = Configuration(robot)
+    own, inertia = configuration.joint_damping, configuration.inertia()
+    frequency = float((own / (2 * inertia)).max()) / 2  # the joint with most damping then has a ratio of 2
+    limit = JointImpedance(configuration, frequency=frequency, damping_ratio=1.0).deviation()
+    assert limit is not None
+    assert limit.names == (robot.joints[int((own / inertia).argmax())].name,)
+    assert limit.value == pytest.approx(frequency)
+    assert limit.damping_ratio == pytest.approx(2.0)
+    within = JointImpedance(configuration, frequency=2 * frequency / 1.25, damping_ratio=1.0)
+    assert within.deviation() is None, "by less than 30 %"
+
+
+def test_a_controller_names_the_joint_whose_response_differs():
+    robot = arm().robot
+    soft, controller = ControlSettings(stiffness=0.5), ImpedanceController(robot)
+    controller.command(soft, robot.home, np.zeros(7), (), DT)
+    assert kinds(controller.why_limited) == [LimitKind.JOINT_RESPONSE]
+    controller.reset()
+    assert controller.why_limited == ()
+
+
 def test_limits_in_posture_order():
     lower, upper = joint_limits(arm().robot)
     assert lower.shape == upper.shape == (7,)
@@ -44,7 +86,7 @@ DT, STILL = 0.005, np.zeros(1)
 
 
 def reference() -> PostureReference:
-    return PostureReference(bar(), np.array([BAR_INERTIA]))
+    return PostureReference(bar(), Configuration(bar()))
 
 
 def test_it_starts_from_the_posture_found_and_integrates():

@@ -18,6 +18,10 @@ def test_every_kind_has_a_name_of_its_own_and_a_text_that_begins_with_it():
     ("limit", "words"),
     [
         (Limit(LimitKind.JOINT_LIMIT, ("l_elbow", "l_wrist")), "joint limit: l elbow, l wrist"),
+        (
+            Limit(LimitKind.JOINT_RESPONSE, ("hand_roll",), value=8.0, damping_ratio=1.81),
+            "joint response differs: hand roll, 8\u202frad/s, damping ratio 1.8",
+        ),
         (Limit(LimitKind.ENERGY_TANK, value=0.9), "net energy output to the contact: 0.9\u202fJ"),
         (
             Limit(LimitKind.STOPPED_BY_FORCE, value=41.2, bound=40.0),

@@ -16,6 +16,7 @@ from app.control.task_priority import (
     solve_hierarchy,
     solve_within_limits,
 )
+from app.robots.kinematics import Configuration
 from tests.support.limits import kinds
 from tests.support.touch import arm
 from tests.unit.control.contacts_by_hand import TO_MAP, contact, touch
@@ -107,7 +108,7 @@ def test_nothing_wanted_of_no_joints():
 
 
 def limits_of_joints() -> PostureReference:
-    return PostureReference(arm().robot, np.ones(7))
+    return PostureReference(arm().robot, Configuration(arm().robot))
 
 
 def test_a_contact_that_may_slide_has_one_row():

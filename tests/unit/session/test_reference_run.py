@@ -85,7 +85,7 @@ def test_a_shorter_step_of_the_session_brings_it_nearer(prepared):
         frames = [session.tick() for _ in range(40)]
         assert session.effects.timestep == timestep
         found = differences(own, session, frames, lambda effects: replace(effects, timestep=fine.timestep))
-        off.append(max(one.posture for one in found))
+        off.append(max(one.force for one in found))
     for coarse, finer in pairwise(off):
         assert 0.3 < finer / coarse < 0.7
 

@@ -38,7 +38,7 @@ def sampled_most(readings: SensorTiming) -> float:
 def most_at(readings: SensorTiming, stiffness: float = CONTACT_STIFFNESS, *, posture=LEVEL, integral=0.3) -> float:
     """Of the bar, touched at 0.3 m."""
     configuration = Configuration(bar())
-    impedance = JointImpedance(configuration.inertia(), frequency=INNER_FREQUENCY, damping_ratio=1.0)
+    impedance = JointImpedance(configuration, frequency=INNER_FREQUENCY, damping_ratio=1.0)
     configuration.update(posture)
     arm = pressed_arm(configuration, impedance, touch(3.0)[0], stiffness, slides=True)
     return arm.gain_limit(LoopFilter(integral), readings, DT)

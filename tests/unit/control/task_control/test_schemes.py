@@ -143,7 +143,7 @@ class Slow(PointVelocityScheme):
 
 def levels(rule, *contacts):
     zero = np.zeros(4)
-    arm = ArmState(zero, zero, zero, PostureReference(bar(), np.ones(1)), contacts, POINT_DT)
+    arm = ArmState(zero, zero, zero, PostureReference(bar(), Configuration(bar())), contacts, POINT_DT)
     return rule.levels(POINT_SETTINGS, contacts, arm, ActiveLimits())
 
 
@@ -196,7 +196,7 @@ REST = np.zeros(3)
 
 
 def answer(levels: list[PriorityLevel]) -> np.ndarray:
-    reference = PostureReference(bar(), np.ones(1))
+    reference = PostureReference(bar(), Configuration(bar()))
     reference.lower, reference.upper = np.full(3, -9.0), np.full(3, 9.0)
     arm = ArmState(REST, REST, REST, reference, (), 1.0)
     return QuadraticProgramScheme().solve(levels, ControlSettings(controller="qp"), (), arm, ActiveLimits())
@@ -245,7 +245,7 @@ def contact_with_goal(*, error=PLACE, force_error=1.0, id_=1, **changed) -> Task
 
 def state(contacts, *, start=None, speed=None, home=None) -> ArmState:
     robot, zero = arm().robot, np.zeros(7)
-    reference = PostureReference(robot, np.ones(7))
+    reference = PostureReference(robot, Configuration(robot))
     given = [zero if value is None else value for value in (home, speed)]
     return ArmState(robot.home if start is None else start, *given, reference, tuple(contacts), SCHEME_DT)
 
