@@ -153,16 +153,16 @@ def _add_listen(commands: argparse._SubParsersAction) -> None:  # type: ignore[t
     add("--threshold", type=_threshold, metavar="VALUE", help=level)
     add("--weight", type=_positive, metavar="KG", help="calibrate by this mass, which lies on the skin at the end")
     seconds = "mean of so long at the end (default 0.5); refused while the sum still changes by 5 %%"
-    add("--weight-seconds", type=_positive, default=0.5, metavar="SECONDS", help=seconds)
+    add("--weight-seconds", type=_positive, metavar="SECONDS", help=seconds)
     _output(listen, "--save-calibration", metavar="FILE.csv", help="write the calibration found with --weight")
-    add("--controller", metavar="NAME", help="show the motion that this controller wants of the robot")
-    send = "and send it, to udp://HOST:PORT or zmq://HOST:PORT: the robot may move"
+    add("--controller", metavar="NAME", help="show the motion that this controller requests of the robot")
+    send = "send the motion of --controller to udp://HOST:PORT or zmq://HOST:PORT: the robot may move"
     stop = "a safety stop ends sending, not listening, and the exit code is 0 all the same"
     add("--send", metavar="ADDRESS", help=f"{send}; {stop}")
-    add("--max-speed", type=float, default=0.2, metavar="RAD/S", help="of the fastest joint sent (default 0.2)")
-    add("--max-force", type=float, default=15.0, metavar="N", help="a stronger contact ends sending (default 15)")
+    add("--max-speed", type=float, metavar="RAD/S", help="with --send: limit of the fastest joint (default 0.2)")
+    add("--max-force", type=float, metavar="N", help="with --send: a stronger contact ends sending (default 15)")
     add("--mapping", metavar="FILE.toml", help="topics and fields of ROS 2 messages")
-    add("--token", help="that every packet must carry")
+    add("--token", help="token required in every packet; udp: and zmq: need one with --send or --remote")
     add("--token-file", metavar="FILE", help="with the token; other users may read a command line, but not the file")
     add("--remote", action="store_true", help="listen to other machines too, which needs a token, and send to them")
     _json(listen)

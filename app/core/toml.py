@@ -419,9 +419,8 @@ class TomlReader:
             return self._one_of(value, inner, path)
         if origin is Literal:
             if value not in inner:
-                raise self.error_at(
-                    "there is no such choice", path, value=value, remedy=did_you_mean(str(value), inner)
-                )
+                problem = f"unknown value of {path[-1]}" if path else "unknown value"
+                raise self.error_at(problem, path, value=value, remedy=did_you_mean(str(value), inner))
             return value
         if origin is tuple:
             return self._several(value, inner, path)

@@ -177,4 +177,4 @@ class SkinEnvironment(gymnasium.Env[Observation, NDArray[np.float32]], ABC):
 def _check_choice(name: str, value: object, known: tuple[object, ...]) -> None:
     if value not in known:
         remedy = f"Choose {' or '.join(map(str, known))}"
-        raise LearningError("the environment does not know that choice", place=name, value=value, remedy=remedy)
+        raise LearningError(f"unknown value of {name}", place=name, value=value, remedy=remedy)

@@ -150,9 +150,10 @@ class EffectEntry:
             return self._checked_options(override)
         if isinstance(override, int | float) and not self.words and self.range[0] <= override <= self.range[1]:
             return float(override)
-        raise SceneError(
-            "there is no such choice", place=f"effects.{self.key}", value=override, remedy=self._allowed(override)
-        )
+        problem = f"unknown value of {self.key}"
+        if not self.words and isinstance(override, int | float):
+            problem = f"{self.key} is out of range"
+        raise SceneError(problem, place=f"effects.{self.key}", value=override, remedy=self._allowed(override))
 
     def value(self, override: Override) -> Any:
         """What stands in ``Effects`` or ``SensorEffects`` for a checked override other than ``auto``."""

@@ -88,8 +88,14 @@ class ObjectSpec:
         self._check_size()
         self._check_path()
         if (self.kind == "mesh") != bool(self.file):
-            remedy = "Give file = ..." if self.kind == "mesh" else "Choose kind mesh"
-            raise SceneError("a mesh comes from a file, and nothing else does", place="objects.file", remedy=remedy)
+            if self.file:
+                problem, remedy = f"a {self.kind} has no file", 'Remove file, or write kind = "mesh"'
+            else:
+                problem, remedy = (
+                    "an object of kind mesh needs a mesh file",
+                    'Write file = "FILE.obj" or another format',
+                )
+            raise SceneError(problem, place="objects.file", value=self.file or self.name, remedy=remedy)
         if self.guided and (self.kind in ("probe", "plane", "plate") or not self.mass):
             remedy = "Give a box, cylinder, sphere or mesh with mass"
             raise SceneError("only free bodies can be guided", place="objects.guided", value=self.kind, remedy=remedy)
@@ -104,8 +110,11 @@ class ObjectSpec:
     def _check_size(self) -> None:
         meanings = _SIZES[self.kind]
         if len(self.size) not in map(len, meanings):
-            remedy = f"Give [{', '.join(meanings[-1])}] in metres"
-            problem = f"the size of a {self.kind} has other numbers"
+            remedy = f"Write size = [{', '.join(meanings[-1])}]{'' if self.kind == 'mesh' else ' in metres'}"
+            if () in meanings:
+                remedy += ", or leave size out"
+            count = len(meanings[-1])
+            problem = f"the size of a {self.kind} has {count} number{'s'[: count - 1]}"
             raise SceneError(problem, place="objects.size", value=list(self.size), remedy=remedy)
         for value in self.size:
             self._check("size", value, _SMALLEST, _LARGEST)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -25,6 +26,29 @@ Setting: TypeAlias = str | float | tuple[tuple[float, float], ...]
 
 MAX_OBJECTS = 200
 """Objects of a scene. The time to build a scene grows with the square of their number."""
+
+
+_SHORTEST_STEP = 1e-5
+"""Shortest time step of the physics [s]."""
+
+
+def whole_steps(tick: float, timestep: float) -> int:
+    """Return the number of physics steps in one control tick.
+
+    Raises:
+        SceneError: The tick [s] is not a whole number of time steps [s].
+    """
+    steps = round(tick / timestep) if _SHORTEST_STEP <= timestep <= tick else 0  # NaN compares false
+    if steps and abs(tick / timestep - steps) <= 1e-6:
+        return steps
+    known = math.isfinite(timestep) and timestep > 0
+    parts = min(max(math.ceil(tick / timestep), 1), math.floor(tick / _SHORTEST_STEP)) if known else 1
+    raise SceneError(
+        "the tick must be a whole number of time steps",
+        place="effects.timestep",
+        value=f"time step {timestep:g} s in a tick of {tick:g} s",
+        remedy=f"Choose a time step of {tick / parts:g} s (tick / {parts}), or another tick",
+    )
 
 
 @dataclass(frozen=True)
@@ -93,10 +117,10 @@ class Scene:
         self._check_names()
         if not 1e-4 <= self.tick <= 1.0:
             raise self._refusal("the tick is out of range", "tick", f"{self.tick} s", "Choose 0.0001 to 1 s")
-        step = self.effects.timestep
-        if abs(self.tick / step - round(self.tick / step)) > 1e-6:
-            remedy = f"Choose a multiple of {step:g} s up to 1 s"
-            raise self._refusal("a tick must be a whole number of time steps", "tick", f"{self.tick} s", remedy)
+        try:
+            whole_steps(self.tick, self.effects.timestep)
+        except SceneError as error:
+            raise error.at(file=self.name) from error
         for place, seed in (("seed", self.seed), ("cover.seed", self.cover.seed)):
             if not 0 <= seed < 2**63:
                 raise self._refusal("a seed is out of range", place, seed, "Choose 0 to 2^63 - 1")
@@ -104,7 +128,7 @@ class Scene:
     @property
     def steps_per_tick(self) -> int:
         """Physics steps in one control tick."""
-        return round(self.tick / self.effects.timestep)
+        return whole_steps(self.tick, self.effects.timestep)
 
     @property
     def wanted(self) -> tuple[str, ...]:

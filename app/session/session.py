@@ -20,14 +20,14 @@ from app.control.controller_manager import ControllerManager
 from app.control.force_loop.loop_stability import SensorTiming
 from app.control.path_following.clearance import Obstacle
 from app.core.arrays import FloatArray, all_finite, seal
-from app.core.errors import MapError, PluginError, SimulationError, TactileMapsError
+from app.core.errors import MapError, PluginError, SceneError, SimulationError, TactileMapsError
 from app.core.timing import Stopwatch
 from app.geometry.mesh import SurfacePoint
 from app.maps.tactile_map import TactileMap
 from app.robots.robot import Robot
 from app.scene.effects import Effects
 from app.scene.motion import Motion
-from app.scene.scene import Scene
+from app.scene.scene import Scene, whole_steps
 from app.session.frame import Failure, Frame
 from app.session.input_log import InputLog
 from app.session.inputs import (
@@ -57,15 +57,10 @@ def substeps(tick: float, timestep: float) -> int:
     Raises:
         SimulationError: The tick is not a whole number of them.
     """
-    steps = round(tick / timestep) if 1e-5 <= timestep <= tick else 0  # NaN compares false
-    if not steps or abs(tick / timestep - steps) > 1e-6:
-        raise SimulationError(
-            "a tick must be a whole number of time steps",
-            place="effects.timestep",
-            value=f"{timestep} s",
-            remedy=f"Choose a part of {tick} s, of at least 0.00001 s",
-        )
-    return steps
+    try:
+        return whole_steps(tick, timestep)
+    except SceneError as error:
+        raise error.at(kind=SimulationError) from error
 
 
 def skin_readings(effects: Effects, tick: float) -> SensorTiming:

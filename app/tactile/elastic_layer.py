@@ -38,7 +38,7 @@ class ElasticLayer:
             value = getattr(self, name)
             if not (math.isfinite(value) and low <= value <= high):
                 raise SimulationError(
-                    "the cover parameter is out of range",
+                    f"the {name} of the layer is out of range",
                     place=f"layer.{name}",
                     value=value,
                     remedy=f"Choose {low:g} to {high:g}",

@@ -13,18 +13,25 @@ from typing import Any
 
 from app.cli.output import print_fields, print_json, print_warning, progress_line, write_error
 from app.cli.scenes import scene_from_arguments
-from app.control.controller_registry import settings_from
+from app.control.command import ControlSettings
+from app.control.controller_registry import check_settings, settings_from
 from app.control.limit_texts import limit_text
-from app.core.errors import LiveError, UsageError
+from app.core.errors import LiveError, TactileMapsError, UsageError
 from app.core.files import read_bounded_text
-from app.live.channels.calibration import ValueMode, load_calibration, save_calibration
+from app.live.channels.calibration import ValueMode, check_mass, load_calibration, save_calibration
 from app.live.channels.matching import load_matching
 from app.live.connection import Connection, ConnectionState, ConnectionStatus, refused_text
 from app.live.frame_recording import FrameRecording
 from app.live.measured_session import MeasuredFacts, MeasuredSession, silent_text, swapped_texts
 from app.live.motion.command_latency import LatencyFigures, latency_text
 from app.live.motion.command_loop import CommandLoop
-from app.live.motion.driver_channel import check_not_source, check_readings, check_sending, driver_channel
+from app.live.motion.driver_channel import (
+    check_not_source,
+    check_readings,
+    check_sending,
+    driver_channel,
+    needs_token,
+)
 from app.live.motion.motion_output import MotionOutput
 from app.live.motion.motion_sender import DEADLINE, MotionLimits, SendingState, StopReason
 from app.live.prepare import prepare_measured
@@ -44,27 +51,42 @@ _FINISH_SECONDS = 1.0
 """Readings that wait when listening to a live source ends are taken for at most so long [s]."""
 _PAUSE = 0.01
 """Seconds between two looks at how listening goes."""
+_WEIGHT_SECONDS = 0.5
+"""Readings of so long [s] are averaged for ``--weight`` by default."""
+_NEEDED = {
+    "--max-speed": "--send",
+    "--max-force": "--send",
+    "--weight-seconds": "--weight",
+    "--save-calibration": "--weight",
+}
+"""Options that have no effect without another one."""
 _NAMED = 8
 """Unknown ids and silent channels that are named; all are counted."""
 
 
 def execute(arguments: argparse.Namespace) -> int:
     """Receive until the source ends, the time is over, or Ctrl-C."""
-    if arguments.save_calibration and arguments.weight is None:
-        raise UsageError("there is no calibration to save", value="--save-calibration", remedy="Add --weight KG")
+    _refuse_lone_options(arguments)
+    if arguments.weight is not None:
+        with _blaming("--weight"):
+            check_mass(arguments.weight)
     arguments.token = _token(arguments)
-    limits = MotionLimits(arguments.max_speed, arguments.max_force)
+    limits = _limits(arguments)
+    scene = _with_threshold(scene_from_arguments(arguments), arguments.threshold)
+    settings = _settings(arguments, scene)
     if arguments.send:
         check_sending(arguments.send, remote=arguments.remote)
-        check_readings(arguments.source, arguments.token)
         check_not_source(arguments.send, arguments.source)
+        _refuse_no_motion(arguments, settings.controller)
+        check_readings(arguments.source, arguments.token)
     mapping = Path(arguments.mapping) if arguments.mapping else None
     options = SourceOptions(arguments.token, arguments.remote, mapping, arguments.speed, CLOCK)
     connection = Connection(open_source(arguments.source, options), clock=options.clock)
-    scene = _with_threshold(scene_from_arguments(arguments), arguments.threshold)
     prepared = prepare_measured(scene, progress=progress_line())
     session = _session(arguments, connection, prepared)
-    motion = _motion(arguments, session, scene, connection)
+    motion = None
+    if arguments.controller or arguments.send:
+        motion = MotionOutput(session, settings, connection.ages, clock=CLOCK)
     stated = connection.source.address
     connection.open()
     with ExitStack() as outer:
@@ -129,34 +151,68 @@ def _session(arguments: argparse.Namespace, connection: Connection, prepared: Pr
     if arguments.mode:
         session.request_mode(ValueMode(arguments.mode))
     if arguments.tare is not None:
-        session.tare(arguments.tare)
+        with _blaming("--tare"):
+            session.tare(arguments.tare)
     if arguments.weight is not None:
-        session.remember(arguments.weight_seconds)
+        with _blaming("--weight-seconds"):
+            session.remember(_WEIGHT_SECONDS if arguments.weight_seconds is None else arguments.weight_seconds)
     return session
 
 
-def _motion(
-    arguments: argparse.Namespace, session: MeasuredSession, scene: Scene, connection: Connection
-) -> MotionOutput | None:
-    """What is asked of a controller; None for nothing."""
-    if not (arguments.controller or arguments.send):
-        return None
+def _refuse_lone_options(arguments: argparse.Namespace) -> None:
+    """Refuse options that have no effect without another one; raises UsageError."""
+    for option, needed in _NEEDED.items():
+        if _value(arguments, option) is not None and _value(arguments, needed) is None:
+            problem = f"this option has no effect without {needed}"
+            raise UsageError(problem, place=option, remedy=f"Add {needed}, or remove {option}")
+
+
+def _value(arguments: argparse.Namespace, option: str) -> object:
+    found: object = getattr(arguments, option.removeprefix("--").replace("-", "_"))
+    return found
+
+
+@contextmanager
+def _blaming(option: str, *, problem: str | None = None) -> Iterator[None]:
+    """Turn errors into usage errors of an option."""
+    try:
+        yield
+    except TactileMapsError as error:
+        raise error.at(kind=UsageError, place=option, problem=problem) from error
+
+
+def _limits(arguments: argparse.Namespace) -> MotionLimits:
+    """Return the limits of motion; raises UsageError."""
+    limits = MotionLimits()
+    if arguments.max_speed is not None:
+        with _blaming("--max-speed"):
+            limits = replace(limits, speed=arguments.max_speed)
+    if arguments.max_force is not None:
+        with _blaming("--max-force"):
+            limits = replace(limits, force=arguments.max_force)
+    return limits
+
+
+def _settings(arguments: argparse.Namespace, scene: Scene) -> ControlSettings:
+    """Return the settings of the controller; raises UsageError for an unknown one."""
     settings = settings_from(dict(scene.control))
     if arguments.controller:
-        settings = replace(settings, controller=arguments.controller)
-    if arguments.send:
-        _refuse_no_motion(settings.controller, arguments.mode)
-    return MotionOutput(session, settings, connection.ages, clock=CLOCK)
+        with _blaming("--controller", problem="unknown controller"):
+            settings = check_settings(replace(settings, controller=arguments.controller))
+    return settings
 
 
-def _refuse_no_motion(controller: str, mode: str | None) -> None:
+def _refuse_no_motion(arguments: argparse.Namespace, controller: str) -> None:
     """Refuse to send where no motion can follow, whatever is read.
 
     Raises:
         UsageError: The controller gives torques, or the readings are not shown as pressures.
     """
+    mode = arguments.mode
     if controller == "impedance":
         remedy = "Add --controller hold_force, hybrid or another that gives velocities"
+        if needs_token(arguments.source) and arguments.token is None:
+            remedy += ", and --token, which the sender must put into every packet"
         raise UsageError("this controller gives no motion to send", place="--send", value=controller, remedy=remedy)
     if mode in (ValueMode.RAW, ValueMode.BASELINE):
         remedy = "Leave out --mode, and add --calibration FILE where the sender does not send pressures"

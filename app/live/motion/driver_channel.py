@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ipaddress
 import secrets
 import socket
 import sys
@@ -13,7 +12,7 @@ from urllib.parse import urlsplit
 
 from app.core.errors import LiveError, UsageError
 from app.live.send import sender
-from app.live.sources.network import check_token, is_this_machine
+from app.live.sources.network import check_token, is_group, is_this_machine
 from app.live.sources.open import host_and_port
 
 _ANY_HOST = ("0.0.0.0", "::")
@@ -29,21 +28,12 @@ def check_sending(address: str, *, remote: bool) -> None:
     if urlsplit(address).scheme not in ("udp", "zmq"):
         remedy = "Give udp://HOST:PORT or zmq://HOST:PORT"
         raise UsageError("motion cannot be sent to such an address", place="--send", value=address, remedy=remedy)
-    if _is_group(host):
+    if is_group(host):
         remedy = "Give the address of the computer that the robot's driver runs on"
         raise UsageError("motion is sent to one driver, not to a group", place="--send", value=host, remedy=remedy)
     if not (remote or is_this_machine(host)):
         remedy = "Send to 127.0.0.1, or add --remote"
         raise UsageError("motion for other machines is not asked for", value=host, remedy=remedy)
-
-
-def _is_group(host: str) -> bool:
-    """True for addresses that several machines receive at: multicast and broadcast."""
-    try:
-        number = ipaddress.ip_address(host)
-    except ValueError:
-        return False
-    return number.is_multicast or host == "255.255.255.255"
 
 
 def check_not_source(address: str, source: str) -> None:
@@ -70,6 +60,11 @@ def check_not_source(address: str, source: str) -> None:
         raise UsageError("the readings are received at this address", place="--send", value=address, remedy=remedy)
 
 
+def needs_token(source: str) -> bool:
+    """Return whether readings of ``source`` need a token while motion is sent."""
+    return source.partition(":")[0] in ("udp", "zmq")
+
+
 def check_readings(source: str, token: str | None) -> None:
     """Refuse to move a robot by packets that any program on the network or on this computer could have sent.
 
@@ -83,7 +78,7 @@ def check_readings(source: str, token: str | None) -> None:
     Raises:
         UsageError: A token is needed and not set, or too short.
     """
-    if source.partition(":")[0] not in ("udp", "zmq"):
+    if not needs_token(source):
         return
     if token is None:
         remedy = f"Set a token, for example {secrets.token_urlsafe(12)}, and let the sender put it into every packet"

@@ -66,8 +66,8 @@ class MotionLimits:
         ):
             if not (math.isfinite(value) and low <= value <= high):
                 remedy = f"Choose {low:g} to {high:g} {unit}"
-                problem = f"the limit of {name} is out of range"
-                raise LiveError(problem, place=f"largest {name}", value=f"{value:g} {unit}", remedy=remedy)
+                problem = f"the {name} limit is out of range"
+                raise LiveError(problem, place=name, value=f"{value:g} {unit}", remedy=remedy)
 
 
 class StopReason(StrEnum):

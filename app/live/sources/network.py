@@ -55,6 +55,27 @@ def is_this_machine(host: str) -> bool:
         return False
 
 
+def is_group(host: str) -> bool:
+    """Return whether several machines receive at an address: multicast and broadcast."""
+    try:
+        number = ipaddress.ip_address(host)
+    except ValueError:
+        return False
+    return number.is_multicast or host == "255.255.255.255"
+
+
+def check_single(host: str, address: str) -> None:
+    """Refuse a source at a group of machines: multicast groups are not joined, so nothing would arrive.
+
+    Raises:
+        UsageError: The host is a multicast or broadcast address.
+    """
+    if is_group(host):
+        remedy = "Receive at the address of this computer, to which the sender sends"
+        problem = "readings cannot be received at a multicast or broadcast address"
+        raise UsageError(problem, place=address, value=host, remedy=remedy)
+
+
 class UdpSource:
     """Packets that arrive at a UDP port. Mutable.
 

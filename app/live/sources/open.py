@@ -122,14 +122,16 @@ def open_source(address: str, options: SourceOptions = _USUAL) -> Source:
         return _file(address, options)
     # Imported here: each brings a library of its own, which may not be installed.
     if scheme == "udp":
-        from app.live.sources.network import UdpSource
+        from app.live.sources.network import UdpSource, check_single
 
         host, port = host_and_port(address, any_free=True)
+        check_single(host, address)
         return UdpSource(host, port, token=options.token, remote=options.remote, clock=options.clock)
     if scheme == "zmq":
-        from app.live.sources.network import ZmqSource
+        from app.live.sources.network import ZmqSource, check_single
 
         host, port = host_and_port(address)
+        check_single(host, address)
         return ZmqSource(host, port, token=options.token)
     if scheme == "serial":
         from app.live.sources.serial_port import SerialSource
@@ -163,10 +165,10 @@ def host_and_port(address: str, default: int = DEFAULT_PORT, *, any_free: bool =
 
     Raises:
         UsageError: The port is not a whole number up to 65535, or it is 0 where no program can be reached at it, or the
-            address has words after a question mark.
+            address has parameters after a question mark.
     """
     parts = _split(address)
-    _refuse_unknown_words(address, parts)
+    _refuse_unknown_parameters(address, parts)
     port = parts.port
     if port == 0 and not any_free:
         remedy = f"Give the port that the other program uses, 1 to 65535, or none for {default}"
@@ -178,25 +180,34 @@ def _split(address: str) -> SplitResult:
     """Return the parts of ``address``, whose port is valid."""
     try:
         parts = urlsplit(address)
-        _ = parts.port  # reading it checks it
     except ValueError as error:
         raise UsageError("the address is not understood", value=address, remedy=f"Give one of: {ADDRESSES}") from error
+    try:
+        _ = parts.port  # reading it checks it
+    except ValueError as error:
+        port = parts.netloc.rpartition(":")[2]
+        remedy = "Give a whole number from 1 to 65535"
+        raise UsageError("the port number is not valid", place=address, value=port, remedy=remedy) from error
     return parts
 
 
-def _refuse_unknown_words(address: str, parts: SplitResult, *known: str) -> None:
-    """Refuse words after the question mark of ``address`` that have no meaning there."""
+def _refuse_unknown_parameters(address: str, parts: SplitResult, *known: str) -> None:
+    """Refuse parameters after the question mark of ``address`` that have no meaning there."""
     unknown = [word for word, _ in parse_qsl(parts.query, keep_blank_values=True) if word not in known]
     if unknown:
-        allowed = f"Known here: {', '.join(known)}" if known else "Leave out the question mark and what follows it"
-        raise UsageError("unknown word in the address", place=address, value=", ".join(unknown), remedy=allowed)
+        allowed = f"Choose {', '.join(known)}" if known else "Remove the question mark and everything after it"
+        raise UsageError(
+            "the address has an unknown parameter", place=address, value=", ".join(unknown), remedy=allowed
+        )
 
 
 def _baud(address: str, parts: SplitResult) -> int:
-    _refuse_unknown_words(address, parts, "baud")
+    _refuse_unknown_parameters(address, parts, "baud")
     text = parse_qs(parts.query, keep_blank_values=True).get("baud", ["115200"])[0]
     if not text.isdecimal() or len(text) > 8 or not 50 <= int(text) <= 20_000_000:
-        raise UsageError("there is no such speed of a serial port", value=address, remedy="Write ?baud=115200")
+        raise UsageError(
+            "the baud rate is not valid", value=address, remedy="Choose 50 to 20000000, for example ?baud=115200"
+        )
     return int(text)
 
 

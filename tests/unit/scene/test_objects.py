@@ -24,6 +24,18 @@ def test_every_kind_has_its_size(kind):
     assert "in metres" in str(caught.value)
 
 
+@pytest.mark.parametrize(
+    ("kind", "file", "said"),
+    [
+        ("mesh", "", "an object of kind mesh needs a mesh file"),
+        ("box", "x.stl", 'a box has no file .*x.stl.*Remove file, or write kind = "mesh"'),
+    ],
+)
+def test_refused_mesh_file_names_the_fault_and_the_remedy(kind, file, said):
+    with pytest.raises(SceneError, match=said):
+        ObjectSpec("x", kind, size=SIZES[kind], file=file)
+
+
 def test_a_plane_and_a_mesh_need_no_size():
     assert ObjectSpec("x", "plane").size == ()
     assert ObjectSpec("x", "mesh", file="x.stl").size == ()

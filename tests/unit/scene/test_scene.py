@@ -19,9 +19,30 @@ SCENE = Scene(name="s", robot="arm")
 BALL = ObjectSpec("ball", "sphere", size=(0.1,))
 
 
+@pytest.mark.parametrize(
+    ("key", "value", "said"),
+    [
+        ("timestep", 0.1, "timestep is out of range .found: 0.1.. Choose auto, or 1e-05 to 0.02 s"),
+        ("gravity", "maybe", "unknown value of gravity .found: maybe"),
+        ("gravity", 0.1, "unknown value of gravity .found: 0.1"),
+    ],
+)
+def test_refused_value_of_an_effect_names_the_effect(key, value, said):
+    with pytest.raises(SceneError, match=said):
+        replace(SCENE, overrides={key: value})
+
+
 def test_steps_in_a_tick():
     assert SCENE.steps_per_tick == 5
     assert replace(SCENE, overrides={"timestep": 0.0001}).steps_per_tick == 50
+
+
+def test_time_step_that_does_not_divide_the_tick_is_refused_with_one_that_does():
+    with pytest.raises(SceneError, match=r"time step 0\.003 s in a tick of 0\.005 s.*time step of 0\.0025 s .tick / 2"):
+        replace(SCENE, tick=0.005, overrides={"timestep": 0.003})
+    replace(SCENE, tick=0.005, overrides={"timestep": 0.0025})
+    with pytest.raises(SceneError, match=r"time step of 0\.005 s .tick / 1"):
+        replace(SCENE, tick=0.005, overrides={"timestep": 0.02})
 
 
 @pytest.mark.parametrize("tick", [0.0005, 0.001, 0.0012, 0.005, 1 / 60, 0.1, 1.0])
@@ -33,7 +54,8 @@ def test_the_derived_time_step_fits_any_tick(tick, task):
 
 @pytest.mark.parametrize(("bad", "place"), [
     ({"tick": 0.0}, "tick"), ({"tick": 2.0}, "tick"), ({"tick": float("nan")}, "tick"), ({"seed": -1}, "seed"),
-    ({"tick": 0.0012, "overrides": {"timestep": 0.001}}, "tick"), ({"cover": CoverSpec(seed=-1)}, "cover.seed"),
+    ({"tick": 0.0012, "overrides": {"timestep": 0.001}}, "effects.timestep"),
+    ({"cover": CoverSpec(seed=-1)}, "cover.seed"),
     ({"overrides": {"timestep": 0.5}}, "effects.timestep"), ({"overrides": {"gravty": "on"}}, "effects.gravty"),
     ({"task": "slied"}, "task"), ({"outputs": ("pressures",)}, "outputs"),
     ({"objects": (BALL, BALL)}, "objects.1.name"),

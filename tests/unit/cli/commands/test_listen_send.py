@@ -200,6 +200,7 @@ def moved_more(trial):
 @pytest.mark.parametrize("source", ["udp:", "udp://127.0.0.1:0", "zmq://127.0.0.1:9870"])
 def test_motion_is_not_sent_for_readings_without_a_token(trial, source):
     words = ["listen", source, "--skin", str(trial.folder / "bar.npz"), "--send", "udp://127.0.0.1:9"]
+    words += ["--controller", "hybrid"]
     assert main(words) == 2
     assert "Set a token, for example " in trial.capsys.readouterr().err
     assert main([*words, "--token", "short"]) == 2

@@ -274,7 +274,7 @@ def test_readings_far_apart_are_no_stream():
 
 @pytest.mark.parametrize("limits", [{"speed": 0.0}, {"speed": 2.0}, {"force": 0.0}, {"force": float("nan")}])
 def test_limits_out_of_range_are_refused(limits):
-    with pytest.raises(LiveError, match="out of range"):
+    with pytest.raises(LiveError, match="(speed|force) limit is out of range"):
         MotionLimits(**limits)
 
 

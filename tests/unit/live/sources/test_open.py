@@ -37,14 +37,19 @@ def test_the_address_says_which(address, kind, told):
         ("", "no source is named"),
         ("http://localhost", "no such kind of source"),
         ("readings.docx", "no such kind of source"),
-        ("udp://127.0.0.1:99999", "address is not understood"),
+        ("udp://127.0.0.1:99999", "port number is not valid"),
+        ("zmq://127.0.0.1:http", "port number is not valid.*http"),
+        ("udp://239.1.1.1:9870", "multicast or broadcast"),
+        ("udp://[ff02::1]:9870", "multicast or broadcast"),
+        ("udp://255.255.255.255:9870", "multicast or broadcast"),
+        ("zmq://239.1.1.1:9870", "multicast or broadcast"),
         ("udp://[", "address is not understood"),
         ("zmq://127.0.0.1:0", "no program can be reached at port 0"),
         ("yarp://robot:0/skin", "no program can be reached at port 0"),
-        ("serial:///dev/ttyACM0?baud=fast", "no such speed"),
-        ("serial:///dev/ttyACM0?baud=", "no such speed"),
-        ("serial:///dev/ttyACM0?baud=0", "no such speed"),
-        ("serial:///dev/ttyACM0?baud=" + "9" * 5000, "no such speed"),
+        ("serial:///dev/ttyACM0?baud=fast", "baud rate is not valid"),
+        ("serial:///dev/ttyACM0?baud=", "baud rate is not valid"),
+        ("serial:///dev/ttyACM0?baud=0", "baud rate is not valid"),
+        ("serial:///dev/ttyACM0?baud=" + "9" * 5000, "baud rate is not valid"),
         ("serial://[", "address is not understood"),
         ("udp://0.0.0.0:9870", "open to other machines"),
         ("ros2:", "need a mapping"),
@@ -78,14 +83,14 @@ def test_other_machines_need_a_token_that_is_long():
 @pytest.mark.parametrize(
     ("address", "known"),
     [
-        ("udp://127.0.0.1:9870?foo=1", "Leave out the question mark"),
-        ("zmq://127.0.0.1:9870?foo", "Leave out the question mark"),
-        ("yarp://127.0.0.1:10000/skin?foo=1", "Leave out the question mark"),
-        ("serial:///dev/ttyUSB0?foo=115200", "Known here: baud"),
+        ("udp://127.0.0.1:9870?foo=1", "Remove the question mark"),
+        ("zmq://127.0.0.1:9870?foo", "Remove the question mark"),
+        ("yarp://127.0.0.1:10000/skin?foo=1", "Remove the question mark"),
+        ("serial:///dev/ttyUSB0?foo=115200", "Choose baud"),
     ],
 )
-def test_unknown_words_in_an_address_are_refused_with_the_known_ones(address, known):
-    with pytest.raises(UsageError, match=rf"unknown word in the address \(found: foo\)\. {known}") as refusal:
+def test_unknown_parameters_of_an_address_are_refused_with_the_known_ones(address, known):
+    with pytest.raises(UsageError, match=rf"the address has an unknown parameter \(found: foo\)\. {known}") as refusal:
         open_source(address)
     assert refusal.value.place == address
 
