@@ -42,6 +42,10 @@ class TaxelCells:
     neighbours: IntArray
 
 
+_BLOCK = 100_000
+"""Faces that are cut at once, in about 300 MB."""
+
+
 def cut_cells(surface: Mesh, points: FloatArray, owner: IntArray) -> TaxelCells:
     """Return the cells of the taxels at ``points`` (n, 3) [m] on a surface.
 
@@ -53,26 +57,16 @@ def cut_cells(surface: Mesh, points: FloatArray, owner: IntArray) -> TaxelCells:
         points: (n, 3) the taxels [m].
         owner: (m,) taxel of each face, or -1 for a face that no taxel feels.
 
-    Cost: 0.1 s for 1000 taxels on 16,000 faces.
+    Cost: 0.1 s for 1000 taxels on 16,000 faces, 18 s and 500 MB for 99,000 taxels on 1.2 million faces.
     """
-    near = _near_taxels(surface, points, owner)
-    face = np.repeat(np.arange(len(owner)), np.diff(near.indptr))
-    parts = _Parts(face, near.indices.astype(np.int64), surface.vertices[surface.faces[face]], np.full(len(face), 3))
-    most = int(np.diff(near.indptr).max(initial=0))
-    for rank in range(most):
-        parts = parts.clipped(_Others.of(parts, near, rank, points))
-    pairs, sharers = [np.zeros((0, 2), dtype=np.int64)], np.ones(len(parts.face))
-    for rank in range(most):
-        others = _Others.of(parts, near, rank, points)
-        beyond = others.beyond(parts.corners[others.rows])
-        touching = beyond.max(axis=1) >= -_TOUCHING * others.apart
-        pairs.append(np.stack([parts.taxel[others.rows], others.taxel], axis=1)[touching])
-        sharers[others.rows] += beyond.min(axis=1) >= -_ROUNDING * others.apart
-    centres, areas = _moments(parts.corners)
-    felt = areas > _LEAST_PART * surface.face_areas[parts.face]
-    face, taxel, centres = parts.face[felt], parts.taxel[felt], centres[felt]
-    areas = areas[felt] / sharers[felt]
-    areas *= surface.face_areas[face] / np.bincount(face, areas)[face]
+    felt = np.flatnonzero(owner >= 0)
+    around = _owners_around(surface, owner, len(points))
+    blocks = np.split(felt, range(_BLOCK, len(felt), _BLOCK))
+    cuts = [_cut_faces(surface, points, faces, around) for faces in blocks]
+    face = np.concatenate([cut.face for cut in cuts])
+    taxel = np.concatenate([cut.taxel for cut in cuts])
+    centres = np.concatenate([cut.centres for cut in cuts])
+    areas = np.concatenate([cut.areas for cut in cuts])
     empty = np.bincount(taxel, minlength=len(points)) == 0
     if empty.any():
         shared = np.flatnonzero((owner >= 0) & empty[owner])
@@ -82,7 +76,7 @@ def cut_cells(surface: Mesh, points: FloatArray, owner: IntArray) -> TaxelCells:
         areas = np.concatenate([areas, surface.face_areas[shared] / 2])
     order = np.argsort(face, kind="stable")
     quadrature = Quadrature(centres[order], surface.face_normals[face[order]], areas[order], taxel[order])
-    keys = np.unique(np.concatenate(pairs) @ np.array([len(points), 1]))
+    keys = np.unique(np.concatenate([cut.pairs for cut in cuts]))
     one, other = np.divmod(keys, len(points))
     both = (one < other) & np.isin(other * len(points) + one, keys)  # each reaches the plane between them
     touching_pairs = np.stack([one[both], other[both]], axis=1)
@@ -101,24 +95,73 @@ def _pairs_of_owners(surface: Mesh, owner: IntArray, alone: BoolArray) -> IntArr
     return np.unique(pairs[alone[pairs].any(axis=1)], axis=0)
 
 
-def _near_taxels(surface: Mesh, points: FloatArray, owner: IntArray) -> csr_matrix:
-    """Sparse (m, n) true where a taxel may be the nearest to a part of a face."""
-    faces, felt = surface.faces, np.flatnonzero(owner >= 0)
-    shape = len(faces), len(surface.vertices)
-    ones = np.ones(faces.size, dtype=np.int32)
-    corner = csr_matrix((ones, (np.repeat(np.arange(len(faces)), 3), faces.ravel())), shape)
-    owns = csr_matrix((np.ones(len(felt), dtype=np.int32), (felt, owner[felt])), (len(faces), len(points)))
-    around = corner[felt] @ (corner.T @ (corner @ (corner.T @ owns)))  # owners of faces up to two rings away
-    row, taxel = around.nonzero()
-    face = felt[row]
-    corners = surface.vertices[faces]
+@dataclass(frozen=True, eq=False)
+class _Cut:
+    """The parts of some faces: ``face`` (k,), ``taxel`` (k,), ``centres`` (k, 3) [m], ``areas`` (k,) [m^2].
+
+    ``pairs`` (p,) are the pairs of taxels whose parts reach the plane between them: one taxel times n,
+    plus the other.
+    """
+
+    face: IntArray
+    taxel: IntArray
+    centres: FloatArray
+    areas: FloatArray
+    pairs: IntArray
+
+
+def _cut_faces(surface: Mesh, points: FloatArray, faces: IntArray, around: csr_matrix) -> _Cut:
+    """Cut ``faces`` (m,) into the parts that are nearest to each of the taxels."""
+    near = _near_taxels(surface, points, faces, around)
+    row = np.repeat(np.arange(len(faces)), np.diff(near.indptr))
+    corners = surface.vertices[surface.faces[faces[row]]]
+    parts = _Parts(row, near.indices.astype(np.int64), corners, np.full(len(row), 3))
+    most = int(np.diff(near.indptr).max(initial=0))
+    for rank in range(most):
+        parts = parts.clipped(_Others.of(parts, near, rank, points))
+    pairs = [np.zeros(0, dtype=np.int64)]
+    sharers = np.ones(len(parts.face))
+    for rank in range(most):
+        others = _Others.of(parts, near, rank, points)
+        beyond = others.beyond(parts.corners[others.rows])
+        touching = beyond.max(axis=1) >= -_TOUCHING * others.apart
+        pairs.append((len(points) * parts.taxel[others.rows] + others.taxel)[touching])
+        sharers[others.rows] += beyond.min(axis=1) >= -_ROUNDING * others.apart
+    centres, areas = _moments(parts.corners)
+    felt = areas > _LEAST_PART * surface.face_areas[faces[parts.face]]
+    row = parts.face[felt]
+    areas = areas[felt] / sharers[felt]
+    areas *= surface.face_areas[faces[row]] / np.bincount(row, areas)[row]
+    return _Cut(faces[row], parts.taxel[felt], centres[felt], areas, np.unique(np.concatenate(pairs)))
+
+
+def _owners_around(surface: Mesh, owner: IntArray, count: int) -> csr_matrix:
+    """Sparse (v, n), positive where a taxel owns a face at a vertex or at most one ring of faces further."""
+    felt = np.flatnonzero(owner >= 0)
+    owns = csr_matrix((np.ones(len(felt), dtype=np.int32), (felt, owner[felt])), (len(surface.faces), count))
+    corner = _corners_of(surface, np.arange(len(surface.faces)))
+    around: csr_matrix = corner.T @ (corner @ (corner.T @ owns))
+    return around
+
+
+def _corners_of(surface: Mesh, faces: IntArray) -> csr_matrix:
+    """Sparse (m, v), one where a vertex is a corner of one of the ``faces`` (m,)."""
+    corner = surface.faces[faces].ravel()
+    row = np.repeat(np.arange(len(faces)), 3)
+    return csr_matrix((np.ones(len(row), dtype=np.int32), (row, corner)), (len(faces), len(surface.vertices)))
+
+
+def _near_taxels(surface: Mesh, points: FloatArray, faces: IntArray, around: csr_matrix) -> csr_matrix:
+    """Sparse (m, n) true where a taxel may be the nearest to a part of one of the ``faces`` (m,)."""
+    row, taxel = (_corners_of(surface, faces) @ around).nonzero()
+    corners = surface.vertices[surface.faces[faces]]
     centres = corners.mean(axis=1)
     reach = np.linalg.norm(corners - centres[:, None], axis=2).max(axis=1)
-    away = np.linalg.norm(points[taxel] - centres[face], axis=1)
+    away = np.linalg.norm(points[taxel] - centres[row], axis=1)
     least = np.full(len(faces), np.inf)
-    np.minimum.at(least, face, away)
-    close = away <= (least + 2 * reach)[face] * (1 + _TOUCHING)
-    return csr_matrix((np.ones(int(close.sum()), dtype=bool), (face[close], taxel[close])), (len(faces), len(points)))
+    np.minimum.at(least, row, away)
+    close = away <= (least + 2 * reach)[row] * (1 + _TOUCHING)
+    return csr_matrix((np.ones(int(close.sum()), dtype=bool), (row[close], taxel[close])), (len(faces), len(points)))
 
 
 @dataclass(frozen=True, eq=False)

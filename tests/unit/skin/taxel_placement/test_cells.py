@@ -14,6 +14,7 @@ from app.maps.build import build_map
 from app.skin.formats.taxel_set import TaxelSet
 from app.skin.reconstruction.reconstruct import skin_from_taxels
 from app.skin.skin import Patch, Skin, Taxels
+from app.skin.taxel_placement import cells
 from app.skin.taxel_placement.cells import cut_cells
 from app.skin.taxel_placement.sampling import distinct_faces, face_graph, geodesic_voronoi, taxels_at_points
 from app.tactile.loads import sphere_load
@@ -161,9 +162,21 @@ def test_a_face_in_the_plane_between_two_taxels_is_shared_evenly() -> None:
     vertices = np.array([(0, 0, 0), (0, 2, 0), (0, 0, 1), (0, 2, 1), (-1, 1, 0), (1, 1, 0)], float)
     surface = Mesh(vertices, np.array([(0, 1, 3), (0, 3, 2), (0, 4, 1), (0, 1, 5)]))
     points = np.array([(-0.4, 1, 0), (0.4, 1, 0)])
-    cells = cut_cells(surface, points, np.array([0, 1, 0, 1]))
-    areas = np.bincount(cells.quadrature.taxel, cells.quadrature.areas)
+    cut = cut_cells(surface, points, np.array([0, 1, 0, 1]))
+    areas = np.bincount(cut.quadrature.taxel, cut.quadrature.areas)
     assert areas == pytest.approx([2.0, 2.0], rel=1e-12)
+
+
+def test_cells_are_the_same_whether_faces_are_cut_at_once_or_in_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
+    surface = irregular_sheet()
+    points = hexagonal()
+    owner = cKDTree(points).query(surface.vertices[surface.faces].mean(axis=1))[1].astype(np.int64)
+    at_once = cut_cells(surface, points, owner)
+    monkeypatch.setattr(cells, "_BLOCK", 100)
+    in_blocks = cut_cells(surface, points, owner)
+    assert np.array_equal(in_blocks.neighbours, at_once.neighbours)
+    assert np.array_equal(in_blocks.quadrature.taxel, at_once.quadrature.taxel)
+    assert in_blocks.quadrature.areas == pytest.approx(at_once.quadrature.areas, rel=1e-12)
 
 
 def test_a_taxel_that_the_cut_leaves_nothing_gets_half_of_its_faces() -> None:
@@ -173,8 +186,8 @@ def test_a_taxel_that_the_cut_leaves_nothing_gets_half_of_its_faces() -> None:
     far = np.concatenate([points, [[0.0, 0.0, 1.0]]])  # its own place is nowhere on the surface
     faces = np.flatnonzero(owner == 33)[:2]
     owner[faces] = len(points)
-    cells = cut_cells(surface, far, owner)
-    areas = np.bincount(cells.quadrature.taxel, cells.quadrature.areas)
+    cut = cut_cells(surface, far, owner)
+    areas = np.bincount(cut.quadrature.taxel, cut.quadrature.areas)
     assert areas[-1] == pytest.approx(surface.face_areas[faces].sum() / 2, rel=1e-12)
     assert areas.sum() == pytest.approx(surface.area, rel=1e-12)
 
