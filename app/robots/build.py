@@ -16,7 +16,9 @@ from app.core.arrays import FloatArray, IntArray
 from app.core.errors import Finding, RobotError, errors_in_file
 from app.geometry.mesh import Mesh
 from app.robots.files.model_limits import LARGEST_MAGNITUDE, MAX_BODIES
+from app.robots.formats.joint_limits import DriveLimits, limit_efforts
 from app.robots.formats.mesh_files import MAX_FACES
+from app.robots.home_posture import choose_home
 from app.robots.mujoco_spec import check_names, compile_spec, editing_spec, parse_spec, spec_text
 from app.robots.mujoco_warnings import collect_warnings, warning_findings
 from app.robots.robot import Joint, Link, Robot
@@ -170,6 +172,7 @@ def build_robot(
     home: Mapping[str, float] | None = None,
     mounts: Collection[Mount] = (),
     left_out: Mapping[str, Sequence[Mesh]] | None = None,
+    drives: Mapping[str, DriveLimits] | None = None,
 ) -> Robot:
     """Strip, check, compile and try out a spec; it is used up.
 
@@ -182,6 +185,7 @@ def build_robot(
         home: Joint values by joint name [rad, m], before those of a keyframe; others rest at zero.
         mounts: Elements that sensors are fixed to.
         left_out: Placeholders of missing meshes that are left out [m], by link and in its frame.
+        drives: Speed and effort limits by joint name, as its file states them.
 
     Raises:
         RobotError: The robot has no links, joints that are not scalar, too many bodies, a name that is kept for what is
@@ -198,6 +202,7 @@ def build_robot(
             *name_unnamed_elements(spec),
             *prepare_degenerate_meshes(spec, assets),
         ]
+        limit_efforts(spec.joints, drives or {})
     used = {mesh.file for mesh in spec.meshes}
     files = {file: content for file, content in assets.items() if file in used}
     first = _compile_with_masses(spec, source, notes)
@@ -206,6 +211,9 @@ def build_robot(
     state_scaled_masses(spec, first)
     enforce_inertia_inequality(spec, first)
     with errors_in_file(source):
+        if not requested:
+            requested, chosen = _choose_home(first, source)
+            notes += chosen
         notes += _exclude_touching(spec, first, _home(first, requested)[0])
     text = spec_text(spec, source=source)
     model = compile_spec(parse_spec(text, files, source=source), source=source)
@@ -220,7 +228,16 @@ def build_robot(
         for i, name in enumerate(names)
         if i  # without the world
     )
-    return Robot(name, source, text, files, links, _joints(model), rest, tuple(notes))
+    return Robot(name, source, text, files, links, _joints(model, drives or {}), rest, tuple(notes))
+
+
+def _choose_home(model: mujoco.MjModel, source: str) -> tuple[dict[str, float], list[Finding]]:
+    """Return joint values by name where the posture at zero is not suitable, and the finding that reports it."""
+    rest = _home(model, {})[0]
+    _check_drawn_faces(model, source)
+    meshes = {body: mesh for body in range(1, model.nbody) if (mesh := link_mesh(model, body)) is not None}
+    home, notes = choose_home(model, rest, meshes)
+    return {model.joint(i).name: float(home[i]) for i in range(model.njnt)}, notes
 
 
 _LEAST_MASS, _LEAST_INERTIA = 1e-6, 1e-6  # kg, kg m²
@@ -252,12 +269,21 @@ def _exclude_touching(spec: mujoco.MjSpec, model: mujoco.MjModel, home: FloatArr
     ]
 
 
-def _joints(model: mujoco.MjModel) -> tuple[Joint, ...]:
+def _joints(model: mujoco.MjModel, drives: Mapping[str, DriveLimits]) -> tuple[Joint, ...]:
     slide = mujoco.mjtJoint.mjJNT_SLIDE
     lower, upper = _limits(model)
+    efforts = np.where(model.jnt_actfrclimited.astype(bool), model.jnt_actfrcrange[:, 1], np.inf)
+    names = [model.joint(i).name for i in range(model.njnt)]
     return tuple(
-        Joint(model.joint(i).name, float(lower[i]), float(upper[i]), bool(model.jnt_type[i] == slide))
-        for i in range(model.njnt)
+        Joint(
+            name,
+            float(lower[i]),
+            float(upper[i]),
+            slide=bool(model.jnt_type[i] == slide),
+            max_speed=drives[name].speed if name in drives else np.inf,
+            max_effort=float(efforts[i]),
+        )
+        for i, name in enumerate(names)
     )
 
 

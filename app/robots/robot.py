@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 from app.core.arrays import FloatArray, freeze_arrays
-from app.core.codec import AnyFloat
+from app.core.codec import LATER, AnyFloat
 from app.core.errors import Finding, RobotError
 from app.geometry.mesh import Mesh
 
@@ -39,12 +40,16 @@ class Joint:
         lower: Lower limit [rad, or m for a slide]; -inf when free.
         upper: Upper limit.
         slide: True for a prismatic joint.
+        max_speed: Largest speed that its file states [rad/s, or m/s for a slide]; inf where it states none.
+        max_effort: Largest torque of its drive [N m], or force for a slide [N]; inf where its file states none.
     """
 
     name: str
     lower: AnyFloat
     upper: AnyFloat
     slide: bool = False
+    max_speed: AnyFloat = field(default=math.inf, metadata=LATER)
+    max_effort: AnyFloat = field(default=math.inf, metadata=LATER)
 
 
 @dataclass(frozen=True, eq=False)

@@ -65,6 +65,7 @@ class Scene:
         outputs: What is wanted, some of ``OUTPUTS``; empty for what the task usually wants.
         cover: How the skin places itself.
         layer: What the cover is made of.
+        home: Joint values of the robot's home posture by joint name [rad, m], instead of those of its file.
         package_roots: Folders in which a robot's file may find packages and meshes, besides its own.
         taxel_file: A file of taxels, or a folder of iCub positions, used instead of a cover, on ``cover.links`` where
             it does not name its link; empty for none.
@@ -97,6 +98,7 @@ class Scene:
     outputs: tuple[str, ...] = ()
     cover: CoverSpec = field(default_factory=CoverSpec)
     layer: ElasticLayer = field(default_factory=ElasticLayer)
+    home: Mapping[str, float] = field(default_factory=dict)
     package_roots: tuple[str, ...] = ()
     taxel_file: str = ""
     grids: tuple[GridSpec, ...] = ()

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
@@ -31,7 +31,9 @@ _POINTS = ("path",)
 """Settings of the controller that are lists of points."""
 _WORDS = ("name", "title", "description", "suggestion")
 _PLAIN = (*_WORDS, "robot", "task", "outputs", "package_roots", "taxel_file", "tick", "seed")
-_TABLES = ("cover", "layer", "grids", "objects", "effects", "control", "contacts", "behaviours", "motion", "stimuli")
+_TABLES = (
+    "home", "cover", "layer", "grids", "objects", "effects", "control", "contacts", "behaviours", "motion", "stimuli",
+)  # fmt: skip
 
 
 def scene_from_toml(text: str, *, name: str, file: str | None = None) -> Scene:
@@ -49,6 +51,7 @@ def scene_from_toml(text: str, *, name: str, file: str | None = None) -> Scene:
     known = {key: value for key, value in reader.raw.items() if key not in _TABLES}
     values = reader.fields(Scene, {"name": name, **known}, ())
     values |= {
+        "home": reader.value(reader.table("home"), Mapping[str, float], ("home",)),
         "cover": reader.build(CoverSpec, reader.table("cover"), ("cover",)),
         "layer": reader.build(ElasticLayer, reader.table("layer"), ("layer",)),
         "grids": tuple(reader.build(GridSpec, *place) for place in reader.tables("grids")),
@@ -72,7 +75,8 @@ def _stated(spec: GridSpec | ObjectSpec) -> dict[str, Any]:
 def scene_to_toml(scene: Scene) -> str:
     """The same scene as text; reading it gives an equal scene."""
     parts = [toml_lines({key: getattr(scene, key) for key in _PLAIN})]
-    tables = {"cover": asdict(scene.cover), "layer": asdict(scene.layer), "effects": scene.overrides}
+    tables: dict[str, Mapping[str, Any]] = {"home": scene.home} if scene.home else {}
+    tables |= {"cover": asdict(scene.cover), "layer": asdict(scene.layer), "effects": scene.overrides}
     for key, table in (tables | {"control": scene.control, "contacts": scene.reading}).items():
         parts += [f"[{key}]", toml_lines(table)]
     lists = {

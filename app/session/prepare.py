@@ -18,6 +18,7 @@ from app.core.progress import Progress, no_progress, part_of_progress
 from app.geometry.mesh import Mesh
 from app.maps.build import build_map
 from app.maps.tactile_map import TactileMap
+from app.robots.home_posture import check_home
 from app.robots.library import load_robot
 from app.robots.load import robot_of_mesh
 from app.robots.robot import Robot
@@ -116,6 +117,7 @@ def _skin_alone(scene: Scene) -> tuple[Robot, Skin]:
     faces = [surface.faces + start for surface, start in zip(surfaces, starts[:-1], strict=True)]
     mesh = Mesh(np.concatenate([surface.vertices for surface in surfaces]), np.concatenate(faces))
     robot = robot_of_mesh(mesh, name=Path(scene.taxel_file).stem, source=scene.taxel_file, link=links[0])
+    check_home(scene.home, robot.joints, source=scene.name)
     return robot, skin
 
 
@@ -127,7 +129,7 @@ def _need_taxel_file(scene: Scene) -> None:
 
 def load_robot_of(scene: Scene) -> Robot:
     """The robot that a scene names; errors as ``load_robot``."""
-    return load_robot(scene.robot, package_roots=scene.package_roots)
+    return load_robot(scene.robot, package_roots=scene.package_roots, home=scene.home)
 
 
 def open_scene(
@@ -190,7 +192,8 @@ def _checked_robot(scene: Scene, load: Callable[[Scene], Robot]) -> Robot | None
     try:
         return load(scene)
     except TactileMapsError as error:
-        raise error.at(kind=SceneError, place="robot", value=error.value or scene.robot) from error
+        place = error.place if error.place is not None and error.place.startswith("home.") else "robot"
+        raise error.at(kind=SceneError, place=place, value=error.value or scene.robot) from error
 
 
 def _check_taxels(scene: Scene, robot: Robot | None) -> None:

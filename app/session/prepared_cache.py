@@ -66,6 +66,7 @@ class _Question:
     cover: CoverSpec
     grids: tuple[GridSpec, ...]
     package_roots: tuple[str, ...]
+    home: tuple[tuple[str, float], ...]
     taxel_files: tuple[str, ...]
     folder: str
     searched: tuple[str, ...]
@@ -213,6 +214,7 @@ def _entry_path(scene: Scene) -> Path | None:
         scene.cover,
         scene.grids,
         scene.package_roots,
+        tuple(sorted(scene.home.items())),
         _names_in(scene.taxel_file),
         os.getcwd(),
         tuple(os.environ.get(name, "") for name in _FOLDER_VARIABLES),

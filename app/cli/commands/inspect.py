@@ -18,10 +18,12 @@ from app.recording.damage import DamageKind, damage_text
 from app.robots.formats.touch_sensors import read_touch_sensors
 from app.robots.library import load_robot
 from app.robots.robot import Robot
+from app.robots.workspace import inertia_ratio, reach
 from app.scene.scene import Scene
 from app.scene.scene_file import scene_names
 from app.session.prepare import PreparedScene, open_scene
 from app.session.prepared_cache import load_robot_cached, prepare_cached
+from app.skin.controllable import controllable_share
 from app.skin.formats.icub_layout import read_icub_layout
 from app.skin.formats.import_skin import TAXEL_ENDINGS, holds_taxels, is_own_skin, is_robot_with_taxels
 from app.skin.formats.taxel_files import read_taxel_sets, taxel_format_for
@@ -52,17 +54,25 @@ def execute(arguments: argparse.Namespace) -> int:
     if arguments.plugins:
         return _list_plugins(as_json=arguments.json)
     found = describe(arguments.input, package_roots=package_roots(arguments), costs=arguments.costs)
-    apart = ("effects", "problems", "identity", "coverage", "collision")
+    apart = ("effects", "problems", "identity", "coverage", "collision", "limits", "controllable")
     plain = {key.capitalize(): _text(value) for key, value in found.items() if key not in apart}
+    if found.get("reach") is not None:
+        plain["Reach"] = f"{found['reach']:.3f} m from the first joint"
+    if found.get("inertia_ratio") is not None:
+        plain["Inertia ratio"] = f"{found['inertia_ratio']:.3g} (largest to smallest joint inertia at home)"
+    plain.pop("Inertia_ratio", None)
     plain["Identity"] = identity_text(found.get("identity", {}))
     if "coverage" in found:
         plain["Coverage"] = f"{100 * found['coverage']:.1f} % of the requested surface"
+    if "controllable" in found:
+        plain["Force control"] = _controllable_text(found["controllable"])
     if arguments.report:
         from app.cli.pages import write_fact_page
 
         tables = {
             "Effects": found.get("effects", ()),
             "Collision": found.get("collision", ()),
+            "Limits of the joints": found.get("limits", ()),
             "Problems": found["problems"],
         }
         write_fact_page(arguments.report, arguments.input, plain, tables=tables)
@@ -72,6 +82,7 @@ def execute(arguments: argparse.Namespace) -> int:
     print_fields({key: value for key, value in plain.items() if value})
     _print_effects(found.get("effects", ()))
     _print_collision(found.get("collision", ()))
+    _print_limits(found.get("limits", ()))
     if "effects" in found and not arguments.costs:
         print_line("What each costs here: add --costs")
     for problem in found["problems"]:
@@ -100,6 +111,27 @@ def _print_collision(rows: Sequence[dict[str, Any]]) -> None:
     for row in rows:
         distances = f"{row['largest_mm']:8.2f} mm {row['usual_mm']:7.2f} mm {row['angle_deg']:5.1f} deg"
         print_line(f"  {row['link']:<24}{row['shape']:<14}{distances}")
+
+
+def _controllable_text(links: Mapping[str, float]) -> str:
+    """Return the shares of the links on which force can be controlled, and the condition."""
+    shares = ", ".join(f"{100 * share:.0f} % of {link}" for link, share in links.items())
+    return f"{shares} at home (motion of the joints at more than 15 degrees to the skin)"
+
+
+def _print_limits(rows: Sequence[dict[str, Any]]) -> None:
+    """Print the limits of each joint; what the model does not limit is a dash."""
+    if rows:
+        print_line("Joints (home; range; speed and effort that the model allows):")
+    for row in rows:
+        angle, effort = ("m", "N") if row["slide"] else ("rad", "N m")
+        ends = " to ".join(_limit(row[key]) for key in ("lower", "upper"))
+        drive = f"{_limit(row['max_speed']):>8} {angle + '/s':<6}{_limit(row['max_effort']):>8} {effort}"
+        print_line(f"  {row['joint']:<24}{row['home']:8.3f} {angle:<4}{ends:<18}{drive}")
+
+
+def _limit(value: float) -> str:
+    return f"{value:.4g}" if math.isfinite(value) else "-"
 
 
 def describe(name: str, *, package_roots: Sequence[str] = (), costs: bool = False) -> dict[str, Any]:
@@ -159,6 +191,20 @@ def _robot(robot: Robot) -> dict[str, Any]:
         "links": [link.name for link in robot.links],
         "joints": [joint.name for joint in robot.joints],
         "bodies": len(robot.links),
+        "reach": reach(robot),
+        "inertia_ratio": inertia_ratio(robot),
+        "limits": [
+            {
+                "joint": joint.name,
+                "slide": joint.slide,
+                "home": float(home),
+                "lower": joint.lower,
+                "upper": joint.upper,
+                "max_speed": joint.max_speed,
+                "max_effort": joint.max_effort,
+            }
+            for joint, home in zip(robot.joints, robot.home, strict=True)
+        ],
         "problems": _problems(robot.findings),
     }
 
@@ -206,6 +252,7 @@ def _scene(scene: Scene, *, costs: bool) -> dict[str, Any]:
         ],
         "effects": effects,
         "collision": _collision(prepared),
+        "controllable": controllable_share(prepared.robot, prepared.skin),
         "problems": _problems(problems),
     }
 

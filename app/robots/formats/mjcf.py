@@ -5,7 +5,7 @@ What it need not see: scenery, decoration, and orders for absurd amounts of anyt
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path, PurePosixPath
 from xml.etree.ElementTree import Element, tostring
 
@@ -14,6 +14,7 @@ from app.robots.build import build_robot
 from app.robots.files.model_files import ModelFiles, files_that_include
 from app.robots.files.model_limits import NO_ROBOT_SECTIONS, check_amounts
 from app.robots.files.safe_files import parse_model_xml, read_bytes
+from app.robots.formats.joint_limits import actuator_limits
 from app.robots.formats.mesh_files import AssetStore, split_scale
 from app.robots.mujoco_spec import parse_spec
 from app.robots.robot import Robot
@@ -93,16 +94,24 @@ _MAX_INCLUDES = 100
 _INCLUDED_ROOTS = ("mujoco", "mujocoinclude")
 
 
-def load_mjcf(path: Path, *, package_roots: Sequence[Path] = (), name: str | None = None) -> Robot:
+def load_mjcf(
+    path: Path,
+    *,
+    package_roots: Sequence[Path] = (),
+    name: str | None = None,
+    home: Mapping[str, float] | None = None,
+) -> Robot:
     """The robot in an MJCF file.
 
-    Files it names must lie in its tree (``model_tree``) or in a package root. Textures, actuators, sensors, tendons and
-    the scene are left out; a missing mesh becomes a small box and a Finding.
+    Files it names must be in its tree (``model_tree``) or in a package root. Textures, sensors, tendons and the scene
+    are left out, and so are actuators except for the limits that they set to joints. A missing mesh becomes a small box
+    and a Finding.
 
     Args:
         path: The main file.
         package_roots: Further folders its files may lie in.
         name: A short name for people; the model's own by default.
+        home: Joint values of the home posture by joint name [rad, m], instead of those of its file.
 
     Raises:
         RobotError: The file cannot be read, names files elsewhere, or holds no robot that simulates.
@@ -114,8 +123,9 @@ def load_mjcf(path: Path, *, package_roots: Sequence[Path] = (), name: str | Non
     if plugins:
         note = "left out: no library of a model is loaded"
         store.findings.append(Finding("plug-in", ", ".join(plugins), note, len(plugins)))
-    mounts = _sensor_mounts(root)
+    mounts, actuators = _sensor_mounts(root), list(root.iterfind("actuator/*"))
     strip_mjcf(root, path)
+    drives = actuator_limits(actuators, root.findall("default"), store.findings, source=str(path))
     _drop_unneeded(root, mounts)
     store.findings.extend(_drop_unknown_materials(root))
     gather_meshes(root, reader, store)
@@ -132,8 +142,10 @@ def load_mjcf(path: Path, *, package_roots: Sequence[Path] = (), name: str | Non
         source=source,
         assets=store.files,
         findings=notes,
+        home=home,
         mounts=mounts,
         left_out=left_out,
+        drives=drives,
     )
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from xml.etree.ElementTree import Element, SubElement, tostring
 
@@ -14,6 +14,7 @@ from app.robots.build import build_robot
 from app.robots.files.model_files import PackageResolver, files_that_include
 from app.robots.files.model_limits import check_amounts
 from app.robots.files.safe_files import parse_model_xml, read_bytes
+from app.robots.formats.joint_limits import urdf_limits
 from app.robots.formats.mesh_files import AssetStore, split_scale
 from app.robots.formats.xacro import has_xacro, process_xacro
 from app.robots.mujoco_spec import parse_spec
@@ -35,13 +36,20 @@ _COMPILER = {
 }
 
 
-def load_urdf(path: Path, *, package_roots: Sequence[Path] = (), name: str | None = None) -> Robot:
+def load_urdf(
+    path: Path,
+    *,
+    package_roots: Sequence[Path] = (),
+    name: str | None = None,
+    home: Mapping[str, float] | None = None,
+) -> Robot:
     """The robot in a URDF file; see ``read_urdf`` and ``robot_from_urdf``.
 
     Args:
         path: The file.
         package_roots: Folders that hold the packages its ``package://`` addresses name.
         name: A short name for people; the model's own by default.
+        home: Joint values of the home posture by joint name [rad, m], chosen by default.
 
     Raises:
         RobotError: The file cannot be read, names files elsewhere, or holds no robot that simulates.
@@ -49,7 +57,7 @@ def load_urdf(path: Path, *, package_roots: Sequence[Path] = (), name: str | Non
     """
     notes: list[Finding] = []
     root = read_urdf(path, package_roots=package_roots, findings=notes)
-    return robot_from_urdf(root, path, package_roots=package_roots, name=name, findings=notes)
+    return robot_from_urdf(root, path, package_roots=package_roots, name=name, home=home, findings=notes)
 
 
 def read_urdf(path: Path, *, package_roots: Sequence[Path] = (), findings: list[Finding] | None = None) -> Element:
@@ -81,7 +89,7 @@ def robot_from_urdf(
     *,
     package_roots: Sequence[Path] = (),
     name: str | None = None,
-    home: dict[str, float] | None = None,
+    home: Mapping[str, float] | None = None,
     base_height: float = 0.0,
     base_yaw: float = 0.0,
     findings: Sequence[Finding] = (),
@@ -93,7 +101,7 @@ def robot_from_urdf(
         path: The file it came from, for relative paths and errors.
         package_roots: Folders that hold packages.
         name: A short name for people.
-        home: Joint values at rest by joint name [rad, m]; zero, or the middle of the limits, by default.
+        home: Joint values at rest by joint name [rad, m]; chosen by default, see ``choose_home``.
         base_height: Height of the root link above the ground [m].
         base_yaw: Turn of the root link about the vertical [rad].
         findings: What was noticed while the tree was read.
@@ -101,6 +109,7 @@ def robot_from_urdf(
     store, packages = AssetStore(), PackageResolver(path, package_roots)
     _gather_meshes(root, packages, store)
     notes = [*findings, *_check_mimics(root), *packages.files.findings()]
+    drives = urdf_limits(root, notes)
     settings = SubElement(root, "mujoco")
     SubElement(settings, "compiler", _COMPILER)
     spec = parse_spec(tostring(root, encoding="unicode"), store.files, source=str(path), findings=notes)
@@ -118,6 +127,7 @@ def robot_from_urdf(
         findings=notes,
         home=home,
         left_out=left_out,
+        drives=drives,
     )
 
 

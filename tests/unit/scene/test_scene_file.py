@@ -32,6 +32,7 @@ FULL = Scene(
     name='a "quoted"\tname \\ \x7f µ',
     robot="C:\\robots\\x.urdf",
     title="Ünï\n",
+    home={"elbow": 1 / 3, "odd joint": -1.0},
     package_roots=("C:\\packages", "/more"),
     task="self-touch",
     outputs=("readings", "joint_torque"),

@@ -78,6 +78,9 @@ def test_what_is_missing_is_named(scene):
 @pytest.mark.parametrize(("lines", "words"), [
     ("robot = 'armm'", "line 2, robot.*Did you mean arm"),
     ("robot = 'gone.urdf'", "line 2, robot.*no such file.*gone.urdf"),
+    ("robot = 'arm'\n[home]\nelbow_ptch = 1", "line 4, home.elbow_ptch.*Did you mean elbow_pitch"),
+    ("robot = 'arm'\n[home]\n\nelbow_pitch = 9", "line 5, home.elbow_pitch.*out of range.*-2.35 to 2.35"),
+    ("robot = 'arm'\n[home]\nelbow_pitch = 'bent'", "line 4, home.elbow_pitch.*a number"),
     ("robot = 'arm'\ntaxel_file = 'gone.txt'", "line 3, taxel_file.*gone.txt"),
     ("robot = 'arm'\n[cover]\nlinks = [\n'hand',\n'wing']", "line 6, cover.links.*wing"),
     ("robot = 'arm'\n[control]\n\nstiff_ness = 3", "line 5, control.stiff_ness.*stiffness"),
@@ -98,6 +101,23 @@ def test_a_mistake_has_its_line(tmp_path, lines, words):
     path.write_text(f"# my own\n{lines}\n")
     with pytest.raises(SceneError, match=f"own.toml, {words}"):
         open_scene(str(path))
+
+
+def test_scene_states_the_home_of_its_robot(tmp_path):
+    path = tmp_path / "own.toml"
+    path.write_text("robot = 'arm'\n[home]\nelbow_pitch = 1.0\n[cover]\nlinks = ['hand']\ntaxels = 20")
+    session = Session(prepare(open_scene(str(path))))
+    usual = arm().robot.home
+    assert session.frame.posture[3] == 1.0
+    assert np.delete(session.frame.posture, 3).tolist() == np.delete(usual, 3).tolist()
+
+
+def test_home_of_a_skin_without_robot_is_refused(tmp_path):
+    taxels = tmp_path / "pad.csv"
+    rows = [f"{x},{y},0,0,0,1" for x in (0, 0.01, 0.02, 0.03) for y in (0, 0.01, 0.02, 0.03)]
+    taxels.write_text("x,y,z,nx,ny,nz\n" + "\n".join(rows))
+    with pytest.raises(TactileMapsError, match="home.elbow: the robot has no such joint"):
+        prepare(Scene(name="pad", robot="none", taxel_file=str(taxels), home={"elbow": 1.0}))
 
 
 def test_what_is_right_opens(tmp_path):

@@ -111,7 +111,14 @@ def _other_roots(scene: Scene) -> Scene:
     return replace(scene, package_roots=(str(Path(scene.robot).parent),))
 
 
-@pytest.mark.parametrize("change", [_other_mesh, _other_model, _removed_mesh, _other_cover, _other_roots])
+def _other_home(scene: Scene) -> Scene:
+    return replace(scene, home={"hinge": 0.5})
+
+
+CHANGES = [_other_mesh, _other_model, _removed_mesh, _other_cover, _other_roots, _other_home]
+
+
+@pytest.mark.parametrize("change", CHANGES)
 def test_what_would_be_made_otherwise_is_not_used(bar, change):
     prepare_cached(bar)
     assert find_prepared(bar) is not None

@@ -13,6 +13,7 @@ from app.recording.annotations import Annotations, LabelledEpisode, Mark, annota
 from app.scene.effects import EFFECTS
 from app.scene.scene import Scene
 from app.session.prepare import PreparedScene
+from tests.support.generated_robots import arm
 from tests.support.hollows import hollow
 from tests.support.recordings import record, small_arm
 from tests.support.scene_objects import thing
@@ -56,6 +57,12 @@ def test_as_json_and_as_a_page(capsys, scene, tmp_path):
     assert result["kind"] == "scene"
     assert (result["task"], result["outputs"]) == ("slide", ["posture", "pressure", "force"])
     assert result["objects"] == [{"name": "wall", "kind": "box", "mass": 0.0, "at": [2.0, 0.0, 0.0]}]
+    assert result["controllable"] == {"hand": 1.0}
+    assert 1.0 < result["reach"] < 1.2
+    assert 1 < result["inertia_ratio"] < 1000
+    elbow = next(row for row in result["limits"] if row["joint"] == "elbow_pitch")
+    assert (elbow["home"], elbow["upper"], elbow["max_speed"], elbow["max_effort"]) == (1.45, 2.35, None, None)
+    assert "<h2>Limits of the joints</h2>" in page
     (row,) = result["collision"]
     assert (row["link"], row["shape"]) == ("hand", "hull")
     assert 0 <= row["usual_mm"] <= row["largest_mm"] < 1
@@ -84,6 +91,8 @@ def test_for_a_person(capsys, scene):
     assert "--costs" in lines[-2]
     assert any(line.strip().startswith("Friction") and "set by the scene" in line for line in lines[off:])
     assert any("wall (box)" in line for line in lines[:on])
+    assert any(line.startswith("Force control  100 % of hand at home") for line in lines[:on])
+    assert any(line.split()[:4] == ["elbow_pitch", "1.450", "rad", "-2.35"] for line in lines)
     assert any("scene-warning" in line for line in lines[off:])
 
 
@@ -154,3 +163,16 @@ def test_the_shapes_with_which_links_with_hollow_skin_collide(capsys):
         assert largest / 10 < row["largest_mm"] < largest
         inspect._print_collision([row])
         assert f"block                   {row['shape']}" in capsys.readouterr().out
+
+
+def test_limits_of_a_robot_are_listed(capsys, tmp_path):
+    path = tmp_path / "arm.xml"
+    path.write_text(arm(1.0, extra='<actuator><motor joint="joint2" gear="4" ctrlrange="-3 3"/></actuator>'))
+    status, out, _ = call(capsys, "inspect", path)
+    assert status == 0
+    lines = out.splitlines()
+    assert any(line.split()[0] == "joint1" and line.endswith("- N m") for line in lines if line.startswith("  "))
+    assert any(line.split()[0] == "joint2" and line.endswith("12 N m") for line in lines if line.startswith("  "))
+    assert any(line.startswith("Reach          1.1") for line in lines)
+    assert any(line.startswith("Inertia ratio") for line in lines)
+    assert any("home-chosen" in line for line in lines)

@@ -1,0 +1,124 @@
+"""Home postures of robots whose file states none."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from app.core.errors import RobotError
+from app.robots.home_posture import LEAST_MARGIN, motion_tilts, point_motion
+from app.robots.kinematics import Configuration
+from app.robots.library import load_robot
+from app.robots.robot import Robot
+from tests.support.generated_robots import ROBOTS, arm, load
+
+OUTERMOST = {"small arm": ["link6"], "arm": ["link6"], "large arm": ["link6"], "leg": ["link3"],
+             "hand": [f"finger{number}_link4" for number in range(3)]}  # fmt: skip
+
+
+def evenness(robot: Robot, link: str, posture: np.ndarray) -> float:
+    configuration = Configuration(robot)
+    configuration.update(posture)
+    mesh = robot.link(link).mesh
+    assert mesh is not None
+    middle = mesh.vertices.mean(axis=0)
+    gains = np.linalg.svd(configuration.jacobian(link, middle), compute_uv=False)
+    return gains[-1] / gains[0]
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_straight_limb_gets_a_posture_away_from_limits_and_singularities(name: str, tmp_path: Path) -> None:
+    robot = load(ROBOTS[name], tmp_path)
+    finding = next(finding for finding in robot.findings if finding.kind == "home-chosen")
+    moved = [joint.name for joint, home in zip(robot.joints, robot.home, strict=True) if home != 0]
+    assert finding.count == len(moved) > 0
+    assert finding.where == ", ".join(moved)
+    assert "State home" in finding.action
+    for joint, home in zip(robot.joints, robot.home, strict=True):
+        assert joint.lower + LEAST_MARGIN * (joint.upper - joint.lower) <= home
+        assert home <= joint.upper - LEAST_MARGIN * (joint.upper - joint.lower)
+    for link in OUTERMOST[name]:
+        assert evenness(robot, link, np.zeros(len(robot.joints))) < 0.02
+        assert evenness(robot, link, robot.home) > 0.1
+
+
+def test_choice_is_repeated_exactly_and_independent_of_size(tmp_path: Path) -> None:
+    robots = [load(ROBOTS[name], tmp_path) for name in ("arm", "arm", "small arm", "large arm")]
+    assert np.array_equal(robots[0].home, robots[1].home)
+    for robot in robots[2:]:
+        assert robot.home == pytest.approx(robots[0].home, abs=1e-6)
+
+
+def test_joints_that_do_not_matter_stay_at_zero(tmp_path: Path) -> None:
+    assert load(ROBOTS["arm"], tmp_path).home[0] == 0.0  # the first turns the whole arm
+
+
+def test_links_touch_and_sink_no_more_than_at_zero(tmp_path: Path) -> None:
+    low = load(ROBOTS["leg"].replace('pos="0 0 2"', 'pos="0 0 0.9"'), tmp_path)
+    assert (low.home != 0).any()
+    mesh = low.link("link3").mesh
+    assert mesh is not None
+    assert Configuration(low).pose("link3").points(mesh.vertices)[:, 2].min() > -0.05
+    (touching,) = [finding.where for finding in low.findings if finding.kind == "touching-links"]
+    assert touching == "hip-link1"
+
+
+KEY = '<keyframe><key name="home" qpos="0 0 0 0 0 0"/></keyframe>'
+COUPLED = '<equality><joint joint1="joint2" joint2="joint3"/></equality>'
+
+
+def test_stated_home_is_kept(tmp_path: Path) -> None:
+    assert not load(arm(1.0, extra=KEY), tmp_path).home.any()
+    requested = load(arm(1.0), tmp_path, home={"joint3": 0.5})
+    assert requested.home.tolist() == [0, 0, 0.5, 0, 0, 0]
+    assert not any(finding.kind == "home-chosen" for finding in requested.findings)
+    both = load(arm(1.0, extra=KEY.replace("0 0 0 0 0 0", "0.1 0 0 0 0 0")), tmp_path, home={"joint3": 0.5})
+    assert both.home.tolist() == [0.1, 0, 0.5, 0, 0, 0]
+
+
+def test_coupled_joints_keep_their_posture(tmp_path: Path) -> None:
+    robot = load(arm(1.0, extra=COUPLED), tmp_path)
+    assert robot.home[1] == robot.home[2] == 0.0
+    assert robot.home.any()
+
+
+def test_shipped_robots_keep_their_home() -> None:
+    for name in ("arm", "two_arms"):
+        assert not any(finding.kind == "home-chosen" for finding in load_robot(name).findings)
+
+
+def test_home_of_a_robot_with_a_name_is_replaced_joint_by_joint() -> None:
+    usual, robot = load_robot("arm"), load_robot("arm", home={"elbow_pitch": 1.0})
+    assert robot.home[3] == 1.0
+    assert np.delete(robot.home, 3).tolist() == np.delete(usual.home, 3).tolist()
+
+
+@pytest.mark.parametrize(
+    ("home", "words"),
+    [({"joint9": 0.1}, r"home\.joint9: the robot has no such joint .*Did you mean joint"),
+     ({"joint2": 2.1}, r"home\.joint2: the home position of a joint is out of range .*2\.1.*-2 to 2 rad"),
+     ({"joint2": float("nan")}, r"home\.joint2: .*out of range")],
+)  # fmt: skip
+def test_impossible_home_is_refused(home: dict[str, float], words: str, tmp_path: Path) -> None:
+    with pytest.raises(RobotError, match=words):
+        load(arm(1.0), tmp_path, home=home)
+
+
+def test_motion_of_points_is_that_of_the_configuration(tmp_path: Path) -> None:
+    robot = load(ROBOTS["arm"], tmp_path)
+    configuration, points = Configuration(robot), np.array([[0.0, 0.0, 0.0], [0.02, -0.01, 0.1]])
+    pose = configuration.pose("link6")
+    move = np.array([configuration.jacobian("link6", point) for point in points])
+    angular = np.array([move[1, :, joint] - move[0, :, joint] for joint in range(6)])
+    arms = pose.points(points) - pose.translation
+    axes = configuration.joint_axes()[1]
+    assert np.cross(axes, arms[1]) == pytest.approx(angular, abs=1e-9)
+    assert point_motion(move[0], axes.T, arms) == pytest.approx(move, abs=1e-9)
+
+
+def test_tilt_is_the_angle_between_motion_and_skin() -> None:
+    move = np.zeros((3, 3, 1))
+    move[:, :, 0] = [[0, 0, 1], [np.cos(0.3), 0, np.sin(0.3)], [1, 0, 0]]
+    assert motion_tilts(move[:, 2], move) == pytest.approx([np.pi / 2, 0.3, 0.0])
