@@ -231,8 +231,10 @@ class HoldForceController:
         move = self._configuration.jacobian(region.link, region.link_position)
         row = normal.dot(move)
         tilt = bearable_tilt(row, move)
-        freely, straight = PriorityLevel(row[None], np.array((push,))), PriorityLevel(move, push * normal)
-        level = freely if tilt >= LEAST_TILT else straight
+        if tilt >= LEAST_TILT:
+            level = PriorityLevel(row[None], np.array((push,)), normal[None])
+        else:
+            level = PriorityLevel(move, push * normal, np.eye(3))
         speed = solve_within_limits([level], self._reference, start, limits)
         return slow_aside(move, normal, tilt, speed, limits)
 
@@ -318,7 +320,7 @@ class TaskController:
         if carried is not None:
             self._scheme.reset()
             self._reference.stop_homing()
-            speed = limit_joint_speed(carried, limits)
+            speed = limit_joint_speed(carried, self._reference.max_speed, limits)
         elif goals:
             self._reference.stop_homing()
             speed = self._work(settings, goals, regions, start, velocity, dt, limits)

@@ -113,12 +113,6 @@ MAX_POINT_SPEED = 0.25
 """Of a touched point [m/s]."""
 MAX_JOINT_SPEED = 1.5
 """Of any joint [rad/s]."""
-WEAK = MAX_POINT_SPEED / MAX_JOINT_SPEED
-"""How little a joint velocity may move a point before damping sets in [m/rad]: there the greatest speed of a point asks
-for the greatest of a joint."""
-DAMPING = WEAK / 2**0.5
-"""Of least squares [m/rad] where nothing moves the point. Its square falls with that of a direction's gain s, to zero
-at WEAK; this much makes the answer 2 s / (s² + WEAK²) per speed, which is nowhere more than at WEAK."""
 INNER_FREQUENCY = 40.0
 """Natural frequency of the inner posture loop [rad/s]; well above the force loop's."""
 HOME_RATE = 1.5
@@ -141,11 +135,13 @@ class PostureReference:
         impedance: What holds it.
         lower: (n,) limits of the joints.
         upper: (n,).
+        max_speed: (n,) of the joints [rad/s, or m/s for a slide].
     """
 
     def __init__(self, robot: Robot, configuration: Configuration) -> None:
         self.impedance = JointImpedance(configuration, frequency=INNER_FREQUENCY, damping_ratio=1.0)
         self.lower, self.upper = joint_limits(robot)
+        self.max_speed = np.array([MAX_POINT_SPEED if joint.slide else MAX_JOINT_SPEED for joint in robot.joints])
         self._names = tuple(joint.name for joint in robot.joints)
         self.reset()
 
@@ -203,10 +199,10 @@ def at_limit(reference: PostureReference, start: FloatArray, speed: FloatArray) 
     return ((start <= reference.lower) & (speed < 0)) | ((start >= reference.upper) & (speed > 0))
 
 
-def limit_joint_speed(speed: FloatArray, limits: ActiveLimits) -> FloatArray:
-    """The joint velocity (n,), all of it slower if a joint would be too fast."""
-    fastest = largest(speed)
-    if fastest <= MAX_JOINT_SPEED:
+def limit_joint_speed(speed: FloatArray, max_speed: FloatArray, limits: ActiveLimits) -> FloatArray:
+    """Return the joint velocity (n,), scaled down if a joint would exceed ``max_speed`` (n,)."""
+    share = largest(speed / max_speed)
+    if share <= 1:
         return speed
     limits.add(Limit(LimitKind.JOINT_SPEED))
-    return speed * (MAX_JOINT_SPEED / fastest)
+    return speed / share

@@ -82,6 +82,8 @@ def _fact(limit: Limit) -> str:
             return "" if value is None else f"{value:.1f}\u202fJ"
         case LimitKind.SLOW_HOMING:
             return "the lost contact may be in the way"
+        case LimitKind.WEAK_DIRECTION:
+            return _weak_direction(limit)
         case LimitKind.JOINT_RESPONSE:
             if value is None or limit.damping_ratio is None:
                 return ""
@@ -135,6 +137,16 @@ def _why_no_regrasp(limit: Limit) -> str:
         return cause
     one, other = (name.replace("_", " ") for name in limit.between)
     return f"{cause}: {one} with {other}"
+
+
+def _weak_direction(limit: Limit) -> str:
+    """Return a text like "30 mm/s lost along (0, 0, 1), at most 20 mm/s there"."""
+    if limit.value is None:
+        return ""
+    text = f"{1e3 * limit.value:.2g}\u202fmm/s lost"
+    if limit.direction is not None:
+        text += f" along ({', '.join(f'{round(x, 2) + 0.0:g}' for x in limit.direction)})"
+    return text if limit.bound is None else f"{text}, at most {1e3 * limit.bound:.2g}\u202fmm/s there"
 
 
 def _timing(limit: Limit) -> str:

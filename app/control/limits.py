@@ -12,7 +12,8 @@ class LimitKind(Enum):
     """What bounds the controller, holds its task up, or stopped it. In brackets: what a ``Limit`` tells besides.
 
     Bounds on motion: ``JOINT_LIMIT`` (names: the joints), ``JOINT_SPEED``, ``JOINT_ACCELERATION``, ``POINT_SPEED`` (of
-    the touched point), ``FORCE_CAP``, ``WEAK_DIRECTION`` (the joints hardly move the point so), ``FORCE_RISES`` (there,
+    the touched point), ``FORCE_CAP``, ``WEAK_DIRECTION`` (value: lost speed [m/s]; bound: singular
+    value, the greatest speed there [m/s]; direction), ``FORCE_RISES`` (there,
     while it is to fall), ``HELD_BACK`` (the arm does not follow the wanted posture), ``ENERGY_TANK`` (value: given
     [J]), ``SLOW_HOMING`` (after a lost contact), ``JOINT_RESPONSE`` (names: the joint that differs most from the
     requested natural frequency and damping ratio; value: its frequency [rad/s]; damping_ratio).
@@ -120,6 +121,7 @@ class Limit:
         detail: The message of the error that refused a path.
         between: The two links or objects that are in each other's way.
         damping_ratio: Of a joint; 1 is critical.
+        direction: (3,) unit vector, world frame.
     """
 
     kind: LimitKind
@@ -132,6 +134,7 @@ class Limit:
     detail: str = ""
     between: tuple[str, ...] = ()
     damping_ratio: float | None = None
+    direction: tuple[float, float, float] | None = None
 
 
 class ActiveLimits:

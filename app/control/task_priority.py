@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from functools import cached_property
 from typing import Protocol, TypeAlias
@@ -22,9 +22,9 @@ from scipy.linalg.lapack import dgesdd
 
 from app.contacts.regions import ContactRegion
 from app.control.command import ControlSettings
-from app.control.joint_impedance import DAMPING, WEAK, PostureReference, at_limit, limit_joint_speed
+from app.control.joint_impedance import PostureReference, at_limit, limit_joint_speed
 from app.control.limits import ActiveLimits, Limit, LimitKind
-from app.core.arrays import FloatArray, any_true, length
+from app.core.arrays import FloatArray, any_true, length, readonly
 from app.maps.jacobian import least_norm_motion
 
 
@@ -124,6 +124,9 @@ class TaskContact:
         return wanted * (most / speed) if speed > most else wanted
 
 
+_WORLD = readonly(np.eye(3))
+_LEAST_LOST = 1e-4
+"""Loss of speed that is not reported [m/s]."""
 _RANK = 1e-6
 """Singular values below this share of the largest carry nothing."""
 
@@ -135,38 +138,49 @@ class PriorityLevel:
     Attributes:
         rows: (m, n) in metres per unit of joint velocity.
         speed: (m,) what they should give [m/s].
+        axes: (m, 3) direction of each row's speed, world frame; None where it is not known.
     """
 
     rows: FloatArray
     speed: FloatArray
+    axes: FloatArray | None = None
 
 
-def solve_hierarchy(levels: Sequence[PriorityLevel], rest: FloatArray) -> tuple[FloatArray, bool]:
-    """Least joint velocity (n,) for the levels in order, and whether any was damped (Siciliano and Slotine 1991).
+def solve_hierarchy(
+    levels: Sequence[PriorityLevel], rest: FloatArray, max_speed: FloatArray
+) -> tuple[FloatArray, Limit | None]:
+    """Return the least joint velocity (n,) for the levels in order (Siciliano and Slotine 1991), and what is damped.
+
+    Joint velocities count as shares of ``max_speed``, so that hinges and slides, long and short levers compare. The
+    singular value of a direction is then the speed [m/s] that the joints can give it. A direction from which more is
+    requested is damped (Nakamura and Hanafusa 1986, one by one, see ``singular_damping``); all others are exact. The
+    projector for the next level is not damped: a damped one leaks.
 
     Args:
-        levels: The most wanted first.
-        rest: (n,) joint velocity wanted where the levels leave it free.
+        levels: The highest priority first.
+        rest: (n,) joint velocity requested where the levels leave it free.
+        max_speed: (n,) greatest speed of each joint [rad/s, or m/s for a slide].
 
-    Damping acts on weak directions only, and grows from zero where a direction's gain falls under ``WEAK`` (Nakamura
-    and Hanafusa 1986, one by one); it is chosen so that the greatest speed of a point never asks for more than the
-    greatest speed of a joint. The projector behind which the next level works is not damped: a damped one leaks. Both
-    come from the same singular values.
+    Returns:
+        Joint velocity (n,), and the limit of the direction that loses most speed (see ``weak_direction``) or None.
 
     Cost: 15 µs a level.
     """
-    speed, damped = np.zeros(len(rest)), False
+    share = np.zeros(len(rest))
+    weak: list[Limit] = []
     felt: list[FloatArray] = []  # orthonormal rows of every level, one after the other: what is used up
     for level in levels:
         if not level.rows.size:
             continue
-        left, gains, right = singular_directions(_beside(felt, level.rows))
-        share = (level.speed - level.rows.dot(speed)).dot(left)
-        parts = list(zip(gains.tolist(), share.tolist(), strict=True))
-        speed = speed + np.array([part * gain / (gain**2 + singular_damping(gain)) for gain, part in parts]).dot(right)
-        damped = damped or any(gain < WEAK and abs(part) > 1e-4 for gain, part in parts)
+        rows = level.rows * max_speed
+        left, gains, right = singular_directions(_beside(felt, rows))
+        parts = list(zip(gains.tolist(), (level.speed - rows.dot(share)).dot(left).tolist(), strict=True))
+        answer = [part * gain / (gain**2 + singular_damping(gain, part)) if part else 0.0 for gain, part in parts]
+        share = share + np.array(answer).dot(right)
+        weak.extend(weak_direction(parts, left, level.axes))
         felt.append(right[: sum(gain > max(_RANK * parts[0][0], 1e-12) for gain, _ in parts)])
-    return speed + _beside(felt, rest), damped
+    worst = max(weak, key=lambda limit: limit.value or 0.0, default=None)
+    return (share + _beside(felt, rest / max_speed)) * max_speed, worst
 
 
 def _beside(felt: Sequence[FloatArray], rows: FloatArray) -> FloatArray:
@@ -203,9 +217,43 @@ def _svd(rows: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     return left, gains, right
 
 
-def singular_damping(gain: float) -> float:
-    """What is added to the square of a gain [m/rad] where least squares divide by it."""
-    return DAMPING**2 * max(1 - (gain / WEAK) ** 2, 0.0)
+def singular_damping(gain: float, requested: float) -> float:
+    """Return what is added to the square of a singular value where least squares divide by it.
+
+    It grows from zero where more speed is requested than the joints can give in this direction. The answer is then
+    2 gain / (gain² + requested²)  per requested speed: never more than the joints' greatest speed, and zero with the
+    singular value.
+
+    Args:
+        gain: Singular value: speed of the point with joints at their greatest speed [m/s].
+        requested: In this direction [m/s].
+    """
+    return 0.5 * max(requested**2 - gain**2, 0.0)
+
+
+def weak_direction(
+    parts: Sequence[tuple[float, float]], left: FloatArray, axes: FloatArray | None
+) -> tuple[Limit, ...]:
+    """Return a ``WEAK_DIRECTION`` limit for the direction that loses most speed by damping; empty if none loses any.
+
+    Args:
+        parts: Singular value and requested speed of each direction [m/s].
+        left: (m, k) directions in the rows of a level.
+        axes: (m, 3) of the rows, see ``PriorityLevel``.
+    """
+    damping = [singular_damping(gain, part) for gain, part in parts]
+    lost = [
+        abs(part) * more / (gain**2 + more) if more else 0.0 for (gain, part), more in zip(parts, damping, strict=True)
+    ]
+    most = max(lost, default=0.0)
+    if most <= _LEAST_LOST:
+        return ()
+    worst = lost.index(most)
+    direction = None
+    if axes is not None:
+        x, y, z = math.copysign(1.0, parts[worst][1]) * left[:, worst].dot(axes)
+        direction = float(x), float(y), float(z)
+    return (Limit(LimitKind.WEAK_DIRECTION, value=most, bound=parts[worst][0], direction=direction),)
 
 
 @dataclass(frozen=True, eq=False)
@@ -271,27 +319,29 @@ def solve_within_limits(
     rest = np.zeros(len(start)) if rest is None else rest
     moving = np.ones(len(start), dtype=bool)
     for _ in range(len(start)):
-        speed, weak = solve_hierarchy(levels, rest)
+        speed, weak = solve_hierarchy(levels, rest, reference.max_speed)
         stuck = at_limit(reference, start, speed) & moving
         if not any_true(stuck):
             break
         moving &= ~stuck
-        levels, rest = [PriorityLevel(level.rows * moving, level.speed) for level in levels], rest * moving
+        levels, rest = [replace(level, rows=level.rows * moving) for level in levels], rest * moving
         reference.tell_joint_limits(stuck, limits)
     else:
         return np.zeros_like(start)
-    if weak:
-        limits.add(Limit(LimitKind.WEAK_DIRECTION))
-    return limit_joint_speed(speed, limits)
+    if weak is not None:
+        limits.add(weak)
+    return limit_joint_speed(speed, reference.max_speed, limits)
 
 
-def point_rows(contact: TaskContact, velocity: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Rows (k, n) and speeds (k,) that give a contact's point a ``velocity`` (3,); its normal part if it may slide."""
+def point_rows(contact: TaskContact, velocity: FloatArray) -> PriorityLevel:
+    """Return rows that give a contact's point a ``velocity`` (3,); only its normal part if the contact may slide."""
     if contact.error is None and not contact.straight:
-        return contact.outward[None], np.array([contact.normal @ velocity])
-    return contact.move, velocity
+        return PriorityLevel(contact.outward[None], np.array([contact.normal @ velocity]), contact.normal[None])
+    return PriorityLevel(contact.move, velocity, _WORLD)
 
 
-def single_level(parts: Sequence[tuple[FloatArray, FloatArray]]) -> list[PriorityLevel]:
-    """All rows wanted alike."""
-    return [PriorityLevel(np.concatenate([rows for rows, _ in parts]), np.concatenate([speed for _, speed in parts]))]
+def single_level(parts: Sequence[PriorityLevel]) -> list[PriorityLevel]:
+    """Return one level with all rows; directions are known where one contact is moved."""
+    if len(parts) == 1:
+        return [parts[0]]
+    return [PriorityLevel(np.concatenate([p.rows for p in parts]), np.concatenate([p.speed for p in parts]))]

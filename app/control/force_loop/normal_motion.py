@@ -63,10 +63,12 @@ def slow_aside(
     share = max(tilt - LEAST_TILT, 0.0) / (ENOUGH_TILT - LEAST_TILT)
     most = wanted + LEAST_ASIDE * (MOST_ASIDE / LEAST_ASIDE) ** share
     way = move.dot(speed)
-    aside = length(way - normal.dot(way) * normal)
+    along = way - normal.dot(way) * normal
+    aside = length(along)
     if aside <= most:
         return speed
-    limits.add(Limit(LimitKind.WEAK_DIRECTION))
+    x, y, z = (along / aside).tolist()
+    limits.add(Limit(LimitKind.WEAK_DIRECTION, value=aside - most, direction=(x, y, z)))
     return speed * (most / aside)
 
 

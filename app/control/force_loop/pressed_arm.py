@@ -19,12 +19,14 @@ from app.control.command import ControlSettings
 from app.control.force_loop.loop_stability import SensorTiming
 from app.control.force_loop.normal_motion import LEAST_TILT, bearable_tilt
 from app.control.joint_impedance import JointImpedance
-from app.control.task_priority import singular_damping, singular_directions
+from app.control.task_priority import singular_directions
 from app.core.arrays import FloatArray, freeze_arrays
 from app.robots.kinematics import Configuration
 
 _ANGLES = np.pi * np.geomspace(2e-3, 1.0, 100)
 """Frequencies at which the loop is looked at [rad a sample]; between them it is interpolated."""
+_RANK = 1e-6
+"""Singular values below this share of the largest carry nothing."""
 _ALIASES = np.arange(-10, 11)[:, None]
 """Sampling folds the plant's response. What is left out is 2 % for joints that follow at once, and less for
 others."""
@@ -152,7 +154,7 @@ def pressed_arm(
 
 
 def _least_motion(rows: FloatArray, wanted: FloatArray) -> FloatArray:
-    """(n,) joint velocity for a speed (m,), as controllers find it: weak directions are damped."""
+    """Return the least joint velocity (n,) for a speed (m,). Controllers damp none that is small enough."""
     left, gains, right = singular_directions(rows)
-    damped = np.array([gain / (gain**2 + singular_damping(gain)) for gain in gains.tolist()])
-    return np.asarray((damped * (wanted @ left)) @ right)
+    shares = np.divide(wanted @ left, gains, out=np.zeros_like(gains), where=gains > _RANK * gains.max(initial=0.0))
+    return np.asarray(shares @ right)

@@ -39,7 +39,7 @@ import numpy as np
 
 from app.control.command import ControlSettings
 from app.control.force_loop.loop_stability import CONTACT_STIFFNESS
-from app.control.joint_impedance import MAX_JOINT_SPEED, MAX_POINT_SPEED
+from app.control.joint_impedance import MAX_POINT_SPEED
 from app.control.limits import ActiveLimits, Limit, LimitKind
 from app.control.task_priority import (
     ArmState,
@@ -51,6 +51,7 @@ from app.control.task_priority import (
     singular_damping,
     singular_directions,
     solve_within_limits,
+    weak_direction,
 )
 from app.core.arrays import FloatArray, length
 
@@ -317,18 +318,18 @@ class PriorityScheme:
         if held:
             rows = np.concatenate([c.map_axes.dot(c.move) for c in held])
             speed = np.concatenate([c.map_axes.dot(c.along(settings.position_gain, MAX_POINT_SPEED)) for c in held])
-            levels.append(PriorityLevel(rows, speed))
+            levels.append(PriorityLevel(rows, speed, held[0].map_axes if len(held) == 1 else None))
         return levels
 
     def _pushed(
         self, settings: ControlSettings, contact: TaskContact, dt: float, limits: ActiveLimits
-    ) -> tuple[FloatArray, FloatArray]:
-        """Rows and speeds of what comes first."""
+    ) -> PriorityLevel:
+        """Return the rows of the first level."""
         push, normal = self._servo.push(settings, contact.key, contact.force_error, dt, limits), contact.normal
         if not contact.straight:
-            return contact.outward[None], np.array([push])
+            return PriorityLevel(contact.outward[None], np.array([push]), normal[None])
         along = contact.along(settings.position_gain, MAX_POINT_SPEED)
-        return contact.move, along + (push - along.dot(normal)) * normal
+        return point_rows(contact, along + (push - along.dot(normal)) * normal)
 
     def solve(
         self,
@@ -365,7 +366,7 @@ class QuadraticProgramScheme(PriorityScheme):
     ) -> FloatArray:
         """MuJoCo's box-constrained solver, again with the caps that the first answer would break."""
         lower, upper = self._box(arm)
-        hessian, gradient = _quadratic(levels, arm.home)
+        hessian, gradient = _quadratic(levels, arm.home, arm.reference.max_speed, limits)
         cap, held = CAP_SHARE * settings.max_force, set[int]()
         for _ in range(_ROUNDS):
             speed = _solve_box(hessian, gradient, lower, upper, arm.speed)
@@ -384,19 +385,25 @@ class QuadraticProgramScheme(PriorityScheme):
 
     def _box(self, arm: ArmState) -> tuple[FloatArray, FloatArray]:
         """Bounds (n,) of the speed: greatest speed, greatest change, and slower towards a limit that is near."""
-        change, full = MAX_ACCELERATION * arm.dt, MAX_JOINT_SPEED
+        change, full = MAX_ACCELERATION * arm.dt, arm.reference.max_speed
         near = full / DAMPER
         upper = np.minimum(np.minimum(full, arm.speed + change), near * np.maximum(arm.reference.upper - arm.start, 0))
         lower = np.maximum(np.maximum(-full, arm.speed - change), near * np.minimum(arm.reference.lower - arm.start, 0))
         return np.minimum(lower, upper), np.maximum(lower, upper)
 
 
-def _quadratic(levels: Sequence[PriorityLevel], rest: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Hessian (n, n) and gradient (n,), with the damping of weak directions; see ``levels``."""
+def _quadratic(
+    levels: Sequence[PriorityLevel], rest: FloatArray, max_speed: FloatArray, limits: ActiveLimits
+) -> tuple[FloatArray, FloatArray]:
+    """Return Hessian (n, n) and gradient (n,), with the damping of directions that are too slow; see ``levels``."""
     hessian, gradient = np.diag(np.full(len(rest), _REST_WEIGHT)), -_REST_WEIGHT * rest
     for weight, level in zip((_FORCE_WEIGHT, 1.0), levels, strict=False):
-        _, gains, right = singular_directions(level.rows)
-        damped = np.array([gain**2 + singular_damping(gain) for gain in gains.tolist()])
+        left, gains, right = singular_directions(level.rows * max_speed)
+        parts = list(zip(gains.tolist(), level.speed.dot(left).tolist(), strict=True))
+        for limit in weak_direction(parts, left, level.axes):
+            limits.add(limit)
+        damped = np.array([gain**2 + singular_damping(gain, part) for gain, part in parts])
+        right = right / max_speed
         hessian += weight * (right.T * damped).dot(right)
         gradient -= weight * level.speed.dot(level.rows)
     return hessian, gradient
@@ -423,9 +430,10 @@ def _tell(speed: FloatArray, lower: FloatArray, upper: FloatArray, arm: ArmState
     at = (speed <= lower + 1e-9) | (speed >= upper - 1e-9)
     if not at.any():
         return
-    if (np.abs(speed[at]) >= MAX_JOINT_SPEED - 1e-6).any():
+    fast = at & (np.abs(speed) >= arm.reference.max_speed - 1e-6)
+    if fast.any():
         limits.add(Limit(LimitKind.JOINT_SPEED))
-    slow = at & (np.abs(speed) < MAX_JOINT_SPEED - 1e-6)
+    slow = at & ~fast
     changing = np.abs(np.abs(speed - arm.speed) - MAX_ACCELERATION * arm.dt) < 1e-6
     if (slow & changing).any():
         limits.add(Limit(LimitKind.JOINT_ACCELERATION))

@@ -136,6 +136,8 @@ def test_joints_at_a_limit_and_too_fast_ones():
     assert at_limit(mine, np.array([1.5]), np.array([0.1])).all()
     assert not at_limit(mine, np.array([1.5]), np.array([-0.1])).any()
     limits = ActiveLimits()
-    assert limit_joint_speed(np.array([0.5, -3.0]), limits) == pytest.approx([0.25, -MAX_JOINT_SPEED])
+    most = np.array([MAX_JOINT_SPEED, MAX_JOINT_SPEED])
+    assert limit_joint_speed(np.array([0.5, -3.0]), most, limits) == pytest.approx([0.25, -MAX_JOINT_SPEED])
     assert kinds(limits) == [LimitKind.JOINT_SPEED]
-    assert limit_joint_speed(np.zeros(0), limits).shape == (0,)
+    assert limit_joint_speed(np.array([0.5, 0.5]), np.array([1.5, 0.25]), limits) == pytest.approx([0.25, 0.25])
+    assert limit_joint_speed(np.zeros(0), np.zeros(0), limits).shape == (0,)

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.control.joint_impedance import MAX_JOINT_SPEED, MAX_POINT_SPEED, WEAK, PostureReference
+from app.control.joint_impedance import MAX_JOINT_SPEED, MAX_POINT_SPEED, PostureReference
+from app.control.limit_texts import limit_text
 from app.control.limits import ActiveLimits, LimitKind
 from app.control.task_priority import (
     ContactGoal,
@@ -58,6 +59,9 @@ def test_a_want_leaves_place_open_unless_it_says():
     assert want.velocity is None
 
 
+FAST = np.full(7, MAX_JOINT_SPEED)
+
+
 def random_rows(seed, m, n=7):
     return np.random.default_rng(seed).normal(size=(m, n))
 
@@ -66,45 +70,68 @@ def random_rows(seed, m, n=7):
 def test_levels_that_do_not_conflict_are_all_met_by_the_least_motion(seed):
     rows, wanted = random_rows(seed, 3), np.array([0.1, -0.2, 0.05])
     levels = [PriorityLevel(rows[:1], wanted[:1]), PriorityLevel(rows[1:], wanted[1:])]
-    speed, damped = solve_hierarchy(levels, np.zeros(7))
+    speed, weak = solve_hierarchy(levels, np.zeros(7), FAST)
     assert rows @ speed == pytest.approx(wanted, abs=1e-9)
     assert speed == pytest.approx(np.linalg.pinv(rows) @ wanted, abs=1e-9)
-    assert not damped
+    assert weak is None
+
+
+@pytest.mark.parametrize("size", [0.01, 1.0, 100.0])
+def test_the_size_of_the_robot_does_not_matter(size):
+    """Short levers are not singular: only a speed beyond that of the joints is damped."""
+    rows, wanted = size * random_rows(0, 3), size * np.array([0.1, -0.2, 0.05])
+    speed, weak = solve_hierarchy([PriorityLevel(rows, wanted)], np.zeros(7), FAST)
+    assert rows @ speed == pytest.approx(wanted, rel=1e-9)
+    assert weak is None
+
+
+def test_slow_joints_leave_the_motion_to_fast_ones():
+    rows = np.ones((1, 2))
+    speed, _ = solve_hierarchy([PriorityLevel(rows, np.array([0.1]))], np.zeros(2), np.array([1.0, 0.1]))
+    assert speed[0] == pytest.approx(100 * speed[1])
+    assert speed.sum() == pytest.approx(0.1)
 
 
 def test_what_is_more_wanted_is_exact_in_a_conflict():
     row = random_rows(0, 1)
     both = np.concatenate([row, random_rows(1, 1)])
     levels = [PriorityLevel(row, np.array([0.1])), PriorityLevel(both, np.array([-0.3, 0.2]))]
-    speed, _ = solve_hierarchy(levels, np.zeros(7))
+    speed, _ = solve_hierarchy(levels, np.zeros(7), FAST)
     assert (row @ speed)[0] == pytest.approx(0.1, abs=1e-9)
     assert levels[1].rows[1] @ speed == pytest.approx(0.2, abs=1e-6)
 
 
 def test_rest_moves_only_what_is_free():
     rows, rest = random_rows(3, 3), np.full(7, 0.3)
-    speed, _ = solve_hierarchy([PriorityLevel(rows, np.zeros(3))], rest)
+    speed, _ = solve_hierarchy([PriorityLevel(rows, np.zeros(3))], rest, FAST)
     assert rows @ speed == pytest.approx(np.zeros(3), abs=1e-12)
     assert np.linalg.norm(speed) > 0.1
-    assert solve_hierarchy([], rest)[0] == pytest.approx(rest)
+    assert solve_hierarchy([], rest, FAST)[0] == pytest.approx(rest)
 
 
 @pytest.mark.parametrize("gain", np.geomspace(1e-9, 1.0, 30))
 def test_near_a_singularity_the_greatest_point_speed_asks_for_no_more_than_the_greatest_joint_speed(gain):
     rows = np.diag([0.5, gain]) @ np.linalg.qr(random_rows(4, 2, 7).T)[0].T
-    speed, damped = solve_hierarchy([PriorityLevel(rows, np.array([0.0, MAX_POINT_SPEED]))], np.zeros(7))
+    level = PriorityLevel(rows, np.array([0.0, MAX_POINT_SPEED]))
+    speed, weak = solve_hierarchy([level], np.zeros(7), FAST)
     assert np.linalg.norm(speed) <= MAX_JOINT_SPEED * (1 + 1e-6)
-    assert damped == (gain < WEAK)
-    weak = 2 * gain / (gain**2 + WEAK**2)
-    assert np.linalg.norm(speed) == pytest.approx(MAX_POINT_SPEED * (weak if damped else 1 / gain), rel=1e-6)
-    strong, _ = solve_hierarchy([PriorityLevel(rows, np.array([0.1, MAX_POINT_SPEED]))], np.zeros(7))
+    most = gain * MAX_JOINT_SPEED
+    if most >= MAX_POINT_SPEED:
+        assert weak is None
+        assert np.linalg.norm(speed) == pytest.approx(MAX_POINT_SPEED / gain, rel=1e-6)
+    else:
+        damped = 2 * most * MAX_POINT_SPEED / (most**2 + MAX_POINT_SPEED**2)
+        assert np.linalg.norm(speed) == pytest.approx(MAX_JOINT_SPEED * damped, rel=1e-6)
+        assert weak is not None
+        assert weak.value == pytest.approx(MAX_POINT_SPEED - most * damped), "lost speed"
+        assert weak.bound == pytest.approx(most, rel=1e-6), "singular value"
+    strong, _ = solve_hierarchy([PriorityLevel(rows, np.array([0.1, MAX_POINT_SPEED]))], np.zeros(7), FAST)
     assert rows[0] @ strong == pytest.approx(0.1, abs=1e-9), "the strong direction is not damped"
 
 
 def test_nothing_wanted_of_no_joints():
-    speed, damped = solve_hierarchy([PriorityLevel(np.zeros((2, 0)), np.ones(2))], np.zeros(0))
+    speed, _ = solve_hierarchy([PriorityLevel(np.zeros((2, 0)), np.ones(2))], np.zeros(0), np.zeros(0))
     assert speed.shape == (0,)
-    assert not damped
 
 
 def limits_of_joints() -> PostureReference:
@@ -112,13 +139,17 @@ def limits_of_joints() -> PostureReference:
 
 
 def test_a_contact_that_may_slide_has_one_row():
-    rows, speed = point_rows(contact(), np.array([1.0, 2.0, 3.0]))
-    assert (rows.shape, speed) == ((1, 4), [3.0])
-    rows, speed = point_rows(contact(np.zeros(2)), np.array([1.0, 2.0, 3.0]))
-    assert rows.shape == (3, 4)
-    assert speed == pytest.approx([1, 2, 3])
+    one = point_rows(contact(), np.array([1.0, 2.0, 3.0]))
+    assert (one.rows.shape, one.speed) == ((1, 4), [3.0])
+    assert one.axes == pytest.approx(contact().normal[None])
+    three = point_rows(contact(np.zeros(2)), np.array([1.0, 2.0, 3.0]))
+    assert three.rows.shape == (3, 4)
+    assert three.speed == pytest.approx([1, 2, 3])
+    assert three.axes == pytest.approx(np.eye(3))
+    assert single_level([three]) == [three]
     [level] = single_level([point_rows(contact(), np.ones(3)), point_rows(contact(np.zeros(2)), np.ones(3))])
     assert level.rows.shape == (4, 4)
+    assert level.axes is None
 
 
 def test_a_joint_at_its_limit_leaves_the_work_to_the_others():
@@ -144,9 +175,24 @@ def test_when_no_joint_is_left_nothing_moves():
     assert LimitKind.JOINT_LIMIT in limits
 
 
-def test_what_hardly_moves_anything_is_said():
+def test_lost_speed_is_reported_with_its_direction_and_singular_value():
+    limits, rows = ActiveLimits(), np.zeros((3, 7))
+    rows[0, 0], rows[1, 1], rows[2, 2] = 0.5, 0.02, 0.5
+    level = PriorityLevel(rows, np.array([0.1, -0.1, 0.1]), np.eye(3))
+    solve_within_limits([level], limits_of_joints(), arm().robot.home, limits)
+    assert kinds(limits) == [LimitKind.WEAK_DIRECTION]
+    [limit] = limits.found
+    assert limit.direction == pytest.approx((0.0, -1.0, 0.0))
+    assert limit.bound == pytest.approx(0.02 * MAX_JOINT_SPEED)
+    assert limit.value == pytest.approx(0.1 - 0.03 * 2 * 0.03 * 0.1 / (0.03**2 + 0.1**2))
+    text = "singular configuration: little motion along the contact: 83\u202fmm/s lost along (0, -1, 0)"
+    assert limit_text(limit) == text + ", at most 30\u202fmm/s there"
+
+
+def test_a_short_lever_that_is_fast_enough_is_not_reported():
     limits = ActiveLimits()
-    solve_within_limits(
-        [PriorityLevel(np.full((1, 7), 0.01), np.array([0.2]))], limits_of_joints(), arm().robot.home, limits
+    level = PriorityLevel(np.full((1, 7), 0.01), np.array([0.01]))
+    assert level.rows @ solve_within_limits([level], limits_of_joints(), arm().robot.home, limits) == (
+        pytest.approx(level.speed)
     )
-    assert LimitKind.WEAK_DIRECTION in limits
+    assert limits.found == ()

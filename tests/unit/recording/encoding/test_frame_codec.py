@@ -47,6 +47,8 @@ def test_limits_and_a_regrasp_read_back_equal(touched, prepared):
         Limit(LimitKind.FORCE_GAIN_HELD, value=1 / 3, bound=0.5, period=0.2, delay=0.1),
         Limit(LimitKind.REGRASP_RETURNS, ("hand", "forearm"), cause=RegraspFailure.OBSTACLE),
         Limit(LimitKind.PATH_REFUSED, detail="it circles"),
+        Limit(LimitKind.WEAK_DIRECTION, value=0.1, bound=0.02, direction=(0.6, 0.0, -0.8)),
+        Limit(LimitKind.JOINT_RESPONSE, ("wrist",), value=8.0, damping_ratio=1.8),
     )
     frame = replace(touched, why_limited=limits, task=TaskReport(regrasp=RegraspState.RETURN))
     again = decode_frame(encode_frame(frame), prepared)
