@@ -188,10 +188,15 @@ class ControllerManager:
             wanted = None if self._last is None else self._last.posture
             settings, limits = self._gain_limiter.effective_settings(settings, posture, regions, dt, wanted=wanted)
             said += limits
-            swings = self._oscillation.look(goal, regions[0].force if regions else 0.0, dt)
-            if swings:
+            force = regions[0].force if regions else 0.0
+            oscillates = self._oscillation.look(goal, force, self._gain_limiter.way, dt)
+            if oscillates and settings.gains == "limited":
+                self._gain_limiter.halve(self._settings)
+                self._oscillation.reset()
+            if oscillates:
                 said.append(Limit(LimitKind.OSCILLATION))
-                self._gain_limiter.hold_lower(self._settings)
+            elif self._gain_limiter.reduced:
+                said.append(Limit(LimitKind.OSCILLATION, value=settings.force_gain))
         self._beyond = tuple(said)
         return settings, read
 

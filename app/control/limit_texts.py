@@ -99,7 +99,9 @@ def _fact(limit: Limit) -> str:
         case LimitKind.SKIN_SATURATED:
             return "no more force is applied"
         case LimitKind.OSCILLATION:
-            return "reduce the force gain"
+            if limit.value is None:
+                return "reduce the force gain"
+            return f"force gain reduced to {1e3 * limit.value:.2g}\u202fmm/s per N"
         case LimitKind.FORCE_GAIN_HELD:
             return "" if value is None else f"{1e3 * value:.2g}\u202fmm/s per N, skin {_timing(limit)}"
         case LimitKind.POSITION_GAIN_HELD:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import math
+from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -27,9 +27,10 @@ NOMINAL_SHARE, SAMPLED_SHARE = 0.9, 0.3
 once. The reserve of the first is in the stiffness, four times that of a cover; one that is really so stiff swings, is
 measured by that, and gets ``GAIN_SHARE``. With a slow skin that takes seconds, so there the second holds from the
 start."""
-INERTIA_SHARE, SWUNG_SHARE = 0.9, 0.6
-"""Of the limit at a measured contact, that limited gains with a virtual inertia take at most; and once the force has
-swung."""
+INERTIA_SHARE = 0.9
+"""Of the limit at a measured contact, that limited gains with a virtual inertia take at most."""
+CALM = 10.0
+"""Time [s] without oscillation after which a halved gain is doubled again. It is doubled with each oscillation."""
 PLACE_SHARE = 0.3
 """Of one over what passes from a touch to its reading, that the gain of place takes."""
 _PATIENCE = 12.0
@@ -74,7 +75,7 @@ class GainLimiter:
     and the shares are ``NOMINAL_SHARE`` and ``SAMPLED_SHARE``.
     Where a robot touches itself nothing is measured: one side's way is not what brings them together. Controllers with
     a virtual inertia (admittance, parallel) keep to ``SAMPLED_SHARE`` of the nominal limit of joints that follow at
-    once, and to ``INERTIA_SHARE`` of the limit at a measured contact, ``SWUNG_SHARE`` once the force has swung.
+    once, and to ``INERTIA_SHARE`` of the limit at a measured contact.
 
     Args:
         robot: Whose joints hold the arm against the contact.
@@ -82,6 +83,8 @@ class GainLimiter:
     Attributes:
         readings: Of the skin; None says nothing.
         most: The force gain from which on the force would swing, as worked out last [m/s/N]; None until then.
+        reduced: Whether the force gain is reduced because the force has oscillated.
+        way: Outward way of the touched point at the time of the last reading [m], since the reset.
 
     Cost: 20 µs a tick in contact, 0.3 ms when another contact or other settings come, or the contact shows to be
     stiffer or softer, or the arm has moved on.
@@ -97,19 +100,37 @@ class GainLimiter:
     def reset(self) -> None:
         """Nothing has touched."""
         self._answer: _Answer | None = None
-        self._swung: ControlSettings | None = None
-        self._stale = False
         self._contact: int | None = None
         self._before: tuple[FloatArray, FloatArray] | None = None
+        self._outward: FloatArray | None = None
+        self._ways = deque([0.0])
         self._estimator.reset()
+        self._set_full()
 
-    def hold_lower(self, settings: ControlSettings) -> None:
-        """The force oscillates under ``settings``: while these are set, gains with a virtual inertia keep farther from
-        the limit. Others are as far from it as they need to be, and are not worked out anew where the arm happens to
-        be.
-        """
-        if not _of_the_same_loop(self._swung, settings) and LoopFilter.of(settings).inertia_time > 0:
-            self._swung, self._stale = settings, True
+    def _set_full(self) -> None:
+        """Take the whole gain again."""
+        self._share = 1.0
+        self._patience = 0.5 * CALM
+        self._calm = 0.0
+        self._oscillated: ControlSettings | None = None
+        self._reduced: tuple[ControlSettings, float, ControlSettings] | None = None
+
+    def halve(self, settings: ControlSettings) -> None:
+        """Halve the limited force gain, since the force oscillates under ``settings``. It recovers while it is calm."""
+        self._oscillated = settings
+        self._share *= 0.5
+        self._patience *= 2
+        self._calm = 0.0
+
+    @property
+    def reduced(self) -> bool:
+        """See above."""
+        return self._share < 1.0
+
+    @property
+    def way(self) -> float:
+        """See above."""
+        return self._ways[0]
 
     @property
     def most(self) -> float | None:
@@ -135,21 +156,37 @@ class GainLimiter:
             dt: Since the last tick [s].
             wanted: (n,) the posture commanded at the last tick; None for none yet.
         """
-        if self.readings is None or settings.controller == "impedance":
+        if settings.controller == "impedance":
             return settings, ()
-        if regions:
-            region = next((one for one in regions if one.id == self._contact), regions[0])
-            self._measure(posture, region, dt, self.readings, wanted)
+        if self._oscillated is not None and not _of_the_same_loop(self._oscillated, settings):
+            self._set_full()
+        region = next((one for one in regions if one.id == self._contact), regions[0]) if regions else None
+        self._measure(posture, region, dt, wanted)
+        if self.readings is None:
+            return self._calmed(settings, dt), ()
+        if region is not None:
             stiffness = self._estimator.stiffness(max(settings.force_goal, region.force))
             known = self._known(settings, self.readings)
             measured = self._estimator.measured
-            if known is None or self._stale or not known.holds(region.id, stiffness, posture, measured=measured):
-                self._stale = False
+            if known is None or not known.holds(region.id, stiffness, posture, measured=measured):
                 self._answer = self._worked_out(settings, posture, region, dt, self.readings, stiffness)
         known = self._known(settings, self.readings)
         if known is None:
-            return settings, ()
-        return known.taken, known.limits if regions else ()
+            return self._calmed(settings, dt), ()
+        return self._calmed(known.taken, dt), known.limits if regions else ()
+
+    def _calmed(self, settings: ControlSettings, dt: float) -> ControlSettings:
+        """Return the settings with a gain that is reduced because the force has oscillated; it recovers with time."""
+        if self._share == 1.0 or settings.gains != "limited":
+            return settings
+        self._calm += dt
+        if self._calm > self._patience:
+            self._share, self._calm = 2 * self._share, 0.0
+        known = self._reduced
+        if known is None or known[0] is not settings or known[1] != self._share:
+            reduced = replace(settings, force_gain=self._share * settings.force_gain)
+            known = self._reduced = (settings, self._share, reduced)
+        return known[2]
 
     def _known(self, settings: ControlSettings, readings: SensorTiming) -> _Answer | None:
         known = self._answer
@@ -159,21 +196,31 @@ class GainLimiter:
             self._answer = known = known.for_another_path(settings)
         return known
 
-    def _measure(
-        self, posture: FloatArray, region: ContactRegion, dt: float, readings: SensorTiming, wanted: FloatArray | None
-    ) -> None:
-        """Tell the estimator what the tick has brought; the configuration is at ``posture`` afterwards."""
-        self._configuration.update(posture)
+    def _measure(self, posture: FloatArray, region: ContactRegion | None, dt: float, wanted: FloatArray | None) -> None:
+        """Take the motion of the last tick; the configuration is at ``posture`` afterwards where something touches."""
         wanted = posture if wanted is None else wanted
         before, self._before = self._before, (posture, wanted)
+        if region is not None:
+            self._configuration.update(posture)
+            normal = self._configuration.pose(region.link).rotation.dot(region.link_normal)
+            self._outward = normal.dot(self._configuration.jacobian(region.link, region.link_position))
+        if self._outward is None or before is None:
+            way = asked = 0.0
+        else:
+            way, asked = (
+                float(self._outward.dot(now - then)) for now, then in zip((posture, wanted), before, strict=True)
+            )
+        delay = 0.0 if self.readings is None else self.readings.delay
+        self._ways.append(self._ways[-1] + way)
+        while len(self._ways) > round(delay / dt) + 1:
+            self._ways.popleft()
+        if region is None:
+            return
         if region.id != self._contact or before is None:
             self._contact = region.id
             self._estimator.reset()
-        elif region.partner is None:
-            normal = self._configuration.pose(region.link).rotation.dot(region.link_normal)
-            outward = normal.dot(self._configuration.jacobian(region.link, region.link_position))
-            way, asked = (float(outward.dot(now - then)) for now, then in zip((posture, wanted), before, strict=True))
-            self._estimator.look(region.force, way, asked, dt, readings.delay)
+        elif region.partner is None and self.readings is not None:
+            self._estimator.look(region.force, way, asked, dt, delay)
 
     def _worked_out(
         self,
@@ -191,10 +238,8 @@ class GainLimiter:
         if loop.inertia_time > 0:
             # A lower gain lets the place, or a wrong normal, win over the force before the loop swings.
             held = SAMPLED_SHARE * replace(arm, stiffness=CONTACT_STIFFNESS).sampled_limit(readings)
-            swung = _of_the_same_loop(self._swung, settings)
-            # Without an integral a gain far too low leaves the force to the place for good: only by what is measured.
-            if measured or (swung and math.isfinite(loop.integral_time)):
-                held = min(held, (SWUNG_SHARE if swung else INERTIA_SHARE) * most)
+            if measured:
+                held = min(held, INERTIA_SHARE * most)
         else:
             sampled = SAMPLED_SHARE * arm.sampled_limit(readings)
             held = GAIN_SHARE * most if measured else min(NOMINAL_SHARE * most, sampled)

@@ -166,8 +166,18 @@ def test_a_reading_at_its_end_is_not_pressed_for_more(controller):
     assert mine.command(BENT, STILL, touch(1.0), TICK).posture[0] < start, "outward: the bar's top is above"
 
 
-def test_a_force_that_swings_is_said():
+@pytest.mark.parametrize(("gains", "reduced"), [("limited", True), ("as_given", False)])
+def test_a_force_that_oscillates_is_reported_and_its_gain_reduced(gains, reduced):
+    mine = manager(controller="hybrid", gains=gains)
+    for k in range(400):
+        swing = np.sin(30 * k * TICK)
+        mine.command(BENT - 1e-4 * swing, STILL, touch(3.0 + 2.5 * swing), TICK)
+    (limit,) = [one for one in mine.why_limited if one.kind is LimitKind.OSCILLATION]
+    assert (limit.value is not None and limit.value <= mine.settings.force_gain / 2) == reduced
+
+
+def test_a_force_that_something_else_makes_swing_is_no_oscillation_of_the_loop():
     mine = manager(controller="hybrid")
     for k in range(400):
         mine.command(BENT, STILL, touch(3.0 + 2.5 * np.sin(30 * k * TICK)), TICK)
-    assert LimitKind.OSCILLATION in kinds(mine.why_limited)
+    assert LimitKind.OSCILLATION not in kinds(mine.why_limited)

@@ -9,11 +9,11 @@ import pytest
 
 from app.control.command import ControlSettings
 from app.control.force_loop.gain_limits import (
+    CALM,
     GAIN_SHARE,
     NOMINAL_SHARE,
     PLACE_SHARE,
     SAMPLED_SHARE,
-    SWUNG_SHARE,
     GainLimiter,
 )
 from app.control.force_loop.loop_stability import CONTACT_STIFFNESS, SensorTiming
@@ -127,24 +127,29 @@ def test_another_skin_asks_anew():
     assert asked(watch, high, touch(3.0))[0].force_gain > 5 * slow
 
 
-def test_a_virtual_inertia_takes_less_once_its_force_has_swung_while_the_settings_stay():
-    settings = ControlSettings("parallel", force_gain=1.0, integral_time=1.0, inertia_time=0.01)
-    watch = watch_of(SensorTiming(0.005))
+@pytest.mark.parametrize("controller", ["hybrid", "parallel", "admittance"])
+def test_an_oscillation_halves_the_gain_until_it_has_been_calm(controller):
+    settings, watch = ControlSettings(controller, force_gain=0.002), watch_of(SensorTiming(0.005))
     before = asked(watch, settings, touch(3.0))[0].force_gain
-    assert before > watch.most, "joints that follow at once would hold it"
-    watch.hold_lower(settings)
-    after = asked(watch, settings, touch(3.0))[0].force_gain
-    assert after == pytest.approx(SWUNG_SHARE * watch.most)
-    other = replace(settings, force_gain=0.9)
-    assert asked(watch, other, touch(3.0))[0].force_gain == pytest.approx(before)
+    watch.halve(settings)
+    assert asked(watch, settings, touch(3.0))[0].force_gain == pytest.approx(before / 2)
+    watch.halve(settings)
+    assert asked(watch, settings, touch(3.0))[0].force_gain == pytest.approx(before / 4)
+    assert watch.reduced
+    gains = [asked(watch, settings, touch(3.0))[0].force_gain for _ in range(round(5 * CALM / DT))]
+    assert gains[round(1.9 * CALM / DT)] == pytest.approx(before / 4), "twice as long after the second time"
+    assert gains[round(2.1 * CALM / DT)] == pytest.approx(before / 2)
+    assert gains[-1] == pytest.approx(before)
+    assert not watch.reduced
 
 
-def test_without_an_integral_only_a_measured_contact_lowers_it():
-    settings = ControlSettings("admittance", force_gain=1.0, inertia_time=0.01)
-    watch = watch_of(SensorTiming(0.005))
-    before = asked(watch, settings, touch(3.0))[0]
-    watch.hold_lower(settings)
-    assert asked(watch, settings, touch(3.0))[0] == before
+def test_other_settings_take_their_whole_gain_and_given_gains_are_never_reduced():
+    settings, watch = ControlSettings("hybrid", force_gain=0.002), watch_of(SensorTiming(0.005))
+    watch.halve(settings)
+    assert asked(watch, replace(settings, force_gain=0.001), touch(3.0))[0].force_gain == pytest.approx(0.001)
+    given = replace(settings, gains="as_given")
+    watch.halve(given)
+    assert asked(watch, given, touch(3.0))[0].force_gain == given.force_gain
 
 
 SLOW = SensorTiming(0.05)

@@ -33,11 +33,15 @@ def test_a_reading_at_its_end_is_no_less_than_the_goal():
 DT, GOAL = 0.005, 3.0
 
 
-def swung(amplitude, *, rate=5.0, seconds=3.0, goal=GOAL):
-    """Whether a sine about the goal counts as a swing at the end."""
+STIFFNESS = 2e4
+
+
+def swung(amplitude, *, rate=5.0, seconds=3.0, goal=GOAL, way=lambda time, force: force / STIFFNESS):
+    """Return whether a sine about the goal counts as an oscillation at the end."""
     watch, swings = OscillationDetector(), False
     for k in range(round(seconds / DT)):
-        swings = watch.look(goal, max(goal + amplitude * np.sin(2 * np.pi * rate * k * DT), 0.0), DT)
+        force = max(goal + amplitude * np.sin(2 * np.pi * rate * k * DT), 0.0)
+        swings = watch.look(goal, force, way(k * DT, force), DT)
     return swings
 
 
@@ -50,12 +54,18 @@ def test_large_swings_count_and_small_or_slow_ones_do_not():
     assert not swung(2.0, goal=0.0)
 
 
+def test_only_force_that_follows_the_arm_is_an_oscillation_of_the_loop():
+    assert swung(2.0, way=lambda time, force: 0.1 * time + force / STIFFNESS), "while the arm moves on"
+    assert not swung(2.0, way=lambda time, force: -force / STIFFNESS), "it yields to what pushes"
+    assert not swung(2.0, way=lambda time, force: 0.0), "it stands still"
+
+
 def test_calm_is_noticed_too():
     watch = OscillationDetector()
     for k in range(round(3.0 / DT)):
-        watch.look(GOAL, GOAL + 2 * np.sin(30 * k * DT), DT)
-    assert watch.look(GOAL, GOAL, DT)
-    calm = [watch.look(GOAL, GOAL, DT) for _ in range(round(MEMORY / DT))]
+        watch.look(GOAL, GOAL + 2 * np.sin(30 * k * DT), np.sin(30 * k * DT), DT)
+    assert watch.look(GOAL, GOAL, 0.0, DT)
+    calm = [watch.look(GOAL, GOAL, 0.0, DT) for _ in range(round(MEMORY / DT))]
     assert not calm[-1]
 
 
@@ -64,15 +74,15 @@ def test_taps_are_no_swings(pause):
     watch = OscillationDetector()
     for _ in range(2 * TURNS):
         for force, seconds in ((6.0, 0.1), (0.0, pause)):
-            assert not any(watch.look(GOAL, force, DT) for _ in range(round(seconds / DT)))
+            assert not any(watch.look(GOAL, force, 0.0, DT) for _ in range(round(seconds / DT)))
 
 
 def test_a_reset_forgets():
     watch = OscillationDetector()
     for k in range(round(3.0 / DT)):
-        watch.look(GOAL, GOAL + 2 * np.sin(30 * k * DT), DT)
+        watch.look(GOAL, GOAL + 2 * np.sin(30 * k * DT), np.sin(30 * k * DT), DT)
     watch.reset()
-    assert not watch.look(GOAL, GOAL, DT)
+    assert not watch.look(GOAL, GOAL, 0.0, DT)
 
 
 TIME = np.linspace(0.0, 4.0, 4001)
