@@ -5,7 +5,7 @@
 ``image_centre`` takes the centre from an image's pixels where that is asked for.
 ``force_estimation`` holds other ways to a force than the sum of pressure times area. ``self_touch`` links the two
 regions where the robot touches itself; ``events`` put into words what contacts do. ``pipeline`` is all of that
-together, as its settings say.
+together, as its settings say. ``below_threshold`` notes forces that no taxel reports.
 """
 
 import lazy_loader

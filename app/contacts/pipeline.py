@@ -194,6 +194,13 @@ class ContactPipeline:
             self._reader.centre = settings.centre
 
     @property
+    def threshold(self) -> float:
+        """Lowest pressure that counts as touch [Pa]: the threshold of contacts, or of the sensor where it is higher."""
+        errors = self._reader.errors
+        of_sensor = errors.effects.threshold
+        return max(self._settings.threshold_for(errors), of_sensor.at if of_sensor else 0.0)
+
+    @property
     def needs_wrenches(self) -> bool:
         """Whether ``read`` wants to be told what the contacts do to links as a whole."""
         return self._settings.estimator == "lumped"

@@ -12,6 +12,7 @@ from contextlib import contextmanager
 
 import numpy as np
 
+from app.contacts.below_threshold import BelowThreshold
 from app.contacts.pipeline import ContactPipeline, ReadingSettings
 from app.contacts.regions import ContactRegion
 from app.control.behaviours import Behaviour, BehaviourTrigger, tasks_of
@@ -48,6 +49,7 @@ from app.session.runtime_settings import RuntimeSettings
 from app.simulation.simulation import Simulation
 from app.skin.skin import Skin
 from app.stimuli.stimulus_player import StimulusPlayer
+from app.tactile.contact_notes import ContactNote
 from app.tactile.poke import Finger, PokePressed, PokeReleased
 
 
@@ -159,6 +161,7 @@ class Session:
             depth=scene.layer.depth,
             seed=scene.seed,
         )
+        self._below_threshold = BelowThreshold(skin)
         self._controller = ControllerManager(
             robot, self.map, settings or self._start.settings, surroundings=self._surroundings
         )
@@ -192,6 +195,8 @@ class Session:
         """
         self._simulation.reset()
         self._contacts.reset()
+        self._below_threshold.reset()
+        self._unreported: tuple[ContactNote, ...] = ()
         self._controller.reset()
         self._controller.rest = self.prepared.robot.home
         self._rest_goal: RestChanged | None = None  # on the way to which the rest posture is
@@ -512,7 +517,7 @@ class Session:
             why_limited=self._controller.why_limited,
             timings=watch.take(),
             objects=simulation.object_poses,
-            notes=simulation.notes,
+            notes=(*simulation.notes, *self._unreported),
             recent=self._contacts.recent,
             task=self._controller.report,
             estimates=self._contacts.estimates,
@@ -524,11 +529,18 @@ class Session:
     def _touch(self, time: float, posture: FloatArray) -> tuple[FloatArray, tuple[ContactRegion, ...]]:
         """What the skin reads, stage by stage, and the contacts in it; neither where no skin is simulated."""
         pressures, stages = np.zeros(len(self.prepared.skin)), self._simulation.readings
-        for name, stage in stages:
+        true = pressures
+        for number, (name, stage) in enumerate(stages):
             with self._watch.stage(name):
                 pressures = stage(pressures)
+            true = true if number else pressures
         if not stages:
+            self._unreported = ()
             return pressures, self._contacts.read(self._ticks, time, posture, None)
         with self._watch.stage("contacts"):
             wrenches = self._simulation.wrenches() if self._contacts.needs_wrenches else {}
-            return pressures, self._contacts.read(self._ticks, time, posture, pressures, wrenches=wrenches)
+            regions = self._contacts.read(self._ticks, time, posture, pressures, wrenches=wrenches)
+            self._unreported = self._below_threshold.notes(
+                time, true, self._contacts.threshold, regions, lambda: self._simulation.loads
+            )
+            return pressures, regions

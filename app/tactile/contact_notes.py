@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from enum import Enum
 from typing import assert_never
+
+from app.core.codec import LATER
 
 
 class ContactNoteKind(Enum):
@@ -19,6 +21,8 @@ class ContactNoteKind(Enum):
     """A load outside its link's skin is not sensed (what presses, the link)."""
     PARTLY_OUTSIDE = "partly-outside"
     """More than 1 % of a load is on bare surface next to the skin and is not sensed (what presses, the link)."""
+    BELOW_THRESHOLD = "below-threshold"
+    """A lasting load is below the threshold of all taxels of a link and is not reported (what presses, the link)."""
     SKIN_EDGE = "skin-edge"
     """One point at the skin's edge bears a whole load (what presses, the link)."""
     BENT_SKIN = "bent-skin"
@@ -46,9 +50,11 @@ class ContactNote:
         max_stiffness: The most that the time step bears [N/m].
         max_timestep: The longest that the stiffness bears [s].
         depth: Of one body in the other, of a contact that is too deep [m]; None for others.
-        force: Normal force of a contact that presses too hard [N]; None for others.
+        force: Normal force of a contact that presses too hard, or that no taxel reports [N]; None for others.
         share: Share of the load that is not sensed, of a contact partly outside the skin, 0 to 1; None for others.
         ratio: Sum of pressure times area over the force, of a contact on bent skin; None for others.
+        pressure: Highest pressure on a taxel, of a contact that no taxel reports [Pa]; None for others.
+        threshold: Pressure from which a taxel reports it [Pa]; None for others.
     """
 
     kind: ContactNoteKind
@@ -60,6 +66,8 @@ class ContactNote:
     force: float | None = None
     share: float | None = None
     ratio: float | None = None
+    pressure: float | None = field(default=None, metadata=LATER)
+    threshold: float | None = field(default=None, metadata=LATER)
 
 
 def load_note(kind: ContactNoteKind, by: str, link: str) -> ContactNote:
@@ -105,6 +113,8 @@ def contact_note_text(note: ContactNote) -> str:
         case ContactNoteKind.PARTLY_OUTSIDE:
             share = "part" if note.share is None else f"{100 * note.share:.0f} %"
             return f"{by} presses {link} across the edge of its skin: {share} of the force is not read"
+        case ContactNoteKind.BELOW_THRESHOLD:
+            return _below_threshold_text(note, " and ".join(note.bodies[:-1]) or "something", link)
         case ContactNoteKind.SKIN_EDGE:
             return f"{by} presses the edge of the skin on {link}: one point bears all of it"
         case ContactNoteKind.BENT_SKIN:
@@ -125,6 +135,15 @@ def contact_note_text(note: ContactNote) -> str:
             return f"{by} touched {link} for less than a tick: no reading; use a shorter tick"
         case _:
             assert_never(note.kind)
+
+
+def _below_threshold_text(note: ContactNote, by: str, link: str) -> str:
+    if note.force is None or note.pressure is None or note.threshold is None:
+        return f"{by} presses {link} below the threshold of its taxels: no contact is reported"
+    return (
+        f"{by} presses {link} with {note.force:.3g} N, but with at most {1e-3 * note.pressure:.2g} kPa: below the "
+        f"threshold of {1e-3 * note.threshold:.3g} kPa, so no contact is reported"
+    )
 
 
 def _stiffness_advice(note: ContactNote) -> str:

@@ -146,6 +146,7 @@ def _simulate(
         "notes": [
             {"kind": note.kind.value, "bodies": list(note.bodies)}
             | ({} if note.ratio is None else {"ratio": note.ratio})
+            | ({} if note.pressure is None else {"force_N": note.force, "max_pressure_Pa": note.pressure})
             for note in notes.values()
         ],
     }
