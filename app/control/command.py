@@ -43,7 +43,7 @@ class JointCommand:
     def __post_init__(self) -> None:
         freeze_arrays(self, "posture", "stiffness", "damping", "torque")
 
-    def torque_at(self, posture: FloatArray, velocity: FloatArray) -> FloatArray:
+    def torque_at(self, posture: FloatArray, velocity: FloatArray | float) -> FloatArray:
         """(n,) the whole torque [N m] that this asks for at a posture and velocity (n,)."""
         return self.stiffness * (self.posture - posture) - self.damping * velocity + self.torque
 

@@ -22,7 +22,8 @@ from app.control.force_loop.loop_stability import (
     SensorTiming,
     assume_goal_where_saturated,
 )
-from app.control.limits import Limit, LimitKind
+from app.control.joint_impedance import joint_efforts, within_effort
+from app.control.limits import ActiveLimits, Limit, LimitKind
 from app.control.map_kinematics import MapKinematics
 from app.control.path_following.clearance import Surroundings, nothing_around
 from app.control.task_control.tasks import TaskManager
@@ -63,6 +64,8 @@ class ControllerManager:
         self._controllers: dict[str, Controller] = {}
         self._gain_limiter, self._oscillation = GainLimiter(robot), OscillationDetector()
         self._beyond: tuple[Limit, ...] = ()
+        self._strained: tuple[str, ...] = ()
+        self._efforts = joint_efforts(robot)
         self._settings = check_settings(settings)
         self._last: JointCommand | None = None
         self._fading: FloatArray | None = None
@@ -93,7 +96,12 @@ class ControllerManager:
     @property
     def why_limited(self) -> tuple[Limit, ...]:
         """What bounds the answer now, and what of the settings the skin cannot hold; empty for nothing."""
-        return (*self._controller.why_limited, *self._beyond)
+        limits = ActiveLimits()
+        for limit in self._controller.why_limited:
+            limits.add(limit)
+        if self._strained:
+            limits.add(Limit(LimitKind.TORQUE_LIMIT, self._strained))
+        return (*limits.found, *self._beyond)
 
     @property
     def readings(self) -> SensorTiming | None:
@@ -136,6 +144,7 @@ class ControllerManager:
         self._oscillation.reset()
         self._gain_limiter.reset()
         self._last, self._fading, self._switched, self._beyond = None, None, False, ()
+        self._strained = ()
         for controller in self._controllers.values():
             controller.reset()
 
@@ -172,6 +181,9 @@ class ControllerManager:
             command = replace(command, torque=command.torque + self._fading)
             self._fading = self._fading * np.exp(-dt / BLEND_TIME)
             self._fading = self._fading if largest(self._fading) > 1e-6 else None
+        command, excess = within_effort(command, posture, velocity, self._efforts)
+        joints = zip(self._robot.joints, excess.tolist(), strict=True)
+        self._strained = tuple(joint.name for joint, found in joints if found)
         self._last = command
         return command
 

@@ -50,7 +50,7 @@ from app.control.task_priority import (
     TaskContact,
     solve_within_limits,
 )
-from app.core.arrays import FloatArray, largest, length, readonly
+from app.core.arrays import FloatArray, any_true, largest, length, readonly
 from app.robots.kinematics import Configuration
 from app.robots.robot import Robot
 
@@ -123,6 +123,7 @@ class ImpedanceController:
     def __init__(self, robot: Robot) -> None:
         self.rest = robot.home
         self._configuration = Configuration(robot)
+        self._max_speed = np.array([joint.max_speed for joint in robot.joints])
 
     def use(self, sight: MapKinematics) -> None:
         """It sees no map."""
@@ -152,7 +153,12 @@ class ImpedanceController:
         )
         deviation = impedance.deviation()
         self.why_limited = () if deviation is None else (deviation,)
-        return impedance.about(self.rest)
+        # The spring moves a joint no faster than its stiffness times the deflection over its damping.
+        most = self._max_speed * impedance.damping / impedance.stiffness
+        aim = np.minimum(np.maximum(self.rest, posture - most), posture + most)
+        if any_true(aim != self.rest):
+            self.why_limited += (Limit(LimitKind.JOINT_SPEED),)
+        return impedance.about(aim)
 
 
 class HoldForceController:
@@ -213,7 +219,7 @@ class HoldForceController:
             speed = self._follow(settings, start, regions[0], dt, limits)
         else:
             speed = self._reference.home_speed(start, self.rest, dt)
-        command = self._reference.move(posture, speed, dt, limits)
+        command = self._reference.move(posture, speed, dt, limits, velocity=velocity)
         self.why_limited = limits.found
         return command
 
@@ -226,6 +232,7 @@ class HoldForceController:
         limits: ActiveLimits,
     ) -> FloatArray:
         contact = region.id, ContactPresence.FELT
+        self._servo.held = self._reference.torque_limited
         push = self._servo.push(settings, contact, settings.force_goal - region.force, dt, limits)
         normal = self._configuration.pose(region.link).rotation.dot(region.link_normal)
         move = self._configuration.jacobian(region.link, region.link_position)
@@ -327,7 +334,7 @@ class TaskController:
         else:
             speed = self._idle(settings, start, dt, limits)
         self._speed = speed
-        command = self._reference.move(posture, speed, dt, limits)
+        command = self._reference.move(posture, speed, dt, limits, velocity=velocity)
         self.why_limited = limits.found
         return command
 
@@ -374,7 +381,8 @@ class TaskController:
         contacts = tuple(self._contact(settings, want) for want in goals)
         wanted = {contact.id for contact in contacts}
         others = tuple(self._contact(settings, ContactGoal(r, r.force)) for r in regions if r.id not in wanted)
-        home = np.minimum(np.maximum(self.rest - start, -_HOME_SPEED), _HOME_SPEED)
+        most = self._reference.slow_speed(_HOME_SPEED)
+        home = np.minimum(np.maximum(self.rest - start, -most), most)
         arm = ArmState(start, home, self._speed, self._reference, contacts + others, dt)
         pressed = [(c.id, c.force, c.force + c.force_error, c.tilt) for c in contacts]
         if self._rising.look(pressed, settings.max_force):

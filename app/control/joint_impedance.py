@@ -6,6 +6,8 @@ The bounds on speeds that all controllers respect are here as well.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from app.control.command import JointCommand
@@ -112,15 +114,50 @@ def joint_limits(robot: Robot) -> tuple[FloatArray, FloatArray]:
 MAX_POINT_SPEED = 0.25
 """Of a touched point [m/s]."""
 MAX_JOINT_SPEED = 1.5
-"""Of any joint [rad/s]."""
+"""Largest speed of a hinge [rad/s], where its model states no smaller one."""
+MAX_SLIDE_SPEED = MAX_POINT_SPEED
+"""Largest speed of a slide [m/s], where its model states no smaller one."""
 INNER_FREQUENCY = 40.0
 """Natural frequency of the inner posture loop [rad/s]; well above the force loop's."""
 HOME_RATE = 1.5
 """How fast the wanted posture returns to rest once nothing touches [1/s]."""
 HOME_SPEED = 0.6
-"""And never faster than this [rad/s]."""
-MAX_LEAD = 0.3
-"""How far the wanted posture may run ahead of an arm that something holds back [rad]."""
+"""Largest speed on the return to rest [rad/s]; of slow joints and slides the same share of their largest speed."""
+MAX_LEAD, MAX_SLIDE_LEAD = 0.3, 0.1
+"""Largest distance of the desired posture from the posture of an arm that something blocks [rad], and of slides [m]."""
+
+
+def joint_speeds(robot: Robot) -> FloatArray:
+    """Return the largest speed (n,) that controllers request of each joint [rad/s, or m/s for a slide]."""
+    usual = (MAX_SLIDE_SPEED if joint.slide else MAX_JOINT_SPEED for joint in robot.joints)
+    return np.array([min(most, joint.max_speed) for most, joint in zip(usual, robot.joints, strict=True)])
+
+
+def joint_efforts(robot: Robot) -> FloatArray:
+    """Return the largest torque or force (n,) of each joint [N m, or N for a slide]; inf where there is no limit."""
+    return np.array([joint.max_effort for joint in robot.joints])
+
+
+def within_effort(
+    command: JointCommand, posture: FloatArray, velocity: FloatArray | float, efforts: FloatArray
+) -> tuple[JointCommand, BoolArray]:
+    """Return the command with its posture moved so that no torque is above ``efforts``, and the joints (n,) concerned.
+
+    Args:
+        command: To be bounded.
+        posture: (n,) measured.
+        velocity: (n,) measured.
+        efforts: (n,) largest torque or force of each joint [N m, or N].
+    """
+    torque = command.torque_at(posture, velocity)
+    excess = np.abs(torque) > efforts * (1 + 1e-9)
+    if not any_true(excess):
+        return command, excess
+    too_much = torque - np.clip(torque, -efforts, efforts)
+    held = excess & (command.stiffness > 0)  # torque that does not come from a spring is reduced directly
+    change = np.divide(too_much, command.stiffness, out=np.zeros_like(torque), where=held)
+    reduced = command.torque - np.where(excess & ~held, too_much, 0.0)
+    return replace(command, posture=command.posture - change, torque=reduced), excess
 
 
 class PostureReference:
@@ -136,23 +173,26 @@ class PostureReference:
         lower: (n,) limits of the joints.
         upper: (n,).
         max_speed: (n,) of the joints [rad/s, or m/s for a slide].
+        torque_limited: Whether the last move was bounded by the torque of a joint. Integrals must not grow then.
     """
 
     def __init__(self, robot: Robot, configuration: Configuration) -> None:
         self.impedance = JointImpedance(configuration, frequency=INNER_FREQUENCY, damping_ratio=1.0)
         self.lower, self.upper = joint_limits(robot)
-        self.max_speed = np.array([MAX_POINT_SPEED if joint.slide else MAX_JOINT_SPEED for joint in robot.joints])
+        self.max_speed, self._efforts = joint_speeds(robot), joint_efforts(robot)
+        self._lead = np.array([MAX_SLIDE_LEAD if joint.slide else MAX_LEAD for joint in robot.joints])
         self._names = tuple(joint.name for joint in robot.joints)
         self.reset()
 
     def reset(self) -> None:
         """Start afresh."""
         self.wanted: FloatArray | None = None
+        self.torque_limited = False
         self._homing = np.zeros_like(self.lower)
 
     def start(self, posture: FloatArray, torque: FloatArray) -> None:
         """Start where the stiff impedance asks of an arm at rest in ``posture`` (n,) for just ``torque`` (n,) [N m]."""
-        self.wanted = posture + np.clip(torque / self.impedance.stiffness, -MAX_LEAD, MAX_LEAD)
+        self.wanted = posture + np.clip(torque / self.impedance.stiffness, -self._lead, self._lead)
         self._homing = np.zeros_like(posture)
 
     def start_posture(self, posture: FloatArray) -> FloatArray:
@@ -164,30 +204,65 @@ class PostureReference:
         self._homing[:] = 0.0
 
     def home_speed(self, start: FloatArray, rest: FloatArray, dt: float, *, most: float = HOME_SPEED) -> FloatArray:
-        """(n,) towards rest, exponentially, no faster than ``most``, starting gently (first-order lag of 0.2 s)."""
-        aim = np.clip(HOME_RATE * (rest - start), -most, most)
+        """Return the speed (n,) towards rest: exponential, starting gently (first-order lag of 0.2 s).
+
+        Args:
+            start: (n,) the desired posture.
+            rest: (n,) where it goes.
+            dt: [s].
+            most: Largest speed of a hinge [rad/s]; see ``slow_speed``.
+        """
+        bound = self.slow_speed(most)
+        aim = np.clip(HOME_RATE * (rest - start), -bound, bound)
         self._homing = self._homing + min(dt / 0.2, 1.0) * (aim - self._homing)
         return self._homing
 
-    def move(self, posture: FloatArray, speed: FloatArray, dt: float, limits: ActiveLimits) -> JointCommand:
-        """Move the wanted posture from where it is; bounded by the joints' limits and by what holds the arm back."""
+    def slow_speed(self, speed: float) -> FloatArray:
+        """Return the joint speeds (n,) that are the same share of the largest ones as ``speed`` is of a hinge's."""
+        return self.max_speed * (speed / MAX_JOINT_SPEED)
+
+    def move(
+        self,
+        posture: FloatArray,
+        speed: FloatArray,
+        dt: float,
+        limits: ActiveLimits,
+        *,
+        velocity: FloatArray | float = 0.0,
+    ) -> JointCommand:
+        """Move the desired posture on; it stays within the limits of joints and torques, and near a blocked arm.
+
+        Args:
+            posture: (n,) measured.
+            speed: (n,) of the desired posture.
+            dt: [s].
+            limits: Collects the bounds that apply.
+            velocity: (n,) measured.
+        """
         deviation = self.impedance.deviation()
         if deviation is not None:
             limits.add(deviation)
         wanted = self.start_posture(posture) + dt * speed
-        near = np.minimum(np.maximum(wanted, posture - MAX_LEAD), posture + MAX_LEAD)
+        near = np.minimum(np.maximum(wanted, posture - self._lead), posture + self._lead)
         self.wanted = np.minimum(np.maximum(near, self.lower), self.upper)
         if any_true(self.wanted != wanted):
             if any_true(near != wanted):
                 limits.add(Limit(LimitKind.HELD_BACK))
             self.tell_joint_limits(self.wanted != near, limits)
-        return self.command_at(self.wanted)
+        command, excess = within_effort(self.command_at(self.wanted), posture, velocity, self._efforts)
+        self.torque_limited = any_true(excess)
+        if self.torque_limited:
+            self.wanted = command.posture
+            limits.add(Limit(LimitKind.TORQUE_LIMIT, self._named(excess)))
+        return command
 
     def tell_joint_limits(self, stuck: BoolArray, limits: ActiveLimits) -> None:
         """Say which joints are ``stuck`` (n,) at their limits, if any are."""
         if stuck.any():
-            names = tuple(name for name, held in zip(self._names, stuck.tolist(), strict=True) if held)
-            limits.add(Limit(LimitKind.JOINT_LIMIT, names))
+            limits.add(Limit(LimitKind.JOINT_LIMIT, self._named(stuck)))
+
+    def _named(self, joints: BoolArray) -> tuple[str, ...]:
+        return tuple(name for name, found in zip(self._names, joints.tolist(), strict=True) if found)
 
     def command_at(self, posture: FloatArray) -> JointCommand:
         """The stiff impedance about a posture."""

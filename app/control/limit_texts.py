@@ -8,6 +8,7 @@ from app.control.limits import Limit, LimitKind, RegraspFailure
 
 _NAMES = {
     LimitKind.JOINT_LIMIT: "joint limit",
+    LimitKind.TORQUE_LIMIT: "torque limit",
     LimitKind.JOINT_SPEED: "joint speed",
     LimitKind.JOINT_ACCELERATION: "joint acceleration",
     LimitKind.POINT_SPEED: "contact point speed",
@@ -76,7 +77,7 @@ def limit_texts(limits: Iterable[Limit]) -> str:
 def _fact(limit: Limit) -> str:
     names, value, bound = [name.replace("_", " ") for name in limit.names], limit.value, limit.bound
     match limit.kind:
-        case LimitKind.JOINT_LIMIT:
+        case LimitKind.JOINT_LIMIT | LimitKind.TORQUE_LIMIT:
             return ", ".join(names)
         case LimitKind.ENERGY_TANK:
             return "" if value is None else f"{value:.1f}\u202fJ"

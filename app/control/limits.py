@@ -11,12 +11,12 @@ from app.core.codec import AnyFloat
 class LimitKind(Enum):
     """What bounds the controller, holds its task up, or stopped it. In brackets: what a ``Limit`` tells besides.
 
-    Bounds on motion: ``JOINT_LIMIT`` (names: the joints), ``JOINT_SPEED``, ``JOINT_ACCELERATION``, ``POINT_SPEED`` (of
-    the touched point), ``FORCE_CAP``, ``WEAK_DIRECTION`` (value: lost speed [m/s]; bound: singular
-    value, the greatest speed there [m/s]; direction), ``FORCE_RISES`` (there,
-    while it is to fall), ``HELD_BACK`` (the arm does not follow the wanted posture), ``ENERGY_TANK`` (value: given
-    [J]), ``SLOW_HOMING`` (after a lost contact), ``JOINT_RESPONSE`` (names: the joint that differs most from the
-    requested natural frequency and damping ratio; value: its frequency [rad/s]; damping_ratio).
+    Bounds on motion: ``JOINT_LIMIT`` and ``TORQUE_LIMIT`` (names: the joints), ``JOINT_SPEED``,
+    ``JOINT_ACCELERATION``, ``POINT_SPEED`` (of the touched point), ``FORCE_CAP``, ``WEAK_DIRECTION`` (value: lost speed
+    [m/s]; bound: singular value, the greatest speed there [m/s]; direction), ``FORCE_RISES`` (there, while it is to
+    fall), ``HELD_BACK`` (the arm does not follow the wanted posture), ``ENERGY_TANK`` (value: given [J]),
+    ``SLOW_HOMING`` (after a lost contact), ``JOINT_RESPONSE`` (names: the joint that differs most from the requested
+    natural frequency and damping ratio; value: its frequency [rad/s]; damping_ratio).
 
     The contact: ``CONTACT_LOST``, ``CONTACT_STICKS`` (it moves along with the skin), ``OUT_OF_REACH`` (the target).
 
@@ -35,6 +35,7 @@ class LimitKind(Enum):
     """
 
     JOINT_LIMIT = "joint-limit"
+    TORQUE_LIMIT = "torque-limit"
     JOINT_SPEED = "joint-speed"
     JOINT_ACCELERATION = "joint-acceleration"
     POINT_SPEED = "point-speed"

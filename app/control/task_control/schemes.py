@@ -39,7 +39,7 @@ import numpy as np
 
 from app.control.command import ControlSettings
 from app.control.force_loop.loop_stability import CONTACT_STIFFNESS
-from app.control.joint_impedance import MAX_POINT_SPEED
+from app.control.joint_impedance import MAX_JOINT_SPEED, MAX_POINT_SPEED
 from app.control.limits import ActiveLimits, Limit, LimitKind
 from app.control.task_priority import (
     ArmState,
@@ -69,10 +69,14 @@ class ForceServo:
 
     Args:
         max_speed: Bound of the answer [m/s].
+
+    Attributes:
+        held: Whether a joint is at its torque limit. Integrals do not grow then either.
     """
 
     def __init__(self, max_speed: float) -> None:
         self._max_speed = max_speed
+        self.held = False
         self._integrals: dict[ContactKey, float] = {}
         self._reached: set[ContactKey] = set()
         self._least: dict[ContactKey, tuple[float, float]] = {}  # error, and for how long none was less
@@ -114,9 +118,9 @@ class ForceServo:
         wanted = settings.force_gain * (error + self.integral(contact) / settings.integral_time) + beside
         bounded = min(max(wanted, -self._max_speed), self._max_speed)
         if bounded != wanted:
-            if error * (wanted - bounded) > 0:
-                self._integrals[contact] = _only_unwound(before, self.integral(contact))
             limits.add(Limit(LimitKind.POINT_SPEED))
+        if self.held or error * (wanted - bounded) > 0:
+            self._integrals[contact] = _only_unwound(before, self.integral(contact))
         return bounded
 
     def _gather(self, contact: ContactKey, error: float, dt: float, patience: float) -> None:
@@ -159,6 +163,7 @@ class PointVelocityScheme(ABC):
     ) -> list[PriorityLevel]:
         """Velocities of all contacts' points."""
         self.keep(contacts)
+        self._servo.held = arm.reference.torque_limited
         self._wanted = {contact.key: self.velocity(settings, contact, arm.dt, limits) for contact in contacts}
         return single_level([point_rows(contact, self._wanted[contact.key]) for contact in contacts])
 
@@ -312,6 +317,7 @@ class PriorityScheme:
     ) -> list[PriorityLevel]:
         """Forces of all contacts, then places of those that may not slide; both alike where force alone would slide."""
         self._servo.keep(contact.key for contact in contacts)
+        self._servo.held = arm.reference.torque_limited
         parts = [self._pushed(settings, contact, arm.dt, limits) for contact in contacts]
         levels = single_level(parts)
         held = [c for c in contacts if c.error is not None and not c.straight]
@@ -344,9 +350,9 @@ class PriorityScheme:
 
 
 MAX_ACCELERATION = 30.0
-"""Of any joint [rad/s²]."""
-DAMPER = 0.2
-"""Distance from a joint's limit at which its speed towards it is bounded [rad]."""
+"""Largest acceleration of a hinge [rad/s²]; slides and slow joints reach their largest speed in the same time."""
+LIMIT_RATE = 7.5
+"""Largest speed of a joint towards its limit, per distance from it [1/s]."""
 CAP_SHARE = 0.8
 """Share of the greatest force, at which the arm stops, that contacts may reach."""
 _FORCE_WEIGHT, _CAP_WEIGHT, _REST_WEIGHT = 100.0, 1e4, 1e-3
@@ -385,11 +391,17 @@ class QuadraticProgramScheme(PriorityScheme):
 
     def _box(self, arm: ArmState) -> tuple[FloatArray, FloatArray]:
         """Bounds (n,) of the speed: greatest speed, greatest change, and slower towards a limit that is near."""
-        change, full = MAX_ACCELERATION * arm.dt, arm.reference.max_speed
-        near = full / DAMPER
-        upper = np.minimum(np.minimum(full, arm.speed + change), near * np.maximum(arm.reference.upper - arm.start, 0))
-        lower = np.maximum(np.maximum(-full, arm.speed - change), near * np.minimum(arm.reference.lower - arm.start, 0))
+        full, change = arm.reference.max_speed, _max_change(arm)
+        above = LIMIT_RATE * np.maximum(arm.reference.upper - arm.start, 0)
+        below = LIMIT_RATE * np.minimum(arm.reference.lower - arm.start, 0)
+        upper = np.minimum(np.minimum(full, arm.speed + change), above)
+        lower = np.maximum(np.maximum(-full, arm.speed - change), below)
         return np.minimum(lower, upper), np.maximum(lower, upper)
+
+
+def _max_change(arm: ArmState) -> FloatArray:
+    """Return the largest change of the joint speeds (n,) in a tick."""
+    return MAX_ACCELERATION * arm.dt * (arm.reference.max_speed / MAX_JOINT_SPEED)
 
 
 def _quadratic(
@@ -434,7 +446,7 @@ def _tell(speed: FloatArray, lower: FloatArray, upper: FloatArray, arm: ArmState
     if fast.any():
         limits.add(Limit(LimitKind.JOINT_SPEED))
     slow = at & ~fast
-    changing = np.abs(np.abs(speed - arm.speed) - MAX_ACCELERATION * arm.dt) < 1e-6
+    changing = np.abs(np.abs(speed - arm.speed) - _max_change(arm)) < 1e-6
     if (slow & changing).any():
         limits.add(Limit(LimitKind.JOINT_ACCELERATION))
     arm.reference.tell_joint_limits(slow & ~changing, limits)

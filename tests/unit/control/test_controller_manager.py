@@ -181,3 +181,67 @@ def test_a_force_that_something_else_makes_swing_is_no_oscillation_of_the_loop()
     for k in range(400):
         mine.command(BENT, STILL, touch(3.0 + 2.5 * np.sin(30 * k * TICK)), TICK)
     assert LimitKind.OSCILLATION not in kinds(mine.why_limited)
+
+
+def limited(controller: str, **joint) -> ControllerManager:
+    """The bar's controller, where the model states limits of the hinge."""
+    prepared = prepared_bar()
+    robot = replace(prepared.robot, joints=(replace(prepared.robot.joints[0], **joint),))
+    return ControllerManager(robot, prepared.map, ControlSettings(controller=controller))
+
+
+@pytest.mark.parametrize("controller", CHOICES["controller"])
+def test_torque_limit_of_a_joint_is_respected_and_named(controller):
+    mine, posture = limited(controller, max_effort=1.0), np.array([0.6])
+    said = set()
+    for _ in range(200):  # too weak a touch, to which an arm that something blocks presses on
+        command = mine.command(posture, STILL, touch(0.5), TICK)
+        assert abs(command.torque_at(posture, STILL)[0]) <= 1.0 + 1e-9
+        said |= {limit.kind for limit in mine.why_limited}
+    assert LimitKind.TORQUE_LIMIT in said
+    (limit,) = [limit for limit in mine.why_limited if limit.kind is LimitKind.TORQUE_LIMIT]
+    assert limit.names == ("hinge",)
+    mine.reset()
+    assert mine.why_limited == ()
+
+
+def test_torque_limit_holds_while_another_controller_fades():
+    mine, posture = limited("impedance", max_effort=1.0), np.array([0.6])
+    for controller in ("impedance", "hybrid", "impedance", "hold_force"):
+        mine.settings = ControlSettings(controller=controller)
+        for _ in range(20):
+            command = mine.command(posture, STILL, touch(0.5), TICK)
+            assert abs(command.torque_at(posture, STILL)[0]) <= 1.0 + 1e-9
+
+
+@pytest.mark.parametrize(
+    "controller", [name for name in CHOICES["controller"] if name not in ("impedance", "admittance")]
+)
+def test_integral_does_not_wind_up_at_the_torque_limit(controller):
+    """After ten seconds of a blocked arm the torque turns as soon as after one, when the force is too high."""
+    turned = []
+    for blocked in (200, 2000):
+        mine, posture = limited(controller, max_effort=1.0), np.array([0.6])
+        for _ in range(40):
+            mine.command(posture, STILL, touch(4.0), TICK)  # above the goal, so that the integral works
+        for _ in range(blocked):
+            mine.command(posture, STILL, touch(0.5), TICK)
+        before = mine.command(posture, STILL, touch(0.5), TICK).torque_at(posture, STILL)[0]
+        ticks = 0
+        while abs(mine.command(posture, STILL, touch(6.0), TICK).torque_at(posture, STILL)[0] - before) < 0.05:
+            ticks += 1
+            assert ticks < 100
+        turned.append(ticks)
+    assert turned[0] == turned[1] < 50
+
+
+@pytest.mark.parametrize("controller", [name for name in CHOICES["controller"] if name != "impedance"])
+@pytest.mark.parametrize("force", [0.1, 20.0])
+def test_speed_limit_of_the_model_is_respected(controller, force):
+    mine, posture = limited(controller, max_speed=0.05), np.array([0.1])
+    fastest = 0.0
+    for number in range(300):
+        regions = touch(force) if number < 150 else ()  # and on the way back to rest
+        after = mine.command(posture, STILL, regions, TICK).posture
+        fastest, posture = max(fastest, abs(float(after[0] - posture[0])) / TICK), after
+    assert 0.01 < fastest <= 0.05 * (1 + 1e-6)

@@ -2,25 +2,32 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from app.control.command import ControlSettings
+from app.control.command import ControlSettings, JointCommand
 from app.control.controllers import ImpedanceController
 from app.control.joint_impedance import (
     HOME_SPEED,
     MAX_JOINT_SPEED,
     MAX_LEAD,
+    MAX_SLIDE_SPEED,
     MIN_INERTIA,
     JointImpedance,
     PostureReference,
     at_limit,
     joint_impedance,
     joint_limits,
+    joint_speeds,
     limit_joint_speed,
+    within_effort,
 )
+from app.control.limit_texts import limit_texts
 from app.control.limits import ActiveLimits, LimitKind
 from app.robots.kinematics import Configuration
+from app.robots.robot import Joint, Robot
 from tests.support.limits import kinds
 from tests.support.touch import arm, bar
 
@@ -141,3 +148,81 @@ def test_joints_at_a_limit_and_too_fast_ones():
     assert kinds(limits) == [LimitKind.JOINT_SPEED]
     assert limit_joint_speed(np.array([0.5, 0.5]), np.array([1.5, 0.25]), limits) == pytest.approx([0.25, 0.25])
     assert limit_joint_speed(np.zeros(0), np.zeros(0), limits).shape == (0,)
+
+
+def limited(**joint) -> Robot:
+    """The bar with what its model states for the hinge."""
+    robot = bar()
+    return replace(robot, joints=(replace(robot.joints[0], **joint),))
+
+
+def reference_of(robot: Robot) -> PostureReference:
+    return PostureReference(robot, Configuration(robot))
+
+
+def test_hinges_slides_and_stated_limits_have_their_own_speeds():
+    robot = replace(bar(), joints=(Joint("h", -1, 1), Joint("s", 0, 1, slide=True), Joint("l", 0, 1, True, 0.07)))
+    assert joint_speeds(robot).tolist() == [MAX_JOINT_SPEED, MAX_SLIDE_SPEED, 0.07]
+    assert joint_speeds(limited(max_speed=50000.0)).tolist() == [MAX_JOINT_SPEED]
+
+
+def test_slow_joint_returns_to_rest_at_the_same_share_of_its_speed():
+    mine, at = reference_of(limited(max_speed=0.3)), np.array([1.0])
+    speeds = []
+    for _ in range(4000):
+        speeds.append(float(mine.home_speed(at, STILL, DT)[0]))
+        at = at + speeds[-1] * DT
+    assert max(map(abs, speeds)) == pytest.approx(HOME_SPEED * 0.3 / MAX_JOINT_SPEED, rel=1e-3)
+
+
+def test_posture_stays_where_the_torque_of_the_joint_ends():
+    mine, limits = reference_of(limited(max_effort=2.0)), ActiveLimits()
+    for _ in range(50):
+        command = mine.move(STILL, np.array([1.0]), DT, limits)
+        assert command.torque_at(STILL, STILL)[0] <= 2.0 * (1 + 1e-9)
+    assert command.torque_at(STILL, STILL) == pytest.approx([2.0])
+    assert mine.wanted == pytest.approx(2.0 / mine.impedance.stiffness)
+    assert mine.torque_limited
+    assert limit_texts(limits.found) == "torque limit: hinge"
+    back = mine.move(STILL, np.array([-1.0]), DT, ActiveLimits())
+    assert back.torque_at(STILL, STILL)[0] < 2.0, "it turns back at once"
+    assert not mine.torque_limited
+
+
+def test_damping_counts_as_torque():
+    mine, limits = reference_of(limited(max_effort=2.0)), ActiveLimits()
+    fast = np.array([-1.0])
+    command = mine.move(STILL, STILL, DT, limits, velocity=fast)
+    assert command.torque_at(STILL, fast) == pytest.approx([2.0])
+    assert kinds(limits) == [LimitKind.TORQUE_LIMIT]
+
+
+@pytest.mark.parametrize(("stiffness", "torque"), [(10.0, 0.0), (0.0, 5.0), (10.0, 5.0)])
+def test_torque_above_the_limit_is_reduced_to_it(stiffness, torque):
+    command = JointCommand(np.array([0.4, 0.1]), np.full(2, stiffness), np.zeros(2), np.full(2, torque))
+    efforts = np.array([1.0, np.inf])
+    bounded, excess = within_effort(command, np.zeros(2), np.zeros(2), efforts)
+    assert excess.tolist() == [True, False]
+    assert bounded.torque_at(np.zeros(2), np.zeros(2)) == pytest.approx([1.0, 0.1 * stiffness + torque])
+    same, none = within_effort(bounded, np.zeros(2), np.zeros(2), efforts)
+    assert same is bounded
+    assert not none.any()
+
+
+def test_impedance_moves_a_joint_no_faster_than_its_model_allows():
+    """The spring of the impedance controller would pull it with up to three times the speed."""
+    robot = limited(max_speed=0.2)
+    controller, settings = ImpedanceController(robot), ControlSettings()
+    at, speed, step = np.array([1.0]), np.zeros(1), 1e-3
+    fastest, said = 0.0, set()
+    inertia = Configuration(robot).inertia()
+    for _ in range(10_000):
+        torque = controller.command(settings, at, speed, (), step).torque_at(at, speed)
+        said |= {limit.kind for limit in controller.why_limited}
+        speed = speed + step * torque / inertia
+        at = at + step * speed
+        fastest = max(fastest, float(np.abs(speed)[0]))
+    assert 0.15 < fastest <= 0.2 * (1 + 1e-6)
+    assert said == {LimitKind.JOINT_SPEED}
+    assert at == pytest.approx([0.0], abs=1e-3)
+    assert not controller.why_limited
