@@ -16,6 +16,8 @@ from app.skin.skin import Patch, Skin
 from app.skin.taxel_placement.sampling import place_evenly
 from app.tactile.contact_notes import NOTED_BIAS, ContactNoteKind
 from app.tactile.elastic_layer import ElasticLayer
+from app.tactile.loads import Box, Cylinder, Plane, Sphere
+from app.tactile.models import foundation
 from app.tactile.models.foundation import STABLE
 from app.tactile.poke import Finger, PokePressed
 from tests.support.scene_objects import thing
@@ -206,6 +208,22 @@ def test_ball_within_flat_skin_is_not_turned():
     arm = wrench.point - simulation._data.xpos[wrench.other]
     assert np.linalg.norm(arm[:2]) > 1e-6, "the points are not symmetric about the ball"
     assert np.cross(arm, wrench.force) + wrench.torque == pytest.approx(np.zeros(3), abs=1e-8 * read * 0.02)
+
+
+@pytest.mark.parametrize("shape", [Sphere(0.03), Box((0.03, 0.02, 0.01)), Cylinder(0.03, 0.01), Plane()])
+def test_normals_of_a_shape_are_the_slopes_of_its_distance(shape):
+    points = np.random.default_rng(1).uniform(-0.04, 0.04, (400, 3))
+    step = 1e-7
+    slopes = [shape.distance(points + step * axis) - shape.distance(points - step * axis) for axis in np.eye(3)]
+    normals = foundation._gradient(shape, points)
+    assert normals == pytest.approx(np.transpose(slopes) / (2 * step), abs=1e-6)
+
+
+def test_normal_as_near_to_two_sides_of_a_box_is_between_them():
+    """Within rounding of the distances, so that mirrored bodies press alike."""
+    places = np.array([[0.025, 0.025 + 1e-12, 0.0], [-0.025, 0.025 - 1e-12, 0.0]])
+    normals = foundation._gradient(Box((0.03, 0.03, 0.03)), places)
+    assert normals == pytest.approx(np.array([[1, 1, 0], [-1, 1, 0]]) / np.sqrt(2), abs=1e-9)
 
 
 def test_face_wider_than_the_flat_skin_presses_along_its_own_normal():
