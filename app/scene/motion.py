@@ -57,7 +57,8 @@ class Motion:
         waypoints: None stays at home.
 
     Raises:
-        SceneError: A waypoint names a joint that the robot does not have, or leaves its limits.
+        SceneError: A waypoint names a joint that the robot does not have, leaves its limits, or would be reached with
+            a higher speed than the model allows.
     """
 
     def __init__(self, robot: Robot, waypoints: Sequence[Waypoint]) -> None:
@@ -65,6 +66,10 @@ class Motion:
         postures = [robot.home]
         for number, waypoint in enumerate(waypoints):
             postures.append(_posture(robot, waypoint, postures[-1], f"motion.{number}.posture"))
+        for number, waypoint in enumerate(waypoints):
+            befores = [postures[number]] if number else [robot.home, postures[-1]]  # the first one from both
+            for before in befores:
+                _check_speeds(robot, postures[number + 1] - before, waypoint.seconds, f"motion.{number}.seconds")
         self._goals = np.array(postures[1:]).reshape(len(waypoints), len(robot.home))
         self._seconds = np.array([waypoint.seconds for waypoint in waypoints])
         lasts = self._seconds + np.array([waypoint.rest for waypoint in waypoints])
@@ -86,6 +91,21 @@ class Motion:
         share = min((within - self._starts[number]) / self._seconds[number], 1.0)
         eased = share**3 * (10 - 15 * share + 6 * share**2)
         return np.asarray(before + eased * (self._goals[number] - before))
+
+
+_PEAK = 15 / 8
+"""Largest speed on the way between two waypoints over the mean speed."""
+
+
+def _check_speeds(robot: Robot, way: FloatArray, seconds: float, place: str) -> None:
+    """Refuse a way (n,) on which a joint exceeds the speed that its model allows."""
+    for joint, distance in zip(robot.joints, np.abs(way).tolist(), strict=True):
+        least = _PEAK * distance / joint.max_speed
+        if seconds < least * (1 - 1e-9):
+            unit = "m/s" if joint.slide else "rad/s"
+            problem = f"the joint {joint.name} would be faster than its model allows ({joint.max_speed:.4g} {unit})"
+            remedy = f"Choose at least {np.ceil(1e3 * least) / 1e3:g} s"
+            raise SceneError(problem, place=place, value=seconds, remedy=remedy)
 
 
 def _posture(robot: Robot, waypoint: Waypoint, before: FloatArray, place: str) -> FloatArray:

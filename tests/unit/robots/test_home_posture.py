@@ -12,7 +12,7 @@ from app.robots.home_posture import LEAST_MARGIN, motion_tilts, point_motion
 from app.robots.kinematics import Configuration
 from app.robots.library import load_robot
 from app.robots.robot import Robot
-from tests.support.generated_robots import ROBOTS, arm, load
+from tests.support.generated_robots import ROBOTS, arm, chain, load, model
 
 OUTERMOST = {"small arm": ["link6"], "arm": ["link6"], "large arm": ["link6"], "leg": ["link3"],
              "hand": [f"finger{number}_link4" for number in range(3)]}  # fmt: skip
@@ -55,13 +55,24 @@ def test_joints_that_do_not_matter_stay_at_zero(tmp_path: Path) -> None:
     assert load(ROBOTS["arm"], tmp_path).home[0] == 0.0  # the first turns the whole arm
 
 
-def test_links_touch_and_sink_no_more_than_at_zero(tmp_path: Path) -> None:
-    low = load(ROBOTS["leg"].replace('pos="0 0 2"', 'pos="0 0 0.9"'), tmp_path)
-    assert (low.home != 0).any()
-    mesh = low.link("link3").mesh
-    assert mesh is not None
-    assert Configuration(low).pose("link3").points(mesh.vertices)[:, 2].min() > -0.05
-    (touching,) = [finding.where for finding in low.findings if finding.kind == "touching-links"]
+def test_arm_above_the_ground_bends_upwards(tmp_path: Path) -> None:
+    side = f'<body name="side" euler="0 1.5707963 0">{chain("zyyzyz", 0.2)}</body>'
+    homes = []
+    for height in (0.3, 5.0):
+        robot = load(model(side, height=height), tmp_path)
+        homes.append(robot.home)
+        configuration = Configuration(robot)
+        lowest = [
+            configuration.pose(link.name).points(link.mesh.vertices)[:, 2].min() for link in robot.links if link.mesh
+        ]
+        assert min(lowest) > 0
+    assert not np.array_equal(*homes), "far from the ground it bends downwards"
+
+
+def test_chosen_home_lets_no_other_links_touch(tmp_path: Path) -> None:
+    robot = load(ROBOTS["leg"], tmp_path)
+    assert robot.home.any()
+    (touching,) = [finding.where for finding in robot.findings if finding.kind == "touching-links"]
     assert touching == "hip-link1"
 
 

@@ -70,3 +70,24 @@ def test_a_waypoint_the_robot_cannot_reach(posture, unit, words):
 def test_a_waypoint_that_cannot_be(bad):
     with pytest.raises(SceneError, match=f"motion.{next(iter(bad))}"):
         replace(Waypoint(), **bad)
+
+
+SLOW = replace(ROBOT, joints=(replace(ROBOT.joints[0], max_speed=0.5), *ROBOT.joints[1:]))
+
+
+@pytest.mark.parametrize(
+    ("ways", "words"),
+    [([Waypoint({"a": 1.1}, seconds=3.7)], r"motion\.0\.seconds: the joint a would be faster .*0\.5 rad.*3\.75 s"),
+     ([Waypoint({"a": 0.1}, seconds=9.0), Waypoint({"a": 1.1}, seconds=3.7)], r"motion\.1\.seconds"),
+     ([Waypoint({"a": 0.2}, seconds=1.0), Waypoint({"a": 1.9}, seconds=9.0)], r"motion\.0\.seconds")],
+)  # fmt: skip
+def test_way_on_which_a_joint_exceeds_the_speed_of_its_model_is_refused(ways, words):
+    with pytest.raises(SceneError, match=words):
+        Motion(SLOW, ways)
+    Motion(ROBOT, ways)
+
+
+def test_way_within_the_speeds_of_the_model_is_accepted():
+    motion = Motion(SLOW, [Waypoint({"a": 1.1}, seconds=3.75), Waypoint({"a": 0.6}, seconds=3.75)])
+    path = np.array([motion.posture(time)[0] for time in np.arange(0.0, 15.0, 1e-3)])
+    assert np.abs(np.diff(path)).max() / 1e-3 == pytest.approx(0.5, rel=1e-3)
