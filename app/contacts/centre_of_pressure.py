@@ -28,9 +28,9 @@ from app.tactile.sensor_effects import SensorEffects
 
 _LARGEST = 1e6
 _NO_EFFECTS = SensorEffects()
-_MODELS = {"foundation": 0.018, "depth": math.inf}
+_MODELS = {"foundation": 0.023, "depth": math.inf}
 """Relative standard uncertainty of the sum of pressure times area; other models conserve force. That of the foundation
-is the root mean square over balls of 4 to 20 mm on the skin of the arm."""
+is half of what 95 % of balls of 4 to 20 mm on the skin of the arm stay within."""
 _NEAREST = 1e-9
 """A centre so near to a taxel is on it [m]."""
 
@@ -50,6 +50,8 @@ class SensorUncertainty:
         elapsed: Time that the offsets have drifted [s].
         model: Relative standard uncertainty of the sum of pressure times area as a force, by the contact model.
         lumps: Whether the contact model presses single points, each of which one pad holds as a whole or not at all.
+        depth: Depth of the taxels where the contact model spreads forces down to it [m]; 0 at the surface.
+        displaced: (taxels,) squared distances of pads from the places of their taxels [m²], where known.
 
     Raises:
         MapError: One is no such number.
@@ -64,9 +66,11 @@ class SensorUncertainty:
     elapsed: float = 0.0
     model: float = 0.0
     lumps: bool = False
+    depth: float = 0.0
+    displaced: FloatArray | None = None
 
     def __post_init__(self) -> None:
-        for name in ("noise", "gain", "calibration", "lag", "elapsed"):
+        for name in ("noise", "gain", "calibration", "lag", "elapsed", "depth"):
             value = getattr(self, name)
             if not 0 <= value < _LARGEST:
                 raise MapError("the uncertainty is out of range", place=name, value=value, remedy="Choose 0 or more")

@@ -8,50 +8,77 @@ effective number of taxels n = F² / sum f_i² and n_t touched taxels with the a
 
     noise, quantisation, offset drift    sd² sum a_i², with step / sqrt(12) and (sd² + walk² t)^½
     gain spread                          gain² sum f_i²
-    hysteresis                           about 0.43 share F: a load held for any time up to three time constants
-    area averaging                       F (0.29² n^-2.5 exp(-3.6 u) + 0.24² n^-2)^½ with the pad's share u of the area,
-                                         at least 0.3 F for n < 2 and min(1 - u, k) F for n < 1.1
-    crosstalk                            0.4 share (r² + (0.1 g)²)^½: what the ring's own force r gives to taxels beyond
+    hysteresis                           0.42 share F / (1 - 0.84 share): a load held for up to three time constants
+    area averaging                       F (0.29² n^-2.5 exp(-3.6 u) + 7 s² / a n^-2)^½ with the pad's share u of the
+                                         area and its displacement s, at least (1 - u) / 2 F for n < 2 and k F for
+                                         n < 1.1
+    crosstalk                            0.27 share (r² + (0.1 g)²)^½: what the ring's own force r gives beyond it
     threshold                            (m² / 9 + m / 5)^½ at a, m = 2 pi (n_t / pi)^¾ (at / peak)^½ taxels of the rim
-    saturation                           at A_s s / (1 - s) / sqrt(2), s = 2 n_s / (n_t + n_s + 1); A_s, n_s: saturated
+    saturation                           2 at A_s min(c / a, 1) with the area A_s of the saturated taxels
     dead taxels                          (dead sum f_i² + dead² F²)^½, for stuck ones the same with their own force
-    sampling                             lag |dF / dt|
+    sampling, time averaging             lag |dF / dt|, the largest of the last samples
     ring                                 r³ / F²: the force beyond the ring
-    contact model                        0.018 F for foundation, whose taxels read along their own normals; infinite for
+    contact model                        0.023 F for foundation, whose taxels read along their own normals; infinite for
                                          depth, whose readings are penetration: their sum is not a force
+
+Errors that are not normally distributed are stated as half of what 95 % of their sizes stay within (JCGM 101:2008,
+7.7), so that twice the stated uncertainty is a coverage interval of 95 %. Within it once may then be more or fewer than
+68 %. Such errors are those of hysteresis, area averaging, crosstalk, saturation and of the contact model.
+
+Parts that only make the reading smaller (hysteresis, threshold, saturation, crosstalk, ring, contact model) have errors
+e of the same sign: u² = sum u_i² + 2 * 0.6 sum u_i u_j over pairs i < j of these, since E(e) / E(e²)^½ is 0.78 for
+hysteresis, 0.8 for the foundation and 0.6 to 1 for the others. All other parts are independent.
+
+A load that is held for t, evenly distributed up to three time constants, lacks share exp(-t) of itself; 94 % are held
+for more than 0.18 time constants, exp(-0.18) = 0.84, and 72 % for more than 0.83.
 
 Pressure falls to zero at the rim of a contact with a slope of 2 peak / radius (a ball on springs). A taxel of pitch h
 that reaches x < h into the contact reads slope x² / 2 h, so those with x < (2 h at / slope)^½ are below the threshold
-and lose a third of it in the mean, a fifth of its square. Above the limit of saturation, pressures are spread evenly
-up to the peak: a share s above it means a peak of at / (1 - s). Saturated taxels only bound the force from below.
+and lose a third of it in the mean, a fifth of its square.
+
+Saturated taxels only bound the force from below. 95 % of the saturated touches of the development set lose less than
+4 at A_s. A taxel that is wider than the contact loses less, as the mean of its pressure is at most peak c / a, where
+c = pi / 8 (16 mm)² is the area of the widest expected contact times its mean pressure over its peak.
 
 The ring's own force r is what the touched taxels do not give to it by crosstalk. One touched taxel gives
 g = share F / (1 - share) for a reading F, all of it to the ring; n_t of them give g / n_t^½, known to a tenth of g. Of
 the neighbours of a ring taxel, a third are beyond the ring where it borders two touched taxels, half where it borders
-one: 0.4. The ring is reached by the rim of a contact rather than by a tail, so that beyond it is less than the ratio
-q = r / F again: F q q². With half-space, less than twice as much is beyond for 98 % of touches on the arm and for 93 %
-on a flat irregular skin.
+one; 95 % have up to 0.54, half of which is 0.27. The ring is reached by the rim of a contact rather than by a tail, so
+that beyond it is less than the ratio q = r / F again: F q q². With half-space, less than twice as much is beyond for
+98 % of touches on the arm and for 93 % on a flat irregular skin.
 
 Pads sample the pressure on a lattice. By Poisson's summation formula the error of the sum is the spectrum of the
 pressure at the reciprocal lattice, 4 pi / (3^½ h) for six vectors of a hexagonal one (Petersen and Middleton 1962),
 times that of the pad, 2 J_1(x) / x ≈ exp(-x² / 8). A paraboloid of radius R has F 8 J_2(x) / x², x = G R, whose root
 mean square over places is 11 x^-2.5 F, and n a = 3/4 pi R²: 0.27 n^-1.25, with the next vectors 0.29. A pad that is
-displaced by s from the centroid of its cell adds s times the gradient, (9 pi / 4)^½ s / (a^½ n) in all; s is 0.09 a^½:
-cells of three skins have 0.04 to 0.06, and a pad of few quadrature points as much again. One pad alone says little: of
-contacts anywhere within its reach, whose radius is anything up to half of min(h, 16 mm), 68 % have F between 1 - k and
-1 + k times the reading, with a long tail of larger ones: k = 1 - 0.42 v + 0.17 v², v = min((16 mm / h)², 1), a fit
-within 0.01 to P(F / reading < x) = 1 - 0.27 v / x, or 0.4 (x / 0.45 v)^1.5 where x < 0.45 v. A pad that holds the whole
-contact, and so any load of ``point``, reads 1 / u times too much. Two pads alone were 0.24 to 0.41 F off in 68 % of
-simulated cases.
+displaced by s from the centroid of its cell adds s times the gradient, (9 pi / 4)^½ s / (a^½ n) in all. s² is the
+squared distance of pad and taxel, which is known, and 0.07² a: 0.05² a for the cells (three skins have 0.04 to
+0.06 a^½) and as much for the few quadrature points of a pad; where pads are unknown, s is 0.09 a^½. Of one or two
+pads, n < 2, 95 % of the development set are within (1 - u) F.
+
+One pad alone says little: of contacts anywhere within its reach, whose radius is anything up to half of min(h, 16 mm),
+P(F / reading < x) = 1 - 0.27 v / x, v = min((16 mm / h)², 1). 92.5 % are below 3.6 v, and 95 % of the development set:
+k = (3.6 v - 1) / 2. Narrow contacts, whose force is less than the reading, are at most F off, and 68 % are less than
+k = 1 - 0.42 v + 0.17 v² off (a fit within 0.01), which counts where it is larger. A pad that holds the whole contact,
+and so any load of ``point``, reads 1 / u times too much.
+
+Taxels at a depth d below the surface (``half-space``) read a contact between the pads by its tails, which fall like
+d³ / r⁵ (Boussinesq), and the force is several times the reading. 95 % of the development set are within
+0.06 (a / d² - 15), at least the reading, for n < 1.1 and 0.16 (a / d² - 6) for n < 5 times the reading.
+
+The development set are 500 to 2,500 touches of each of eight skins with pitches of 5 to 23 mm, with the distributions
+of the tests but other seeds.
 
 The place has the independent errors with d_i² / F² in every term, 2 calibration² sum w_i² for misplaced taxels, the
 speed of the contact times the lag, and the position within a taxel's area:
 
     cells    a / 6 (0.8 exp(-1.5 (n - 1)) + 0.15 n^-3): a lump anywhere in one square is a / 6, a wide contact less
-    pads     0.09 n^-1.5 a
+    pads     v a / 8 n^-2, at depth d at least 0.22 exp(-0.75 n) a min(max((a / d² - 6) / 12, 0), 1), and sum w_i² s_i²
+             for pads that are displaced by s_i from the taxels' places
 
-These two are root mean squares over round contacts of all sizes (paraboloids of pressure with radii of
-0.03 to 2.5 pitches) on a hexagonal lattice whose taxels are displaced by 0 to 15 % of the pitch.
+Of cells, these are root mean squares over round contacts of all sizes (paraboloids of pressure with radii of
+0.03 to 2.5 pitches) on a hexagonal lattice whose taxels are displaced by 0 to 15 % of the pitch; of pads, they are
+measured by the development set.
 
 ``place`` is radial, the root of the two variances' sum. 63 % of normally distributed centres are within it and 98 %
 within twice as much; of lumps anywhere in a taxel 52 % and 100 %.
@@ -78,8 +105,21 @@ _SMOOTHING = 0.6
 """Weight of the newest sample in the rates of change."""
 _WIDEST = 0.016
 """Diameter of the widest contact that a single pad is expected to feel [m], as of a fingertip or a ball on a cover."""
+_LATE = math.exp(-0.18)
+"""Share of the late part that is missing of a load held for 0.18 time constants; 94 % of loads are held longer."""
+_ONE_SIDED = ("hysteresis", "threshold", "saturation", "crosstalk", "ring", "contact_model")
+"""Parts whose true error makes the reading smaller."""
+_ALIKE = 0.6
+"""Mean product of two errors that have the same sign, per product of their uncertainties."""
 _OF_NOISE = 2 * _SMOOTHING**2 / (2 - _SMOOTHING)
 """Variance of a rate that is due to noise, per variance of the noise over the squared period."""
+
+
+_HELD = 0.6
+"""Share of a squared rate that counts after one more sample: where a force turns, its rate is zero but not its change
+within the age of a reading."""
+_HELD_NOISE = 1.45 * _OF_NOISE
+"""As ``_OF_NOISE``, of the squared rate that is held (mean of a simulation)."""
 
 
 class Uncertainty(NamedTuple):
@@ -122,6 +162,7 @@ class Motion(NamedTuple):
         force: At the last sample [N].
         position: (3,) at the last sample, link frame [m].
         rate: Change of the force [N/s].
+        fastest: Square of the fastest recent change [N²/s²], reduced by ``_HELD`` with each sample.
         velocity: (3,) [m/s], link frame.
     """
 
@@ -131,20 +172,23 @@ class Motion(NamedTuple):
     force: float
     position: FloatArray
     rate: float
+    fastest: float
     velocity: FloatArray
 
     @classmethod
     def begin(cls, time: float, force: float, position: FloatArray, lag: float) -> Motion:
         """Return the motion of a contact that began within the last ``lag`` [s]."""
-        return cls(time, 1, lag, force, position, force / lag, np.zeros(3))
+        return cls(time, 1, lag, force, position, force / lag, (force / lag) ** 2, np.zeros(3))
 
     def next(self, time: float, force: float, position: FloatArray) -> Motion:
         """Return the motion with one more sample."""
         weight = max(_SMOOTHING, 1 / self.samples)
         period = time - self.time
         rate = self.rate + weight * ((force - self.force) / period - self.rate)
+        held = _HELD * self.fastest if self.samples > 1 else 0.0
+        fastest = max(rate * rate, held)
         velocity = self.velocity + weight * ((position - self.position) / period - self.velocity)
-        return Motion(time, self.samples + 1, period, force, position, rate, velocity)
+        return Motion(time, self.samples + 1, period, force, position, rate, fastest, velocity)
 
 
 def reading_variances(errors: SensorUncertainty, pressures: FloatArray, taxels: IntArray) -> dict[str, FloatArray]:
@@ -211,16 +255,28 @@ def propagate_uncertainty(
     moved = 0.0
     if motion is not None:
         noise = sum(parts.get(name, 0.0) ** 2 for name in _WHITE)
-        parts["sampling"] = errors.lag * math.sqrt(max(motion.rate**2 - _OF_NOISE * noise / motion.period**2, 0.0))
+        parts["sampling"] = errors.lag * math.sqrt(max(motion.fastest - _HELD_NOISE * noise / motion.period**2, 0.0))
         moved = errors.lag**2 * max(dot(motion.velocity, motion.velocity) - _OF_NOISE * white / motion.period**2, 0.0)
     area = dot(forces, areas) / total
     if effects.area_averaging is not None:
-        inner = 0.09 * effective**-1.5 * area
+        inner = area * _within_pads(errors, effective, area)
+        if errors.displaced is not None:
+            place += dot(forces * forces, errors.displaced.take(readings.taxels))
     else:
         spread = effective * (1 - effects.crosstalk.share) ** 2 if effects.crosstalk else effective
         inner = area / 6 * (0.7 * math.exp(-1.5 * (spread - 1)) + 0.15 * spread**-3 + 0.045 / spread)
     place = place / total**2 + max(inner, 0.0) + moved
-    return Uncertainty(math.sqrt(place), math.hypot(*parts.values()), parts)
+    return Uncertainty(math.sqrt(place), combine_parts(parts), parts)
+
+
+def combine_parts(parts: Mapping[str, float]) -> float:
+    """Return the uncertainty of a force from its parts [N]; see the module."""
+    one_sided = [parts[name] for name in _ONE_SIDED if name in parts]
+    independent = math.hypot(*parts.values())
+    if not math.isfinite(independent):
+        return independent
+    alike = sum(one_sided) ** 2 - sum(part * part for part in one_sided)
+    return math.sqrt(independent**2 + _ALIKE * max(alike, 0.0))
 
 
 def _systematic(
@@ -234,26 +290,26 @@ def _systematic(
     parts: dict[str, float] = {}
     ring = total - float(touched.sum())
     if effects.area_averaging is not None:
-        radius = effects.area_averaging.radius
-        widest = 0.0 if errors.lumps else _WIDEST
-        parts["area_averaging"] = total * _between_pads(radius, effective, float(areas.mean()), widest)
+        displaced = 0.09**2 * float(areas.mean())
+        if errors.displaced is not None:
+            displaced = 0.07**2 * float(areas.mean()) + dot(forces, errors.displaced.take(readings.taxels)) / total
+        parts["area_averaging"] = total * _between_pads(errors, effective, float(areas.mean()), displaced)
     if effects.crosstalk is not None:
         share = effects.crosstalk.share
         given = share / (1 - share) * float(touched.sum())
         ring -= given / math.sqrt(count)
         unknown = 0.1 * given if count > 1 else 0.0
-        parts["crosstalk"] = 0.4 * share * math.hypot(max(ring, 0.0), unknown)
+        parts["crosstalk"] = 0.27 * share * math.hypot(max(ring, 0.0), unknown)
     if effects.hysteresis is not None:
         late = effects.hysteresis.share
-        parts["hysteresis"] = late * total * math.sqrt(1 / 6 + 2 / 9 * late + late**2 / 4)
+        parts["hysteresis"] = 0.5 * total * _LATE * late / (1 - _LATE * late)
     pressures = touched / areas.take(inside)
     if effects.saturation is not None:
         step = effects.quantisation.step if effects.quantisation else 0.0
         limit = effects.saturation.at
         full = pressures >= limit - step
-        share = float(full.sum()) / (0.5 * (count + float(full.sum()) + 1))
         area = float(areas.take(inside)[full].sum())
-        parts["saturation"] = math.sqrt(2) * area * limit * share / (2 * (1 - share))
+        parts["saturation"] = 2 * area * limit * _peak_share(errors, float(areas.mean()))
         if full.any():
             place += parts["saturation"] ** 2 * float(squared.take(inside)[full].mean() / full.sum())
     if effects.threshold is not None:
@@ -271,14 +327,37 @@ def _systematic(
     return parts, place
 
 
-def _between_pads(radius: float, effective: float, area: float, widest: float) -> float:
-    """Return the relative standard uncertainty of a force that pads sample."""
-    share = math.pi * radius**2 / area
-    sampled = math.hypot(0.29 * effective**-1.25 * math.exp(-1.8 * share), 0.24 / effective)
+def _between_pads(errors: SensorUncertainty, effective: float, area: float, displaced: float) -> float:
+    """Return the relative standard uncertainty of a force that pads with squared displacement [m²] sample."""
+    assert errors.effects.area_averaging is not None
+    share = math.pi * errors.effects.area_averaging.radius**2 / area
+    sampled = math.hypot(0.29 * effective**-1.25 * math.exp(-1.8 * share), math.sqrt(7 * displaced / area) / effective)
+    depths = area / errors.depth**2 if errors.depth else 0.0
+    if effective < 1.1 and depths:
+        return max(sampled, 0.03 * (depths - 15), min(0.5, 1 - share))
     if effective < 1.1:
-        wide = min(widest**2 * math.sqrt(0.75) / area, 1.0)
-        return max(sampled, min(1 - wide * (0.42 - 0.17 * wide), 1 - share))
-    return max(sampled, 0.3) if effective < 2 else sampled
+        wide = 0.0 if errors.lumps else _width(area)
+        return max(sampled, 0.5 * (3.6 * wide - 1), min(1 - wide * (0.42 - 0.17 * wide), 1 - share))
+    tails = 0.08 * (depths - 6) if effective < 5 else 0.0
+    return max(sampled, tails, 0.5 * (1 - share) if effective < 2 else 0.0)
+
+
+def _within_pads(errors: SensorUncertainty, effective: float, area: float) -> float:
+    """Return the variance of the place of a contact that pads feel, in areas of a taxel."""
+    wide = 1.0 if errors.lumps else _width(area)
+    depths = area / errors.depth**2 if errors.depth else 0.0
+    tails = 0.22 * math.exp(-0.75 * effective) * min(max((depths - 6) / 12, 0.0), 1.0)
+    return max(wide / 8 * effective**-2, tails)
+
+
+def _peak_share(errors: SensorUncertainty, area: float) -> float:
+    """Return the largest mean pressure of a taxel of this area [m²] over the peak of a contact."""
+    return 1.0 if errors.lumps else min(math.pi / 8 * _WIDEST**2 / area, 1.0)
+
+
+def _width(area: float) -> float:
+    """Return the squared width of the widest expected contact over that of a taxel of this area [m²], at most 1."""
+    return min(_WIDEST**2 * math.sqrt(0.75) / area, 1.0)
 
 
 def _broken(taxels: DeadTaxels, total: float, square: float, areas: FloatArray) -> float:

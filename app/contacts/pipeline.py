@@ -9,7 +9,7 @@ contacts once, without a past.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
 import numpy as np
@@ -33,6 +33,7 @@ from app.maps.interpolation import INTERPOLATIONS
 from app.maps.tactile_map import TactileMap
 from app.robots.kinematics import Configuration
 from app.robots.robot import Robot
+from app.tactile.receptive_field import pad_displacements
 from app.tactile.sensor_effects import SensorEffects
 
 ABOVE_NOISE = 3.0
@@ -167,6 +168,7 @@ class ContactPipeline:
         depth: float = 0.002,
         seed: int = 0,
     ) -> None:
+        self._skin, self._depth = map_.skin, depth
         self._settings, self._reader = settings, ContactDetector(map_, centre=settings.centre)
         self._forces = RegionForceEstimator(
             map_, estimator=settings.estimator, depth=depth, wrench_noise=settings.wrench_noise, seed=seed
@@ -218,7 +220,10 @@ class ContactPipeline:
             averaged: Tick whose mean a reading is [s]; 0 for readings of an instant.
             model: Contact model that the readings come from.
         """
-        self._reader.errors = SensorUncertainty.of_sensor(sensor, averaged=averaged, model=model)
+        errors = SensorUncertainty.of_sensor(sensor, averaged=averaged, model=model)
+        if sensor.area_averaging is not None:
+            errors = replace(errors, displaced=pad_displacements(self._skin, sensor.area_averaging.radius))
+        self._reader.errors = replace(errors, depth=self._depth) if model == "half-space" else errors
         self._reader.threshold = self._settings.thresholds_for(self._reader.errors)
         gaps = sensor.area_averaging is not None or sensor.dead_taxels is not None
         self._reader.wait(period=1 / sensor.sampling.rate if sensor.sampling else 0.0, gaps=gaps)

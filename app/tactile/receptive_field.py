@@ -114,6 +114,21 @@ def disc_field(skin: Skin, radius: float) -> ReceptiveField:
     return field_from_entries(start, np.concatenate(points), np.concatenate(taxels), np.concatenate(weights))
 
 
+def pad_displacements(skin: Skin, radius: float) -> FloatArray:
+    """Return the squared distances [m²] of the discs' middles from the places of the taxels (taxels,).
+
+    A disc is as many quadrature points as it holds, at least one: where they are farther apart than the disc is wide,
+    its middle is that of the nearest one.
+    """
+    points, field = quadrature_points(skin), disc_field(skin, radius)
+    shares = field.weights * points.areas[:, None]
+    middles = np.zeros((len(skin), 3))
+    np.add.at(middles, field.taxels, shares[:, :, None] * points.positions[:, None])
+    places = [patch.taxels.positions for patch in skin.patches]
+    offsets = middles - np.concatenate(places) if places else middles
+    return np.asarray(np.einsum("ij,ij->i", offsets, offsets))
+
+
 def field_from_entries(count: int, points: IntArray, taxels: IntArray, weights: FloatArray) -> ReceptiveField:
     """The field of ``count`` points from its entries (e,): this point is felt by that taxel with this weight [1/m²]."""
     order = np.argsort(points, kind="stable")

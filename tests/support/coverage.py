@@ -2,7 +2,8 @@
 
 A ball of 4 to 20 mm presses a random place of a skin with 0.5 to 10 N (both log-uniform). Its load begins at an unknown
 time up to three time constants of the creep before it is read, or swings by half of itself at 0.2 to 2 Hz while a slow
-skin is read. Every touch has a sensor of its own: gains, offsets and dead taxels are drawn again.
+skin is read or readings are means over time. Every touch has a sensor of its own: gains, offsets and dead taxels are
+drawn again.
 """
 
 from __future__ import annotations
@@ -61,6 +62,7 @@ EFFECTS = MappingProxyType(
         "quantisation": SensorEffects(quantisation=Quantisation()),
         "dead taxels": SensorEffects(dead_taxels=DeadTaxels()),
         "sampling": SensorEffects(sampling=Sampling()),
+        "time averaging": SensorEffects(),
         "all": SensorEffects(
             AreaAveraging(), Crosstalk(), Hysteresis(), GainSpread(), OffsetDrift(), Noise(), Saturation(),
             Threshold(), Quantisation(), DeadTaxels(), Sampling(),
@@ -171,7 +173,7 @@ def _touches(skin_name: str, model: str, averaging: bool, count: int) -> list[tu
 
 def _seen(
     pipeline: ContactPipeline, chain: SensorChain, felt: FloatArray, random: np.random.Generator, load: Load,
-    step: float,
+    step: float, averages: bool,
 ) -> tuple[tuple[ContactRegion, ...], float]:  # fmt: skip
     """The contacts at the end of a touch, and the force [N] that presses then."""
     sensor = chain.effects
@@ -180,16 +182,21 @@ def _seen(
     if sensor.hysteresis is not None or sensor.offset_drift is not None:
         seconds = random.uniform(0, 3.0)
     rate, phase, swing = 0.0, 0.0, 0.0
-    if sensor.sampling is not None:
+    if sensor.sampling is not None or averages:
         last, swing = 40, 0.5
         rate, phase = random.uniform(0.2, 2.0), random.uniform(0, 2 * math.pi)
-        seconds += 0.2 + random.uniform(0, 0.04)
+        seconds += (40 * step if averages else 0.2) + random.uniform(0, 0.04)
     ticks = math.floor(seconds / step) + 1
     regions: tuple[ContactRegion, ...] = ()
     now = 1.0
     for tick in range(ticks):
         now = 1 + swing * math.sin(2 * math.pi * rate * step * tick + phase)
-        pressures = chain.read(felt * now)
+        mean = now
+        if averages:
+            turn = 2 * math.pi * rate * step
+            angle = turn * tick + phase
+            mean = 1 + swing * (math.cos(angle - turn) - math.cos(angle)) / turn
+        pressures = chain.read(felt * mean)
         if tick >= ticks - last:
             wrenches = {link: now * w for link, w in wrench.items()}
             regions = pipeline.read(tick, tick * step, np.zeros(0), pressures, wrenches=wrenches)
@@ -213,12 +220,13 @@ def touch_errors(
     rows = []
     for seed, (load, felt) in enumerate(_touches(skin_name, model, sensor.area_averaging is not None, count)):
         tick = TICK if sensor.sampling else 10 * TICK
+        averages = effect == "time averaging"
         chain = SensorChain(map_.skin, sensor, tick=tick, seed=seed)
         if not seed or estimator == "lumped":  # a reset repeats the noise of the force-torque sensor
             pipeline = ContactPipeline(robot, map_, sensor, settings=settings, depth=LAYER.depth, seed=seed)
-            pipeline.set_sensor_model(sensor, model=model)
+            pipeline.set_sensor_model(sensor, averaged=tick if averages else 0.0, model=model)
         pipeline.reset()
-        regions, force = _seen(pipeline, chain, felt, random, load, tick)
+        regions, force = _seen(pipeline, chain, felt, random, load, tick, averages)
         regions = tuple(region for region in regions if region.link == load.link)
         if not regions:
             continue

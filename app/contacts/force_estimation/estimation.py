@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from app.contacts.centre_of_pressure import SensorUncertainty, taxel_positions
-from app.contacts.error_budget import INDEPENDENT, reading_variances
+from app.contacts.error_budget import INDEPENDENT, combine_parts, reading_variances
 from app.contacts.force_estimation.deconvolution import Deconvolution, nonnegative_least_squares, tikhonov
 from app.contacts.force_estimation.estimate import (
     AreaSum,
@@ -290,7 +290,7 @@ class RegionForceEstimator:
                 estimate = replace(estimate, refused=EstimateRefusal.PULL)
             if estimate.refused is None:
                 parts: Mapping[str, float] = _parts(reading.region, estimate, skin=reading.wrench is None)
-                estimate = replace(estimate, force_error=math.hypot(*parts.values()))
+                estimate = replace(estimate, force_error=combine_parts(parts))
             else:
                 parts = reading.region.force_parts
             found.append((self._as_estimated(reading.region, estimate, parts), estimate))

@@ -9,7 +9,14 @@ import numpy as np
 import pytest
 
 from app.contacts.centre_of_pressure import SensorUncertainty
-from app.contacts.error_budget import INDEPENDENT, Motion, Readings, propagate_uncertainty, reading_variances
+from app.contacts.error_budget import (
+    INDEPENDENT,
+    Motion,
+    Readings,
+    combine_parts,
+    propagate_uncertainty,
+    reading_variances,
+)
 from app.contacts.taxel_noise import TaxelNoise
 from app.tactile.sensor_effects import (
     AreaAveraging,
@@ -68,19 +75,18 @@ def test_force_error_is_the_root_of_the_squared_parts():
     ({"offset_drift": OffsetDrift(30.0, 20.0)}, {"offset_drift": 50 * AREA * math.sqrt(3)}),
     ({"gain_spread": GainSpread(0.2)}, {"gain_spread": 0.2}),
     ({"quantisation": Quantisation(120.0)}, {"quantisation": 120 / math.sqrt(12) * AREA}),
-    ({"hysteresis": Hysteresis(0.3)}, {"hysteresis": 0.3 * math.sqrt(1 / 6 + 2 / 9 * 0.3 + 0.09 / 4)}),
-    ({"area_averaging": AreaAveraging(0.001)}, {"area_averaging": 0.75}),
-    ({"area_averaging": AreaAveraging(0.004)}, {"area_averaging": 1 - math.pi * 0.16}),
+    ({"hysteresis": Hysteresis(0.3)}, {"hysteresis": 0.15 * math.exp(-0.18) / (1 - 0.3 * math.exp(-0.18))}),
+    ({"area_averaging": AreaAveraging(0.001)}, {"area_averaging": 1.3}),
     ({"dead_taxels": DeadTaxels(0.1)}, {"dead_taxels": math.sqrt(0.1 + 0.01)}),
     ({"dead_taxels": DeadTaxels(0.0, 0.04, 1e4)}, {"dead_taxels": 0.2 * math.sqrt(1 + 3)}),
-    ({"saturation": Saturation(1e4)}, {"saturation": math.sqrt(2) * AREA * 1e4}),
+    ({"saturation": Saturation(1e4)}, {"saturation": 2 * AREA * 1e4}),
     ({"saturation": Saturation(2e4)}, {"saturation": 0.0}),
 ])  # fmt: skip
 def test_each_effect_has_its_part(effects, expected):
     assert parts(elapsed=4.0, **effects) == pytest.approx(expected)
 
 
-@pytest.mark.parametrize(("model", "share"), [("water-fill", 0.0), ("foundation", 0.018), ("depth", math.inf)])
+@pytest.mark.parametrize(("model", "share"), [("water-fill", 0.0), ("foundation", 0.023), ("depth", math.inf)])
 def test_contact_model_may_not_conserve_force(model, share):
     found = propagate_uncertainty(SensorUncertainty.of_sensor(SensorEffects(), model=model), TWO, np.zeros(2))
     assert found.parts.get("contact_model", 0.0) == found.force == 2 * share
@@ -113,7 +119,8 @@ def test_force_in_the_ring_leaks_and_hints_at_force_beyond():
     readings = Readings(np.array([0.9, 0.1]), np.full(2, AREA), np.arange(2), np.array([0]))
     assert parts(readings) == pytest.approx({"ring": 0.001})
     own = 0.1 - 0.05 / 0.95 * 0.9
-    assert parts(readings, crosstalk=Crosstalk(0.05)) == pytest.approx({"crosstalk": 0.02 * own, "ring": own**3})
+    expected = {"crosstalk": 0.27 * 0.05 * own, "ring": own**3}
+    assert parts(readings, crosstalk=Crosstalk(0.05)) == pytest.approx(expected)
 
 
 def test_coarse_pad_alone_is_more_uncertain():
@@ -132,7 +139,7 @@ def test_pad_reads_a_point_in_full_or_not_at_all():
 
 def test_force_that_several_taxels_give_to_the_ring_is_known_to_a_tenth():
     given = 0.1 / 0.9 * 2
-    assert parts(TWO, crosstalk=Crosstalk(0.1)) == pytest.approx({"crosstalk": 0.04 * 0.1 * given})
+    assert parts(TWO, crosstalk=Crosstalk(0.1)) == pytest.approx({"crosstalk": 0.27 * 0.1 * 0.1 * given})
     assert parts(ONE, crosstalk=Crosstalk(0.1)) == {"crosstalk": 0.0}, "one taxel gives all of it to the ring"
 
 
@@ -141,13 +148,69 @@ def test_wide_contact_is_placed_and_sampled_better_than_a_lump():
     nine = Readings(np.ones(9), np.full(9, AREA), np.arange(9), np.arange(9))
     place = [propagate_uncertainty(SensorUncertainty(), one, np.zeros(len(one.forces))).place for one in (ONE, nine)]
     assert place[1] < place[0] / 6
+
+
+def test_pads_sample_a_wide_contact_better_than_a_lump():
+    nine = Readings(np.ones(9), np.full(9, AREA), np.arange(9), np.arange(9))
     pads = {"area_averaging": AreaAveraging(0.002)}
     filtered = math.exp(-1.8 * math.pi * 0.04)
-    expected = 9 * math.hypot(0.29 * 9**-1.25 * filtered, 0.24 / 9)
+    displaced = math.sqrt(7) * 0.09
+    expected = 9 * math.hypot(0.29 * 9**-1.25 * filtered, displaced / 9)
     assert parts(nine, **pads)["area_averaging"] == pytest.approx(expected)
-    assert parts(TWO, **pads)["area_averaging"] == pytest.approx(2 * math.hypot(0.29 * 2**-1.25 * filtered, 0.24 / 2))
+    expected = 2 * math.hypot(0.29 * 2**-1.25 * filtered, displaced / 2)
+    assert parts(TWO, **pads)["area_averaging"] == pytest.approx(expected)
     nearly_two = Readings(np.array([1.0, 0.5]), np.full(2, AREA), np.arange(2), np.arange(2))
-    assert parts(nearly_two, **pads)["area_averaging"] == pytest.approx(1.5 * 0.3)
+    expected = 1.5 * 0.5 * (1 - math.pi * 0.04)
+    assert parts(nearly_two, **pads)["area_averaging"] == pytest.approx(expected)
+
+
+def test_displaced_pads_are_less_certain_in_force_and_place():
+    pads = SensorUncertainty.of_sensor(SensorEffects(area_averaging=AreaAveraging(0.002)))
+    displaced = replace(pads, displaced=np.full(9, 0.002**2))
+    nine = Readings(np.ones(9), np.full(9, AREA), np.arange(9), np.arange(9))
+    known, found = (propagate_uncertainty(errors, nine, np.zeros(9)) for errors in (pads, displaced))
+    assert found.place**2 - known.place**2 == pytest.approx(0.002**2 / 9)
+    sampled = 9 * 0.29 * 9**-1.25 * math.exp(-1.8 * math.pi * 0.04)
+    expected = math.hypot(sampled, math.sqrt(7 * (0.07**2 + 0.2**2)))
+    assert found.force == pytest.approx(expected)
+
+
+@pytest.mark.parametrize(("readings", "force"), [(ONE, 0.5), (TWO, 2 * 0.08 * 19)])
+def test_pads_below_the_surface_read_what_is_between_them_by_its_tails(readings, force):
+    """Pads of 1 mm on taxels of 1 cm² that are 2 mm below the surface: a / d² is 25."""
+    pads = SensorUncertainty.of_sensor(SensorEffects(area_averaging=AreaAveraging(0.001)))
+    deep = propagate_uncertainty(replace(pads, depth=0.002), readings, np.zeros(len(readings.forces)))
+    assert deep.force == pytest.approx(force)
+    count = len(readings.inside)
+    assert deep.place**2 == pytest.approx(AREA * max(0.125 * count**-2, 0.22 * math.exp(-0.75 * count)))
+    deeper = propagate_uncertainty(replace(pads, depth=0.001), ONE, np.zeros(3))
+    assert deeper.force == pytest.approx(0.03 * 85)
+
+
+def test_errors_of_the_same_sign_add_up_in_part():
+    assert combine_parts({"noise": 3.0, "hysteresis": 4.0}) == pytest.approx(5.0)
+    found = combine_parts({"noise": 3.0, "hysteresis": 4.0, "contact_model": 2.0})
+    assert found**2 == pytest.approx(9 + 16 + 4 + 2 * 0.6 * 8)
+    assert combine_parts({"hysteresis": 4.0, "contact_model": math.inf}) == math.inf
+
+
+@pytest.mark.parametrize(("model", "share"), [("water-fill", 0.25), ("point", 1.0)])
+def test_taxel_wider_than_the_contact_loses_less_to_saturation(model, share):
+    area = math.pi / 2 * 0.016**2
+    wide = Readings(np.array([1e4 * area]), np.array([area]), np.arange(1), np.arange(1))
+    errors = SensorUncertainty.of_sensor(SensorEffects(saturation=Saturation(1e4)), model=model)
+    assert propagate_uncertainty(errors, wide, np.zeros(1)).force == pytest.approx(2 * area * 1e4 * share)
+
+
+def test_turning_force_is_as_uncertain_as_it_was_fast():
+    errors = SensorUncertainty.of_sensor(SensorEffects(sampling=Sampling()))
+    motion = Motion.begin(0.0, 1.0, np.zeros(3), errors.lag)
+    for step in range(1, 30):
+        motion = motion.next(0.02 * step, 1 + 0.1 * step, np.zeros(3))
+    turned = motion.next(0.6, motion.force - motion.rate * 0.02 * 0.4 / 0.6, np.zeros(3))
+    assert turned.rate == pytest.approx(0.0, abs=1e-9)
+    found = propagate_uncertainty(errors, ONE, np.zeros(3), motion=turned)
+    assert found.parts["sampling"] == pytest.approx(math.sqrt(0.6) * motion.rate * errors.lag)
 
 
 def test_crosstalk_does_not_make_a_lump_look_wide():

@@ -111,6 +111,18 @@ def test_error_bars_follow_the_sensor():
     assert sense.read(2, 0.02, HOME, PRESSED)[0].force_error > 0
 
 
+def test_force_from_pads_below_the_surface_is_less_certain():
+    pads = SensorEffects(area_averaging=AreaAveraging(0.001))
+    sense = ContactPipeline(BAR.robot, BAR.map, SensorEffects(), depth=0.001)
+    found = []
+    for tick, model in enumerate(("water-fill", "half-space")):
+        sense.set_sensor_model(pads, model=model)
+        found.append(sense.read(tick, 0.01 * tick, HOME, PRESSED)[0])
+    surface, deep = found
+    assert deep.force_error > 3 * surface.force_error
+    assert deep.place_error > surface.place_error
+
+
 def test_each_taxel_has_a_threshold_above_its_own_measured_noise():
     noisy, other = BAR.skin.neighbours[30].tolist()
     sd = np.full(len(BAR.skin), 10.0)

@@ -14,6 +14,7 @@ from app.tactile.receptive_field import (
     disc_field,
     field_from_entries,
     load_points,
+    pad_displacements,
     points_of_link,
     quadrature_points,
 )
@@ -145,3 +146,20 @@ def test_a_skin_without_taxels_has_fields_without_points():
 def test_a_disc_that_is_none_is_refused(radius):
     with pytest.raises(SimulationError, match="pad radius"):
         disc_field(SKIN, radius)
+
+
+def test_pad_of_one_point_is_as_far_from_its_taxel_as_the_nearest_point():
+    skin = bar_skin(100)
+    taxels, points = skin.patches[0].taxels, quadrature_points(skin)
+    nearest = np.linalg.norm(taxels.positions[:, None] - points.positions, axis=2).min(axis=1)
+    np.testing.assert_allclose(pad_displacements(skin, 1e-4), nearest**2, rtol=1e-9, atol=1e-18)
+
+
+def test_pad_of_many_points_is_about_its_taxel():
+    skin = bar_skin(100)
+    narrow, wide = (np.median(pad_displacements(skin, radius)) for radius in (1e-4, 0.01))
+    assert wide < 0.2 * narrow
+
+
+def test_skin_without_taxels_has_no_pads():
+    assert pad_displacements(Skin(()), 0.002).shape == (0,)

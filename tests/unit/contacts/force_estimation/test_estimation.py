@@ -9,6 +9,7 @@ import pytest
 
 from app.contacts.centre_of_pressure import SensorUncertainty
 from app.contacts.detection import ContactDetector
+from app.contacts.error_budget import combine_parts
 from app.contacts.force_estimation.estimate import ESTIMATORS, EstimateRefusal, Wrench
 from app.contacts.force_estimation.estimation import RegionForceEstimator, build_estimator
 from app.core.arrays import readonly
@@ -98,7 +99,7 @@ def test_uncertainty_of_an_estimate_has_the_parts_of_the_sensor_and_its_own(name
     assert parts["estimator"] == pytest.approx(abs(got.force - regions[0].force))
     assert parts["noise"] / parts["gain_spread"] == pytest.approx(before["noise"] / before["gain_spread"])
     assert parts["noise"] > before["noise"], "undoing the blur amplifies noise"
-    assert got.force_error == pytest.approx(np.sqrt(sum(part**2 for part in parts.values())))
+    assert got.force_error == pytest.approx(combine_parts(parts))
     assert got.force_error == estimates[got.id].force_error
 
 
