@@ -128,6 +128,16 @@ def _accept(_scene: Scene) -> None:
     """Nothing more is checked."""
 
 
+def _check_files(scene: Scene) -> None:
+    """Refuse a scene whose files of taxels or meshes do not exist."""
+    files = {"taxel_file": scene.taxel_file}
+    files |= {f"objects.{number}.file": spec.file for number, spec in enumerate(scene.objects)}
+    for place, file in files.items():
+        if file and not os.path.exists(file):
+            remedy = "Name a file relative to the scene's folder"
+            raise SceneError("there is no such file", place=place, value=file, remedy=remedy)
+
+
 def load_scene(name: str, *, check: Callable[[Scene], None] = _accept) -> Scene:
     """The scene of that name or file. In a file, robot, taxels and meshes may be named relative to its folder.
 
@@ -161,6 +171,7 @@ def load_scene(name: str, *, check: Callable[[Scene], None] = _accept) -> Scene:
     )
     reader = TomlReader(text, file=str(path))
     with reader.locating_errors(reader.raw, ()):
+        _check_files(scene)
         check(scene)
     return scene
 

@@ -6,7 +6,6 @@ line. ``prepare`` loads the robot, puts on its skin and makes the map.
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -27,6 +26,7 @@ from app.scene.object_meshes import make_objects
 from app.scene.objects import SceneObject
 from app.scene.scene import Scene, with_package_roots
 from app.scene.scene_file import load_scene, scene_names
+from app.simulation.start_overlaps import with_overlaps
 from app.skin.cover import cover_robot
 from app.skin.fit import add_grids
 from app.skin.formats.import_skin import NO_ROBOT, check_links, import_skin
@@ -73,7 +73,7 @@ def prepare(scene: Scene, *, progress: Progress = no_progress) -> PreparedScene:
     objects = make_objects(scene)  # first, since it costs nothing and may fail
     robot, skin = load_robot_and_skin(scene, progress=progress)
     map_ = build_map(skin, progress=part_of_progress(progress, 0.4, 1.0))
-    return PreparedScene(scene, robot, skin, map_, objects)
+    return PreparedScene(scene, robot, skin, map_, with_overlaps(robot, skin, scene.effects, objects))
 
 
 def load_robot_and_skin(scene: Scene, *, progress: Progress = no_progress) -> tuple[Robot, Skin]:
@@ -197,9 +197,6 @@ def _checked_robot(scene: Scene, load: Callable[[Scene], Robot]) -> Robot | None
 
 
 def _check_taxels(scene: Scene, robot: Robot | None) -> None:
-    if not os.path.exists(scene.taxel_file):
-        remedy = "Name a file relative to the scene's folder"
-        raise SceneError("there is no such file", place="taxel_file", value=scene.taxel_file, remedy=remedy)
     try:
         check_links(scene.taxel_file, robot, scene.cover.links)
     except TactileMapsError as error:

@@ -43,6 +43,7 @@ from app.session.bundle import robot_from_zip, robot_to_zip
 from app.session.link_levels import LinkLevels, links_digest
 from app.session.prepare import PreparedScene, load_robot_of, prepare
 from app.session.program_digest import program_digest
+from app.simulation.start_overlaps import with_overlaps
 from app.skin.cover import CoverSpec
 from app.skin.fit import GridSpec
 from app.skin.link_pieces import PIECES_SUFFIX
@@ -128,7 +129,8 @@ def find_prepared(scene: Scene) -> PreparedScene | None:
     if kept is None:
         return None
     robot, map_ = kept
-    return PreparedScene(scene, robot, map_.skin, map_, make_objects(scene))
+    objects = with_overlaps(robot, map_.skin, scene.effects, make_objects(scene))
+    return PreparedScene(scene, robot, map_.skin, map_, objects)
 
 
 def load_robot_cached(scene: Scene) -> Robot:

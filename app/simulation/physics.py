@@ -18,13 +18,13 @@ from app.simulation.mean_loads import MeanLoads
 from app.simulation.model.contact_stiffness import ContactSharing, unstable_contacts
 from app.simulation.model.model_assembly import assemble
 from app.simulation.model.model_names import body_name
-from app.simulation.model.object_geoms import ProbeDrives, has_body
+from app.simulation.model.object_geoms import ProbeDrives, has_body, hull_notes
 from app.simulation.model.piece_contacts import PieceContacts
 from app.simulation.pressing_shapes import Solids, contact_candidates
 from app.simulation.step_checks import DivergenceGuard, ImpedanceCommand, TunnellingCheck, unstable_servos
 from app.skin.bare_surface import with_bare_points
 from app.skin.skin import Skin
-from app.tactile.contact_notes import ContactNote, ContactNoteKind
+from app.tactile.contact_notes import ContactNote
 from app.tactile.elastic_layer import ElasticLayer
 from app.tactile.loads import Load
 from app.tactile.models.contact_model import ContactModel
@@ -78,7 +78,7 @@ class Physics:
         self._bodies = {
             scene_object.spec.name: int(self.model.body(body_name(scene_object.spec)).id) for scene_object in present
         }
-        hulls = (ContactNote(ContactNoteKind.CONVEX_HULL, (t.spec.name,)) for t in present if t.spec.kind == "mesh")
+        hulls = (note for thing in present for note in hull_notes(thing))
         self._notes = (*hulls, *unstable_contacts(self.model, layer))
         self._watch = ContactWatch(self.model, self.data, skin, layer, averages=effects.time_averaging)
         pieces = PieceContacts(self.model, robot, skin)

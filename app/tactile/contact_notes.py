@@ -14,7 +14,7 @@ class ContactNoteKind(Enum):
     """What was done otherwise than asked. In brackets: what ``ContactNote.bodies`` names."""
 
     CONVEX_HULL = "convex-hull"
-    """A mesh collides as its convex hull (the object)."""
+    """A mesh collides as its convex hull, which is not its surface (the object)."""
     UNSTABLE = "unstable"
     """A contact is stiffer than the time step bears (both bodies)."""
     OUTSIDE_SKIN = "outside-skin"
@@ -49,7 +49,8 @@ class ContactNote:
         stiffness: Of a contact that may be unstable [N/m]; None for others, as are the next two.
         max_stiffness: The most that the time step bears [N/m].
         max_timestep: The longest that the stiffness bears [s].
-        depth: Of one body in the other, of a contact that is too deep [m]; None for others.
+        depth: Of one body in the other, of a contact that is too deep, or of a mesh's surface in its convex hull [m];
+            None for others.
         force: Normal force of a contact that presses too hard, or that no taxel reports [N]; None for others.
         share: Share of the load that is not sensed, of a contact partly outside the skin, 0 to 1; None for others.
         ratio: Sum of pressure times area over the force, of a contact on bent skin; None for others.
@@ -105,7 +106,8 @@ def contact_note_text(note: ContactNote) -> str:
     by = note.bodies[0] if len(note.bodies) > 1 else "something"
     match note.kind:
         case ContactNoteKind.CONVEX_HULL:
-            return f"{link} collides as its convex hull"
+            away = "" if note.depth is None else f", up to {1e3 * note.depth:.2g} mm from its surface"
+            return f"{link} collides as its convex hull{away}"
         case ContactNoteKind.UNSTABLE:
             return f"{' and '.join(note.bodies)} may be unstable{_stiffness_advice(note)}"
         case ContactNoteKind.OUTSIDE_SKIN:

@@ -119,7 +119,8 @@ class FoundationModel:
         notes: What it could not do at the last reading.
         wrenches: What it did in the last step.
 
-    Cost: 12 µs a meeting that is far, 30 µs one that is near, and 100 µs one in contact, at every step.
+    Cost at every step, with 400 taxels on a busy core: 14 µs a meeting that is far; in contact 0.5 ms for a ball of
+    20 mm and 2.3 ms for the face of a box of 40 mm, since it grows with the number of points in contact.
     """
 
     def __init__(

@@ -214,3 +214,19 @@ def test_a_grid_takes_the_place_of_its_link_s_cover():
 def test_mistakes_in_grids_have_their_line(lines, problem):
     with pytest.raises(SceneError, match=problem):
         scene_from_toml(f"robot = 'arm'\n[[grids]]\n{lines}", name="n")
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("robot = 'arm'\ntaxel_file = 'gone.csv'\n", "line 2, taxel_file: there is no such file .found: gone.csv"),
+        (
+            "robot = 'arm'\n[[objects]]\nname = 'm'\nkind = 'mesh'\nfile = 'gone.stl'\n",
+            "line 5, objects.file: there is no such file .found: gone.stl.. Name a file relative to the scene's folder",
+        ),
+    ],
+)
+def test_scene_with_a_missing_file_is_refused_at_its_line(tmp_path, text, said):
+    (tmp_path / "own.toml").write_text(text)
+    with pytest.raises(SceneError, match=said):
+        load_scene(str(tmp_path / "own.toml"))

@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 
 from app.core.errors import SimulationError
+from app.geometry.mesh import Mesh
 from app.robots.kinematics import Configuration
 from app.scene.effects import Effects
 from app.simulation.physics import Physics
 from app.simulation.simulation import Simulation, joint_states, restore_joint_states
-from app.tactile.contact_notes import ContactNote, ContactNoteKind
+from app.tactile.contact_notes import ContactNoteKind, contact_note_text
 from app.tactile.elastic_layer import ElasticLayer
 from app.tactile.poke import Finger, PokeMoved, PokePressed, PokeReleased
 from app.tactile.sensor_effects import AreaAveraging, Hysteresis, Noise, SensorEffects
@@ -416,9 +417,15 @@ def test_a_reset_repeats_the_noise():
     assert np.array_equal(simulation.sense(), first)
 
 
-def test_how_a_mesh_touches_is_noted():
-    simulation = Simulation(bar(), bar_skin(), Effects(contact="environment"), objects=(thing("mesh", at=(5, 0, 0)),))
-    assert simulation.notes == (ContactNote(ContactNoteKind.CONVEX_HULL, ("mesh",)),)
+def test_hull_of_a_mesh_with_a_hollow_is_noted_with_its_distance():
+    ball = thing("mesh").mesh
+    hollow = Mesh(np.where(ball.vertices[:, 2:] > 0.0199, ball.vertices * [1, 1, 0.75], ball.vertices), ball.faces)
+    body = thing("mesh", mesh=hollow, at=(5, 0, 0))
+    simulation = Simulation(bar(), bar_skin(), Effects(contact="environment"), objects=(body,))
+    (note,) = simulation.notes
+    assert (note.kind, note.bodies) == (ContactNoteKind.CONVEX_HULL, ("mesh",))
+    assert 0.003 < note.depth <= 0.005
+    assert contact_note_text(note).startswith("mesh collides as its convex hull, up to 3.4 mm from its")
     simulation.use(Effects())
     assert simulation.notes == ()
 

@@ -6,6 +6,7 @@ import mujoco
 import numpy as np
 import pytest
 
+from app.geometry.mesh import Mesh
 from app.scene.effects import Effects
 from app.scene.objects import MIN_MOVING_MASS, OBJECT_KINDS
 from app.simulation.model.model_assembly import assemble
@@ -14,6 +15,7 @@ from app.simulation.model.object_geoms import (
     ProbeDrives,
     ProbePath,
     has_body,
+    hull_notes,
     initial_pose,
     is_simulated,
 )
@@ -162,3 +164,19 @@ def test_the_pose_at_rest_is_the_scenes_but_a_probe_is_never_turned():
     box, probe = thing("box", at=FAR, turn=(10.0, 20.0, 30.0)), thing("probe", at=FAR, turn=(10.0, 20.0, 30.0))
     assert initial_pose(box.spec) == pytest.approx(box.spec.pose.matrix)
     assert initial_pose(probe.spec)[:3, :3] == pytest.approx(np.eye(3))
+
+
+@pytest.mark.parametrize("kind", ["box", "sphere", "cylinder", "plane"])
+def test_convex_mesh_has_no_note_about_its_hull(kind):
+    assert hull_notes(thing("mesh", mesh=thing(kind).mesh)) == ()
+    assert hull_notes(thing(kind)) == ()
+
+
+def test_hull_without_hollow_vertices_is_noted_by_its_faces():
+    """The top is folded along one diagonal: 0.02 m of air are over the middles of its faces, which are inclined."""
+    corners = np.array([[0, 0, 0], [0.1, 0, 0], [0.1, 0.1, 0], [0, 0.1, 0], [0, 0, 0.01], [0.1, 0, 0.04],
+                        [0.1, 0.1, 0.01], [0, 0.1, 0.04]])  # fmt: skip
+    faces = np.array([[0, 3, 2], [0, 2, 1], [0, 1, 5], [0, 5, 4], [1, 2, 6], [1, 6, 5], [2, 3, 7], [2, 7, 6],
+                      [3, 0, 4], [3, 4, 7], [4, 5, 6], [4, 6, 7]])  # fmt: skip
+    (note,) = hull_notes(thing("mesh", mesh=Mesh(corners, faces)))
+    assert note.depth == pytest.approx(0.0217, rel=0.01)
