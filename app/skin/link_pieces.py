@@ -26,7 +26,7 @@ import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
 from app.core.arrays import BoolArray, FloatArray, IntArray
-from app.core.errors import MeshError, SkinError, TactileMapsError
+from app.core.errors import Finding, MeshError, SkinError, TactileMapsError
 from app.core.files import (
     MAX_UNPACKED_BYTES,
     cache_folder,
@@ -38,6 +38,7 @@ from app.core.files import (
 from app.geometry.closest_point import ClosestPoint
 from app.geometry.mesh import Mesh
 from app.geometry.raycast import RayCaster
+from app.geometry.remesh.refine import subdivide
 from app.geometry.remesh.repair import clean_mesh
 from app.geometry.remesh.wrap import wrap_mesh
 from app.robots.mujoco_spec import OWN_NAMES
@@ -51,10 +52,16 @@ PROUD, PROUD_SHARE = 1e-3, 0.01
 """Distances of the hull from the skin that are accepted: this many metres, or this share of the link's size."""
 PROUD_AREA = 0.02
 """Share of the skin's area above which a larger distance is not accepted."""
+BARE_AREA, BARE_NEAR = 0.10, 0.02
+"""Bare area within ``BARE_NEAR`` [m] of the skin, over that of the skin, above which it is not accepted."""
+_NOTED = 0.01
+"""Share of the skin's area above which a shape that stands proud by more than is accepted is reported."""
 _TOLERANCE, _TOLERANCE_SHARE = 3e-4, 0.003
 """Distance of a piece from the surface that is accepted [m], or as a share of the link's size; the larger counts."""
 _BARE = 4.0
-"""Tolerance where the link is bare, over that of its skin."""
+"""Tolerance where a link is bare whose mesh is wrapped, over that of its skin."""
+_BARE_EDGE = 0.04
+"""Length of edges of a bare surface that is not wrapped, over the size of the link."""
 _DEPTH = 0.010
 """Thickness of pieces [m], at most half of the wall."""
 _THINNEST = 2e-4
@@ -128,12 +135,16 @@ class HullFit:
         usual: 95 % of the skin's area has less [m].
         angle: Between the normals of shape and skin; 95 % of the area has less [rad].
         share: Share of the skin's area where it is more than is accepted of a hull.
+        bare: Largest distance along the normals of the link's mesh within ``BARE_NEAR`` of the skin [m].
+        bare_share: Area of that mesh where it is more than is accepted, over the skin's area.
     """
 
     largest: float
     usual: float
     angle: float
     share: float
+    bare: float
+    bare_share: float
 
 
 _MADE: dict[str, LinkPieces] = {}
@@ -213,47 +224,88 @@ def _from_bytes(data: bytes) -> LinkPieces:
 
 
 def _divided(robot: Robot, skin: Skin, link: str) -> LinkPieces:
-    surface = _touchable(robot, skin, link)
+    surface, factor = _touchable(robot, skin, link)
     skinned = sum(len(patch.surface.faces) for patch in skin.patches if patch.link == link)
     size = float(np.ptp(surface.vertices, axis=0).max())
-    piece, hulls = _Regions(surface, skinned, max(_TOLERANCE, _TOLERANCE_SHARE * size)).divide()
+    tolerance = max(_TOLERANCE, _TOLERANCE_SHARE * size)
+    piece, hulls = _Regions(surface, skinned, tolerance, factor * tolerance).divide()
     return LinkPieces(surface, piece, skinned, hulls)
 
 
 def spans_hollows(robot: Robot, skin: Skin, link: str) -> bool:
-    """Return whether the hull of a link stands proud of more of its skin than is accepted."""
-    return hull_fit(robot, skin, link).share > PROUD_AREA
+    """Return whether the hull of a link stands proud of more of its skin, or of the mesh next to it, than is accepted.
+
+    The mesh next to the skin is lower than the hull where the skin is raised above the link.
+    """
+    fit = hull_fit(robot, skin, link)
+    return fit.share > PROUD_AREA or fit.bare_share > BARE_AREA
 
 
+@lru_cache(maxsize=64)
 def hull_fit(robot: Robot, skin: Skin, link: str) -> HullFit:
-    """Return how far the convex hull of a link and its skin stands proud of the skin."""
+    """Return how far the convex hull of a link and its skin stands proud of the skin, and of the mesh next to it."""
     points = hull_points(robot, skin, link)
     accepted = max(PROUD, PROUD_SHARE * float(np.ptp(points, axis=0).max()))
-    return _fit((points,), skin, link, accepted)
+    return _fit((points,), robot, skin, link, accepted)
 
 
-def pieces_fit(pieces: LinkPieces, skin: Skin, link: str) -> HullFit:
-    """Return how far the pieces of a link stand proud of its skin."""
-    return _fit(pieces.hulls, skin, link, PROUD)
+def pieces_fit(pieces: LinkPieces, robot: Robot, skin: Skin, link: str) -> HullFit:
+    """Return how far the pieces of a link stand proud of its skin, and of the mesh next to it."""
+    return _fit(pieces.hulls, robot, skin, link, PROUD)
 
 
-def _fit(hulls: tuple[FloatArray, ...], skin: Skin, link: str, accepted: float) -> HullFit:
-    surfaces = [patch.surface for patch in skin.patches if patch.link == link]
-    places = np.concatenate([surface.vertices[surface.faces].mean(axis=1) for surface in surfaces])
-    normals = np.concatenate([surface.face_normals for surface in surfaces])
-    areas = np.concatenate([surface.face_areas for surface in surfaces])
-    every = -(-len(places) // _MEASURED)
-    places, normals, areas = places[::every], normals[::every], areas[::every]
+def collision_finding(robot: Robot, link: str, fit: HullFit, pieces: LinkPieces | None) -> Finding | None:
+    """Return the finding of a link whose shape is too far above what can be touched, or leaves parts of it out.
+
+    Args:
+        robot: The robot.
+        link: The link.
+        fit: Distances of its shape.
+        pieces: The shape; None for the hull.
+    """
+    if pieces is not None and pieces.skinned == len(pieces.surface.faces) and robot.link(link).mesh is not None:
+        return Finding("bare-part-open", link, "its bare parts touch nothing, because its mesh cannot be wrapped")
+    if fit.share + fit.bare_share <= _NOTED:
+        return None
+    shape = "convex hull" if pieces is None else "convex pieces"
+    off, place = max((fit.largest, "its skin"), (fit.bare, "the bare link next to its skin"))
+    return Finding("collision-shape", link, f"it collides as its {shape}, up to {1e3 * off:.1f} mm above {place}")
+
+
+def _fit(hulls: tuple[FloatArray, ...], robot: Robot, skin: Skin, link: str, accepted: float) -> HullFit:
+    covered = _joined([patch.surface for patch in skin.patches if patch.link == link])
+    places, normals, areas = _sampled(covered, _MEASURED)
+    height, facing = _heights(hulls, places, normals)
+    angles = np.arccos(np.clip(facing, -1, 1))
+    share = float(areas[height > accepted].sum() / areas.sum())
+    usual, angle = _percentile(height, areas), _percentile(angles, areas)
+    mesh = robot.link(link).mesh if carries_mesh(robot, skin, link) else None
+    solid = None if mesh is None else _solid(mesh, link)
+    if solid is None:
+        return HullFit(float(height.max()), usual, angle, share, 0.0, 0.0)
+    places, normals, areas = _sampled(_next_to_skin(solid, covered), _MEASURED // 4)
+    heights, _ = _heights(hulls, places, normals)
+    bare_share = float(areas[heights > accepted].sum() / covered.area)
+    return HullFit(float(height.max()), usual, angle, share, float(heights.max(initial=0.0)), bare_share)
+
+
+def _sampled(surface: Mesh, most: int) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return middles (n, 3), normals (n, 3) and the area of every so many faces, at most ``most``."""
+    every = max(-(-len(surface.faces) // most), 1)
+    middles = surface.vertices[surface.faces[::every]].mean(axis=1)
+    return middles, surface.face_normals[::every], every * surface.face_areas[::every]
+
+
+def _heights(hulls: tuple[FloatArray, ...], places: FloatArray, normals: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return how far hulls stand proud of places (n, 3) along normals (n, 3) [m], and the cosine of both normals."""
     height, facing = np.zeros(len(places)), np.ones(len(places))
-    for hull in hulls:
+    for hull in hulls if len(places) else ():
         facets = ConvexHull(hull).equations
         inside, leaves, facet = _leaving(facets, places, normals)
         higher = inside & (leaves >= height)
         height[higher] = leaves[higher]
         facing[higher] = np.vecdot(facets[facet[higher], :3], normals[higher])
-    angles = np.arccos(np.clip(facing, -1, 1))
-    share = float(areas[height > accepted].sum() / areas.sum())
-    return HullFit(float(height.max()), _percentile(height, areas), _percentile(angles, areas), share)
+    return height, facing
 
 
 def _percentile(values: FloatArray, areas: FloatArray) -> float:
@@ -263,7 +315,7 @@ def _percentile(values: FloatArray, areas: FloatArray) -> float:
 
 
 _MEASURED = 2000
-"""Faces of a link's skin at which the distance of a shape is measured, at most: every so many."""
+"""Faces of a link's skin at which the distance of a shape is measured, at most; a quarter of it next to the skin."""
 _INSIDE = 1e-6
 """Distance outside a hull [m] up to which a point counts as in it."""
 
@@ -280,33 +332,78 @@ def _leaving(facets: FloatArray, points: FloatArray, directions: FloatArray) -> 
     return heights.max(axis=1) <= _INSIDE, ways[np.arange(len(ways)), facet], facet
 
 
-def _touchable(robot: Robot, skin: Skin, link: str) -> Mesh:
-    """Return the skin of a link and what is bare of the link's mesh, in one mesh that is not connected between them."""
+def _touchable(robot: Robot, skin: Skin, link: str) -> tuple[Mesh, float]:
+    """Return the skin of a link and what is bare of the link's mesh, in one mesh that is not connected between them.
+
+    Below hollow skin the link is wrapped. Below skin that is raised above a solid link the bare part is exact.
+
+    Returns:
+        The mesh, and the tolerance of its bare part over that of its skin.
+    """
     parts = [patch.surface for patch in skin.patches if patch.link == link]
     covered = _joined(parts)
     mesh = robot.link(link).mesh
-    if mesh is not None and carries_mesh(robot, skin, link):
-        try:
-            parts.append(_bare(mesh, covered, link))
-        except MeshError:  # nothing of it can be wrapped; the skin alone collides
-            return covered
-    return _joined(parts)
+    if mesh is None or not carries_mesh(robot, skin, link):
+        return covered, 1.0
+    solid = _solid(mesh, link) if hull_fit(robot, skin, link).share <= PROUD_AREA else None
+    if solid is not None:  # the skin is raised, not hollow
+        return _joined([*parts, _bare_of_solid(solid, covered)]), 1.0
+    try:
+        return _joined([*parts, _bare_of_wrap(mesh, covered, link)]), _BARE
+    except MeshError:  # nothing of it can be wrapped; the skin alone collides
+        return covered, 1.0
 
 
-def _bare(mesh: Mesh, covered: Mesh, link: str) -> Mesh:
+def _solid(mesh: Mesh, link: str) -> Mesh | None:
+    """Return the mesh of a link, cleaned and turned outward, where it is one closed solid; None for any other."""
+    try:
+        clean, _ = clean_mesh(mesh, where=link)
+    except MeshError:
+        return None
+    if not clean.connectivity.is_closed_manifold or clean.connectivity.components.max() > 0:
+        return None
+    volume = np.linalg.det(clean.vertices[clean.faces]).sum()
+    return clean if volume >= 0 else Mesh(clean.vertices, clean.faces[:, ::-1])
+
+
+def _next_to_skin(solid: Mesh, covered: Mesh) -> Mesh:
+    """Return the faces of a solid whose middles are bare and within ``BARE_NEAR`` of the skin."""
+    fine = subdivide(solid, longest=_BARE_EDGE * solid.size).mesh
+    centres = fine.vertices[fine.faces].mean(axis=1)
+    bare, _, distances = _uncovered(centres, covered, _COVERED)
+    return Mesh(fine.vertices, fine.faces[bare & (distances <= BARE_NEAR)])
+
+
+def _bare_of_solid(solid: Mesh, covered: Mesh) -> Mesh:
+    """Return the faces of a solid that are not under the skin, those across its border included."""
+    fine = subdivide(solid, longest=_BARE_EDGE * solid.size).mesh
+    bare, under, _ = _uncovered(fine.vertices[fine.faces].mean(axis=1), covered, _COVERED)
+    bare |= _uncovered(fine.vertices, covered, _COVERED)[0][fine.faces].any(axis=1)
+    bare |= np.vecdot(fine.face_normals, covered.face_normals[under]) < 0  # the other side of a wall
+    return Mesh(fine.vertices, fine.faces[bare])
+
+
+def _bare_of_wrap(mesh: Mesh, covered: Mesh, link: str) -> Mesh:
     """Return the part of a wrap of ``mesh`` that is not under the skin."""
     clean, _ = clean_mesh(mesh, where=link)
     step = max(2e-3, 0.015 * clean.size)
     wrap = wrap_mesh(clean, thickness=step, voxel=2 * step, where=link).surface
     wrap = Mesh(wrap.vertices - step * wrap.vertex_normals, wrap.faces)
-    centres = wrap.vertices[wrap.faces].mean(axis=1)
-    faces, weights, distances = ClosestPoint(covered).query(centres)
+    bare, under, _ = _uncovered(wrap.vertices[wrap.faces].mean(axis=1), covered, max(_COVERED, 2 * step))
+    bare |= np.vecdot(wrap.face_normals, covered.face_normals[under]) < 0  # the other side of a wall
+    return Mesh(wrap.vertices, wrap.faces[bare])
+
+
+def _uncovered(points: FloatArray, covered: Mesh, deepest: float) -> tuple[BoolArray, IntArray, FloatArray]:
+    """Return whether each of the points (n, 3) of a link is bare, the skin's face closest to it, and its distance [m].
+
+    Bare are points whose closest place on the skin is on its border, and those ``deepest`` [m] away.
+    """
+    faces, weights, distances = ClosestPoint(covered).query(points)
     border = np.zeros(len(covered.vertices), dtype=bool)
     border[covered.connectivity.boundary_edges] = True
     at_border = (border[covered.faces[faces]] & (weights > 1e-6)).sum(axis=1) == (weights > 1e-6).sum(axis=1)
-    bare = (at_border & (distances > _GAP)) | (distances > max(_COVERED, 2 * step))
-    bare |= np.vecdot(wrap.face_normals, covered.face_normals[faces]) < 0  # the other side of a wall
-    return Mesh(wrap.vertices, wrap.faces[bare])
+    return (at_border & (distances > _GAP)) | (distances > deepest), faces, distances
 
 
 def _joined(parts: list[Mesh]) -> Mesh:
@@ -336,13 +433,14 @@ class _Regions:
         surface: Its faces look outward.
         skinned: Number of its first faces that have skin.
         tolerance: Height of a piece above the skin that is accepted [m].
+        bare_tolerance: Height above the other faces that is accepted [m].
     """
 
-    def __init__(self, surface: Mesh, skinned: int, tolerance: float) -> None:
+    def __init__(self, surface: Mesh, skinned: int, tolerance: float, bare_tolerance: float) -> None:
         self._surface, self._skinned = surface, skinned
         self._normals, self._centres = surface.face_normals, surface.vertices[surface.faces].mean(axis=1)
         self._accepted = np.full(len(surface.faces), tolerance)
-        self._accepted[skinned:] *= _BARE
+        self._accepted[skinned:] = bare_tolerance
         self._neighbours: list[list[int]] = [[] for _ in surface.faces]
         for one, other in surface.connectivity.face_pairs.tolist():
             self._neighbours[one].append(other)

@@ -10,7 +10,7 @@ from app.simulation.simulation import Simulation
 from app.tactile.elastic_layer import ElasticLayer
 from app.tactile.models.contact_model import CONTACT_MODELS
 from app.tactile.sensor_effects import SensorEffects
-from tests.support.hollows import BOWL_DEPTH, GROOVE_DEPTH, hollow
+from tests.support.hollows import BOWL_DEPTH, GROOVE_DEPTH, hollow, raised
 from tests.support.scene_objects import thing
 from tests.support.touch import hold
 
@@ -51,6 +51,18 @@ def test_a_ball_rests_on_the_surface_with_its_weight(shape, integrator):
     carried = sum(load.force * load.normal for load in simulation.loads)
     np.testing.assert_allclose(carried, [0, 0, WEIGHT], rtol=1e-4, atol=0.05 * WEIGHT)
     assert len(simulation.loads) == (2 if shape == "groove" else 1)
+
+
+@pytest.mark.parametrize(("along", "height"), [(-0.02, 0.0), (0.0, 3e-3), (0.01, 3e-3)])
+def test_a_box_rests_on_bare_link_or_on_raised_skin(along, height):
+    """On the hull it would rest 2 mm above the bare link."""
+    robot, skin = raised()
+    half = 8e-3
+    box = thing("box", at=(along, 0.0, height + half), mass=MASS, size=(2 * half,) * 3, guided=True)
+    effects = Effects(contact="environment", gravity="on")
+    simulation = Simulation(robot, skin, effects, objects=(box,), layer=LAYER)
+    simulation.step(200, hold(robot, 0.0, 0.0))
+    assert simulation.object_poses[0][2, 3] == pytest.approx(height + half - WEIGHT / LAYER.stiffness, abs=2e-4)
 
 
 def test_a_ball_between_faces_of_a_bowl_is_one_load_with_its_weight():

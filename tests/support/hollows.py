@@ -43,6 +43,17 @@ def hollow(shape: str, *, cells: int = 24, taxels: int = 200, solid: bool = True
     return robot, Skin((Patch("top", "block", top, place_evenly(top, taxels, seed=0)),))
 
 
+@cache
+def raised(height: float = 3e-3) -> tuple[Robot, Skin]:
+    """Return a fixed flat block with skin above the half of its top at positive x."""
+    top, block = block_meshes("flat", 24)
+    half = top.faces[top.vertices[top.faces].mean(axis=1)[:, 0] > 0]
+    used, corner = np.unique(half, return_inverse=True)
+    surface = Mesh(top.vertices[used] + [0, 0, height], corner.reshape(-1, 3))
+    robot = Robot("raised", "by hand", _BLOCK, {}, (Link("block", block),), (), np.zeros(0))
+    return robot, Skin((Patch("top", "block", surface, place_evenly(surface, 200, seed=0)),))
+
+
 def block_meshes(shape: str, cells: int) -> tuple[Mesh, Mesh]:
     """Return the top of a block, and the whole block, whose first faces are the top."""
     steps = np.linspace(-HALF, HALF, cells + 1)

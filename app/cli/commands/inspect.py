@@ -28,7 +28,7 @@ from app.skin.formats.icub_layout import read_icub_layout
 from app.skin.formats.import_skin import TAXEL_ENDINGS, holds_taxels, is_own_skin, is_robot_with_taxels
 from app.skin.formats.taxel_files import read_taxel_sets, taxel_format_for
 from app.skin.link_hulls import skinned_links
-from app.skin.link_pieces import hull_fit, link_pieces, pieces_fit
+from app.skin.link_pieces import collision_finding, hull_fit, link_pieces, pieces_fit
 from app.skin.skin import Skin, identity_summary, identity_text, join_identities
 from app.skin.skin_file import load_skin
 
@@ -107,10 +107,12 @@ def _print_effects(effects: Sequence[dict[str, Any]]) -> None:
 def _print_collision(rows: Sequence[dict[str, Any]]) -> None:
     """Print the shape with which each link with skin collides, and how far it stands proud of the skin."""
     if rows:
-        print_line("Links with skin collide as (distance from the skin: largest, 95 % of the area; angle):")
+        print_line(
+            "Links with skin collide as (above the skin: largest, 95 % of area, angle; above bare parts next to it):"
+        )
     for row in rows:
         distances = f"{row['largest_mm']:8.2f} mm {row['usual_mm']:7.2f} mm {row['angle_deg']:5.1f} deg"
-        print_line(f"  {row['link']:<24}{row['shape']:<14}{distances}")
+        print_line(f"  {row['link']:<24}{row['shape']:<14}{distances} {row['bare_mm']:7.2f} mm")
 
 
 def _controllable_text(links: Mapping[str, float]) -> str:
@@ -237,7 +239,8 @@ def _scene(scene: Scene, *, costs: bool) -> dict[str, Any]:
         for row in scene.decision.rows
     ]
     bodies = (finding for body in prepared.objects for finding in body.findings)
-    problems = (*scene.decision.warnings, *prepared.robot.findings, *prepared.skin.findings, *bodies)
+    collision, shapes = _collision(prepared)
+    problems = (*scene.decision.warnings, *prepared.robot.findings, *prepared.skin.findings, *bodies, *shapes)
     return {
         "kind": "scene",
         **_robot(prepared.robot),
@@ -251,21 +254,28 @@ def _scene(scene: Scene, *, costs: bool) -> dict[str, Any]:
             {"name": spec.name, "kind": spec.kind, "mass": spec.mass, "at": list(spec.at)} for spec in scene.objects
         ],
         "effects": effects,
-        "collision": _collision(prepared),
+        "collision": collision,
         "controllable": controllable_share(prepared.robot, prepared.skin),
         "problems": _problems(problems),
     }
 
 
-def _collision(prepared: PreparedScene) -> list[dict[str, Any]]:
-    """Return a row for each link with skin; pieces are made only where the effects let something touch it."""
+def _collision(prepared: PreparedScene) -> tuple[list[dict[str, Any]], list[Finding]]:
+    """Return a row for each link with skin, and findings about its shape.
+
+    Pieces are made only where the effects let something touch the link.
+    """
     from app.simulation.model.contact_pairs import collides_by_shapes  # loads MuJoCo
 
-    robot, skin, rows = prepared.robot, prepared.skin, []
+    robot, skin = prepared.robot, prepared.skin
+    rows: list[dict[str, Any]] = []
+    findings: list[Finding] = []
     touched = collides_by_shapes(prepared.scene.objects, prepared.scene.effects)
     for link in skinned_links(skin):
         pieces = link_pieces(robot, skin, link) if touched else None
-        fit = hull_fit(robot, skin, link) if pieces is None else pieces_fit(pieces, skin, link)
+        fit = hull_fit(robot, skin, link) if pieces is None else pieces_fit(pieces, robot, skin, link)
+        if (finding := collision_finding(robot, link, fit, pieces)) is not None:
+            findings.append(finding)
         rows.append(
             {
                 "link": link,
@@ -273,9 +283,10 @@ def _collision(prepared: PreparedScene) -> list[dict[str, Any]]:
                 "largest_mm": 1e3 * fit.largest,
                 "usual_mm": 1e3 * fit.usual,
                 "angle_deg": math.degrees(fit.angle),
+                "bare_mm": 1e3 * fit.bare,
             }
         )
-    return rows
+    return rows, findings
 
 
 def _costs(prepared: PreparedScene) -> Mapping[str, float]:

@@ -12,8 +12,10 @@ from app.core.files import FOLDER_VARIABLE
 from app.geometry.mesh import Mesh
 from app.skin.link_hulls import skinned_links
 from app.skin.link_pieces import (
+    BARE_AREA,
     PIECES_SUFFIX,
     PROUD_AREA,
+    collision_finding,
     hull_fit,
     link_pieces,
     piece_link,
@@ -21,7 +23,7 @@ from app.skin.link_pieces import (
     piece_number,
     pieces_fit,
 )
-from tests.support.hollows import BASE, BOWL_DEPTH, HALF, hollow
+from tests.support.hollows import BASE, BOWL_DEPTH, HALF, hollow, raised
 from tests.support.touch import bar, bar_skin, pair
 
 HOLLOWS = ("bowl", "groove", "saddle")
@@ -35,11 +37,41 @@ def test_pieces_follow_a_hollow_skin(shape, solid):
     assert before.largest > 0.02
     assert before.share > 0.3
     pieces = link_pieces(robot, skin, "block")
-    after = pieces_fit(pieces, skin, "block")
+    after = pieces_fit(pieces, robot, skin, "block")
     assert after.largest < 0.6e-3, "0.5 % of 120 mm"
     assert after.usual < 0.4e-3
     assert after.angle < np.radians(12)
     assert len(pieces.hulls) < 150
+
+
+def test_pieces_follow_skin_and_bare_link_where_the_skin_is_raised():
+    robot, skin = raised()
+    before = hull_fit(robot, skin, "block")
+    assert before.largest < 1e-9, "the skin is convex"
+    assert before.bare == pytest.approx(3e-3, rel=0.05)
+    assert before.bare_share > BARE_AREA
+    finding = collision_finding(robot, "block", before, None)
+    assert (finding.kind, finding.where) == ("collision-shape", "block")
+    assert finding.action == "it collides as its convex hull, up to 3.0 mm above the bare link next to its skin"
+    pieces = link_pieces(robot, skin, "block")
+    after = pieces_fit(pieces, robot, skin, "block")
+    assert max(after.largest, after.bare) < 1e-6
+    assert collision_finding(robot, "block", after, pieces) is None
+    facets = [ConvexHull(hull).equations for hull in pieces.hulls]
+    for x, height in ((0.03, 3e-3), (2e-3, 3e-3), (-1e-4, 0.0), (-0.02, 0.0), (-0.05, 0.0)):
+        for off, expected in ((-2e-4, True), (2e-4, False)):
+            place = np.array([x, 0.011, height + off])
+            assert any((f[:, :3] @ place + f[:, 3] < 0).all() for f in facets) is expected, (x, off)
+
+
+def test_bare_parts_that_touch_nothing_are_reported():
+    """The mesh of the link has no area to wrap, so that the skin alone collides."""
+    robot, skin = hollow("bowl")
+    degenerate = Mesh(np.zeros((3, 3)), np.array([[0, 1, 2]]))
+    robot = replace(robot, links=(replace(robot.links[0], mesh=degenerate),))
+    pieces = link_pieces(robot, skin, "block")
+    finding = collision_finding(robot, "block", pieces_fit(pieces, robot, skin, "block"), pieces)
+    assert (finding.kind, finding.where) == ("bare-part-open", "block")
 
 
 def test_the_depth_of_a_bowl_is_the_gap_of_its_hull():
@@ -72,7 +104,7 @@ def test_pieces_do_not_come_out_of_a_thin_wall():
     under = replace(skin.patches[0], name="under", surface=below)
     pieces = link_pieces(replace(robot, links=(replace(robot.links[0], missing=("x",)),)),
                          replace(skin, patches=(shell, under)), "block")  # fmt: skip
-    fit = pieces_fit(pieces, replace(skin, patches=(shell, under)), "block")
+    fit = pieces_fit(pieces, robot, replace(skin, patches=(shell, under)), "block")
     assert fit.largest < 1e-3
 
 

@@ -74,7 +74,10 @@ def test_as_json_and_as_a_page(capsys, scene, tmp_path):
     assert effects["noise"]["ms"] > 0
     assert effects["noise"]["overridden"]
     assert (effects["friction"]["on"], effects["friction"]["ms"]) == (False, None)
-    (problem,) = result["problems"]
+    problem, shape = result["problems"]
+    assert (shape["kind"], shape["where"]) == ("collision-shape", "hand")
+    assert "mm above the bare link next to its skin" in shape["remedy"]
+    assert 2 < row["bare_mm"] < 4
     assert problem["kind"] == "scene-warning"
     assert problem["where"] == "effects.friction"
     assert "friction on" in problem["remedy"]
@@ -88,7 +91,7 @@ def test_for_a_person(capsys, scene):
     (skin,) = [line for line in lines[on:off] if line.strip().startswith("Skin ")]
     assert "water-fill" in skin
     assert " ms " not in skin
-    assert "--costs" in lines[-2]
+    assert "--costs" in lines[-3]
     assert any(line.strip().startswith("Friction") and "set by the scene" in line for line in lines[off:])
     assert any("wall (box)" in line for line in lines[:on])
     assert any(line.startswith("Force control  100 % of hand at home") for line in lines[:on])
@@ -158,9 +161,10 @@ def test_the_shapes_with_which_links_with_hollow_skin_collide(capsys):
     for contact, shape, largest in (("environment", "pieces", 0.6), ("off", "hull", 30.0)):
         scene = Scene(name="groove", robot="groove", objects=objects, overrides={"contact": contact})
         prepared = PreparedScene(scene, robot, skin, None, ())
-        (row,) = inspect._collision(prepared)
+        (row,), findings = inspect._collision(prepared)
         assert (row["link"], row["shape"].split()[-1]) == ("block", shape)
         assert largest / 10 < row["largest_mm"] < largest
+        assert [finding.kind for finding in findings] == ["collision-shape"] * (shape == "hull")
         inspect._print_collision([row])
         assert f"block                   {row['shape']}" in capsys.readouterr().out
 
