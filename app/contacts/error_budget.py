@@ -72,7 +72,8 @@ of the tests but other seeds.
 The place has the independent errors with d_i² / F² in every term, 2 calibration² sum w_i² for misplaced taxels, the
 speed of the contact times the lag, and the position within a taxel's area:
 
-    cells    a / 6 (0.8 exp(-1.5 (n - 1)) + 0.15 n^-3): a lump anywhere in one square is a / 6, a wide contact less
+    cells    a / 6 (0.7 exp(-1.5 (n - 1)) + 0.15 n^-3 + 0.045 / n): a lump anywhere in one square is about a / 6, a
+             wide contact less
     pads     v a / 8 n^-2, at depth d at least 0.22 exp(-0.75 n) a min(max((a / d² - 6) / 12, 0), 1), and sum w_i² s_i²
              for pads that are displaced by s_i from the taxels' places
 
