@@ -1,6 +1,7 @@
 """The controller manager a session asks: it runs the selected controller, with settings that may change at any time.
 
-Controllers change without a jump; gains are held to what skin, arm and contact can hold (``force_loop``),
+Controllers change without a jump. Monitors of force and speed stop every controller that has none of its own. Gains are
+held to what skin, arm and contact can hold (``force_loop``),
 and what they cannot is said.
 """
 
@@ -15,24 +16,28 @@ from app.contacts.force_estimation.wrench_consistency import WrenchMismatch
 from app.contacts.regions import ContactRegion
 from app.control.command import ControlSettings, JointCommand, TaskReport
 from app.control.controller_registry import build_controller, check_settings
-from app.control.controllers import Controller
+from app.control.controllers import STOP_FREQUENCY, Controller, TaskController
 from app.control.force_loop.gain_limits import GainLimiter
 from app.control.force_loop.loop_stability import (
     OscillationDetector,
     SensorTiming,
     assume_goal_where_saturated,
 )
-from app.control.joint_impedance import joint_efforts, within_effort
+from app.control.joint_impedance import JointImpedance, joint_efforts, within_effort
 from app.control.limits import ActiveLimits, Limit, LimitKind
 from app.control.map_kinematics import MapKinematics
 from app.control.path_following.clearance import Surroundings, nothing_around
+from app.control.task_control.monitors import SafetyMonitor, greatest_point_speed, is_readable
 from app.control.task_control.tasks import TaskManager
 from app.core.arrays import FloatArray, largest
 from app.maps.tactile_map import TactileMap
+from app.robots.kinematics import Configuration
 from app.robots.robot import Robot
 
 BLEND_TIME = 0.2
 """Time constant with which what is left of another controller's torque fades [s]."""
+RESUME_TIME = 2.0
+"""Time constant with which a controller takes over again after a stop [s]: it presses slowly on what is still there."""
 
 
 class ControllerManager:
@@ -63,12 +68,16 @@ class ControllerManager:
         self._task_manager = TaskManager(robot, surroundings=surroundings)
         self._controllers: dict[str, Controller] = {}
         self._gain_limiter, self._oscillation = GainLimiter(robot), OscillationDetector()
+        self._safety = SafetyMonitor()
+        self._configuration = Configuration(robot)
+        self._yielding = JointImpedance(self._configuration, frequency=STOP_FREQUENCY, damping_ratio=1.0)
         self._beyond: tuple[Limit, ...] = ()
         self._strained: tuple[str, ...] = ()
         self._efforts = joint_efforts(robot)
         self._settings = check_settings(settings)
         self._last: JointCommand | None = None
         self._fading: FloatArray | None = None
+        self._blend_time = BLEND_TIME
         self._switched = False
 
     @property
@@ -79,7 +88,9 @@ class ControllerManager:
     @settings.setter
     def settings(self, settings: ControlSettings) -> None:
         check_settings(settings)
-        self._switched = self._switched or settings.controller != self._settings.controller
+        if settings.controller != self._settings.controller:
+            self._switched = True
+            self._blend_time = BLEND_TIME
         self._settings = settings
 
     @property
@@ -143,6 +154,7 @@ class ControllerManager:
         self._task_manager.reset()
         self._oscillation.reset()
         self._gain_limiter.reset()
+        self._safety.reset()
         self._last, self._fading, self._switched, self._beyond = None, None, False, ()
         self._strained = ()
         for controller in self._controllers.values():
@@ -169,6 +181,12 @@ class ControllerManager:
                 contact that was lost: controllers that read contacts stand still.
             mismatch: Several contacts that were read as one, by a wrench that none of them explains; likewise.
         """
+        if self._must_stop(posture, velocity, regions, dt, readable=readable, mismatch=mismatch):
+            command = self._yielding.about(self._safety.posture)
+            command, _ = within_effort(command, posture, velocity, self._efforts)
+            self._strained = ()
+            self._last = command
+            return command
         before = self._last.torque_at(posture, velocity) if self._switched and self._last is not None else None
         if before is not None:
             self._controller.start(posture, before)
@@ -179,13 +197,56 @@ class ControllerManager:
             self._fading = before - command.torque_at(posture, velocity)
         if self._fading is not None:
             command = replace(command, torque=command.torque + self._fading)
-            self._fading = self._fading * np.exp(-dt / BLEND_TIME)
+            self._fading = self._fading * np.exp(-dt / self._blend_time)
             self._fading = self._fading if largest(self._fading) > 1e-6 else None
         command, excess = within_effort(command, posture, velocity, self._efforts)
         joints = zip(self._robot.joints, excess.tolist(), strict=True)
         self._strained = tuple(joint.name for joint, found in joints if found)
         self._last = command
         return command
+
+    def _must_stop(
+        self,
+        posture: FloatArray,
+        velocity: FloatArray,
+        regions: Sequence[ContactRegion],
+        dt: float,
+        *,
+        readable: bool,
+        mismatch: WrenchMismatch | None,
+    ) -> bool:
+        """Return whether force or speed stop a controller that has no monitor of its own.
+
+        An unreadable skin stops none of these: impedance does not read it, and hold force keeps its posture. Speed does
+        not stop impedance, which requests none: it is fast after a release far from its rest posture.
+        """
+        if isinstance(self._controller, TaskController):
+            self._safety.reset()
+            return False
+        self._configuration.update(posture)
+        max_force, stopped = self._settings.max_force, self._safety.reason is not None
+        hidden = mismatch if mismatch is not None and mismatch.strongest > max_force else None
+        if self._settings.controller == "impedance":
+            velocity = np.zeros_like(velocity)
+        safe = self._safety.check(
+            max_force,
+            posture,
+            velocity,
+            [region for region in regions if is_readable(region)],
+            dt,
+            point_speed=greatest_point_speed(self._configuration, velocity, regions),
+            readable=readable or not stopped,
+            mismatch=hidden,
+        )
+        if safe:
+            return False
+        if not stopped:
+            self._controller.reset()
+        self._blend_time = RESUME_TIME
+        self._switched = True  # so that the controller starts from the torque of the stop
+        self._fading = None
+        self._beyond = () if self._safety.reason is None else (self._safety.reason,)
+        return True
 
     def _effective_inputs(
         self, posture: FloatArray, regions: Sequence[ContactRegion], dt: float

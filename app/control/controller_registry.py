@@ -242,10 +242,10 @@ TASKS_AT_A_PLACE = ("hold_point", "follow_path", "guide")
 def effective_settings(settings: ControlSettings) -> frozenset[str]:
     """Names of the settings that make a difference to the controller and task chosen, besides ``controller``."""
     entry = CONTROLLERS[settings.controller]
-    names = set(entry.settings) | ({"gains"} if settings.controller != "impedance" else set())
+    names = {*entry.settings, "max_force"} | ({"gains"} if settings.controller != "impedance" else set())
     if not entry.has_task:
         return frozenset(names)
-    names |= {"task", "max_force", "jacobian"}  # the normal, too, is taken by the Jacobian's word
+    names |= {"task", "jacobian"}  # the normal, too, is taken by the Jacobian's word
     if settings.task != "retreat":
         names.add("force_goal")
     if settings.task in TASKS_AT_A_PLACE:

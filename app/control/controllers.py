@@ -30,7 +30,13 @@ from app.control.force_loop.normal_motion import ENOUGH_TILT, LEAST_TILT, Rising
 from app.control.joint_impedance import MAX_POINT_SPEED, JointImpedance, PostureReference, limit_joint_speed
 from app.control.limits import ActiveLimits, Limit, LimitKind
 from app.control.map_kinematics import MapKinematics
-from app.control.task_control.monitors import EnergyTank, SafetyMonitor, StallDetector, mismatch_limit
+from app.control.task_control.monitors import (
+    EnergyTank,
+    SafetyMonitor,
+    StallDetector,
+    greatest_point_speed,
+    mismatch_limit,
+)
 from app.control.task_control.schemes import (
     AdmittanceScheme,
     ForceServo,
@@ -315,12 +321,20 @@ class TaskController:
         mismatch: WrenchMismatch | None = None,
     ) -> JointCommand:
         """Do the task for a tick, or stand still and say why."""
-        if not self._safety.check(
-            settings.max_force, posture, velocity, regions, dt, readable=readable, mismatch=mismatch
-        ):
-            return self._stopped(posture)
-        limits = ActiveLimits()
         self._configuration.update(posture)
+        point_speed = greatest_point_speed(self._configuration, velocity, regions)
+        if not self._safety.check(
+            settings.max_force,
+            posture,
+            velocity,
+            regions,
+            dt,
+            point_speed=point_speed,
+            readable=readable,
+            mismatch=mismatch,
+        ):
+            return self._stopped()
+        limits = ActiveLimits()
         start = self._reference.start_posture(posture)
         goals = self._task_manager.goals(settings, regions, self.sight, self._configuration, dt, limits)
         carried = self._task_manager.regrasp.speed(start, self.rest, self._configuration, dt)
@@ -347,13 +361,12 @@ class TaskController:
         """How the task goes."""
         return self._task_manager.report(self.tank)
 
-    def _stopped(self, posture: FloatArray) -> JointCommand:
+    def _stopped(self) -> JointCommand:
         self.why_limited = () if self._safety.reason is None else (self._safety.reason,)
         self._scheme.reset()
         self._task_manager.let_go()
         self._reference.reset()
         self._speed = np.zeros_like(self.rest)
-        self._configuration.update(posture)
         return self._yielding.about(self._safety.posture)
 
     def _idle(self, settings: ControlSettings, start: FloatArray, dt: float, limits: ActiveLimits) -> FloatArray:

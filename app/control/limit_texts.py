@@ -39,6 +39,7 @@ _NAMES = {
     LimitKind.FORCE_GAIN_UNSTABLE: "force gain too high",
     LimitKind.STOPPED_BY_FORCE: "stopped: contact force too high",
     LimitKind.STOPPED_BY_SPEED: "stopped: joint speed too high",
+    LimitKind.STOPPED_BY_POINT_SPEED: "stopped: contact point speed too high",
     LimitKind.STOPPED_UNREADABLE: "stopped: no valid skin readings",
     LimitKind.STOPPED_BY_MISMATCH: "stopped: one wrench from several contacts",
 }
@@ -114,6 +115,8 @@ def _fact(limit: Limit) -> str:
             return _GO_ON if value is None else f"{value:.0f}\u202fN, more than {bound or 0:.0f}\u202fN; {_GO_ON}"
         case LimitKind.STOPPED_BY_SPEED:
             return _GO_ON if value is None else f"{value:.1f}\u202frad/s; {_GO_ON}"
+        case LimitKind.STOPPED_BY_POINT_SPEED:
+            return _GO_ON if value is None else f"{value:.2g}\u202fm/s; {_GO_ON}"
         case LimitKind.STOPPED_UNREADABLE:
             return _GO_ON
         case LimitKind.STOPPED_BY_MISMATCH:

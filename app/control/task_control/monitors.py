@@ -17,9 +17,14 @@ from app.contacts.regions import ContactRegion
 from app.control.limits import Limit, LimitKind
 from app.core.arrays import FloatArray, all_finite, largest, length
 from app.geometry.mesh import SurfacePoint
+from app.robots.kinematics import Configuration
 
 STOP_SPEED = 3.0
 """Of any joint [rad/s]; twice what controllers ask for."""
+STOP_POINT_SPEED = 1.0
+"""Greatest speed of a touched point [m/s]; four times the greatest that controllers request."""
+YIELD_TIME = 0.5
+"""Time constant with which a stopped arm gives way to what still touches it [s]."""
 QUIET = 1.0
 """Nothing must have touched for so long before the controller goes on [s]."""
 AGREED = 0.2
@@ -34,7 +39,7 @@ class SafetyMonitor:
 
     Attributes:
         reason: Why it stopped; None while the controller goes on.
-        posture: (n,) where it stopped.
+        posture: (n,) to hold: where it stopped, and from there to where the arm is pressed while something touches.
     """
 
     def __init__(self) -> None:
@@ -54,6 +59,7 @@ class SafetyMonitor:
         regions: Sequence[ContactRegion],
         dt: float,
         *,
+        point_speed: float = 0.0,
         readable: bool = True,
         mismatch: WrenchMismatch | None = None,
     ) -> bool:
@@ -65,15 +71,18 @@ class SafetyMonitor:
             velocity: (n,).
             regions: All contacts.
             dt: Since the last question [s].
+            point_speed: Greatest speed of a touched point [m/s].
             readable: Whether the skin can be read.
             mismatch: Several contacts that were read as one, by a wrench that none of them explains.
         """
         unreadable = None if readable else Limit(LimitKind.STOPPED_UNREADABLE)
-        reason = unreadable or _danger(max_force, velocity, regions) or _hidden_force(max_force, mismatch)
+        reason = unreadable or _danger(max_force, velocity, regions, point_speed) or _hidden_force(max_force, mismatch)
         if reason is None and mismatch is not None:
             reason = mismatch_limit(mismatch)
         if reason is not None and self.reason is None:
             self.posture = posture.copy()
+        elif self.reason is not None and regions:
+            self.posture = self.posture + min(dt / YIELD_TIME, 1.0) * (posture - self.posture)
         if reason is not None and (self.reason is None or self._ends_when_agreed):
             self.reason = reason
         if self.reason is not None:
@@ -101,15 +110,36 @@ def _hidden_force(max_force: float, mismatch: WrenchMismatch | None) -> Limit | 
     return Limit(LimitKind.STOPPED_BY_FORCE, value=mismatch.strongest, bound=max_force)
 
 
-def _danger(max_force: float, velocity: FloatArray, regions: Sequence[ContactRegion]) -> Limit | None:
+def is_readable(region: ContactRegion) -> bool:
+    """Whether force, normal and position of a contact are finite."""
+    return isfinite(region.force) and all_finite(region.link_normal) and all_finite(region.link_position)
+
+
+def greatest_point_speed(configuration: Configuration, velocity: FloatArray, regions: Sequence[ContactRegion]) -> float:
+    """Return the greatest speed of a touched point of the skin [m/s]; 0 where nothing touches.
+
+    Args:
+        configuration: The robot at its current posture.
+        velocity: (n,).
+        regions: All contacts; unreadable ones are left out.
+    """
+    points = [(region.link, region.link_position) for region in regions if is_readable(region)]
+    return max((length(configuration.jacobian(link, at).dot(velocity)) for link, at in points), default=0.0)
+
+
+def _danger(
+    max_force: float, velocity: FloatArray, regions: Sequence[ContactRegion], point_speed: float
+) -> Limit | None:
     for region in regions:
-        if not (isfinite(region.force) and all_finite(region.link_normal) and all_finite(region.link_position)):
+        if not is_readable(region):
             return Limit(LimitKind.STOPPED_UNREADABLE)
         if region.force > max_force:
             return Limit(LimitKind.STOPPED_BY_FORCE, value=region.force, bound=max_force)
     fastest = largest(velocity)
     if fastest > STOP_SPEED:
         return Limit(LimitKind.STOPPED_BY_SPEED, value=fastest, bound=STOP_SPEED)
+    if point_speed > STOP_POINT_SPEED:
+        return Limit(LimitKind.STOPPED_BY_POINT_SPEED, value=point_speed, bound=STOP_POINT_SPEED)
     return None
 
 

@@ -11,6 +11,7 @@ from app.control.command import CHOICES, ControlSettings
 from app.control.controller_manager import ControllerManager
 from app.control.force_loop.loop_stability import SensorTiming
 from app.control.limits import LimitKind
+from app.control.task_control.monitors import QUIET
 from app.core.errors import SceneError
 from app.editing.arrange import move
 from app.editing.document import MapDocument
@@ -245,3 +246,39 @@ def test_speed_limit_of_the_model_is_respected(controller, force):
         after = mine.command(posture, STILL, regions, TICK).posture
         fastest, posture = max(fastest, abs(float(after[0] - posture[0])) / TICK), after
     assert 0.01 < fastest <= 0.05 * (1 + 1e-6)
+
+
+@pytest.mark.parametrize("controller", CHOICES["controller"])
+@pytest.mark.parametrize(
+    ("force", "velocity", "kind"), [(41.0, 0.0, LimitKind.STOPPED_BY_FORCE), (3.0, 3.2, LimitKind.STOPPED_BY_SPEED)]
+)
+def test_every_controller_is_stopped_yields_and_continues(controller, force, velocity, kind):
+    if controller == "impedance":
+        force, velocity, kind = 41.0, 0.0, LimitKind.STOPPED_BY_FORCE  # its speed does not stop it
+    mine = manager(controller=controller, stiffness=40.0)
+    mine.command(BENT, STILL, touch(3.0), TICK)
+    mine.command(BENT, np.array([velocity]), touch(force), TICK)
+    assert kinds(mine.why_limited) == [kind]
+    pushed = BENT + 0.1
+    for _ in range(600):
+        stopped = mine.command(pushed, STILL, touch(20.0), TICK)
+        assert kinds(mine.why_limited) == [kind], "while something touches"
+    assert stopped.posture == pytest.approx(pushed, abs=1e-3), "it gives way"
+    assert not stopped.torque.any()
+    ticks = 0
+    while kind in kinds(mine.why_limited):
+        last, command = stopped, mine.command(pushed, STILL, (), TICK)
+        assert command.torque_at(pushed, STILL) == pytest.approx(last.torque_at(pushed, STILL), abs=0.1), "no jump"
+        stopped, ticks = command, ticks + 1
+    assert ticks * TICK == pytest.approx(QUIET, abs=2 * TICK)
+
+
+def test_an_unreadable_skin_stops_neither_impedance_nor_hold_force_but_keeps_them_stopped():
+    for controller in ("impedance", "hold_force"):
+        mine = manager(controller=controller)
+        mine.command(BENT, STILL, (), TICK, readable=False)
+        assert not any(limit.kind.stops for limit in mine.why_limited)
+        mine.command(BENT, STILL, touch(41.0), TICK)
+        for _ in range(300):
+            mine.command(BENT, STILL, (), TICK, readable=False)
+        assert kinds(mine.why_limited) == [LimitKind.STOPPED_BY_FORCE]

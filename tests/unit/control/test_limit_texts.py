@@ -32,6 +32,10 @@ def test_every_kind_has_a_name_of_its_own_and_a_text_that_begins_with_it():
             "stopped: joint speed too high: 3.1\u202frad/s; remove the contact to continue",
         ),
         (
+            Limit(LimitKind.STOPPED_BY_POINT_SPEED, value=1.24, bound=1.0),
+            "stopped: contact point speed too high: 1.2\u202fm/s; remove the contact to continue",
+        ),
+        (
             Limit(LimitKind.STOPPED_BY_MISMATCH, ("forearm",), value=0.312, bound=0.1),
             "stopped: one wrench from several contacts: forearm, 0.31\u202fN\u202fm unexplained; "
             "leave one contact to continue",

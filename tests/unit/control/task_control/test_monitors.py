@@ -18,7 +18,9 @@ from app.control.task_control.monitors import (
     LOW,
     QUIET,
     RECOVERED,
+    STOP_POINT_SPEED,
     STOP_SPEED,
+    YIELD_TIME,
     EnergyTank,
     SafetyMonitor,
     StallDetector,
@@ -50,12 +52,20 @@ def test_what_is_not_safe_stops_until_nothing_touched_for_a_while(regions, veloc
     assert supervisor.reason == reason
     for _ in range(300):
         assert not supervisor.check(30.0, STILL, STILL, touch(1.0), TICK), "still touched"
-    ticks = 0
-    while not supervisor.check(30.0, STILL, STILL, (), TICK):
-        assert np.array_equal(supervisor.posture, BENT), "where it stopped"
+    assert supervisor.posture == pytest.approx(STILL, abs=0.02), "it has given way to where it is pressed"
+    kept, ticks = supervisor.posture, 0
+    while not supervisor.check(30.0, BENT, STILL, (), TICK):
+        assert np.array_equal(supervisor.posture, kept), "untouched it holds its place"
         ticks += 1
     assert ticks * TICK == pytest.approx(QUIET, abs=2 * TICK)
     assert supervisor.reason is None
+
+
+def test_a_touched_point_that_is_too_fast_stops_it():
+    supervisor = SafetyMonitor()
+    assert supervisor.check(30.0, BENT, STILL, touch(1.0), TICK, point_speed=STOP_POINT_SPEED)
+    assert not supervisor.check(30.0, BENT, STILL, touch(1.0), TICK, point_speed=1.5)
+    assert supervisor.reason == Limit(LimitKind.STOPPED_BY_POINT_SPEED, value=1.5, bound=STOP_POINT_SPEED)
 
 
 def test_a_skin_that_cannot_be_read_stops_it_too():
@@ -75,7 +85,6 @@ def test_several_contacts_read_as_one_stop_it_until_one_explains_the_wrench_for_
     assert not supervisor.check(30.0, STILL, STILL, touch(1.0), TICK, mismatch=MISMATCH), "it counts from the last"
     ticks = 0
     while not supervisor.check(30.0, STILL, STILL, touch(1.0), TICK):
-        assert np.array_equal(supervisor.posture, BENT), "where it stopped"
         ticks += 1
     assert ticks * TICK == pytest.approx(AGREED, abs=2 * TICK)
 
@@ -85,7 +94,7 @@ def test_what_presses_too_hard_behind_a_small_resultant_stops_it_for_good():
     supervisor.check(30.0, BENT, STILL, touch(1.0), TICK, mismatch=MISMATCH)
     supervisor.check(30.0, STILL, STILL, touch(1.0), TICK, mismatch=replace(MISMATCH, strongest=31.0))
     assert supervisor.reason == Limit(LimitKind.STOPPED_BY_FORCE, value=31.0, bound=30.0)
-    assert np.array_equal(supervisor.posture, BENT), "where it stopped first"
+    assert supervisor.posture == pytest.approx(BENT * (1 - TICK / YIELD_TIME)), "where it stopped first, yielding"
     assert not supervisor.check(30.0, STILL, STILL, touch(1.0), 2 * AGREED), "something still touches"
 
 
