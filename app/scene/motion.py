@@ -67,8 +67,8 @@ class Motion:
         for number, waypoint in enumerate(waypoints):
             postures.append(_posture(robot, waypoint, postures[-1], f"motion.{number}.posture"))
         for number, waypoint in enumerate(waypoints):
-            befores = [postures[number]] if number else [robot.home, postures[-1]]  # the first one from both
-            for before in befores:
+            starts = [postures[number]] if number else [robot.home, postures[-1]]  # the first one from both
+            for before in starts:
                 _check_speeds(robot, postures[number + 1] - before, waypoint.seconds, f"motion.{number}.seconds")
         self._goals = np.array(postures[1:]).reshape(len(waypoints), len(robot.home))
         self._seconds = np.array([waypoint.seconds for waypoint in waypoints])

@@ -26,7 +26,6 @@ from app.scene.object_meshes import make_objects
 from app.scene.objects import SceneObject
 from app.scene.scene import Scene, with_package_roots
 from app.scene.scene_file import load_scene, scene_names
-from app.simulation.start_overlaps import with_overlaps
 from app.skin.cover import cover_robot
 from app.skin.fit import add_grids
 from app.skin.formats.import_skin import NO_ROBOT, check_links, import_skin
@@ -73,7 +72,16 @@ def prepare(scene: Scene, *, progress: Progress = no_progress) -> PreparedScene:
     objects = make_objects(scene)  # first, since it costs nothing and may fail
     robot, skin = load_robot_and_skin(scene, progress=progress)
     map_ = build_map(skin, progress=part_of_progress(progress, 0.4, 1.0))
-    return PreparedScene(scene, robot, skin, map_, with_overlaps(robot, skin, scene.effects, objects))
+    return PreparedScene(scene, robot, skin, map_, check_start(scene, robot, skin, objects))
+
+
+def check_start(scene: Scene, robot: Robot, skin: Skin, objects: Sequence[SceneObject]) -> tuple[SceneObject, ...]:
+    """Return the objects with a finding for each that overlaps the robot at the start, see ``with_overlaps``."""
+    if not objects:
+        return ()
+    from app.simulation.start_overlaps import with_overlaps  # what maps and skins alone do not need
+
+    return with_overlaps(robot, skin, scene.effects, objects)
 
 
 def load_robot_and_skin(scene: Scene, *, progress: Progress = no_progress) -> tuple[Robot, Skin]:

@@ -41,9 +41,8 @@ from app.scene.object_meshes import make_objects
 from app.scene.scene import Scene
 from app.session.bundle import robot_from_zip, robot_to_zip
 from app.session.link_levels import LinkLevels, links_digest
-from app.session.prepare import PreparedScene, load_robot_of, prepare
+from app.session.prepare import PreparedScene, check_start, load_robot_of, prepare
 from app.session.program_digest import program_digest
-from app.simulation.start_overlaps import with_overlaps
 from app.skin.cover import CoverSpec
 from app.skin.fit import GridSpec
 from app.skin.link_pieces import PIECES_SUFFIX
@@ -129,7 +128,7 @@ def find_prepared(scene: Scene) -> PreparedScene | None:
     if kept is None:
         return None
     robot, map_ = kept
-    objects = with_overlaps(robot, map_.skin, scene.effects, make_objects(scene))
+    objects = check_start(scene, robot, map_.skin, make_objects(scene))
     return PreparedScene(scene, robot, map_.skin, map_, objects)
 
 

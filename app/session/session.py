@@ -72,10 +72,11 @@ def skin_readings(effects: Effects, tick: float) -> SensorTiming:
     """
     bus, amplifier = effects.sensor.sampling, effects.sensor.saturation
     highest = math.inf if amplifier is None else amplifier.at
+    averaged = effects.time_averaging
     if bus is None:
-        return SensorTiming(tick, highest=highest)
+        return SensorTiming(tick, highest=highest, averaged=averaged)
     period = max(1 / bus.rate, tick)
-    return SensorTiming(period, bus.delay + (0.5 * period if effects.time_averaging else 0.0), highest)
+    return SensorTiming(period, bus.delay + (0.5 * period if averaged else 0.0), highest, averaged)
 
 
 MAX_TICKS = 20

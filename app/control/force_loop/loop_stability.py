@@ -30,11 +30,14 @@ class SensorTiming:
         period: From one sample to the next [s]; > 0.
         delay: From a sample to its arrival [s].
         highest: What a taxel reads at most [Pa].
+        averaged: Whether a sample is the mean over its period. The ``delay`` of a slow skin then includes half of the
+            period; that of one read at every tick is zero.
     """
 
     period: float
     delay: float = 0.0
     highest: float = math.inf
+    averaged: bool = False
 
 
 def assume_goal_where_saturated(

@@ -99,13 +99,17 @@ class PressedArm:
         The controller moves the wanted posture once a ``tick`` [s] by what was read last. Cost: 0.4 ms.
         """
         period = max(readings.period, tick)
-        late = round(readings.delay / tick) * tick - tick / 2  # a posture wanted is held from the start of a tick
         s = 1j * (_ANGLES + 2 * np.pi * _ALIASES) / period
+        arrival, mean = readings.delay, np.ones_like(s)
+        if readings.averaged:
+            arrival = max(arrival - period / 2, 0.0)
+            mean = (1 - np.exp(-period * s)) / (period * s)
+        late = round(arrival / tick) * tick - tick / 2  # a posture wanted is held from the start of a tick
         way = self.response(s)
         taken = min(tick / max(controller.inertia_time, tick), 1.0)
         lag = taken / (1 - (1 - taken) * np.exp(-tick * s))
         wanted = lag / (s + controller.position_gain * lag * way)  # per speed that the force asks for
-        held = np.exp(-late * s) * (1 - np.exp(-period * s)) / s
+        held = mean * np.exp(-late * s) * (1 - np.exp(-period * s)) / s
         loop = (held * (1 + 1 / controller.integral_time / s) * wanted * self.stiffness * way).sum(axis=0) / period
         return _gain_margin(loop)
 

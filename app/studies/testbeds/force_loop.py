@@ -96,6 +96,7 @@ class ForceLoop:
         stiffness: Of the contact at the goal [N/m].
         push: (n,) joint velocity that moves the touched point outward at 1 m/s and not aside.
         outward: (n,) outward way of the point per offset of a joint [m/rad].
+        shown: (3 n,) outward way that the reading at the end of a tick shows, per state at its start.
     """
 
     tick: float
@@ -103,19 +104,43 @@ class ForceLoop:
     stiffness: float
     push: FloatArray
     outward: FloatArray
+    shown: FloatArray
+
+    @staticmethod
+    def of_rates(
+        tick: float, rates: FloatArray, stiffness: float, push: FloatArray, outward: FloatArray, *, averaged: bool
+    ) -> ForceLoop:
+        """Return the loop of a plant with the state matrix ``rates`` (3 n, 3 n) [1/s].
+
+        Args:
+            tick: Of the loop [s].
+            rates: Change of joint offsets, their speeds and the wanted posture.
+            stiffness: See the attributes, also for the next two.
+            push: (n,).
+            outward: (n,).
+            averaged: Whether a reading is the mean over the tick; otherwise it is the value at its end.
+        """
+        size = len(rates)
+        block = np.zeros((2 * size, 2 * size))
+        block[:size, :size] = rates
+        block[:size, size:] = np.eye(size)
+        over_tick = expm(tick * block)  # the upper right block is the integral over the tick (Van Loan 1978)
+        moved = over_tick[:size, :size]
+        reading = over_tick[:size, size:] / tick if averaged else moved
+        return ForceLoop(tick, moved, stiffness, push, outward, outward @ reading[: len(outward)])
 
     def stable(self, controller: Filter) -> bool:
         """Whether errors of the force die away under a controller; offsets that press on nothing may stay."""
-        size = len(self.moved) + 2
+        size = len(self.moved) + 3
         step = np.stack([self._step(controller, unit) for unit in np.eye(size)], axis=1)
         kept = np.arange(size) != (size - 1 if math.isinf(controller.integral_time) else size)
         return bool(np.abs(np.linalg.eigvals(step[np.ix_(kept, kept)])).max() < 1 + _SLACK)
 
     def _step(self, controller: Filter, state: FloatArray) -> FloatArray:
         joints = len(self.push)
-        plant, (speed, gathered) = state[:-2].copy(), state[-2:]
+        plant, (read, speed, gathered) = state[:-3].copy(), state[-3:]
         away = float(self.outward @ plant[:joints])
-        error = -self.stiffness * away
+        error = -self.stiffness * read
         gathered = gathered + self.tick * error
         aim = controller.gain * (error + gathered / controller.integral_time)
         aim -= controller.position_gain * away
@@ -123,7 +148,7 @@ class ForceLoop:
             speed + self.tick / controller.inertia_time * (aim - speed) if controller.inertia_time > self.tick else aim
         )
         plant[2 * joints :] += self.tick * speed * self.push
-        return np.concatenate([self.moved @ plant, [speed, gathered]])
+        return np.concatenate([self.moved @ plant, [self.shown @ plant, speed, gathered]])
 
 
 def force_loop_at_goal(setup: PathSetup, settings: ControlSettings) -> ForceLoop:
@@ -151,8 +176,8 @@ def force_loop_at_goal(setup: PathSetup, settings: ControlSettings) -> ForceLoop
     held = np.diag(servo.stiffness)
     forces = [-held - stiffness * np.outer(outward, outward), -np.diag(servo.damping + damping), held]
     whole[n : 2 * n] = np.linalg.solve(inertia, np.hstack(forces))
-    tick = setup.prepared.scene.tick
-    return ForceLoop(tick, expm(whole * tick), stiffness, push, outward)
+    averaged = setup.effects.time_averaging
+    return ForceLoop.of_rates(setup.prepared.scene.tick, whole, stiffness, push, outward, averaged=averaged)
 
 
 def contact_stiffness(setup: PathSetup, posture: FloatArray, push: FloatArray) -> float:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from dataclasses import fields
+import tomllib
+from dataclasses import MISSING, fields
 from typing import get_args
 
 import pytest
@@ -42,8 +43,8 @@ def section(title: str) -> str:
 
 
 def words(text: str) -> list[str]:
-    """What stands between backticks."""
-    return re.findall(r"`([^`]+)`", text)
+    """What stands between backticks, without the defaults at the end."""
+    return re.findall(r"`([^`]+)`", re.sub(r"\(default [^()]*\)", "", text))
 
 
 def tables(text: str) -> list[list[list[str]]]:
@@ -61,14 +62,45 @@ def names(kind: type) -> list[str]:
     return sorted(field.name for field in fields(kind))
 
 
-@pytest.mark.parametrize(("title", "kind"), [
+KINDS_BY_TABLE = [
     ("`[cover]`", CoverSpec), ("`[layer]`", ElasticLayer), ("`[[objects]]`", ObjectSpec), ("`[[motion]]`", Waypoint),
     ("`[[grids]]`", GridSpec),
     ("`[control]`", ControlSettings), ("`[contacts]`", ReadingSettings), ("`[[behaviours]]`", Behaviour),
-])  # fmt: skip
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("title", "kind"), KINDS_BY_TABLE)
 def test_each_table_lists_its_keys(title, kind):
     (table,) = tables(section(title))
     assert sorted(keys(table)) == names(kind)
+
+
+def stated_defaults(row: list[str]) -> dict[str, object]:
+    """The defaults at the end of a row, by key; nothing where they are described in words."""
+    (text,) = re.findall(r"\(default ([^()]*)\)", row[1]) or [""]
+    values = re.findall(r"`([^`]+)`|(?<![\w.`])(-?\d[\d.e-]*)", text)
+    listed = words(row[0])
+    if len(values) != len(listed):
+        return {}
+    return {key: _value(word or number) for key, (word, number) in zip(listed, values, strict=True)}
+
+
+def _value(text: str) -> object:
+    """A value as TOML has it, or the word itself."""
+    try:
+        return tomllib.loads(f"value = {text}")["value"]
+    except tomllib.TOMLDecodeError:
+        return text
+
+
+@pytest.mark.parametrize(("title", "kind"), KINDS_BY_TABLE)
+def test_the_stated_defaults_are_those_of_the_code(title, kind):
+    (table,) = tables(section(title))
+    stated = {key: value for row in table for key, value in stated_defaults(row).items()}
+    made = {field.name: field.default for field in fields(kind) if field.default is not MISSING}
+    made = {key: list(value) if isinstance(value, tuple) else value for key, value in made.items()}
+    assert stated == {key: value for key, value in made.items() if key in stated}
+    assert len(stated) >= len(made) // 3
 
 
 def test_the_top_lists_its_keys_and_every_table():

@@ -43,6 +43,12 @@ def test_rate_delay_and_end_come_from_the_effects():
     assert told(saturation=Saturation(1e5)) == SensorTiming(0.005, 0.0, 1e5)
 
 
+def test_a_mean_over_the_sample_time_is_half_of_that_time_older():
+    slow = Effects(sensor=SensorEffects(sampling=Sampling(20.0, 0.1)), time_averaging=True)
+    assert skin_readings(slow, 0.005) == SensorTiming(0.05, pytest.approx(0.125), averaged=True)
+    assert skin_readings(Effects(time_averaging=True), 0.005) == SensorTiming(0.005, averaged=True)
+
+
 BAR = prepared_bar(stimuli=(Stroke(hold=0.1),))
 AT, THERE = BAR.skin.taxel_point(30), BAR.skin.taxel_point(31)
 

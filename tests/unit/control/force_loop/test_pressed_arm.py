@@ -7,7 +7,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.linalg import expm
 
 from app.control.command import ControlSettings
 from app.control.force_loop.loop_stability import SensorTiming
@@ -44,14 +43,15 @@ def test_a_servo_that_lags_bears_what_routh_allows():
     assert found == pytest.approx(2 * 40.0 * (1 + 4e3 / 40.0**2) / 4e3, rel=0.01)
 
 
+@pytest.mark.parametrize("averaged", [False, True])
 @pytest.mark.parametrize("controller", [LoopFilter(0.3), LoopFilter(inertia_time=0.05), LoopFilter(0.6, 4.0, 0.05)])
-def test_it_agrees_with_the_eigenvalues_of_the_loop(controller):
-    """Read at every tick."""
+def test_it_agrees_with_the_eigenvalues_of_the_loop(controller, averaged):
+    """Read at every tick, at its end or as the mean over it."""
     tick, servo, stiffness = 0.005, 40.0, 5e3
     whole = np.array([[0, 1, 0], [-(servo**2) - stiffness, -2 * servo, servo**2], [0, 0, 0]])
-    loop = ForceLoop(tick, expm(whole * tick), stiffness, np.ones(1), np.ones(1))
+    loop = ForceLoop.of_rates(tick, whole, stiffness, np.ones(1), np.ones(1), averaged=averaged)
     filter_ = Filter(0.0, controller.integral_time, controller.position_gain, controller.inertia_time)
-    found = slide(servo, stiffness).gain_limit(controller, SensorTiming(tick), tick)
+    found = slide(servo, stiffness).gain_limit(controller, SensorTiming(tick, averaged=averaged), tick)
     explained = stability_limit(lambda gain: loop.stable(replace(filter_, gain=gain)), found)
     assert found == pytest.approx(explained, rel=0.02)
 
