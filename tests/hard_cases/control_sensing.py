@@ -104,7 +104,7 @@ def pressed_twice(settings: ControlSettings) -> Session:
 
 
 def stays_slow(course: Course) -> None:
-    assert course.pressed.max() > 20, "both press"
+    assert course.pressed.max() > 10, "both press, though the stopped arm gives way"
     assert course.speed.max() < 0.15
 
 
