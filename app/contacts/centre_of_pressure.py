@@ -288,7 +288,7 @@ def _tangents(nx: float, ny: float, nz: float, x: float, y: float, z: float) -> 
     along = x * nx + y * ny + z * nz
     x, y, z = x - along * nx, y - along * ny, z - along * nz
     length = math.sqrt(x * x + y * y + z * z)
-    if length < 1e-12:  # the side stands upright: any direction will do
+    if length < 1e-12:  # the side is vertical: any direction will do
         return _tangents(nx, ny, nz, *((1.0, 0.0, 0.0) if abs(nx) < 0.5 else (0.0, 1.0, 0.0)))
     x, y, z = x / length, y / length, z / length
     return (x, y, z), (ny * z - nz * y, nz * x - nx * z, nx * y - ny * x)

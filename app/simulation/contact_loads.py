@@ -95,7 +95,7 @@ class ContactLoads:
     def _load(
         self, data: mujoco.MjData, body: int, geom: int, force: float, moment: FloatArray, normal: FloatArray
     ) -> Load:
-        """Of the sums over the contacts of ``body`` with ``geom``: force, force times place, force times normal."""
+        """Return the load of ``geom`` on ``body``, from sums of force, force times place, force times normal."""
         rotation, solid = data.xmat[body].reshape(3, 3), self._solids[geom]
         point = (moment / force - data.xpos[body]) @ rotation
         outward = (normal / math.sqrt(normal @ normal)) @ rotation

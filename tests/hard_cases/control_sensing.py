@@ -198,7 +198,7 @@ CASES: dict[str, HardCase] = {
         led(0.006, 0.016, force=3.0),
         {"task": "follow_path"},
         seconds=6.0,
-        force=23.0,
+        force=20.0,
     ),
     "a patch that is dead": HardCase(
         "nothing is felt: the arm stays at rest",

@@ -434,7 +434,7 @@ BOMBS: dict[str, Bomb] = {
     "csv quotes": ("taxels", ".csv", lambda: b'x,y,z\n"' + b"a" * 5_000_000),
     "taxels": ("taxels", ".csv", lambda: _taxels(99_000)),
     "skin of taxels": ("any skin", ".csv", lambda: _taxels(99_000)),
-    "skin of a tube of taxels": ("any skin", ".csv", lambda: _tube_of_taxels(40_000)),
+    "skin of a tube of taxels": ("any skin", ".csv", lambda: _tube_of_taxels(99_000)),
     "taxels on one place": ("any skin", ".csv", lambda: b"x,y,z,nx,ny,nz\n" + b"0,0,0,0,0,1\n" * 99_000),
     "npz zeros": ("any skin", ".npz", lambda: _zeros(900)),
     "npz many zeros": ("map", ".npz", lambda: _zeros(100, 10)),

@@ -29,12 +29,12 @@ def bounded(course: Course) -> None:
     assert course.speed.max() < 2 * MAX_JOINT_SPEED
 
 
-def follow_figure_of_eight(controller: str, *, taxel: int, ripple: float = 0.3) -> None:
+def follow_figure_of_eight(controller: str, *, taxel: int) -> None:
     course = Course(beside_ball(ControlSettings(controller=controller, task="follow_path"), taxel=taxel), 10.0)
     bounded(course)
     steady = slice(round(2.0 / TICK), None)
     assert course.force[steady].mean() == pytest.approx(3.0, abs=0.1)
-    assert course.force[steady].std() < ripple
+    assert course.force[steady].std() < 0.3
     assert np.nanmedian(course.body_error[steady]) < 0.002
     assert np.nanpercentile(course.body_error[steady], 95) < 0.008
     assert LimitKind.CONTACT_LOST not in course.why
@@ -55,8 +55,7 @@ def test_a_path_is_followed_where_the_centre_jumps(controller):
     The parallel and the admittance scheme, which are slower, do not hold the force there: for a second it is 0.3 to 8 N
     and 1 to 5 N.
     """
-    ripple = {"parallel": 0.75, "admittance": 0.5}.get(controller, 0.3)
-    follow_figure_of_eight(controller, taxel=150, ripple=ripple)
+    follow_figure_of_eight(controller, taxel=150)
 
 
 @pytest.mark.long
