@@ -7,12 +7,14 @@ from dataclasses import replace
 from functools import cache
 from typing import Any
 
+import mujoco
 import numpy as np
 
 from app.control.command import ControlSettings
 from app.control.limits import Limit, LimitKind
 from app.maps.tactile_map import TactileMap
 from app.robots.kinematics import Configuration
+from app.robots.mujoco_spec import OWN_NAMES
 from app.scene.object_meshes import make_objects
 from app.scene.objects import ObjectSpec
 from app.scene.scene_file import load_scene
@@ -101,12 +103,25 @@ def beside_ball(
     return Session(replace(prepared, scene=scene, objects=make_objects(scene)), settings=settings, map_=believed)
 
 
+def force_off_skin(session: Session) -> float:
+    """Return the sum of normal forces of the solver's contacts in which no surface with skin takes part [N]."""
+    model, data = session._simulation._model, session._simulation._data
+    force, total = np.zeros(6), 0.0
+    for index, contact in enumerate(data.contact):
+        names = [model.geom(geom).name for geom in contact.geom]
+        if not any(name.startswith(f"{OWN_NAMES}skin ") for name in names):
+            mujoco.mj_contactForce(model, data, index, force)
+            total += float(force[0])
+    return total
+
+
 class Course:
     """What happened, tick by tick.
 
     Attributes:
         force: (k,) read of the strongest contact [N].
         pressed: (k,) all that truly presses the skin [N].
+        bare: (k,) normal force of all contacts of links without skin [N].
         speed: (k,) of the fastest joint [rad/s].
         posture: (k, n).
         error: (k,) from the contact to where the task wants it, on the map [m]; nan without contact.
@@ -121,7 +136,8 @@ class Course:
         tick = session.prepared.scene.tick
         count, due = round(seconds / tick), {round(time / tick): act for time, act in (acts or {}).items()}
         self.tick, self.session = tick, session
-        self.force, self.pressed, self.speed, self.error, self.body_error, self.way, self.given = np.zeros((7, count))
+        self.force, self.pressed, self.bare, self.speed = np.zeros((4, count))
+        self.error, self.body_error, self.way, self.given = np.zeros((4, count))
         self.posture = np.zeros((count, len(session.prepared.robot.joints)))
         self.why: set[LimitKind] = set()
         self.said: list[tuple[Limit, ...]] = []
@@ -135,6 +151,7 @@ class Course:
         region = frame.regions[0] if frame.regions else None
         self.force[k] = region.force if region else 0.0
         self.pressed[k] = session.total_normal_force
+        self.bare[k] = force_off_skin(session)
         self.speed[k] = np.abs(frame.velocity).max(initial=0.0)
         self.posture[k] = frame.posture
         self.said.append(frame.why_limited)

