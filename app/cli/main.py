@@ -13,6 +13,7 @@ from importlib import import_module
 from app.cli.output import StandardOutputError, flush_output, prepare_streams, print_error, print_json
 from app.cli.outputs import outputs_checked
 from app.cli.parser import build_parser
+from app.cli.unused_options import refuse_unused_options
 from app.core.errors import ExportError, TactileMapsError, UsageError, describe_unexpected_error
 from app.core.interrupts import TerminatedError, signals_raised, terminal_closed
 
@@ -53,6 +54,7 @@ def _run(argv: Sequence[str], windows: dict[str, OpenWindow]) -> int:
     command = arguments.command or "gui"
     as_json = getattr(arguments, "json", False)
     try:
+        refuse_unused_options(command, arguments)
         with outputs_checked(arguments):
             if command in windows:
                 return windows[command](arguments)

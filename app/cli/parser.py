@@ -6,6 +6,8 @@ import argparse
 import os
 import re
 import sys
+from collections.abc import Callable, Mapping
+from functools import partial
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -23,8 +25,40 @@ robots: arm, two_arms (ours); ur5e, icub, icub_whole (pip install 'tactile-maps[
 _UNITS = {"s": 1.0, "min": 60.0, "h": 3600.0}
 
 
+class _NotedAction(argparse.Action):
+    """Stores a value, or its constant for a flag, and adds the names of the option to ``given``.
+
+    Without ``given`` an option whose value equals its default would count as left out.
+    """
+
+    def __call__(
+        self,
+        parser: argparse.ArgumentParser,
+        namespace: argparse.Namespace,
+        values: object,
+        option_string: str | None = None,
+    ) -> None:
+        setattr(namespace, self.dest, self.const if self.nargs == 0 else values)
+        namespace.given = frozenset(self.option_strings) | getattr(namespace, "given", frozenset())
+
+
+_ACTIONS: Mapping[str | None, Callable[..., argparse.Action]] = {
+    None: _NotedAction,
+    "store_true": partial(_NotedAction, nargs=0, const=True, default=False),
+    "store_false": partial(_NotedAction, nargs=0, const=False, default=True),
+}
+
+
 class _Parser(argparse.ArgumentParser):
-    """A parser that reports a help text that cannot be written; the base class ignores it."""
+    """A parser that notes which options are given, and reports a help text that cannot be written.
+
+    The base class ignores errors while it writes.
+    """
+
+    def __init__(self, *args: Any, **options: Any) -> None:
+        super().__init__(*args, **options)
+        for name, action in _ACTIONS.items():
+            self.register("action", name, action)
 
     def _print_message(self, message: str, file: object = None) -> None:
         if file is sys.stdout:

@@ -7,12 +7,13 @@ import os
 from dataclasses import replace
 
 from app.cli.parser import package_roots
+from app.cli.unused_options import refuse_with_input
 from app.core.errors import SkinError, UsageError
 from app.scene.scene import Scene, with_package_roots
 from app.scene.scene_file import scene_for, scene_for_taxels, scene_names, with_taxels
 from app.session.prepare import open_scene
 from app.session.prepared_cache import load_robot_cached
-from app.skin.formats.import_skin import NO_ROBOT, holds_taxels
+from app.skin.formats.import_skin import NO_ROBOT, holds_taxels, is_own_skin
 from app.stimuli.stimulus_file import load_stimuli
 
 
@@ -43,6 +44,9 @@ def _skinned_scene(arguments: argparse.Namespace) -> Scene:
     bare = getattr(arguments, "robot", None) == NO_ROBOT
     if not os.path.exists(path):
         raise SkinError("there is no such file", file=path)
+    if link and is_own_skin(path):
+        purpose = "It names the link that carries taxels, and this skin states it"
+        refuse_with_input(arguments, ["--link"], "skin", path, purpose=purpose)
     scene = _named_scene(arguments) if named and not bare else scene_for_taxels(path)
     return with_taxels(replace(scene, robot=NO_ROBOT) if bare else scene, path, links=(link,) if link else ())
 

@@ -51,12 +51,14 @@ class ExportFormat:
         title: For people.
         ending: Of the file; empty for a folder.
         write: Makes the file or folder at a path where nothing is.
+        uses: Names of the ``ExportOptions`` that have an effect.
     """
 
     name: str
     title: str
     ending: str
     write: Writer
+    uses: tuple[str, ...] = ("image_width", "rate")
 
 
 def _csv(player: RecordingPlayer, path: Path, _: ExportOptions, progress: Progress) -> None:
@@ -83,6 +85,18 @@ def _hdf5(player: RecordingPlayer, path: Path, options: ExportOptions, progress:
 def _npz(player: RecordingPlayer, path: Path, options: ExportOptions, progress: Progress) -> None:
     with npz_sink(path, column_labels(player.prepared)) as sink:
         write_tables(player, sink, image_width=options.image_width, progress=progress)
+
+
+def _rosbag(player: RecordingPlayer, path: Path, options: ExportOptions, progress: Progress) -> None:
+    write_rosbag(player, path, rate=options.rate, progress=progress)
+
+
+def _film(player: RecordingPlayer, path: Path, options: ExportOptions, progress: Progress) -> None:
+    write_film(player, path, rate=options.rate, progress=progress)
+
+
+def _rerun(player: RecordingPlayer, path: Path, options: ExportOptions, progress: Progress) -> None:
+    write_rerun(player, path, rate=options.rate, progress=progress)
 
 
 def _guarded(plugin: Plugin, form: ExportFormat) -> ExportFormat:
@@ -114,20 +128,20 @@ def _guarded(plugin: Plugin, form: ExportFormat) -> ExportFormat:
     return replace(form, write=write)
 
 
+_IMAGES = ("image_width",)
+_PICTURES = ("rate",)
 FORMATS: Registry[ExportFormat] = Registry(
     "exporters",
     ExportFormat,
     (
-        ExportFormat("csv", "CSV tables", "", _csv),
-        ExportFormat("parquet", "Parquet tables", "", _parquet),
-        ExportFormat("npz", "NumPy arrays", ".npz", _npz),
-        ExportFormat("hdf5", "HDF5", ".h5", _hdf5),
-        ExportFormat("lerobot", "LeRobot data set", "", lambda p, f, o, t: write_lerobot(p, f, progress=t)),
-        ExportFormat("rosbag2", "ROS 2 bag", "", lambda p, f, o, t: write_rosbag(p, f, rate=o.rate, progress=t)),
-        ExportFormat(
-            "mp4", "Film of the tactile image", ".mp4", lambda p, f, o, t: write_film(p, f, rate=o.rate, progress=t)
-        ),
-        ExportFormat("rerun", "Rerun recording", ".rrd", lambda p, f, o, t: write_rerun(p, f, rate=o.rate, progress=t)),
+        ExportFormat("csv", "CSV tables", "", _csv, ()),
+        ExportFormat("parquet", "Parquet tables", "", _parquet, _IMAGES),
+        ExportFormat("npz", "NumPy arrays", ".npz", _npz, _IMAGES),
+        ExportFormat("hdf5", "HDF5", ".h5", _hdf5, _IMAGES),
+        ExportFormat("lerobot", "LeRobot data set", "", lambda p, f, o, t: write_lerobot(p, f, progress=t), ()),
+        ExportFormat("rosbag2", "ROS 2 bag", "", _rosbag, _PICTURES),
+        ExportFormat("mp4", "Film of the tactile image", ".mp4", _film, _PICTURES),
+        ExportFormat("rerun", "Rerun recording", ".rrd", _rerun, _PICTURES),
     ),
     _guarded,
 )

@@ -11,6 +11,7 @@ from typing import Any
 
 from app.cli.output import plain_text, print_fields, print_json, print_line, progress_line
 from app.cli.parser import package_roots
+from app.cli.unused_options import refuse_with_input
 from app.core.errors import Finding, RecordingError, TactileMapsError, UsageError
 from app.core.plugins import Plugin, Registry, unknown_kinds
 from app.maps.formats.map_file import load_map
@@ -49,8 +50,9 @@ def execute(arguments: argparse.Namespace) -> int:
     """Open whatever it is and describe it."""
     if arguments.plugins == (arguments.input is not None):
         raise UsageError("there is nothing to inspect", remedy="Give one file or name, or --plugins alone")
-    if arguments.plugins and arguments.report:
-        raise UsageError("the list of plug-ins has no page", remedy="Leave out --report")
+    if arguments.costs and not _is_scene(arguments.input):
+        purpose = "It measures the effects of a scene"
+        refuse_with_input(arguments, ["--costs"], "input", arguments.input, purpose=purpose)
     if arguments.plugins:
         return _list_plugins(as_json=arguments.json)
     found = describe(arguments.input, package_roots=package_roots(arguments), costs=arguments.costs)
@@ -160,11 +162,15 @@ def describe(name: str, *, package_roots: Sequence[str] = (), costs: bool = Fals
         return _taxel_file(name)
     if ending == ".ini":
         return _layout(name)
-    if ending == ".toml" or name in scene_names():
+    if _is_scene(name):
         return _scene(open_scene(name, package_roots=package_roots, load=load_robot_cached), costs=costs)
     if taxel_format_for(Path(name)) is not None:
         return _taxel_file(name)
     return {"kind": "robot", **_robot(load_robot(name, package_roots=package_roots))}
+
+
+def _is_scene(name: str) -> bool:
+    return Path(name).suffix.lower() == ".toml" or name in scene_names()
 
 
 def _robot_with_taxels(name: str) -> dict[str, Any]:

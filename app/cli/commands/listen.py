@@ -13,6 +13,7 @@ from typing import Any
 
 from app.cli.output import print_fields, print_json, print_warning, progress_line, write_error
 from app.cli.scenes import scene_from_arguments
+from app.cli.unused_options import given_options, refuse_with_input
 from app.control.command import ControlSettings
 from app.control.controller_registry import check_settings, settings_from
 from app.control.limit_texts import limit_text
@@ -35,8 +36,8 @@ from app.live.motion.driver_channel import (
 from app.live.motion.motion_output import MotionOutput
 from app.live.motion.motion_sender import DEADLINE, MotionLimits, SendingState, StopReason
 from app.live.prepare import prepare_measured
-from app.live.sources.network import check_token
-from app.live.sources.open import SourceOptions, is_live, open_source
+from app.live.sources.network import check_token, is_this_machine
+from app.live.sources.open import SourceOptions, host_and_port, is_live, open_source, uses_option
 from app.recording.recorder import Recorder
 from app.scene.scene import Scene
 from app.session.frame import Frame
@@ -53,20 +54,19 @@ _PAUSE = 0.01
 """Seconds between two looks at how listening goes."""
 _WEIGHT_SECONDS = 0.5
 """Readings of so long [s] are averaged for ``--weight`` by default."""
-_NEEDED = {
-    "--max-speed": "--send",
-    "--max-force": "--send",
-    "--weight-seconds": "--weight",
-    "--save-calibration": "--weight",
+_PURPOSES = {
+    "speed": "It sets how fast a file is played",
+    "mapping": "It names the topics and fields of ROS 2 messages",
+    "token": "It is for packets: of udp:, zmq: and serial: sources, and of --send",
+    "remote": "It is for udp: sources that other machines reach, such as udp://0.0.0.0:9870, and for --send to others",
 }
-"""Options that have no effect without another one."""
+"""What the options of a source are for, by their names in ``SourceOptions``."""
 _NAMED = 8
 """Unknown ids and silent channels that are named; all are counted."""
 
 
 def execute(arguments: argparse.Namespace) -> int:
     """Receive until the source ends, the time is over, or Ctrl-C."""
-    _refuse_lone_options(arguments)
     if arguments.weight is not None:
         with _blaming("--weight"):
             check_mass(arguments.weight)
@@ -79,6 +79,7 @@ def execute(arguments: argparse.Namespace) -> int:
         check_not_source(arguments.send, arguments.source)
         _refuse_no_motion(arguments, settings.controller)
         check_readings(arguments.source, arguments.token)
+    _refuse_source_options(arguments)
     mapping = Path(arguments.mapping) if arguments.mapping else None
     options = SourceOptions(arguments.token, arguments.remote, mapping, arguments.speed, CLOCK)
     connection = Connection(open_source(arguments.source, options), clock=options.clock)
@@ -159,17 +160,16 @@ def _session(arguments: argparse.Namespace, connection: Connection, prepared: Pr
     return session
 
 
-def _refuse_lone_options(arguments: argparse.Namespace) -> None:
-    """Refuse options that have no effect without another one; raises UsageError."""
-    for option, needed in _NEEDED.items():
-        if _value(arguments, option) is not None and _value(arguments, needed) is None:
-            problem = f"this option has no effect without {needed}"
-            raise UsageError(problem, place=option, remedy=f"Add {needed}, or remove {option}")
-
-
-def _value(arguments: argparse.Namespace, option: str) -> object:
-    found: object = getattr(arguments, option.removeprefix("--").replace("-", "_"))
-    return found
+def _refuse_source_options(arguments: argparse.Namespace) -> None:
+    """Refuse options that have no effect with the source and the address of ``--send``; raises UsageError."""
+    sent_to = arguments.send and host_and_port(arguments.send)[0]
+    used_by_sending = {"token": bool(sent_to), "remote": bool(sent_to) and not is_this_machine(sent_to)}
+    for name, purpose in _PURPOSES.items():
+        options = {"--token", "--token-file"} if name == "token" else {f"--{name}"}
+        if options.isdisjoint(given_options(arguments)) or used_by_sending.get(name):
+            continue
+        if not uses_option(arguments.source, name):
+            refuse_with_input(arguments, sorted(options), "source", arguments.source, purpose=purpose)
 
 
 @contextmanager

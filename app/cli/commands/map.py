@@ -8,6 +8,7 @@ from __future__ import annotations
 import argparse
 import time
 from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,6 +16,7 @@ import numpy as np
 
 from app.cli.output import print_fields, print_json, print_line, progress_line
 from app.cli.parser import package_roots
+from app.cli.unused_options import PLACEMENT, refuse_with_input
 from app.core.arrays import FloatArray
 from app.core.errors import Finding, MapError, RecordingError, UsageError
 from app.core.progress import Progress
@@ -28,11 +30,13 @@ from app.maps.formats.export import ENDINGS, write_map
 from app.maps.formats.map_file import load_map
 from app.maps.formats.obj import read_map_obj
 from app.maps.tactile_map import TactileMap
+from app.robots.formats.mesh_files import MESH_SUFFIXES
 from app.robots.library import load_robot
 from app.robots.load import MESH_LINK
 from app.skin.fit import GridSpec
 from app.skin.formats.icub_layout import apply_layout, read_icub_layout
 from app.skin.formats.icub_module_orientation import propose_orientations
+from app.skin.formats.import_skin import holds_taxels, is_own_skin, is_robot_with_taxels
 from app.skin.formats.mujoco_touch import mesh_folder, write_touch_sensors
 from app.skin.formats.taxel_files import read_taxels
 from app.skin.open import SkinOptions, open_skin
@@ -161,6 +165,7 @@ def execute(arguments: argparse.Namespace) -> int:
     target = _output_path(arguments)
     if arguments.method not in METHODS:
         raise UsageError("there is no such method", value=arguments.method, remedy=METHODS.remedy(arguments.method))
+    _refuse_unused(arguments)
     report, start = progress_line(), time.perf_counter()
     skin, map_ = _make_map(arguments, report)
     seconds = time.perf_counter() - start
@@ -176,6 +181,41 @@ def execute(arguments: argparse.Namespace) -> int:
     else:
         print_quality(result)
     return 0
+
+
+def _refuse_unused(arguments: argparse.Namespace) -> None:
+    """Refuse options that have no effect with the method, the compared file or the input; raises UsageError."""
+    refuse = partial(refuse_with_input, arguments)
+    if not METHODS[arguments.method].slides:
+        sliding = ", ".join(name for name, method in METHODS.items() if method.slides)
+        refuse(["--lengths"], "method", arguments.method, purpose=f"It is for {sliding}")
+    if arguments.compare and Path(arguments.compare).suffix.lower() != ".ini":
+        refuse(["--fix-modules"], "file", arguments.compare, purpose="It corrects the modules of a layout (.ini)")
+    if not arguments.grid:
+        _refuse_with_skin(arguments, Path(arguments.input))
+
+
+def _refuse_with_skin(arguments: argparse.Namespace, path: Path) -> None:
+    """Refuse options that have no effect with the skin or mesh at ``path``; raises UsageError."""
+    refuse = partial(refuse_with_input, arguments, noun="input", value=path)
+    ending = path.suffix.lower()
+    covered = arguments.surface == "cover"
+    surfaces = "It is for meshes, and for robots that state taxels"
+    if ending == ".mcap":
+        refuse(["--babble", "--touches"], purpose="A recording has its own touches")
+        refuse([*PLACEMENT, "--surface", "--links", "--robot"], purpose="A recording has its own skin")
+    elif ending == ".npz" or (not covered and holds_taxels(path)):
+        refuse(PLACEMENT, purpose="It places taxels, and this file states them")
+        if not is_robot_with_taxels(path):
+            refuse(["--surface"], purpose=surfaces)
+        if is_own_skin(path):
+            refuse(["--links"], purpose="It chooses links, and a skin is used whole")
+    else:
+        refuse(["--robot"], purpose="It names the robot that carries the taxels of a file")
+        if not covered and ending in MESH_SUFFIXES:
+            refuse(["--links"], purpose="It chooses links of a robot, and a mesh has none")
+        elif not covered:
+            refuse(["--surface"], purpose=surfaces)
 
 
 def _write(map_: TactileMap, target: Path, arguments: argparse.Namespace) -> None:

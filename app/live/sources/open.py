@@ -102,9 +102,8 @@ def _guarded(plugin: Plugin, kind: SourceKind) -> SourceKind:
     return replace(kind, build=build)
 
 
-SOURCE_KINDS: Registry[SourceKind] = Registry(
-    "sources", SourceKind, (), _guarded, reserved=("udp", "zmq", "serial", "yarp", "ros2")
-)
+_BUILT_IN = ("udp", "zmq", "serial", "yarp", "ros2")
+SOURCE_KINDS: Registry[SourceKind] = Registry("sources", SourceKind, (), _guarded, reserved=_BUILT_IN)
 """Those of plug-ins by scheme; the built-in ones are ``ADDRESSES``."""
 
 
@@ -153,6 +152,34 @@ def open_source(address: str, options: SourceOptions = _USUAL) -> Source:
     added = "".join(f", {name}:" for name in SOURCE_KINDS)
     remedy = f"Give one of: {ADDRESSES}{added}; or install the plug-in that adds it"
     raise UsageError("there is no such kind of source", value=address, remedy=remedy)
+
+
+def uses_option(address: str, name: str) -> bool:
+    """Return whether one of the ``SourceOptions`` has an effect for the source at ``address``.
+
+    Sources of plug-ins may use all of them; a file that does not exist is reported where it is opened.
+
+    Args:
+        address: Of the source.
+        name: ``token``, ``remote``, ``mapping`` or ``speed``.
+
+    Raises:
+        UsageError: The address is not valid.
+        LiveError: A recording cannot be read.
+    """
+    if not is_live(address):
+        path = Path(address)
+        return name == "speed" or (name == "mapping" and (not path.exists() or _is_bag(path)))
+    scheme, _, rest = address.partition(":")
+    if scheme not in _BUILT_IN:
+        return True
+    if name == "remote":
+        from app.live.sources.network import is_this_machine
+
+        return scheme == "udp" and not is_this_machine(host_and_port(address, any_free=True)[0])
+    if name == "token":
+        return scheme in ("udp", "zmq", "serial")
+    return name == "mapping" and scheme == "ros2" and not rest
 
 
 def host_and_port(address: str, default: int = DEFAULT_PORT, *, any_free: bool = False) -> tuple[str, int]:
@@ -218,17 +245,23 @@ def _file(address: str, options: SourceOptions) -> Source:
     if path.exists() and not path.is_dir():
         with open_regular_file(path, error=LiveError):
             pass  # a pipe or device is refused before anything waits for it
-    if os.path.isdir(path) or path.suffix.lower() in (".mcap", ".db3"):
-        from app.live.sources.files import is_own_recording
+    if _is_bag(path):
         from app.live.sources.ros2 import load_topics, read_bag
 
-        if not is_own_recording(path):
-            topics = load_topics(options.mapping)
-            return FileSource(path, lambda file: read_bag(file, topics), speed=options.speed)
+        topics = load_topics(options.mapping)
+        return FileSource(path, lambda file: read_bag(file, topics), speed=options.speed)
+    if path.suffix.lower() == ".mcap":
         return FileSource(path, read_recording, speed=options.speed)
     if path.suffix.lower() not in FILE_SUFFIXES:
         raise UsageError("there is no such kind of source", value=address, remedy=f"Give one of: {ADDRESSES}")
     return FileSource(path, read_text if path.suffix.lower() == ".txt" else read_table, speed=options.speed)
+
+
+def _is_bag(path: Path) -> bool:
+    """Return True for a recording of ROS 2: a folder or a file that is not one of our own recordings."""
+    from app.live.sources.files import is_own_recording
+
+    return os.path.isdir(path) or (path.suffix.lower() in (".mcap", ".db3") and not is_own_recording(path))
 
 
 def is_live(address: str) -> bool:

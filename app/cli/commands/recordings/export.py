@@ -8,6 +8,7 @@ from pathlib import Path
 
 from app.cli.damage import damage_rows
 from app.cli.output import print_fields, print_json, print_warning, progress_line
+from app.cli.unused_options import refuse_with_input
 from app.core.errors import UsageError
 from app.export.export import FORMATS, ExportOptions, export_recording
 from app.recording.damage import damage_text
@@ -17,6 +18,11 @@ def execute(arguments: argparse.Namespace) -> int:
     """Write the recording in the format asked for."""
     if arguments.to not in FORMATS:
         raise UsageError("there is no such format", value=arguments.to, remedy=FORMATS.remedy(arguments.to))
+    for name in ("image_width", "rate"):
+        if name not in FORMATS[arguments.to].uses:
+            others = ", ".join(form.name for form in FORMATS.values() if name in form.uses)
+            option = f"--{name.replace('_', '-')}"
+            refuse_with_input(arguments, [option], "format", arguments.to, purpose=f"It is for {others}")
     options = ExportOptions(image_width=arguments.image_width, rate=arguments.rate)
     report, start = progress_line(), time.perf_counter()
     target = Path(arguments.output)

@@ -15,8 +15,6 @@ from app.recording.trim import TrimResult, trim, trim_episodes
 
 def execute(arguments: argparse.Namespace) -> int:
     """Write the part, or the episodes."""
-    if arguments.episodes and (arguments.start or arguments.end is not None):
-        raise UsageError("--episodes says which parts are cut out; --from and --to do too", remedy="Give one of them")
     if arguments.end is not None and arguments.end < arguments.start:
         span = f"{arguments.start:g} to {arguments.end:g} s"
         raise UsageError("the part ends before it begins", value=span, remedy="Give --from before --to")
