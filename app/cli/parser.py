@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 import os
 import re
 import sys
@@ -228,7 +229,7 @@ def _add_file_commands(commands: argparse._SubParsersAction) -> None:  # type: i
     _output(inspect, "--report", metavar="FILE.html", help="write it as a page too, to be read, printed or sent")
     _overwrite(inspect)
     inspect.add_argument("--plugins", action="store_true", help="list the plug-ins that are installed instead")
-    _package_roots(inspect)
+    _robot_options(inspect)
     _json(inspect)
     weigh = commands.add_parser(
         "weigh", help="known-load check: lay a mass on the skin and compare the measured force with its weight"
@@ -236,7 +237,7 @@ def _add_file_commands(commands: argparse._SubParsersAction) -> None:  # type: i
     weigh.add_argument(
         "input", nargs="?", default="arm", metavar="SCENE|ROBOT", help="robot whose skin is checked (default arm)"
     )
-    _package_roots(weigh)
+    _robot_options(weigh)
     weigh.add_argument("--mass", type=_positive, default=0.1, metavar="KG", help="mass of the weight (default 0.1)")
     weigh.add_argument("--model", metavar="NAME", help="contact model (default: the scene's)")
     _output(weigh, "--report", metavar="FILE.html", help="write it as a page too, to be read, printed or sent")
@@ -298,7 +299,7 @@ def _add_compare(commands: argparse._SubParsersAction) -> None:  # type: ignore[
     compare.add_argument(
         "input", metavar="SCENE|FILE.mcap", help="a scene (its stimulus script) or a recording (its inputs)"
     )
-    _package_roots(compare)
+    _robot_options(compare)
     compare.add_argument(
         "--controllers", required=True, metavar="NAME,NAME", help="impedance, hold_force, hybrid, qp, ..."
     )
@@ -431,7 +432,7 @@ def _skin_options(parser: argparse.ArgumentParser) -> None:
     )
     add("--density", choices=("curvature",), help="more taxels where curvature is high")
     add("--keep-border", type=float, metavar="MM", help="no taxels within this distance of a border")
-    _package_roots(parser)
+    _robot_options(parser)
 
 
 def _flattening_options(parser: argparse.ArgumentParser) -> None:
@@ -501,10 +502,18 @@ def _scene_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--link", metavar="LINK", default=argparse.SUPPRESS, help="link that carries them, where FILE does not say"
     )
-    _package_roots(parser)
+    _robot_options(parser)
 
 
-def _package_roots(parser: argparse.ArgumentParser) -> None:
+def _robot_options(parser: argparse.ArgumentParser) -> None:
+    """Add the options of every command that loads a robot."""
+    parser.add_argument(
+        "--home",
+        type=_home,
+        default=argparse.SUPPRESS,
+        metavar="JOINT=VALUE,...",
+        help="home posture: joint positions [rad, m]; other joints as the scene or robot states them",
+    )
     parser.add_argument(
         "--package-root",
         action="append",
@@ -513,6 +522,12 @@ def _package_roots(parser: argparse.ArgumentParser) -> None:
         metavar="DIR",
         help="folder with ROS packages or meshes that a robot file names; may be repeated",
     )
+
+
+def home_of(arguments: argparse.Namespace) -> Mapping[str, float]:
+    """Return the joint positions of ``--home`` by joint name [rad, m]."""
+    found: Mapping[str, float] = getattr(arguments, "home", {})
+    return found
 
 
 def package_roots(arguments: argparse.Namespace) -> tuple[str, ...]:
@@ -605,6 +620,19 @@ def _millimetres(text: str) -> tuple[float, float]:
     except ValueError as error:
         raise argparse.ArgumentTypeError(f"must be like 170x85: {text}") from error
     return width, height
+
+
+def _home(text: str) -> dict[str, float]:
+    found: dict[str, float] = {}
+    for part in text.split(","):
+        name, equals, value = (word.strip() for word in part.rpartition("="))
+        try:
+            found[name] = float(value)
+        except ValueError as error:
+            raise argparse.ArgumentTypeError(f"must be like elbow=1.2,wrist=-0.3: {text}") from error
+        if not (name and equals and math.isfinite(found[name])):
+            raise argparse.ArgumentTypeError(f"must be like elbow=1.2,wrist=-0.3: {text}")
+    return found
 
 
 def _grid(text: str) -> tuple[int, int]:

@@ -6,7 +6,7 @@ import argparse
 import os
 from dataclasses import replace
 
-from app.cli.parser import package_roots
+from app.cli.parser import home_of, package_roots
 from app.cli.unused_options import refuse_with_input
 from app.core.errors import SkinError, UsageError
 from app.scene.scene import Scene, with_package_roots
@@ -29,8 +29,13 @@ def scene_from_arguments(arguments: argparse.Namespace) -> Scene:
         SceneError: There is no such scene or script.
     """
     scene, script = _skinned_scene(arguments), getattr(arguments, "stimuli", None)
-    scene = with_package_roots(scene, package_roots(arguments))
+    scene = with_home(with_package_roots(scene, package_roots(arguments)), arguments)
     return replace(scene, stimuli=load_stimuli(script)) if script else scene
+
+
+def with_home(scene: Scene, arguments: argparse.Namespace) -> Scene:
+    """Return the scene with the positions of ``--home``; other joints keep those of the scene."""
+    return replace(scene, home={**scene.home, **home_of(arguments)})
 
 
 def _skinned_scene(arguments: argparse.Namespace) -> Scene:
@@ -61,7 +66,7 @@ def _named_scene(arguments: argparse.Namespace) -> Scene:
     if name and robot:
         scene = open_scene(name, package_roots=package_roots(arguments), load=load_robot_cached)
         cover = replace(scene.cover, links=())
-        return replace(scene, robot=robot, cover=cover, stimuli=scene_for(robot).stimuli, motion=())
+        return replace(scene, robot=robot, cover=cover, stimuli=scene_for(robot).stimuli, motion=(), home={})
     return (
         open_scene(name, package_roots=package_roots(arguments), load=load_robot_cached)
         if name

@@ -5,6 +5,7 @@ Which it is follows from the file's ending and, where two kinds share one, from 
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Literal, get_args
@@ -12,6 +13,7 @@ from typing import Literal, get_args
 from app.core.errors import SkinError
 from app.core.progress import Progress, no_progress
 from app.robots.formats.mesh_files import MESH_SUFFIXES, read_mesh, to_metres
+from app.robots.home_posture import check_home
 from app.robots.library import load_robot
 from app.skin.cover import CoverSpec, cover_robot
 from app.skin.fit import GridSpec, add_grids
@@ -37,6 +39,7 @@ class SkinOptions:
         thickness: Of a cover [m].
         package_roots: Folders with packages and meshes that a robot's file names, besides its own.
         grid: Taxels in rows and columns on the cover of one link, instead of all the above.
+        home: Joint positions of the robot's home posture by joint name [rad, m], instead of those of its file.
 
     Example:
         >>> options = tm.SkinOptions(links=("hand",), thickness=0.002)
@@ -51,6 +54,7 @@ class SkinOptions:
     thickness: float = 0.003
     package_roots: tuple[str, ...] = ()
     grid: GridSpec | None = None
+    home: Mapping[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         if self.surface not in get_args(MeshSurface):
@@ -77,17 +81,18 @@ def open_skin(source: str | Path, options: SkinOptions | None = None, *, progres
     spec, path = options or SkinOptions(), Path(source)
     ending = path.suffix.lower()
     if spec.grid is not None:
-        robot = load_robot(str(source), package_roots=spec.package_roots)
+        robot = load_robot(str(source), package_roots=spec.package_roots, home=spec.home)
         skin = add_grids(robot, None, [spec.grid], thickness=spec.thickness)
         return replace(skin, findings=(*robot.findings, *skin.findings))
     covered = spec.surface == "cover" and is_robot_with_taxels(path)
     if ending == ".npz" or (not covered and holds_taxels(path)):
         return _read_taxels(path, spec)
     if ending in MESH_SUFFIXES and spec.surface != "cover":
+        check_home(spec.home, (), source=str(path))
         mesh, findings = to_metres(read_mesh(path), where=path.name)
         skin = skin_of_mesh(mesh, spec.placement, name=path.stem, surface=spec.surface, progress=progress)
         return replace(skin, findings=(*findings, *skin.findings))
-    robot = load_robot(str(source), package_roots=spec.package_roots)
+    robot = load_robot(str(source), package_roots=spec.package_roots, home=spec.home)
     skin = cover_robot(robot, _cover_spec(spec), progress=progress)
     return replace(skin, findings=(*robot.findings, *skin.findings))
 
@@ -108,8 +113,9 @@ def _read_taxels(path: Path, wanted: SkinOptions) -> Skin:
     """A file's taxels, on the robot that carries them or joined to each other."""
     name = wanted.robot or usual_carrier(path, wanted.links)
     if name == NO_ROBOT:
+        check_home(wanted.home, (), source=str(path))
         return import_skin(path, links=wanted.links, thickness=wanted.thickness)
-    robot = load_robot(name, package_roots=wanted.package_roots)
+    robot = load_robot(name, package_roots=wanted.package_roots, home=wanted.home)
     roots = wanted.package_roots
     skin = import_skin(path, robot, links=wanted.links, thickness=wanted.thickness, package_roots=roots)
     return replace(skin, findings=(*robot.findings, *skin.findings))

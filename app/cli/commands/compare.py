@@ -11,6 +11,8 @@ from typing import Any, cast
 from app.cli.output import print_fields, print_json, print_line, progress_line
 from app.cli.outputs import check_outputs_in
 from app.cli.parser import package_roots
+from app.cli.scenes import with_home
+from app.cli.unused_options import refuse_with_input
 from app.control.command import CHOICES, ControlSettings, TaskName
 from app.control.controller_registry import CONTROLLERS, check_settings, settings_from
 from app.control.limit_texts import limit_name
@@ -58,7 +60,7 @@ def execute(arguments: argparse.Namespace) -> int:
     if arguments.output is not None:
         names = (_FILE, Path(_FILE).with_suffix(".html").name)
         check_outputs_in(Path(arguments.output), names, overwrite=arguments.overwrite)
-    prepared, inputs, base, seconds = _stimulus(arguments.input, package_roots(arguments))
+    prepared, inputs, base, seconds = _stimulus(arguments)
     if arguments.task is not None:
         base = check_settings(replace(base, task=cast("TaskName", _checked_choice("task", arguments.task))))
     seconds = arguments.seconds or seconds
@@ -101,14 +103,17 @@ def _checked_choice(choice: str, name: str) -> str:
 
 
 def _stimulus(
-    name: str, roots: Sequence[str]
+    arguments: argparse.Namespace,
 ) -> tuple[PreparedScene, Sequence[tuple[int, SessionInput]] | None, ControlSettings, float]:
     """The scene, what was done in it (None: its script), whose gains are taken, and for how long."""
+    name = arguments.input
     if Path(name).suffix.lower() == ".mcap":
+        refuse_with_input(arguments, ["--home"], "input", name, purpose="It is for scenes and robots")
         player = RecordingPlayer(name)
         begun = [act.settings for _, act in player.inputs if isinstance(act, ControlChanged)]
         return player.prepared, player.inputs, begun[0] if begun else ControlSettings(), float(player.times[-1])
-    scene = open_scene(name, package_roots=roots, load=load_robot_cached)
+    scene = open_scene(name, package_roots=package_roots(arguments), load=load_robot_cached)
+    scene = with_home(scene, arguments)
     return prepare_cached(scene, progress=progress_line()), None, settings_from(dict(scene.control)), SCRIPT_SECONDS
 
 

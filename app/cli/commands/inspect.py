@@ -5,12 +5,13 @@ from __future__ import annotations
 import argparse
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 from app.cli.output import plain_text, print_fields, print_json, print_line, progress_line
-from app.cli.parser import package_roots
+from app.cli.parser import home_of, package_roots
 from app.cli.unused_options import refuse_with_input
 from app.core.errors import Finding, RecordingError, TactileMapsError, UsageError
 from app.core.plugins import Plugin, Registry, unknown_kinds
@@ -55,7 +56,10 @@ def execute(arguments: argparse.Namespace) -> int:
         refuse_with_input(arguments, ["--costs"], "input", arguments.input, purpose=purpose)
     if arguments.plugins:
         return _list_plugins(as_json=arguments.json)
-    found = describe(arguments.input, package_roots=package_roots(arguments), costs=arguments.costs)
+    home = home_of(arguments)
+    found = describe(arguments.input, package_roots=package_roots(arguments), costs=arguments.costs, home=home)
+    if "limits" not in found:
+        refuse_with_input(arguments, ["--home"], "input", arguments.input, purpose="It is for robots and scenes")
     apart = ("effects", "problems", "identity", "coverage", "collision", "limits", "controllable")
     plain = {key.capitalize(): _text(value) for key, value in found.items() if key not in apart}
     if found.get("reach") is not None:
@@ -138,13 +142,16 @@ def _limit(value: float) -> str:
     return f"{value:.4g}" if math.isfinite(value) else "-"
 
 
-def describe(name: str, *, package_roots: Sequence[str] = (), costs: bool = False) -> dict[str, Any]:
+def describe(
+    name: str, *, package_roots: Sequence[str] = (), costs: bool = False, home: Mapping[str, float] | None = None
+) -> dict[str, Any]:
     """What ``name`` is, by its ending; names of scenes come before names of robots.
 
     Args:
         name: A file, or the name of a scene or robot.
         package_roots: Folders with packages or meshes.
         costs: Measure what each effect of a scene costs, for one to two seconds.
+        home: Joint positions of the home posture by joint name [rad, m], instead of those of the scene or robot.
 
     Raises:
         TactileMapsError: It is none of them, or broken.
@@ -153,9 +160,9 @@ def describe(name: str, *, package_roots: Sequence[str] = (), costs: bool = Fals
     if ending == ".mcap":
         return _recording(name)
     if ending == ".urdf" and holds_taxels(name):
-        return _robot_with_taxels(name) if is_robot_with_taxels(name) else _taxel_file(name)
+        return _robot_with_taxels(name, home) if is_robot_with_taxels(name) else _taxel_file(name)
     if ending in (".xml", ".mjcf") and holds_taxels(name):
-        return _robot_with_touch_sensors(name, package_roots)
+        return _robot_with_touch_sensors(name, package_roots, home)
     if ending == ".npz" and (is_own_skin(name) or not holds_taxels(name)):
         return _arrays(name)
     if ending in (".npz", *TAXEL_ENDINGS):
@@ -163,26 +170,29 @@ def describe(name: str, *, package_roots: Sequence[str] = (), costs: bool = Fals
     if ending == ".ini":
         return _layout(name)
     if _is_scene(name):
-        return _scene(open_scene(name, package_roots=package_roots, load=load_robot_cached), costs=costs)
+        scene = open_scene(name, package_roots=package_roots, load=load_robot_cached)
+        return _scene(replace(scene, home={**scene.home, **(home or {})}), costs=costs)
     if taxel_format_for(Path(name)) is not None:
         return _taxel_file(name)
-    return {"kind": "robot", **_robot(load_robot(name, package_roots=package_roots))}
+    return {"kind": "robot", **_robot(load_robot(name, package_roots=package_roots, home=home))}
 
 
 def _is_scene(name: str) -> bool:
     return Path(name).suffix.lower() == ".toml" or name in scene_names()
 
 
-def _robot_with_taxels(name: str) -> dict[str, Any]:
+def _robot_with_taxels(name: str, home: Mapping[str, float] | None) -> dict[str, Any]:
     """A robot description that states its taxels: what it holds of both."""
-    robot, taxels = _robot(load_robot(name)), _taxel_file(name)
+    robot, taxels = _robot(load_robot(name, home=home)), _taxel_file(name)
     found = {"kind": "robot with taxels", **robot, **{key: taxels[key] for key in ("taxels", "identity")}}
     return found | {"taxel_links": taxels["links"], "problems": robot["problems"] + taxels["problems"]}
 
 
-def _robot_with_touch_sensors(name: str, package_roots: Sequence[str]) -> dict[str, Any]:
+def _robot_with_touch_sensors(
+    name: str, package_roots: Sequence[str], home: Mapping[str, float] | None
+) -> dict[str, Any]:
     """An MJCF model with touch sensors: what it holds of both."""
-    robot = load_robot(name, package_roots=package_roots)
+    robot = load_robot(name, package_roots=package_roots, home=home)
     sensors, findings = read_touch_sensors(Path(name), package_roots=[Path(root) for root in package_roots])
     found = {"kind": "robot with taxels", **_robot(robot), "taxels": sum(len(sensor.origins) for sensor in sensors)}
     found |= {"taxel_links": list(dict.fromkeys(sensor.link for sensor in sensors))}

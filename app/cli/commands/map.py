@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from app.cli.output import print_fields, print_json, print_line, progress_line
-from app.cli.parser import package_roots
+from app.cli.parser import home_of, package_roots
 from app.cli.unused_options import PLACEMENT, refuse_with_input
 from app.core.arrays import FloatArray
 from app.core.errors import Finding, MapError, RecordingError, UsageError
@@ -203,7 +203,7 @@ def _refuse_with_skin(arguments: argparse.Namespace, path: Path) -> None:
     surfaces = "It is for meshes, and for robots that state taxels"
     if ending == ".mcap":
         refuse(["--babble", "--touches"], purpose="A recording has its own touches")
-        refuse([*PLACEMENT, "--surface", "--links", "--robot"], purpose="A recording has its own skin")
+        refuse([*PLACEMENT, "--surface", "--links", "--robot", "--home"], purpose="A recording has its own skin")
     elif ending == ".npz" or (not covered and holds_taxels(path)):
         refuse(PLACEMENT, purpose="It places taxels, and this file states them")
         if not is_robot_with_taxels(path):
@@ -225,7 +225,8 @@ def _write(map_: TactileMap, target: Path, arguments: argparse.Namespace) -> Non
     elif Path(arguments.input).suffix.lower() == ".mcap":
         write_touch_sensors(map_.skin, _recording(arguments.input).prepared.robot, target)
     else:
-        robot = load_robot(arguments.robot or arguments.input, package_roots=package_roots(arguments))
+        roots = package_roots(arguments)
+        robot = load_robot(arguments.robot or arguments.input, package_roots=roots, home=home_of(arguments))
         write_touch_sensors(map_.skin, robot, target)
 
 
@@ -261,7 +262,8 @@ def _output_path(arguments: argparse.Namespace) -> Path | None:
 
 def _skin_options(arguments: argparse.Namespace) -> SkinOptions:
     if arguments.grid:
-        return SkinOptions(links=tuple(arguments.links), grid=_grid(arguments), package_roots=package_roots(arguments))
+        links, roots = tuple(arguments.links), package_roots(arguments)
+        return SkinOptions(links=links, grid=_grid(arguments), package_roots=roots, home=home_of(arguments))
     if arguments.first or arguments.last:
         raise UsageError("a corner is named, but no grid", remedy="Add --grid ROWSxCOLUMNS")
     if arguments.mirrored is not None:
@@ -271,7 +273,7 @@ def _skin_options(arguments: argparse.Namespace) -> SkinOptions:
     pitch = None if arguments.pitch is None else 1e-3 * arguments.pitch
     placement = PlacementSpec(pitch, taxels, arguments.pattern, arguments.density, zones, arguments.seed)
     return SkinOptions(placement, tuple(arguments.links), arguments.robot, arguments.surface,
-                       package_roots=package_roots(arguments))  # fmt: skip
+                       package_roots=package_roots(arguments), home=home_of(arguments))  # fmt: skip
 
 
 def _grid(arguments: argparse.Namespace) -> GridSpec:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from app.cli.output import print_fields, print_json, progress_line
 from app.cli.parser import package_roots
+from app.cli.scenes import with_home
 from app.core.errors import UsageError, did_you_mean
 from app.scene.effects import EFFECTS
 from app.scene.scene import with_package_roots
@@ -29,6 +30,7 @@ def execute(arguments: argparse.Namespace) -> int:
         raise UsageError("there is no such contact model", value=arguments.model, remedy=remedy)
     roots, is_scene = package_roots(arguments), Path(name).suffix.lower() == ".toml" or name in scene_names()
     scene = open_scene(name, package_roots=roots) if is_scene else with_package_roots(scene_for(name), roots)
+    scene = with_home(scene, arguments)
     usual = "water-fill" if scene.effects.skin == "off" else scene.effects.skin
     progress = progress_line()
     robot, skin = load_robot_and_skin(scene, progress=progress)

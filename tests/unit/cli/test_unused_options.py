@@ -52,7 +52,7 @@ def test_every_named_option_exists(rules):
     ("listen serial:///dev/ttyS0 --mapping {toml}", "--mapping: this option has no effect with this source (found: se"),
     ("listen ros2:{toml} --mapping {toml}", "--mapping: this option has no effect with this source (found: ros2:"),
     ("listen {csv} --mapping {toml}", "--mapping: this option has no effect with this source (found: {csv}). It names"),
-    ("listen {csv} --token 12345678", "--token: this option has no effect with this source (found: {csv}). It is for"),
+    ("listen {csv} --token 12345678", "--token: this option has no effect with this source (found: {csv}). It is"),
     ("listen {csv} --token-file {csv}", "--token-file: this option has no effect with this source"),
     ("listen yarp://127.0.0.1:1 --token 12345678", "--token: this option has no effect with this source"),
     ("listen udp: --token 12345678 --remote", "--remote: this option has no effect with this source (found: udp:). It"),
@@ -92,6 +92,9 @@ def test_every_named_option_exists(rules):
     ("map {csv} --surface outer", "--surface: this option has no effect with this input"),
     ("map {npz} --links bar", "--links: this option has no effect with this input (found: {npz}). It chooses links"),
     ("map {mcap} --learn isomap --touches 100", "--touches: this option has no effect with this input (found: {mcap}"),
+    ("inspect {npz} --home elbow_pitch=1", "--home: this option has no effect with this input (found: {npz}). It is"),
+    ("compare {mcap} --controllers qp --home a=1", "--home: this option has no effect with this input (found: {mcap})"),
+    ("map {mcap} --home a=1", "--home: this option has no effect with this input (found: {mcap})"),
     ("map {mcap} --links hand", "--links: this option has no effect with this input (found: {mcap}). A recording has"),
 ])  # fmt: skip
 def test_an_option_without_effect_is_refused(words, said, files, capsys, tmp_path, monkeypatch):

@@ -19,12 +19,15 @@ from app.control.controller_registry import settings_from
 from app.core.errors import SceneError
 from app.core.toml import toml_lines
 from app.maps.interpolation import INTERPOLATIONS
+from app.robots.kinematics import Configuration
 from app.scene import scene_file
 from app.scene.effects import EFFECTS, SENSOR_KEYS
 from app.scene.motion import Unit, Waypoint
 from app.scene.objects import OBJECT_KINDS, ObjectSpec
+from app.scene.scene import Scene
 from app.scene.scene_file import scene_from_toml, scene_names
 from app.scene.tasks import OUTPUTS, TASKS, TOUCH_OUTPUTS
+from app.session.prepare import load_robot_and_skin
 from app.skin.cover import CoverSpec
 from app.skin.fit import GridSpec
 from app.stimuli.stimulus import Stimulus
@@ -183,3 +186,17 @@ def test_for_each_contact_model_it_is_said_where_its_pressure_is_and_what_it_ans
     headings = next(line for line in text.splitlines() if line.startswith("| `skin`"))
     assert words(headings) == ["skin", *answers]
     assert all(len(row) == 2 + len(answers) and all(row) for row in table)
+
+
+@pytest.mark.parametrize("height", [-0.3, 0.0, 0.2])
+def test_a_skin_alone_is_at_the_stated_height(height, tmp_path):
+    taxels = tmp_path / "pad.csv"
+    steps = (0.02, 0.03, 0.04, 0.05)
+    rows = [f"{x},{y},{height},0,0,1" for x in steps for y in steps]
+    taxels.write_text("x,y,z,nx,ny,nz\n" + "\n".join(rows))
+    robot, skin = load_robot_and_skin(Scene(name="pad", robot="none", taxel_file=str(taxels)))
+    kinematics = Configuration(robot)
+    points = kinematics.pose(skin.patches[0].link).points(skin.patches[0].surface.vertices)
+    (stated,) = re.findall(r"their lowest point is ([\d.]+) m above\s+the ground", REFERENCE)
+    assert points[:, 2].min() == pytest.approx(float(stated), abs=1e-9)
+    assert points[:, :2] == pytest.approx(skin.patches[0].surface.vertices[:, :2], abs=1e-12)
