@@ -229,11 +229,14 @@ def _guessed_units(
     for group in (_POSITION, _POINT):
         if group[0] not in columns or any(name in units for name in group):
             continue
-        cells = [[row[columns[name]].strip() for name in group] for _, row in body]
-        numbers = [[float(cell) for cell in row] for row in cells if all(map(is_number, row))]
-        if numbers:
+        places = [columns[name] for name in group]
+        numbers = _finite_floats(body, places)
+        if numbers is None:
+            cells = ([row[place] for place in places] for _, row in body)
+            numbers = np.array([[float(cell) for cell in row] for row in cells if all(map(is_number, row))])
+        if len(numbers):
             where = f"{path.name}, columns {', '.join(group)}"
-            guessed |= dict.fromkeys(group, length_unit(np.array(numbers), where, findings))
+            guessed |= dict.fromkeys(group, length_unit(numbers, where, findings))
     if "area" in columns and "area" not in units:
         unit = units.get("x", guessed.get("x", 1.0)) ** 2
         word = {1.0: "m2", 1e-6: "mm2"}.get(unit, f"{unit:g} m2")
@@ -300,6 +303,10 @@ def _floats(table: _Table, rows: Sequence[tuple[int, Sequence[str]]], group: Seq
     if group[0] not in table.columns:
         return None
     columns = [table.columns[name] for name in group]
+    units = [table.units.get(name, 1.0) for name in group]
+    values = _finite_floats(rows, columns)
+    if values is not None:
+        return values * units
     values = np.empty((len(rows), len(group)))
     for row, (line, cells) in enumerate(rows):
         for k, column in enumerate(columns):
@@ -308,7 +315,16 @@ def _floats(table: _Table, rows: Sequence[tuple[int, Sequence[str]]], group: Seq
                 values[row, k] = _number(text, table, line, group[k])
             else:
                 values[row, k] = np.nan
-    return values * [table.units.get(name, 1.0) for name in group]
+    return values * units
+
+
+def _finite_floats(rows: Sequence[tuple[int, Sequence[str]]], columns: Sequence[int]) -> FloatArray | None:
+    """Return (n, k) the numbers in some columns; None if a cell is not a finite number."""
+    try:
+        values = np.array([[float(cells[column]) for column in columns] for _, cells in rows])
+    except ValueError:
+        return None
+    return values if np.isfinite(values).all() else None
 
 
 def _integers(table: _Table, rows: Sequence[tuple[int, Sequence[str]]], name: str) -> IntArray | None:
