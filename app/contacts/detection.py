@@ -181,6 +181,7 @@ class ContactDetector:
         self._errors_now = self._errors
         self._motions: dict[int, Motion] = {}
         self._sample: FloatArray | None = None
+        self._estimated: FloatArray | None = None
 
     def wait(self, *, period: float = 0.0, gaps: bool = False) -> None:
         """Let a contact that comes back soon be who it was, from now on.
@@ -195,17 +196,22 @@ class ContactDetector:
         """Ids of contacts that are gone at ``time`` [s] and may come back, with their links; none unless it waits."""
         return self._memory.may_return(time)
 
-    def read(self, pressures: FloatArray, *, time: float = 0.0) -> tuple[ContactRegion, ...]:
+    def read(
+        self, pressures: FloatArray, *, time: float = 0.0, estimated: FloatArray | None = None
+    ) -> tuple[ContactRegion, ...]:
         """The regions touched now, the strongest first.
 
         Args:
             pressures: (taxels,) [Pa].
             time: Now [s], rising; only for those who come back.
+            estimated: (taxels,) standard uncertainty of the readings that are estimated, 0 for others [Pa]; None where
+                broken taxels are unknown.
         """
         if pressures is self._held:
             return self._found
         given = pressures
         self._begin(given, time)
+        self._estimated = estimated
         if not math.isfinite(dot(pressures, self._areas)):
             pressures = np.where(np.isfinite(pressures), pressures, 0.0)
         touched = pressures >= self._levels
@@ -327,7 +333,7 @@ class ContactDetector:
         motion = self._follow(felt.name.id, force, place.link_position)
         errors = propagate_uncertainty(
             self._errors_now,
-            Readings(forces, felt.areas, felt.taxels, felt.inside),
+            Readings(forces, felt.areas, felt.taxels, felt.inside, self._deviations(felt)),
             np.einsum("ij,ij->i", offsets, offsets),
             motion=motion,
         )
@@ -355,6 +361,10 @@ class ContactDetector:
             merged=felt.name.merged,
             split_from=felt.name.split_from,
         )
+
+    def _deviations(self, felt: _TouchedGroup) -> FloatArray | None:
+        """Return the standard uncertainties (k,) of the forces on estimated taxels [N]."""
+        return None if self._estimated is None else self._estimated.take(felt.taxels) * felt.areas
 
     def _place(self, felt: _TouchedGroup, share: FloatArray) -> ContactLocation:
         """Centre of pressure, taken on the map and back-projected with the containing triangle.

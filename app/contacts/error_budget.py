@@ -15,7 +15,9 @@ effective number of taxels n = F² / sum f_i² and n_t touched taxels with the a
     crosstalk                            0.27 share (r² + (0.1 g)²)^½: what the ring's own force r gives beyond it
     threshold                            (m² / 9 + m / 5)^½ at a, m = 2 pi (n_t / pi)^¾ (at / peak)^½ taxels of the rim
     saturation                           2 at A_s min(c / a, 1) with the area A_s of the saturated taxels
-    dead taxels                          (dead sum f_i² + dead² F²)^½, for stuck ones the same with their own force
+    dead taxels                          sum of the deviations of their estimated forces (``filled_readings``); where
+                                         broken taxels are unknown (dead sum f_i² + dead² F²)^½, for stuck ones the same
+                                         with their own force
     sampling, time averaging             lag |dF / dt|, the largest of the last samples
     ring                                 r³ / F²: the force beyond the ring
     contact model                        0.023 F for foundation, whose taxels read along their own normals; infinite for
@@ -145,12 +147,15 @@ class Readings(NamedTuple):
         areas: (k,) [m²].
         taxels: (k,) their numbers.
         inside: (c,) indices of the touched ones.
+        estimated: (k,) standard uncertainties of the forces on broken taxels, which are estimated, 0 for others [N];
+            None where broken taxels are unknown.
     """
 
     forces: FloatArray
     areas: FloatArray
     taxels: IntArray
     inside: IntArray
+    estimated: FloatArray | None = None
 
 
 class Motion(NamedTuple):
@@ -320,7 +325,10 @@ def _systematic(
         lost = min(lost, dark)
         parts["threshold"] = limit * float(areas.mean()) * math.sqrt(lost**2 / 9 + lost / 5)
         place += lost / 5 * (limit * float(areas.mean())) ** 2 * float(squared.mean())
-    if effects.dead_taxels is not None:
+    if readings.estimated is not None:
+        parts |= _estimated(readings.estimated)
+        place += dot(readings.estimated**2, squared)
+    elif effects.dead_taxels is not None:
         parts["dead_taxels"] = _broken(effects.dead_taxels, total, dot(forces, forces), areas)
         place += effects.dead_taxels.dead * dot(forces * forces, squared)
     if ring > 0:
@@ -359,6 +367,12 @@ def _peak_share(errors: SensorUncertainty, area: float) -> float:
 def _width(area: float) -> float:
     """Return the squared width of the widest expected contact over that of a taxel of this area [m²], at most 1."""
     return min(_WIDEST**2 * math.sqrt(0.75) / area, 1.0)
+
+
+def _estimated(deviations: FloatArray) -> dict[str, float]:
+    """Return the part of broken taxels whose forces are estimated; empty where a contact has none."""
+    size = float(deviations.sum())  # neighbouring estimates err together
+    return {"dead_taxels": size} if size > 0 else {}
 
 
 def _broken(taxels: DeadTaxels, total: float, square: float, areas: FloatArray) -> float:

@@ -11,12 +11,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
+from typing import Literal, get_args
 
 import numpy as np
 
 from app.contacts.centre_of_pressure import SensorUncertainty
 from app.contacts.detection import TOUCH_THRESHOLD, ContactDetector
 from app.contacts.events import ContactEvent, EventDetector
+from app.contacts.filled_readings import BlindArea, FilledReadings, TaxelFill
 from app.contacts.force_estimation.estimate import ESTIMATORS, EstimatorName, ForceEstimate
 from app.contacts.force_estimation.estimation import FORCE_ESTIMATORS, RegionForceEstimator
 from app.contacts.force_estimation.wrench_consistency import WrenchMismatch
@@ -24,7 +26,7 @@ from app.contacts.image_centre import BACK_PROJECTIONS, PIXELS, BackProjection, 
 from app.contacts.regions import ContactRegion
 from app.contacts.self_touch import SelfTouchMatcher
 from app.contacts.taxel_noise import TaxelNoise
-from app.core.arrays import FloatArray, set_fields
+from app.core.arrays import BoolArray, FloatArray, set_fields
 from app.core.codec import LATER
 from app.core.errors import MapError, SceneError
 from app.core.reading_units import ReadingUnits
@@ -42,6 +44,8 @@ THRESHOLDS = (1.0, 1e11)
 """Smallest and largest selectable threshold [Pa]; a count is shown as 1 kPa, and converters have up to 24 bits."""
 NOISIEST_SENSOR = 10.0
 """Of a force-torque sensor [N]."""
+BrokenTaxels = Literal["estimated", "as-read"]
+"""Treatment of known broken taxels."""
 
 
 @dataclass(frozen=True)
@@ -58,6 +62,8 @@ class ReadingSettings:
             straight from the taxels.
         interpolation: Of that image.
         back_projection: From a centre on the map to the body; see ``image_centre``.
+        broken_taxels: Whether the readings of known broken taxels are estimated from their neighbours, see
+            ``filled_readings``, or used as they are read.
 
     Raises:
         SceneError: Naming what is wrong, and what is allowed there.
@@ -69,6 +75,7 @@ class ReadingSettings:
     pixel: float | None = field(default=None, metadata=LATER)
     interpolation: str = field(default="barycentric", metadata=LATER)
     back_projection: BackProjection = field(default="triangle", metadata=LATER)
+    broken_taxels: BrokenTaxels = field(default="estimated", metadata=LATER)
 
     def __post_init__(self) -> None:
         if self.estimator not in FORCE_ESTIMATORS:
@@ -91,6 +98,14 @@ class ReadingSettings:
                     value=value,
                     remedy=f"Choose one of: {', '.join(allowed)}",
                 )
+
+        if self.broken_taxels not in get_args(BrokenTaxels):
+            raise SceneError(
+                "unknown treatment of broken taxels",
+                place="contacts.broken_taxels",
+                value=self.broken_taxels,
+                remedy=f"Choose one of: {', '.join(get_args(BrokenTaxels))}",
+            )
 
     def _check(self, name: str, low: float, high: float, *, unit: str) -> None:
         value = getattr(self, name)
@@ -174,6 +189,8 @@ class ContactPipeline:
             map_, estimator=settings.estimator, depth=depth, wrench_noise=settings.wrench_noise, seed=seed
         )
         self._self_touch, self._events = SelfTouchMatcher(), EventDetector()
+        self._fill: TaxelFill | None = None
+        self._filled: tuple[FloatArray, FilledReadings] | None = None
         self.set_sensor_model(sensor)
         # Only a skin on two links can touch itself.
         several = len({patch.link for patch in map_.skin.patches}) > 1
@@ -192,6 +209,7 @@ class ContactPipeline:
         self._forces.wrench_noise = settings.wrench_noise
         self._settings = settings
         self._reader.threshold = settings.thresholds_for(self._reader.errors)
+        self._filled = None
         if settings.centre != self._reader.centre:
             self._reader.centre = settings.centre
 
@@ -225,6 +243,7 @@ class ContactPipeline:
             errors = replace(errors, displaced=pad_displacements(self._skin, sensor.area_averaging.radius))
         self._reader.errors = replace(errors, depth=self._depth) if model == "half-space" else errors
         self._reader.threshold = self._settings.thresholds_for(self._reader.errors)
+        self._filled = None
         gaps = sensor.area_averaging is not None or sensor.dead_taxels is not None
         self._reader.wait(period=1 / sensor.sampling.rate if sensor.sampling else 0.0, gaps=gaps)
 
@@ -232,6 +251,35 @@ class ContactPipeline:
         """Use the measured noise of each taxel for thresholds and error bars from now on; None for unknown noise."""
         self._reader.errors = SensorUncertainty.measured(noise)
         self._reader.threshold = self._settings.thresholds_for(self._reader.errors)
+        self._filled = None
+
+    def set_broken_taxels(self, broken: BoolArray) -> None:
+        """Estimate the readings of these ``broken`` (taxels,) from their neighbours from now on; see ``TaxelFill``."""
+        known = self._fill
+        if known is None or not np.array_equal(known.broken, broken):
+            self._fill = TaxelFill(self._skin, broken) if broken.any() or known is not None else None
+            self._filled = None
+
+    @property
+    def blind(self) -> tuple[BlindArea, ...]:
+        """Areas of broken taxels whose readings cannot be estimated."""
+        known = self._fill
+        return () if known is None or self._settings.broken_taxels == "as-read" else known.blind
+
+    def _estimated(self, pressures: FloatArray) -> FilledReadings | None:
+        """Return the readings with estimates for broken taxels; None where none is known or none is requested.
+
+        A reading that cannot change is estimated once: a slow skin repeats it from tick to tick.
+        """
+        if self._fill is None or self._settings.broken_taxels == "as-read":
+            return None
+        known = self._filled
+        if known is None or known[0] is not pressures or pressures.flags.writeable:
+            errors = self._reader.errors
+            noise = errors.noise if errors.taxels is None else errors.taxels.sd
+            filled = self._fill.fill(pressures, threshold=self._reader.threshold, noise=noise)
+            known = self._filled = (pressures, filled)
+        return known[1]
 
     def use_units(self, units: ReadingUnits) -> None:
         """What readings may be called from now on: events tell forces only where they may."""
@@ -268,7 +316,9 @@ class ContactPipeline:
         than the area sum, that one's as well.
         """
         pressures = self._nothing if pressures is None else pressures
-        regions = self._reader.read(pressures, time=time)
+        filled = self._estimated(pressures)
+        pressures = pressures if filled is None else filled.pressures
+        regions = self._reader.read(pressures, time=time, estimated=None if filled is None else filled.sd)
         regions, self.estimates = self._forces.read(
             regions, pressures, self._reader.errors_now, wrenches, awaited=self._reader.may_return(time)
         )

@@ -200,6 +200,8 @@ class MeasuredSession:
     def reset(self) -> None:
         """Forget contacts, values and time; calibration, baseline, map and settings stay."""
         self._contacts.reset()
+        self._broken = np.zeros(len(self._baseline), dtype=bool)
+        self._changed = np.zeros(len(self._baseline), dtype=bool)
         self._health.reset()
         self._swaps.reset()
         self.heard.reset()
@@ -356,6 +358,7 @@ class MeasuredSession:
         self._baseline, self._spread, self._counts = used.baseline, used.spread, used.counts
         self._tail = TailShape(used.tail_scale, used.tail_heaviness)
         self.tared = used.spread is not None
+        self._broken[used.broken] = True
         self._use_noise()
 
     @property
@@ -449,10 +452,12 @@ class MeasuredSession:
             self._advance(reading.time, item.at)
             self._check_speed(joints, positions)
             self.heard.add(taxels, joints, self._values[taxels] != values, item.at, item.at - item.age)
+            self._notice_changes(taxels, values)
             self._values[taxels] = self._raw[taxels] = values
             self._sequence = reading.sequence
             self._move(joints, positions)
             self._health.add(taxels, values, self._time)
+            self._notice_silence()
             if compare:
                 self._swaps.add(self._raw, self._time)
             self._take_tare(taxels)
@@ -574,6 +579,23 @@ class MeasuredSession:
         self._posture[joints] = positions
         self._joint_times[joints] = self._time
 
+    def _notice_changes(self, taxels: IntArray, values: FloatArray) -> None:
+        """Count taxels (k,) as working whose ``values`` (k,) differ from the ones before."""
+        before = self._raw[taxels]
+        changed = taxels[~np.isnan(before) & (before != values)]
+        self._changed[changed] = True
+        self._broken[changed] = False
+
+    def _notice_silence(self) -> None:
+        """Count silent channels as broken where a working one would have changed.
+
+        Without noise a working taxel next to a contact may keep its value. So a silent channel is broken if it has
+        never changed, or if it varied in the tare.
+        """
+        for one in self._health.silent:
+            varied = self._spread is not None and self._spread[one.taxel] > 0
+            self._broken[one.taxel] |= varied or not self._changed[one.taxel]
+
     def _take_tare(self, heard: IntArray) -> None:
         if self._tare is None or not self._tare.add(self._values, heard):
             return
@@ -613,11 +635,18 @@ class MeasuredSession:
     def _tell_calibration(self) -> None:
         """By what readings are shown is an input, so that a recording of them can be shown otherwise."""
         now, told, mode = self._calibration, self._told, _recorded_mode(self.mode)
-        same = told is not None and told.gain is now.gain and told.baseline is self._baseline and told.mode == mode
+        broken = np.flatnonzero(self._broken)
+        same = (
+            told is not None
+            and told.gain is now.gain
+            and told.baseline is self._baseline
+            and told.mode == mode
+            and np.array_equal(told.broken, broken)
+        )
         if not same:
             used = CalibrationUsed(
                 now.gain, now.offset, self._baseline, self._spread, now.known, mode, self._counts,
-                self._tail.scale, self._tail.heaviness,
+                self._tail.scale, self._tail.heaviness, broken,
             )  # fmt: skip
             self._baseline, self._told = used.baseline, used
             self.inputs.append((self._ticks, used))
@@ -625,6 +654,7 @@ class MeasuredSession:
     def _frame(self) -> Frame:
         pressures, units = self._pressures(), self.units
         self._tell_calibration()
+        self._contacts.set_broken_taxels(self._broken)
         self._contacts.use_units(units)
         with self._watch.stage("contacts"):
             regions = self._contacts.read(self._ticks, self._time, self._posture, pressures)
@@ -639,6 +669,7 @@ class MeasuredSession:
             pokes=(),
             command=JointCommand(self._posture.copy(), zero, zero, zero),
             timings=self._watch.take(),
+            notes=tuple(area.note for area in self._contacts.blind),
             recent=self._contacts.recent,
             estimates=self._contacts.estimates,
             measured=MeasuredValues(

@@ -105,6 +105,7 @@ class CalibrationUsed:
         counts: (taxels,) number of readings of each taxel in the tare; None where it is not known.
         tail_scale: Factor of the noise's limits by the shape of its upper tail; see ``TailShape``.
         tail_heaviness: Reciprocal of the tail's degrees of freedom; 0 for a normal tail.
+        broken: (k,) numbers of broken taxels, whose readings contacts are not read from; rising.
     """
 
     gain: FloatArray
@@ -116,10 +117,11 @@ class CalibrationUsed:
     counts: IntArray | None = field(default=None, metadata=LATER)
     tail_scale: float = field(default=1.0, metadata=LATER)
     tail_heaviness: float = field(default=0.0, metadata=LATER)
+    broken: IntArray = field(default_factory=lambda: np.zeros(0, np.int64), metadata=LATER)
 
     def __post_init__(self) -> None:
         freeze_arrays(self, "gain", "offset", "baseline", "spread")
-        freeze_arrays(self, "counts", dtype=np.int64)
+        freeze_arrays(self, "counts", "broken", dtype=np.int64)
 
 
 SessionInput = (

@@ -492,6 +492,7 @@ class Session:
     def _state_errors(self, effects: Effects) -> None:
         averaged = self.prepared.scene.tick if effects.time_averaging else 0.0
         self._contacts.set_sensor_model(effects.sensor, averaged=averaged, model=effects.skin)
+        self._contacts.set_broken_taxels(self._simulation.broken_taxels)
 
     def _frame(self) -> Frame:
         simulation, watch, time = self._simulation, self._watch, self._ticks * self.prepared.scene.tick
@@ -518,7 +519,7 @@ class Session:
             why_limited=self._controller.why_limited,
             timings=watch.take(),
             objects=simulation.object_poses,
-            notes=(*simulation.notes, *self._unreported),
+            notes=(*simulation.notes, *self._unreported, *(area.note for area in self._contacts.blind)),
             recent=self._contacts.recent,
             task=self._controller.report,
             estimates=self._contacts.estimates,

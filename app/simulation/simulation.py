@@ -13,7 +13,7 @@ from typing import TypeAlias
 import mujoco
 import numpy as np
 
-from app.core.arrays import FloatArray, freeze_arrays
+from app.core.arrays import BoolArray, FloatArray, freeze_arrays
 from app.core.errors import SimulationError
 from app.robots.robot import Robot
 from app.scene.effects import Effects
@@ -33,7 +33,7 @@ from app.tactile.models.contact_model import CONTACT_MODELS, ContactModel
 from app.tactile.models.foundation import FoundationModel
 from app.tactile.poke import PokeInput, PokePressed, PokeState
 from app.tactile.sensor_chain import SensorChain
-from app.tactile.sensor_effects import SensorEffects
+from app.tactile.sensor_effects import ALIVE, SensorEffects
 
 _POSITIONS = {mujoco.mjtJoint.mjJNT_FREE: 7, mujoco.mjtJoint.mjJNT_BALL: 4}
 _VELOCITIES = {mujoco.mjtJoint.mjJNT_FREE: 6, mujoco.mjtJoint.mjJNT_BALL: 3}
@@ -260,6 +260,11 @@ class Simulation:
     def notes(self) -> tuple[ContactNote, ...]:
         """What is not as it should be: how meshes touch, what the contact model had to do instead."""
         return (*self._physics.notes, *(self._touch.notes if self._touch else ()))
+
+    @property
+    def broken_taxels(self) -> BoolArray:
+        """(taxels,) whether each is dead or stuck."""
+        return np.zeros(len(self._skin), dtype=bool) if self._chain is None else self._chain.dead != ALIVE
 
     @property
     def object_poses(self) -> FloatArray:

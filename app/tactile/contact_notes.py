@@ -37,6 +37,8 @@ class ContactNoteKind(Enum):
     """A contact presses harder than anything with skin bears, since the last reading (both bodies)."""
     BRIEF = "brief"
     """A contact came and went between two readings (both bodies)."""
+    BLIND_AREA = "blind-area"
+    """Broken taxels with too few working neighbours to be estimated (the taxels, the link)."""
 
 
 @dataclass(frozen=True)
@@ -56,6 +58,7 @@ class ContactNote:
         ratio: Sum of pressure times area over the force, of a contact on bent skin; None for others.
         pressure: Highest pressure on a taxel, of a contact that no taxel reports [Pa]; None for others.
         threshold: Pressure from which a taxel reports it [Pa]; None for others.
+        area: Area of blind taxels [m²]; None for others.
     """
 
     kind: ContactNoteKind
@@ -69,6 +72,7 @@ class ContactNote:
     ratio: float | None = None
     pressure: float | None = field(default=None, metadata=LATER)
     threshold: float | None = field(default=None, metadata=LATER)
+    area: float | None = field(default=None, metadata=LATER)
 
 
 def load_note(kind: ContactNoteKind, by: str, link: str) -> ContactNote:
@@ -135,6 +139,9 @@ def contact_note_text(note: ContactNote) -> str:
             return f"{by} presses {link} very hard{force}; use a softer cover, a lighter body or a smaller force"
         case ContactNoteKind.BRIEF:
             return f"{by} touched {link} for less than a tick: no reading; use a shorter tick"
+        case ContactNoteKind.BLIND_AREA:
+            area = "" if note.area is None else f", {1e4 * note.area:.3g} cm²"
+            return f"{link} is blind at {by}{area}: they are broken and have too few working neighbours"
         case _:
             assert_never(note.kind)
 

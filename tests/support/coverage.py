@@ -31,6 +31,7 @@ from app.tactile.models.contact_model import CONTACT_MODELS, ContactModel
 from app.tactile.receptive_field import cell_field, disc_field, quadrature_points
 from app.tactile.sensor_chain import SensorChain
 from app.tactile.sensor_effects import (
+    ALIVE,
     AreaAveraging,
     Crosstalk,
     DeadTaxels,
@@ -225,6 +226,7 @@ def touch_errors(
         if not seed or estimator == "lumped":  # a reset repeats the noise of the force-torque sensor
             pipeline = ContactPipeline(robot, map_, sensor, settings=settings, depth=LAYER.depth, seed=seed)
             pipeline.set_sensor_model(sensor, averaged=tick if averages else 0.0, model=model)
+        pipeline.set_broken_taxels(chain.dead != ALIVE)
         pipeline.reset()
         regions, force = _seen(pipeline, chain, felt, random, load, tick, averages)
         regions = tuple(region for region in regions if region.link == load.link)

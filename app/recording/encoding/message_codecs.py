@@ -111,6 +111,9 @@ def _check_calibration(found: CalibrationUsed, taxels: int, file: str | None) ->
         if values is not None and values.shape != (taxels,):
             problem = "a calibration is not of this skin"
             raise RecordingError(problem, file=file, place=f"/input: input.{name}", value=values.shape, remedy=DAMAGED)
+    if found.broken.ndim != 1 or not ((found.broken >= 0) & (found.broken < taxels)).all():
+        problem = "a broken taxel is not of this skin"
+        raise RecordingError(problem, file=file, place="/input: input.broken", value=found.broken, remedy=DAMAGED)
 
 
 def decode_input(data: bytes, base: TactileMap, *, file: str | None = None) -> tuple[int, SessionInput]:

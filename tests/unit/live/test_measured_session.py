@@ -213,6 +213,56 @@ def test_silent_channels_are_named():
     assert [silent_text(measured, one) for one in measured.facts.silent] == ["taxel 12: dead at 0"]
 
 
+WIDE = press_skin(bar_skin(), bar_skin().taxel_point(30), force=100.0, radius=0.04)
+"""A contact that reaches the neighbours of taxel 30."""
+
+
+def noisy(number, *, dead=30, values=None):
+    read = np.random.default_rng(number).normal(size=60) + (0.0 if values is None else values)
+    read[dead] = 0.0
+    return read
+
+
+def test_broken_channel_is_estimated_and_recorded(tmp_path):
+    measured, path = session(quiet_seconds=1.0), tmp_path / "dead.mcap"
+    with Recorder(measured.prepared, path, measured="udp://127.0.0.1:9870") as recorder:
+        for number in range(200):
+            recorder.write(measured.show(at(0.02 * number, noisy(number))), measured.inputs)
+        frame = measured.show(at(4.0, noisy(200, values=WIDE)))
+        recorder.write(frame, measured.inputs)
+    assert frame.pressures[30] == 0, "the raw value is kept"
+    (region,) = frame.regions
+    assert region.force_parts["dead_taxels"] > 0
+    used = [one for _, one in open_recording(path).inputs if isinstance(one, CalibrationUsed)][-1]
+    assert used.broken.tolist() == [30]
+    again = session()
+    for reading in read_recording(path):
+        replayed = again.show(Arrived(reading, 100 + reading.time))
+    assert replayed.regions[0].force == region.force
+
+
+def test_channel_that_changes_again_is_not_broken():
+    measured = session(quiet_seconds=1.0)
+    for number in range(200):
+        measured.show(at(0.02 * number, noisy(number)))
+    mended = noisy(200, values=WIDE)
+    mended[30] = WIDE[30]
+    (region,) = measured.show(at(4.0, mended)).regions
+    assert "dead_taxels" not in region.force_parts
+
+
+def test_quiet_channel_of_a_skin_without_noise_is_not_broken():
+    """A working taxel next to a changing contact may read zero all the time."""
+    measured = session(quiet_seconds=1.0)
+    measured.show(at(0.0, touched(taxel=30)))
+    for number in range(1, 200):
+        values = noisy(number)
+        measured.show(at(0.02 * number, values))
+    assert measured.facts.silent
+    used = [one for _, one in measured.inputs if isinstance(one, CalibrationUsed)][-1]
+    assert used.broken.tolist() == []
+
+
 def test_its_source_is_asked_at_each_tick():
     waiting = [at(0.0, np.zeros(60)), at(0.1, touched())]
     measured = session(source=lambda: waiting.pop(0) if waiting else None)
