@@ -194,7 +194,8 @@ def _add_listen(commands: argparse._SubParsersAction) -> None:  # type: ignore[t
     send = "send the motion of --controller to udp://HOST:PORT or zmq://HOST:PORT: the robot may move"
     stop = "a safety stop ends sending, not listening, and the exit code is 0 all the same"
     add("--send", metavar="ADDRESS", help=f"{send}; {stop}")
-    add("--max-speed", type=float, metavar="RAD/S", help="with --send: limit of the fastest joint (default 0.2)")
+    speed = "with --send: limit of every joint (default 0.2); those of the robot's model apply as well"
+    add("--max-speed", type=float, metavar="RAD/S", help=speed)
     add("--max-force", type=float, metavar="N", help="with --send: a stronger contact ends sending (default 15)")
     add("--mapping", metavar="FILE.toml", help="topics and fields of ROS 2 messages")
     add("--token", help="token required in every packet; udp: and zmq: need one with --send or --remote")

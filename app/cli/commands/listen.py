@@ -286,21 +286,21 @@ def _say_sending(said: tuple[str, float], motion: MotionOutput | None, now: floa
     if motion is None:
         return said
     sending = motion.sending
-    text = _sending_text(sending)
+    text = _sending_text(sending, motion.speed_limits)
     if text == said[0] or (sending.waiting is not None and now - said[1] < _TOLD_EVERY):
         return said
     write_error(f"tactile-maps: {text}\n")
     return text, now
 
 
-def _sending_text(sending: SendingState) -> str:
+def _sending_text(sending: SendingState, speed_limits: str) -> str:
     """What a user must know of sending at once; empty for nothing."""
     if sending.waiting is not None:
         return f"no motion is sent yet: waiting for {sending.waiting}"
     if sending.stopped is not None:
         detail = f" ({sending.detail})" if sending.detail else ""
         return f"sending stopped: {sending.stopped}{detail}"
-    return "motion is sent" if sending.sending else ""
+    return f"motion is sent, {speed_limits}" if sending.sending else ""
 
 
 def _tell(status: ConnectionStatus, touched: int) -> None:

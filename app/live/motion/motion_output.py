@@ -12,6 +12,7 @@ from typing import Any
 
 from app.control.command import ControlSettings
 from app.core.errors import LiveError
+from app.live.channels.last_heard import named
 from app.live.data_age import DataAge
 from app.live.measured_session import MeasuredSession
 from app.live.motion.command_latency import CommandLatency
@@ -52,7 +53,7 @@ class MotionOutput:
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         self._session, self._clock = session, clock
-        self._joints = tuple(joint.name for joint in session.prepared.robot.joints)
+        self._joints = session.prepared.robot.joints
         self._controller = MeasuredController(session.prepared.robot, session.map, settings)
         self._monitor = InputMonitor(session, ages)
         self._sender: MotionSender | None = None
@@ -75,6 +76,20 @@ class MotionOutput:
         """True while motion is sent, or readings are waited for to send it."""
         return self.sending.active
 
+    @property
+    def speed_limits(self) -> str:
+        """Largest speeds that are sent, in words; empty before ``start_sending``."""
+        if self._sender is None:
+            return ""
+        most = self._sender.limits.speed
+        slower = [
+            f"{joint.name} {speed:.3g} {'m/s' if joint.slide else 'rad/s'}"
+            for joint, speed in zip(self._joints, self._sender.most, strict=True)
+            if speed < most
+        ]
+        by_model = f"; limited further by the robot's model: {named(slower)}" if slower else ""
+        return f"at most {most:g} rad/s (m/s for slides) in each joint{by_model}"
+
     def use(self, settings: ControlSettings) -> None:
         """Take other settings; raises SceneError, and the last good ones stay."""
         self._controller.use(settings)
@@ -95,7 +110,9 @@ class MotionOutput:
         self.halt()
         self._monitor.reset()
         self.latency = CommandLatency()
-        self._sender = MotionSender(self._joints, put, limits, token=token)
+        names = [joint.name for joint in self._joints]
+        speeds = [joint.max_speed for joint in self._joints]
+        self._sender = MotionSender(names, put, limits, model_speeds=speeds, token=token)
         self._sender.start(self._clock())
 
     def halt(self, reason: StopReason = StopReason.BY_HAND, detail: str = "") -> None:

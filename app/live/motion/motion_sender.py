@@ -49,7 +49,8 @@ class MotionLimits:
     """What is sent at most.
 
     Attributes:
-        speed: Of the fastest joint [rad/s, or m/s]; faster motion is slowed as a whole, so that its direction stays.
+        speed: Of every joint [rad/s, or m/s for a slide]; faster motion is slowed as a whole, so that its direction
+            stays. The speed limits of the robot's model apply as well.
         force: A stronger contact [N] ends sending.
 
     Raises:
@@ -122,19 +123,29 @@ class MotionSender:
         joints: Their names, in the order of the posture.
         put: Sends a packet.
         limits: See there.
+        model_speeds: Largest speed of each joint by the robot's model [rad/s, or m/s for a slide]; None without limits.
         token: That every packet carries; None for none.
 
     Attributes:
         limits: As above.
+        most: (joints,) largest speed that is sent [rad/s, or m/s for a slide].
         state: How it goes.
     """
 
     def __init__(
-        self, joints: Sequence[str], put: Callable[[bytes], Any], limits: MotionLimits, *, token: str | None = None
+        self,
+        joints: Sequence[str],
+        put: Callable[[bytes], Any],
+        limits: MotionLimits,
+        *,
+        model_speeds: Sequence[float] | None = None,
+        token: str | None = None,
     ) -> None:
         self._joints, self._put, self._token = tuple(joints), put, token
         self._lock = threading.RLock()
         self.limits, self.state = limits, SendingState()
+        model = np.full(len(self._joints), np.inf) if model_speeds is None else np.asarray(model_speeds)
+        self.most = np.minimum(limits.speed, model)
         self._sequence = 0
         self._measured = -math.inf
 
@@ -219,9 +230,10 @@ class MotionSender:
                 self.stop(now, reason, detail or f"{now - self._measured:.2f} s without a command")
 
     def _send(self, velocity: FloatArray, now: float) -> bool:
-        fastest = float(np.abs(velocity).max(initial=0.0))
-        slowed = fastest > self.limits.speed
-        sent = velocity * (self.limits.speed / fastest) if slowed else velocity
+        too_fast = np.abs(velocity) > self.most
+        slowed = bool(too_fast.any())
+        share = float((self.most[too_fast] / np.abs(velocity[too_fast])).min(initial=1.0))
+        sent = velocity * share if slowed else velocity
         try:
             self._put(self._packet(now, sent))
         except (OSError, LiveError) as error:

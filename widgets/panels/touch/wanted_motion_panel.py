@@ -71,7 +71,8 @@ class WantedMotionPanel(Panel):
         driver.addWidget(value_label("Driver", self))
         driver.addWidget(self._address, 1)
         self.column.addLayout(driver)
-        slowed, ended = "Faster motion is slowed as a whole", "A stronger contact ends sending"
+        slowed = "Faster motion is slowed as a whole; the speed limits of the robot's model apply as well"
+        ended = "A stronger contact ends sending"
         self._speed = NumberField("Fastest joint sent", "rad/s", *SPEEDS, 0.005, slowed, self)
         self._most_force = NumberField("Largest force", "N", *FORCES, 1.0, ended, self)
         self._speed.show_number(MotionLimits().speed)

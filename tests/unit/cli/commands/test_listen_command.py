@@ -295,7 +295,7 @@ def test_sending_waits_for_a_sender_that_starts_later_and_records_meanwhile(skin
     assert motion["deadline_ms"] == pytest.approx(50)
     lines = [line for line in said.getvalue().splitlines() if "motion" in line]
     assert lines[0] == "tactile-maps: no motion is sent yet: waiting for the first reading"
-    assert lines[-1] == "tactile-maps: motion is sent"
+    assert lines[-1] == "tactile-maps: motion is sent, at most 0.2 rad/s (m/s for slides) in each joint"
     assert found["left_out"] == 0
     assert len(open_recording(recorded)) >= motion["sent"]
     assert not (tmp_path / "felt.new.mcap").exists(), "Ctrl-C is the normal end of listening"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import threading
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import pytest
@@ -51,6 +51,7 @@ class Robot:
     """
 
     limits: MotionLimits = LIMITS
+    max_speed: float = np.inf
     settings: ControlSettings = FORWARD
     put: list[dict] = field(default_factory=list)
     now: float = 100.0
@@ -59,7 +60,10 @@ class Robot:
     delays: list[float] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        self.session = MeasuredSession(as_measured(prepared_bar()))
+        prepared = prepared_bar()
+        joints = tuple(replace(joint, max_speed=self.max_speed) for joint in prepared.robot.joints)
+        prepared = replace(prepared, robot=replace(prepared.robot, joints=joints))
+        self.session = MeasuredSession(as_measured(prepared))
         self.ages = DataAge(live=self.live)
         self.output = MotionOutput(self.session, self.settings, self.ages, clock=self._clock)
 
@@ -141,6 +145,42 @@ def test_what_is_too_fast_is_slowed_as_a_whole_and_counted():
     assert (sender.state.sent, sender.state.slowed) == (3, 2)
     assert [packet["seq"] for packet in sent] == [2, 3, 4]
     assert all(packet["valid_s"] == VALID_SECONDS for packet in sent)
+
+
+def test_speed_limits_of_the_model_apply_to_their_joints():
+    sent = []
+    speeds = [np.inf, 0.05, 0.0]
+    sender = MotionSender(
+        "abc",
+        lambda packet: sent.append(json.loads(packet)["velocities"]),
+        MotionLimits(speed=0.1),
+        model_speeds=speeds,
+    )
+    sender.start(0.0)
+    del sent[:]
+    sender.begin(0.0)
+    for velocity in ([0.2, -0.2, 0.0], [0.2, 0.01, 0.0], [0.08, 0.05, 0.0], [0.08, 0.05, 1e-6]):
+        assert sender.show(WantedMotion(0.0, np.array(velocity), 0.0), 0.01, measured=0.01)
+    assert sent[0] == pytest.approx({"a": 0.05, "b": -0.05, "c": 0.0})
+    assert sent[1] == pytest.approx({"a": 0.1, "b": 0.005, "c": 0.0})
+    assert sent[2] == {"a": 0.08, "b": 0.05, "c": 0.0}
+    assert sent[3] == {"a": 0.0, "b": 0.0, "c": 0.0}
+    assert sender.state.slowed == 3
+
+
+def test_motion_output_keeps_the_speed_limit_of_the_model_and_states_it():
+    robot = Robot(max_speed=0.002)
+    for _ in range(5):
+        robot.read()
+    assert robot.output.speed_limits == ""
+    robot.start()
+    for _ in range(20):
+        robot.read(6.0)
+    assert 0 < max(np.abs(robot.velocities)) <= 0.002
+    stated = (
+        "at most 0.05 rad/s (m/s for slides) in each joint; limited further by the robot's model: hinge 0.002 rad/s"
+    )
+    assert robot.output.speed_limits == stated
 
 
 def _stopped(robot) -> str:
