@@ -3,11 +3,13 @@
 A packet that is ahead of its turn waits a little for those before it. What has not come by then is lost; if it comes
 later all the same it is late, and no longer shown.
 
-A restarted sender counts from anywhere, and its clock may begin again, too. One packet proves a restart where a known
-number has another time, or where an old number has a new time. Where numbers and times both repeat, as those of a board
-that counts from its power-up do, the packet looks like a duplicate: ``_PROOF`` different ones in a row, near to each
-other and with no packet of the old count between them, are a restart. Packets of the old count that are still under way
-then are dropped.
+A restarted sender counts from anywhere, and its clock may begin again, too. A known number with another time, an old
+number with a new time and a number far ahead do not belong to the count: two such packets in a row, near to each other,
+are a restart; a single one (damaged, or from another program) is handed on and changes nothing. Where numbers and times
+both repeat, as those of a board that counts from its power-up do, the packet looks like a duplicate: ``_PROOF``
+different ones in a row, near to each other and with no packet of the old count between them, are a restart. Packets of
+the old count that are still under way then are dropped. A clock that begins again is a restart, too, once two readings
+in a row are earlier than those before; a single wild time is not.
 """
 
 from __future__ import annotations
@@ -115,7 +117,9 @@ class ArrivalTracker:
         self._held: dict[int, Arrived] = {}
         self._delivered: dict[int, float] = {}
         self._given_up: set[int] = set()
-        self._newest = -np.inf
+        self._newest = self._before_newest = -np.inf
+        self._set_back: float | None = None  # time of a reading that was earlier than those before it
+        self._stray: Reading | None = None  # a packet that may be the first after a restart
         self._delay = 0.0  # of the packet that was delivered last
         self._behind: list[int] = []
         self._superseded = 0  # packets that were not decoded: their numbers are not known, and are not lost
@@ -136,12 +140,15 @@ class ArrivalTracker:
         if self._is_left_over(reading, now):
             self._count(late=1)
             return self.due(now)
-        if ahead < 0 and not self._restarted(number, reading.time):
+        if ahead < 0 and self._repeats(number):
+            return [*self._restart(number, now), *self._deliver(item)]
+        if ahead > _FAR or (ahead < 0 and self._is_stray(number, reading.time)):
+            return self._take_stray(item, now)
+        if ahead < 0:
             self._drop(number, reading.time)
             return self.due(now)
-        if ahead < 0 or ahead > _FAR:
-            return [*self._restart(number, now), *self._deliver(item)]
         self._behind.clear()
+        self._stray = None
         if ahead == 0:
             self._count(reordered=int(bool(self._held)))
             return [*self._deliver(item), *self.due(now)]
@@ -225,26 +232,55 @@ class ArrivalTracker:
             ready.append(self._held.pop(self._next))
 
     def _remember(self, number: int, time: float) -> None:
-        if time < self._newest:  # the numbers go on, the clock began again
-            self._delays.clear()
-            self._count(restarts=1)
+        self._follow_clock(time)
         self._delivered[number] = time
-        self._newest = time
         if len(self._delivered) > _REMEMBERED:
             del self._delivered[next(iter(self._delivered))]
 
-    def _restarted(self, number: int, time: float) -> bool:
-        """Whether a number from before belongs to a sender that was restarted."""
-        if number in self._delivered and self._delivered[number] != time:
-            return True
+    def _follow_clock(self, time: float) -> None:
+        """Follow the times of readings in order; two in a row that are earlier than those before are a restart."""
+        if time >= self._newest:
+            self._before_newest, self._newest, self._set_back = self._newest, time, None
+        elif self._set_back is None and time < self._before_newest:
+            self._set_back = time
+        else:
+            begun_again = self._set_back is not None and time >= self._set_back
+            self._count(restarts=int(begun_again))  # else the newest time was wild
+            self._delays.clear()
+            self._before_newest, self._newest, self._set_back = time, time, None
+
+    def _repeats(self, number: int) -> bool:
+        """Whether a number from before and those just before it are the count of a sender that was restarted."""
         if number not in self._behind:
             self._behind = [other for other in self._behind if abs(_ahead(number, other)) <= MOST_HELD]
             self._behind.append(number)
         if len(self._behind) >= _PROOF:
             return True
-        if number in self._delivered:
-            return False
-        return time > self._newest or (number not in self._given_up and _rising(self._behind[-3:]))
+        return not (number in self._delivered or number in self._given_up) and _rising(self._behind[-3:])
+
+    def _is_stray(self, number: int, time: float) -> bool:
+        """Whether a number from before has a time that it cannot have in the old count."""
+        return self._delivered[number] != time if number in self._delivered else time > self._newest
+
+    def _take_stray(self, item: Arrived, now: float) -> list[Arrived]:
+        """Hand on a packet that does not belong to the count; two in a row, near to each other, are a restart."""
+        before, self._stray = self._stray, item.reading
+        if before is None:
+            return [item]
+        ahead = _distance(item.reading, before)
+        if ahead == 0 and item.reading.time == before.time:
+            self._count(duplicated=1)
+            return []
+        if not 0 < abs(ahead) <= MOST_HELD:
+            return [item]
+        first, last = (before, item.reading) if ahead > 0 else (item.reading, before)
+        assert last.sequence is not None
+        ready = self._restart((last.sequence + 1) % _CYCLE, now)
+        for reading in (first, last):
+            assert reading.sequence is not None
+            self._remember(reading.sequence, reading.time)
+        self._delay = now - item.reading.time
+        return [*ready, item]
 
     def _is_left_over(self, reading: Reading, now: float) -> bool:
         """Whether a packet is of the count before the restart, by its clock and its number."""
@@ -308,6 +344,12 @@ class _OldCount:
 
 def _rising(numbers: list[int]) -> bool:
     return len(numbers) == 3 and numbers[1] - numbers[0] == numbers[2] - numbers[1] == 1
+
+
+def _distance(reading: Reading, of: Reading) -> int:
+    assert reading.sequence is not None
+    assert of.sequence is not None
+    return _ahead(reading.sequence, of.sequence)
 
 
 def _ahead(number: int, of: int) -> int:

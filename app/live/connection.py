@@ -63,7 +63,7 @@ class ConnectionStatus:
         problem: Why it is not receiving; None while it is.
         next_try: Seconds until the source is opened again; None where that is not planned.
         malformed: What was wrong with the newest packet that could not be understood; None where there was none.
-        refused: Number of packets of a second sender that were refused while motion was sent, by its address.
+        refused: Number of packets of a second sender that were refused once motion was sent, by its address.
     """
 
     state: ConnectionState
@@ -147,12 +147,15 @@ class Connection:
         return self._ended and not (self._waiting or self._packets)
 
     def keep_newest(self, *, on: bool) -> None:
-        """Keep only what ``take_newest`` needs, from one sender; or every reading again. A file is read in order."""
+        """Keep only what ``take_newest`` needs, from one sender; or every reading again. A file is read in order.
+
+        The stream keeps its one sender afterwards: what is shown and recorded after a stop is the robot that was moved.
+        """
         on = on and not self.source.finite
         if on is self._newest_only:
             return
-        if isinstance(self.source, PacketSource):
-            self.source.one_sender = on
+        if on and isinstance(self.source, PacketSource):
+            self.source.one_sender = True
         with self._lock:
             self._newest_only = on
             self._tracker.patience = 0.0 if on else self._patience

@@ -120,6 +120,29 @@ def find_losses(
     return found
 
 
+def merge_damage(found: Sequence[RecordingDamage], stated: Sequence[RecordingDamage]) -> list[RecordingDamage]:
+    """Return the damage found in a copy and the damage of its source that the copy states, each loss once.
+
+    Messages that the source had lost leave a gap in the running numbers of the copy as well. The source knew better
+    when they were lost, unless more of them are missing now.
+    """
+    kept = list(stated)
+    for one in found:
+        same = [other for other in kept if one.kind in _MISSING and other.kind is one.kind and _overlap(one, other)]
+        known = sum(other.count or 0 for other in same)
+        if not same or (one.count or 0) > known:
+            kept = [other for other in kept if other not in same] + [one]
+    return kept
+
+
+def _overlap(one: RecordingDamage, other: RecordingDamage) -> bool:
+    if one.first is None or other.first is None:
+        return False
+    one_last = _NEVER if one.last is None else one.last
+    other_last = _NEVER if other.last is None else other.last
+    return one.first <= other_last and other.first <= one_last
+
+
 def lost_at_end(numbers: IntArray, written: int | None) -> int:
     """Return the number of messages of a topic that are missing after the last one read.
 
@@ -153,6 +176,7 @@ class _Spans:
         return max(self._before[begin], low), None if until == _NEVER else until
 
 
+_MISSING = (DamageKind.FRAMES_MISSING, DamageKind.INPUTS_MISSING, DamageKind.EVENTS_MISSING)
 _NEVER = 2**63
 """Tick of the message that follows a hole at the end of the file."""
 

@@ -20,7 +20,15 @@ from app.core.errors import RecordingError, SimulationError
 from app.core.progress import Progress, no_progress
 from app.recording import mcap_file
 from app.recording.annotations import Mark
-from app.recording.damage import DamageKind, Hole, RecordingDamage, find_losses, find_lost_frames, lost_at_end
+from app.recording.damage import (
+    DamageKind,
+    Hole,
+    RecordingDamage,
+    find_losses,
+    find_lost_frames,
+    lost_at_end,
+    merge_damage,
+)
 from app.recording.encoding.frame_codec import tick_of
 from app.recording.encoding.message_codecs import decode_event, decode_failure, decode_input, decode_mark
 from app.session.bundle import DAMAGED
@@ -145,7 +153,8 @@ def read_messages(
         damage += find_lost_frames(frames.numbers, frames.ticks, at_end)
     acts, more = _numbered(inputs, holes, written.get("/input"), DamageKind.INPUTS_MISSING, DamageKind.INPUTS_REPEATED)
     told, most = _numbered(events, holes, written.get("/event"), DamageKind.EVENTS_MISSING, DamageKind.EVENTS_REPEATED)
-    damage = [*_damage_of_file(contents, unreadable, frames), *damage, *more, *most, *_told_damage(contents, file)]
+    lost = merge_damage([*damage, *more, *most], _told_damage(contents, file))
+    damage = [*_damage_of_file(contents, unreadable, frames), *lost]
     ordered = sorted(set(damage), key=lambda one: (-1 if one.first is None else one.first, one.kind))
     if contents.checksum_fails and not ordered:
         ordered = [RecordingDamage(DamageKind.CHECKSUM)]

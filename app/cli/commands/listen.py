@@ -396,7 +396,7 @@ def _warnings(session: MeasuredSession, facts: MeasuredFacts, status: Connection
     if status.counts.malformed:
         yield f"{status.counts.malformed} packets could not be understood; the last: {status.malformed}"
     if status.refused:
-        yield f"while motion was sent, packets of a second sender were refused: {refused_text(status.refused)}"
+        yield f"once motion was sent, packets of a second sender were refused: {refused_text(status.refused)}"
     if status.counts.overflowed:
         yield f"{status.counts.overflowed} readings were dropped: they came faster than they were taken"
     if facts.refused:

@@ -14,6 +14,9 @@ from app.skin.skin import Skin
 
 QUIET_SECONDS = 5.0
 """A channel is suspected when it has not changed for so long [s]."""
+_LONGEST_GAP = 0.2
+"""A longer gap between two readings counts as this share of that time: during a gap, or the jump of a clock, no channel
+can change."""
 _LIVELY = 5
 """Changes in that time that show that a neighbour feels something."""
 
@@ -56,19 +59,24 @@ class ChannelHealth:
         self._changes, self._before = np.zeros(count, np.int64), np.zeros(count, np.int64)
         self._highest = np.full(count, -np.inf)
         self._window: float | None = None
+        self._newest = np.inf
         self.silent: tuple[SilentChannel, ...] = ()
 
     def add(self, taxels: IntArray, values: FloatArray, time: float) -> None:
         """Values (k,) that came for taxels (k,) at ``time`` [s]. Cost: 20 µs for 1000 taxels."""
         if self._values is None:
             self._values, self._window = np.full(len(self._degree), np.nan), time
+        assert self._window is not None
+        unobserved = max(time - self._newest - _LONGEST_GAP * self._seconds, 0.0)
+        self._since += unobserved
+        self._window += unobserved
+        self._newest = time
         new = self._values[taxels] != values  # NaN differs from any
         changed = taxels[new]
         self._values[taxels] = values
         self._since[changed] = time
         self._changes[changed] += 1
         self._highest[taxels] = np.maximum(self._highest[taxels], values)
-        assert self._window is not None
         if time - self._window >= self._seconds / 2:
             self._judge(time)
             self._before, self._changes, self._window = self._changes, np.zeros_like(self._changes), time

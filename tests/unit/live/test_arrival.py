@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -218,3 +219,41 @@ def test_nothing_that_arrived_is_lost_and_every_packet_is_counted(order, dropped
     assert counts.duplicated == len(sent) - len(set(sent))
     assert counts.lost == max(sent) + 1 - len(set(sent))
     assert counts.late == counts.restarts == 0
+
+
+@pytest.mark.parametrize("wild", [
+    Reading(0.5, [1.0], sequence=2**31),  # a number far ahead
+    Reading(0.5, [1.0], sequence=3 * 2**30),  # a number from before
+    Reading(0.5, [1.0], sequence=7),  # a known number with another time
+    Reading(1e9, [1.0], sequence=50),  # times far ahead and from before, in the right place
+    Reading(0.0, [1.0], sequence=50),
+    Reading(-1e9, [1.0], sequence=2**31),
+])  # fmt: skip
+def test_a_single_packet_with_a_wild_number_or_time_is_no_restart(wild):
+    tracker = ArrivalTracker()
+    numbers = [number for number in range(100) if number != wild.sequence or number != 50]
+    packets = [reading(number) for number in numbers]
+    packets.insert(50, wild)
+    out = [item.reading for place, packet in enumerate(packets) for item in tracker.take(packet, 0.01 * place)]
+    assert out == packets
+    assert (tracker.counts.restarts, tracker.counts.lost, tracker.counts.late) == (0, 0, 0)
+
+
+def test_unrelated_wild_packets_in_a_row_are_no_restart():
+    tracker = ArrivalTracker()
+    packets = [reading(number) for number in range(100)]
+    packets[50:50] = [Reading(0.5, [1.0], sequence=number) for number in (2**31, 3 * 2**30, 10**9)]
+    out = [item.reading for place, packet in enumerate(packets) for item in tracker.take(packet, 0.01 * place)]
+    assert out == packets
+    assert tracker.counts == ArrivalCounts(received=103)
+
+
+@pytest.mark.parametrize("order", [(0, 1, 2, 3), (1, 0, 2, 3), (0, 0, 1, 1, 2, 3), (0, 2, 1, 3)])
+def test_restart_of_the_numbers_counts_once_and_hands_on_each_reading_once(order):
+    tracker = ArrivalTracker()
+    for number in range(1000):
+        tracker.take(reading(number), 0.01 * number)
+    again = [reading(number, 20.0 + 0.01 * number) for number in order]
+    out = [item.reading for place, packet in enumerate(again) for item in tracker.take(packet, 20 + 0.01 * place)]
+    assert sorted(one.sequence for one in out) == [0, 1, 2, 3] if order != (0, 2, 1, 3) else [0, 2, 3]
+    assert (tracker.counts.restarts, tracker.counts.duplicated) == (1, len(order) - len(set(order)))

@@ -247,6 +247,17 @@ def test_every_reading_counts_again_afterwards():
     assert taken(connection) == [0, 1, 2]
 
 
+def test_stream_keeps_its_one_sender_after_a_stop():
+    source = Packets(b"0")
+    connection = Connection(source, clock=Clock())
+    connection.open()
+    connection.keep_newest(on=False)
+    assert not source.one_sender, "nothing was sent"
+    for on in (True, False, True, False):
+        connection.keep_newest(on=on)
+        assert source.one_sender
+
+
 def test_packets_that_are_being_received_while_sending_ends_are_taken_in_order():
     source = Packets(b"0", b"1", b"2")
     connection = Connection(source, clock=Clock())

@@ -13,7 +13,15 @@ from mcap.writer import CompressionType, Writer
 
 from app.__main__ import main
 from app.core.errors import RecordingError
-from app.recording.damage import DamageKind, Hole, RecordingDamage, damage_text, find_losses, lost_at_end
+from app.recording.damage import (
+    DamageKind,
+    Hole,
+    RecordingDamage,
+    damage_text,
+    find_losses,
+    lost_at_end,
+    merge_damage,
+)
 from app.recording.encoding.frame_codec import encode_frame, tick_of
 from app.recording.encoding.message_codecs import TOPICS
 from app.recording.encoding.viewer_messages import viewer_schemas
@@ -99,6 +107,32 @@ def test_a_flipped_bit_in_the_frames_is_told_with_its_ticks(recording, tmp_path)
     outcome = verify(player)
     assert outcome.identical, "the frames that are left are the recorded ones"
     assert (outcome.frames, outcome.not_compared) == (len(player), 0)
+
+
+@pytest.mark.parametrize("topic", ["/input", "/event"])
+def test_copies_state_each_loss_of_their_source_once(recording, tmp_path, topic):
+    spans = chunk_spans(recording)
+    number = [number for number in range(2, len(spans)) if topic in topics_in(recording, number)][-1]
+    start, size = spans[number]
+    source = flipped(recording, tmp_path / "source.mcap", start + size // 2)
+    damage = RecordingPlayer(source).damage
+    assert any(one.kind in (DamageKind.INPUTS_MISSING, DamageKind.EVENTS_MISSING) for one in damage)
+    recover(source, tmp_path / "recovered.mcap")
+    trim(source, tmp_path / "part.mcap")
+    trim(tmp_path / "part.mcap", tmp_path / "again.mcap")
+    for copy in ("recovered", "part", "again"):
+        assert RecordingPlayer(tmp_path / f"{copy}.mcap").damage == damage
+
+
+def test_further_losses_of_a_copy_replace_those_that_it_states():
+    kind = DamageKind.EVENTS_MISSING
+    stated = [RecordingDamage(kind, 1, 434, 441), RecordingDamage(kind, 2, 600, None), RecordingDamage(kind, 1, 10, 12)]
+    same = [RecordingDamage(kind, 1, 0, 488), RecordingDamage(kind, 2, 590, 650)]
+    assert sorted(merge_damage(same, stated), key=stated.index) == stated
+    more = RecordingDamage(kind, 3, 0, 488)
+    assert merge_damage([more], stated) == [stated[1], more]
+    other = RecordingDamage(DamageKind.INPUTS_MISSING, 1, 434, 441)
+    assert merge_damage([other], stated) == [*stated, other]
 
 
 def test_frames_after_a_lost_input_are_not_compared(recording, tmp_path):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from app.live.channels.channel_health import ChannelHealth, SilentChannel
 from tests.support.touch import bar_skin
@@ -56,3 +57,22 @@ def test_parts_of_a_skin_may_come_apart():
     assert [one.taxel for one in health.silent] == [12]
     health.reset()
     assert health.silent == ()
+
+
+@pytest.mark.parametrize("jump", [0.5, 3.0, 9.9])
+def test_jump_of_the_clock_makes_no_channel_suspect(jump):
+    health = ChannelHealth(bar_skin(), seconds=2.0)
+    found = set()
+    for number in range(600):
+        values = (number + 7 * ALL) // 10  # each channel changes every 0.2 s, one of them every 1.6 s
+        values[12] = number // 80
+        health.add(ALL, values.astype(float), 0.02 * number + jump * (number > 350))
+        found |= {one.taxel for one in health.silent}
+    assert not found
+
+
+def test_dead_channel_is_found_in_a_stream_with_gaps():
+    health = ChannelHealth(bar_skin(), seconds=2.0)
+    for number in range(300):
+        health.add(ALL, noisy(number, t12=0.0), 0.02 * number + 30.0 * (number // 50))
+    assert [one.taxel for one in health.silent] == [12]
