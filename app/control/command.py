@@ -180,6 +180,7 @@ class TaskReport:
         target: Where on the body the contact is wanted; None where it may be anywhere.
         error: From the contact to the target, on the map [m]; None without a contact or target.
         force_goal: Wanted of the contact that the task is about [N]; None where none is wanted.
+        controlled: Ids of the contacts whose force is controlled, the one that the task is about first.
         laid_at: (2,) the place on the map about which a path lies that nobody drew [m]; None for no such path.
         way: Walked along the path [m].
         energy: Net energy given to contacts since the first of them touched [J]; below zero the arm took it.
@@ -191,6 +192,7 @@ class TaskReport:
     target: SurfacePoint | None = None
     error: float | None = None
     force_goal: float | None = None
+    controlled: tuple[int, ...] = ()
     laid_at: tuple[float, float] | None = None
     way: float = 0.0
     energy: float = 0.0

@@ -30,6 +30,7 @@ from app.control.force_loop.normal_motion import ENOUGH_TILT, LEAST_TILT, Rising
 from app.control.joint_impedance import MAX_POINT_SPEED, JointImpedance, PostureReference, limit_joint_speed
 from app.control.limits import ActiveLimits, Limit, LimitKind
 from app.control.map_kinematics import MapKinematics
+from app.control.task_control.contact_selection import ContactSelection, ControlledContact, ReliefMonitor
 from app.control.task_control.monitors import (
     EnergyTank,
     SafetyMonitor,
@@ -54,6 +55,7 @@ from app.control.task_priority import (
     ControlScheme,
     PriorityLevel,
     TaskContact,
+    single_level,
     solve_within_limits,
 )
 from app.core.arrays import FloatArray, any_true, largest, length, readonly
@@ -168,7 +170,7 @@ class ImpedanceController:
 
 
 class HoldForceController:
-    """Keeps the strongest contact at the goal force. Mutable: integral of the force error, wanted posture.
+    """Keeps the strongest contact, and all others above the goal, at the goal force. Mutable.
 
     Args:
         robot: Whose joints; it may have none.
@@ -181,6 +183,7 @@ class HoldForceController:
     def __init__(self, robot: Robot) -> None:
         self.rest, self._configuration = robot.home, Configuration(robot)
         self._reference = PostureReference(robot, self._configuration)
+        self._selection, self._relief = ContactSelection(), ReliefMonitor()
         self.reset()
 
     def use(self, sight: MapKinematics) -> None:
@@ -190,6 +193,8 @@ class HoldForceController:
         """No contact known; the posture found at the next command is where it starts from."""
         self.why_limited: tuple[Limit, ...] = ()
         self._servo = ForceServo(MAX_POINT_SPEED)
+        self._selection.reset()
+        self._relief.reset()
         self._reference.reset()
 
     def start(self, posture: FloatArray, torque: FloatArray) -> None:
@@ -209,12 +214,13 @@ class HoldForceController:
         readable: bool = True,
         mismatch: WrenchMismatch | None = None,
     ) -> JointCommand:
-        """Retreat along the strongest contact's inward normal when it presses too hard, advance when too little."""
+        """Retreat along the inward normals of contacts that press too hard; advance where the strongest is too weak."""
         limits = ActiveLimits()
         self._configuration.update(posture)
         start = self._reference.start_posture(posture)
-        self._servo.keep((region.id, ContactPresence.FELT) for region in regions[:1])
-        if not readable or not all(isfinite(region.force) for region in regions[:1]):
+        kept, left_out = self._selected(settings, regions) if readable and regions else ([], [])
+        self._servo.keep((region.id, ContactPresence.FELT) for region in kept)
+        if not readable or not all(isfinite(region.force) for region in kept):
             limits.add(Limit(LimitKind.SKIN_UNREADABLE))
             speed = np.zeros_like(start)
         elif mismatch is not None:
@@ -222,34 +228,62 @@ class HoldForceController:
             speed = np.zeros_like(start)
         elif regions:
             self._reference.stop_homing()
-            speed = self._follow(settings, start, regions[0], dt, limits)
+            speed = self._follow(settings, start, kept, left_out, dt, limits)
         else:
             speed = self._reference.home_speed(start, self.rest, dt)
         command = self._reference.move(posture, speed, dt, limits, velocity=velocity)
         self.why_limited = limits.found
         return command
 
+    def _selected(
+        self, settings: ControlSettings, regions: Sequence[ContactRegion]
+    ) -> tuple[list[ContactRegion], list[ContactRegion]]:
+        """Return the contacts to be controlled, and others above the goal that the joints cannot relieve as well."""
+        unrelieved = self._relief.unrelieved
+        first = next((region for region in regions if region.id not in unrelieved), regions[0])
+        others = self._selection.others(first, regions, settings.force_goal)
+        kept = [first, *(region for region in others if region.id not in unrelieved)]
+        return kept, [region for region in others if region.id in unrelieved]
+
     def _follow(
         self,
         settings: ControlSettings,
         start: FloatArray,
-        region: ContactRegion,
+        regions: Sequence[ContactRegion],
+        left_out: Sequence[ContactRegion],
         dt: float,
         limits: ActiveLimits,
     ) -> FloatArray:
-        contact = region.id, ContactPresence.FELT
         self._servo.held = self._reference.torque_limited
-        push = self._servo.push(settings, contact, settings.force_goal - region.force, dt, limits)
+        levels, controlled, moves = [], [], []
+        for region in regions:
+            error = settings.force_goal - region.force
+            push = self._servo.push(settings, (region.id, ContactPresence.FELT), error, dt, limits)
+            normal, move = self._normal_and_motion(region)
+            row = normal.dot(move)
+            tilt = bearable_tilt(row, move)
+            if tilt >= LEAST_TILT:
+                levels.append(PriorityLevel(row[None], np.array((push,)), normal[None]))
+            else:
+                levels.append(PriorityLevel(move, push * normal, np.eye(3)))
+            controlled.append(ControlledContact(region.id, region.link, region.force, settings.force_goal, row))
+            moves.append((move, normal, tilt))
+        speed = solve_within_limits(single_level(levels), self._reference, start, limits)
+        for move, normal, tilt in moves:
+            speed = slow_aside(move, normal, tilt, speed, limits)
+        for region in left_out:
+            normal, move = self._normal_and_motion(region)
+            row = normal.dot(move)
+            controlled.append(
+                ControlledContact(region.id, region.link, region.force, settings.force_goal, row, left_out=True)
+            )
+        self._relief.look(controlled, speed, self._reference.max_speed, settings.force_gain, dt, limits)
+        return speed
+
+    def _normal_and_motion(self, region: ContactRegion) -> tuple[FloatArray, FloatArray]:
+        """Return the outward normal (3,) of a contact in the world, and the Jacobian (3, n) of its point."""
         normal = self._configuration.pose(region.link).rotation.dot(region.link_normal)
-        move = self._configuration.jacobian(region.link, region.link_position)
-        row = normal.dot(move)
-        tilt = bearable_tilt(row, move)
-        if tilt >= LEAST_TILT:
-            level = PriorityLevel(row[None], np.array((push,)), normal[None])
-        else:
-            level = PriorityLevel(move, push * normal, np.eye(3))
-        speed = solve_within_limits([level], self._reference, start, limits)
-        return slow_aside(move, normal, tilt, speed, limits)
+        return normal, self._configuration.jacobian(region.link, region.link_position)
 
 
 STOP_FREQUENCY = 8.0
@@ -258,6 +292,8 @@ LOST_SPEED = 0.1
 """Of a joint on the way home after a contact was lost that was wanted [rad/s]: at half a metre from the joint, 5 kg and
 2e5 N/m then meet with 50 N, where ``HOME_SPEED`` meets with 300 (v sqrt(m k), theory page, 5.6)."""
 _AT_HOME = 0.01
+ALL_CONTACTS = ("balance", "retreat")
+"""Tasks in which no contact has precedence."""
 STAY = ("retreat", "guide")
 """Tasks after which the arm stays where it is."""
 _HOME_SPEED = 0.2
@@ -289,6 +325,7 @@ class TaskController:
         self._reference = PostureReference(robot, self._configuration)
         self._yielding = JointImpedance(self._configuration, frequency=STOP_FREQUENCY, damping_ratio=1.0)
         self._safety, self.tank, self._stall = SafetyMonitor(), EnergyTank(), StallDetector(1.5 * sight.pitch)
+        self._relief = ReliefMonitor()
         self.reset()
 
     def reset(self) -> None:
@@ -299,6 +336,7 @@ class TaskController:
         self._safety.reset()
         self.tank.reset()
         self._stall.reset()
+        self._relief.reset()
         self._slippery: dict[int, float] = {}
         self._rising = RisingForces()
         self._speed = np.zeros_like(self.rest)
@@ -359,7 +397,9 @@ class TaskController:
     @property
     def report(self) -> TaskReport:
         """How the task goes."""
-        return self._task_manager.report(self.tank)
+        report = self._task_manager.report(self.tank)
+        controlled = tuple(one for one in report.controlled if one not in self._relief.unrelieved)
+        return replace(report, controlled=controlled)
 
     def _stopped(self) -> JointCommand:
         self.why_limited = () if self._safety.reason is None else (self._safety.reason,)
@@ -372,6 +412,7 @@ class TaskController:
     def _idle(self, settings: ControlSettings, start: FloatArray, dt: float, limits: ActiveLimits) -> FloatArray:
         self._scheme.reset()
         self.tank.reset()
+        self._relief.reset()
         self._slippery.clear()
         if settings.task in STAY:
             return np.zeros_like(start)
@@ -391,6 +432,10 @@ class TaskController:
         dt: float,
         limits: ActiveLimits,
     ) -> FloatArray:
+        together = settings.task in ALL_CONTACTS
+        unrelieved = frozenset() if together else self._relief.unrelieved
+        left_out = [goal for goal in goals[1:] if goal.region.id in unrelieved]
+        goals = [goals[0], *(goal for goal in goals[1:] if goal.region.id not in unrelieved)]
         contacts = tuple(self._contact(settings, want) for want in goals)
         wanted = {contact.id for contact in contacts}
         others = tuple(self._contact(settings, ContactGoal(r, r.force)) for r in regions if r.id not in wanted)
@@ -403,14 +448,26 @@ class TaskController:
             self._scheme.reset()
             return np.zeros_like(start)
         contacts = self._unless_stuck(settings, contacts, goals, dt, limits)
-        # What the tank slows down is no force that an integral could bring.
-        asked = settings if self.tank.share == 1.0 else replace(settings, integral_time=inf)
+        # An integral cannot add force where the tank slows the motion down, or where contacts oppose each other.
+        free = self.tank.share == 1.0 and not (together and self._relief.unrelieved)
+        asked = settings if free else replace(settings, integral_time=inf)
         levels = self._scheme.levels(asked, contacts, arm, limits)
         speed = self._scheme.solve(levels, settings, contacts, arm, limits)
         for contact in (one for one in contacts if one.tilt < ENOUGH_TILT):
             aside = length(contact.along(settings.position_gain, MAX_POINT_SPEED))
             speed = slow_aside(contact.move, contact.normal, contact.tilt, speed, limits, wanted=aside)
-        return self._within_energy(contacts, speed, velocity, dt, limits)
+        speed = self._within_energy(contacts, speed, velocity, dt, limits)
+        controlled = [
+            ControlledContact(one.id, goal.region.link, one.force, goal.force, one.outward)
+            for one, goal in zip(contacts, goals, strict=True)
+        ]
+        for goal in left_out:
+            row = self._contact(settings, goal).outward
+            controlled.append(
+                ControlledContact(goal.region.id, goal.region.link, goal.region.force, goal.force, row, left_out=True)
+            )
+        self._relief.look(controlled, speed, self._reference.max_speed, settings.force_gain, dt, limits)
+        return speed
 
     def _contact(self, settings: ControlSettings, want: ContactGoal) -> TaskContact:
         region, pose = want.region, self._configuration.pose(want.region.link)

@@ -22,6 +22,8 @@ _NAMES = {
     LimitKind.CONTACT_LOST: "contact lost",
     LimitKind.CONTACT_STICKS: "the contact sticks to the skin",
     LimitKind.OUT_OF_REACH: "the target is out of reach",
+    LimitKind.CONTACTS_OPPOSED: "force not controlled: the joints cannot relieve all contacts at once",
+    LimitKind.CONTACT_IMMOBILE: "force not controlled: no joint moves the skin there",
     LimitKind.PATH_WAITS: "the path waits for the contact",
     LimitKind.PATH_LEAVES_SKIN: "the path leaves the skin",
     LimitKind.PATH_REFUSED: "the path cannot be projected onto the skin",
@@ -82,6 +84,8 @@ def _fact(limit: Limit) -> str:
             return ", ".join(names)
         case LimitKind.ENERGY_TANK:
             return "" if value is None else f"{value:.1f}\u202fJ"
+        case LimitKind.CONTACTS_OPPOSED | LimitKind.CONTACT_IMMOBILE:
+            return ", ".join(names) if value is None else f"{', '.join(names)}, {value:.1f}\u202fN"
         case LimitKind.SLOW_HOMING:
             return "the lost contact may be in the way"
         case LimitKind.WEAK_DIRECTION:

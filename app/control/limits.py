@@ -18,7 +18,10 @@ class LimitKind(Enum):
     ``SLOW_HOMING`` (after a lost contact), ``JOINT_RESPONSE`` (names: the joint that differs most from the requested
     natural frequency and damping ratio; value: its frequency [rad/s]; damping_ratio).
 
-    The contact: ``CONTACT_LOST``, ``CONTACT_STICKS`` (it moves along with the skin), ``OUT_OF_REACH`` (the target).
+    The contact: ``CONTACT_LOST``, ``CONTACT_STICKS`` (it moves along with the skin), ``OUT_OF_REACH`` (the target),
+    ``CONTACTS_OPPOSED`` and ``CONTACT_IMMOBILE`` (force that is not controlled, since the joints cannot relieve
+    all contacts at once, or since no joint moves the skin there; names: the links; value: greatest force [N]; bound:
+    its goal [N]).
 
     The task: ``PATH_WAITS``, ``PATH_LEAVES_SKIN``, ``PATH_REFUSED`` (detail: why), ``POINT_OFF_SKIN``,
     ``CONTACT_ELSEWHERE`` (names: patch of the target, patch of the contact), and ``REGRASP_PLANNED``,
@@ -50,6 +53,8 @@ class LimitKind(Enum):
     CONTACT_LOST = "contact-lost"
     CONTACT_STICKS = "contact-sticks"
     OUT_OF_REACH = "out-of-reach"
+    CONTACTS_OPPOSED = "contacts-opposed"
+    CONTACT_IMMOBILE = "contact-immobile"
     PATH_WAITS = "path-waits"
     PATH_LEAVES_SKIN = "path-leaves-skin"
     PATH_REFUSED = "path-refused"

@@ -15,7 +15,7 @@ from app.control.command import ControlSettings
 from app.control.limits import Limit, LimitKind
 from app.control.map_kinematics import MapKinematics
 from app.control.path_following.surface_path import PathCrossing, SurfacePath, project_path
-from app.core.arrays import FloatArray
+from app.core.arrays import FloatArray, length
 from app.core.errors import MapError
 from app.geometry.mesh import SurfacePoint
 from app.maps.jacobian import JacobianKind
@@ -24,6 +24,19 @@ from app.robots.kinematics import Configuration
 
 WIDE = 3.0
 """Contacts on two patches no more than so many pitches apart are one."""
+
+
+def across_borders(
+    region: ContactRegion, regions: Sequence[ContactRegion], sight: MapKinematics, configuration: Configuration
+) -> list[ContactRegion]:
+    """Return the other contacts on other patches near a contact, which count as one with it; see ``over_borders``."""
+    others = [other for other in regions if other.at.patch != region.at.patch]
+    if not others:
+        return []
+    here, reach = configuration.pose(region.link).points(region.link_position), WIDE * sight.pitch
+    return [
+        other for other in others if length(configuration.pose(other.link).points(other.link_position) - here) < reach
+    ]
 
 
 def over_borders(
@@ -45,15 +58,12 @@ def over_borders(
         configuration: At the present posture.
         jacobian: By which the centre is drawn beyond the patch's border, as the map would go on there.
     """
-    others = [other for other in regions if other.at.patch != region.at.patch]
+    others = across_borders(region, regions, sight, configuration)
     if not others:
         return region
     pose = configuration.pose(region.link)
-    here, reach = pose.points(region.link_position), WIDE * sight.pitch
-    places = [(other, configuration.pose(other.link).points(other.link_position)) for other in others]
-    beside = [(other, place) for other, place in places if np.linalg.norm(place - here) < reach]
-    if not beside:
-        return region
+    here = pose.points(region.link_position)
+    beside = [(other, configuration.pose(other.link).points(other.link_position)) for other in others]
     force = region.force + sum(other.force for other, _ in beside)
     shift = sum((other.force * (place - here) for other, place in beside), np.zeros(3)) / max(force, 1e-9)
     along = sight.jacobian(region.at, jacobian, configuration) @ shift

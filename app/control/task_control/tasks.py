@@ -2,7 +2,8 @@
 
 ``keep_force`` keeps the strongest contact at the force goal and lets it slide. ``hold_point`` also keeps it at a place
 of the skin: the first point of the path, or where it began. ``follow_path`` leads it along the path with the force, and
-takes it over to other places where the path crosses. ``balance`` moves until all contacts press alike; a single one is
+takes it over to other places where the path crosses. All other contacts above the force goal are kept at it too, and
+may slide. ``balance`` moves until all contacts press alike; a single one is
 kept at the goal. ``retreat`` goes away from whatever touches, and stays away. ``guide`` follows a hand in all
 directions, and stays where the hand leaves it.
 """
@@ -19,9 +20,10 @@ from app.control.command import ControlSettings, RegraspState, TaskReport
 from app.control.limits import ActiveLimits, Limit, LimitKind, RegraspFailure
 from app.control.map_kinematics import MapKinematics
 from app.control.path_following.clearance import Surroundings, nothing_around
-from app.control.path_following.follower import PathFollower, over_borders
+from app.control.path_following.follower import PathFollower, across_borders, over_borders
 from app.control.path_following.regrasp import RegraspManager
 from app.control.path_following.surface_path import PathCrossing
+from app.control.task_control.contact_selection import ContactSelection
 from app.control.task_control.monitors import EnergyTank
 from app.control.task_priority import ContactGoal, ContactPresence
 from app.core.arrays import FloatArray, length
@@ -60,21 +62,24 @@ class TaskManager:
     Attributes:
         follower: Of the path.
         regrasp: Of a contact to another place.
-        target, error, force_goal: As ``TaskReport`` has them.
+        target, error, force_goal, controlled: As ``TaskReport`` has them.
         lost: Whether a contact that was wanted has gone for good, and nothing has touched since.
     """
 
     def __init__(self, robot: Robot | None = None, *, surroundings: Surroundings = nothing_around) -> None:
         self.follower, self.regrasp = PathFollower(), RegraspManager(robot, surroundings=surroundings)
+        self._selection = ContactSelection()
         self.reset()
 
     def reset(self) -> None:
         """No contact, at the start of the path."""
         self.follower.reset()
         self.regrasp.reset()
+        self._selection.reset()
         self.target: SurfacePoint | None = None
         self.error: float | None = None
         self.force_goal: float | None = None
+        self.controlled: tuple[int, ...] = ()
         self._task: object = None
         self._place: object = None
         self._last: ContactRegion | None = None
@@ -88,6 +93,7 @@ class TaskManager:
             target=self.target,
             error=self.error,
             force_goal=self.force_goal,
+            controlled=self.controlled,
             laid_at=follower.laid_at,
             way=follower.way,
             energy=tank.given,
@@ -98,7 +104,7 @@ class TaskManager:
 
     def let_go(self) -> None:
         """Forget the contact, as if it had not been; the path goes on from where it is."""
-        self._last = None
+        self._last, self.controlled = None, ()
         self.regrasp.reset()
 
     def goals(
@@ -125,6 +131,7 @@ class TaskManager:
         self.error = None
         wants = self._carried(now) if self.regrasp.moves else self._goals(now)
         self.force_goal = wants[0].force if wants else None
+        self.controlled = tuple(want.region.id for want in wants if want.presence is ContactPresence.FELT)
         return wants
 
     def _goals(self, now: _Now) -> list[ContactGoal]:
@@ -137,12 +144,16 @@ class TaskManager:
             return _balanced(now.settings, now.regions)
         if now.settings.task == "retreat":
             return [ContactGoal(one, 0.0) for one in now.regions]
+        goal = now.settings.force_goal
         if now.settings.task == "keep_force":
-            return [ContactGoal(region, now.settings.force_goal)]
+            others = self._selection.others(region, now.regions, goal)
+            return [ContactGoal(one, goal) for one in (region, *others)]
+        across = {one.id for one in across_borders(region, now.regions, now.sight, now.configuration)}
+        apart = [one for one in now.regions if one.id not in across]
+        others = self._selection.others(region, apart, goal)
         whole = over_borders(region, now.regions, now.sight, now.configuration, now.settings.jacobian)
-        return [
-            self._on_path(now, whole, new) if now.settings.task == "follow_path" else self._at_a_place(now, whole, new)
-        ]
+        led = self._on_path if now.settings.task == "follow_path" else self._at_a_place
+        return [led(now, whole, new), *(ContactGoal(one, goal) for one in others)]
 
     def _carried(self, now: _Now) -> list[ContactGoal]:
         """Nothing while a contact is on its way; what the task wants of it as soon as it has come."""

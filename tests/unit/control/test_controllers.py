@@ -150,6 +150,52 @@ def test_the_integral_grows_with_a_constant_error_once_the_goal_was_reached():
     )
 
 
+def test_it_retreats_from_every_contact_above_the_goal():
+    """Both act on the one joint at the same lever: the mean of what both require."""
+    both = (*touch_along_the_bar(7.0), *touch_along_the_bar(5.0, id_=2))
+    alone, together = (moved(HoldForceController(bar()), regions) for regions in (touch_along_the_bar(6.0), both))
+    assert together == pytest.approx(alone, rel=1e-9)
+    first, light = touch_along_the_bar(7.0), touch_along_the_bar(2.0, id_=2)
+    assert moved(HoldForceController(bar()), (*first, *light)) == moved(HoldForceController(bar()), first)
+
+
+@pytest.mark.parametrize("name", ["hold_force", *CONTROL_SCHEMES])
+def test_of_contacts_on_both_sides_of_a_joint_one_is_relieved_and_the_other_is_named(name):
+    controller = controller_of(name, prepared_bar())
+    both = (*touch(9.0), *touch(9.0, id_=2, normal=(0, 0, -1)))
+    settings = ControlSettings(controller=name, jacobian="raw")  # the normals of the contacts
+    for _ in range(400):
+        command = controller.command(settings, STILL, STILL, both, TICK)
+    (limit,) = (one for one in controller.why_limited if one.kind is LimitKind.CONTACTS_OPPOSED)
+    assert (limit.names, limit.value, limit.bound) == (("bar",), 9.0, 3.0)
+    assert command.posture[0] > 0.1, "away from the first"
+    if controller.report is not None:
+        assert controller.report.controlled == (1,)
+
+
+@pytest.mark.parametrize("name", CONTROL_SCHEMES)
+def test_a_retreat_from_both_sides_of_a_joint_stays_between_them_and_no_integral_grows(name):
+    controller = controller_of(name, prepared_bar())
+    both = (*touch(9.0), *touch(9.0, id_=2, normal=(0, 0, -1)))
+    settings = ControlSettings(controller=name, jacobian="raw", task="retreat")
+    for _ in range(400):
+        command = controller.command(settings, STILL, STILL, both, TICK)
+    assert LimitKind.CONTACTS_OPPOSED in kinds(controller.why_limited)
+    assert controller.report.controlled == ()
+    assert np.abs(command.posture).max() < 1e-9
+    gathered = [controller._scheme._servo.integral((contact, ContactPresence.FELT)) for contact in (1, 2)]
+    assert min(gathered) >= -9.0 * 0.35, "nothing after they were named"
+
+
+@pytest.mark.parametrize("name", ["hold_force", *CONTROL_SCHEMES])
+def test_a_contact_that_no_joint_moves_is_named(name):
+    controller = controller_of(name, prepared_bar())
+    for _ in range(100):
+        settings = ControlSettings(controller=name, jacobian="raw")
+        controller.command(settings, STILL, STILL, touch(9.0, normal=(0, 1, 0)), TICK)
+    assert Limit(LimitKind.CONTACT_IMMOBILE, ("bar",), value=9.0, bound=3.0) in controller.why_limited
+
+
 def test_a_lost_contact_forgets_the_integral():
     controller = HoldForceController(bar())
     for _ in range(20):

@@ -22,6 +22,14 @@ def test_every_kind_has_a_name_of_its_own_and_a_text_that_begins_with_it():
             Limit(LimitKind.JOINT_RESPONSE, ("hand_roll",), value=8.0, damping_ratio=1.81),
             "joint response differs: hand roll, 8\u202frad/s, damping ratio 1.8",
         ),
+        (
+            Limit(LimitKind.CONTACTS_OPPOSED, ("upper_arm", "forearm"), value=12.04, bound=3.0),
+            "force not controlled: the joints cannot relieve all contacts at once: upper arm, forearm, 12.0\u202fN",
+        ),
+        (
+            Limit(LimitKind.CONTACT_IMMOBILE, ("base",), value=7.0, bound=3.0),
+            "force not controlled: no joint moves the skin there: base, 7.0\u202fN",
+        ),
         (Limit(LimitKind.ENERGY_TANK, value=0.9), "net energy output to the contact: 0.9\u202fJ"),
         (
             Limit(LimitKind.STOPPED_BY_FORCE, value=41.2, bound=40.0),

@@ -153,7 +153,8 @@ def _force_text(settings: ControlSettings, frame: Frame) -> str:
     """The goal is kept only where the strongest contact has it; else what is read is said beside."""
     goal, read = settings.force_goal, max((region.force for region in frame.regions), default=0.0)
     if abs(read - goal) <= max(_KEPT_N, _KEPT * goal):
-        return f"Keeping {goal:.1f}\u202fN"
+        count = 1 if frame.task is None else len(frame.task.controlled)
+        return f"Keeping {goal:.1f}\u202fN" + (f" at {count} contacts" if count > 1 else "")
     return f"Approaching {goal:.1f}\u202fN, now {read:.1f}\u202fN"
 
 

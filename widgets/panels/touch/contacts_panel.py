@@ -273,6 +273,10 @@ _ROW_STYLE = """
 
 
 _ROW_TIP = "Highlight this contact's trace; click again to clear"
+_CONTROLLED_TIPS = {
+    True: "Force controlled",
+    False: "Force not controlled: it is below the force goal, or the controller panel shows the reason",
+}
 _NAME_PX = 84
 """What the column leaves for a link's name before it has been laid out."""
 
@@ -311,8 +315,17 @@ class ContactRow:
         selected: bool,
         units: ReadingUnits,
         estimate: ForceEstimate | None = None,
+        controlled: bool | None = None,
     ) -> None:
-        """Say what is known of a region; None empties the row. Where its force was estimated, the tip says how well."""
+        """Show what is known of a region; None empties the row.
+
+        Args:
+            region: To show.
+            selected: Whether the row is highlighted.
+            units: Units of the readings.
+            estimate: Of its force, for the tool tip.
+            controlled: Whether its force is controlled; None where the controller does no task.
+        """
         texts, ink = ["", "", "", ""], ""
         if region is not None:
             metrics, cell = self._cells[0].fontMetrics(), self._cells[0]
@@ -320,11 +333,15 @@ class ContactRow:
             name = metrics.elidedText(region.link, Qt.TextElideMode.ElideMiddle, room)
             force = "" if units.force is None else f"{region.force:.2f}"
             texts = [name, force, f"{1e-3 * region.peak:.1f}", f"{1e6 * region.area:.0f}"]
-            ink = f'<span style="color:{region_colour(region.id)}">●</span>'
+            mark = "○" if controlled is False else "●"
+            ink = f'<span style="color:{region_colour(region.id)}">{mark}</span>'
         self.region = None if region is None else region.id
         self.button.setEnabled(region is not None)
         self.button.setChecked(selected)
-        self.button.setToolTip(f"{estimate_text(estimate, units)}\n\n{_ROW_TIP}" if estimate else _ROW_TIP)
+        facts = [estimate_text(estimate, units)] if estimate else []
+        if controlled is not None:
+            facts.append(_CONTROLLED_TIPS[controlled])
+        self.button.setToolTip("\n\n".join([*facts, _ROW_TIP]))
         told = "" if region is None else units.contact_words(region.force, region.peak, 2, space=" ")
         self.button.setAccessibleName("No contact" if region is None else f"Contact on {region.link}, {told}")
         for cell, text in zip((self._mark, *self._cells), (ink, *texts), strict=True):
@@ -389,6 +406,7 @@ class ContactsPanel(Panel):
         self._estimated = False
         self._regions: tuple[ContactRegion, ...] = ()
         self._estimates: Mapping[int, ForceEstimate] = {}
+        self._controlled: tuple[int, ...] | None = None
         grid = self.grid()
         grid.setHorizontalSpacing(8)
         self._units, self._measured = ReadingUnits.CALIBRATED, False
@@ -455,7 +473,7 @@ class ContactsPanel(Panel):
 
     def clear(self) -> None:
         """Nothing is touched."""
-        self._regions, self._estimates = (), {}
+        self._regions, self._estimates, self._controlled = (), {}, None
         self._summary.setText("No contact." if self._measured else "No contact. Press the skin in a view.")
         self._fill()
 
@@ -467,6 +485,7 @@ class ContactsPanel(Panel):
     def show_frame(self, frame: Frame) -> None:
         """The strongest regions of a frame, and the selected one."""
         self._regions, self._estimates = frame.regions, frame.estimates
+        self._controlled = None if frame.task is None else frame.task.controlled
         self.fingers.show_frame(frame)
         measured = frame.measured is not None
         if (frame.units, measured) != (self._units, self._measured):
@@ -522,8 +541,15 @@ class ContactsPanel(Panel):
         for number, row in enumerate(self._rows):
             region = shown[number] if number < len(shown) else None
             known = None if region is None else self._estimates.get(region.id)
+            controlled = None
+            if region is not None and self._controlled is not None:
+                controlled = region.id in self._controlled
             row.show(
-                region, selected=region is not None and region.id == self._selected, units=self._units, estimate=known
+                region,
+                selected=region is not None and region.id == self._selected,
+                units=self._units,
+                estimate=known,
+                controlled=controlled,
             )
         self._facts.setText(region_summary(first[0], self._regions, self._units) if first else "")
         parts = uncertainty_text(first[0], self._units) if first else ""

@@ -146,10 +146,36 @@ def test_retreat_wants_no_force_of_any():
 def test_the_contact_is_kept_when_another_becomes_stronger():
     task_manager = TaskManager()
     asked(task_manager, (at(),))
-    [want], _ = asked(task_manager, (at(NEAR, 9.0, 2), at()))
-    assert want.region.id == 1
+    wants, _ = asked(task_manager, (at(NEAR, 9.0, 2), at()))
+    assert [want.region.id for want in wants] == [1, 2]
     [want], _ = asked(task_manager, (at(NEAR, 9.0, 2),))
     assert want.region.id == 2
+
+
+@pytest.mark.parametrize("task", ["keep_force", "hold_point", "follow_path", "guide"])
+def test_all_other_contacts_above_the_goal_are_kept_at_it_and_may_slide(task):
+    task_manager = TaskManager()
+    asked(task_manager, (at(),), task=task)
+    wants, _ = asked(task_manager, (at(NEAR, 9.0, 2), at(), at(NEAR, 2.9, 3)), task=task)
+    assert [(want.region.id, want.force) for want in wants] == [(1, 3.0), (2, 3.0)]
+    assert wants[1].error is None
+    report = task_manager.report(EnergyTank())
+    assert (report.controlled, report.force_goal) == ((1, 2), 3.0)
+
+
+def test_a_contact_that_is_sought_is_not_controlled():
+    task_manager = TaskManager()
+    asked(task_manager, (at(),))
+    [want], _ = asked(task_manager, ())
+    assert want.presence is ContactPresence.LOST
+    assert task_manager.report(EnergyTank()).controlled == ()
+
+
+def test_a_stop_leaves_no_contact_controlled():
+    task_manager = TaskManager()
+    asked(task_manager, (at(),))
+    task_manager.let_go()
+    assert task_manager.report(EnergyTank()).controlled == ()
 
 
 def test_a_lost_contact_is_sought_for_a_while_without_force():
@@ -217,7 +243,7 @@ def test_a_point_to_hold_that_is_moved_is_gone_to_and_the_contact_stays_the_same
     task_manager = TaskManager()
     asked_on_plates(task_manager, (on_plate(0.05, 0.05),), task="hold_point", path=((0.05, 0.05),))
     both = (on_plate(0.02, 0.02, id_=2, force=9.0), on_plate(0.05, 0.05))
-    [want], _ = asked_on_plates(task_manager, both, task="hold_point", path=((0.06, 0.05),))
+    [want, _], _ = asked_on_plates(task_manager, both, task="hold_point", path=((0.06, 0.05),))
     assert want.region.id == 1
     assert want.error == pytest.approx([0.01, 0])
 

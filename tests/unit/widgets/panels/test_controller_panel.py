@@ -128,6 +128,16 @@ def test_work_is_told_with_its_numbers(task, frame, words):
     assert said(task, frame, error=0.0012 if at_a_place else None, way=0.0341) == words
 
 
+def test_a_force_that_is_kept_at_several_contacts_says_at_how_many():
+    goal, ids = max(region.force for region in TWO.regions), tuple(region.id for region in TWO.regions)
+    settings = ControlSettings(controller="hybrid", task="keep_force", force_goal=goal)
+    for controlled, words in (
+        (ids, f"Keeping {goal:.1f}\u202fN at 2 contacts"),
+        (ids[:1], f"Keeping {goal:.1f}\u202fN"),
+    ):
+        assert task_status_text(settings, replace(TWO, task=TaskReport(controlled=controlled))) == words
+
+
 def test_a_path_that_waits_says_so():
     words = said("follow_path", ONE, Limit(LimitKind.PATH_WAITS), error=0.0104)
     assert words == "Waiting for the contact, error 10.4\u202fmm"

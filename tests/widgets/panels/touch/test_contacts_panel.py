@@ -12,12 +12,13 @@ from PySide6.QtWidgets import QApplication, QInputDialog, QLabel, QScrollBar
 
 from app.contacts.force_estimation.estimate import ESTIMATORS, EstimateRefusal, ForceEstimate
 from app.contacts.pipeline import ReadingSettings
+from app.control.command import TaskReport
 from app.core.reading_units import ReadingUnits
 from app.scene.effects import Effects
 from app.session.session import Session
 from app.tactile.poke import PokePressed
 from app.tactile.sensor_effects import Noise, SensorEffects
-from tests.widgets.support.samples import touched
+from tests.widgets.support.samples import leaf_map, touched
 from widgets.panels.touch.contacts_panel import ESTIMATORS as WORDS
 from widgets.panels.touch.contacts_panel import (
     SHEAR_TIP,
@@ -253,3 +254,15 @@ def test_of_seven_contacts_all_can_be_scrolled_to(panel, prepared, qtbot):
     assert panel._rows[0].region == links[0]
     panel.show_frame(touched(prepared.map, [8]))
     assert not bar.isVisible()
+
+
+def test_a_contact_whose_force_is_not_controlled_has_an_open_mark(panel):
+    frame = touched(leaf_map(), [10, 300])
+    first, second = sorted(region.id for region in frame.regions)
+    panel.show_frame(replace(frame, task=TaskReport(controlled=(second,))))
+    rows = {row.region: row for row in panel._rows}
+    assert ("○" in rows[first]._mark.text(), "○" in rows[second]._mark.text()) == (True, False)
+    assert "Force not controlled" in rows[first].button.toolTip()
+    assert "Force controlled" in rows[second].button.toolTip()
+    panel.show_frame(frame)
+    assert all("●" in rows[region]._mark.text() for region in (first, second)), "a controller without a task"
