@@ -389,8 +389,13 @@ def collision_exclusions(model: mujoco.MjModel, home: FloatArray, *, seed: int =
     Raises:
         RobotError: Too many shapes lie in the same place for that.
     """
+    _check_crowding(model, mujoco.MjData(model), home)
+    return overlapping_bodies(model, home, seed=seed)
+
+
+def overlapping_bodies(model: mujoco.MjModel, home: FloatArray, *, seed: int = 0) -> list[tuple[str, str]]:
+    """Return the pairs of ``collision_exclusions``, however many shapes are in the same place."""
     data = mujoco.MjData(model)
-    _check_crowding(model, data, home)
     counts: Counter[tuple[int, int]] = Counter()
     for posture in _random_postures(model, seed):
         counts.update(_touching(model, data, posture))

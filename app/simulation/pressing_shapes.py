@@ -7,7 +7,7 @@ that makes the contact force itself (the elastic foundation), where the solver h
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 
 import mujoco
@@ -21,12 +21,14 @@ from app.robots.build import geom_triangles
 from app.robots.robot import Robot
 from app.scene.effects import Effects
 from app.scene.objects import SceneObject
+from app.simulation.model.collision_shapes import excluded_pairs
 from app.simulation.model.contact_pairs import allows_self_contact
 from app.simulation.model.model_names import body_name
 from app.simulation.model.object_geoms import has_body
-from app.skin.link_hulls import excluded_pairs, hull_name, skinned_links
+from app.skin.link_hulls import hull_name, skinned_links
+from app.skin.link_pieces import PIECE_DEPTH, link_pieces
 from app.skin.skin import Skin
-from app.tactile.loads import Box, Cylinder, MeshShape, Plane, Shape, Sphere
+from app.tactile.loads import Box, Cylinder, LayerShape, MeshShape, Plane, Shape, Sphere
 from app.tactile.models.foundation import ContactCandidate
 
 
@@ -148,14 +150,22 @@ def contact_candidates(
     if not allows_self_contact(effects):
         return tuple(outside)
     apart = excluded_pairs(robot, skin)
-    hulls = {link: solids[int(model.geom(hull_name(link)).id)] for link in links}
+    shapes = {link: _link_solid(solids[int(model.geom(hull_name(link)).id)], robot, skin, link) for link in links}
     both = [(a, b) for a, b in combinations(links, 2) if frozenset((a, b)) not in apart]
     bare = [solids[geom] for geom in _bare_geoms(model, robot, links)]
     return (
         *outside,
-        *(_candidate(first, hulls[second], own=hulls[first]) for first, second in both),
+        *(_candidate(first, shapes[second], own=shapes[first]) for first, second in both),
         *(_candidate(link, solid) for link in links for solid in bare if frozenset((link, solid.by)) not in apart),
     )
+
+
+def _link_solid(hull: Solid, robot: Robot, skin: Skin, link: str) -> Solid:
+    """Return the solid of a link with skin: its hull, or the layer behind its surface where it collides in pieces."""
+    pieces = link_pieces(robot, skin, link)
+    if pieces is None:
+        return hull
+    return replace(hull, shape=LayerShape(pieces.surface, depth=PIECE_DEPTH), pose=Pose.identity())
 
 
 def _bare_geoms(model: mujoco.MjModel, robot: Robot, links: Sequence[str]) -> list[int]:

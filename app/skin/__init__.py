@@ -13,7 +13,7 @@ Read in this order:
                        modules; where on a wrapped link skin can lie
 ``reconstruction``     a surface laid through taxels that come without one, its boundary extended
 ``bare_surface``       points on the parts of skinned links that bear load without skin
-``link_hulls``         the shape with which a skinned link collides; which links never do
+``link_hulls``         convex hulls of links with their skin; pairs of links whose hulls overlap
 ``link_pieces``        convex pieces with which a link collides where its hull would span hollows of its skin
 ``calibration_error``  the skin as a calibration with errors would have it
 ``formats``            taxels in the files of other programs

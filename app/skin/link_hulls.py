@@ -1,9 +1,13 @@
-"""The shape with which a skinned link collides: the convex hull of link and skin; and which links never collide."""
+"""Convex hulls of links with their skin, and the pairs of links whose hulls overlap.
+
+A link collides as its hull unless the hull spans hollows (``link_pieces``). Planned motions use hulls for all links.
+"""
 
 from __future__ import annotations
 
 from functools import lru_cache
 from itertools import combinations
+from typing import TypeAlias
 
 import mujoco
 import numpy as np
@@ -69,8 +73,8 @@ def add_hull(spec: mujoco.MjSpec, robot: Robot, skin: Skin, link: str) -> mujoco
     )
 
 
-def collision_spec(robot: Robot, skin: Skin) -> mujoco.MjSpec:
-    """A fresh spec of the robot alone, in which hulls collide in place of the shapes of skinned links.
+def hulls_spec(robot: Robot, skin: Skin) -> mujoco.MjSpec:
+    """Return a new spec of the robot alone, in which hulls collide in place of the shapes of links with skin.
 
     Raises:
         RobotError: MuJoCo refuses the robot.
@@ -84,24 +88,29 @@ def collision_spec(robot: Robot, skin: Skin) -> mujoco.MjSpec:
     return spec
 
 
+LinkPairs: TypeAlias = frozenset[frozenset[str]]
+
+
 @lru_cache(maxsize=8)
-def excluded_pairs(robot: Robot, skin: Skin) -> frozenset[frozenset[str]]:
-    """Pairs of links that never collide: neighbours, and those whose shapes overlap at home or mostly.
+def overlapping_hulls(robot: Robot, skin: Skin) -> tuple[LinkPairs, LinkPairs]:
+    """Return the pairs of links that never collide, and the other pairs whose hulls overlap at home or mostly.
+
+    Neighbours and the pairs that the robot excludes never collide.
 
     Raises:
         RobotError: MuJoCo refuses the robot with hulls around its skin.
 
     Cost: a compilation and 31 collision passes, once for a robot and its skin.
     """
-    spec = collision_spec(robot, skin)
+    spec = hulls_spec(robot, skin)
     stated = {frozenset((exclude.bodyname1, exclude.bodyname2)) for exclude in spec.excludes}
     model = compile_spec(spec, source=robot.source)
-    overlapping = {frozenset(pair) for pair in collision_exclusions(model, robot.home)}
-    return frozenset(stated | overlapping | _neighbours(model))
+    never = frozenset(stated | _neighbours(model))
+    return never, frozenset(frozenset(pair) for pair in collision_exclusions(model, robot.home)) - never
 
 
 def _neighbours(model: mujoco.MjModel) -> set[frozenset[str]]:
-    """Bodies that are welded together or joined by one joint, which MuJoCo's filter keeps apart, but not in pairs."""
+    """Return bodies that are welded together or joined by one joint; MuJoCo's own filter ignores explicit pairs."""
     weld, names = model.body_weldid, [model.body(body).name for body in range(model.nbody)]
     parent = model.body_weldid[model.body_parentid[weld]]
     return {

@@ -62,7 +62,7 @@ _BARE = 4.0
 """Tolerance where a link is bare whose mesh is wrapped, over that of its skin."""
 _BARE_EDGE = 0.04
 """Length of edges of a bare surface that is not wrapped, over the size of the link."""
-_DEPTH = 0.010
+PIECE_DEPTH = 0.010
 """Thickness of pieces [m], at most half of the wall."""
 _THINNEST = 2e-4
 _SAMPLES = 300
@@ -506,7 +506,7 @@ class _Regions:
         share = 1.0
         while True:
             hull = self._piece(faces, share)
-            if share < _THINNEST / _DEPTH or not self._comes_out(hull, int(faces[0])):
+            if share < _THINNEST / PIECE_DEPTH or not self._comes_out(hull, int(faces[0])):
                 return hull
             share *= 0.5
 
@@ -537,8 +537,8 @@ class _Regions:
     def _wall_depths(self) -> FloatArray:
         """Return (m,) half the distance from each face inward to the next one, between the least and largest depth."""
         rays, step = RayCaster(self._surface), 1e-5 * self._surface.size
-        depths = np.full(len(self._centres), _DEPTH)
+        depths = np.full(len(self._centres), PIECE_DEPTH)
         for face, (centre, normal) in enumerate(zip(self._centres, self._normals, strict=True)):
             if normal.any() and (hit := rays.first_hit(centre - step * normal, -normal)) is not None:
                 depths[face] = 0.5 * (hit.distance + step)
-        return np.clip(depths, _THINNEST, _DEPTH)
+        return np.clip(depths, _THINNEST, PIECE_DEPTH)

@@ -1,9 +1,9 @@
 """What presses the skin at one instant, whoever presses: the body's shape by its signed distance, and its load on a
 link.
 
-``Sphere``, ``Box``, ``Cylinder``, ``Plane`` and ``MeshShape`` (a closed mesh: an object from a file, or another link of
-the robot) answer how far a point is from their surface, negative inside. A ``Load`` is one of them pressing one link
-with a normal force at a centre of pressure.
+``Sphere``, ``Box``, ``Cylinder``, ``Plane``, ``MeshShape`` (a closed mesh: an object from a file, or another link of
+the robot) and ``LayerShape`` (another link with hollow skin) return how far a point is from their surface, negative
+inside. A ``Load`` is one of them pressing one link with a normal force at a centre of pressure.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from typing import Protocol
 
 import numpy as np
 
-from app.core.arrays import FloatArray, freeze_arrays, readonly
+from app.core.arrays import BoolArray, FloatArray, IntArray, freeze_arrays, readonly
 from app.core.errors import MeshError, SimulationError
 from app.geometry.closest_point import ClosestPoint
 from app.geometry.mesh import Mesh
@@ -145,7 +145,7 @@ class MeshShape:
         _check_closed(solid, where)
         volume = np.einsum("ij,ij->", solid.vertices[solid.faces[:, 0]], _crosses(solid)) / 6.0
         self.mesh = solid if volume >= 0 else Mesh(solid.vertices, solid.faces[:, ::-1])
-        self._closest = ClosestPoint(self.mesh)
+        self._surface = _SignedSurface(self.mesh)
 
     @cached_property
     def reach(self) -> float:
@@ -158,22 +158,79 @@ class MeshShape:
         Raises:
             MeshError: A point is not finite.
         """
+        return self._surface.distance(points)[0]
+
+
+class LayerShape:
+    """The solid layer behind a surface that need not be closed. Built once; equal only to itself.
+
+    A point is inside where the surface's closest place is not on its border, is less than a depth away, and has the
+    point behind it (see ``MeshShape``). So a link whose mesh is open or missing presses with what is known of it.
+    Behind the layer and behind the border distances are positive, so that they jump there.
+
+    Args:
+        surface: Its faces look outward. Vertices at one place are joined, so that a seam is not a border.
+        depth: Thickness of the layer [m].
+
+    Cost: as of ``MeshShape``.
+    """
+
+    def __init__(self, surface: Mesh, *, depth: float) -> None:
+        places, number = np.unique(np.round(surface.vertices, 9), axis=0, return_inverse=True)
+        faces = number.reshape(-1)[surface.faces]
+        self.mesh, self._depth = Mesh(places, faces[surface.face_areas > 0]), depth
+        self._surface = _SignedSurface(self.mesh)
+        table = self.mesh.connectivity
+        self._border_edge = (table.face_count == 1)[table.edge_of]
+        self._border_vertex = np.zeros(len(places), dtype=bool)
+        self._border_vertex[table.boundary_edges] = True
+
+    @cached_property
+    def reach(self) -> float:
+        """Radius [m] about the origin that holds all of it."""
+        return float(np.linalg.norm(self.mesh.vertices, axis=1).max())
+
+    def distance(self, points: FloatArray) -> FloatArray:
+        """(k,) signed distance [m] of ``points`` (k, 3) [m] from the surface, its own frame.
+
+        Raises:
+            MeshError: A point is not finite.
+        """
+        signed, faces, touched = self._surface.distance(points)
+        on_edge = (self._border_edge[faces] & ~np.roll(touched, -2, axis=1)).any(axis=1)  # opposite corner k + 2
+        on_corner = (self._border_vertex[self.mesh.faces[faces]] & touched).any(axis=1) & (touched.sum(axis=1) == 1)
+        return np.where(on_edge | on_corner | (signed < -self._depth), np.abs(signed), signed)
+
+
+class _SignedSurface:
+    """Distances from the faces of a surface, negative behind it."""
+
+    def __init__(self, mesh: Mesh) -> None:
+        self._mesh, self._closest = mesh, ClosestPoint(mesh)
+
+    def distance(self, points: FloatArray) -> tuple[FloatArray, IntArray, BoolArray]:
+        """Return the signed distance (k,) [m], the closest face (k,), and (k, 3) which of its corners bear the place.
+
+        Raises:
+            MeshError: A point is not finite.
+        """
         faces, weights, distances = self._closest.query(points)
-        offset = points - self.mesh.points(faces, weights)
+        offset = points - self._mesh.points(faces, weights)
         touched = weights > _ON_SIDE
         feature = touched @ np.array([1, 2, 4])  # a bit for each corner: 7 the face, two bits a side, one a corner
         outward = self._normals[faces, feature - 1]
-        return np.where(np.einsum("ij,ij->i", offset, outward) < 0, -distances, distances)
+        signed = np.where(np.einsum("ij,ij->i", offset, outward) < 0, -distances, distances)
+        return signed, faces, touched
 
     @cached_property
     def _normals(self) -> FloatArray:
         """(m, 7, 3) of every face's features, by the bits of the corners that meet there, less one."""
-        faces, flat = self.mesh.faces, self.mesh.face_normals
-        table = self.mesh.connectivity
+        faces, flat = self._mesh.faces, self._mesh.face_normals
+        table = self._mesh.connectivity
         sides = np.zeros((len(table.edges), 3))
         np.add.at(sides, table.edge_of.ravel(), np.repeat(flat, 3, axis=0))
-        corners = np.zeros_like(self.mesh.vertices)
-        np.add.at(corners, faces.ravel(), (_angles(self.mesh)[:, :, None] * flat[:, None]).reshape(-1, 3))
+        corners = np.zeros_like(self._mesh.vertices)
+        np.add.at(corners, faces.ravel(), (_angles(self._mesh)[:, :, None] * flat[:, None]).reshape(-1, 3))
         a, b, c = (corners[faces[:, k]] for k in range(3))
         ab, bc, ca = (sides[table.edge_of[:, k]] for k in range(3))
         return readonly(np.stack([a, b, ab, c, ca, bc, flat], axis=1))

@@ -10,7 +10,7 @@ from app.simulation.simulation import Simulation
 from app.tactile.elastic_layer import ElasticLayer
 from app.tactile.models.contact_model import CONTACT_MODELS
 from app.tactile.sensor_effects import SensorEffects
-from tests.support.hollows import BOWL_DEPTH, GROOVE_DEPTH, hollow, raised
+from tests.support.hollows import BOWL_DEPTH, GROOVE_DEPTH, bowl_and_ball, hollow, raised
 from tests.support.scene_objects import thing
 from tests.support.touch import hold
 
@@ -165,3 +165,21 @@ def test_seams_between_pieces_are_not_felt():
 def test_repeats_are_the_same_bit_for_bit():
     first, second = (run(ball_on("bowl", at=(0.01, 0.004)), 60) for _ in range(2))
     assert first.tobytes() == second.tobytes()
+
+
+@pytest.mark.parametrize("first", ["block", "ball"])
+@pytest.mark.parametrize("model", [*CONTACT_MODELS, "foundation", pytest.param("depth", marks=pytest.mark.long)])
+def test_a_link_rests_in_the_bowl_of_another(model, first):
+    """At home the ball is inside the hull of the bowl and touches nothing."""
+    robot, skin = bowl_and_ball(0.005, first=first)
+    simulation = Simulation(robot, skin, Effects(contact="self", gravity="on", skin=model), layer=LAYER)
+    simulation.step(700, hold(robot, 0.0, 3.0))
+    height = 0.005 + float(simulation.posture[0])
+    forces = simulation.sense() * skin.areas
+    sums = np.split(forces, [skin.first[1]])
+    if model == "foundation":
+        assert HEIGHTS["bowl"] - 2e-3 < height < HEIGHTS["bowl"]
+    else:
+        assert height == pytest.approx(HEIGHTS["bowl"] - WEIGHT / LAYER.stiffness, abs=4e-4), "faces of ball and bowl"
+    if model != "depth":
+        assert [float(each.sum()) for each in sums] == pytest.approx([WEIGHT] * 2, rel=0.03)

@@ -5,9 +5,10 @@ from __future__ import annotations
 from functools import cache
 
 import numpy as np
+import trimesh
 
 from app.geometry.mesh import Mesh
-from app.robots.robot import Link, Robot
+from app.robots.robot import Joint, Link, Robot
 from app.skin.skin import Patch, Skin
 from app.skin.taxel_placement.sampling import place_evenly
 
@@ -71,3 +72,33 @@ def block_meshes(shape: str, cells: int) -> tuple[Mesh, Mesh]:
     bottom = top * [1, 1, 0] + [0, 0, BASE]
     whole = Mesh(np.concatenate([top, bottom]), np.concatenate([faces, faces[:, ::-1] + count, sides]))
     return Mesh(top, faces), whole
+
+
+_BALL = """<mujoco model="bowl and ball"><worldbody><body name="block">
+<inertial pos="0 0 0" mass="1" diaginertia="0.01 0.01 0.01"/>
+<geom type="box" size="0.06 0.06 0.01" pos="0 0 -0.02"/></body>
+<body name="ball" pos="0 0 {height}"><joint name="slide" type="slide" axis="0 0 1" range="-0.1 0.1"/>
+<inertial pos="0 0 0" mass="0.2" diaginertia="1e-4 1e-4 1e-4"/>
+<geom type="sphere" size="0.02"/></body></worldbody></mujoco>"""
+
+
+@cache
+def bowl_and_ball(height: float, *, first: str = "block") -> tuple[Robot, Skin]:
+    """Return a fixed block with a bowl, and a link above it that slides down: a ball of 20 mm, with skin all over.
+
+    Args:
+        height: Height of the ball's middle at home; it touches the bowl at 20 mm less ``BOWL_DEPTH`` [m].
+        first: The link whose patch is the first one.
+    """
+    top, block = block_meshes("bowl", 24)
+    shape = trimesh.creation.icosphere(3, 0.02)
+    ball = Mesh(np.asarray(shape.vertices), np.asarray(shape.faces))
+    joint = Joint("slide", -0.1, 0.1, slide=True)
+    links = (Link("block", block), Link("ball", ball))
+    robot = Robot("bowl and ball", "by hand", _BALL.format(height=height), {}, links, (joint,), np.zeros(1))
+    patches = {
+        "block": Patch("bowl", "block", top, place_evenly(top, 200, seed=0)),
+        "ball": Patch("ball", "ball", ball, place_evenly(ball, 200, seed=0)),
+    }
+    other = "ball" if first == "block" else "block"
+    return robot, Skin((patches[first], patches[other]))

@@ -1,7 +1,9 @@
 """How far the robot's shapes are from each other and from what stands around, at a posture and along a motion.
 
-The shapes are those that collide in the physics: hulls of skinned links, the other links' own. Spheres about them sort
-out most pairs; the rest are asked of ``mj_geomDistance``.
+The shapes are the convex hulls of links with skin, and the shapes of the other links that collide. A link that collides
+in pieces is inside its hull, so that it is at least as far away as reported here. Not considered are pairs of links
+that never collide, and pairs whose hulls overlap at home: a planned motion may let these touch, and then contact stops
+it. Spheres about the shapes sort out most pairs; ``mj_geomDistance`` measures the rest.
 """
 
 from __future__ import annotations
@@ -19,7 +21,7 @@ from app.geometry.mesh import Mesh
 from app.geometry.pose import Pose
 from app.robots.mujoco_spec import OWN_NAMES, compile_spec
 from app.robots.robot import Robot
-from app.skin.link_hulls import collision_spec, excluded_pairs
+from app.skin.link_hulls import hulls_spec, overlapping_hulls
 from app.skin.link_pieces import spans_hollows
 from app.skin.skin import Skin
 from app.tactile.loads import Box, Cylinder, Plane, Sphere
@@ -94,8 +96,8 @@ class Clearance:
     Raises:
         RobotError: MuJoCo refuses the model.
 
-    Cost: 0.1 to 0.3 s to build (convex hulls of all links, and ``excluded_pairs`` if it was not asked before), a few
-    ms where the same shapes were built lately; 20 to 60 µs a posture.
+    Cost: 0.1 to 0.3 s to build (convex hulls of all links, and ``overlapping_hulls`` if it was not called before), a
+    few ms where the same shapes were built lately; 20 to 60 µs a posture.
     """
 
     def __init__(self, robot: Robot, skin: Skin, obstacles: Sequence[Obstacle] = ()) -> None:
@@ -109,7 +111,7 @@ class Clearance:
         self._room, self._tip = first + len(shapes), first + len(shapes) + 1
         self._first, self._robot, self._skin = first, robot, skin
         self._hollow: dict[str, bool] = {}
-        self._pairs = self._meetings(excluded_pairs(robot, skin))
+        self._pairs = self._meetings(frozenset().union(*overlapping_hulls(robot, skin)))
         self._bodies = model.geom_bodyid[self._pairs]
         self._radii = model.geom_rbound[self._pairs].sum(axis=1)
         self._required = np.full(len(self._pairs), MARGIN)
@@ -277,7 +279,7 @@ def collision_model(robot: Robot, skin: Skin, obstacles: tuple[ObstacleShape, ..
 
     Cost: see ``Clearance``.
     """
-    spec = collision_spec(robot, skin)
+    spec = hulls_spec(robot, skin)
     for number, shape in enumerate(obstacles):
         _add_obstacle(spec, number, shape)
     return compile_spec(spec, source=robot.source)

@@ -18,11 +18,12 @@ import mujoco
 from app.robots.robot import Robot
 from app.scene.effects import Effects
 from app.scene.objects import ObjectSpec, SceneObject
+from app.simulation.model.collision_shapes import add_collision_shapes, excluded_pairs
 from app.simulation.model.contact_stiffness import SOLVER_IMPEDANCE
 from app.simulation.model.model_names import body_name, is_hull, is_object, shape_name
 from app.simulation.model.object_geoms import is_simulated
-from app.skin.link_hulls import add_hull, excluded_pairs, skinned_links
-from app.skin.link_pieces import add_pieces, link_pieces, piece_number
+from app.skin.link_hulls import add_hull, skinned_links
+from app.skin.link_pieces import piece_number
 from app.skin.skin import Skin
 from app.tactile.elastic_layer import ElasticLayer
 
@@ -80,10 +81,9 @@ def add_contact_pairs(
 
 def _add_shape(spec: mujoco.MjSpec, robot: Robot, skin: Skin, link: str, paired: bool, effects: Effects) -> str:
     """Add the shape with which a link collides: its hull, or pieces; the name of the geom for pairs is returned."""
-    pieces = link_pieces(robot, skin, link) if paired else None
-    if pieces is None:
+    if not paired:
         return str(add_hull(spec, robot, skin, link).name)
-    first, *others = add_pieces(spec, pieces, link)
+    first, *others = add_collision_shapes(spec, robot, skin, link)
     for geom in others:
         geom.contype, geom.condim = _PIECES, 3 if effects.friction else 1
     return str(first.name)

@@ -8,10 +8,11 @@ import pytest
 
 from app.geometry.mesh import Mesh
 from app.scene.effects import Effects
+from app.simulation.model.collision_shapes import excluded_pairs
 from app.simulation.model.model_assembly import assemble
 from app.simulation.model.object_geoms import has_body
 from app.simulation.pressing_shapes import Solids, contact_candidates
-from app.skin.link_hulls import excluded_pairs, skinned_links
+from app.skin.link_hulls import skinned_links
 from app.tactile.loads import Box, Cylinder, MeshShape, Plane, Sphere
 from tests.support.scene_objects import every_kind, thing
 from tests.support.touch import arm, bar, bar_skin, pair

@@ -1,9 +1,8 @@
-"""The shapes with which skinned links collide, and which links never do."""
+"""The hulls of links with skin."""
 
 from __future__ import annotations
 
 from dataclasses import replace
-from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -12,7 +11,7 @@ from app.core.errors import Finding
 from app.robots.formats.mesh_files import box_mesh
 from app.robots.mujoco_spec import compile_spec
 from app.robots.robot import Robot
-from app.skin.link_hulls import collision_spec, excluded_pairs, hull_name, hull_points, skinned_links
+from app.skin.link_hulls import hull_name, hull_points, hulls_spec, skinned_links
 from app.skin.skin import PLACEHOLDER_COVERED, Skin
 from tests.support.touch import arm, pair
 
@@ -41,21 +40,12 @@ def test_the_placeholder_of_a_missing_mesh_is_in_no_hull_unless_it_is_covered():
 
 def test_flat_skin_alone_has_a_hull():
     robot, skin = lost(covered=False)
-    compile_spec(collision_spec(robot, skin), source=robot.source)
-
-
-def test_neighbours_never_touch():
-    robot, skin = arm().robot, arm().skin
-    names = [link.name for link in robot.links]
-    apart = excluded_pairs(robot, skin)
-    assert all(frozenset(two) in apart for two in pairwise(names))
-    assert frozenset((names[0], names[-1])) not in apart
-    assert excluded_pairs(robot, skin) is apart, "asked once"
+    compile_spec(hulls_spec(robot, skin), source=robot.source)
 
 
 def test_hulls_collide_in_place_of_the_shapes_of_skinned_links():
     robot, skin = arm().robot, arm().skin
-    model = compile_spec(collision_spec(robot, skin), source=robot.source)
+    model = compile_spec(hulls_spec(robot, skin), source=robot.source)
     solid = [int(geom) for geom in np.flatnonzero(model.geom_contype)]
     of_skinned = {model.geom(g).name for g in solid if model.body(model.geom_bodyid[g]).name in skinned_links(skin)}
     assert of_skinned == {hull_name(link) for link in skinned_links(skin)}

@@ -10,7 +10,7 @@ from scipy.spatial import cKDTree
 from app.core.errors import MeshError, SimulationError
 from app.geometry.mesh import Mesh
 from app.geometry.pose import Pose
-from app.tactile.loads import Box, Cylinder, Load, MeshShape, Plane, Sphere, sphere_load
+from app.tactile.loads import Box, Cylinder, LayerShape, Load, MeshShape, Plane, Sphere, sphere_load
 
 BALL, BOX, CYLINDER = Sphere(0.03), Box((0.02, 0.03, 0.05)), Cylinder(0.03, 0.02)
 
@@ -221,6 +221,37 @@ def test_repeated_corners_flat_faces_and_unused_vertices_do_no_harm():
 
 def test_no_points_are_no_distances():
     assert MeshShape(SOLIDS["box"]).distance(np.zeros((0, 3))).shape == (0,)
+
+
+def test_the_layer_behind_a_closed_surface_is_its_solid_down_to_the_depth():
+    mesh = trimesh.creation.box((0.04, 0.06, 0.1))
+    solid = Mesh(np.asarray(mesh.vertices), np.asarray(mesh.faces))
+    points = np.random.default_rng(0).uniform(-0.08, 0.08, (500, 3))
+    exact = MeshShape(solid).distance(points)
+    deep = exact < -0.01
+    assert deep.any()
+    layer = LayerShape(solid, depth=0.01)
+    assert layer.distance(points) == pytest.approx(np.where(deep, -exact, exact), abs=1e-12)
+    assert layer.reach == MeshShape(solid).reach
+
+
+def test_the_layer_behind_an_open_surface_ends_at_its_border_and_not_at_seams():
+    """Two squares side by side, with vertices of their own; a third one stands on the far side of the second."""
+    corners = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], float)
+    wall = np.array([(2, 0, 0), (2, 0, 1), (2, 1, 1), (2, 1, 0)], float)
+    vertices = np.concatenate([corners, corners + [1, 0, 0], wall])
+    faces = np.array([(0, 1, 2), (0, 2, 3)])
+    layer = LayerShape(Mesh(vertices, np.concatenate([faces, faces + 4, faces + 8])), depth=0.3)
+    cases = {
+        (0.5, 0.5, 0.2): 0.2,
+        (0.5, 0.5, -0.2): -0.2,
+        (1.0, 0.5, -0.2): -0.2,  # behind the seam
+        (2.1, 0.5, -0.1): -np.hypot(0.1, 0.1),  # behind the valley between the second and the third
+        (0.5, 0.5, -0.4): 0.4,  # below the layer
+        (-0.1, 0.5, -0.1): np.hypot(0.1, 0.1),  # behind the border
+        (-0.1, -0.1, -0.1): np.sqrt(0.03),  # behind its corner
+    }
+    assert layer.distance(np.array(list(cases))) == pytest.approx(list(cases.values()), abs=1e-12)
 
 
 def test_what_has_no_inside_is_refused_by_name():

@@ -1,0 +1,57 @@
+"""The shapes with which links collide, and the pairs of links that never do."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import pairwise
+
+import pytest
+
+from app.geometry.mesh import Mesh
+from app.simulation.model.collision_shapes import excluded_pairs
+from app.skin.link_hulls import overlapping_hulls
+from tests.support.hollows import bowl_and_ball
+from tests.support.touch import arm
+
+BOTH = frozenset(("block", "ball"))
+
+
+def test_neighbours_never_touch():
+    robot, skin = arm().robot, arm().skin
+    names = [link.name for link in robot.links]
+    apart = excluded_pairs(robot, skin)
+    assert all(frozenset(two) in apart for two in pairwise(names))
+    assert frozenset((names[0], names[-1])) not in apart
+    assert excluded_pairs(robot, skin) is apart, "computed once"
+
+
+@pytest.mark.parametrize(
+    ("height", "hulls", "shapes"),
+    [
+        (0.03, False, False),  # above the lid of the bowl
+        (0.005, True, False),  # below the lid, above the bowl
+        (-0.004, True, True),  # 2 mm deep in the bowl
+        (-0.015, True, True),
+    ],
+)
+def test_links_never_collide_where_they_touch_at_home_by_the_shapes_that_collide(height, hulls, shapes):
+    robot, skin = bowl_and_ball(height)
+    assert (BOTH in overlapping_hulls(robot, skin)[1]) is hulls
+    assert (BOTH in excluded_pairs(robot, skin)) is shapes
+
+
+def test_a_link_inside_another_never_collides_with_it():
+    """A small ball in the middle of the solid below the rim touches none of the pieces, which are 10 mm thick."""
+    robot, skin = bowl_and_ball(0.005)
+    ball = robot.link("ball")
+    tiny = Mesh(0.03 * ball.mesh.vertices, ball.mesh.faces)
+    patches = (
+        skin.patches[0],
+        replace(skin.patches[1], surface=Mesh(0.03 * skin.patches[1].surface.vertices, ball.mesh.faces)),
+    )
+    deep = replace(
+        robot,
+        mjcf=robot.mjcf.replace('pos="0 0 0.005"', 'pos="0.045 0.04 -0.016"'),
+        links=(robot.links[0], replace(ball, mesh=tiny)),
+    )
+    assert BOTH in excluded_pairs(deep, replace(skin, patches=patches))
