@@ -41,7 +41,7 @@ from app.scene.object_meshes import make_objects
 from app.scene.scene import Scene
 from app.session.bundle import robot_from_zip, robot_to_zip
 from app.session.link_levels import LinkLevels, links_digest
-from app.session.prepare import PreparedScene, check_start, load_robot_of, prepare
+from app.session.prepare import PreparedScene, check_shapes, check_start, load_robot_of, prepare
 from app.session.program_digest import program_digest
 from app.skin.cover import CoverSpec
 from app.skin.fit import GridSpec
@@ -129,7 +129,7 @@ def find_prepared(scene: Scene) -> PreparedScene | None:
         return None
     robot, map_ = kept
     objects = check_start(scene, robot, map_.skin, make_objects(scene))
-    return PreparedScene(scene, robot, map_.skin, map_, objects)
+    return PreparedScene(scene, robot, map_.skin, map_, objects, check_shapes(scene, robot, map_.skin))
 
 
 def load_robot_cached(scene: Scene) -> Robot:

@@ -254,6 +254,13 @@ def pieces_fit(pieces: LinkPieces, robot: Robot, skin: Skin, link: str) -> HullF
     return _fit(pieces.hulls, robot, skin, link, PROUD)
 
 
+def shape_finding(robot: Robot, skin: Skin, link: str) -> Finding | None:
+    """Return the finding about the shape with which a link collides, see ``collision_finding``."""
+    pieces = link_pieces(robot, skin, link)
+    fit = hull_fit(robot, skin, link) if pieces is None else pieces_fit(pieces, robot, skin, link)
+    return collision_finding(robot, link, fit, pieces)
+
+
 def collision_finding(robot: Robot, link: str, fit: HullFit, pieces: LinkPieces | None) -> Finding | None:
     """Return the finding of a link whose shape is too far above what can be touched, or leaves parts of it out.
 

@@ -18,12 +18,13 @@ _FAULTS = ("missing-mesh", "scene-warning")
 
 
 def findings_of(prepared: PreparedScene) -> tuple[Finding, ...]:
-    """Of its robot, skin, objects, map and effects, in this order."""
+    """Return the findings about its robot, skin, objects, map, collision shapes and effects, in this order."""
     parts: tuple[Iterable[Finding], ...] = (
         prepared.robot.findings,
         prepared.skin.findings,
         *(body.findings for body in prepared.objects),
         *(chart.findings for chart in prepared.map.charts),
+        prepared.findings,
         prepared.scene.decision.warnings,
     )
     return tuple(finding for part in parts for finding in part)

@@ -9,12 +9,14 @@ import numpy as np
 import pytest
 
 from app.core.errors import SceneError, TactileMapsError
+from app.geometry.mesh import Mesh
 from app.scene.objects import ObjectSpec
 from app.scene.scene import Scene
 from app.scene.scene_file import load_scene
-from app.session.prepare import open_scene, prepare
+from app.session.prepare import check_shapes, open_scene, prepare
 from app.session.session import Session
 from app.skin.cover import CoverSpec
+from tests.support.hollows import hollow
 from tests.support.touch import arm
 
 
@@ -125,3 +127,15 @@ def test_what_is_right_opens(tmp_path):
     path = tmp_path / "own.toml"
     path.write_text("robot = 'arm'\n[control]\nstiffness = 9\n[[motion]]\nposture = { elbow_pitch = 1 }")
     assert open_scene(str(path)) == load_scene(str(path))
+
+
+@pytest.mark.parametrize(
+    ("objects", "kinds"), [((), []), ((ObjectSpec("ball", "sphere", (0.01,)),), ["bare-part-open"])]
+)
+def test_shapes_that_leave_parts_out_are_reported_where_something_may_touch_them(objects, kinds):
+    """The mesh of the link has no area to wrap, so that only its skin, a bowl, collides."""
+    robot, skin = hollow("bowl")
+    degenerate = Mesh(np.zeros((3, 3)), np.array([[0, 1, 2]]))
+    robot = replace(robot, links=(replace(robot.links[0], mesh=degenerate),))
+    scene = Scene("bowl", robot="arm", objects=objects)
+    assert [finding.kind for finding in check_shapes(scene, robot, skin)] == kinds

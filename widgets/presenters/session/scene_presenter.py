@@ -75,7 +75,7 @@ class ScenePresenter(QObject):
         self._map_edit.show_prepared(prepared)
         context.views.map.frame_all()  # with the edits that the map continues with, which may take more room
         self.title_changed.emit(prepared.scene.title or prepared.robot.name)
-        if prepared.robot.findings or prepared.skin.findings:
+        if prepared.robot.findings or prepared.skin.findings or prepared.findings:
             count = len(findings_of(prepared))
             context.notifier.status(f"{count} finding{'s' * (count > 1)}; see the panel Findings", _FINDINGS_MS)
         elif prepared.scene.description:
