@@ -102,6 +102,12 @@ class Calibration:
         check_mass(mass)
         under: IntArray | slice = slice(None) if taxels is None else taxels
         force = float((self.gain * change * areas)[under].sum())
+        if force < 0:
+            remedy = (
+                "Check that nothing touched the skin during the tare. Where readings fall under pressure, "
+                "add --calibration FILE with a negative gain (TOML: gain = -1.0)"
+            )
+            raise LiveError("the weight is not felt: the readings fall under it", value=f"{force:.3g} N", remedy=remedy)
         if not force > 0:
             remedy = "Tare the skin while nothing touches it, then lay the weight on it"
             raise LiveError("the weight is not felt", value=f"{force:.3g} N", remedy=remedy)

@@ -97,40 +97,42 @@ class TaxelMatcher:
         return rows
 
     def _look_up(self, kind: str, labels: IntArray) -> _Rows:
-        known = self._ids() if kind == "ids" else self._channels()
+        known, ambiguous = self._ids() if kind == "ids" else self._channels()
         found, unknown = dict[int, int](), []
         for place, label in enumerate(labels.tolist()):
-            taxel = known.get(label if kind == "ids" else tuple(label))
+            key = label if kind == "ids" else tuple(label)
+            taxel = known.get(key)
             if taxel is None:
-                unknown.append(str(label) if kind == "ids" else f"module {label[0]}, channel {label[1]}")
+                text = str(label) if kind == "ids" else f"module {label[0]}, channel {label[1]}"
+                unknown.append(f"{text} (of several taxels)" if key in ambiguous else text)
             else:
                 found[taxel] = place
         return _Rows(
             readonly(list(found.values()), np.int64), readonly(list(found), np.int64), tuple(unknown)
         )  # fmt: skip
 
-    def _ids(self) -> Mapping[Any, int]:
-        """Taxel by the stream's id. An id that several taxels have names none of them."""
+    def _ids(self) -> tuple[Mapping[Any, int], set[Any]]:
+        """Taxel by the stream's id, and the ids that several taxels have, which name none of them."""
         if self._table is not None:
-            return dict(self._table.items())
+            return dict(self._table.items()), set()
         ids = [self._skin.taxel_name(taxel).id for taxel in range(len(self._skin))]
         if all(one is None for one in ids):
-            return {taxel: taxel for taxel in range(len(ids))}
+            return {taxel: taxel for taxel in range(len(ids))}, set()
         return _unique(ids)
 
-    def _channels(self) -> Mapping[Any, int]:
+    def _channels(self) -> tuple[Mapping[Any, int], set[Any]]:
         names = [self._skin.taxel_name(taxel) for taxel in range(len(self._skin))]
         pairs = [None if None in (name.module, name.channel) else (name.module, name.channel) for name in names]
         return _unique(pairs)
 
 
-def _unique(labels: Sequence[object]) -> dict[object, int]:
+def _unique(labels: Sequence[object]) -> tuple[dict[object, int], set[object]]:
     found: dict[object, int] = {}
     twice = set()
     for taxel, label in enumerate(labels):
         if label is not None and found.setdefault(label, taxel) != taxel:
             twice.add(label)
-    return {label: taxel for label, taxel in found.items() if label not in twice}
+    return {label: taxel for label, taxel in found.items() if label not in twice}, twice
 
 
 def load_matching(path: str | Path, skin: Skin) -> dict[int, int]:

@@ -4,7 +4,8 @@ Which topic and field the values are in, a TOML file says:
 
     [readings]
     topic = "/skin/readings"
-    values = "data"            # field of the message: an array of numbers
+    values = "data"            # field of the message: an array of numbers; "parts.*.values" joins those of a list;
+                               # ["left.force", "right.force"] joins several fields, also single numbers
     ids = "ids"                # field with an id for each value, or a list of ids; left out where there are none
     stamp = "header.stamp"     # field of the time; left out: when the message was received
     unit = "counts"
@@ -22,7 +23,7 @@ import os
 import time
 import tomllib
 from collections import deque
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
@@ -46,7 +47,7 @@ class RosTopics:
 
     Attributes:
         topic: Of the readings.
-        values: Field of the values, with dots between parts.
+        values: Fields of the values, whose numbers are joined, with dots between parts; ``*`` is each of a list.
         ids: Field of the ids, or the ids; None where there are none.
         stamp: Field of the time; None for when the message was received.
         unit: Of the values.
@@ -55,7 +56,7 @@ class RosTopics:
     """
 
     topic: str
-    values: str
+    values: str | tuple[str, ...]
     ids: str | tuple[int, ...] | None = None
     stamp: str | None = None
     unit: Unit = Unit.COUNTS
@@ -92,6 +93,11 @@ def load_topics(path: Path | None) -> RosTopics:
         if not all(isinstance(one, int) and not isinstance(one, bool) for one in ids):
             raise LiveError("expected whole numbers", file=path, place="readings.ids")
         ids = tuple(ids)
+    values = readings.get("values")
+    if isinstance(values, list):
+        if not (values and all(isinstance(one, str) for one in values)):
+            raise LiveError("expected texts", file=path, place="readings.values", value=values)
+        readings["values"] = values[0]
     words = {f"readings.{key}": readings.get(key) for key in ("topic", "values", "stamp", "type")}
     words |= {"joints.topic": joints.get("topic")} | ({} if isinstance(ids, tuple) else {"readings.ids": ids})
     for place, word in words.items():
@@ -101,7 +107,8 @@ def load_topics(path: Path | None) -> RosTopics:
         unit = unit_of(readings.get("unit", "counts"))
     except MalformedReadingError as error:
         raise error.at(kind=LiveError, file=path, place="readings.unit") from error
-    return RosTopics(readings["topic"], readings["values"], ids, readings.get("stamp"), unit, readings.get("type"),
+    fields = tuple(values) if isinstance(values, list) else readings["values"]
+    return RosTopics(readings["topic"], fields, ids, readings.get("stamp"), unit, readings.get("type"),
                      joints.get("topic"))  # fmt: skip
 
 
@@ -128,7 +135,9 @@ class MessageReader:
             self.joints = dict(zip(message.name, map(float, message.position), strict=False))
             return None
         try:
-            values = np.asarray(_field(message, topics.values), dtype=np.float64)
+            paths = (topics.values,) if isinstance(topics.values, str) else topics.values
+            fields = [value for path in paths for value in _fields(message, path.split("."))]
+            values = np.concatenate([np.asarray(value, dtype=np.float64).reshape(-1) for value in fields])
             ids = _field(message, topics.ids) if isinstance(topics.ids, str) else topics.ids
             at = received
             if topics.stamp is not None:
@@ -138,6 +147,17 @@ class MessageReader:
             raise MalformedReadingError("a message is not as the mapping says", place=topic, value=error) from error
         labels = None if ids is None else np.asarray(ids, dtype=np.int64)
         return Reading(at, values, topics.unit, labels, joints=self.joints)
+
+
+def _fields(message: Any, names: Sequence[str]) -> Iterator[Any]:
+    """Yield the values at a path; ``*`` stands for each message of a list."""
+    if not names:
+        yield message
+    elif names[0] == "*":
+        for one in message:
+            yield from _fields(one, names[1:])
+    else:
+        yield from _fields(getattr(message, names[0]), names[1:])
 
 
 def _field(message: Any, path: str) -> Any:

@@ -103,7 +103,11 @@ def read_unige(path: str | Path) -> UnigeFile:
     reader = _Reader(path, _stated_unit(document))
     maps = _maps(document, path)
     with errors_in_file(path):
-        if "skin" in document or not maps:
+        if "skin" not in document and not maps:
+            remedy = "Write the points as CSV with the columns x_mm, y_mm, z_mm (and nx, ny, nz), or Genoa's JSON"
+            found = ", ".join(document) or "an empty object"
+            raise SkinError("this JSON has no skin and no map of Genoa's format", file=path, value=found, remedy=remedy)
+        if "skin" in document:
             taxels, ids = reader.skin(_object(document.get("skin"), "skin", path), document)
         else:
             taxels, ids = reader.flat_skin(maps[0])

@@ -103,3 +103,8 @@ def test_a_tare_counts_only_the_values_that_were_sent():
     assert mean.tolist() == [14.0, 23.0, 30.0]
     assert spread.tolist() == [2.0, 1.0, 0.0]
     assert counts.tolist() == [2, 2, 0]
+
+
+def test_readings_that_fall_under_a_weight_are_named_with_the_negative_gain():
+    with pytest.raises(LiveError, match="fall under it .*-1 N.* negative gain"):
+        Calibration.plain(2, Unit.PASCAL).with_weight(np.array([-1.0, 0.0]), np.ones(2), 0.5)

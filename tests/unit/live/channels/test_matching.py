@@ -42,7 +42,7 @@ def test_an_id_of_two_taxels_names_neither():
     matcher = TaxelMatcher(skin(ids=[7, 7, *range(100, 158)]))
     taxels, _ = matcher.match(Reading(0.0, [5.0, 6.0], ids=[7, 100]))
     assert taxels.tolist() == [2]
-    assert matcher.unknown == {"7"}
+    assert matcher.unknown == {"7 (of several taxels)"}
 
 
 def test_by_module_and_channel():

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -116,3 +118,20 @@ def test_live_the_type_must_be_named_and_ros_be_there():
     except ImportError:
         with pytest.raises(LiveError, match="no ROS 2 on this machine"):
             Ros2Source(RosTopics("/skin", "data", type=ARRAY)).open()
+
+
+def test_values_of_several_fields_and_of_a_list_of_messages_are_joined():
+    message = SimpleNamespace(parts=[SimpleNamespace(values=[1, 2]), SimpleNamespace(values=[3])], fx=4.0)
+    assert MessageReader(RosTopics("/skin", "parts.*.values")).read("/skin", message, 0.0).values.tolist() == [1, 2, 3]
+    several = MessageReader(RosTopics("/skin", ("fx", "parts.*.values"))).read("/skin", message, 0.0)
+    assert several.values.tolist() == [4, 1, 2, 3]
+
+
+@pytest.mark.parametrize("values", ["[]", "[1]", "3"])
+def test_fields_that_are_no_texts_are_refused(values, tmp_path):
+    path = tmp_path / "mapping.toml"
+    path.write_text(f"[readings]\ntopic = '/skin'\nvalues = {values}\n")
+    with pytest.raises(LiveError, match="readings.values: expected"):
+        load_topics(path)
+    path.write_text("[readings]\ntopic = '/skin'\nvalues = ['fx', 'parts.*.values']\n")
+    assert load_topics(path).values == ("fx", "parts.*.values")
