@@ -16,14 +16,14 @@ from app.contacts.force_estimation.wrench_consistency import WrenchMismatch
 from app.contacts.regions import ContactRegion
 from app.control.command import ControlSettings, JointCommand, TaskReport
 from app.control.controller_registry import build_controller, check_settings
-from app.control.controllers import STOP_FREQUENCY, Controller, TaskController
+from app.control.controllers import Controller
 from app.control.force_loop.gain_limits import GainLimiter
 from app.control.force_loop.loop_stability import (
     OscillationDetector,
     SensorTiming,
     assume_goal_where_saturated,
 )
-from app.control.joint_impedance import JointImpedance, joint_efforts, within_effort
+from app.control.joint_impedance import YieldingImpedance, joint_efforts, within_effort
 from app.control.limits import ActiveLimits, Limit, LimitKind
 from app.control.map_kinematics import MapKinematics
 from app.control.path_following.clearance import Surroundings, nothing_around
@@ -68,9 +68,9 @@ class ControllerManager:
         self._task_manager = TaskManager(robot, surroundings=surroundings)
         self._controllers: dict[str, Controller] = {}
         self._gain_limiter, self._oscillation = GainLimiter(robot), OscillationDetector()
-        self._safety = SafetyMonitor()
+        self._safety = SafetyMonitor(robot.joints)
         self._configuration = Configuration(robot)
-        self._yielding = JointImpedance(self._configuration, frequency=STOP_FREQUENCY, damping_ratio=1.0)
+        self._yielding = YieldingImpedance(self._configuration, self._safety.yield_speed)
         self._beyond: tuple[Limit, ...] = ()
         self._strained: tuple[str, ...] = ()
         self._efforts = joint_efforts(robot)
@@ -182,7 +182,7 @@ class ControllerManager:
             mismatch: Several contacts that were read as one, by a wrench that none of them explains; likewise.
         """
         if self._must_stop(posture, velocity, regions, dt, readable=readable, mismatch=mismatch):
-            command = self._yielding.about(self._safety.posture)
+            command = self._yielding.about(self._safety.posture, velocity)
             command, _ = within_effort(command, posture, velocity, self._efforts)
             self._strained = ()
             self._last = command
@@ -215,19 +215,16 @@ class ControllerManager:
         readable: bool,
         mismatch: WrenchMismatch | None,
     ) -> bool:
-        """Return whether force or speed stop a controller that has no monitor of its own.
+        """Return True if force or speed stop a controller that does not stop itself.
 
-        An unreadable skin stops none of these: impedance does not read it, and hold force keeps its posture. Speed does
-        not stop impedance, which requests none: it is fast after a release far from its rest posture.
+        An unreadable skin stops none of these: impedance does not read it, and hold force keeps its posture.
         """
-        if isinstance(self._controller, TaskController):
+        if self._controller.stops_itself:
             self._safety.reset()
             return False
         self._configuration.update(posture)
         max_force, stopped = self._settings.max_force, self._safety.reason is not None
         hidden = mismatch if mismatch is not None and mismatch.strongest > max_force else None
-        if self._settings.controller == "impedance":
-            velocity = np.zeros_like(velocity)
         safe = self._safety.check(
             max_force,
             posture,

@@ -91,6 +91,11 @@ class _GuardedController:
         self._controller.rest = posture
 
     @property
+    def stops_itself(self) -> bool:
+        with self._plugin.at_work():
+            return bool(getattr(self._controller, "stops_itself", False))
+
+    @property
     def why_limited(self) -> tuple[Limit, ...]:
         with self._plugin.at_work():
             return tuple(self._controller.why_limited)

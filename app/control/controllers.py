@@ -27,7 +27,13 @@ from app.contacts.force_estimation.wrench_consistency import WrenchMismatch
 from app.contacts.regions import ContactRegion
 from app.control.command import ControlSettings, JointCommand, TaskReport
 from app.control.force_loop.normal_motion import ENOUGH_TILT, LEAST_TILT, RisingForces, bearable_tilt, slow_aside
-from app.control.joint_impedance import MAX_POINT_SPEED, JointImpedance, PostureReference, limit_joint_speed
+from app.control.joint_impedance import (
+    MAX_POINT_SPEED,
+    JointImpedance,
+    PostureReference,
+    YieldingImpedance,
+    limit_joint_speed,
+)
 from app.control.limits import ActiveLimits, Limit, LimitKind
 from app.control.map_kinematics import MapKinematics
 from app.control.task_control.contact_selection import ContactSelection, ControlledContact, ReliefMonitor
@@ -70,9 +76,14 @@ class Controller(Protocol):
         rest: (n,) the posture it keeps while nothing touches, and comes back to: home, until a scene moves it.
         why_limited: What bounds the answer now; empty when nothing does.
         report: How its task goes; None for a controller without one.
+        stops_itself: True if it stops by force, speed, unreadable skin and mismatch itself; the manager does not then.
     """
 
     rest: FloatArray
+
+    @property
+    def stops_itself(self) -> bool:
+        """True if it has a monitor of force and speed of its own."""
 
     @property
     def why_limited(self) -> tuple[Limit, ...]:
@@ -127,6 +138,7 @@ class ImpedanceController:
 
     why_limited: tuple[Limit, ...] = ()
     report: TaskReport | None = None
+    stops_itself = False
 
     def __init__(self, robot: Robot) -> None:
         self.rest = robot.home
@@ -179,6 +191,7 @@ class HoldForceController:
     """
 
     report: TaskReport | None = None
+    stops_itself = False
 
     def __init__(self, robot: Robot) -> None:
         self.rest, self._configuration = robot.home, Configuration(robot)
@@ -286,8 +299,6 @@ class HoldForceController:
         return normal, self._configuration.jacobian(region.link, region.link_position)
 
 
-STOP_FREQUENCY = 8.0
-"""Natural frequency at which a stopped arm holds its place [rad/s]: softly, so that what presses it is relieved."""
 LOST_SPEED = 0.1
 """Of a joint on the way home after a contact was lost that was wanted [rad/s]: at half a metre from the joint, 5 kg and
 2e5 N/m then meet with 50 N, where ``HOME_SPEED`` meets with 300 (v sqrt(m k), theory page, 5.6)."""
@@ -319,12 +330,15 @@ class TaskController:
     Cost: 0.08 ms a command with one contact that may slide, 0.14 ms with one that is led to a place.
     """
 
+    stops_itself = True
+
     def __init__(self, robot: Robot, scheme: ControlScheme, task_manager: TaskManager, sight: MapKinematics) -> None:
         self.rest, self.sight, self._scheme, self._task_manager = robot.home, sight, scheme, task_manager
         self._configuration = Configuration(robot)
         self._reference = PostureReference(robot, self._configuration)
-        self._yielding = JointImpedance(self._configuration, frequency=STOP_FREQUENCY, damping_ratio=1.0)
-        self._safety, self.tank, self._stall = SafetyMonitor(), EnergyTank(), StallDetector(1.5 * sight.pitch)
+        self._safety = SafetyMonitor(robot.joints)
+        self._yielding = YieldingImpedance(self._configuration, self._safety.yield_speed)
+        self.tank, self._stall = EnergyTank(), StallDetector(1.5 * sight.pitch)
         self._relief = ReliefMonitor()
         self.reset()
 
@@ -371,7 +385,7 @@ class TaskController:
             readable=readable,
             mismatch=mismatch,
         ):
-            return self._stopped()
+            return self._stopped(velocity)
         limits = ActiveLimits()
         start = self._reference.start_posture(posture)
         goals = self._task_manager.goals(settings, regions, self.sight, self._configuration, dt, limits)
@@ -401,13 +415,13 @@ class TaskController:
         controlled = tuple(one for one in report.controlled if one not in self._relief.unrelieved)
         return replace(report, controlled=controlled)
 
-    def _stopped(self) -> JointCommand:
+    def _stopped(self, velocity: FloatArray) -> JointCommand:
         self.why_limited = () if self._safety.reason is None else (self._safety.reason,)
         self._scheme.reset()
         self._task_manager.let_go()
         self._reference.reset()
         self._speed = np.zeros_like(self.rest)
-        return self._yielding.about(self._safety.posture)
+        return self._yielding.about(self._safety.posture, velocity)
 
     def _idle(self, settings: ControlSettings, start: FloatArray, dt: float, limits: ActiveLimits) -> FloatArray:
         self._scheme.reset()

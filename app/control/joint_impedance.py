@@ -84,6 +84,38 @@ class JointImpedance:
         )
 
 
+STOP_FREQUENCY = 8.0
+"""Natural frequency at which a stopped arm holds its place [rad/s]: softly, so that what presses it is relieved."""
+_BRAKE_FREQUENCY = 20.0
+"""Critical damping at this frequency [rad/s] is added where a stopped arm gives way too fast."""
+
+
+class YieldingImpedance:
+    """The soft impedance of a stopped arm, with more damping of joints that give way faster than allowed.
+
+    Args:
+        configuration: The robot at its current posture, which the owner updates.
+        max_speed: (n,) speed of each joint above which it is braked [rad/s, or m/s for a slide].
+    """
+
+    def __init__(self, configuration: Configuration, max_speed: FloatArray) -> None:
+        self._impedance = JointImpedance(configuration, frequency=STOP_FREQUENCY, damping_ratio=1.0)
+        self._max_speed = max_speed
+
+    def about(self, posture: FloatArray, velocity: FloatArray) -> JointCommand:
+        """Return the command that holds ``posture`` (n,) of an arm with this ``velocity`` (n,).
+
+        The brake is a damper on the speed above ``max_speed``: it only takes energy, and its torque does not jump.
+        """
+        command = self._impedance.about(posture)
+        fast = np.abs(velocity) > self._max_speed
+        if not any_true(fast):
+            return command
+        brake = np.where(fast, command.stiffness * (2 * _BRAKE_FREQUENCY / STOP_FREQUENCY**2), 0.0)
+        torque = brake * np.sign(velocity) * self._max_speed
+        return replace(command, damping=command.damping + brake, torque=torque)
+
+
 def joint_impedance(
     inertia: FloatArray,
     posture: FloatArray,

@@ -41,6 +41,7 @@ _NAMES = {
     LimitKind.FORCE_GAIN_UNSTABLE: "force gain too high",
     LimitKind.STOPPED_BY_FORCE: "stopped: contact force too high",
     LimitKind.STOPPED_BY_SPEED: "stopped: joint speed too high",
+    LimitKind.STOPPED_BY_SLIDE_SPEED: "stopped: sliding joint too fast",
     LimitKind.STOPPED_BY_POINT_SPEED: "stopped: contact point speed too high",
     LimitKind.STOPPED_UNREADABLE: "stopped: no valid skin readings",
     LimitKind.STOPPED_BY_MISMATCH: "stopped: one wrench from several contacts",
@@ -118,17 +119,23 @@ def _fact(limit: Limit) -> str:
         case LimitKind.STOPPED_BY_FORCE:
             return _GO_ON if value is None else f"{value:.0f}\u202fN, more than {bound or 0:.0f}\u202fN; {_GO_ON}"
         case LimitKind.STOPPED_BY_SPEED:
-            return _GO_ON if value is None else f"{value:.1f}\u202frad/s; {_GO_ON}"
+            return _GO_ON if value is None else f"{_of(names)}{value:.1f}\u202frad/s; {_GO_ON}"
+        case LimitKind.STOPPED_BY_SLIDE_SPEED:
+            return _GO_ON if value is None else f"{_of(names)}{value:.2g}\u202fm/s; {_GO_ON}"
         case LimitKind.STOPPED_BY_POINT_SPEED:
             return _GO_ON if value is None else f"{value:.2g}\u202fm/s; {_GO_ON}"
         case LimitKind.STOPPED_UNREADABLE:
             return _GO_ON
         case LimitKind.STOPPED_BY_MISMATCH:
-            where = f"{names[0]}, " if names else ""
             left = "" if value is None else f"{value:.2g}\u202fN\u202fm unexplained; "
-            return f"{where}{left}leave one contact to continue"
+            return f"{_of(names)}{left}leave one contact to continue"
         case _:
             return ""
+
+
+def _of(names: list[str]) -> str:
+    """Return "elbow, " for a limit with a name, else an empty text."""
+    return f"{names[0]}, " if names else ""
 
 
 def _destination(names: list[str]) -> str:

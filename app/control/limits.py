@@ -32,8 +32,9 @@ class LimitKind(Enum):
     [m/s/N]), ``POSITION_GAIN_HELD`` (value: to [1/s]), ``FORCE_GAIN_UNSTABLE`` (bound: the most [m/s/N]), these three
     with the sensor's period and delay.
 
-    Safety stops: ``STOPPED_BY_FORCE`` (value and bound [N]), ``STOPPED_BY_SPEED`` (value and bound [rad/s]),
-    ``STOPPED_BY_POINT_SPEED`` (value and bound [m/s]: of a touched point),
+    Safety stops: ``STOPPED_BY_FORCE`` (value and bound [N]), ``STOPPED_BY_SPEED`` (names: the hinge; value and
+    bound [rad/s]), ``STOPPED_BY_SLIDE_SPEED`` (names: the slide; value and bound [m/s]), ``STOPPED_BY_POINT_SPEED``
+    (value and bound [m/s]: of a touched point),
     ``STOPPED_UNREADABLE``, ``STOPPED_BY_MISMATCH`` (names: the link; value and bound [N m]: torque that no one of its
     contacts explains).
     """
@@ -72,6 +73,7 @@ class LimitKind(Enum):
     FORCE_GAIN_UNSTABLE = "force-gain-unstable"
     STOPPED_BY_FORCE = "stopped-by-force"
     STOPPED_BY_SPEED = "stopped-by-speed"
+    STOPPED_BY_SLIDE_SPEED = "stopped-by-slide-speed"
     STOPPED_BY_POINT_SPEED = "stopped-by-point-speed"
     STOPPED_UNREADABLE = "stopped-unreadable"
     STOPPED_BY_MISMATCH = "stopped-by-mismatch"
@@ -86,6 +88,7 @@ _STOPS = frozenset(
     {
         LimitKind.STOPPED_BY_FORCE,
         LimitKind.STOPPED_BY_SPEED,
+        LimitKind.STOPPED_BY_SLIDE_SPEED,
         LimitKind.STOPPED_BY_POINT_SPEED,
         LimitKind.STOPPED_UNREADABLE,
         LimitKind.STOPPED_BY_MISMATCH,

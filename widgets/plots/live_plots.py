@@ -47,11 +47,11 @@ from widgets.plots.traces.trace_plots import (
     ForceTraces,
     PlotPart,
     PressureTraces,
+    SpeedScale,
     TracePlot,
     error_of,
     error_trace,
     peak_title,
-    speed_of,
     speed_trace,
 )
 
@@ -147,6 +147,7 @@ class LivePlots(QWidget):
         plots = {key: self._add_plot(key, *said) for key, said in titles.items()}
         self._force, self._pressure = ForceTraces(plots[_FORCE], theme), PressureTraces(plots[_PRESSURE], theme)
         self._error, self._speed = error_trace(plots[_ERROR], theme), speed_trace(plots[_SPEED], theme)
+        self._speed_scale = SpeedScale()
         self._areas = StageAreas(plots[_TIME], self._stages, theme)
         self._strip = LimitStrip(self._limits, self._ages, theme, self)
         self._parts |= {
@@ -435,6 +436,8 @@ class LivePlots(QWidget):
     def show_prepared(self, prepared: PreparedScene) -> None:
         """Another scene: its joints and links can be plotted."""
         self._prepared = prepared
+        scale = self._speed_scale = SpeedScale(prepared.robot)
+        self._speed.use(f"Max joint speed ({scale.unit})", unit=scale.unit, bound=scale.bound)
         self.clear()
 
     def clear(self) -> None:
@@ -482,7 +485,7 @@ class LivePlots(QWidget):
         gone = self._force.add(time, frame.regions, frame.task.force_goal if frame.task else None)
         self._pressure.add(time, frame.pressures)
         self._error.add(time, error_of(frame))
-        self._speed.add(time, speed_of(frame))
+        self._speed.add(time, self._speed_scale.value(frame.velocity))
         self._limits.take(time, frame.why_limited)
         self._changes.at(time)
         self._stages.add(time, stage_times(frame.timings))

@@ -18,13 +18,18 @@ from app.control.limits import Limit, LimitKind
 from app.core.arrays import FloatArray, all_finite, largest, length
 from app.geometry.mesh import SurfacePoint
 from app.robots.kinematics import Configuration
+from app.robots.robot import Joint
 
-STOP_SPEED = 3.0
-"""Of any joint [rad/s]; twice what controllers ask for."""
+STOP_SPEED, STOP_SLIDE_SPEED = 3.0, 0.5
+"""Joint speed that stops the arm, of a hinge [rad/s] and of a slide [m/s]; twice what controllers request."""
+STOP_SPEED_MARGIN = 1.5
+"""A joint stops the arm at this multiple of the speed that its model allows, if that is less."""
 STOP_POINT_SPEED = 1.0
 """Greatest speed of a touched point [m/s]; four times the greatest that controllers request."""
 YIELD_TIME = 0.5
 """Time constant with which a stopped arm gives way to what still touches it [s]."""
+YIELD_SPEED, YIELD_SLIDE_SPEED = 0.6, 0.1
+"""Largest speed at which a stopped arm gives way, of a hinge [rad/s] and of a slide [m/s]; faster motion is damped."""
 QUIET = 1.0
 """Nothing must have touched for so long before the controller goes on [s]."""
 AGREED = 0.2
@@ -37,12 +42,21 @@ class SafetyMonitor:
     It goes on by itself once nothing has touched for ``QUIET``; where several contacts were read as one wrench, once
     one of them has explained it for ``AGREED``.
 
+    Args:
+        joints: The robot's joints, in the order of a posture.
+
     Attributes:
         reason: Why it stopped; None while the controller goes on.
-        posture: (n,) to hold: where it stopped, and from there to where the arm is pressed while something touches.
+        posture: (n,) to hold: where it stopped, and from there to where the arm is pressed while something touches, at
+            most at ``yield_speed``.
+        yield_speed: (n,) largest speed at which a stopped arm gives way [rad/s, or m/s for a slide].
     """
 
-    def __init__(self) -> None:
+    def __init__(self, joints: Sequence[Joint]) -> None:
+        self._joints = tuple(joints)
+        self._stop_speed = stop_speeds(joints)
+        usual = (YIELD_SLIDE_SPEED if joint.slide else YIELD_SPEED for joint in joints)
+        self.yield_speed = np.array([min(most, joint.max_speed) for most, joint in zip(usual, joints, strict=True)])
         self.reset()
 
     def reset(self) -> None:
@@ -76,13 +90,19 @@ class SafetyMonitor:
             mismatch: Several contacts that were read as one, by a wrench that none of them explains.
         """
         unreadable = None if readable else Limit(LimitKind.STOPPED_UNREADABLE)
-        reason = unreadable or _danger(max_force, velocity, regions, point_speed) or _hidden_force(max_force, mismatch)
+        reason = (
+            unreadable
+            or _force_danger(max_force, regions)
+            or self._speed_danger(velocity, point_speed)
+            or _hidden_force(max_force, mismatch)
+        )
         if reason is None and mismatch is not None:
             reason = mismatch_limit(mismatch)
         if reason is not None and self.reason is None:
             self.posture = posture.copy()
         elif self.reason is not None and regions:
-            self.posture = self.posture + min(dt / YIELD_TIME, 1.0) * (posture - self.posture)
+            step, most = min(dt / YIELD_TIME, 1.0) * (posture - self.posture), dt * self.yield_speed
+            self.posture = self.posture + np.clip(step, -most, most)
         if reason is not None and (self.reason is None or self._ends_when_agreed):
             self.reason = reason
         if self.reason is not None:
@@ -92,9 +112,26 @@ class SafetyMonitor:
                 self.reset()
         return self.reason is None
 
+    def _speed_danger(self, velocity: FloatArray, point_speed: float) -> Limit | None:
+        shares = np.abs(velocity) / self._stop_speed
+        if largest(shares) > 1:
+            fastest = int(shares.argmax())
+            joint, value = self._joints[fastest], abs(float(velocity[fastest]))
+            kind = LimitKind.STOPPED_BY_SLIDE_SPEED if joint.slide else LimitKind.STOPPED_BY_SPEED
+            return Limit(kind, (joint.name,), value=value, bound=float(self._stop_speed[fastest]))
+        if point_speed > STOP_POINT_SPEED:
+            return Limit(LimitKind.STOPPED_BY_POINT_SPEED, value=point_speed, bound=STOP_POINT_SPEED)
+        return None
+
     @property
     def _ends_when_agreed(self) -> bool:
         return self.reason is not None and self.reason.kind is LimitKind.STOPPED_BY_MISMATCH
+
+
+def stop_speeds(joints: Sequence[Joint]) -> FloatArray:
+    """Return the speed (n,) of each joint above which the arm stops [rad/s, or m/s for a slide]."""
+    usual = (STOP_SLIDE_SPEED if joint.slide else STOP_SPEED for joint in joints)
+    return np.array([min(most, STOP_SPEED_MARGIN * j.max_speed) for most, j in zip(usual, joints, strict=True)])
 
 
 def mismatch_limit(mismatch: WrenchMismatch) -> Limit:
@@ -127,19 +164,12 @@ def greatest_point_speed(configuration: Configuration, velocity: FloatArray, reg
     return max((length(configuration.jacobian(link, at).dot(velocity)) for link, at in points), default=0.0)
 
 
-def _danger(
-    max_force: float, velocity: FloatArray, regions: Sequence[ContactRegion], point_speed: float
-) -> Limit | None:
+def _force_danger(max_force: float, regions: Sequence[ContactRegion]) -> Limit | None:
     for region in regions:
         if not is_readable(region):
             return Limit(LimitKind.STOPPED_UNREADABLE)
         if region.force > max_force:
             return Limit(LimitKind.STOPPED_BY_FORCE, value=region.force, bound=max_force)
-    fastest = largest(velocity)
-    if fastest > STOP_SPEED:
-        return Limit(LimitKind.STOPPED_BY_SPEED, value=fastest, bound=STOP_SPEED)
-    if point_speed > STOP_POINT_SPEED:
-        return Limit(LimitKind.STOPPED_BY_POINT_SPEED, value=point_speed, bound=STOP_POINT_SPEED)
     return None
 
 

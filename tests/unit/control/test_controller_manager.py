@@ -253,8 +253,6 @@ def test_speed_limit_of_the_model_is_respected(controller, force):
     ("force", "velocity", "kind"), [(41.0, 0.0, LimitKind.STOPPED_BY_FORCE), (3.0, 3.2, LimitKind.STOPPED_BY_SPEED)]
 )
 def test_every_controller_is_stopped_yields_and_continues(controller, force, velocity, kind):
-    if controller == "impedance":
-        force, velocity, kind = 41.0, 0.0, LimitKind.STOPPED_BY_FORCE  # its speed does not stop it
     mine = manager(controller=controller, stiffness=40.0)
     mine.command(BENT, STILL, touch(3.0), TICK)
     mine.command(BENT, np.array([velocity]), touch(force), TICK)

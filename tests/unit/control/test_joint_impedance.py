@@ -15,8 +15,10 @@ from app.control.joint_impedance import (
     MAX_LEAD,
     MAX_SLIDE_SPEED,
     MIN_INERTIA,
+    STOP_FREQUENCY,
     JointImpedance,
     PostureReference,
+    YieldingImpedance,
     at_limit,
     joint_impedance,
     joint_limits,
@@ -37,6 +39,21 @@ def test_stiffness_and_damping_are_those_of_a_second_order_joint():
     assert command.stiffness == pytest.approx([18.0, 4.5])
     assert command.damping == pytest.approx(2 * 0.7 * np.sqrt(command.stiffness * [2.0, 0.5]))
     assert not command.torque.any()
+
+
+@pytest.mark.parametrize("direction", [1.0, -1.0])
+def test_stopped_arm_brakes_only_joints_faster_than_allowed_and_without_a_jump(direction):
+    robot = bar()
+    configuration = Configuration(robot)
+    yielding = YieldingImpedance(configuration, np.array([0.6]))
+    inertia, home = configuration.inertia()[0], robot.home
+    slow, just, fast = (
+        direction * yielding.about(home, np.array([direction * v])).torque_at(home, direction * v)[0]
+        for v in (0.6, 0.6001, 1.6)
+    )
+    assert slow == pytest.approx(-2 * STOP_FREQUENCY * inertia * 0.6)
+    assert just == pytest.approx(slow, rel=1e-3)
+    assert fast == pytest.approx(-2 * STOP_FREQUENCY * inertia * 1.6 - 40.0 * inertia * 1.0)
 
 
 def test_a_weightless_joint_still_holds():

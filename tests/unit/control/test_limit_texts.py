@@ -40,6 +40,14 @@ def test_every_kind_has_a_name_of_its_own_and_a_text_that_begins_with_it():
             "stopped: joint speed too high: 3.1\u202frad/s; remove the contact to continue",
         ),
         (
+            Limit(LimitKind.STOPPED_BY_SPEED, ("l_elbow",), value=3.14, bound=3.0),
+            "stopped: joint speed too high: l elbow, 3.1\u202frad/s; remove the contact to continue",
+        ),
+        (
+            Limit(LimitKind.STOPPED_BY_SLIDE_SPEED, ("lift",), value=0.62, bound=0.5),
+            "stopped: sliding joint too fast: lift, 0.62\u202fm/s; remove the contact to continue",
+        ),
+        (
             Limit(LimitKind.STOPPED_BY_POINT_SPEED, value=1.24, bound=1.0),
             "stopped: contact point speed too high: 1.2\u202fm/s; remove the contact to continue",
         ),

@@ -144,15 +144,20 @@ def test_closing_twice_is_harmless(prepared, tmp_path):
     assert RecordingPlayer(tmp_path / "a.mcap").complete
 
 
-UNSTEADY = prepared_bar(tick=0.01, overrides={"integrator": "euler", "timestep": 0.01, "gravity": "on"})
+UNSTEADY = prepared_bar(tick=0.2, overrides={"integrator": "euler", "timestep": 0.02})
+"""It diverges within one control tick, before a monitor of the speed can stop it."""
 STIFF = ControlSettings(stiffness=40.0, damping_ratio=3.0)
 
 
 def stopped(*, path=None) -> Session:
     """A session that went on until it diverged; recorded from its first tick where there is a path."""
     session = Session(UNSTEADY, settings=STIFF)
-    session.submit(PokePressed(1, UNSTEADY.skin.taxel_point(30), Finger(stiffness=10.0)))
     recorder = Recorder(UNSTEADY, path) if path else None
+    for _ in range(5):
+        frame = session.tick()
+        if recorder:
+            recorder.write(frame, session.inputs)
+    session.submit(PokePressed(1, UNSTEADY.skin.taxel_point(30), Finger(stiffness=10.0)))
     with pytest.raises(SimulationError, match="diverged"):
         until_it_stops(session, recorder)
     if recorder:

@@ -24,8 +24,9 @@ def test_it_owns_its_arrays():
     assert frame.objects.shape == (0, 4, 4)
 
 
-UNSTEADY = prepared_bar(tick=0.01, overrides={"integrator": "euler", "timestep": 0.01, "gravity": "on"})
-"""With stiff, strongly damped joints: explicit damping of that strength swings up (see ``too_stiff``)."""
+UNSTEADY = prepared_bar(tick=0.2, overrides={"integrator": "euler", "timestep": 0.02})
+"""With stiff, strongly damped joints: explicit damping of that strength swings up (``too_stiff``) within one control
+tick, before a monitor of the speed can stop it."""
 
 
 def test_it_says_what_a_person_read():
@@ -35,8 +36,10 @@ def test_it_says_what_a_person_read():
 
 
 def too_stiff() -> Session:
-    """A session that diverges within a second."""
+    """A session that diverges as soon as the finger touches, five ticks after its start."""
     session = Session(UNSTEADY, settings=ControlSettings(stiffness=40.0, damping_ratio=3.0))
+    for _ in range(5):
+        session.tick()
     session.submit(PokePressed(1, UNSTEADY.skin.taxel_point(30), Finger(stiffness=10.0)))
     return session
 

@@ -13,6 +13,7 @@ from PySide6.QtWidgets import QApplication, QLabel
 from app.control.command import ControlSettings, TaskReport
 from app.control.joint_impedance import MAX_JOINT_SPEED
 from app.control.limits import Limit, LimitKind
+from app.robots.robot import Joint
 from tests.widgets.support.samples import touched
 from tests.widgets.support.snapshots import pixels
 from widgets.common.colours import DARK, LIGHT
@@ -134,6 +135,24 @@ def test_the_fastest_joint_is_drawn_against_its_limit(plots, prepared):
     assert level(plots, "speed") == [MAX_JOINT_SPEED]
     low, high = plot(plots, "speed").viewRange()[1]
     assert low <= 0 < MAX_JOINT_SPEED < high
+
+
+def test_slides_and_hinges_are_drawn_as_shares_of_their_own_limits(plots, prepared):
+    first = prepared.robot.joints[0]
+    joints = (Joint("lift", 0.0, 0.4, slide=True, max_speed=0.07), Joint("rail", 0.0, 1.0, slide=True), first)
+    plots.show_settings(KEEP)
+    for count, speeds, unit, bound, value in (
+        (3, [0.035, 0.05, -0.3], "% of limit", 100.0, 50.0),
+        (1, [0.05], "m/s", 0.07, 0.05),
+    ):
+        robot = replace(prepared.robot, joints=joints[:count])
+        plots.show_prepared(replace(prepared, robot=robot))
+        for time in (0.0, 0.1):
+            plots.show_frame(replace(frame_at(prepared, time), velocity=np.array(speeds)))
+        plots._redraw()
+        assert curve(plots, "speed", QColor(DARK.text).name()).yData == pytest.approx(value)
+        assert level(plots, "speed") == [bound]
+        assert f"Max joint speed ({unit})" in plots.findChildren(TracePlot)[NAMES.index("speed")].heading
 
 
 def test_the_goal_is_drawn_as_the_task_had_it_so_that_a_step_is_seen(plots, prepared):

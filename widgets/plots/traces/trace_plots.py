@@ -18,9 +18,10 @@ from PySide6.QtGui import QColor
 from PySide6.QtWidgets import QLabel, QVBoxLayout, QWidget
 
 from app.contacts.regions import ContactRegion
-from app.control.joint_impedance import MAX_JOINT_SPEED
+from app.control.joint_impedance import MAX_JOINT_SPEED, joint_speeds
 from app.core.arrays import FloatArray, IntArray
 from app.core.reading_units import ReadingUnits
+from app.robots.robot import Robot
 from app.session.frame import Frame
 from widgets.common.colours import Theme, mixed
 from widgets.document.taxel_selection import TAXEL_COLOURS, region_colour
@@ -448,6 +449,7 @@ class BoundedTrace:
         self, plot: TracePlot, theme: Theme, *, bound: float, words: str, hard: bool, quantity: tuple[str, str]
     ) -> None:
         self._quantity, self._unit = quantity
+        self._title = ""  # the plot's own
         self._plot, self._theme, self._bound, self._words, self._hard = plot, theme, bound, words, hard
         self._history = SampleHistory(seconds=PLOT_SECONDS)
         self._line = plot.plot.plot(connect="finite")
@@ -459,6 +461,13 @@ class BoundedTrace:
         self._theme = theme
         self._line.setPen(pg.mkPen(QColor(theme.text), width=1.5))
         self._limit.setPen(pg.mkPen(self._ink, width=1.2, style=Qt.PenStyle.DashLine))
+        self._update_legend()
+
+    def use(self, title: str, *, unit: str, bound: float) -> None:
+        """Plot in another unit, against another bound, and forget the samples."""
+        self._history.clear()
+        self._title, self._unit, self._bound, self._words = title, unit, bound, f"limit {bound:g}"
+        self._limit.setValue(bound)
         self._update_legend()
 
     def clear(self) -> None:
@@ -485,7 +494,8 @@ class BoundedTrace:
         return QColor(self._theme.warning if self._hard else self._theme.intent)
 
     def _update_legend(self) -> None:
-        self._plot.update_style(self._theme, after_title=legend_entry("– –", self._ink.name(), self._words))
+        legend = legend_entry("– –", self._ink.name(), self._words)
+        self._plot.update_style(self._theme, after_title=legend, title=self._title)
 
 
 def error_trace(plot: TracePlot, theme: Theme) -> BoundedTrace:
@@ -494,8 +504,33 @@ def error_trace(plot: TracePlot, theme: Theme) -> BoundedTrace:
     return BoundedTrace(plot, theme, bound=1e3 * TOLERANCE, words=words, hard=False, quantity=("error", "mm"))
 
 
+class SpeedScale:
+    """How joint speeds are plotted: as they are where all joints have one limit, else as shares of their limits.
+
+    Args:
+        robot: Whose joints; None for hinges without limits of their own.
+
+    Attributes:
+        unit: "rad/s", "m/s" or "% of limit".
+        bound: The limit in this unit.
+    """
+
+    def __init__(self, robot: Robot | None = None) -> None:
+        joints = () if robot is None else robot.joints
+        self._limits = np.array([MAX_JOINT_SPEED]) if robot is None or not joints else joint_speeds(robot)
+        slides = {joint.slide for joint in joints}
+        if len(slides) < 2 and (self._limits == self._limits[0]).all():
+            self.unit, self.bound = "m/s" if True in slides else "rad/s", float(self._limits[0])
+        else:
+            self.unit, self.bound = "% of limit", 100.0
+
+    def value(self, velocity: FloatArray) -> float:
+        """Return the speed of the joint that is nearest to its limit, of joint velocities (n,)."""
+        return self.bound * float(np.abs(velocity / self._limits).max(initial=0.0))
+
+
 def speed_trace(plot: TracePlot, theme: Theme) -> BoundedTrace:
-    """Of the fastest joint [rad/s]."""
+    """Return the trace of the fastest joint; ``use`` sets its scale for a robot."""
     words, quantity = f"limit {MAX_JOINT_SPEED:g}", ("max joint speed", "rad/s")
     return BoundedTrace(plot, theme, bound=MAX_JOINT_SPEED, words=words, hard=True, quantity=quantity)
 
@@ -503,8 +538,3 @@ def speed_trace(plot: TracePlot, theme: Theme) -> BoundedTrace:
 def error_of(frame: Frame) -> float | None:
     """The error on the map [mm], where the task has one."""
     return None if frame.task is None or frame.task.error is None else 1e3 * frame.task.error
-
-
-def speed_of(frame: Frame) -> float:
-    """Of the fastest joint [rad/s], or slide [m/s]."""
-    return float(np.abs(frame.velocity).max(initial=0.0))

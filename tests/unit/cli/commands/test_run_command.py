@@ -25,17 +25,19 @@ from tests.support.recordings import record, small_arm
 
 UNSTEADY = """
 robot = "arm"
-tick = 0.01
+tick = 0.2
 [cover]
 links = ["hand"]
 taxels = 30
 [effects]
 integrator = "euler"
-timestep = 0.01
-gravity = "on"
+timestep = 0.02
 [control]
 stiffness = 40.0
 damping_ratio = 3.0
+[[stimuli]]
+kind = "poke"
+patch = "hand"
 """
 
 

@@ -19,20 +19,26 @@ from app.control.task_control.monitors import (
     QUIET,
     RECOVERED,
     STOP_POINT_SPEED,
+    STOP_SLIDE_SPEED,
     STOP_SPEED,
+    STOP_SPEED_MARGIN,
+    YIELD_SLIDE_SPEED,
+    YIELD_SPEED,
     YIELD_TIME,
     EnergyTank,
     SafetyMonitor,
     StallDetector,
 )
 from app.geometry.mesh import SurfacePoint
+from app.robots.robot import Joint
 from tests.unit.control.contacts_by_hand import TICK, touch
 
 STILL, BENT = np.zeros(1), np.array([0.3])
+HINGE = (Joint("hinge", -1.5, 1.5),)
 
 
 def test_what_is_safe_goes_on():
-    supervisor = SafetyMonitor()
+    supervisor = SafetyMonitor(HINGE)
     assert supervisor.check(30.0, BENT, STILL, touch(29.9), TICK)
     assert supervisor.reason is None
 
@@ -43,11 +49,11 @@ def test_what_is_safe_goes_on():
         (touch(31.4), STILL, Limit(LimitKind.STOPPED_BY_FORCE, value=31.4, bound=30.0)),
         (touch(float("nan")), STILL, Limit(LimitKind.STOPPED_UNREADABLE)),
         (touch(3.0, normal=(0, 0, float("nan"))), STILL, Limit(LimitKind.STOPPED_UNREADABLE)),
-        ((), np.array([-3.5]), Limit(LimitKind.STOPPED_BY_SPEED, value=3.5, bound=STOP_SPEED)),
+        ((), np.array([-3.5]), Limit(LimitKind.STOPPED_BY_SPEED, ("hinge",), value=3.5, bound=STOP_SPEED)),
     ],
 )
 def test_what_is_not_safe_stops_until_nothing_touched_for_a_while(regions, velocity, reason):
-    supervisor = SafetyMonitor()
+    supervisor = SafetyMonitor(HINGE)
     assert not supervisor.check(30.0, BENT, velocity, regions, TICK)
     assert supervisor.reason == reason
     for _ in range(300):
@@ -62,14 +68,45 @@ def test_what_is_not_safe_stops_until_nothing_touched_for_a_while(regions, veloc
 
 
 def test_a_touched_point_that_is_too_fast_stops_it():
-    supervisor = SafetyMonitor()
+    supervisor = SafetyMonitor(HINGE)
     assert supervisor.check(30.0, BENT, STILL, touch(1.0), TICK, point_speed=STOP_POINT_SPEED)
     assert not supervisor.check(30.0, BENT, STILL, touch(1.0), TICK, point_speed=1.5)
     assert supervisor.reason == Limit(LimitKind.STOPPED_BY_POINT_SPEED, value=1.5, bound=STOP_POINT_SPEED)
 
 
+MIXED = (Joint("hinge", -1.5, 1.5), Joint("lift", 0.0, 0.4, slide=True), Joint("slow", 0.0, 0.4, True, max_speed=0.07))
+
+
+@pytest.mark.parametrize(
+    ("velocity", "reason"),
+    [
+        ([2.9, 0.45, 0.1], None),
+        ([-3.1, 0.0, 0.0], Limit(LimitKind.STOPPED_BY_SPEED, ("hinge",), value=3.1, bound=STOP_SPEED)),
+        ([2.9, 0.6, 0.0], Limit(LimitKind.STOPPED_BY_SLIDE_SPEED, ("lift",), value=0.6, bound=STOP_SLIDE_SPEED)),
+        (
+            [0.0, 0.0, -0.11],
+            Limit(LimitKind.STOPPED_BY_SLIDE_SPEED, ("slow",), value=0.11, bound=0.07 * STOP_SPEED_MARGIN),
+        ),
+    ],
+)
+def test_hinges_and_slides_have_their_own_speed_limits(velocity, reason):
+    supervisor = SafetyMonitor(MIXED)
+    assert supervisor.check(30.0, np.zeros(3), np.array(velocity), (), TICK) == (reason is None)
+    assert supervisor.reason == reason
+
+
+def test_a_stopped_arm_gives_way_no_faster_than_allowed():
+    supervisor = SafetyMonitor(MIXED)
+    supervisor.check(30.0, np.zeros(3), np.zeros(3), touch(31.0), TICK)
+    pushed = np.array([1.0, 0.3, -0.2])
+    for _ in range(20):
+        before = supervisor.posture
+        supervisor.check(30.0, pushed, np.zeros(3), touch(31.0), TICK)
+        assert (supervisor.posture - before) / TICK == pytest.approx([YIELD_SPEED, YIELD_SLIDE_SPEED, -0.07])
+
+
 def test_a_skin_that_cannot_be_read_stops_it_too():
-    supervisor = SafetyMonitor()
+    supervisor = SafetyMonitor(HINGE)
     assert not supervisor.check(30.0, BENT, STILL, (), TICK, readable=False)
     assert supervisor.reason == Limit(LimitKind.STOPPED_UNREADABLE)
 
@@ -78,7 +115,7 @@ MISMATCH = WrenchMismatch("bar", 2, force=1.0, torque=0.3, max_force=2.0, max_to
 
 
 def test_several_contacts_read_as_one_stop_it_until_one_explains_the_wrench_for_a_while():
-    supervisor = SafetyMonitor()
+    supervisor = SafetyMonitor(HINGE)
     assert not supervisor.check(30.0, BENT, STILL, touch(1.0), TICK, mismatch=MISMATCH)
     assert supervisor.reason == Limit(LimitKind.STOPPED_BY_MISMATCH, ("bar",), value=0.3, bound=0.1)
     assert not supervisor.check(30.0, STILL, STILL, touch(1.0), AGREED / 2)
@@ -90,7 +127,7 @@ def test_several_contacts_read_as_one_stop_it_until_one_explains_the_wrench_for_
 
 
 def test_what_presses_too_hard_behind_a_small_resultant_stops_it_for_good():
-    supervisor = SafetyMonitor()
+    supervisor = SafetyMonitor(HINGE)
     supervisor.check(30.0, BENT, STILL, touch(1.0), TICK, mismatch=MISMATCH)
     supervisor.check(30.0, STILL, STILL, touch(1.0), TICK, mismatch=replace(MISMATCH, strongest=31.0))
     assert supervisor.reason == Limit(LimitKind.STOPPED_BY_FORCE, value=31.0, bound=30.0)
@@ -99,14 +136,14 @@ def test_what_presses_too_hard_behind_a_small_resultant_stops_it_for_good():
 
 
 def test_a_reset_lets_go_at_once():
-    supervisor = SafetyMonitor()
+    supervisor = SafetyMonitor(HINGE)
     supervisor.check(30.0, BENT, STILL, touch(50.0), TICK)
     supervisor.reset()
     assert supervisor.check(30.0, BENT, STILL, (), TICK)
 
 
 def test_a_robot_without_joints_is_never_too_fast():
-    assert SafetyMonitor().check(30.0, np.zeros(0), np.zeros(0), (), TICK)
+    assert SafetyMonitor(()).check(30.0, np.zeros(0), np.zeros(0), (), TICK)
 
 
 ALONG, BEYOND = LimitKind.CONTACT_STICKS, LimitKind.OUT_OF_REACH
