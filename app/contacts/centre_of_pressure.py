@@ -28,7 +28,7 @@ from app.tactile.sensor_effects import SensorEffects
 
 _LARGEST = 1e6
 _NO_EFFECTS = SensorEffects()
-_MODELS = {"foundation": 0.023, "depth": math.inf}
+_MODELS = {"foundation": 0.019, "depth": math.inf}
 """Relative standard uncertainty of the sum of pressure times area; other models conserve force. That of the foundation
 is half of what 95 % of balls of 4 to 20 mm on the skin of the arm stay within."""
 _NEAREST = 1e-9

@@ -358,6 +358,7 @@ class ContactDetector:
             place_error=errors.place,
             force_error=errors.force,
             force_parts=errors.parts,
+            force_limits=errors.limits,
             merged=felt.name.merged,
             split_from=felt.name.split_from,
         )

@@ -14,6 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from app.contacts.error_budget import coverage_interval
 from app.core.arrays import FloatArray, IntArray, freeze_arrays, readonly
 from app.geometry.mesh import SurfacePoint
 from app.maps.tactile_map import SEAM_RATIO, TactileMap
@@ -48,9 +49,10 @@ class ContactRegion:
         map_axes: (2, 2) the same two on the map [m]; as the map distorts there they need not be at right angles, but
             ``map_point + cos t map_axes[0] + sin t map_axes[1]`` still draws the ellipse.
         place_error: Standard uncertainty of the centre, radial [m]; see ``error_budget``.
-        force_error: Standard uncertainty of the force [N].
+        force_error: Standard uncertainty of the force [N]: 68 % of true forces are within it.
         force_parts: Parts of ``force_error`` [N] by name, see ``error_budget``; empty in recordings that do not store
             them.
+        force_limits: The same parts for ``force_interval`` [N]; empty in recordings that do not store them.
         partner: Id of the region on another link that touches this one; None for none known.
         merged: Ids of the regions that have become part of this one at this frame.
         split_from: Id of the region that this one has come off at this frame; None for none.
@@ -79,6 +81,7 @@ class ContactRegion:
     place_error: float = 0.0
     force_error: float = 0.0
     force_parts: Mapping[str, float] = field(default_factory=dict)
+    force_limits: Mapping[str, float] = field(default_factory=dict)
     partner: int | None = None
     merged: tuple[int, ...] = ()
     split_from: int | None = None
@@ -86,6 +89,12 @@ class ContactRegion:
     def __post_init__(self) -> None:
         freeze_arrays(self, "taxels", dtype=np.int64)
         freeze_arrays(self, "map_point", "link_position", "link_normal", "link_axes", "map_axes")
+
+    @property
+    def force_interval(self) -> tuple[float, float]:
+        """Lowest and highest force [N] of the interval that contains the true force of 95 % of contacts."""
+        limits = self.force_limits or {"": 2 * self.force_error}
+        return coverage_interval(self.force, limits)
 
 
 class TaxelGroup(NamedTuple):

@@ -427,6 +427,7 @@ def _contacts(frames: Sequence[Frame], units: Sequence[ReadingUnits]) -> Columns
 
     of = [frame.units for frame, _ in rows]
     claimed = np.array([one.force is not None for one in of], dtype=bool)
+    intervals = np.array([region.force_interval for _, region in rows], dtype=np.float64).reshape(-1, 2)
     columns: dict[str, NDArray[Any]] = {
         "tick": _numbers([frame.tick for frame, _ in rows]),
         "time_s": np.array([frame.time for frame, _ in rows], dtype=np.float64),
@@ -435,6 +436,8 @@ def _contacts(frames: Sequence[Frame], units: Sequence[ReadingUnits]) -> Columns
         "taxels": _numbers([region.touched for _, region in rows]),
         "force_N": np.where(claimed, number("force"), np.nan),
         "force_error_N": np.where(claimed, number("force_error"), np.nan),
+        "force_low_N": np.where(claimed, intervals[:, 0], np.nan),
+        "force_high_N": np.where(claimed, intervals[:, 1], np.nan),
         "place_error_m": number("place_error"),
         "area_m2": number("area"),
         **_by_unit("peak", number("peak"), of, units),

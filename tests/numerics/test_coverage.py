@@ -1,8 +1,6 @@
-"""Share of true forces and places within the stated uncertainties. The goal is 68 % and 95 %; of places, whose
-uncertainty is radial, 63 % and 98 %, and 52 % where they may be anywhere in one taxel.
-
-Where errors are rare (dead taxels), bounded or one-sided (saturation, threshold, crosstalk, time averaging), or have a
-long tail (pads smaller than their spacing), no standard deviation has both shares. Then the second one is tested.
+"""Share of true forces and places within the stated uncertainties. The goal is 68 % within the standard uncertainty of
+the force and 95 % within its interval, among the touches for which an error is stated. Of places, whose uncertainty is
+radial, the goal is 63 % and 98 %, and 52 % where they may be anywhere in one taxel.
 """
 
 from __future__ import annotations
@@ -11,57 +9,74 @@ import math
 
 import pytest
 
-from tests.support.coverage import EFFECTS, MODELS, coverage
+from tests.support.coverage import EFFECTS, MODELS, Coverage, coverage
 
 SKIN = "arm-1000"
-RANDOM = ("gain spread", "noise", "offset drift", "hysteresis", "quantisation", "sampling")
-WITHIN_TWICE = {
-    "none": 0.95, "crosstalk": 0.94, "dead taxels": 0.92, "threshold": 0.95, "saturation": 0.92, "area averaging": 0.90,
-    "time averaging": 0.92, "all": 0.90,
-}  # fmt: skip
-"""Least share of forces within twice the uncertainty for the other effects."""
-SPREADING = [name for name in MODELS if name != "depth"]
-"""The depth model has no force; see its own test."""
+COUNT = 900
+"""Touches of each case; with pads a third of them is felt."""
+STANDARD = 0.63, 0.73
+INTERVAL = 0.92, 0.98
+RARE = 60
+"""Shares of fewer touches than these are not compared."""
+SPREADING = [name for name in MODELS if name not in ("point", "depth")]
+QUICK = ("gain spread", "noise", "hysteresis", "quantisation", "threshold", "saturation", "crosstalk", "area averaging")
 
 
-def assert_places_are_covered(found) -> None:
+def assert_forces_are_covered(
+    found: Coverage, standard: tuple[float, float] = STANDARD, interval: tuple[float, float] = INTERVAL
+) -> None:
+    """Compare the shares of forces with the goal, or with the stated bounds where the goal cannot be met."""
+    if found.stated[0] >= RARE:
+        assert standard[0] <= found.force[0] <= standard[1]
+    if found.stated[1] >= RARE and not found.exact:
+        assert interval[0] <= found.force[1] <= interval[1]
+
+
+def assert_places_are_covered(found: Coverage) -> None:
     assert 0.40 <= found.place[0] <= 0.95
     assert found.place[1] >= 0.94
 
 
-@pytest.mark.parametrize("effect", RANDOM)
-def test_stated_uncertainty_of_one_effect_holds_as_often_as_it_should(effect):
-    found = coverage(SKIN, effect=effect)
-    assert found.found > 290
-    assert 0.62 <= found.force[0] <= 0.74
-    assert 0.92 <= found.force[1] <= 0.98
-    assert 0.60 <= found.place[0] <= 0.78
-    assert found.place[1] >= 0.95
+@pytest.mark.parametrize("effect", QUICK)
+def test_force_is_within_its_uncertainty_and_its_interval_as_often_as_stated(effect):
+    found = coverage(SKIN, effect=effect, count=COUNT)
+    assert found.stated[0] >= 290
+    assert_forces_are_covered(found)
+    assert_places_are_covered(found)
 
 
-def test_uncertainty_with_all_effects_holds():
-    found = coverage(SKIN, effect="all", count=100)
-    assert found.found > 25, "two of three touches press between the pads"
-    assert 0.68 <= found.force[0] <= 0.96
+@pytest.mark.parametrize(("model", "effect"), [
+    ("half-space", "threshold"), ("half-space", "quantisation"), ("half-space", "crosstalk"), ("foundation", "none"),
+    ("foundation", "noise"), ("point", "quantisation"),
+])  # fmt: skip
+def test_intervals_include_what_the_contact_model_leaves_out(model, effect):
+    found = coverage(SKIN, model, effect, count=COUNT)
+    assert found.stated[0] >= 300
+    assert_forces_are_covered(found)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("effect", ["none", "threshold", "quantisation"])
+def test_tails_that_a_fine_skin_does_not_read_are_within_the_interval(effect):
+    """Half-space stress reaches beyond the ring of a contact and below the threshold of its taxels, 5 mm apart."""
+    found = coverage("arm-10000", "half-space", effect)
+    assert found.stated[1] > 290
     assert found.force[1] >= 0.92
+
+
+def test_forces_of_the_surface_model_are_exact_without_effects():
+    found = coverage(SKIN, "water-fill", "none")
+    assert found.exact
+    assert found.stated[0] == 0, "no error is stated at 68 %"
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("model", ["water-fill", "half-space"])
+def test_uncertainty_with_all_effects_holds(model):
+    found = coverage(SKIN, model, effect="all", count=COUNT)
+    assert found.stated[0] > 300, "two of three touches press between the pads"
+    assert_forces_are_covered(found, (0.63, 0.82))
     assert_places_are_covered(found)
-
-
-@pytest.mark.parametrize("skin", [SKIN, "bar-400"])
-@pytest.mark.parametrize("effect", ["crosstalk", "area averaging"])
-def test_uncertainty_of_what_neighbours_and_pads_miss_is_not_too_wide(skin, effect):
-    found = coverage(skin, effect=effect)
-    assert found.found > 100
-    assert 0.62 <= found.force[0] <= 0.93
-    assert 0.92 <= found.force[1] <= 0.985
-    assert_places_are_covered(found)
-
-
-@pytest.mark.parametrize(("effect", "least"), [("area averaging", 0.92), ("crosstalk", 0.92), ("saturation", 0.92)])
-def test_twice_the_uncertainty_holds_where_taxels_are_below_the_surface(effect, least):
-    found = coverage(SKIN, "half-space", effect)
-    assert found.found > 100
-    assert least <= found.force[1] <= 0.98
 
 
 def test_place_from_displaced_pads_is_covered():
@@ -75,8 +90,7 @@ def test_mean_of_a_time_is_as_uncertain_as_the_force_changes():
     """The error of a force that swings is close to the stated uncertainty most of the time."""
     found = coverage(SKIN, effect="time averaging")
     assert found.found > 290
-    assert 0.45 <= found.force[0] <= 0.73
-    assert 0.92 <= found.force[1] <= 0.98
+    assert_forces_are_covered(found)
 
 
 def test_depths_have_a_force_of_unknown_accuracy_and_a_place():
@@ -86,25 +100,30 @@ def test_depths_have_a_force_of_unknown_accuracy_and_a_place():
     assert found.place[1] >= 0.95
 
 
-@pytest.mark.parametrize("effect", ["noise", "hysteresis"])
-def test_uncertainty_of_the_foundation_includes_its_bent_skin(effect):
-    found = coverage(SKIN, "foundation", effect)
-    assert 0.62 <= found.force[0] <= 0.74
-    assert 0.92 <= found.force[1] <= 0.985
+STATED = {
+    ("foundation", "hysteresis"): ((0.60, 0.73), (0.92, 0.985)),
+    ("foundation", "saturation"): ((0.63, 0.76), INTERVAL),
+    ("foundation", "all"): ((0.63, 0.82), (0.92, 0.985)),
+    ("punch", "all"): ((0.63, 0.82), INTERVAL),
+    ("water-fill", "all"): ((0.63, 0.82), INTERVAL),
+    ("point", "saturation"): (STANDARD, (0.92, 1.0)),
+    ("point", "threshold"): ((1.0, 1.0), (1.0, 1.0)),
+    ("water-fill", "none"): (STANDARD, (1.0, 1.0)),
+    ("punch", "none"): (STANDARD, (1.0, 1.0)),
+    ("half-space", "none"): (STANDARD, (0.92, 0.985)),
+    **{(model, "dead taxels"): ((0.63, 0.86), INTERVAL) for model in SPREADING},
+    ("point", "dead taxels"): ((0.99, 1.0), (0.99, 1.0)),
+}
+"""Bounds where the goal is not met; the guide states the reasons."""
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("effect", EFFECTS)
-@pytest.mark.parametrize("model", SPREADING)
+@pytest.mark.parametrize("model", [*SPREADING, "point"])
 def test_every_effect_is_covered_in_every_contact_model(model, effect):
-    found = coverage(SKIN, model, effect)
-    if effect in RANDOM:
-        assert 0.53 <= found.force[0] <= 0.78
-        assert found.force[1] >= 0.92
-    else:
-        assert found.force[0] >= 0.50
-        assert found.force[1] >= WITHIN_TWICE[effect]
-    if found.found > 50:
+    found = coverage(SKIN, model, effect, count=COUNT)
+    assert_forces_are_covered(found, *STATED.get((model, effect), (STANDARD, INTERVAL)))
+    if found.found >= RARE:
         assert_places_are_covered(found)
 
 
@@ -112,20 +131,18 @@ def test_every_effect_is_covered_in_every_contact_model(model, effect):
 @pytest.mark.parametrize("effect", EFFECTS)
 @pytest.mark.parametrize("estimator", ["local-nnls", "tikhonov"])
 def test_every_effect_is_covered_with_every_estimator(estimator, effect):
-    found = coverage(SKIN, "half-space", effect, estimator)
-    if effect in RANDOM:
-        assert 0.55 <= found.force[0] <= 0.78
-        assert found.force[1] >= 0.88
+    found = coverage(SKIN, "half-space", effect, estimator, count=COUNT)
+    if effect in ("none", "crosstalk", "saturation", "dead taxels"):
+        assert found.force[1] >= 0.95, "the difference of the two forces bounds the error"
     else:
-        assert found.force[1] >= WITHIN_TWICE[effect]
+        assert_forces_are_covered(found)
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("effect", ["none", "gain spread", "noise", "hysteresis", "all"])
 def test_force_torque_sensor_is_covered_whatever_the_skin_reads(effect):
-    found = coverage(SKIN, effect=effect, estimator="lumped")
-    assert 0.60 <= found.force[0] <= 0.80
-    assert found.force[1] >= 0.92
+    found = coverage(SKIN, effect=effect, estimator="lumped", count=COUNT)
+    assert_forces_are_covered(found)
     assert 0.60 <= found.place[0] <= 0.80
     assert found.place[1] >= 0.95
 

@@ -1,4 +1,4 @@
-"""Share of random touches whose true force and place are within the stated uncertainties.
+"""Share of random touches whose true force and place are within the stated uncertainties and intervals.
 
 A ball of 4 to 20 mm presses a random place of a skin with 0.5 to 10 N (both log-uniform). Its load begins at an unknown
 time up to three time constants of the creep before it is read, or swings by half of itself at 0.2 to 2 Hz while a slow
@@ -17,7 +17,7 @@ import numpy as np
 
 from app.contacts.pipeline import ContactPipeline, ReadingSettings
 from app.contacts.regions import ContactRegion
-from app.core.arrays import FloatArray
+from app.core.arrays import BoolArray, FloatArray
 from app.geometry.mesh import SurfacePoint
 from app.maps.build import build_map
 from app.maps.tactile_map import TactileMap
@@ -77,15 +77,19 @@ MODELS = ("point", "water-fill", "punch", "half-space", "foundation", "depth")
 class Coverage:
     """Outcome of many touches.
 
+    Forces that are stated to within 1e-4 count as exact: the shares of forces are those of the other touches.
+
     Attributes:
         found: Number of touches that were found.
-        force: (2,) share of true forces within one and two standard uncertainties.
-        place: (2,) the same of places, whose uncertainty is radial.
-        exact: Whether forces are exact to rounding.
+        stated: (2,) number of touches whose standard uncertainty and whose interval are wider than that.
+        force: (2,) share of their true forces within the standard uncertainty and within the interval; 1 for no touch.
+        place: (2,) share of places within one and two standard uncertainties, which are radial.
+        exact: Whether all forces are exact to rounding.
         ratio: Root mean square of the stated over that of the actual errors, of force and of place.
     """
 
     found: int
+    stated: tuple[int, int]
     force: tuple[float, float]
     place: tuple[float, float]
     exact: bool
@@ -213,7 +217,11 @@ def touch_errors(
     count: int = 300,
     wrench_noise: float = 0.1,
 ) -> FloatArray:
-    """Press ``count`` times; return (found, 5) error of the force and its uncertainty, of the place, and the force."""
+    """Press ``count`` times; return (found, 7) errors and uncertainties.
+
+    Columns: error of the force and its uncertainty [N], the same of the place [m], the force, and the lowest and
+    highest force of the interval [N].
+    """
     robot, map_ = skin_of(skin_name)
     sensor = EFFECTS[effect]
     random = np.random.default_rng(11)
@@ -234,8 +242,16 @@ def touch_errors(
             continue
         region = regions[0]
         away = float(np.linalg.norm(region.link_position - load.point))
-        rows.append((region.force - force, region.force_error, away, region.place_error, force))
-    return np.array(rows).reshape(-1, 5)
+        interval = region.force_interval
+        rows.append((region.force - force, region.force_error, away, region.place_error, force, *interval))
+    return np.array(rows).reshape(-1, 7)
+
+
+_EXACT = 1e-4
+
+
+def _share(within: BoolArray, among: BoolArray) -> float:
+    return float(within[among].mean()) if among.any() else 1.0
 
 
 def coverage(
@@ -249,10 +265,14 @@ def coverage(
     """Compare true and stated errors of ``count`` touches; see the module."""
     table = touch_errors(skin_name, model, effect, estimator, count=count)
     off, said, away, place = np.abs(table[:, 0]), table[:, 1], table[:, 2], table[:, 3]
-    slack = 1e-9 * table[:, 4]
+    force, low, high = table[:, 4], table[:, 5], table[:, 6]
+    slack = 1e-9 * force
+    stated = said > _EXACT * force, high - low > 2 * _EXACT * force
+    within = off <= said + slack, (low - slack <= force) & (force <= high + slack)
     return Coverage(
         len(table),
-        tuple(float((off <= k * said + slack).mean()) for k in (1, 2)),
+        (int(stated[0].sum()), int(stated[1].sum())),
+        (_share(within[0], stated[0]), _share(within[1], stated[1])),
         tuple(float((away <= k * place + 1e-9).mean()) for k in (1, 2)),
         bool((off <= slack).all()),
         (

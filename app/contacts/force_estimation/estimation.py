@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from app.contacts.centre_of_pressure import SensorUncertainty, taxel_positions
-from app.contacts.error_budget import INDEPENDENT, combine_parts, reading_variances
+from app.contacts.error_budget import INDEPENDENT, Widths, combine_parts, reading_variances
 from app.contacts.force_estimation.deconvolution import Deconvolution, nonnegative_least_squares, tikhonov
 from app.contacts.force_estimation.estimate import (
     AreaSum,
@@ -134,26 +134,29 @@ class _Known(NamedTuple):
         return regions is self.regions and pressures is self.pressures and errors is self.errors
 
 
-def _parts(region: ContactRegion, estimate: ForceEstimate, *, skin: bool) -> dict[str, float]:
+def _widths(reading: ContactReading, estimate: ForceEstimate, areas: FloatArray) -> dict[str, Widths]:
     """Return the parts of an estimate's uncertainty [N].
 
     What readings share is taken over from the sum over the region. An estimator's own error is at most about what it
     differs from that sum, since both find the total.
 
     Args:
-        region: Region with the sum over its taxels.
-        estimate: Estimate with the uncertainty that the readings' variances cause.
-        skin: Whether the estimate was made from the skin's readings.
+        reading: Region with the sum over its taxels, and the variances of its readings.
+        estimate: Estimate with the uncertainty that these variances cause.
+        areas: (k,) areas of the region's taxels [m²].
     """
-    if not skin:
-        return {"wrench": estimate.force_error}
-    own = {name: part for name, part in region.force_parts.items() if name in INDEPENDENT}
-    own = own or {"noise": estimate.force_error}
-    whole = math.hypot(*own.values())
+    region = reading.region
+    if reading.wrench is not None:
+        return {"wrench": Widths.normal(estimate.force_error)}
+    known = {name: Widths(part, region.force_limits.get(name, 2 * part)) for name, part in region.force_parts.items()}
+    own = {name: width for name, width in known.items() if name in INDEPENDENT}
+    variances = reading.variances_of(reading.pressures.take(region.taxels))
+    whole = math.sqrt(float(variances @ np.square(areas)))
     share = estimate.force_error / whole if whole > 0 else 0.0
-    parts = {name: part * share for name, part in own.items()}
-    shared = {name: part for name, part in region.force_parts.items() if name not in own}
-    return parts | shared | {"estimator": abs(estimate.force - region.force)}
+    scaled = {name: Widths(share * width.standard, share * width.limit) for name, width in own.items()}
+    scaled = scaled or {"noise": Widths.normal(estimate.force_error)}
+    difference = abs(estimate.force - region.force)
+    return known | scaled | {"estimator": Widths(difference, difference)}
 
 
 class RegionForceEstimator:
@@ -289,20 +292,21 @@ class RegionForceEstimator:
             if estimate.refused is None and estimate.force <= 0:
                 estimate = replace(estimate, refused=EstimateRefusal.PULL)
             if estimate.refused is None:
-                parts: Mapping[str, float] = _parts(reading.region, estimate, skin=reading.wrench is None)
+                widths = _widths(reading, estimate, areas.take(reading.region.taxels))
+                parts = {name: width.standard for name, width in widths.items()}
+                limits = {name: width.limit for name, width in widths.items()}
                 estimate = replace(estimate, force_error=combine_parts(parts))
+                region = replace(reading.region, force_parts=parts, force_limits=limits)
             else:
-                parts = reading.region.force_parts
-            found.append((self._as_estimated(reading.region, estimate, parts), estimate))
+                region = reading.region
+            found.append((self._as_estimated(region, estimate), estimate))
         found.sort(key=lambda pair: (-pair[0].force, pair[0].id))
         return tuple(region for region, _ in found), {region.id: estimate for region, estimate in found}
 
-    def _as_estimated(
-        self, region: ContactRegion, estimate: ForceEstimate, parts: Mapping[str, float]
-    ) -> ContactRegion:
+    def _as_estimated(self, region: ContactRegion, estimate: ForceEstimate) -> ContactRegion:
         if estimate.refused is not None:
             return region
-        region = replace(region, force=estimate.force, force_error=estimate.force_error, force_parts=parts)
+        region = replace(region, force=estimate.force, force_error=estimate.force_error)
         at = estimate.at
         if at is None or at == region.at:
             return region

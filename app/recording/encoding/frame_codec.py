@@ -129,6 +129,7 @@ class FrameText:
         measured: Its facts but the values, which are among the arrays; None where the skin is simulated.
         touched: Number of touched taxels by region; recordings of earlier versions do not store it.
         parts: Parts of the force's uncertainty [N] by region and name; only of regions that have any.
+        limits: The same parts for the interval of 95 % [N].
     """
 
     why_limited: tuple[Limit, ...]
@@ -140,6 +141,7 @@ class FrameText:
     measured: MeasuredText | None
     touched: Mapping[int, int] = field(default_factory=dict, metadata=LATER)
     parts: Mapping[int, Mapping[str, AnyFloat]] = field(default_factory=dict, metadata=LATER)
+    limits: Mapping[int, Mapping[str, AnyFloat]] = field(default_factory=dict, metadata=LATER)
 
 
 def _columns(record: np.dtype[Any]) -> list[str]:
@@ -186,6 +188,7 @@ def encode_frame(frame: Frame) -> bytes:
         _measured_text(frame.measured),
         {region.id: region.touched for region in regions if region.touched is not None},
         {region.id: region.force_parts for region in regions if region.force_parts},
+        {region.id: region.force_limits for region in regions if region.force_limits},
     )
     raw = _NO_RAW if frame.measured is None else frame.measured.raw
     words = dump_json(text)
@@ -436,6 +439,7 @@ class _FrameReader:
                 merged=text.merged.get(values["id"], ()),
                 touched=text.touched.get(values["id"]),
                 force_parts=text.parts.get(values["id"], {}),
+                force_limits=text.limits.get(values["id"], {}),
             )
             for values, at, taxels in zip(_fields(rows), places, groups, strict=True)
         )

@@ -13,7 +13,9 @@ from app.contacts.error_budget import (
     INDEPENDENT,
     Motion,
     Readings,
+    Uncertainty,
     combine_parts,
+    coverage_interval,
     propagate_uncertainty,
     reading_variances,
 )
@@ -40,9 +42,17 @@ TWO = Readings(np.ones(2), np.full(2, AREA), np.arange(2), np.arange(2))
 """1 N on each of two taxels."""
 
 
-def parts(readings: Readings = ONE, elapsed: float = 0.0, **effects) -> dict[str, float]:
+def budget(readings: Readings = ONE, elapsed: float = 0.0, **effects) -> Uncertainty:
     errors = replace(SensorUncertainty.of_sensor(SensorEffects(**effects)), elapsed=elapsed)
-    return dict(propagate_uncertainty(errors, readings, np.zeros(len(readings.forces))).parts)
+    return propagate_uncertainty(errors, readings, np.zeros(len(readings.forces)))
+
+
+def parts(readings: Readings = ONE, elapsed: float = 0.0, **effects) -> dict[str, float]:
+    return dict(budget(readings, elapsed, **effects).parts)
+
+
+def limits(readings: Readings = ONE, **effects) -> dict[str, float]:
+    return dict(budget(readings, **effects).limits)
 
 
 def test_force_of_a_perfect_sensor_is_exact_and_its_place_within_a_taxel():
@@ -74,30 +84,81 @@ def test_force_error_is_the_root_of_the_squared_parts():
     ({"noise": Noise(300.0)}, {"noise": 300 * AREA * math.sqrt(3)}),
     ({"offset_drift": OffsetDrift(30.0, 20.0)}, {"offset_drift": 50 * AREA * math.sqrt(3)}),
     ({"gain_spread": GainSpread(0.2)}, {"gain_spread": 0.2}),
-    ({"quantisation": Quantisation(120.0)}, {"quantisation": 120 / math.sqrt(12) * AREA}),
-    ({"hysteresis": Hysteresis(0.3)}, {"hysteresis": 0.15 * math.exp(-0.18) / (1 - 0.3 * math.exp(-0.18))}),
-    ({"area_averaging": AreaAveraging(0.001)}, {"area_averaging": 1.3}),
+    ({"quantisation": Quantisation(120.0)}, {"quantisation": 1.18 * 120 / math.sqrt(12) * AREA}),
+    ({"hysteresis": Hysteresis(0.3)}, {"hysteresis": 0.39 * 0.3 / (1 - 0.39 * 0.3)}),
+    ({"area_averaging": AreaAveraging(0.001)}, {"area_averaging": 0.75}),
     ({"dead_taxels": DeadTaxels(0.1)}, {"dead_taxels": math.sqrt(0.1 + 0.01)}),
     ({"dead_taxels": DeadTaxels(0.0, 0.04, 1e4)}, {"dead_taxels": 0.2 * math.sqrt(1 + 3)}),
-    ({"saturation": Saturation(1e4)}, {"saturation": 2 * AREA * 1e4}),
+    ({"saturation": Saturation(1e4)}, {"saturation": 1.16 * AREA * 1e4}),
     ({"saturation": Saturation(2e4)}, {"saturation": 0.0}),
 ])  # fmt: skip
 def test_each_effect_has_its_part(effects, expected):
     assert parts(elapsed=4.0, **effects) == pytest.approx(expected)
 
 
-@pytest.mark.parametrize(("model", "share"), [("water-fill", 0.0), ("foundation", 0.023), ("depth", math.inf)])
+@pytest.mark.parametrize(("effects", "expected"), [
+    ({"noise": Noise(300.0)}, {"noise": 600 * AREA * math.sqrt(3)}),
+    ({"quantisation": Quantisation(120.0)}, {"quantisation": 1.645 * 120 / math.sqrt(12) * AREA}),
+    ({"hysteresis": Hysteresis(0.3)}, {"hysteresis": 0.88 * 0.3 / (1 - 0.88 * 0.3)}),
+    ({"area_averaging": AreaAveraging(0.001)}, {"area_averaging": 4.4}),
+    ({"saturation": Saturation(1e4)}, {"saturation": 2.57 * AREA * 1e4}),
+])  # fmt: skip
+def test_interval_has_its_own_width_of_each_effect(effects, expected):
+    assert limits(**effects) == pytest.approx(expected)
+
+
+def test_sum_of_evenly_distributed_errors_is_nearly_normal():
+    sd = 120 / math.sqrt(12) * AREA * math.sqrt(2)
+    found = budget(TWO, quantisation=Quantisation(120.0))
+    assert found.parts["quantisation"] == pytest.approx(1.064 * sd, rel=1e-3)
+    assert found.limits["quantisation"] == pytest.approx(1.933 * sd, rel=1e-3)
+
+
+def test_losses_do_not_lower_the_interval():
+    limits = {"noise": 0.3, "saturation": 2.0, "ring": 0.1}
+    low, high = coverage_interval(1.0, limits)
+    assert low == pytest.approx(0.7)
+    assert high == pytest.approx(1.0 + combine_parts(limits))
+    assert coverage_interval(1.0, {"noise": 3.0}) == pytest.approx((0.0, 4.0)), "contact cannot pull"
+    assert coverage_interval(1.0, {"contact_model": math.inf}) == (0.0, math.inf)
+
+
+def test_tails_beyond_the_ring_widen_forces_of_taxels_below_the_surface():
+    """Pi R² = 3 AREA is 6 depths of 2 mm squared."""
+    deep = SensorUncertainty(depth=0.002)
+    found = propagate_uncertainty(deep, ONE, np.zeros(3))
+    tail = (1 + 3 * AREA / math.pi / 0.002**2) ** -1.5
+    assert found.parts == pytest.approx({"ring": 0.5 * tail**2 / 0.01})
+    assert found.limits == pytest.approx({"ring": tail**2 / 0.01})
+    coarse = replace(SensorUncertainty.of_sensor(SensorEffects(quantisation=Quantisation(1e4))), depth=0.002)
+    dark = 0.32 * 2 * 0.002 * math.sqrt(AREA) * 1e4
+    rounded = propagate_uncertainty(coarse, ONE, np.zeros(3))
+    assert rounded.parts["ring"] == pytest.approx(math.hypot(0.5 * tail**2 / 0.01, dark))
+    assert rounded.limits["ring"] == pytest.approx(math.hypot(tail**2 / 0.01, 2 * dark))
+    unfelt = replace(SensorUncertainty.of_sensor(SensorEffects(threshold=Threshold(100.0))), depth=0.002)
+    more = (
+        propagate_uncertainty(unfelt, ONE, np.zeros(3)).parts["threshold"]
+        - parts(threshold=Threshold(100.0))["threshold"]
+    )
+    assert more == pytest.approx(0.01 * dark)
+
+
+@pytest.mark.parametrize(("model", "share"), [("water-fill", 0.0), ("foundation", 0.019), ("depth", math.inf)])
 def test_contact_model_may_not_conserve_force(model, share):
     found = propagate_uncertainty(SensorUncertainty.of_sensor(SensorEffects(), model=model), TWO, np.zeros(2))
     assert found.parts.get("contact_model", 0.0) == found.force == 2 * share
+    assert found.limits.get("contact_model", 0.0) == pytest.approx(2.3 * 2 * share)
 
 
 def test_threshold_loses_the_rim_but_no_more_than_the_dark_taxels():
     lost = 2 * math.pi * math.pi**-0.75 * math.sqrt(100 / 1e4)
-    assert parts(threshold=Threshold(100.0))["threshold"] == pytest.approx(
-        100 * AREA * math.sqrt(lost**2 / 9 + lost / 5)
+    assert parts(threshold=Threshold(100.0))["threshold"] == pytest.approx(100 * AREA * 0.41 * lost)
+    assert limits(threshold=Threshold(100.0))["threshold"] == pytest.approx(
+        100 * AREA * 2 * math.sqrt(lost**2 / 9 + lost / 5)
     )
-    assert parts(threshold=Threshold(9e3))["threshold"] == pytest.approx(9e3 * AREA * math.sqrt(4 / 9 + 2 / 5))
+    assert parts(threshold=Threshold(9e3))["threshold"] == pytest.approx(9e3 * AREA * 0.41 * 0.015 / math.sqrt(AREA))
+    two = ONE._replace(areas=np.full(3, AREA / 9))
+    assert parts(two, threshold=Threshold(8e4))["threshold"] == pytest.approx(8e4 * AREA / 9 * 0.41 * 2)
     assert parts(TWO, threshold=Threshold(100.0))["threshold"] == 0, "no dark taxel, nothing lost"
 
 
@@ -109,18 +170,24 @@ def test_what_a_threshold_darkens_has_no_noise():
 
 
 def test_converter_is_uncertain_where_nothing_presses_only_if_noise_reaches_it():
-    alone = parts(quantisation=Quantisation(120.0))["quantisation"]
+    one = 120 / math.sqrt(12) * AREA
+    assert parts(quantisation=Quantisation(120.0))["quantisation"] == pytest.approx(1.18 * one)
     assert parts(quantisation=Quantisation(120.0), noise=Noise(100.0))["quantisation"] == pytest.approx(
-        alone * math.sqrt(3)
+        (1 + 0.18 * 3**-1.5) * one * math.sqrt(3)
     )
 
 
 def test_force_in_the_ring_leaks_and_hints_at_force_beyond():
     readings = Readings(np.array([0.9, 0.1]), np.full(2, AREA), np.arange(2), np.array([0]))
-    assert parts(readings) == pytest.approx({"ring": 0.001})
+    assert parts(readings) == {"ring": 0.0}
+    assert limits(readings) == pytest.approx({"ring": 0.001})
     own = 0.1 - 0.05 / 0.95 * 0.9
-    expected = {"crosstalk": 0.27 * 0.05 * own, "ring": own**3}
-    assert parts(readings, crosstalk=Crosstalk(0.05)) == pytest.approx(expected)
+    assert parts(readings, crosstalk=Crosstalk(0.05)) == pytest.approx({"crosstalk": 0.56 * 0.05 * own, "ring": 0.0})
+    expected = {"crosstalk": 0.592 * 0.05 * own, "ring": own**3}
+    assert limits(readings, crosstalk=Crosstalk(0.05)) == pytest.approx(expected)
+    deep = replace(SensorUncertainty.of_sensor(SensorEffects(crosstalk=Crosstalk(0.05))), depth=1e-5)
+    tailed = propagate_uncertainty(deep, readings, np.zeros(2))
+    assert tailed.parts["crosstalk"] == pytest.approx(0.52 * 0.05 * own)
 
 
 def test_coarse_pad_alone_is_more_uncertain():
@@ -139,8 +206,8 @@ def test_pad_reads_a_point_in_full_or_not_at_all():
 
 def test_force_that_several_taxels_give_to_the_ring_is_known_to_a_tenth():
     given = 0.1 / 0.9 * 2
-    assert parts(TWO, crosstalk=Crosstalk(0.1)) == pytest.approx({"crosstalk": 0.27 * 0.1 * 0.1 * given})
-    assert parts(ONE, crosstalk=Crosstalk(0.1)) == {"crosstalk": 0.0}, "one taxel gives all of it to the ring"
+    assert limits(TWO, crosstalk=Crosstalk(0.1)) == pytest.approx({"crosstalk": 0.412 * 0.1 * 0.1 * given})
+    assert limits(ONE, crosstalk=Crosstalk(0.1)) == {"crosstalk": 0.0}, "one taxel gives all of it to the ring"
 
 
 def test_wide_contact_is_placed_and_sampled_better_than_a_lump():
@@ -160,8 +227,7 @@ def test_pads_sample_a_wide_contact_better_than_a_lump():
     expected = 2 * math.hypot(0.29 * 2**-1.25 * filtered, displaced / 2)
     assert parts(TWO, **pads)["area_averaging"] == pytest.approx(expected)
     nearly_two = Readings(np.array([1.0, 0.5]), np.full(2, AREA), np.arange(2), np.arange(2))
-    expected = 1.5 * 0.5 * (1 - math.pi * 0.04)
-    assert parts(nearly_two, **pads)["area_averaging"] == pytest.approx(expected)
+    assert limits(nearly_two, **pads)["area_averaging"] == pytest.approx(1.5 * (1 - math.pi * 0.04))
 
 
 def test_displaced_pads_are_less_certain_in_force_and_place():
@@ -175,31 +241,35 @@ def test_displaced_pads_are_less_certain_in_force_and_place():
     assert found.force == pytest.approx(expected)
 
 
-@pytest.mark.parametrize(("readings", "force"), [(ONE, 0.5), (TWO, 2 * 0.08 * 19)])
-def test_pads_below_the_surface_read_what_is_between_them_by_its_tails(readings, force):
+@pytest.mark.parametrize(("readings", "standard", "limit"), [
+    (ONE, 0.363, 1.0), (TWO, 2 * 0.00117 * 19**2, 2 * 0.16 * 19),
+])  # fmt: skip
+def test_pads_below_the_surface_read_what_is_between_them_by_its_tails(readings, standard, limit):
     """Pads of 1 mm on taxels of 1 cm² that are 2 mm below the surface: a / d² is 25."""
     pads = SensorUncertainty.of_sensor(SensorEffects(area_averaging=AreaAveraging(0.001)))
     deep = propagate_uncertainty(replace(pads, depth=0.002), readings, np.zeros(len(readings.forces)))
-    assert deep.force == pytest.approx(force)
+    assert deep.parts["area_averaging"] == pytest.approx(standard, rel=1e-3)
+    assert deep.limits["area_averaging"] == pytest.approx(limit)
     count = len(readings.inside)
     assert deep.place**2 == pytest.approx(AREA * max(0.125 * count**-2, 0.22 * math.exp(-0.75 * count)))
     deeper = propagate_uncertainty(replace(pads, depth=0.001), ONE, np.zeros(3))
-    assert deeper.force == pytest.approx(0.03 * 85)
+    assert deeper.parts["area_averaging"] == pytest.approx(0.75)
+    assert deeper.limits["area_averaging"] == pytest.approx(0.066 * 85)
 
 
 def test_errors_of_the_same_sign_add_up_in_part():
     assert combine_parts({"noise": 3.0, "hysteresis": 4.0}) == pytest.approx(5.0)
     found = combine_parts({"noise": 3.0, "hysteresis": 4.0, "contact_model": 2.0})
-    assert found**2 == pytest.approx(9 + 16 + 4 + 2 * 0.6 * 8)
+    assert found**2 == pytest.approx(9 + 16 + 4 + 2 * 0.8 * 8)
     assert combine_parts({"hysteresis": 4.0, "contact_model": math.inf}) == math.inf
 
 
-@pytest.mark.parametrize(("model", "share"), [("water-fill", 0.25), ("point", 1.0)])
+@pytest.mark.parametrize(("model", "share"), [("water-fill", 0.25 * math.sqrt(3) / math.pi * 4), ("point", 1.4)])
 def test_taxel_wider_than_the_contact_loses_less_to_saturation(model, share):
     area = math.pi / 2 * 0.016**2
     wide = Readings(np.array([1e4 * area]), np.array([area]), np.arange(1), np.arange(1))
     errors = SensorUncertainty.of_sensor(SensorEffects(saturation=Saturation(1e4)), model=model)
-    assert propagate_uncertainty(errors, wide, np.zeros(1)).force == pytest.approx(2 * area * 1e4 * share)
+    assert propagate_uncertainty(errors, wide, np.zeros(1)).force == pytest.approx(1.16 * area * 1e4 * share)
 
 
 def test_turning_force_is_as_uncertain_as_it_was_fast():

@@ -119,7 +119,8 @@ def test_force_from_pads_below_the_surface_is_less_certain():
         sense.set_sensor_model(pads, model=model)
         found.append(sense.read(tick, 0.01 * tick, HOME, PRESSED)[0])
     surface, deep = found
-    assert deep.force_error > 3 * surface.force_error
+    widths = [region.force_interval[1] - region.force for region in (surface, deep)]
+    assert widths[1] > 3 * widths[0]
     assert deep.place_error > surface.place_error
 
 

@@ -386,7 +386,16 @@ def uncertainty_text(region: ContactRegion, units: ReadingUnits) -> str:
         for name, part in parts[:_SHOWN_PARTS]
         if part > 0
     ]
-    return f"Uncertainty of the force mostly from {titles[parts[0][0]]}:\n{', '.join(listed)}"
+    return (
+        f"Uncertainty of the force mostly from {titles[parts[0][0]]}:\n{', '.join(listed)}\n{_interval(region, units)}"
+    )
+
+
+def _interval(region: ContactRegion, units: ReadingUnits) -> str:
+    low, high = region.force_interval
+    if math.isinf(high):
+        return f"With a probability of 95 % at least {units.force_words(low, 2)}" if low > 0 else "No upper limit"
+    return f"With a probability of 95 % between {low:.2f} and {units.force_words(high, 2)}"
 
 
 class ContactsPanel(Panel):

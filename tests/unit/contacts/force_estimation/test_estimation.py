@@ -96,6 +96,8 @@ def test_uncertainty_of_an_estimate_has_the_parts_of_the_sensor_and_its_own(name
     (got,), estimates = RegionForceEstimator(MAP, estimator=name, depth=DEPTH).read(regions, pressures, errors)
     parts, before = got.force_parts, regions[0].force_parts
     assert parts["hysteresis"] == before["hysteresis"] > 0
+    assert got.force_limits["hysteresis"] == regions[0].force_limits["hysteresis"] > 2.2 * parts["hysteresis"]
+    assert got.force_limits["estimator"] == parts["estimator"]
     assert parts["estimator"] == pytest.approx(abs(got.force - regions[0].force))
     assert parts["noise"] / parts["gain_spread"] == pytest.approx(before["noise"] / before["gain_spread"])
     assert parts["noise"] > before["noise"], "undoing the blur amplifies noise"
@@ -110,6 +112,7 @@ def test_force_torque_sensor_has_none_of_the_parts_of_the_skin():
     estimator = RegionForceEstimator(MAP, estimator="lumped", wrench_noise=0.2)
     (got,), _ = estimator.read(regions, pressures, errors, wrench_of(load))
     assert (got.force_error, got.force_parts) == (0.2, {"wrench": 0.2})
+    assert got.force_interval == pytest.approx((got.force - 0.4, got.force + 0.4))
 
 
 def test_what_a_slow_skin_holds_is_estimated_once():

@@ -191,7 +191,10 @@ def test_readings_and_commands_may_be_no_numbers(touched, prepared):
 
 
 def test_all_of_a_region_and_a_finger_is_in_the_bytes():
-    elsewhere = {ContactRegion: {"taxels", "link", "merged", "touched", "force_parts"}, PokeState: set()}
+    elsewhere = {
+        ContactRegion: {"taxels", "link", "merged", "touched", "force_parts", "force_limits"},
+        PokeState: set(),
+    }
     for kind, record in ((ContactRegion, REGION), (PokeState, POKE)):
         names = {name.partition(".")[0] for name in record.names} - {"taxels"}
         assert names == {field.name for field in fields(kind)} - elsewhere[kind], kind
@@ -204,7 +207,8 @@ def test_a_torn_region_stays_torn(touched, prepared):
 
 def test_all_that_is_known_of_a_region_reads_back(touched, prepared):
     region = replace(touched.regions[0], partner=7, split_from=3, merged=(4, 5), place_error=1 / 3,
-                     force_parts={"noise": 0.1, "ring": 1 / 3, "contact_model": float("inf")})  # fmt: skip
+                     force_parts={"noise": 0.1, "ring": 1 / 3, "contact_model": float("inf")},
+                     force_limits={"noise": 0.2, "ring": 2 / 3, "contact_model": float("inf")})  # fmt: skip
     assert region.link_axes.any()
     assert region.mean > 0
     (again,) = decode_frame(encode_frame(replace(touched, regions=(region,))), prepared).regions

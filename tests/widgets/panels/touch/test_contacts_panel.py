@@ -178,12 +178,16 @@ def test_the_panel_tells_how_well_and_greys_what_is_refused(panel, prepared):
 def test_largest_part_of_the_uncertainty_is_named(panel, prepared):
     frame, facts = touched(prepared.map, (30,)), panel.findChild(QLabel, "contacts-facts")
     parts = {"noise": 0.1, "hysteresis": 0.35, "ring": 0.2, "gain_spread": 0.0}
-    region = replace(frame.regions[0], force_error=0.42, force_parts=parts)
+    limits = {"noise": 0.2, "hysteresis": 0.7, "ring": 0.4, "gain_spread": 0.0}
+    region = replace(frame.regions[0], force_error=0.42, force_parts=parts, force_limits=limits)
+    low, high = region.force_interval
+    assert region.force - low < high - region.force
     panel.show_frame(replace(frame, regions=(region,)))
     assert facts.text().startswith(f"{region.force:.2f} ± 0.42")
     assert facts.toolTip().startswith(
         "Uncertainty of the force mostly from hysteresis:\n"
-        "hysteresis 0.35\u202fN, force outside the ring 0.20\u202fN, noise 0.10\u202fN\n\nOf the selected contact"
+        "hysteresis 0.35\u202fN, force outside the ring 0.20\u202fN, noise 0.10\u202fN\n"
+        f"With a probability of 95 % between {low:.2f} and {high:.2f}\u202fN\n\nOf the selected contact"
     )
     panel.show_frame(frame)
     assert facts.toolTip().startswith("Of the selected contact"), "recordings may not store the parts"
@@ -205,6 +209,7 @@ def test_sum_of_depths_is_shown_without_an_accuracy(panel, prepared):
     panel.show_frame(replace(frame, regions=(region,)))
     assert facts.text().startswith(f"{region.force:.2f}\u202fN of unknown accuracy, centre")
     assert "contact model ∞, noise 0.10" in facts.toolTip()
+    assert "No upper limit" in facts.toolTip()
 
 
 def test_what_cannot_be_observed_is_said_quietly(panel):
