@@ -19,7 +19,7 @@ contact model is half-space, and the area A of all taxels, the half-widths of th
                                          share r: what the ring's own force r gives beyond it
     threshold                            0.41 m at a and 2 (m² / 9 + m / 5)^½ at a, for m dark taxels of the rim
     saturation                           0.88 + 0.28 n_s and 2.3 + 0.27 n_s times at A_s
-    dead taxels                          1 and 2 times the sum of the deviations of their estimated forces
+    dead taxels                          1 and 4.5 times the sum of the deviations of their estimated forces
                                          (``filled_readings``); where broken taxels are unknown
                                          (dead sum f_i² + dead² F²)^½, for stuck ones with their own force
     sampling, time averaging             1 and 2 lag |dF / dt|, the largest of the last samples
@@ -115,6 +115,7 @@ from typing import NamedTuple
 import numpy as np
 
 from app.contacts.centre_of_pressure import SensorUncertainty
+from app.contacts.filled_readings import LIMIT
 from app.core.arrays import FloatArray, IntArray, dot
 from app.tactile.half_space_stress import TAIL_SHARE
 from app.tactile.sensor_effects import DeadTaxels
@@ -401,7 +402,7 @@ def _add_systematic(
     if readings.estimated is not None:
         broken = float(readings.estimated.sum())  # neighbouring estimates err together
         if broken > 0:
-            widths["dead_taxels"] = Widths.normal(broken)
+            widths["dead_taxels"] = Widths(broken, LIMIT * broken)
         place += dot(readings.estimated**2, squared)
     elif effects.dead_taxels is not None:
         widths["dead_taxels"] = Widths.normal(_broken(effects.dead_taxels, total, dot(forces, forces), areas))

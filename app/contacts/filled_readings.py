@@ -26,9 +26,11 @@ from app.tactile.contact_notes import ContactNote, ContactNoteKind
 
 LEAST_NEIGHBOURS = 2
 """Number of working neighbours from which on a broken taxel is estimated."""
-_UNCERTAINTY = 0.4
-"""Standard uncertainty of an estimate as a share of the largest pressure of its neighbours. With it about 95 % of
-contacts are within twice the stated uncertainty (balls of 4 to 20 mm, 2 to 20 % broken taxels)."""
+_UNCERTAINTY = 0.22
+"""Standard uncertainty of an estimate as a share of the largest pressure of its neighbours: 68 % of contacts that reach
+a broken taxel are within it (balls of 4 to 20 mm, 2 to 20 % broken taxels)."""
+LIMIT = 4.5
+"""Width of the interval that holds 95 % of these contacts, in standard uncertainties."""
 _NOTICED = 0.1
 """Share of the threshold from which a reading of a neighbour counts."""
 _DEVIATIONS = 6.0

@@ -104,6 +104,7 @@ STATED = {
     ("foundation", "hysteresis"): ((0.60, 0.73), (0.92, 0.985)),
     ("foundation", "saturation"): ((0.63, 0.76), INTERVAL),
     ("foundation", "all"): ((0.63, 0.82), (0.92, 0.985)),
+    ("half-space", "all"): ((0.63, 0.76), INTERVAL),
     ("punch", "all"): ((0.63, 0.82), INTERVAL),
     ("water-fill", "all"): ((0.63, 0.82), INTERVAL),
     ("point", "saturation"): (STANDARD, (0.92, 1.0)),
@@ -111,8 +112,8 @@ STATED = {
     ("water-fill", "none"): (STANDARD, (1.0, 1.0)),
     ("punch", "none"): (STANDARD, (1.0, 1.0)),
     ("half-space", "none"): (STANDARD, (0.92, 0.985)),
-    **{(model, "dead taxels"): ((0.63, 0.86), INTERVAL) for model in SPREADING},
-    ("point", "dead taxels"): ((0.99, 1.0), (0.99, 1.0)),
+    **{(model, "dead taxels"): ((0.63, 0.81), INTERVAL) for model in SPREADING},
+    ("point", "dead taxels"): ((0.63, 1.0), (0.92, 1.0)),
 }
 """Bounds where the goal is not met; the guide states the reasons."""
 
@@ -135,7 +136,7 @@ def test_every_effect_is_covered_with_every_estimator(estimator, effect):
     if effect in ("none", "crosstalk", "saturation", "dead taxels"):
         assert found.force[1] >= 0.95, "the difference of the two forces bounds the error"
     else:
-        assert_forces_are_covered(found)
+        assert_forces_are_covered(found, *STATED.get(("half-space", effect), (STANDARD, INTERVAL)))
 
 
 @pytest.mark.long
