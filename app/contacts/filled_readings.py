@@ -136,8 +136,7 @@ class TaxelFill:
 
     def _sum(self, values: FloatArray | BoolArray) -> FloatArray:
         """Return the sum over the working neighbours of each hole, from ``values`` of all neighbours."""
-        sums: FloatArray = np.bincount(self._hole_of, values, len(self._holes)).astype(np.float64)
-        return sums
+        return np.bincount(self._hole_of, values, len(self._holes)).astype(np.float64)
 
     def _blind_areas(self, blind: BoolArray, pairs: IntArray) -> tuple[BlindArea, ...]:
         """Return connected areas of ``blind`` (taxels,), from ``pairs`` (m, 2) of broken taxels and neighbours."""

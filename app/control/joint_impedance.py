@@ -193,7 +193,7 @@ def within_effort(
 
 
 class PostureReference:
-    """The wanted posture. Mutable; ``reset`` forgets it, and the next posture found is where it starts.
+    """Target posture of the joints. Mutable; ``reset`` forgets it, and the next posture found is where it starts.
 
     Args:
         robot: Whose joints; it may have none.

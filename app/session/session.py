@@ -292,7 +292,7 @@ class Session:
             raise SimulationError("there is no such speed", value=speed, remedy="Give rad/s above 0, or None")
 
     def _check_free(self, posture: tuple[float, ...]) -> None:
-        """Nothing touches the robot, neither as it stands nor in ``posture``."""
+        """Raise an error if anything touches the robot, in its current posture or in ``posture``."""
         remedy = "Let it move there instead: play, and set the posture again"
         if self._simulation.pokes:
             raise SimulationError("a finger presses the robot, which cannot be placed elsewhere then", remedy=remedy)

@@ -98,7 +98,7 @@ class LivePlots(QWidget):
     time_clicked = Signal(float)
     """What began at this time [s] was clicked."""
     enlarged_changed = Signal(bool)
-    """One plot fills the board and needs more height, or no longer."""
+    """Emitted with True when one plot fills the board and needs more height, with False when it no longer does."""
 
     def __init__(self, theme: Theme, parent: QWidget | None = None) -> None:
         super().__init__(parent)
