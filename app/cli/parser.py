@@ -10,7 +10,6 @@ import sys
 from collections.abc import Callable, Mapping
 from functools import partial
 from importlib.metadata import version
-from pathlib import Path
 from typing import Any
 
 from app.cli.output import write_error, write_output
@@ -523,17 +522,6 @@ def _robot_options(parser: argparse.ArgumentParser) -> None:
         metavar="DIR",
         help="folder with ROS packages or meshes that a robot file names; may be repeated",
     )
-
-
-def home_of(arguments: argparse.Namespace) -> Mapping[str, float]:
-    """Return the joint positions of ``--home`` by joint name [rad, m]."""
-    found: Mapping[str, float] = getattr(arguments, "home", {})
-    return found
-
-
-def package_roots(arguments: argparse.Namespace) -> tuple[str, ...]:
-    """The folders of ``--package-root``, as absolute paths."""
-    return tuple(str(Path(root).absolute()) for root in getattr(arguments, "package_root", None) or ())
 
 
 def _folder(text: str) -> str:

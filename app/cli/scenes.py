@@ -6,7 +6,7 @@ import argparse
 import os
 from dataclasses import replace
 
-from app.cli.parser import home_of, package_roots
+from app.cli.robot_options import home_of, package_roots
 from app.cli.unused_options import refuse_with_input
 from app.core.errors import SkinError, UsageError
 from app.scene.scene import Scene, with_package_roots

@@ -10,7 +10,7 @@ from typing import Any, cast
 
 from app.cli.output import print_fields, print_json, print_line, progress_line
 from app.cli.outputs import check_outputs_in
-from app.cli.parser import package_roots
+from app.cli.robot_options import package_roots
 from app.cli.scenes import with_home
 from app.cli.unused_options import refuse_with_input
 from app.control.command import CHOICES, ControlSettings, TaskName

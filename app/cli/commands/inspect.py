@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from app.cli.output import plain_text, print_fields, print_json, print_line, progress_line
-from app.cli.parser import home_of, package_roots
+from app.cli.robot_options import home_of, package_roots
 from app.cli.unused_options import refuse_with_input
 from app.core.errors import Finding, RecordingError, TactileMapsError, UsageError
 from app.core.plugins import Plugin, Registry, unknown_kinds

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from app.cli.output import print_fields, print_json, print_line, progress_line
-from app.cli.parser import home_of, package_roots
+from app.cli.robot_options import home_of, package_roots
 from app.cli.unused_options import PLACEMENT, refuse_with_input
 from app.core.arrays import FloatArray
 from app.core.errors import Finding, MapError, RecordingError, UsageError

@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 
 from app.cli.output import print_fields, print_json, progress_line
-from app.cli.parser import package_roots
+from app.cli.robot_options import package_roots
 from app.cli.scenes import with_home
 from app.core.errors import UsageError, did_you_mean
 from app.scene.effects import EFFECTS

@@ -8,7 +8,8 @@ import json
 import pytest
 
 from app.__main__ import main
-from app.cli.parser import build_parser, home_of
+from app.cli.parser import build_parser
+from app.cli.robot_options import home_of
 from app.cli.scenes import scene_from_arguments
 from app.session.prepare import load_robot_of
 
