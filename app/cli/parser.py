@@ -350,7 +350,7 @@ def _add_study(commands: argparse._SubParsersAction) -> None:  # type: ignore[ty
 
 
 def _output(parser: argparse.ArgumentParser, *names: str, folder: str = "", **options: Any) -> None:
-    """Add an option that names a file to write; ``app.cli.outputs`` checks it before the command starts.
+    """Add an option that names a file to write; ``app.cli.outputs`` checks it first.
 
     Args:
         parser: The command's parser.

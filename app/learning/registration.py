@@ -1,7 +1,7 @@
 """The names under which Gymnasium makes our environments.
 
-``gymnasium.make("app.learning:TactileMaps-Follow-v0")`` imports this package by itself; Gymnasium has read no entry
-points of installed packages since 1.0.
+``gymnasium.make("app.learning:TactileMaps-Follow-v0")`` imports this package by itself; Gymnasium has read
+no entry points of installed packages since 1.0.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""A sender of packets, for trying a receiver out and as an example of how to write one: ``python -m app.live.send``.
+"""Example sender of packets, to try a receiver: ``python -m app.live.send``.
 
 It plays a file of readings, or makes some up: one contact that wanders over so many taxels.
 """

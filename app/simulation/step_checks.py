@@ -25,7 +25,7 @@ from app.tactile.contact_notes import ContactNote, ContactNoteKind
 
 
 class ImpedanceCommand(Protocol):
-    """What the joints are asked for; ``app.control.command.JointCommand`` is one. (This folder knows no control.)"""
+    """Commanded joint motion, such as ``app.control.command.JointCommand``, which this folder does not import."""
 
     @property
     def posture(self) -> FloatArray:

@@ -104,7 +104,7 @@ class SensorEffect(Protocol):
 class AreaAveraging:
     """The taxel reads the mean pressure over a disc around it; what presses between the pads is not felt.
 
-    A receptive field rather than a stage: it is built into the contact model (``app.tactile.receptive_field``).
+    A receptive field, not a stage: the contact model applies it (``app.tactile.receptive_field``).
 
     Attributes:
         radius: Of the pad [m], 0.1 to 50 mm; ROBOSKIN has 1.9 mm.

@@ -1,4 +1,4 @@
-"""The map document as the stages of ``app.studies`` see it, and the edit that puts one of their settings in force."""
+"""Settings of ``app.studies`` stages read from a map document, and the edit that applies one."""
 
 from __future__ import annotations
 

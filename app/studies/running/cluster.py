@@ -1,7 +1,8 @@
 """Cases measured by the workers of a Dask cluster: machines that come and go while the run goes on.
 
 Only a case travels to a worker (some hundred bytes) and only its rows back: robot, skin and map are made there, from
-the case, and kept on that machine (``app.session.prepared_cache``). A worker that dies has its cases measured by
+the case, and kept on that machine (``app.session.prepared_cache``).
+A worker that dies has its cases measured by
 another; one that joins late takes its share. Each answer says which program measured it: a worker with another version
 of it ends the run by name, as its rows would be of another study.
 """

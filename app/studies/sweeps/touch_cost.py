@@ -1,7 +1,8 @@
 """What does accuracy cost in touch: which contact model, for how many taxels and how small a contact?
 
-Models of ``app.tactile`` are given force, centre of pressure and the ball. The contact models that the physics runs
-itself (foundation, depth) are given nothing: for them a ball is held where it presses, in a simulation of nothing else.
+Models of ``app.tactile`` are given force, centre of pressure and the ball. The contact models that the physics
+runs itself (foundation, depth) are given nothing: for them a ball is held where it presses, in a simulation of
+nothing else.
 """
 
 from __future__ import annotations
