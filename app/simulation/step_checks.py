@@ -25,7 +25,7 @@ from app.tactile.contact_notes import ContactNote, ContactNoteKind
 
 
 class ImpedanceCommand(Protocol):
-    """Commanded joint motion, such as ``app.control.command.JointCommand``, which this folder does not import."""
+    """Commanded joint motion, such as ``app.control.command.JointCommand`` (not imported here)."""
 
     @property
     def posture(self) -> FloatArray:

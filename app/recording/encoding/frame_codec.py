@@ -1,6 +1,7 @@
 """Frames as bytes, exact to the last bit; read without trust.
 
-Numbers that every frame has are binary, by the constants here; the rest, ``FrameText``, is JSON (``app.core.codec``).
+Numbers that every frame has are binary, by the constants here; the rest, ``FrameText``, is JSON by
+``app.core.codec``.
 A message is one field of bytes in Protobuf, see ``frame_schema``. The bytes are little-endian, without padding:
 ``HEADER``, ``ARRAYS``, a ``POKE`` for each finger, a ``REGION`` for each contact region, the regions' taxel numbers one
 region after the other (int32), and the JSON. ``FRAME_LAYOUT`` says the same, and is in the file.

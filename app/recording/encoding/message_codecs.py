@@ -1,7 +1,7 @@
 """Inputs, contact events, marks and failures as JSON messages, readable by all that reads MCAP; the list of topics.
 
-Each message is one of the dataclasses here. ``app.core.codec`` writes them, reads them strictly and makes their
-schemas. Frames have a codec of their own, ``frame_codec``.
+Each message is one of the dataclasses here. ``app.core.codec`` writes them, reads them strictly and makes
+their schemas. Frames have a codec of their own, ``frame_codec``.
 """
 
 from __future__ import annotations

@@ -85,7 +85,7 @@ def install(folder, name, entry_points):
 
 def test_nothing_is_imported_until_a_name_that_is_not_built_in_is_asked_for(tmp_path, monkeypatch):
     install(tmp_path, "lazy", "[tactile_maps.map_methods]\nlazily = lazily_imported:METHOD\n")
-    source = "from app.flattening.methods import Method\nMETHOD = Method('lazily', 'nothing', lambda disk, lengths: ())"
+    source = "from app.flattening.methods import Method\nMETHOD = Method('lazily', 'none', lambda *_: ())"
     (tmp_path / "lazily_imported.py").write_text(source)
     monkeypatch.syspath_prepend(str(tmp_path))
     assert find_method("tutte").title
