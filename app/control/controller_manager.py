@@ -1,8 +1,7 @@
 """The controller manager a session asks: it runs the selected controller, with settings that may change at any time.
 
-Controllers change without a jump. Monitors of force and speed stop every controller that has none of its own. Gains are
-held to what skin, arm and contact can hold (``force_loop``),
-and what they cannot is said.
+Controllers change without a jump. One safety monitor stops every controller. Gains are held to what skin, arm and
+contact can hold (``force_loop``), and what they cannot is said.
 """
 
 from __future__ import annotations
@@ -215,30 +214,30 @@ class ControllerManager:
         readable: bool,
         mismatch: WrenchMismatch | None,
     ) -> bool:
-        """Return True if force or speed stop a controller that does not stop itself.
+        """Return True if force, speed or the state of the skin stop the controller.
 
-        An unreadable skin stops none of these: impedance does not read it, and hold force keeps its posture.
+        An unreadable skin stops only controllers that need it: impedance does not read it, and hold force keeps its
+        posture. One monitor serves all controllers, so that a stop outlasts a change of the controller.
         """
-        if self._controller.stops_itself:
-            self._safety.reset()
-            return False
         self._configuration.update(posture)
-        max_force, stopped = self._settings.max_force, self._safety.reason is not None
-        hidden = mismatch if mismatch is not None and mismatch.strongest > max_force else None
+        max_force, needs_skin = self._settings.max_force, self._controller.needs_skin
+        if not needs_skin:
+            regions = [region for region in regions if is_readable(region)]
+            readable = readable or self._safety.reason is None
+            mismatch = mismatch if mismatch is not None and mismatch.strongest > max_force else None
         safe = self._safety.check(
             max_force,
             posture,
             velocity,
-            [region for region in regions if is_readable(region)],
+            regions,
             dt,
             point_speed=greatest_point_speed(self._configuration, velocity, regions),
-            readable=readable or not stopped,
-            mismatch=hidden,
+            readable=readable,
+            mismatch=mismatch,
         )
         if safe:
             return False
-        if not stopped:
-            self._controller.reset()
+        self._controller.stop()
         self._blend_time = RESUME_TIME
         self._switched = True  # so that the controller starts from the torque of the stop
         self._fading = None

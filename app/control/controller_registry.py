@@ -91,9 +91,9 @@ class _GuardedController:
         self._controller.rest = posture
 
     @property
-    def stops_itself(self) -> bool:
+    def needs_skin(self) -> bool:
         with self._plugin.at_work():
-            return bool(getattr(self._controller, "stops_itself", False))
+            return bool(getattr(self._controller, "needs_skin", False))
 
     @property
     def why_limited(self) -> tuple[Limit, ...]:
@@ -112,6 +112,10 @@ class _GuardedController:
     def reset(self) -> None:
         with self._plugin.at_work():
             self._controller.reset()
+
+    def stop(self) -> None:
+        with self._plugin.at_work():
+            getattr(self._controller, "stop", self._controller.reset)()
 
     def start(self, posture: FloatArray, torque: FloatArray) -> None:
         with self._plugin.at_work():

@@ -10,8 +10,8 @@ afterwards. An admittance
   becomes joint velocity by damped least squares; the wanted posture is its integral, held by a stiff joint impedance.
 * six with a task (``TaskController``): contacts in, joint velocities out, integrated to a posture that a stiff
 impedance holds. What is common to all of
-  them is here: the contacts' Jacobians at the present posture, going home when nothing is wanted, the bounds, the
-  energy tank and the safety monitor. How errors become velocities is the ``ControlScheme``'s matter (``schemes``).
+  them is here: the contacts' Jacobians at the present posture, going home when nothing is wanted, the bounds and the
+  energy tank. How errors become velocities is the ``ControlScheme``'s matter (``schemes``).
 """
 
 from __future__ import annotations
@@ -31,19 +31,12 @@ from app.control.joint_impedance import (
     MAX_POINT_SPEED,
     JointImpedance,
     PostureReference,
-    YieldingImpedance,
     limit_joint_speed,
 )
 from app.control.limits import ActiveLimits, Limit, LimitKind
 from app.control.map_kinematics import MapKinematics
 from app.control.task_control.contact_selection import ContactSelection, ControlledContact, ReliefMonitor
-from app.control.task_control.monitors import (
-    EnergyTank,
-    SafetyMonitor,
-    StallDetector,
-    greatest_point_speed,
-    mismatch_limit,
-)
+from app.control.task_control.monitors import EnergyTank, StallDetector, mismatch_limit
 from app.control.task_control.schemes import (
     AdmittanceScheme,
     ForceServo,
@@ -76,14 +69,14 @@ class Controller(Protocol):
         rest: (n,) the posture it keeps while nothing touches, and comes back to: home, until a scene moves it.
         why_limited: What bounds the answer now; empty when nothing does.
         report: How its task goes; None for a controller without one.
-        stops_itself: True if it stops by force, speed, unreadable skin and mismatch itself; the manager does not then.
+        needs_skin: True if the arm must stop where the skin cannot be read or reads several contacts as one.
     """
 
     rest: FloatArray
 
     @property
-    def stops_itself(self) -> bool:
-        """True if it has a monitor of force and speed of its own."""
+    def needs_skin(self) -> bool:
+        """True if the arm must stop where the skin cannot be read; False if the controller handles this itself."""
 
     @property
     def why_limited(self) -> tuple[Limit, ...]:
@@ -98,6 +91,9 @@ class Controller(Protocol):
 
     def reset(self) -> None:
         """Start without history; ``rest`` stays."""
+
+    def stop(self) -> None:
+        """Forget the contact. Called at every tick at which the safety monitor stops the arm."""
 
     def start(self, posture: FloatArray, torque: FloatArray) -> None:
         """Start without history in the middle of another controller's work, as near as it can to what that one asks
@@ -138,7 +134,7 @@ class ImpedanceController:
 
     why_limited: tuple[Limit, ...] = ()
     report: TaskReport | None = None
-    stops_itself = False
+    needs_skin = False
 
     def __init__(self, robot: Robot) -> None:
         self.rest = robot.home
@@ -151,6 +147,10 @@ class ImpedanceController:
     def reset(self) -> None:
         """Forget the last limits; nothing else is remembered."""
         self.why_limited = ()
+
+    def stop(self) -> None:
+        """Forget the last limits."""
+        self.reset()
 
     def start(self, posture: FloatArray, torque: FloatArray) -> None:
         """Its answer follows from the rest posture alone, whatever was asked before."""
@@ -191,7 +191,7 @@ class HoldForceController:
     """
 
     report: TaskReport | None = None
-    stops_itself = False
+    needs_skin = False
 
     def __init__(self, robot: Robot) -> None:
         self.rest, self._configuration = robot.home, Configuration(robot)
@@ -209,6 +209,10 @@ class HoldForceController:
         self._selection.reset()
         self._relief.reset()
         self._reference.reset()
+
+    def stop(self) -> None:
+        """Forget all contacts."""
+        self.reset()
 
     def start(self, posture: FloatArray, torque: FloatArray) -> None:
         """Without history, from the posture at which this controller asks for ``torque`` (n,) of an arm at rest."""
@@ -330,14 +334,12 @@ class TaskController:
     Cost: 0.08 ms a command with one contact that may slide, 0.14 ms with one that is led to a place.
     """
 
-    stops_itself = True
+    needs_skin = True
 
     def __init__(self, robot: Robot, scheme: ControlScheme, task_manager: TaskManager, sight: MapKinematics) -> None:
         self.rest, self.sight, self._scheme, self._task_manager = robot.home, sight, scheme, task_manager
         self._configuration = Configuration(robot)
         self._reference = PostureReference(robot, self._configuration)
-        self._safety = SafetyMonitor(robot.joints)
-        self._yielding = YieldingImpedance(self._configuration, self._safety.yield_speed)
         self.tank, self._stall = EnergyTank(), StallDetector(1.5 * sight.pitch)
         self._relief = ReliefMonitor()
         self.reset()
@@ -347,7 +349,6 @@ class TaskController:
         self.why_limited: tuple[Limit, ...] = ()
         self._scheme.reset()
         self._reference.reset()
-        self._safety.reset()
         self.tank.reset()
         self._stall.reset()
         self._relief.reset()
@@ -372,20 +373,8 @@ class TaskController:
         readable: bool = True,
         mismatch: WrenchMismatch | None = None,
     ) -> JointCommand:
-        """Do the task for a tick, or stand still and say why."""
+        """Do the task for a tick. All regions are readable: the manager stops the arm where they are not."""
         self._configuration.update(posture)
-        point_speed = greatest_point_speed(self._configuration, velocity, regions)
-        if not self._safety.check(
-            settings.max_force,
-            posture,
-            velocity,
-            regions,
-            dt,
-            point_speed=point_speed,
-            readable=readable,
-            mismatch=mismatch,
-        ):
-            return self._stopped(velocity)
         limits = ActiveLimits()
         start = self._reference.start_posture(posture)
         goals = self._task_manager.goals(settings, regions, self.sight, self._configuration, dt, limits)
@@ -415,13 +404,13 @@ class TaskController:
         controlled = tuple(one for one in report.controlled if one not in self._relief.unrelieved)
         return replace(report, controlled=controlled)
 
-    def _stopped(self, velocity: FloatArray) -> JointCommand:
-        self.why_limited = () if self._safety.reason is None else (self._safety.reason,)
+    def stop(self) -> None:
+        """Forget the contact; the task continues from where it is."""
+        self.why_limited = ()
         self._scheme.reset()
         self._task_manager.let_go()
         self._reference.reset()
         self._speed = np.zeros_like(self.rest)
-        return self._yielding.about(self._safety.posture, velocity)
 
     def _idle(self, settings: ControlSettings, start: FloatArray, dt: float, limits: ActiveLimits) -> FloatArray:
         self._scheme.reset()

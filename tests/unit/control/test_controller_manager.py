@@ -271,6 +271,38 @@ def test_every_controller_is_stopped_yields_and_continues(controller, force, vel
     assert ticks * TICK == pytest.approx(QUIET, abs=2 * TICK)
 
 
+@pytest.mark.parametrize("before", ["impedance", "hold_force", "hybrid"])
+@pytest.mark.parametrize("after", ["impedance", "hold_force", "hybrid", "qp"])
+def test_a_stop_outlasts_a_change_of_the_controller(before, after):
+    """The contact presses on below the greatest force: the new controller would go on against it."""
+    mine = manager(controller=before, stiffness=40.0)
+    mine.command(BENT, STILL, touch(41.0), TICK)
+    stopped = kinds(mine.why_limited)
+    assert stopped == [LimitKind.STOPPED_BY_FORCE]
+    pushed, last = BENT + 0.05, mine.command(BENT, STILL, touch(20.0), TICK)
+    mine.settings = replace(mine.settings, controller=after)
+    for _ in range(300):
+        command = mine.command(pushed, STILL, touch(20.0), TICK)
+        assert kinds(mine.why_limited) == stopped
+        assert command.torque_at(pushed, STILL) == pytest.approx(last.torque_at(pushed, STILL), abs=0.1), "no jump"
+        last = command
+    assert command.posture == pytest.approx(pushed, abs=1e-2), "it still gives way"
+    ticks = 0
+    while stopped == kinds(mine.why_limited):
+        mine.command(pushed, STILL, (), TICK)
+        ticks += 1
+    assert ticks * TICK == pytest.approx(QUIET, abs=2 * TICK)
+
+
+def test_a_stop_of_an_unreadable_skin_outlasts_a_change_to_a_controller_that_does_not_read_it():
+    mine = manager(controller="hybrid")
+    mine.command(BENT, STILL, (), TICK, readable=False)
+    mine.settings = replace(mine.settings, controller="impedance")
+    for _ in range(300):
+        mine.command(BENT, STILL, (), TICK, readable=False)
+        assert kinds(mine.why_limited) == [LimitKind.STOPPED_UNREADABLE]
+
+
 def test_an_unreadable_skin_stops_neither_impedance_nor_hold_force_but_keeps_them_stopped():
     for controller in ("impedance", "hold_force"):
         mine = manager(controller=controller)

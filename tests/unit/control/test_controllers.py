@@ -10,6 +10,7 @@ import pytest
 
 from app.contacts.regions import ContactRegion
 from app.control.command import CHOICES, ControlSettings
+from app.control.controller_manager import ControllerManager
 from app.control.controller_registry import build_controller, effective_settings, has_task
 from app.control.controllers import (
     CONTROL_SCHEMES,
@@ -301,15 +302,18 @@ def controller_on(prepared=BAR) -> TaskController:
 
 
 def test_too_much_force_stops_it_softly_where_it_is():
-    controller, settings = controller_on(), ControlSettings(controller="hybrid", max_force=30.0)
-    before = controller.command(settings, BENT, STILL, touch(10.0), TICK)
-    command = controller.command(settings, BENT, STILL, touch(31.0), TICK)
-    assert controller.why_limited == (Limit(LimitKind.STOPPED_BY_FORCE, value=31.0, bound=30.0),)
+    settings = ControlSettings(controller="hybrid", max_force=30.0)
+    manager = ControllerManager(BAR.robot, BAR.map, settings)
+    before = manager.command(BENT, STILL, touch(10.0), TICK)
+    command = manager.command(BENT, STILL, touch(31.0), TICK)
+    assert manager.why_limited == (Limit(LimitKind.STOPPED_BY_FORCE, value=31.0, bound=30.0),)
     assert command.posture == BENT
     assert (command.stiffness < 0.1 * before.stiffness).all()
+    for _ in range(600):
+        manager.command(STILL, STILL, touch(1.0), TICK)  # it gives way
     for _ in range(210):
-        command = controller.command(settings, STILL, STILL, (), TICK)
-    assert controller.why_limited == ()
+        command = manager.command(STILL, STILL, (), TICK)
+    assert manager.why_limited == ()
     assert abs(command.posture[0]) < 0.01, "it goes on from where it is"
 
 
