@@ -37,7 +37,7 @@ from app.core.files import (
 )
 from app.geometry.closest_point import ClosestPoint
 from app.geometry.mesh import Mesh
-from app.geometry.raycast import RayCaster
+from app.geometry.raycast import RayCaster, ray_caster
 from app.geometry.remesh.refine import subdivide
 from app.geometry.remesh.repair import clean_mesh
 from app.geometry.remesh.wrap import wrap_mesh
@@ -55,7 +55,7 @@ PROUD_AREA = 0.02
 BARE_AREA, BARE_NEAR = 0.10, 0.02
 """Bare area within ``BARE_NEAR`` [m] of the skin, over that of the skin, above which it is not accepted."""
 _NOTED = 0.01
-"""Share of the skin's area above which a shape that stands proud by more than is accepted is reported."""
+"""Share of the skin's area above which a shape that is too high is reported; a hull is where pieces would be lower."""
 _TOLERANCE, _TOLERANCE_SHARE = 3e-4, 0.003
 """Distance of a piece from the surface that is accepted [m], or as a share of the link's size; the larger counts."""
 _BARE = 4.0
@@ -137,6 +137,7 @@ class HullFit:
         share: Share of the skin's area where it is more than is accepted of a hull.
         bare: Largest distance along the normals of the link's mesh within ``BARE_NEAR`` of the skin [m].
         bare_share: Area of that mesh where it is more than is accepted, over the skin's area.
+        noted: Area of skin and mesh where it is more than is left unreported, over the skin's area.
     """
 
     largest: float
@@ -145,6 +146,7 @@ class HullFit:
     share: float
     bare: float
     bare_share: float
+    noted: float
 
 
 _MADE: dict[str, LinkPieces] = {}
@@ -158,7 +160,7 @@ def link_pieces(robot: Robot, skin: Skin, link: str) -> LinkPieces | None:
 
     Pieces are kept on disk next to prepared scenes (see ``cache_folder``).
 
-    Cost: 10 ms where the hull does; else 1 s for 4,000 faces and 18 s for 17,000, or 20 ms where they are kept.
+    Cost: 0.1 to 0.5 s where the hull does; else 1 s for 4,000 faces and 6 s for 17,000, or 20 ms where they are kept.
     """
     if not spans_hollows(robot, skin, link):
         return None
@@ -224,12 +226,17 @@ def _from_bytes(data: bytes) -> LinkPieces:
 
 
 def _divided(robot: Robot, skin: Skin, link: str) -> LinkPieces:
-    surface, factor = _touchable(robot, skin, link)
+    surface, walls, factor = _touchable(robot, skin, link)
     skinned = sum(len(patch.surface.faces) for patch in skin.patches if patch.link == link)
     size = float(np.ptp(surface.vertices, axis=0).max())
-    tolerance = max(_TOLERANCE, _TOLERANCE_SHARE * size)
-    piece, hulls = _Regions(surface, skinned, tolerance, factor * tolerance).divide()
+    tolerance = _tolerance(size)
+    piece, hulls = _Regions(surface, walls, skinned, tolerance, factor * tolerance).divide()
     return LinkPieces(surface, piece, skinned, hulls)
+
+
+def _tolerance(size: float) -> float:
+    """Return the distance of pieces from the skin that is accepted on a link of this size [m]."""
+    return max(_TOLERANCE, _TOLERANCE_SHARE * size)
 
 
 def spans_hollows(robot: Robot, skin: Skin, link: str) -> bool:
@@ -245,13 +252,13 @@ def spans_hollows(robot: Robot, skin: Skin, link: str) -> bool:
 def hull_fit(robot: Robot, skin: Skin, link: str) -> HullFit:
     """Return how far the convex hull of a link and its skin stands proud of the skin, and of the mesh next to it."""
     points = hull_points(robot, skin, link)
-    accepted = max(PROUD, PROUD_SHARE * float(np.ptp(points, axis=0).max()))
-    return _fit((points,), robot, skin, link, accepted)
+    size = float(np.ptp(points, axis=0).max())
+    return _fit((points,), robot, skin, link, max(PROUD, PROUD_SHARE * size), _tolerance(size))
 
 
 def pieces_fit(pieces: LinkPieces, robot: Robot, skin: Skin, link: str) -> HullFit:
     """Return how far the pieces of a link stand proud of its skin, and of the mesh next to it."""
-    return _fit(pieces.hulls, robot, skin, link, PROUD)
+    return _fit(pieces.hulls, robot, skin, link, PROUD, PROUD)
 
 
 def shape_finding(robot: Robot, skin: Skin, link: str) -> Finding | None:
@@ -272,28 +279,63 @@ def collision_finding(robot: Robot, link: str, fit: HullFit, pieces: LinkPieces 
     """
     if pieces is not None and pieces.skinned == len(pieces.surface.faces) and robot.link(link).mesh is not None:
         return Finding("bare-part-open", link, "its bare parts touch nothing, because its mesh cannot be wrapped")
-    if fit.share + fit.bare_share <= _NOTED:
+    if fit.noted <= _NOTED:
         return None
     shape = "convex hull" if pieces is None else "convex pieces"
     off, place = max((fit.largest, "its skin"), (fit.bare, "the bare link next to its skin"))
     return Finding("collision-shape", link, f"it collides as its {shape}, up to {1e3 * off:.1f} mm above {place}")
 
 
-def _fit(hulls: tuple[FloatArray, ...], robot: Robot, skin: Skin, link: str, accepted: float) -> HullFit:
+def _fit(
+    hulls: tuple[FloatArray, ...], robot: Robot, skin: Skin, link: str, accepted: float, unnoted: float
+) -> HullFit:
     covered = _joined([patch.surface for patch in skin.patches if patch.link == link])
     places, normals, areas = _sampled(covered, _MEASURED)
     height, facing = _heights(hulls, places, normals)
     angles = np.arccos(np.clip(facing, -1, 1))
-    share = float(areas[height > accepted].sum() / areas.sum())
-    usual, angle = _percentile(height, areas), _percentile(angles, areas)
+    bare, bare_areas = np.zeros(0), np.zeros(0)
     mesh = robot.link(link).mesh if carries_mesh(robot, skin, link) else None
-    solid = None if mesh is None else _solid(mesh, link)
-    if solid is None:
-        return HullFit(float(height.max()), usual, angle, share, 0.0, 0.0)
-    places, normals, areas = _sampled(_next_to_skin(solid, covered), _MEASURED // 4)
-    heights, _ = _heights(hulls, places, normals)
-    bare_share = float(areas[heights > accepted].sum() / covered.area)
-    return HullFit(float(height.max()), usual, angle, share, float(heights.max(initial=0.0)), bare_share)
+    if mesh is not None:
+        places, normals, bare_areas = _bare_next_to(covered, mesh, link)
+        bare, _ = _heights(hulls, places, normals)
+    whole = float(areas.sum())
+    return HullFit(
+        largest=float(height.max()),
+        usual=_percentile(height, areas),
+        angle=_percentile(angles, areas),
+        share=float(areas[height > accepted].sum()) / whole,
+        bare=float(bare.max(initial=0.0)),
+        bare_share=float(bare_areas[bare > accepted].sum()) / whole,
+        noted=float(areas[height > unnoted].sum() + bare_areas[bare > unnoted].sum()) / whole,
+    )
+
+
+def _bare_next_to(covered: Mesh, mesh: Mesh, link: str) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return middles (n, 3), outward normals (n, 3) and areas (n,) of bare faces of a link within ``BARE_NEAR`` of it.
+
+    A mesh that is not one closed solid may have inner faces and faces that are turned inward. Of such a mesh, faces
+    count whose normal meets no other face in one of both directions; that direction is outward.
+    """
+    solid = _solid(mesh, link)
+    if solid is not None:
+        return _sampled(_next_to_skin(solid, covered), _MEASURED // 4)
+    try:
+        clean, _ = clean_mesh(mesh, where=link)
+    except MeshError:
+        return np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0)
+    places, normals, areas = _sampled(_next_to_skin(clean, covered), _MEASURED // 4)
+    front, back = (_leaves(clean, places, side * normals) for side in (1, -1))
+    _, under, _ = _uncovered(places, covered, _COVERED)
+    turned = back & (~front | (np.vecdot(normals, covered.face_normals[under]) < 0))  # of a sheet both sides are free
+    free = front | back
+    return places[free], np.where(turned[:, None], -normals, normals)[free], areas[free]
+
+
+def _leaves(mesh: Mesh, places: FloatArray, directions: FloatArray) -> BoolArray:
+    """Return whether each ray from a place (n, 3) on a mesh along a direction (n, 3) meets the mesh nowhere else."""
+    rays, step = ray_caster(mesh), 1e-5 * mesh.size
+    starts = zip(places + step * directions, directions, strict=True)
+    return np.array([rays.first_hit(start, direction) is None for start, direction in starts], dtype=bool)
 
 
 def _sampled(surface: Mesh, most: int) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -339,26 +381,31 @@ def _leaving(facets: FloatArray, points: FloatArray, directions: FloatArray) -> 
     return heights.max(axis=1) <= _INSIDE, ways[np.arange(len(ways)), facet], facet
 
 
-def _touchable(robot: Robot, skin: Skin, link: str) -> tuple[Mesh, float]:
+def _touchable(robot: Robot, skin: Skin, link: str) -> tuple[Mesh, FloatArray, float]:
     """Return the skin of a link and what is bare of the link's mesh, in one mesh that is not connected between them.
 
     Below hollow skin the link is wrapped. Below skin that is raised above a solid link the bare part is exact.
 
     Returns:
-        The mesh, and the tolerance of its bare part over that of its skin.
+        The mesh, (m,) the wall below each face where the mesh itself does not show it, else infinite [m], and the
+        tolerance of its bare part over that of its skin.
     """
     parts = [patch.surface for patch in skin.patches if patch.link == link]
     covered = _joined(parts)
     mesh = robot.link(link).mesh
-    if mesh is None or not carries_mesh(robot, skin, link):
-        return covered, 1.0
-    solid = _solid(mesh, link) if hull_fit(robot, skin, link).share <= PROUD_AREA else None
-    if solid is not None:  # the skin is raised, not hollow
-        return _joined([*parts, _bare_of_solid(solid, covered)]), 1.0
-    try:
-        return _joined([*parts, _bare_of_wrap(mesh, covered, link)]), _BARE
-    except MeshError:  # nothing of it can be wrapped; the skin alone collides
-        return covered, 1.0
+    walls, factor = [np.full(len(covered.faces), np.inf)], 1.0
+    if mesh is not None and carries_mesh(robot, skin, link):
+        solid = _solid(mesh, link) if hull_fit(robot, skin, link).share <= PROUD_AREA else None
+        if solid is not None:  # the skin is raised, not hollow
+            parts.append(_bare_of_solid(solid, covered))
+            walls.append(np.full(len(parts[-1].faces), np.inf))
+        else:
+            with suppress(MeshError):  # nothing of it can be wrapped; the skin alone collides
+                bare, below = _bare_of_wrap(mesh, covered, link)
+                parts.append(bare)
+                walls.append(below)
+                factor = _BARE
+    return _joined(parts), np.concatenate(walls), factor
 
 
 def _solid(mesh: Mesh, link: str) -> Mesh | None:
@@ -373,9 +420,9 @@ def _solid(mesh: Mesh, link: str) -> Mesh | None:
     return clean if volume >= 0 else Mesh(clean.vertices, clean.faces[:, ::-1])
 
 
-def _next_to_skin(solid: Mesh, covered: Mesh) -> Mesh:
-    """Return the faces of a solid whose middles are bare and within ``BARE_NEAR`` of the skin."""
-    fine = subdivide(solid, longest=_BARE_EDGE * solid.size).mesh
+def _next_to_skin(mesh: Mesh, covered: Mesh) -> Mesh:
+    """Return the faces of a mesh whose middles are bare and within ``BARE_NEAR`` of the skin."""
+    fine = subdivide(mesh, longest=_BARE_EDGE * mesh.size).mesh
     centres = fine.vertices[fine.faces].mean(axis=1)
     bare, _, distances = _uncovered(centres, covered, _COVERED)
     return Mesh(fine.vertices, fine.faces[bare & (distances <= BARE_NEAR)])
@@ -390,15 +437,18 @@ def _bare_of_solid(solid: Mesh, covered: Mesh) -> Mesh:
     return Mesh(fine.vertices, fine.faces[bare])
 
 
-def _bare_of_wrap(mesh: Mesh, covered: Mesh, link: str) -> Mesh:
-    """Return the part of a wrap of ``mesh`` that is not under the skin."""
+def _bare_of_wrap(mesh: Mesh, covered: Mesh, link: str) -> tuple[Mesh, FloatArray]:
+    """Return the part of a wrap of ``mesh`` that is not under the skin, and (m,) the wall below each of its faces [m].
+
+    Both sides of a sheet without thickness are at the same place, so that walls are measured before the wrap is shrunk.
+    """
     clean, _ = clean_mesh(mesh, where=link)
     step = max(2e-3, 0.015 * clean.size)
-    wrap = wrap_mesh(clean, thickness=step, voxel=2 * step, where=link).surface
-    wrap = Mesh(wrap.vertices - step * wrap.vertex_normals, wrap.faces)
+    wide = wrap_mesh(clean, thickness=step, voxel=2 * step, where=link).surface
+    wrap = Mesh(wide.vertices - step * wide.vertex_normals, wide.faces)
     bare, under, _ = _uncovered(wrap.vertices[wrap.faces].mean(axis=1), covered, max(_COVERED, 2 * step))
     bare |= np.vecdot(wrap.face_normals, covered.face_normals[under]) < 0  # the other side of a wall
-    return Mesh(wrap.vertices, wrap.faces[bare])
+    return Mesh(wrap.vertices, wrap.faces[bare]), np.maximum(_walls(wide) - 2 * step, 0.0)[bare]
 
 
 def _uncovered(points: FloatArray, covered: Mesh, deepest: float) -> tuple[BoolArray, IntArray, FloatArray]:
@@ -438,21 +488,24 @@ class _Regions:
 
     Args:
         surface: Its faces look outward.
+        walls: (m,) bounds of the wall below each face [m].
         skinned: Number of its first faces that have skin.
         tolerance: Height of a piece above the skin that is accepted [m].
         bare_tolerance: Height above the other faces that is accepted [m].
     """
 
-    def __init__(self, surface: Mesh, skinned: int, tolerance: float, bare_tolerance: float) -> None:
+    def __init__(self, surface: Mesh, walls: FloatArray, skinned: int, tolerance: float, bare_tolerance: float) -> None:
         self._surface, self._skinned = surface, skinned
-        self._normals, self._centres = surface.face_normals, surface.vertices[surface.faces].mean(axis=1)
+        self._normals, self._corners = surface.face_normals, surface.vertices[surface.faces]
+        self._centres = self._corners.mean(axis=1)
+        self._columns = np.ascontiguousarray(self._centres.T)
         self._accepted = np.full(len(surface.faces), tolerance)
         self._accepted[skinned:] = bare_tolerance
         self._neighbours: list[list[int]] = [[] for _ in surface.faces]
         for one, other in surface.connectivity.face_pairs.tolist():
             self._neighbours[one].append(other)
             self._neighbours[other].append(one)
-        self._depths = self._wall_depths()
+        self._depths = np.clip(0.5 * np.minimum(_walls(surface), walls), _THINNEST, PIECE_DEPTH)
 
     def divide(self) -> tuple[IntArray, tuple[FloatArray, ...]]:
         """Return the region of each face, and the vertices of each region's piece."""
@@ -495,12 +548,12 @@ class _Regions:
         if not len(ring):
             return []
         most, region = 4 * self._accepted[inside[0]], np.array(inside)
-        corners = self._surface.vertices[self._surface.faces]
-        rise = np.einsum("rcd,id->ric", corners[ring], self._normals[region])
-        rise -= np.vecdot(self._centres[region], self._normals[region])[:, None]
-        back = np.einsum("rd,icd->ric", self._normals[ring], corners[region])
-        back -= np.vecdot(self._centres[ring], self._normals[ring])[:, None, None]
-        likely = (rise.max(axis=(1, 2)) <= most) & (back.max(axis=(1, 2)) <= most)
+        # Matrix products: a ring and its region may be thousands of faces.
+        rise = self._corners[ring].reshape(-1, 3) @ self._normals[region].T
+        rise -= np.vecdot(self._centres[region], self._normals[region])
+        back = self._corners[region].reshape(-1, 3) @ self._normals[ring].T
+        back -= np.vecdot(self._centres[ring], self._normals[ring])
+        likely = (rise.max(axis=1).reshape(-1, 3).max(axis=1) <= most) & (back.max(axis=0) <= most)
         likely &= self._normals[ring] @ self._normals[inside[0]] > _STEEPEST
         return ring[likely].tolist()
 
@@ -531,21 +584,31 @@ class _Regions:
 
     def _comes_out(self, hull: FloatArray, first: int) -> bool:
         """Return whether a piece whose first face is ``first`` stands too proud of the surface."""
-        centres = self._centres[: self._skinned] if first < self._skinned else self._centres
-        near = np.flatnonzero(((centres >= hull.min(axis=0)) & (centres <= hull.max(axis=0))).all(axis=1))
+        near = self._within(hull.min(axis=0), hull.max(axis=0), self._skinned if first < self._skinned else None)
         try:
             facets = ConvexHull(hull).equations
         except QhullError:
             return True
         near = near[:: -(-len(near) // _SAMPLES) or 1]
-        inside, leaves, _ = _leaving(facets, centres[near], self._normals[near])
-        return bool((inside & (leaves > self._accepted[near])).any())
+        # In a convex hull, a place that is raised by what is accepted is still inside where the hull is higher.
+        raised = self._centres[near] + self._accepted[near, None] * self._normals[near]
+        near = near[(raised @ facets[:, :3].T + facets[:, 3]).max(axis=1) < 0]
+        heights = self._centres[near] @ facets[:, :3].T + facets[:, 3]
+        return bool((heights.max(axis=1) <= _INSIDE).any())
 
-    def _wall_depths(self) -> FloatArray:
-        """Return (m,) half the distance from each face inward to the next one, between the least and largest depth."""
-        rays, step = RayCaster(self._surface), 1e-5 * self._surface.size
-        depths = np.full(len(self._centres), PIECE_DEPTH)
-        for face, (centre, normal) in enumerate(zip(self._centres, self._normals, strict=True)):
-            if normal.any() and (hit := rays.first_hit(centre - step * normal, -normal)) is not None:
-                depths[face] = 0.5 * (hit.distance + step)
-        return np.clip(depths, _THINNEST, PIECE_DEPTH)
+    def _within(self, low: FloatArray, high: FloatArray, count: int | None) -> IntArray:
+        """Return the first faces, ``count`` or all, whose centres are in a box."""
+        x, y, z = self._columns[:, :count]
+        found = np.flatnonzero((x >= low[0]) & (x <= high[0]))
+        found = found[(y[found] >= low[1]) & (y[found] <= high[1])]
+        return found[(z[found] >= low[2]) & (z[found] <= high[2])]
+
+
+def _walls(surface: Mesh) -> FloatArray:
+    """Return (m,) the distance from each face inward to the next one [m]; infinite where there is none."""
+    rays, step = RayCaster(surface), 1e-5 * surface.size
+    centres, walls = surface.vertices[surface.faces].mean(axis=1), np.full(len(surface.faces), np.inf)
+    for face, (centre, normal) in enumerate(zip(centres, surface.face_normals, strict=True)):
+        if normal.any() and (hit := rays.first_hit(centre - step * normal, -normal)) is not None:
+            walls[face] = hit.distance + step
+    return walls

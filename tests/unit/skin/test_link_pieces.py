@@ -10,10 +10,12 @@ from scipy.spatial import ConvexHull
 
 from app.core.files import FOLDER_VARIABLE
 from app.geometry.mesh import Mesh
+from app.robots.robot import Robot
 from app.skin.link_hulls import skinned_links
 from app.skin.link_pieces import (
     BARE_AREA,
     PIECES_SUFFIX,
+    PROUD,
     PROUD_AREA,
     collision_finding,
     hull_fit,
@@ -62,6 +64,69 @@ def test_pieces_follow_skin_and_bare_link_where_the_skin_is_raised():
         for off, expected in ((-2e-4, True), (2e-4, False)):
             place = np.array([x, 0.011, height + off])
             assert any((f[:, :3] @ place + f[:, 3] < 0).all() for f in facets) is expected, (x, off)
+
+
+@pytest.mark.parametrize(("height", "reported"), [(2e-4, False), (5e-4, True), (8e-4, True)])
+def test_hull_of_slightly_raised_skin_is_reported(height, reported):
+    """Pieces follow the surface within 0.36 mm on a link of this size."""
+    robot, skin = raised(height)
+    fit = hull_fit(robot, skin, "block")
+    assert link_pieces(robot, skin, "block") is None
+    finding = collision_finding(robot, "block", fit, None)
+    assert (finding is not None) is reported
+    if reported:
+        assert finding.action.endswith(f"up to {1e3 * height:.1f} mm above the bare link next to its skin")
+
+
+def test_hull_of_slightly_hollow_skin_is_reported():
+    robot, skin = hollow("groove")
+    top = skin.patches[0].surface
+    shallow = Mesh(top.vertices * [1, 1, 0.04], top.faces)
+    skin = replace(skin, patches=(replace(skin.patches[0], surface=shallow),))
+    robot = replace(robot, links=(replace(robot.links[0], missing=("block.stl",)),))
+    assert link_pieces(robot, skin, "block") is None
+    finding = collision_finding(robot, "block", hull_fit(robot, skin, "block"), None)
+    assert finding.action == "it collides as its convex hull, up to 0.7 mm above its skin", "in the middle of faces"
+
+
+def opened(robot: Robot, *, turned: bool = False, inner: bool = False) -> Robot:
+    """Return a block without its bottom.
+
+    Args:
+        robot: The block.
+        turned: All faces look inward.
+        inner: A box is inside.
+    """
+    whole = robot.links[0].mesh
+    mesh = Mesh(whole.vertices, whole.faces[whole.vertices[whole.faces].max(axis=1)[:, 2] > BASE + 1e-6])
+    if inner:
+        box = 0.5 * whole.vertices + [0, 0, -0.005]
+        mesh = Mesh(np.concatenate([mesh.vertices, box]), np.concatenate([mesh.faces, whole.faces + len(box)]))
+    if turned:
+        mesh = Mesh(mesh.vertices, mesh.faces[:, ::-1])
+    return replace(robot, links=(replace(robot.links[0], mesh=mesh),))
+
+
+@pytest.mark.parametrize("kind", [{}, {"turned": True}, {"inner": True}], ids=["open", "turned", "inner"])
+def test_bare_part_of_an_open_mesh_is_measured_and_followed(kind):
+    robot, skin = raised()
+    robot = opened(robot, **kind)
+    before = hull_fit(robot, skin, "block")
+    assert before.bare == pytest.approx(3e-3, rel=0.05)
+    assert before.bare_share > BARE_AREA
+    pieces = link_pieces(robot, skin, "block")
+    after = pieces_fit(pieces, robot, skin, "block")
+    assert after.largest < 1e-6
+    assert after.bare < PROUD, "a wrap is not exact"
+    assert collision_finding(robot, "block", after, pieces) is None
+
+
+def test_bare_part_of_an_open_mesh_that_pieces_cannot_follow_is_reported():
+    robot, skin = raised()
+    robot = opened(robot)
+    fit = hull_fit(robot, skin, "block")
+    finding = collision_finding(robot, "block", fit, None)
+    assert finding.action == "it collides as its convex hull, up to 3.0 mm above the bare link next to its skin"
 
 
 def test_bare_parts_that_touch_nothing_are_reported():
