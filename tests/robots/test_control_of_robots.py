@@ -17,7 +17,9 @@ from app.scene.object_meshes import make_objects
 from app.session.session import Session
 from app.simulation.model.contact_stiffness import SOLVER_IMPEDANCE
 from app.simulation.model.model_names import body_name
+from app.studies.rows import distinct
 from app.tactile.elastic_layer import ElasticLayer
+from tests import robots_page
 from tests.robots.robot_models import BY_NAME
 from tests.robots.robot_trials import Place, Posture, Trial, at_posture, posture_of, run
 
@@ -67,6 +69,34 @@ def test_generated_robots_do_their_task(place, name, trial):
     outcome = run(place(name, trial.posture), trial)
     assert outcome.tilt_deg > 15, "the place can be pressed"
     assert outcome.verdict == "ok", outcome
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", distinct(robots_page.rows(), "robot"))
+def test_robots_do_as_the_guide_states(place, name):
+    """Failures are listed in the guide: one that is gone is as much a difference as a new one."""
+    if BY_NAME[name].missing():
+        pytest.skip(BY_NAME[name].missing())
+    changed = {}
+    for row in robots_page.rows():
+        if row["robot"] != name or row["verdict"] == robots_page.NO_PLACE:
+            continue
+        trial = robots_page.trial_of(row)
+        outcome = run(place(name, trial.posture), trial)
+        if outcome.verdict != row["verdict"]:
+            changed[str(trial)] = row["cause"], outcome
+    assert not changed
+
+
+def _missed(goal: str):
+    reason = "see the table of goals in the guide"
+    return pytest.param(goal, marks=pytest.mark.xfail(strict=True, raises=AssertionError, reason=reason))
+
+
+@pytest.mark.parametrize("goal", ["overload", "truth", *map(_missed, ("press", "path", "limit cycle"))])
+def test_goals_over_all_robots(goal):
+    met, text, reached = robots_page.goals(robots_page.rows())[goal]
+    assert met, f"{text}: {reached}"
 
 
 def predicted_peak(mobility: float, estimated: float, stiffness: float, speed: float, step: float) -> float:
