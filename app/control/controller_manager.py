@@ -17,11 +17,7 @@ from app.control.command import ControlSettings, JointCommand, TaskReport
 from app.control.controller_registry import build_controller, check_settings
 from app.control.controllers import Controller
 from app.control.force_loop.gain_limits import GainLimiter
-from app.control.force_loop.loop_stability import (
-    OscillationDetector,
-    SensorTiming,
-    assume_goal_where_saturated,
-)
+from app.control.force_loop.loop_stability import SensorTiming, assume_goal_where_saturated
 from app.control.joint_impedance import YieldingImpedance, joint_efforts, within_effort
 from app.control.limits import ActiveLimits, Limit, LimitKind
 from app.control.map_kinematics import MapKinematics
@@ -66,7 +62,7 @@ class ControllerManager:
         self._robot, self._rest, self._sight = robot, robot.home, MapKinematics(map_)
         self._task_manager = TaskManager(robot, surroundings=surroundings)
         self._controllers: dict[str, Controller] = {}
-        self._gain_limiter, self._oscillation = GainLimiter(robot), OscillationDetector()
+        self._gain_limiter = GainLimiter(robot)
         self._safety = SafetyMonitor(robot.joints)
         self._configuration = Configuration(robot)
         self._yielding = YieldingImpedance(self._configuration, self._safety.yield_speed)
@@ -151,7 +147,6 @@ class ControllerManager:
     def reset(self) -> None:
         """Forget the past; keep the settings."""
         self._task_manager.reset()
-        self._oscillation.reset()
         self._gain_limiter.reset()
         self._safety.reset()
         self._last, self._fading, self._switched, self._beyond = None, None, False, ()
@@ -257,15 +252,12 @@ class ControllerManager:
             wanted = None if self._last is None else self._last.posture
             settings, limits = self._gain_limiter.effective_settings(settings, posture, regions, dt, wanted=wanted)
             said += limits
-            force = regions[0].force if regions else 0.0
-            oscillates = self._oscillation.look(goal, force, self._gain_limiter.way, dt)
-            if oscillates and settings.gains == "limited":
-                self._gain_limiter.halve(self._settings)
-                self._oscillation.reset()
-            if oscillates:
-                said.append(Limit(LimitKind.OSCILLATION))
+            if self._gain_limiter.exhausted:
+                said.append(Limit(LimitKind.OSCILLATION_AT_SMALLEST_GAIN, value=settings.force_gain))
             elif self._gain_limiter.reduced:
                 said.append(Limit(LimitKind.OSCILLATION, value=settings.force_gain))
+            elif self._gain_limiter.oscillates:
+                said.append(Limit(LimitKind.OSCILLATION))
         self._beyond = tuple(said)
         return settings, read
 

@@ -36,6 +36,7 @@ _NAMES = {
     LimitKind.SKIN_UNREADABLE: "no valid skin readings",
     LimitKind.SKIN_SATURATED: "the skin is saturated",
     LimitKind.OSCILLATION: "the force oscillates",
+    LimitKind.OSCILLATION_AT_SMALLEST_GAIN: "the force oscillates at the smallest gain",
     LimitKind.FORCE_GAIN_HELD: "force gain reduced",
     LimitKind.POSITION_GAIN_HELD: "position gain reduced",
     LimitKind.FORCE_GAIN_UNSTABLE: "force gain too high",
@@ -109,6 +110,8 @@ def _fact(limit: Limit) -> str:
             if limit.value is None:
                 return "reduce the force gain"
             return f"force gain reduced to {1e3 * limit.value:.2g}\u202fmm/s per N"
+        case LimitKind.OSCILLATION_AT_SMALLEST_GAIN:
+            return "" if value is None else f"{1e3 * value:.2g}\u202fmm/s per N"
         case LimitKind.FORCE_GAIN_HELD:
             return "" if value is None else f"{1e3 * value:.2g}\u202fmm/s per N, skin {_timing(limit)}"
         case LimitKind.POSITION_GAIN_HELD:

@@ -28,9 +28,10 @@ class LimitKind(Enum):
     ``REGRASP_MOVES``, ``REGRASP_RETURNS`` (cause), ``REGRASP_FAILED`` (cause, between; value: out of reach by so much
     [m]), all with names: link left, link entered.
 
-    The skin: ``SKIN_UNREADABLE``, ``SKIN_SATURATED``; the loop: ``OSCILLATION``, ``FORCE_GAIN_HELD`` (value: to
-    [m/s/N]), ``POSITION_GAIN_HELD`` (value: to [1/s]), ``FORCE_GAIN_UNSTABLE`` (bound: the most [m/s/N]), these three
-    with the sensor's period and delay.
+    The skin: ``SKIN_UNREADABLE``, ``SKIN_SATURATED``; the loop: ``OSCILLATION`` (value: reduced force gain [m/s/N];
+    none while it is not reduced), ``OSCILLATION_AT_SMALLEST_GAIN`` (value: force gain [m/s/N]), ``FORCE_GAIN_HELD``
+    (value: to [m/s/N]), ``POSITION_GAIN_HELD`` (value: to [1/s]), ``FORCE_GAIN_UNSTABLE`` (bound: the most [m/s/N]),
+    these three with the sensor's period and delay.
 
     Safety stops: ``STOPPED_BY_FORCE`` (value and bound [N]), ``STOPPED_BY_SPEED`` (names: the hinge; value and
     bound [rad/s]), ``STOPPED_BY_SLIDE_SPEED`` (names: the slide; value and bound [m/s]), ``STOPPED_BY_POINT_SPEED``
@@ -68,6 +69,7 @@ class LimitKind(Enum):
     SKIN_UNREADABLE = "skin-unreadable"
     SKIN_SATURATED = "skin-saturated"
     OSCILLATION = "oscillation"
+    OSCILLATION_AT_SMALLEST_GAIN = "oscillation-at-smallest-gain"
     FORCE_GAIN_HELD = "force-gain-held"
     POSITION_GAIN_HELD = "position-gain-held"
     FORCE_GAIN_UNSTABLE = "force-gain-unstable"

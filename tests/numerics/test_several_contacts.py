@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -10,6 +12,7 @@ from app.control.controllers import CONTROL_SCHEMES
 from app.control.limits import LimitKind
 from app.session.session import Session
 from app.tactile.poke import Finger, PokePressed, PokeReleased
+from app.tactile.sensor_effects import Sampling
 from tests.support.pressed_arm import TICK, forearm
 from tests.support.touch import arm
 
@@ -72,6 +75,27 @@ def test_two_fingers_that_would_press_seven_times_as_hard_are_both_kept_at_the_g
     assert forces.max() < 6.0
     assert frame.task is None or set(frame.task.controlled) == {region.id for region in frame.regions}
     assert not {LimitKind.CONTACTS_OPPOSED, LimitKind.CONTACT_IMMOBILE} & {limit.kind for limit in frame.why_limited}
+
+
+@pytest.mark.sampled(1)
+@pytest.mark.parametrize("controller", ["hybrid", "hold_force", "projection", "priority", "qp"])
+def test_a_soft_and_a_stiff_finger_are_both_kept_at_the_goal_with_a_slow_skin(controller):
+    """Fingers of 1 and 100 kN/m at 50 Hz, 20 ms late. With the gain of the soft one, the force of the other swings."""
+    prepared, settings = forearm(), ControlSettings(controller=controller, force_goal=GOAL)
+    session = Session(prepared, scripted=False, settings=settings)
+    sensor = replace(session.effects.sensor, sampling=Sampling(50.0, 0.02))
+    session = Session(prepared, scripted=False, settings=settings, effects=replace(session.effects, sensor=sensor))
+    forces = np.zeros((round(6.0 / TICK), 2))
+    for k in range(len(forces)):
+        for number, begins, taxel, stiffness, speed in ((1, 0.0, 150, 1e3, 0.003), (2, 2.0, 188, 1e5, 0.006)):
+            if k == round(begins / TICK):
+                finger = Finger(stiffness=stiffness, speed=speed)
+                session.submit(PokePressed(number, prepared.skin.taxel_point(taxel), finger))
+        frame = session.tick()
+        for poke, number in zip(frame.pokes, (1, 2), strict=False):
+            forces[k, number - 1] = poke.force
+    assert forces[-200:].mean(axis=0) == pytest.approx(GOAL, abs=0.15)
+    assert np.ptp(forces[-200:], axis=0) == pytest.approx(0, abs=0.3)
 
 
 @pytest.mark.sampled(2)

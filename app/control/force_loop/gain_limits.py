@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+import math
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
 from app.contacts.regions import ContactRegion
 from app.control.command import ControlSettings
 from app.control.controller_registry import TASKS_AT_A_PLACE
+from app.control.controllers import ALL_CONTACTS
 from app.control.force_loop.contact_stiffness import StiffnessEstimator
-from app.control.force_loop.loop_stability import CONTACT_STIFFNESS, SensorTiming
+from app.control.force_loop.loop_stability import CONTACT_STIFFNESS, GONE, OscillationDetector, SensorTiming
 from app.control.force_loop.pressed_arm import LoopFilter, pressed_arm
 from app.control.joint_impedance import INNER_FREQUENCY, JointImpedance
 from app.control.limits import Limit, LimitKind
+from app.control.task_control.contact_selection import ContactSelection
 from app.core.arrays import FloatArray, largest
 from app.robots.kinematics import Configuration
 from app.robots.robot import Robot
@@ -31,6 +34,8 @@ INERTIA_SHARE = 0.9
 """Of the limit at a measured contact, that limited gains with a virtual inertia take at most."""
 CALM = 10.0
 """Time [s] without oscillation after which a halved gain is doubled again. It is doubled with each oscillation."""
+LEAST_SHARE = 1 / 32
+"""Smallest share of the limited gain that halving leaves. A loop that oscillates with it is reported."""
 PLACE_SHARE = 0.3
 """Of one over what passes from a touch to its reading, that the gain of place takes."""
 _PATIENCE = 12.0
@@ -41,23 +46,62 @@ _SAME, _MOVED = 1.03, 0.05
 
 
 @dataclass(frozen=True, eq=False)
-class _Answer:
-    """What was worked out last, and for what."""
+class _LoopLimit:
+    """Limit of the force gain at one contact, and for what it was computed.
 
-    contact: int
-    settings: ControlSettings
-    readings: SensorTiming
+    Attributes:
+        stiffness: Of the contact [N/m].
+        measured: Whether the stiffness is measured.
+        posture: (n,) of the arm.
+        most: Force gain from which on the force oscillates [m/s/N].
+        held: Most that limited gains take of it [m/s/N].
+    """
+
     stiffness: float
     measured: bool
     posture: FloatArray
     most: float
+    held: float
+
+    def holds(self, stiffness: float, posture: FloatArray, *, measured: bool) -> bool:
+        """Return whether the limit holds for a contact about as stiff, with the arm about there."""
+        same = measured == self.measured and self.stiffness / _SAME < stiffness < self.stiffness * _SAME
+        return same and largest(posture - self.posture) < _MOVED
+
+
+class _FollowedContact:
+    """What is measured of one contact. Mutable.
+
+    Attributes:
+        link: Name of the touched link.
+        estimator: Of its stiffness.
+        detector: Of oscillations of its force.
+        outward: (n,) outward speed of the touched point per joint velocity, when it was last felt.
+        ways: Outward way of the touched point since it was first felt [m], as old as a reading and newer.
+        missing: Time since it was last felt [s]; inf before its way begins.
+        limit: Computed last; None before.
+    """
+
+    def __init__(self, link: str, outward: FloatArray) -> None:
+        self.link = link
+        self.estimator = StiffnessEstimator(CONTACT_STIFFNESS)
+        self.detector = OscillationDetector()
+        self.outward = outward
+        self.ways = deque([0.0])
+        self.missing = math.inf
+        self.limit: _LoopLimit | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class _Answer:
+    """Gains computed last, and for what."""
+
+    contacts: tuple[int, ...]
+    settings: ControlSettings
+    readings: SensorTiming
+    most: float
     taken: ControlSettings
     limits: tuple[Limit, ...]
-
-    def holds(self, contact: int, stiffness: float, posture: FloatArray, *, measured: bool) -> bool:
-        """Whether it does for the same contact, about as stiff, with the arm about there."""
-        same = measured == self.measured and self.stiffness / _SAME < stiffness < self.stiffness * _SAME
-        return contact == self.contact and same and largest(posture - self.posture) < _MOVED
 
     def for_another_path(self, settings: ControlSettings) -> _Answer:
         """The same answer with what else ``settings`` say; the two are of the same loop."""
@@ -67,7 +111,7 @@ class _Answer:
 
 
 class GainLimiter:
-    """Compares gains with the most that the loop of skin, arm and contact can hold. Mutable.
+    """Compares gains with the most that the loop of skin, arm and contacts can hold. Mutable.
 
     Where settings are ``limited``, the force gain is held to a share of that, the integral is no faster than its
     answer, and the place gets ``PLACE_SHARE`` of one over what passes from a touch to its reading. How stiff the
@@ -77,38 +121,43 @@ class GainLimiter:
     a virtual inertia (admittance, parallel) keep to ``SAMPLED_SHARE`` of the nominal limit of joints that follow at
     once, and to ``INERTIA_SHARE`` of the limit at a measured contact.
 
+    Each contact that is controlled is measured and has its own limit. The controller has one force gain for all, which
+    is the smallest.
+
     Args:
         robot: Whose joints hold the arm against the contact.
 
     Attributes:
         readings: Of the skin; None says nothing.
-        most: The force gain from which on the force would swing, as worked out last [m/s/N]; None until then.
+        most: The force gain from which on the force of a contact would swing, as worked out last [m/s/N]; None until
+            then.
+        oscillates: Whether the force of a controlled contact oscillates.
         reduced: Whether the force gain is reduced because the force has oscillated.
-        way: Outward way of the touched point at the time of the last reading [m], since the reset.
+        exhausted: Whether the force has oscillated with the smallest gain.
 
-    Cost: 20 µs a tick in contact, 0.3 ms when another contact or other settings come, or the contact shows to be
+    Cost: 20 µs a tick for each contact, 0.3 ms when another contact or other settings come, or the contact shows to be
     stiffer or softer, or the arm has moved on.
     """
 
     def __init__(self, robot: Robot) -> None:
         self._configuration = Configuration(robot)
         self._impedance = JointImpedance(self._configuration, frequency=INNER_FREQUENCY, damping_ratio=1.0)
-        self._estimator = StiffnessEstimator(CONTACT_STIFFNESS)
+        self._selection = ContactSelection()
         self.readings: SensorTiming | None = None
         self.reset()
 
     def reset(self) -> None:
         """Nothing has touched."""
         self._answer: _Answer | None = None
-        self._contact: int | None = None
+        self._first: int | None = None
+        self._contacts: dict[int, _FollowedContact] = {}
         self._before: tuple[FloatArray, FloatArray] | None = None
-        self._outward: FloatArray | None = None
-        self._ways = deque([0.0])
-        self._estimator.reset()
+        self._selection.reset()
         self._set_full()
 
     def _set_full(self) -> None:
         """Take the whole gain again."""
+        self.oscillates = self.exhausted = False
         self._share = 1.0
         self._patience = 0.5 * CALM
         self._calm = 0.0
@@ -118,19 +167,16 @@ class GainLimiter:
     def halve(self, settings: ControlSettings) -> None:
         """Halve the limited force gain, since the force oscillates under ``settings``. It recovers while it is calm."""
         self._oscillated = settings
-        self._share *= 0.5
-        self._patience *= 2
         self._calm = 0.0
+        self.exhausted = self._share <= LEAST_SHARE
+        if not self.exhausted:
+            self._share *= 0.5
+            self._patience *= 2
 
     @property
     def reduced(self) -> bool:
         """See above."""
         return self._share < 1.0
-
-    @property
-    def way(self) -> float:
-        """See above."""
-        return self._ways[0]
 
     @property
     def most(self) -> float | None:
@@ -160,20 +206,23 @@ class GainLimiter:
             return settings, ()
         if self._oscillated is not None and not _of_the_same_loop(self._oscillated, settings):
             self._set_full()
-        region = next((one for one in regions if one.id == self._contact), regions[0]) if regions else None
-        self._measure(posture, region, dt, wanted)
-        if self.readings is None:
-            return self._calmed(settings, dt), ()
-        if region is not None:
-            stiffness = self._estimator.stiffness(max(settings.force_goal, region.force))
-            known = self._known(settings, self.readings)
-            measured = self._estimator.measured
-            if known is None or not known.holds(region.id, stiffness, posture, measured=measured):
-                self._answer = self._worked_out(settings, posture, region, dt, self.readings, stiffness)
-        known = self._known(settings, self.readings)
+        controlled = self._controlled(settings, regions)
+        self._measure(posture, regions, controlled, dt, wanted)
+        self._watch(settings, regions, dt)
+        known = self._answer_for(settings, posture, controlled, dt)
         if known is None:
             return self._calmed(settings, dt), ()
         return self._calmed(known.taken, dt), known.limits if regions else ()
+
+    def _controlled(self, settings: ControlSettings, regions: Sequence[ContactRegion]) -> list[ContactRegion]:
+        """Return the contacts that have a force goal: the one known from before, and all others above the goal."""
+        if not regions:
+            return []
+        first = next((one for one in regions if one.id == self._first), regions[0])
+        self._first = first.id
+        if settings.controller != "hold_force" and settings.task in ALL_CONTACTS:
+            return [first, *(one for one in regions if one.id != first.id)]
+        return [first, *self._selection.others(first, regions, settings.force_goal)]
 
     def _calmed(self, settings: ControlSettings, dt: float) -> ControlSettings:
         """Return the settings with a gain that is reduced because the force has oscillated; it recovers with time."""
@@ -181,7 +230,7 @@ class GainLimiter:
             return settings
         self._calm += dt
         if self._calm > self._patience:
-            self._share, self._calm = 2 * self._share, 0.0
+            self._share, self._calm, self.exhausted = 2 * self._share, 0.0, False
         known = self._reduced
         if known is None or known[0] is not settings or known[1] != self._share:
             reduced = replace(settings, force_gain=self._share * settings.force_gain)
@@ -196,33 +245,97 @@ class GainLimiter:
             self._answer = known = known.for_another_path(settings)
         return known
 
-    def _measure(self, posture: FloatArray, region: ContactRegion | None, dt: float, wanted: FloatArray | None) -> None:
+    def _measure(
+        self,
+        posture: FloatArray,
+        regions: Sequence[ContactRegion],
+        controlled: Sequence[ContactRegion],
+        dt: float,
+        wanted: FloatArray | None,
+    ) -> None:
         """Take the motion of the last tick; the configuration is at ``posture`` afterwards where something touches."""
         wanted = posture if wanted is None else wanted
         before, self._before = self._before, (posture, wanted)
-        if region is not None:
+        felt = {one.id: one for one in regions if one.id in self._contacts} | {one.id: one for one in controlled}
+        if felt:
             self._configuration.update(posture)
-            normal = self._configuration.pose(region.link).rotation.dot(region.link_normal)
-            self._outward = normal.dot(self._configuration.jacobian(region.link, region.link_position))
-        if self._outward is None or before is None:
-            way = asked = 0.0
-        else:
-            way, asked = (
-                float(self._outward.dot(now - then)) for now, then in zip((posture, wanted), before, strict=True)
-            )
+            lost = [id_ for id_, contact in self._contacts.items() if id_ not in felt and contact.missing > GONE]
+            for id_ in lost:
+                del self._contacts[id_]
         delay = 0.0 if self.readings is None else self.readings.delay
-        self._ways.append(self._ways[-1] + way)
-        while len(self._ways) > round(delay / dt) + 1:
-            self._ways.popleft()
-        if region is None:
-            return
-        if region.id != self._contact or before is None:
-            self._contact = region.id
-            self._estimator.reset()
-        elif region.partner is None and self.readings is not None:
-            self._estimator.look(region.force, way, asked, dt, delay)
+        for id_ in felt.keys() - self._contacts.keys():
+            self._contacts[id_] = self._begun(felt[id_], felt.keys())
+        for id_, contact in self._contacts.items():
+            region, begins = felt.get(id_), contact.missing == math.inf or before is None
+            if region is not None and not begins:
+                contact.outward = self._outward(region)
+            way = asked = 0.0
+            if not begins:
+                assert before is not None
+                way, asked = (
+                    float(contact.outward.dot(now - then)) for now, then in zip((posture, wanted), before, strict=True)
+                )
+            contact.ways.append(contact.ways[-1] + way)
+            while len(contact.ways) > round(delay / dt) + 1:
+                contact.ways.popleft()
+            contact.missing = contact.missing + dt if region is None else 0.0
+            if region is not None and not begins and region.partner is None and self.readings is not None:
+                contact.estimator.look(region.force, way, asked, dt, delay)
 
-    def _worked_out(
+    def _begun(self, region: ContactRegion, felt: Collection[int]) -> _FollowedContact:
+        """Return a new contact; one that bounces comes back as a new one, and keeps its swings."""
+        same = (id_ for id_, one in self._contacts.items() if id_ not in felt and one.link == region.link)
+        bounced = next(same, None)
+        if bounced is None:
+            return _FollowedContact(region.link, self._outward(region))
+        contact = self._contacts.pop(bounced)
+        contact.outward, contact.limit = self._outward(region), None
+        contact.estimator.reset()
+        return contact
+
+    def _outward(self, region: ContactRegion) -> FloatArray:
+        """Return the outward speed of the touched point per joint velocity (n,)."""
+        normal = self._configuration.pose(region.link).rotation.dot(region.link_normal)
+        return normal.dot(self._configuration.jacobian(region.link, region.link_position))
+
+    def _watch(self, settings: ControlSettings, regions: Sequence[ContactRegion], dt: float) -> None:
+        """Notice oscillations, and halve the gain where it is limited."""
+        forces = {region.id: region.force for region in regions}
+        swings = [
+            contact.detector.look(settings.force_goal, forces.get(id_, 0.0), contact.ways[0], dt)
+            for id_, contact in self._contacts.items()
+        ]
+        self.oscillates = any(swings)
+        if self.oscillates and settings.gains == "limited":
+            self.halve(settings)
+            for contact in self._contacts.values():
+                contact.detector.reset()
+
+    def _answer_for(
+        self, settings: ControlSettings, posture: FloatArray, controlled: Sequence[ContactRegion], dt: float
+    ) -> _Answer | None:
+        if self.readings is None:
+            return None
+        known = self._known(settings, self.readings)
+        if known is None:
+            for contact in self._contacts.values():
+                contact.limit = None
+        limits, changed = list[_LoopLimit](), False
+        for region in controlled:
+            contact = self._contacts[region.id]
+            stiffness = contact.estimator.stiffness(max(settings.force_goal, region.force))
+            limit, measured = contact.limit, contact.estimator.measured
+            if limit is None or not limit.holds(stiffness, posture, measured=measured):
+                held = self._loop_limit(settings, posture, region, dt, self.readings, stiffness, measured=measured)
+                limit = contact.limit = held
+                changed = True
+            limits.append(limit)
+        ids = tuple(region.id for region in controlled)
+        if limits and (changed or known is None or known.contacts != ids):
+            known = self._answer = _smallest(ids, settings, self.readings, limits)
+        return known
+
+    def _loop_limit(
         self,
         settings: ControlSettings,
         posture: FloatArray,
@@ -230,9 +343,12 @@ class GainLimiter:
         dt: float,
         readings: SensorTiming,
         stiffness: float,
-    ) -> _Answer:
-        calm, loop, measured = _limited(settings, readings), LoopFilter.of(settings), self._estimator.measured
-        slides = settings.controller == "hold_force" or settings.task not in TASKS_AT_A_PLACE
+        *,
+        measured: bool,
+    ) -> _LoopLimit:
+        calm, loop = _limited(settings, readings), LoopFilter.of(settings)
+        at_a_place = settings.controller != "hold_force" and settings.task in TASKS_AT_A_PLACE
+        slides = not at_a_place or region.id != self._first
         arm = pressed_arm(self._configuration, self._impedance, region, stiffness, slides=slides)
         most = arm.gain_limit(LoopFilter.of(calm), readings, dt)
         if loop.inertia_time > 0:
@@ -243,12 +359,19 @@ class GainLimiter:
         else:
             sampled = SAMPLED_SHARE * arm.sampled_limit(readings)
             held = GAIN_SHARE * most if measured else min(NOMINAL_SHARE * most, sampled)
-        calm = replace(calm, force_gain=min(settings.force_gain, held))
-        if settings.gains == "limited":
-            taken, limits = calm, _held_back(settings, calm, readings)
-        else:
-            taken, limits = settings, _unstable(settings, most, readings)
-        return _Answer(region.id, settings, readings, stiffness, measured, posture, most, taken, limits)
+        return _LoopLimit(stiffness, measured, posture, most, held)
+
+
+def _smallest(
+    contacts: tuple[int, ...], settings: ControlSettings, readings: SensorTiming, limits: Sequence[_LoopLimit]
+) -> _Answer:
+    """Return the gains that the loops of all contacts can hold."""
+    most = min(limit.most for limit in limits)
+    if settings.gains != "limited":
+        return _Answer(contacts, settings, readings, most, settings, _unstable(settings, most, readings))
+    calm = _limited(settings, readings)
+    calm = replace(calm, force_gain=min(settings.force_gain, *(limit.held for limit in limits)))
+    return _Answer(contacts, settings, readings, most, calm, _held_back(settings, calm, readings))
 
 
 def _of_the_same_loop(one: ControlSettings | None, other: ControlSettings) -> bool:

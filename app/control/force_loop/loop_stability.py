@@ -63,12 +63,16 @@ CONTACT_STIFFNESS = 2e4
 
 SWING_SHARE = 0.5
 """Share of the goal that an error has to exceed on either side to count as a swing."""
+BOUNCE_SHARE = 0.25
+"""Share of the goal by which the force may stay below the goal to count as a swing after the contact was lost."""
 TURNS, MEMORY = 5, 4.0
 """Number of swings within this time [s] that count as an oscillation."""
 GONE = 0.6
 """Time without contact [s] after which all is forgotten."""
 IN_PHASE = 0.5
 """Least correlation of the force with the way of the skin in an oscillation of the loop."""
+FAST = 0.25
+"""Swings within this time [s] that are faster than a person taps: five to either side at 8 Hz."""
 
 
 class OscillationDetector:
@@ -77,7 +81,9 @@ class OscillationDetector:
     The error has to change sides ``TURNS`` times within ``MEMORY``, by more than ``SWING_SHARE`` of the goal each time.
     The force also has to rise and fall with the way of the skin along its normal: the two are in phase where the arm
     presses on something elastic, whatever the delays in the loop are. Where something else taps or pushes the arm, the
-    arm yields, and they are not.
+    arm yields, and they are not. The contact may be lost in each swing: the force then counts from ``BOUNCE_SHARE``
+    below the goal. Swings within ``FAST`` count in any phase, since a cover that damps, or has much mass, responds to
+    the arm's speed or acceleration and not to its way.
 
     Cost: 0.5 µs a tick; 30 µs while the error swings.
     """
@@ -88,6 +94,7 @@ class OscillationDetector:
     def reset(self) -> None:
         """Forget all swings."""
         self._time, self._side, self._gone = 0.0, 0, 0.0
+        self._lost = False
         self._turns: deque[float] = deque(maxlen=TURNS)
         self._samples: deque[tuple[float, float, float]] = deque()
 
@@ -108,13 +115,15 @@ class OscillationDetector:
         while self._time - self._samples[0][0] > MEMORY:
             self._samples.popleft()
         over = force - goal
-        side = 1 if over > SWING_SHARE * goal else -1 if over < -SWING_SHARE * goal else 0
+        upper = -BOUNCE_SHARE if self._lost else SWING_SHARE
+        side = 1 if over > upper * goal else -1 if over < -SWING_SHARE * goal else 0
         if goal > 0 and side and side != self._side:
             self._side = side
             self._turns.append(self._time)
+        self._lost = force <= 0 or (self._lost and side <= 0)
         if len(self._turns) < TURNS or self._time - self._turns[0] >= MEMORY:
             return False
-        return self._correlation() > IN_PHASE
+        return self._turns[-1] - self._turns[0] < FAST or self._correlation() > IN_PHASE
 
     def _correlation(self) -> float:
         """Return the correlation of force and way since the first of the swings, without a steady motion."""

@@ -11,6 +11,7 @@ from app.control.command import ControlSettings
 from app.control.force_loop.gain_limits import (
     CALM,
     GAIN_SHARE,
+    LEAST_SHARE,
     NOMINAL_SHARE,
     PLACE_SHARE,
     SAMPLED_SHARE,
@@ -143,6 +144,24 @@ def test_an_oscillation_halves_the_gain_until_it_has_been_calm(controller):
     assert not watch.reduced
 
 
+def test_halving_ends_at_the_smallest_share_which_is_reported_until_the_force_is_calm():
+    settings, watch = ControlSettings("hybrid", force_gain=0.002), watch_of(SensorTiming(0.005))
+    before = asked(watch, settings, touch(3.0))[0].force_gain
+    for _ in range(round(-np.log2(LEAST_SHARE))):
+        assert not watch.exhausted
+        watch.halve(settings)
+    assert not watch.exhausted, "not known to oscillate with the smallest gain"
+    for _ in range(3):
+        watch.halve(settings)
+        assert watch.exhausted
+        assert asked(watch, settings, touch(3.0))[0].force_gain == pytest.approx(LEAST_SHARE * before)
+    calm = 0.5 * CALM / LEAST_SHARE
+    for _ in range(round((calm + 0.1) / DT)):
+        taken = asked(watch, settings, touch(3.0))[0]
+    assert taken.force_gain == pytest.approx(2 * LEAST_SHARE * before)
+    assert not watch.exhausted
+
+
 def test_other_settings_take_their_whole_gain_and_given_gains_are_never_reduced():
     settings, watch = ControlSettings("hybrid", force_gain=0.002), watch_of(SensorTiming(0.005))
     watch.halve(settings)
@@ -180,6 +199,44 @@ def test_another_contact_counts_as_nominal_until_it_is_measured():
     soft = watch.most
     asked(watch, HIGH, touch(3.0, id_=2), np.array([-0.01]))
     assert watch.most < 0.7 * soft
+
+
+def test_of_several_contacts_the_smallest_gain_is_taken():
+    """A soft contact is measured, then a stiff one comes; each has its own stiffness."""
+    watch, alone = pressed(1e3)
+    first = touch(3.0)
+    posture = np.array([-3e-3 / 0.3])
+    both = (*touch(6.0, id_=2), *first)
+    taken, _ = watch.effective_settings(HIGH, posture, both, DT, wanted=posture)
+    assert taken.force_gain < 0.6 * alone.force_gain, "nominal until it is measured"
+    for depth in 6e-5 * (1 - np.exp(-np.arange(200) / 30)):
+        posture = np.array([-(3e-3 + depth) / 0.3])
+        regions = (*touch(3.2 + 1e5 * depth, id_=2), *touch(3.0 + 1e3 * depth))
+        taken, _ = watch.effective_settings(HIGH, posture, regions, DT, wanted=posture - 1e-5 * regions[0].force)
+    assert watch.most == pytest.approx(most_at(SLOW, 1e5, posture=posture, integral=0.6), rel=0.1)
+    assert taken.force_gain == pytest.approx(GAIN_SHARE * watch.most)
+    light = (*first, *touch(0.4 * HIGH.force_goal, id_=2))
+    taken, _ = watch.effective_settings(HIGH, posture, light, DT, wanted=posture)
+    assert taken.force_gain == pytest.approx(alone.force_gain, rel=0.1), "it has no force goal any longer"
+
+
+def test_the_oscillation_of_any_controlled_contact_halves_the_gain():
+    settings, watch = replace(HIGH, force_gain=0.001), watch_of(SensorTiming(0.005))
+    for k in range(400):
+        swing = np.sin(30 * k * DT)
+        regions = (*touch(4.0), *touch(3.0 + 2.5 * swing, id_=2))
+        taken, _ = watch.effective_settings(settings, np.array([-1e-4 * swing]), regions, DT)
+    assert watch.reduced
+    assert taken.force_gain <= 0.5 * settings.force_gain
+
+
+def test_a_contact_that_bounces_comes_back_as_a_new_one_and_oscillates_all_the_same():
+    settings, watch = replace(HIGH, force_gain=0.001), watch_of(SensorTiming(0.005))
+    for k in range(600):
+        swing, id_ = np.sin(2 * np.pi * 3 * k * DT), 1 + int(3 * k * DT)
+        regions = touch(3.5 * swing, id_=id_) if swing > 0 else ()
+        watch.effective_settings(settings, np.array([-1e-4 * swing]), regions, DT)
+    assert watch.reduced
 
 
 def test_what_one_robot_does_to_itself_is_not_measured():

@@ -60,6 +60,27 @@ def test_only_force_that_follows_the_arm_is_an_oscillation_of_the_loop():
     assert not swung(2.0, way=lambda time, force: 0.0), "it stands still"
 
 
+def test_bounces_that_lose_the_contact_are_an_oscillation_of_the_loop():
+    """The force is never far above the goal: 0 to 3 N."""
+
+    def bounced(way_at, rate=2.0):
+        watch, swings = OscillationDetector(), False
+        for k in range(round(3.0 / DT)):
+            way = way_at * np.sin(2 * np.pi * rate * k * DT)
+            swings = watch.look(GOAL, max(GOAL * np.sin(2 * np.pi * rate * k * DT), 0.0), way, DT)
+        return swings
+
+    assert bounced(1e-4)
+    assert not bounced(-1e-4), "the arm yields to taps"
+    assert not bounced(0.0)
+
+
+def test_swings_faster_than_taps_count_in_any_phase():
+    for way in (lambda time, force: 0.0, lambda time, force: -force / STIFFNESS):
+        assert swung(2.5, rate=10.0, way=way)
+        assert not swung(2.5, rate=6.0, way=way)
+
+
 def test_calm_is_noticed_too():
     watch = OscillationDetector()
     for k in range(round(3.0 / DT)):
