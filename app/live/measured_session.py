@@ -61,7 +61,9 @@ FASTEST_JOINT = 30.0
 FASTEST_SLIDE = 10.0
 """The same for a slide [m/s]."""
 _LONGEST_STEP = 10.0
-"""A sender's clock that jumps ahead by more [s] was set anew: then the time of arrival counts."""
+"""A clock in a file that jumps ahead by more [s] was set: then the time of arrival counts."""
+_AHEAD = 0.25
+"""A live sender's clock may be ahead of the time of arrival by so much more [s] than at the reading before."""
 _USUAL_TARE = 50
 """Number of readings in a tare, also where a recording does not state it."""
 NOTHING: Callable[[], Arrived | None] = lambda: None  # noqa: E731  the source of a session that is given readings
@@ -85,6 +87,7 @@ class MeasuredFacts:
         unit: Of the newest reading.
         mode: What is shown.
         calibrated: Whether pressures and forces mean what they say.
+        mistimed: Number of readings whose time does not fit those before; their time of arrival was used instead.
         taring: Whether the baseline is being measured.
         tared: Whether there is one.
         weighing: How calibrating by a known weight goes.
@@ -103,6 +106,7 @@ class MeasuredFacts:
     unit: Unit | None
     mode: ValueMode
     calibrated: bool
+    mistimed: int
     taring: bool
     tared: bool
     weighing: WeighingState
@@ -130,6 +134,7 @@ class MeasuredSession:
         table: Running number of the taxel by the stream's id, instead of the skin's own ids.
         calibration: Of the skin; None where nothing is known.
         mode: What is shown; by default pressure where it is known, else values above the baseline.
+        finite: Whether the readings come from a file: they arrive when they are read, so only their own times count.
         quiet_seconds: For which a channel may not change before it is suspected.
 
     Attributes:
@@ -155,9 +160,11 @@ class MeasuredSession:
         table: Mapping[int, int] | None = None,
         calibration: Calibration | None = None,
         mode: ValueMode | None = None,
+        finite: bool = False,
         quiet_seconds: float = QUIET_SECONDS,
     ) -> None:
         self.prepared, self._source = prepared, source
+        self._finite = finite
         skin, robot = prepared.skin, prepared.robot
         if calibration is not None and len(calibration.gain) != len(skin):
             found = f"{len(calibration.gain)} taxels for {len(skin)}"
@@ -212,6 +219,8 @@ class MeasuredSession:
         self._velocity = np.zeros(len(self._posture))
         self._joint_times = np.full(len(self._posture), -np.inf)  # of the newest positions, in the session's time
         self._times: tuple[float, float] | None = None  # of the newest reading: the sender's and ours
+        self._time_base: tuple[float, float, float] | None = None  # the same two and the session's, when they agreed
+        self._mistimed = 0
         self._ticks, self._time = 0, 0.0
         self.inputs: list[tuple[int, SessionInput]] = [
             (0, session_input) for session_input in self.runtime_settings.since(self._start)
@@ -379,6 +388,7 @@ class MeasuredSession:
             unit=self._unit,
             mode=self.mode,
             calibrated=self.units.force is not None,
+            mistimed=self._mistimed,
             taring=self._tare is not None,
             tared=self.tared,
             weighing=self._weighing_state,
@@ -516,15 +526,28 @@ class MeasuredSession:
             self._calibration = Calibration.plain(len(self._values), unit)
 
     def _advance(self, sent: float, arrived: float) -> None:
-        """Let time pass up to a reading."""
-        step = 0.0
-        if self._times is not None:
-            step = sent - self._times[0]
-            if not 0 <= step <= _LONGEST_STEP:  # another clock, as of a sender that started again
-                step = max(arrived - self._times[1], 0.0)
-        self._times = sent, arrived
-        self._time += step
+        """Let time pass up to a reading.
+
+        A time that does not fit the reading before is not used: the time of arrival counts. It becomes the base of
+        those after it only where the next reading fits it, as when the sender started again or its clock was set.
+        """
+        before, self._times = self._times, (sent, arrived)
+        if self._time_base is None or before is None:
+            self._time_base = sent, arrived, self._time
+        else:
+            base_sent, base_arrived, base = self._time_base
+            fits = self._follows(self._times, (base_sent, base_arrived))
+            self._mistimed += not fits
+            now = base + (sent - base_sent if fits else max(arrived - base_arrived, 0.0))
+            self._time = max(now, self._time)
+            if fits or self._finite or self._follows(self._times, before):
+                self._time_base = sent, arrived, self._time
         self._ticks = max(round(self._time / self.prepared.scene.tick), self._ticks + 1)
+
+    def _follows(self, times: tuple[float, float], before: tuple[float, float]) -> bool:
+        """Return whether the sender's and our time of a reading follow those of one before it."""
+        passed = max(times[1] - before[1], 0.0)
+        return 0 <= times[0] - before[0] <= (_LONGEST_STEP if self._finite else passed + _AHEAD)
 
     def _check_values(self, taxels: IntArray, values: FloatArray, unit: Unit) -> None:
         most = MOST_COUNTS if unit.pascals is None else MOST_PRESSURE / unit.pascals

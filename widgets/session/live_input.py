@@ -78,7 +78,9 @@ class LiveInput:
         table = None if settings.ids is None else load_matching(settings.ids, skin)
         calibration = None if settings.calibration is None else load_calibration(settings.calibration, skin)
         self.connection = Connection(source, clock=settings.options.clock)
-        self.session = MeasuredSession(prepared, self.connection.take, table=table, calibration=calibration)
+        self.session = MeasuredSession(
+            prepared, self.connection.take, table=table, calibration=calibration, finite=source.finite
+        )
         if simulated.map is not origin.map:
             self.session.submit(MapEdited("As it was edited before", simulated.map))
         if settings.tare is not None:

@@ -148,7 +148,8 @@ def _with_threshold(scene: Scene, threshold: float | None) -> Scene:
 def _session(arguments: argparse.Namespace, connection: Connection, prepared: PreparedScene) -> MeasuredSession:
     table = load_matching(arguments.ids, prepared.skin) if arguments.ids else None
     calibration = load_calibration(arguments.calibration, prepared.skin) if arguments.calibration else None
-    session = MeasuredSession(prepared, connection.take, table=table, calibration=calibration)
+    finite = connection.source.finite
+    session = MeasuredSession(prepared, connection.take, table=table, calibration=calibration, finite=finite)
     if arguments.mode:
         session.request_mode(ValueMode(arguments.mode))
     if arguments.tare is not None:
@@ -326,6 +327,7 @@ def _figures(status: ConnectionStatus, facts: MeasuredFacts, session: MeasuredSe
         "mean_rate_hz": session.mean_rate,
         "shown": facts.readings,
         "refused": facts.refused,
+        "mistimed": facts.mistimed,
         "unit": facts.unit,
         "mode": facts.mode,
         "calibrated": facts.calibrated,
@@ -401,6 +403,8 @@ def _warnings(session: MeasuredSession, facts: MeasuredFacts, status: Connection
         yield f"{status.counts.overflowed} readings were dropped: they came faster than they were taken"
     if facts.refused:
         yield f"{facts.refused} readings do not fit the skin; the last: {facts.problem}"
+    if facts.mistimed:
+        yield f"{facts.mistimed} readings have a time that does not fit the others; their time of arrival was used"
     if facts.unknown:
         yield f"{facts.unknown_values} values of taxels that the skin does not have: {_named(list(facts.unknown))}"
     if facts.unknown_joints:

@@ -191,6 +191,46 @@ def test_a_sender_that_starts_again_goes_on_in_our_time():
     assert np.isclose(frame.time, 0.5)
 
 
+def arrival(sent, arrived):
+    return Arrived(Reading(sent, np.zeros(60), Unit.PASCAL), arrived)
+
+
+@pytest.mark.parametrize("wild", [0.4, 1.5, 9.0, 500.0, -0.5, -9.0, -500.0])
+@pytest.mark.parametrize("count", [1, 3])
+def test_wild_times_of_single_readings_do_not_advance_the_session(wild, count):
+    measured, times = session(), []
+    for number in range(20):
+        odd = number in range(5, 5 + 3 * count, 3)
+        sent = 100 + 0.01 * number + (wild if odd else 0.0)
+        times.append(measured.show(arrival(sent, 0.01 * number)).time)
+    np.testing.assert_allclose(times, 0.01 * np.arange(20), atol=1e-9)
+    assert measured.facts.mistimed == count
+
+
+@pytest.mark.parametrize("jump", [8.0, -8.0, 3600.0])
+def test_clock_that_was_set_is_followed_from_the_second_reading_on(jump):
+    measured = session()
+    for number in range(20):
+        sent = 100 + 0.01 * number + (jump if number >= 10 else 0.0)
+        frame = measured.show(arrival(sent, 0.012 * number))
+    assert frame.time == pytest.approx(0.09 + 2 * 0.012 + 8 * 0.01, abs=0.005)
+    assert measured.facts.mistimed == 2
+
+
+def test_pause_of_a_sender_is_no_wild_time():
+    measured = session()
+    measured.show(arrival(100.0, 0.0))
+    assert measured.show(arrival(107.0, 7.0)).time == pytest.approx(7.0)
+    assert measured.show(arrival(107.7, 7.5)).time == pytest.approx(7.7), "some packets were late and others lost"
+    assert measured.facts.mistimed == 0
+
+
+def test_readings_of_a_file_have_their_own_times():
+    measured = session(finite=True)
+    times = [measured.show(arrival(sent, 0.0)).time for sent in (0.0, 2.0, 4.0, 13.0)]
+    assert times == [0.0, 2.0, 4.0, 13.0]
+
+
 def test_the_map_and_the_reading_may_change_and_pokes_are_refused():
     measured = session()
     other = measured.map

@@ -190,7 +190,8 @@ def _texts(status: ConnectionStatus, facts: MeasuredFacts, taxels: int) -> dict[
     if status.state is ConnectionState.RECONNECTING and status.next_try is not None:
         state = f"Reconnecting in {status.next_try:.1f}\u202fs"
     trouble = {name: getattr(counts, name) for name in ("malformed", "duplicated", "reordered", "late", "restarts")}
-    trouble |= {"overflowed": counts.overflowed, "refused": facts.refused, "reconnects": status.reconnects}
+    trouble |= {"overflowed": counts.overflowed, "refused": facts.refused, "mistimed": facts.mistimed}
+    trouble |= {"reconnects": status.reconnects}
     return {
         "state": state,
         "rate": f"{status.rate:.0f}\u202fHz",

@@ -7,7 +7,7 @@ file with every effect as it was chosen.
 from __future__ import annotations
 
 import shlex
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -334,18 +334,34 @@ class FilePresenter(QObject):
 
 
 def scene_words(scene: Scene, file: Path | None) -> tuple[list[str], bool]:
-    """The words of a command line that opens a scene, and whether they leave out what was changed of it.
+    """Return the words of a command line that opens a scene, and whether they leave out what was changed of it.
 
     Args:
         scene: What is shown.
         file: Where it was read; None for one that ships, or of a robot or skin alone.
     """
     if file is not None:
-        return ["gui", "--scene", str(file)], False
-    if scene.name in scene_names():
-        return ["gui", "--scene", scene.name], scene != load_scene(scene.name)
-    words = ["gui", "--robot", scene.robot]
-    if scene.taxel_file:
-        words += ["--skin", scene.taxel_file]
-    known = scene_for_taxels(scene.taxel_file) if scene.robot == NO_ROBOT else scene_for(scene.robot)
-    return words, replace(scene, taxel_file=known.taxel_file, cover=known.cover, package_roots=()) != known
+        words, left_out = ["gui", "--scene", str(file)], False
+        known_home = _home_in(file)
+    elif scene.name in scene_names():
+        known = load_scene(scene.name)
+        words, left_out = ["gui", "--scene", scene.name], replace(scene, home=known.home) != known
+        known_home = known.home
+    else:
+        words = ["gui", "--robot", scene.robot]
+        if scene.taxel_file:
+            words += ["--skin", scene.taxel_file]
+        known = scene_for_taxels(scene.taxel_file) if scene.robot == NO_ROBOT else scene_for(scene.robot)
+        same = {"taxel_file": known.taxel_file, "cover": known.cover, "home": known.home}
+        left_out = replace(scene, **same, package_roots=()) != known
+        known_home = known.home
+    stated = [f"{joint}={value!r}" for joint, value in scene.home.items() if known_home.get(joint) != value]
+    return [*words, *([f"--home={','.join(stated)}"] if stated else [])], left_out
+
+
+def _home_in(file: Path) -> Mapping[str, float]:
+    """Return the home posture that a scene file states; empty where the file is gone or cannot be read."""
+    try:
+        return load_scene(str(file)).home
+    except TactileMapsError:
+        return {}

@@ -4,13 +4,18 @@ from __future__ import annotations
 
 import socket
 
+import numpy as np
 import pytest
 
 from app.core.errors import LiveError, UsageError
 from app.live.connection import Connection
+from app.live.measured_session import MeasuredSession
+from app.live.prepare import as_measured
 from app.live.readings import MalformedReadingError, Reading
 from app.live.sources.network import UdpSource, ZmqSource, check_listening
 from app.live.wire_format import encode_binary, encode_json
+from tests.support.simulated_clock import SimulatedClock
+from tests.support.touch import prepared_bar
 
 SECRET = "a secret of ours"
 
@@ -63,6 +68,25 @@ def test_without_the_token_no_packet_is_taken():
     assert connection.take() is None
     assert connection.status.counts.malformed == 2
     assert SECRET not in connection.status.malformed
+    connection.close()
+
+
+@pytest.mark.parametrize("numbered", [True, False])
+def test_udp_packet_with_a_wild_time_does_not_advance_live_time(numbered):
+    source, clock, times = UdpSource("127.0.0.1", 0), SimulatedClock(), []
+    connection = Connection(source, clock=clock)
+    connection.open()
+    measured = MeasuredSession(as_measured(prepared_bar()), connection.take)
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
+        for number in range(10):
+            sent = 100 + 0.01 * number + (9.0 if number == 5 else 0.0)
+            packet = Reading(sent, np.zeros(60), sequence=number if numbered else None)
+            sender.sendto(encode_json(packet), ("127.0.0.1", source.port))
+            clock.now = 0.01 * number
+            connection.step(1.0)
+            times.append(measured.tick().time)
+    np.testing.assert_allclose(times, 0.01 * np.arange(10), atol=1e-4)
+    assert measured.facts.mistimed == 1
     connection.close()
 
 

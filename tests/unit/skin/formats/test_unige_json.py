@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from app.core.errors import SkinError
+from app.skin.formats.taxel_files import read_taxels
 from app.skin.formats.unige_json import UnigeFile, UnigeMap, read_unige, write_unige
 from tests.unit.skin.formats.example_taxels import assert_equal, dome, kinds
 
@@ -117,6 +118,23 @@ def test_a_stated_unit_is_not_guessed(tmp_path):
 def test_a_single_map_needs_no_list(tmp_path):
     file = read(tmp_path, ("tactile_maps", DOCUMENT["tactile_maps"][0]))
     assert (len(file.maps), file.maps[0].name, file.taxels.findings) == (1, "unrolled", ())
+
+
+@pytest.mark.parametrize(("document", "found"), [
+    ({"points": [[0.0, 0.0, 0.01]], "unit": "m"}, "points, unit"), ({}, "an empty object"),
+])  # fmt: skip
+def test_json_of_points_is_refused_with_the_formats_that_can_be_read(tmp_path, document, found):
+    path = tmp_path / "points.json"
+    path.write_text(json.dumps(document))
+    with pytest.raises(SkinError) as refused:
+        read_unige(path)
+    assert str(refused.value) == (
+        f"{path}: this JSON has no skin and no map of Genoa's format (found: {found}). Write the points as CSV with "
+        "the columns x_mm, y_mm, z_mm (and nx, ny, nz), or Genoa's JSON."
+    )
+    csv = path.with_suffix(".csv")
+    csv.write_text("x_mm,y_mm,z_mm,nx,ny,nz\n0,0,10,0,0,1\n5,0,10,0,0,1\n0,5,10,0,0,1\n")
+    np.testing.assert_allclose(read_taxels(csv).positions[1], [0.005, 0, 0.01])
 
 
 def test_a_map_without_a_skin_is_a_flat_skin_and_says_so(tmp_path):

@@ -17,6 +17,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QFileDialog, QInputDialog, QMenu
 
 from app.cli.parser import build_parser
+from app.cli.scenes import scene_from_arguments
 from app.recording.player import RecordingPlayer
 from app.recording.verify import verify
 from app.robots.load import load_robot_file
@@ -217,6 +218,18 @@ def test_a_scene_has_words_that_open_it(scene, file, words):
     assert scene_words(scene, file) == (words, False)
     parsed = build_parser().parse_args(words)
     assert parsed.command == "gui"
+
+
+@pytest.mark.parametrize("named", [["--scene", "push_box"], ["--robot", "two_arms"], ["--scene", "own.toml"]])
+def test_copied_command_line_states_the_home_posture(named, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("own.toml").write_text("robot = 'arm'\n[home]\nelbow_pitch = 1.0\nwrist_pitch = 0.25\n")
+    home = "elbow_pitch=1.25,shoulder_pitch=-0.1"
+    scene = scene_from_arguments(build_parser().parse_args(["gui", *named, "--home", home]))
+    words, left_out = scene_words(scene, Path("own.toml") if "own.toml" in named else None)
+    assert words == ["gui", *named, f"--home={home}"]
+    assert not left_out
+    assert scene_from_arguments(build_parser().parse_args(words)).home == scene.home
 
 
 def test_a_dialog_opens_where_it_was_last_used(window, monkeypatch, tmp_path):
