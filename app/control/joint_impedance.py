@@ -165,6 +165,33 @@ def joint_speeds(robot: Robot) -> FloatArray:
     return np.array([min(most, joint.max_speed) for most, joint in zip(usual, robot.joints, strict=True)])
 
 
+class SpeedScale:
+    """Unit in which the speeds of all joints of a robot can be compared: their own, or the share of their limits.
+
+    Args:
+        robot: The robot; None for hinges without limits of their own.
+
+    Attributes:
+        unit: "rad/s" or "m/s" where all joints have the same kind and limit, else "% of limit".
+        bound: The limit in this unit.
+    """
+
+    def __init__(self, robot: Robot | None = None) -> None:
+        joints = () if robot is None else robot.joints
+        limits = np.array([MAX_JOINT_SPEED]) if robot is None or not joints else joint_speeds(robot)
+        slides = {joint.slide for joint in joints}
+        if len(slides) < 2 and (limits == limits[0]).all():
+            self.unit, self.bound = "m/s" if True in slides else "rad/s", float(limits[0])
+            self._units = np.ones(1)
+        else:
+            self.unit, self.bound = "% of limit", 100.0
+            self._units = limits / self.bound
+
+    def value(self, velocity: FloatArray) -> float:
+        """Return the speed of the joint that is nearest to its limit, of joint velocities (n,)."""
+        return float(np.abs(velocity / self._units).max(initial=0.0))
+
+
 def joint_efforts(robot: Robot) -> FloatArray:
     """Return the largest torque or force (n,) of each joint [N m, or N for a slide]; inf where there is no limit."""
     return np.array([joint.max_effort for joint in robot.joints])

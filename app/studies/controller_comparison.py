@@ -20,6 +20,7 @@ import numpy as np
 
 from app.control.behaviours import Behaviour, behaviours_from
 from app.control.command import ControlSettings
+from app.control.joint_impedance import MAX_JOINT_SPEED, SpeedScale
 from app.control.limit_texts import limit_texts
 from app.control.limits import Limit, LimitKind
 from app.core.arrays import BoolArray, FloatArray, freeze_arrays
@@ -59,12 +60,14 @@ class ControllerTrace:
         force_goal: (n,) wanted [N].
         map_error: (n,) from the contact to where it is wanted, on the map [m].
         body_error: (n,) the same straight across, on the body [m]; of the nearest contact, as it was read.
-        joint_speed: (n,) of the fastest joint [rad/s].
+        joint_speed: (n,) of the joint that is nearest to its limit [``speed_unit``].
         energy: (n,) net energy given to contacts [J].
         control_ms: (n,) wall time of the controller [ms]; no part of what is equal between equal controllers.
         touched: (n,) whether a finger was there to touch.
         limits: (n) what bounded the controller.
         ended: Why it stopped before the time was over; empty where it did not.
+        speed_unit: "rad/s", "m/s", or "% of limit" where joints differ, see ``SpeedScale``.
+        speed_limit: Largest speed that controllers request, in that unit.
     """
 
     name: str
@@ -80,6 +83,8 @@ class ControllerTrace:
     touched: BoolArray
     limits: tuple[tuple[Limit, ...], ...]
     ended: str = ""
+    speed_unit: str = "rad/s"
+    speed_limit: float = MAX_JOINT_SPEED
 
     def __post_init__(self) -> None:
         freeze_arrays(self, *TRACE_COLUMNS)
@@ -90,9 +95,14 @@ class ControllerTrace:
 
 
 class TraceRecorder:
-    """Collects a trace. Mutable: ``add`` a tick, then ``trace``."""
+    """Collects a trace. Mutable: ``add`` a tick, then ``trace``.
 
-    def __init__(self) -> None:
+    Args:
+        scale: Of the joint speeds.
+    """
+
+    def __init__(self, scale: SpeedScale) -> None:
+        self._scale = scale
         self._rows: list[tuple[float | None, ...]] = []
         self._touched: list[bool] = []
         self._limits: list[tuple[Limit, ...]] = []
@@ -108,11 +118,15 @@ class TraceRecorder:
         table = np.array(self._rows, dtype=np.float64).reshape(-1, len(TRACE_COLUMNS))
         columns = dict(zip(TRACE_COLUMNS, table.T.copy(), strict=True))
         touched = np.array(self._touched, dtype=np.bool_)
-        return ControllerTrace(name, settings, **columns, touched=touched, limits=tuple(self._limits), ended=ended)
+        return ControllerTrace(
+            name, settings, **columns, touched=touched, limits=tuple(self._limits), ended=ended,
+            speed_unit=self._scale.unit, speed_limit=self._scale.bound,
+        )  # fmt: skip
 
 
-_UNITS = ("s", "N", "N", "m", "m", "rad_s", "J", "")
+_UNITS = {"time": "s", "force": "N", "force_goal": "N", "map_error": "m", "body_error": "m", "energy": "J"}
 """Of ``TRACE_COLUMNS``, as a file's columns name them."""
+_SPEED_UNITS = {"rad/s": "rad_s", "m/s": "m_s", "% of limit": "percent_of_limit"}
 
 
 @dataclass(frozen=True)
@@ -128,13 +142,14 @@ class ControllerMetrics:
         force_std_N: How much it departed from its own mean departure: ripple without the lasting error [N].
         force_max_N: Greatest force of a contact [N].
         lost: Share of the time in which a finger was there and, after the first contact, none was felt.
-        joint_speed_max: Of the fastest joint [rad/s].
+        joint_speed_max: Largest speed of a joint, or the largest share of its limit [``speed_unit``].
         energy_J: Net energy given to contacts at its greatest [J].
         limited: Share of the time in which something bounded the controller.
         limit: What did most often; None where nothing did.
         control_ms: Median wall time of the controller [ms].
         control_p95_ms: 95 % of the ticks took less [ms].
         seconds: How long it ran [s].
+        speed_unit: As the trace has it.
     """
 
     map_rms_mm: float | None
@@ -152,6 +167,7 @@ class ControllerMetrics:
     control_ms: float | None
     control_p95_ms: float | None
     seconds: float
+    speed_unit: str = "rad/s"
 
 
 def controller_metrics(trace: ControllerTrace) -> ControllerMetrics:
@@ -175,14 +191,19 @@ def controller_metrics(trace: ControllerTrace) -> ControllerMetrics:
         control_ms=float(np.median(trace.control_ms)) if len(trace) else None,
         control_p95_ms=p95(trace.control_ms),
         seconds=float(trace.time[-1]) if len(trace) else 0.0,
+        speed_unit=trace.speed_unit,
     )
 
 
 def trace_csv(traces: Sequence[ControllerTrace]) -> bytes:
-    """All traces as one table, a row a tick and controller; SI units, milliseconds, and the limits in words."""
+    """Return all traces, of one robot, as a table with a row a tick and controller.
+
+    Units are SI, milliseconds, and percent of the limits for joint speeds of unlike joints; limits are in words.
+    """
     text = io.StringIO(newline="")
     writer = csv.writer(text)
-    columns = [f"{name}_{unit}" if unit else name for name, unit in zip(TRACE_COLUMNS, _UNITS, strict=True)]
+    units = _UNITS | {"joint_speed": _SPEED_UNITS[traces[0].speed_unit] if traces else "rad_s"}
+    columns = [f"{name}_{units[name]}" if name in units else name for name in TRACE_COLUMNS]
     writer.writerow(["name", "controller", *columns, "limits"])
     for trace in traces:
         numbers = [getattr(trace, name) for name in TRACE_COLUMNS]
@@ -289,7 +310,8 @@ class _ContenderRun:
             started["effects"] = scene.unattended.effects
         self._session = Session(prepared, scripted=inputs is None, settings=settings, **started)
         self._bodies = _BodyDistance(prepared)
-        self._rows, self._ended = TraceRecorder(), ""
+        self._scale = SpeedScale(prepared.robot)
+        self._rows, self._ended = TraceRecorder(self._scale), ""
 
     @property
     def trace(self) -> ControllerTrace:
@@ -319,7 +341,7 @@ class _ContenderRun:
             force_goal=goal,
             map_error=task.error if task else None,
             body_error=self._bodies.nearest(frame, task.target) if task else None,
-            joint_speed=float(np.abs(frame.velocity).max(initial=0.0)),
+            joint_speed=self._scale.value(frame.velocity),
             energy=task.energy if task else None,
             control_ms=frame.timings.ms.get("control", 0.0),
             touched=bool(frame.pokes),

@@ -14,7 +14,6 @@ from PySide6.QtCore import QPointF, QSize, Qt
 from PySide6.QtGui import QColor, QFont, QPainter, QPaintEvent, QPen
 from PySide6.QtWidgets import QLabel, QVBoxLayout, QWidget
 
-from app.control.joint_impedance import MAX_JOINT_SPEED
 from app.core.arrays import FloatArray
 from app.studies.controller_comparison import ControllerTrace
 from widgets.common.colours import Theme
@@ -77,7 +76,7 @@ class Quantity(NamedTuple):
 QUANTITIES = (
     Quantity("force", "Contact force (N)", 1.0, 3),
     Quantity("map_error", "Error on the map (mm)", 1e3, 3),
-    Quantity("joint_speed", "Max joint speed (rad/s)", 1.0, 2),
+    Quantity("joint_speed", "Max joint speed", 1.0, 2),
     Quantity("energy", "Net energy to contacts (J)", 1.0, 2),
 )
 LIMITED = "Limited"
@@ -165,12 +164,20 @@ class ComparisonPlots(QWidget):
             reach = max(reach, float(np.nanmax(values, initial=0.0)))
         if quantity.name == "force":
             reach = max(reach, self._draw_goals(plot))
-        if quantity.name == "joint_speed" and reach > 0.5 * MAX_JOINT_SPEED:
-            pen = pg.mkPen(QColor(self._theme.warning), width=1.2, style=Qt.PenStyle.DashLine)
-            plot.addItem(pg.InfiniteLine(MAX_JOINT_SPEED, angle=0, pen=pen))
-            reach = max(reach, MAX_JOINT_SPEED)
+        if quantity.name == "joint_speed" and self._traces:
+            reach = self._draw_speed_limit(plot, reach)
         low = min((float(np.nanmin(getattr(t, quantity.name), initial=0.0)) for t in self._traces), default=0.0)
         plot.setYRange(quantity.scale * low, reach or 1.0, padding=0.1)
+
+    def _draw_speed_limit(self, plot: PlotCanvas, reach: float) -> float:
+        """Name the unit, draw the limit where the speeds come near it, and return the highest value of the plot."""
+        trace = self._traces[0]
+        self._titles[list(self.plots).index("joint_speed")].setText(f"Max joint speed ({trace.speed_unit})")
+        if reach <= 0.5 * trace.speed_limit:
+            return reach
+        pen = pg.mkPen(QColor(self._theme.warning), width=1.2, style=Qt.PenStyle.DashLine)
+        plot.addItem(pg.InfiniteLine(trace.speed_limit, angle=0, pen=pen))
+        return max(reach, trace.speed_limit)
 
     def _draw_goals(self, plot: PlotCanvas) -> float:
         """The goals as one violet line each; equal ones lie on each other."""

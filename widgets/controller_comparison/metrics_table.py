@@ -59,7 +59,7 @@ class MetricsTable(QTableWidget):
         super().__init__(len(ROWS), 0, parent)
         self.setObjectName("controller-figures")
         self.setAccessibleName("Metrics")
-        self.setVerticalHeaderLabels([f"{row.words} ({row.unit})" if row.unit else row.words for row in ROWS])
+        self._name_rows("rad/s")
         self.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
         self.setSelectionMode(QAbstractItemView.SelectionMode.NoSelection)
         self.setShowGrid(False)
@@ -77,6 +77,8 @@ class MetricsTable(QTableWidget):
     def show_traces(self, traces: Sequence[ControllerTrace], titles: Sequence[str]) -> None:
         """Measure and show these."""
         figures = [controller_metrics(trace) for trace in traces]
+        if figures:
+            self._name_rows(figures[0].speed_unit)
         self.setColumnCount(len(traces))
         self.setHorizontalHeaderLabels(list(titles))
         for number, row in enumerate(ROWS):
@@ -85,6 +87,12 @@ class MetricsTable(QTableWidget):
             best = _best(known) if row.better and row.unit else None
             for column, value in enumerate(values):
                 self.setItem(number, column, _cell(row, value, bold=column == best))
+
+    def _name_rows(self, speed_unit: str) -> None:
+        units = {row.name: row.unit for row in ROWS} | {"joint_speed_max": speed_unit}
+        self.setVerticalHeaderLabels(
+            [f"{row.words} ({units[row.name]})" if units[row.name] else row.words for row in ROWS]
+        )
 
     def text(self, name: str, column: int) -> str:
         """What a cell says."""

@@ -21,6 +21,7 @@ from PySide6.QtWidgets import QHBoxLayout, QToolButton, QVBoxLayout, QWidget
 from app.contacts.events import EVENT_KINDS
 from app.control.command import ControlSettings
 from app.control.controller_registry import TASKS_AT_A_PLACE, effective_settings, has_task
+from app.control.joint_impedance import SpeedScale
 from app.control.limits import LimitKind
 from app.core.arrays import FloatArray, IntArray
 from app.core.reading_units import ReadingUnits
@@ -47,7 +48,6 @@ from widgets.plots.traces.trace_plots import (
     ForceTraces,
     PlotPart,
     PressureTraces,
-    SpeedScale,
     TracePlot,
     error_of,
     error_trace,

@@ -150,7 +150,8 @@ def _write_page(
 
 def _print_table(figures: dict[str, ControllerMetrics], ended: dict[str, str], *, recorded: bool) -> None:
     wide = max(len("controller"), *(len(name) for name in figures))
-    print_line(f"{'controller':<{wide}}  " + "  ".join(f"{title:>8}" for title in _COLUMNS.values()) + "  main limit")
+    titles = _COLUMNS | {"joint_speed_max": next(iter(figures.values())).speed_unit.replace("% of", "%")}
+    print_line(f"{'controller':<{wide}}  " + "  ".join(f"{title:>8}" for title in titles.values()) + "  main limit")
     for name, found in figures.items():
         cells = "  ".join(f"{_cell(column, getattr(found, column)):>8}" for column in _COLUMNS)
         print_line(f"{name:<{wide}}  {cells}  {limit_name(found.limit) if found.limit else '-'}")

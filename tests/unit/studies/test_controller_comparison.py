@@ -13,13 +13,17 @@ import pytest
 from app.contacts.pipeline import ReadingSettings
 from app.control.behaviours import Behaviour
 from app.control.command import ControlSettings
+from app.control.joint_impedance import MAX_SLIDE_SPEED, SpeedScale, joint_speeds
 from app.control.limits import Limit, LimitKind
 from app.core.errors import SceneError, UsageError
 from app.editing.arrange import move
 from app.editing.document import MapDocument
 from app.scene.effects import Effects
+from app.scene.scene_file import scene_for
 from app.session.inputs import BehavioursChanged, ControlChanged, EffectsChanged, MapEdited, ReadingChanged
+from app.session.prepare import prepare
 from app.session.session import Session
+from app.skin.cover import CoverSpec
 from app.stimuli.stimulus_kinds import Stroke
 from app.studies.controller_comparison import (
     MOST_SECONDS,
@@ -36,7 +40,7 @@ from tests.support.touch import prepared_bar
 
 
 def test_what_there_is_not_is_nan():
-    rows = TraceRecorder()
+    rows = TraceRecorder(SpeedScale())
     numbers = dict.fromkeys(TRACE_COLUMNS, 1.0) | {"map_error": None}
     rows.add(touched=True, limits=(Limit(LimitKind.JOINT_LIMIT),), **numbers)
     trace = rows.trace("A", ControlSettings(controller="qp"), "")
@@ -50,7 +54,7 @@ def test_what_there_is_not_is_nan():
 
 
 def test_one_without_a_tick_is_empty():
-    trace = TraceRecorder().trace("A", ControlSettings(), "stopped at once")
+    trace = TraceRecorder(SpeedScale()).trace("A", ControlSettings(), "stopped at once")
     assert len(trace) == 0
     assert trace.force.shape == trace.touched.shape == (0,)
 
@@ -115,7 +119,7 @@ def test_time_speed_and_energy():
 
 
 def test_one_without_a_tick_measures_nothing():
-    found = controller_metrics(TraceRecorder().trace("A", ControlSettings(), "stopped"))
+    found = controller_metrics(TraceRecorder(SpeedScale()).trace("A", ControlSettings(), "stopped"))
     assert {found.map_rms_mm, found.force_rms_N, found.force_max_N, found.control_ms, found.limited} == {None}
     assert found.seconds == 0
 
@@ -187,6 +191,30 @@ def test_the_controller_that_was_recorded_gives_the_frames_that_were_recorded():
     assert np.array_equal(trace.energy, [frame.task.energy for frame in frames])
     assert 100 < trace.touched.sum() < 200
     assert (trace.control_ms > 0).all()
+
+
+LIFT = """<mujoco><worldbody><body><joint name="lift" type="slide" axis="0 0 1" range="-0.5 0.5" damping="1"/>
+  <geom type="box" size="0.05 0.05 0.05"/>{more}</body></worldbody></mujoco>"""
+HINGE = """<body name="arm" pos="0.1 0 0"><joint name="hinge" axis="0 1 0" range="-1 1" damping="1"/>
+  <geom type="box" size="0.05 0.05 0.05"/></body>"""
+
+
+@pytest.mark.parametrize(("more", "unit", "limit"), [("", "m/s", MAX_SLIDE_SPEED), (HINGE, "% of limit", 100.0)])
+def test_speeds_of_slides_have_their_own_unit_and_limit(tmp_path, more, unit, limit):
+    path = tmp_path / "lift.xml"
+    path.write_text(LIFT.format(more=more))
+    prepared = prepare(replace(scene_for(str(path)), cover=CoverSpec(taxels=40)))
+    session, limits = Session(prepared, scripted=False), joint_speeds(prepared.robot)
+    top = int(np.argmax([prepared.skin.normal(prepared.skin.taxel_point(taxel))[2] for taxel in range(40)]))
+    session.submit(PokePressed(1, prepared.skin.taxel_point(top)))
+    shares = [np.abs(session.tick().velocity / limits).max() for _ in range(100)]
+    (trace,) = compare(ControlSettings(), prepared=prepared, inputs=session.inputs)
+    figures = controller_metrics(trace)
+    assert (trace.speed_unit, trace.speed_limit, figures.speed_unit) == (unit, limit, unit)
+    assert figures.joint_speed_max > 0
+    assert trace.joint_speed == pytest.approx(limit * np.array(shares))
+    column = {"m/s": "joint_speed_m_s", "% of limit": "joint_speed_percent_of_limit"}[unit]
+    assert column in trace_csv([trace]).decode().splitlines()[0].split(",")
 
 
 def test_the_scene_s_own_script_plays_without_a_recording():

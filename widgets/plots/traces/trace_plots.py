@@ -18,10 +18,9 @@ from PySide6.QtGui import QColor
 from PySide6.QtWidgets import QLabel, QVBoxLayout, QWidget
 
 from app.contacts.regions import ContactRegion
-from app.control.joint_impedance import MAX_JOINT_SPEED, joint_speeds
+from app.control.joint_impedance import MAX_JOINT_SPEED
 from app.core.arrays import FloatArray, IntArray
 from app.core.reading_units import ReadingUnits
-from app.robots.robot import Robot
 from app.session.frame import Frame
 from widgets.common.colours import Theme, mixed
 from widgets.document.taxel_selection import TAXEL_COLOURS, region_colour
@@ -502,31 +501,6 @@ def error_trace(plot: TracePlot, theme: Theme) -> BoundedTrace:
     """Of the error on the map [mm]."""
     words = f"tolerance {1e3 * TOLERANCE:g}"
     return BoundedTrace(plot, theme, bound=1e3 * TOLERANCE, words=words, hard=False, quantity=("error", "mm"))
-
-
-class SpeedScale:
-    """How joint speeds are plotted: as they are where all joints have one limit, else as shares of their limits.
-
-    Args:
-        robot: Whose joints; None for hinges without limits of their own.
-
-    Attributes:
-        unit: "rad/s", "m/s" or "% of limit".
-        bound: The limit in this unit.
-    """
-
-    def __init__(self, robot: Robot | None = None) -> None:
-        joints = () if robot is None else robot.joints
-        self._limits = np.array([MAX_JOINT_SPEED]) if robot is None or not joints else joint_speeds(robot)
-        slides = {joint.slide for joint in joints}
-        if len(slides) < 2 and (self._limits == self._limits[0]).all():
-            self.unit, self.bound = "m/s" if True in slides else "rad/s", float(self._limits[0])
-        else:
-            self.unit, self.bound = "% of limit", 100.0
-
-    def value(self, velocity: FloatArray) -> float:
-        """Return the speed of the joint that is nearest to its limit, of joint velocities (n,)."""
-        return self.bound * float(np.abs(velocity / self._limits).max(initial=0.0))
 
 
 def speed_trace(plot: TracePlot, theme: Theme) -> BoundedTrace:

@@ -294,6 +294,26 @@ def ink_of(item):
     return pg.mkPen(item.opts["pen"]).color().name()
 
 
+def test_speeds_of_slides_are_shown_in_their_unit_and_against_their_limit(board):
+    click(board, "comparison-run")
+    title = board.plots._titles[list(board.plots.plots).index("joint_speed")]
+    row = [row.name for row in ROWS].index("joint_speed_max")
+    assert title.text() == "Max joint speed (rad/s)"
+    for unit, limit, speed, drawn in (
+        ("m/s", 0.25, 0.2, True),
+        ("m/s", 0.25, 0.1, False),
+        ("% of limit", 100.0, 80, True),
+    ):
+        given = {"speed_unit": unit, "speed_limit": limit}
+        traces = [replace(trace, joint_speed=np.full(len(trace), speed), **given) for trace in board.traces]
+        board.plots.show_traces(traces)
+        board.table.show_traces(traces, ["A", "B"])
+        assert title.text() == f"Max joint speed ({unit})"
+        assert board.table.verticalHeaderItem(row).text() == f"Max joint speed ({unit})"
+        lines = board.plots.plots["joint_speed"].getPlotItem().items
+        assert [item.value() for item in lines if isinstance(item, pg.InfiniteLine)] == [limit] * drawn
+
+
 def test_a_double_click_shows_all_of_the_time_again(board):
     click(board, "comparison-run")
     plot = board.plots.plots["force"]
