@@ -16,7 +16,7 @@ import numpy as np
 from app.contacts.pipeline import ContactPipeline
 from app.contacts.taxel_noise import TailShape, TaxelNoise, estimate_noise, tail_of_readings
 from app.control.command import JointCommand
-from app.core.arrays import FloatArray, IntArray
+from app.core.arrays import BoolArray, FloatArray, IntArray
 from app.core.errors import LiveError, SimulationError
 from app.core.reading_units import ReadingUnits
 from app.core.timing import Stopwatch
@@ -261,6 +261,11 @@ class MeasuredSession:
             return ReadingUnits.CALIBRATED
         known = self._unit is not None and self._unit.pascals is not None
         return ReadingUnits.PRESSURE if known else ReadingUnits.COUNTS
+
+    @property
+    def broken_taxels(self) -> BoolArray:
+        """(taxels,) whether the channel of each is broken."""
+        return self._broken.copy()
 
     @property
     def mean_rate(self) -> float:

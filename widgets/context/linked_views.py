@@ -27,6 +27,7 @@ from widgets.interaction.view_tool import ViewTool
 from widgets.layers.registry import LAYERS, LayerSpec, at_first, body_layers, map_layers
 from widgets.map_view.map_view import MapView
 from widgets.overlays.task_overlay_builder import TaskOverlayBuilder
+from widgets.overlays.taxel_faults import NO_FAULTS, TaxelFaults
 from widgets.robot_view.robot_view import RobotView
 
 _NARROWEST = 250
@@ -59,6 +60,8 @@ class LinkedViews(QWidget):
     """A finger is to stay at a SurfacePoint."""
     overlays_changed = Signal(object)
     """Other OverlayOptions are shown."""
+    faults_changed = Signal(object)
+    """Other TaxelFaults are marked."""
     selection_told = Signal(str)
     """How many taxels are selected, or which one; empty for none."""
 
@@ -80,6 +83,7 @@ class LinkedViews(QWidget):
         self.scale, self.selection, self.tool = scale, TaxelSelection(self), POKE
         self.selection.changed.connect(self._on_selection_changed)
         self.brush, self.overlays, self._task = BRUSH, at_first(layers), TaskOverlayBuilder()
+        self.faults = NO_FAULTS
         self._hover: SurfacePoint | None = None
         self._waiting: Frame | None = None
         self._paced, self._pace = False, QTimer(self)
@@ -195,6 +199,14 @@ class LinkedViews(QWidget):
     def _show_task(self) -> None:
         for view in (self.map, self.robot):
             view.display.show_task(self._task.shown)
+
+    def set_faults(self, faults: TaxelFaults) -> None:
+        """Both mark the taxels that do not read what touches them."""
+        self.faults = faults
+        for view in (self.map, self.robot):
+            view.display.set_faults(faults)
+        self._read_out()
+        self.faults_changed.emit(faults)
 
     def show_loading(self, text: str, fraction: float) -> None:
         """The first robot is being prepared: one view says how far that is, the other waits."""

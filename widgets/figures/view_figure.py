@@ -77,6 +77,7 @@ def _copied(shown: ShownInViews, part: FigurePart, theme: Theme, spec: FigureSpe
         views.show_prepared(shown.prepared)
         views.robot.morph.hide()
         views.set_overlays(shown.views.overlays)
+        views.set_faults(shown.views.faults)
         if shown.document is not None and shown.document.skin is shown.prepared.skin:
             views.show_document(shown.document)
         views.show_settings(shown.settings)

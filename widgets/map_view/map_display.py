@@ -22,9 +22,9 @@ from widgets.common.settings import OverlayOptions
 from widgets.map_view.foreground.map_painter import MapMarks, MapPainter, outlines
 from widgets.map_view.map_coordinates import nearest_taxel, readout_text
 from widgets.map_view.map_scene import MapLayerFactory, MapScene
-from widgets.map_view.taxel_faults import NO_FAULTS, TaxelFaults
 from widgets.overlays.body_overlays import SkinTexture
 from widgets.overlays.task_overlay import NO_TASK, TaskOverlay
+from widgets.overlays.taxel_faults import NO_FAULTS, TaxelFaults
 
 _KEPT_IMAGES = 3
 """Skins whose live image stays: a scene, the recording replayed over it, and one that was opened before."""
@@ -179,7 +179,7 @@ class MapDisplay(QObject):
             self.picture_changed.emit()
 
     def set_faults(self, faults: TaxelFaults) -> None:
-        """Mark dead, stuck and saturated taxels, in this scene and those after it."""
+        """Mark dead, stuck, saturated and blind taxels, in this scene and those after it."""
         self._faults = faults
         if self.picture is not None:
             self.picture.use_faults(faults)
@@ -198,7 +198,6 @@ class MapDisplay(QObject):
         stretched = "" if picture.ground is None else picture.ground.tell(picture.map, at)
         name = picture.shapes.patches[at.patch].name
         taxel = nearest_taxel(picture.map, at)
-        fault = None if taxel is None else picture.fault_of(taxel)
         frame = self._frame
         told = readout_text(
             picture.map,
@@ -206,7 +205,7 @@ class MapDisplay(QObject):
             None if frame is None else frame.pressures,
             units=ReadingUnits.CALIBRATED if frame is None else frame.units,
             name=name,
-            fault="" if fault is None else fault.value,
+            fault="" if taxel is None else picture.fault_words(taxel),
         )
         return "  ·  ".join(filter(None, (told, stretched)))
 

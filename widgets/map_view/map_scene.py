@@ -29,8 +29,9 @@ from widgets.map_view.live_image import LiveImage
 from widgets.map_view.map_coordinates import SceneTransform, VisiblePatches
 from widgets.map_view.map_items import PatchItem, TaxelsItem, ZOrder
 from widgets.map_view.map_shapes import MapShapes, Wireframe, wireframe
-from widgets.map_view.taxel_faults import NO_FAULTS, Fault, FaultLegend, FaultsItem, TaxelFaults, fault_legend
+from widgets.map_view.taxel_faults import FaultsItem
 from widgets.overlays.body_overlays import SkinTexture
+from widgets.overlays.taxel_faults import NO_FAULTS, Fault, FaultLegend, TaxelFaults, fault_legend
 
 CONTACT_KPA = TOUCH_THRESHOLD / 1e3
 """Where the line around a touched area runs [kPa]; the pressure from which the contact reader calls a taxel touched."""
@@ -228,9 +229,9 @@ class MapScene:
         self._faults_item.mark(self._found)
         self.fault_legend = fault_legend(self._found, self.document.skin.identity)
 
-    def fault_of(self, taxel: int) -> Fault | None:
-        """What is wrong with a taxel now."""
-        return next((fault for fault, those in self._found.items() if those[taxel]), None)
+    def fault_words(self, taxel: int) -> str:
+        """Return what is wrong with a taxel now, in words; empty for nothing."""
+        return self._faults.words(self._found, taxel) if self._found else ""
 
     def select(self, taxels: IntArray, inks: tuple[str, ...]) -> None:
         """Ring these taxels (k,), each in its colour."""

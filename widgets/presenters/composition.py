@@ -23,6 +23,7 @@ from widgets.presenters.plots_presenter import PlotsPresenter
 from widgets.presenters.pointing_presenter import PointingPresenter
 from widgets.presenters.session.accuracy_presenter import AccuracyPresenter
 from widgets.presenters.session.effects_presenter import EffectsPresenter
+from widgets.presenters.session.faults_presenter import FaultsPresenter
 from widgets.presenters.session.notes_presenter import NotesPresenter
 from widgets.presenters.session.overlay_presenter import OverlayPresenter
 from widgets.presenters.session.recording_plots_presenter import RecordingPlotsPresenter
@@ -42,6 +43,7 @@ class Presenters:
 
     tools: Tools
     effects: EffectsPresenter
+    faults: FaultsPresenter
     map_files: MapFilePresenter
     map_edit: MapEditPresenter
     files: FilePresenter
@@ -101,6 +103,7 @@ def build(context: AppContext, parent: QWidget) -> Presenters:
     return Presenters(
         tools=tools,
         effects=effects,
+        faults=FaultsPresenter(context, parent),
         map_files=map_files,
         map_edit=map_edit,
         files=files,

@@ -21,6 +21,7 @@ from widgets.common.colours import PressureScale, Theme
 from widgets.interaction.select_gesture import RubberBand
 from widgets.overlays.body_overlays import NO_MARKS, SkinTexture, ToolMarks
 from widgets.overlays.task_overlay import NO_TASK, TaskOverlay
+from widgets.overlays.taxel_faults import NO_FAULTS, TaxelFaults
 from widgets.robot_view.camera import Viewpoint, framing, look_from
 from widgets.robot_view.caption_overlay import CaptionOverlay, Captions, ForceCaption
 from widgets.robot_view.plotter_widget import Canvas, ImageCanvas, RenderScheduler, make_canvas
@@ -68,6 +69,7 @@ class RobotDisplay(QObject):
         self._frame: Frame | None = None
         self._mark: SurfacePoint | None = None
         self._captions, self._framed, self._marks = Captions(), True, NO_MARKS
+        self._faults = NO_FAULTS
         self._task, self._task_is_new = NO_TASK, False
         self.canvas: Canvas = ImageCanvas(view) if off_screen else make_canvas(view)
         self.scene = RobotScene(self.canvas.plotter, theme, scale, layers)
@@ -80,6 +82,7 @@ class RobotDisplay(QObject):
         """Show the robot of ``prepared`` at home, framed."""
         self.scene.show_prepared(prepared)
         self.scene.set_marks(self._marks)
+        self.scene.set_faults(self._faults)
         self.prepared, self._frame, self._mark = prepared, None, None
         self._task, self._task_is_new = NO_TASK, False
         legend, hidden = arrow_legend(ReadingUnits.CALIBRATED), len(self.scene.hidden)
@@ -119,6 +122,12 @@ class RobotDisplay(QObject):
     def set_selection(self, taxels: IntArray, inks: tuple[str, ...]) -> None:
         """Ring these taxels (k,), each in its colour."""
         self.scene.set_selection(taxels, inks)
+        self.request()
+
+    def set_faults(self, faults: TaxelFaults) -> None:
+        """Mark dead, stuck and blind taxels, of this skin and those after it."""
+        self._faults = faults
+        self.scene.set_faults(faults)
         self.request()
 
     def set_picture(self, picture: SkinTexture | None, *, textured: bool) -> None:

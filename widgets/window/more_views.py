@@ -17,6 +17,7 @@ from app.session.prepare import PreparedScene
 from widgets.common.colours import Theme
 from widgets.context.app_context import AppContext
 from widgets.layers.registry import LAYERS, body_layers
+from widgets.overlays.taxel_faults import TaxelFaults
 from widgets.robot_view.second_view import ContactInset, SecondView
 
 _ROOM_BESIDE = 1200
@@ -71,6 +72,7 @@ class MoreViews(QObject):
         context.theme.changed.connect(self._on_theme_changed)
         views.bar.maximum_changed.connect(self._on_scale_changed)
         views.overlays_changed.connect(self._on_overlays_changed)
+        views.faults_changed.connect(self._on_faults_changed)
 
     def show_second(self, *, shown: bool) -> None:
         """Add the second view, or remove it."""
@@ -151,6 +153,7 @@ class MoreViews(QObject):
     def _fill(self, view: SecondView) -> None:
         session, views = self._context.session, self._context.views
         view.display.show_layers(views.overlays.shown)
+        view.display.set_faults(views.faults)
         view.display.set_link_levels(views.robot.display.scene.link_levels)
         if session.prepared is not None:
             view.show_prepared(session.prepared)
@@ -181,6 +184,10 @@ class MoreViews(QObject):
     def _on_scale_changed(self, _maximum: float) -> None:
         for view in self._shown:
             view.display.set_scale(self._context.views.scale)
+
+    def _on_faults_changed(self, faults: TaxelFaults) -> None:
+        for view in self._shown:
+            view.display.set_faults(faults)
 
     def _on_overlays_changed(self, _overlays: object) -> None:
         for view in self._shown:

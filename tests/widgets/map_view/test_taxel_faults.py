@@ -12,7 +12,8 @@ from PySide6.QtGui import QColor
 from app.editing.document import MapDocument, show_patches
 from tests.widgets.support.samples import touched
 from tests.widgets.support.snapshots import pixels
-from widgets.map_view.taxel_faults import NO_FAULTS, Fault, TaxelFaults
+from widgets.common.colours import DARK, LIGHT
+from widgets.overlays.taxel_faults import NO_FAULTS, Fault, TaxelFaults
 
 DEAD, STUCK = 40, 90
 
@@ -82,3 +83,36 @@ def test_marks_go_with_their_patch(view, prepared, broken):
     assert not near(around(view, prepared, DEAD), "#ffffff")
     view.display.show_document(document)
     assert near(around(view, prepared, DEAD), "#1d2126")
+
+
+@pytest.mark.parametrize("theme", [DARK, LIGHT])
+def test_blind_areas_are_hatched_on_the_map_and_named(view, prepared, theme):
+    view.set_theme(theme)
+    whole = around(view, prepared, DEAD)
+    faults = around_blind(prepared)
+    view.display.set_faults(faults)
+    hatched = around(view, prepared, DEAD)
+    view.display.set_faults(replace(faults, blind=()))
+    crossed = around(view, prepared, DEAD)
+    assert ink(hatched) > ink(crossed) > ink(whole)
+    assert Fault.BLIND not in dict(view.display.marks.faults)
+    view.display.set_faults(faults)
+    count = sum(len(area.taxels) for area in faults.blind)
+    assert dict(view.display.marks.faults)[Fault.BLIND] == f"{count} taxel{'s' * (count > 1)} blind"
+    words = view.display.words_for(prepared.skin.taxel_point(DEAD))
+    assert "dead, blind: too few working neighbours" in words
+    view.display.set_faults(NO_FAULTS)
+    np.testing.assert_array_equal(around(view, prepared, DEAD), whole)
+
+
+def around_blind(prepared):
+    """A dead taxel among dead ones."""
+    pairs = prepared.skin.neighbours
+    kinds = np.zeros(len(prepared.skin), np.int8)
+    kinds[np.unique(pairs[(pairs == DEAD).any(axis=1)])] = 1
+    return TaxelFaults(kinds).with_areas(prepared.skin, estimated=True)
+
+
+def ink(image):
+    """How many pixels are as dark as a mark."""
+    return int((np.abs(image - np.array(QColor("#1d2126").toTuple()[:3])).max(axis=2) < 40).sum())

@@ -25,7 +25,7 @@ from widgets.common.settings import BaseLayer, OverlayOptions, Settings
 from widgets.layers.registry import LAYERS, at_first
 from widgets.map_view.bijectivity import FlawFinder
 from widgets.map_view.map_coordinates import format_three_digits
-from widgets.map_view.taxel_faults import TaxelFaults
+from widgets.overlays.taxel_faults import TaxelFaults
 from widgets.window.main_window import MainWindow
 
 STRETCHES = [(BaseLayer.ANGLE, "angle"), (BaseLayer.AREA, "area")]

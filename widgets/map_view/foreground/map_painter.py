@@ -22,10 +22,11 @@ from widgets.map_view.map_coordinates import MARGIN_PX, nice_floor
 from widgets.map_view.map_items import ZOrder
 from widgets.map_view.map_scene import CONTACT_KPA, MapScene
 from widgets.map_view.map_shapes import MapShapes, PatchShape
-from widgets.map_view.taxel_faults import FaultLegend, fault_legend_size, paint_fault_legend
+from widgets.map_view.taxel_faults import fault_legend_size, paint_fault_legend
 from widgets.overlays.callouts import Callout, Spot, place_callouts
 from widgets.overlays.painting import polygon
 from widgets.overlays.task_overlay import NO_TASK, TaskOverlay
+from widgets.overlays.taxel_faults import FaultLegend
 
 EDGE = 12.0
 """Distance of captions from the viewport's edge [px]."""

@@ -24,8 +24,11 @@ from app.core.reading_units import ReadingUnits
 from app.scene.effects import EFFECTS, Effects
 from app.session.frame import Frame
 from app.session.prepare import PreparedScene
+from app.tactile.contact_notes import contact_note_text
+from app.tactile.sensor_effects import ALIVE
 from widgets.common.panel import FlatComboBox, Panel, value_label
 from widgets.document.taxel_selection import TaxelSelection, region_colour
+from widgets.overlays.taxel_faults import TaxelFaults
 from widgets.panels.touch.held_fingers import HeldFingers
 
 _REFUSALS = {
@@ -398,6 +401,41 @@ def _interval(region: ContactRegion, units: ReadingUnits) -> str:
     return f"With a probability of 95 % between {low:.2f} and {units.force_words(high, 2)}"
 
 
+def faults_text(faults: TaxelFaults) -> str:
+    """Like "4 broken taxels: 3 estimated from their neighbours, 1 blind (0.8 cm²)"; empty where none is broken."""
+    count = int(np.count_nonzero(faults.broken != ALIVE))
+    if not count:
+        return ""
+    words = f"{count} broken {'taxel' if count == 1 else 'taxels'}"
+    if not faults.estimated:
+        return f"{words}, used as read"
+    blind = sum(len(area.taxels) for area in faults.blind)
+    parts = [f"{count - blind} estimated from neighbours"] if count > blind else []
+    if blind:
+        parts.append(f"{blind} blind ({1e4 * sum(area.area for area in faults.blind):.3g}\u202fcm²)")
+    return f"{words}: {', '.join(parts)}"
+
+
+_NAMED_AREAS = 6
+
+
+def faults_tip(faults: TaxelFaults) -> str:
+    """Return the blind areas by name, and what is done with broken taxels."""
+    texts = [contact_note_text(area.note) for area in faults.blind[:_NAMED_AREAS]]
+    texts = [f"{text[0].upper()}{text[1:]}." for text in texts]
+    more = len(faults.blind) - _NAMED_AREAS
+    if more > 0:
+        texts.append(f"{more} more blind {'area' if more == 1 else 'areas'}.")
+    return "\n".join([*texts, _FAULTS_TIP if faults.estimated else _AS_READ_TIP])
+
+
+_FAULTS_TIP = (
+    "For contacts, a broken taxel has the mean pressure of its working neighbours. A taxel with fewer than two\n"
+    "working neighbours is blind: contacts on it are not reported, or with too little force."
+)
+_AS_READ_TIP = "The scene has broken taxels used as they are read."
+
+
 class ContactsPanel(Panel):
     """A few rows that never jump: fixed in number, a scroll bar beside them; the older region above the younger."""
 
@@ -451,6 +489,9 @@ class ContactsPanel(Panel):
         self.reading = EstimationControls(self)
         self.reading.reading_edited.connect(self._on_reading_edited)
         self.column.addWidget(self.reading)
+        self._faults: QLabel = self.caption()
+        self._faults.setObjectName("contacts-faults")
+        self._faults.hide()
         shear = self.caption(SHEAR_NOTE)
         shear.setObjectName("contacts-shear")
         shear.setToolTip(SHEAR_TIP)
@@ -468,6 +509,13 @@ class ContactsPanel(Panel):
     def show_effects(self, effects: Effects) -> None:
         """The noise in force is part of what the usual threshold means."""
         self.reading.show_effects(effects)
+
+    def show_faults(self, faults: TaxelFaults) -> None:
+        """Name broken taxels and blind areas; nothing where there are none."""
+        text = faults_text(faults)
+        self._faults.setText(text)
+        self._faults.setToolTip(faults_tip(faults))
+        self._faults.setHidden(not text)
 
     def set_editable(self, *, editable: bool) -> None:
         """Let a person change how contacts are read, or not; they may be selected anyhow."""

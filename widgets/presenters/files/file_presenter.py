@@ -352,8 +352,8 @@ def scene_words(scene: Scene, file: Path | None) -> tuple[list[str], bool]:
         if scene.taxel_file:
             words += ["--skin", scene.taxel_file]
         known = scene_for_taxels(scene.taxel_file) if scene.robot == NO_ROBOT else scene_for(scene.robot)
-        same = {"taxel_file": known.taxel_file, "cover": known.cover, "home": known.home}
-        left_out = replace(scene, **same, package_roots=()) != known
+        same = replace(scene, taxel_file=known.taxel_file, cover=known.cover, home=known.home, package_roots=())
+        left_out = same != known
         known_home = known.home
     stated = [f"{joint}={value!r}" for joint, value in scene.home.items() if known_home.get(joint) != value]
     return [*words, *([f"--home={','.join(stated)}"] if stated else [])], left_out

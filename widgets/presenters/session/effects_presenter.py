@@ -14,7 +14,6 @@ from app.session.prepare import PreparedScene
 from app.studies.work_precision import Setting
 from app.tactile.half_space_stress import TAIL_SHARE
 from widgets.context.app_context import AppContext
-from widgets.map_view.taxel_faults import faults_of
 from widgets.panels.simulation.accuracy_panel import AccuracyPanel
 from widgets.panels.simulation.effects_panel import (
     AUTO,
@@ -27,7 +26,7 @@ from widgets.session.live_run import LiveRun
 
 
 class EffectsPresenter(QObject):
-    """Connects the Effects panel, the session, the prices measured beside, and the marks on single taxels.
+    """Connects the Effects panel, the session, and the prices measured beside.
 
     A wish takes effect at the next tick, and the session's state is kept. One that enters a corner where the physics
     is known to be unstable is asked about first.
@@ -90,7 +89,6 @@ class EffectsPresenter(QObject):
         notes = () if unstable is None else (unstable,)
         decision = credited_decision(recorded_decision(scene, effects), self._prepared.scene, scene)
         self._panel.show_decision(decision, automatic_rows(scene), notes=notes)
-        self._context.views.map.display.set_faults(faults_of(self._prepared, effects))
         values = {"share": TAIL_SHARE} if effects.skin == "half-space" else {}
         step = {"timestep_ms": round(1e3 * effects.timestep, 6)}
         self._context.panels.get(AccuracyPanel).show_present(Setting("touch", effects.skin, values))

@@ -23,8 +23,10 @@ from app.session.prepare import PreparedScene
 from widgets.common.colours import PressureScale, Theme, mixed
 from widgets.overlays.body_overlays import SkinTexture, ToolMarks
 from widgets.overlays.task_overlay import TaskOverlay
+from widgets.overlays.taxel_faults import TaxelFaults
 from widgets.robot_view.camera import CameraRay, Viewpoint, framing
 from widgets.robot_view.scene.contact_marks import ContactMarks
+from widgets.robot_view.scene.fault_marks import FaultMarks
 from widgets.robot_view.scene.link_actors import LinkActors
 from widgets.robot_view.scene.object_actors import ObjectActors, floor_grid
 from widgets.robot_view.scene.opening_view import initial_direction, places_of_interest
@@ -128,6 +130,8 @@ class RobotScene:
         self.layers = {name: make(self) for name, make in self._make_layers.items()}
         self._edit_marks = EditToolMarks(self.plotter, self.theme, prepared)
         self._task_marks = TaskMarks(self.plotter, self.theme, prepared)
+        self._fault_marks = FaultMarks(self.plotter, self.theme, prepared)
+        self._carried = (self._fault_marks, self._edit_marks, self._task_marks)
         self.show_layers(self._shown)
         self._ground()
         self._places = places_of_interest(prepared, self.poses)
@@ -181,8 +185,7 @@ class RobotScene:
 
     def _leave_out(self) -> None:
         """Take the actors of what is hidden off the picture: whether they are otherwise to be seen stays theirs."""
-        carried = (self._edit_marks, self._task_marks)
-        marks = [pair for kind in carried for pair in kind.link_actors]
+        marks = [pair for kind in self._carried for pair in kind.link_actors]
         actors = [*self.links.placed, *self.skin.link_actors, *marks]
         first = len(self.prepared.robot.links)
         actors += [*self.skin.textured_actors, *((first + number, actor) for number, actor in self._objects.actors)]
@@ -219,6 +222,11 @@ class RobotScene:
         """Ring these taxels (k,), each in its colour."""
         if self._prepared is not None:
             self.skin.select(taxels, inks)
+
+    def set_faults(self, faults: TaxelFaults) -> None:
+        """Mark dead, stuck and blind taxels."""
+        if self._prepared is not None:
+            self._fault_marks.show(faults)
 
     def set_picture(self, picture: SkinTexture | None, *, textured: bool) -> None:
         """Take the map's picture: shown while ``textured``, else kept for the way to the map."""
@@ -263,7 +271,7 @@ class RobotScene:
         if self.skin.share == 0:
             self._plane = self._facing_plane()
         self.skin.morph(share)
-        for marks in (self._edit_marks, self._task_marks):
+        for marks in self._carried:
             marks.hide(hidden=share > 0)
         gone = _FADE * min(share / PEELED, 1.0)  # before the skin is laid flat, which would lead through the links
         self.links.fade(gone)
@@ -307,8 +315,8 @@ class RobotScene:
             for layer in self.layers.values():
                 layer.set_theme(theme)
             self._objects.set_theme(theme)
-            self._edit_marks.set_theme(theme)
-            self._task_marks.set_theme(theme)
+            for marks in self._carried:
+                marks.set_theme(theme)
             self._ground()
 
     def set_scale(self, scale: PressureScale) -> None:
@@ -398,8 +406,9 @@ class RobotScene:
         poses = self.poses
         for number, actor in self.links.placed:
             set_matrix(actor, poses[number])
-        for number, actor in (*self._edit_marks.link_actors, *self._task_marks.link_actors):
-            set_matrix(actor, poses[number])
+        for marks in self._carried:
+            for number, actor in marks.link_actors:
+                set_matrix(actor, poses[number])
         self.skin.move(poses, self._plane)
         self._leave_out()
 

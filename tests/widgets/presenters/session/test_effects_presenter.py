@@ -15,7 +15,6 @@ from app.scene.stability import stability_warning
 from app.session.inputs import EffectsChanged
 from app.studies.work_precision import Setting
 from tests.widgets.support.window_driver import press_map, run
-from widgets.map_view.taxel_faults import Fault
 
 LEFT = Qt.MouseButton.LeftButton
 
@@ -170,15 +169,6 @@ def test_a_replay_shows_the_recordings_effects_and_takes_no_wishes(window, panel
     assert panel.lines["noise"].words[1] == "off"
     assert panel.lines["friction"].words[1] == "on", "as it was left"
     assert panel.lines["noise"].box.isEnabled()
-
-
-def test_dead_taxels_are_marked_while_they_are_simulated(window, panel):
-    wish(panel, "dead_taxels", "on")
-    run(window, 0.02)
-    assert Fault.DEAD in dict(window.map_view.display.marks.faults)
-    wish(panel, "dead_taxels", "auto")
-    run(window, 0.02)
-    assert window.map_view.display.marks.faults == ()
 
 
 def test_prices_measured_beside_reach_the_panel(window, panel):

@@ -1,0 +1,84 @@
+"""Broken taxels in the real window: marked on map and body and named while there are any; of a real skin too."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from PySide6.QtWidgets import QLabel
+
+from app.live.sources.open import SourceOptions
+from app.recording.player import open_recording
+from tests.widgets.support.window_driver import run
+from widgets.overlays.taxel_faults import Fault
+from widgets.panels.touch.contacts_panel import ContactsPanel
+from widgets.session.live_input import LiveInputSettings
+
+
+@pytest.fixture
+def window(window_again):
+    """Effects begin again with the scene, and what was connected is disconnected."""
+    return window_again
+
+
+def wish(window, key, value):
+    """As the row's box asks when a person chose."""
+    line = window.column["effects"].lines[key]
+    line.box.activated.emit(next(k for k in range(line.box.count()) if line.box.itemData(k) == value))
+
+
+def shown(window):
+    """Faults on the map, taxels marked on the body, and the panel's words."""
+    label = window.column.get(ContactsPanel).findChild(QLabel, "contacts-faults")
+    body = window.robot_view.display.scene._fault_marks._actors
+    words = label.text() if label.isVisible() else ""
+    return dict(window.map_view.display.marks.faults), any(actor.visibility for actor in body), words
+
+
+def test_dead_taxels_are_marked_while_they_are_simulated(window):
+    assert shown(window) == ({}, False, "")
+    wish(window, "dead_taxels", "on")
+    run(window, 0.02)
+    on_map, on_body, words = shown(window)
+    assert Fault.DEAD in on_map
+    assert on_body
+    broken = int(np.count_nonzero(window.views.faults.broken))
+    assert words.startswith(f"{broken} broken taxel")
+    assert "estimated from neighbours" in words
+    wish(window, "dead_taxels", "auto")
+    run(window, 0.02)
+    assert shown(window) == ({}, False, "")
+
+
+def silent_table(window, taxels):
+    """Readings in counts that all change but for these ``taxels``, for eight seconds."""
+    count = len(window.live.prepared.skin)
+    rows = [f"time,sequence,{','.join(map(str, range(count)))}"]
+    noise = np.random.default_rng(1).integers(0, 40, (80, count))
+    noise[:, taxels] = 7
+    rows += [f"{0.1 * k:.1f},{k},{','.join(map(str, row))}" for k, row in enumerate(noise.tolist())]
+    return "\n".join(rows) + "\n"
+
+
+def test_broken_channels_of_a_real_skin_are_marked_live_and_in_a_recording(window, tmp_path, qtbot):
+    silent = np.array([20, 40])
+    path = tmp_path / "readings.csv"
+    path.write_text(silent_table(window, silent))
+    window.live.connect_source(LiveInputSettings(str(path), SourceOptions(speed=None)))
+    window.live.start_recording(tmp_path / "silent.mcap")
+
+    def marked():
+        run(window, 0.2)
+        return window.views.faults.broken[silent].all() if len(window.views.faults.broken) else False
+
+    qtbot.waitUntil(lambda: bool(marked()), timeout=60_000)
+    live = shown(window)
+    assert live == ({Fault.STUCK: "2 taxels stuck"}, True, "2 broken taxels: 2 estimated from neighbours")
+    window.live.stop_recording()
+    window.live.show_player(open_recording(tmp_path / "silent.mcap"))
+    assert shown(window)[0] == {}
+    window.live.show_time(window.live.player.duration)
+    assert shown(window) == live
+    window.live.back_to_live()
+    window.live.disconnect_source()
+    run(window, 0.1)
+    assert shown(window) == ({}, False, "")
