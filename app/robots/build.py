@@ -19,7 +19,7 @@ from app.robots.files.model_limits import LARGEST_MAGNITUDE, MAX_BODIES
 from app.robots.formats.joint_limits import DriveLimits, limit_efforts
 from app.robots.formats.mesh_files import MAX_FACES
 from app.robots.home_posture import choose_home
-from app.robots.mujoco_spec import check_names, compile_spec, editing_spec, parse_spec, spec_text
+from app.robots.mujoco_spec import TOUCHING, check_names, compile_spec, editing_spec, parse_spec, spec_text
 from app.robots.mujoco_warnings import collect_warnings, warning_findings
 from app.robots.robot import Joint, Link, Robot
 from app.robots.sanitize import (
@@ -260,7 +260,7 @@ def _exclude_touching(spec: mujoco.MjSpec, model: mujoco.MjModel, home: FloatArr
     known = {frozenset((exclude.bodyname1, exclude.bodyname2)) for exclude in spec.excludes}
     pairs = [pair for pair in collision_exclusions(model, home) if frozenset(pair) not in known]
     for first, second in pairs:
-        spec.add_exclude(bodyname1=first, bodyname2=second)
+        spec.add_exclude(name=f"{TOUCHING}{first} {second}", bodyname1=first, bodyname2=second)
     if not pairs:
         return []
     named = ", ".join(f"{first}-{second}" for first, second in pairs[:5]) + (", …" if len(pairs) > 5 else "")

@@ -19,6 +19,8 @@ from app.robots.robot import Robot
 
 OWN_NAMES = "tactile-maps/"
 """What we add to a robot's model is called so first, and nothing of a robot is: nobody can be taken for another."""
+TOUCHING = f"{OWN_NAMES}touching "
+"""How the names of exclusions begin that were found when the robot was loaded, by the shapes of its model."""
 
 
 def robot_spec(robot: Robot) -> mujoco.MjSpec:
@@ -40,6 +42,15 @@ def robot_spec(robot: Robot) -> mujoco.MjSpec:
     settings.inertiagrouprange = [0, mujoco.mjNGROUP - 1]
     check_names(spec, source=robot.source)
     return spec
+
+
+def drop_found_exclusions(spec: mujoco.MjSpec) -> frozenset[frozenset[str]]:
+    """Delete the exclusions that were found when the robot was loaded; return their pairs of links."""
+    found = [exclude for exclude in spec.excludes if exclude.name.startswith(TOUCHING)]
+    pairs = frozenset(frozenset((exclude.bodyname1, exclude.bodyname2)) for exclude in found)
+    for exclude in found:
+        spec.delete(exclude)
+    return pairs
 
 
 def check_names(spec: mujoco.MjSpec, *, source: str) -> None:

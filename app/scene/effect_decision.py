@@ -107,7 +107,10 @@ def _skin(needs: Needs, above: DecidedAbove) -> ValueAndReason:
     if untouched and (needs.attended or "readings" not in needs.outputs):  # an untouched sensor has noise too
         return "off", "fingers and contact are off"
     model, why = _contact_model(needs)
-    return model, f"{why} ({stated_error_text(model, needs.touch)})"
+    judged = needs.touch
+    if needs.follows_touch and "posture" in needs.outputs:  # the posture follows the centre too
+        judged = tuple(dict.fromkeys((*judged, "centre_of_pressure")))
+    return model, f"{why} ({stated_error_text(model, judged)})"
 
 
 def _contact_model(needs: Needs) -> tuple[str, str]:
@@ -116,7 +119,7 @@ def _contact_model(needs: Needs) -> tuple[str, str]:
         return "half-space", "the output is the pressure distribution at the depth of the taxels"
     if "centre_of_pressure" in needs.touch:
         return "punch", "the output is the centre of pressure"
-    if needs.touch == ("force",) and needs.controller == "impedance":
+    if needs.touch == ("force",) and not needs.follows_touch:
         return "point", "the output is the force alone, not its distribution"
     return "water-fill", f"the scene outputs {_words(needs.touch)}"
 

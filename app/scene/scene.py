@@ -156,6 +156,7 @@ class Scene:
             layer=self.layer,
             tick=self.tick,
             controller=str(self.control.get("controller", "impedance")),
+            behaviours=bool(self.behaviours),
             scripted=bool(self.stimuli),
         )
 

@@ -63,6 +63,7 @@ class Needs:
         layer: The cover.
         tick: Seconds between two control ticks.
         controller: The controller the scene starts with.
+        behaviours: Whether contact events change what the controller does.
         scripted: Whether the scene has a stimulus script.
         attended: Whether a person is there who may poke the skin.
     """
@@ -73,14 +74,20 @@ class Needs:
     layer: ElasticLayer = field(default_factory=ElasticLayer)
     tick: float = 0.005
     controller: str = "impedance"
+    behaviours: bool = False
     scripted: bool = False
     attended: bool = True
 
     @property
+    def follows_touch(self) -> bool:
+        """Whether force and place of contacts move the robot."""
+        return self.behaviours or self.controller != "impedance"
+
+    @property
     def touch(self) -> tuple[str, ...]:
-        """Which wanted things are known by touch alone; a controller that follows touch wants the force."""
+        """Outputs that are known by touch alone; where the robot follows touch, at least the force."""
         wanted = tuple(output for output in self.outputs if output in TOUCH_OUTPUTS)
-        return wanted if wanted or self.controller == "impedance" else ("force",)
+        return wanted or (("force",) if self.follows_touch else ())
 
     @property
     def probes(self) -> bool:

@@ -6,7 +6,7 @@ line. ``prepare`` loads the robot, puts on its skin and makes the map.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -53,6 +53,19 @@ class PreparedScene:
     map: TactileMap
     objects: tuple[SceneObject, ...] = ()
     findings: tuple[Finding, ...] = ()
+
+
+def findings_of(prepared: PreparedScene) -> tuple[Finding, ...]:
+    """Return the findings about its robot, skin, objects, map, collision shapes and effects, in this order."""
+    parts: tuple[Iterable[Finding], ...] = (
+        prepared.robot.findings,
+        prepared.skin.findings,
+        *(body.findings for body in prepared.objects),
+        *(chart.findings for chart in prepared.map.charts),
+        prepared.findings,
+        prepared.scene.decision.warnings,
+    )
+    return tuple(finding for part in parts for finding in part)
 
 
 def prepare(scene: Scene, *, progress: Progress = no_progress) -> PreparedScene:

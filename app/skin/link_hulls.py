@@ -13,7 +13,7 @@ import mujoco
 import numpy as np
 
 from app.core.arrays import FloatArray
-from app.robots.mujoco_spec import OWN_NAMES, compile_spec, robot_spec
+from app.robots.mujoco_spec import OWN_NAMES, compile_spec, drop_found_exclusions, robot_spec
 from app.robots.robot import Robot
 from app.robots.sanitize import collision_exclusions
 from app.skin.skin import PLACEHOLDER_COVERED, Skin
@@ -95,18 +95,21 @@ LinkPairs: TypeAlias = frozenset[frozenset[str]]
 def overlapping_hulls(robot: Robot, skin: Skin) -> tuple[LinkPairs, LinkPairs]:
     """Return the pairs of links that never collide, and the other pairs whose hulls overlap at home or mostly.
 
-    Neighbours and the pairs that the robot excludes never collide.
+    Neighbours and the pairs that the model of the robot excludes never collide. Pairs that overlap by the shapes of
+    the model, which were found when it was loaded, are decided by hulls where one of the links has skin.
 
     Raises:
         RobotError: MuJoCo refuses the robot with hulls around its skin.
 
     Cost: a compilation and 31 collision passes, once for a robot and its skin.
     """
-    spec = hulls_spec(robot, skin)
+    spec, skinned = hulls_spec(robot, skin), skinned_links(skin)
+    bare = {pair for pair in drop_found_exclusions(spec) if pair.isdisjoint(skinned)}
     stated = {frozenset((exclude.bodyname1, exclude.bodyname2)) for exclude in spec.excludes}
     model = compile_spec(spec, source=robot.source)
     never = frozenset(stated | _neighbours(model))
-    return never, frozenset(frozenset(pair) for pair in collision_exclusions(model, robot.home)) - never
+    found = {frozenset(pair) for pair in collision_exclusions(model, robot.home)}
+    return never, frozenset(found | bare) - never
 
 
 def _neighbours(model: mujoco.MjModel) -> set[frozenset[str]]:

@@ -150,7 +150,7 @@ class MeshShape:
     @cached_property
     def reach(self) -> float:
         """Radius [m] about the origin that holds all of it."""
-        return float(np.linalg.norm(self.mesh.vertices, axis=1).max())
+        return _radius(self.mesh)
 
     def distance(self, points: FloatArray) -> FloatArray:
         """(k,) signed distance [m] of ``points`` (k, 3) [m], the mesh's own frame.
@@ -188,7 +188,7 @@ class LayerShape:
     @cached_property
     def reach(self) -> float:
         """Radius [m] about the origin that holds all of it."""
-        return float(np.linalg.norm(self.mesh.vertices, axis=1).max())
+        return _radius(self.mesh)
 
     def distance(self, points: FloatArray) -> FloatArray:
         """(k,) signed distance [m] of ``points`` (k, 3) [m] from the surface, its own frame.
@@ -200,6 +200,11 @@ class LayerShape:
         on_edge = (self._border_edge[faces] & ~np.roll(touched, -2, axis=1)).any(axis=1)  # opposite corner k + 2
         on_corner = (self._border_vertex[self.mesh.faces[faces]] & touched).any(axis=1) & (touched.sum(axis=1) == 1)
         return np.where(on_edge | on_corner | (signed < -self._depth), np.abs(signed), signed)
+
+
+def _radius(mesh: Mesh) -> float:
+    """Return the radius [m] about the origin that holds all of a mesh."""
+    return float(np.linalg.norm(mesh.vertices, axis=1).max())
 
 
 class _SignedSurface:

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-
 from PySide6.QtWidgets import QWidget
 
 from app.core.errors import Finding
-from app.session.prepare import PreparedScene
+from app.session.prepare import PreparedScene, findings_of
 from widgets.common.panel import Panel
 from widgets.panels.note_list import Note, NoteList
 
@@ -15,19 +13,6 @@ _HEIGHT = 120
 _EMPTY = "What opening a robot, skin or scene noticed or repaired is listed here."
 _FAULTS = ("missing-mesh", "scene-warning")
 """Kinds after which what is shown is not what was meant."""
-
-
-def findings_of(prepared: PreparedScene) -> tuple[Finding, ...]:
-    """Return the findings about its robot, skin, objects, map, collision shapes and effects, in this order."""
-    parts: tuple[Iterable[Finding], ...] = (
-        prepared.robot.findings,
-        prepared.skin.findings,
-        *(body.findings for body in prepared.objects),
-        *(chart.findings for chart in prepared.map.charts),
-        prepared.findings,
-        prepared.scene.decision.warnings,
-    )
-    return tuple(finding for part in parts for finding in part)
 
 
 def note_of(finding: Finding) -> Note:

@@ -15,7 +15,7 @@ from app.cli.scenes import scene_from_arguments
 from app.core.errors import SimulationError, UsageError
 from app.recording.recorder import Recorder
 from app.session.frame import Frame
-from app.session.prepare import PreparedScene
+from app.session.prepare import PreparedScene, findings_of
 from app.session.prepared_cache import prepare_cached
 from app.session.session import Session
 from app.tactile.contact_notes import ContactNote, ContactNoteKind, contact_note_text
@@ -37,9 +37,11 @@ def execute(arguments: argparse.Namespace) -> int:
     if arguments.resume or arguments.cluster or arguments.jobs != 1:
         remedy = "Add --sweep FILE.toml, or leave out --resume, --jobs and --cluster"
         raise UsageError("one recording is made in one process, from its begin", remedy=remedy)
-    for lack in scene.decision.warnings:
-        print_warning(f"{lack.where}: {lack.action}")
     prepared = prepare_cached(scene, progress=progress_line())
+    findings = findings_of(prepared)
+    for finding in findings:
+        times = f"{finding.count} x " if finding.count > 1 else ""
+        print_warning(f"{times}{finding.kind.replace('-', ' ')}, {finding.where}: {finding.action}")
     with ExitStack() as closing:
         recorder = closing.enter_context(_recorder(prepared, arguments)) if arguments.output else None
         session = Session(prepared, effects=scene.unattended.effects)
@@ -48,7 +50,7 @@ def execute(arguments: argparse.Namespace) -> int:
         result, notes = _simulate(session, ticks, recorder, watch)
     for note in notes:
         print_warning(contact_note_text(note))
-    problems = [{"kind": lack.kind, "where": lack.where, "remedy": lack.action} for lack in scene.decision.warnings]
+    problems = [{"kind": f.kind, "where": f.where, "remedy": f.action, "count": f.count} for f in findings]
     covered = Counter[str]()
     for patch in prepared.skin.patches:
         covered[patch.link] += len(patch.taxels)

@@ -16,7 +16,7 @@ import numpy as np
 from app.core.arrays import FloatArray
 from app.geometry.mesh import Mesh
 from app.robots.kinematics import Configuration
-from app.robots.mujoco_spec import compile_spec
+from app.robots.mujoco_spec import compile_spec, drop_found_exclusions
 from app.robots.robot import Robot
 from app.robots.sanitize import overlapping_bodies
 from app.skin.link_hulls import (
@@ -80,6 +80,7 @@ def _overlapping(robot: Robot, skin: Skin, pairs: LinkPairs) -> LinkPairs:
 def _shapes_spec(robot: Robot, skin: Skin, divided: Collection[str], links: Collection[str]) -> mujoco.MjSpec:
     """Return a spec of the robot alone in which only some links collide, those in ``divided`` in pieces."""
     spec = hulls_spec(robot, skin)
+    drop_found_exclusions(spec)
     for link in divided:
         spec.geom(hull_name(link)).contype = spec.geom(hull_name(link)).conaffinity = 0
         for piece in add_collision_shapes(spec, robot, skin, link):

@@ -15,6 +15,7 @@ from itertools import combinations
 
 import mujoco
 
+from app.robots.mujoco_spec import drop_found_exclusions
 from app.robots.robot import Robot
 from app.scene.effects import Effects
 from app.scene.objects import ObjectSpec, SceneObject
@@ -72,6 +73,7 @@ def add_contact_pairs(
     meetings = [(shape, other, friction) for shape in shapes.values() for other, friction in partners]
     if itself:
         apart = excluded_pairs(robot, skin)
+        drop_found_exclusions(spec)
         _exclude(spec, apart)
         meetings += _self_meetings(shapes, bare, apart, layer)
     if paired:

@@ -49,6 +49,8 @@ def test_every_effect_has_a_rule_in_the_order_of_the_table():
     (Needs(outputs=("joint_torque",), objects=(WALL,)), {"friction": True, "joint_friction": True, "skin": "off"}),
     (Needs(outputs=("posture",), scripted=True), {"fingers": True, "skin": "off"}),
     (Needs(outputs=("posture",), controller="hold_force"), {"fingers": True, "skin": "water-fill"}),
+    (Needs(outputs=("posture",), behaviours=True), {"fingers": True, "skin": "water-fill"}),
+    (Needs(outputs=("posture", "force"), behaviours=True), {"skin": "water-fill"}),
     (Needs(outputs=("posture", "force")), {"skin": "point"}),
     (Needs(outputs=("force",), controller="hold_force"), {"skin": "water-fill"}),
     (Needs(outputs=("centre_of_pressure",)), {"skin": "punch"}),
@@ -63,6 +65,14 @@ def test_every_effect_has_a_rule_in_the_order_of_the_table():
 def test_effects_follow_from_the_needs(needs, expected):
     effects = decide_effects(needs, {}).effects
     assert {key: getattr(effects, key) for key in expected} == pytest.approx(expected)
+
+
+@pytest.mark.parametrize("follows", [{"controller": "hybrid"}, {"behaviours": True}, {}])
+def test_reason_states_the_centre_error_where_the_posture_follows_touch(follows):
+    (row,) = (row for row in decide_effects(Needs(**follows), {}).rows if row.name == "skin")
+    assert ("centre within 0.6 taxel spacings" in row.why) == bool(follows)
+    (row,) = (row for row in decide_effects(Needs(outputs=("force",), **follows), {}).rows if row.name == "skin")
+    assert "centre" not in row.why
 
 
 def test_the_sensor_is_simulated_where_its_readings_are_wanted():

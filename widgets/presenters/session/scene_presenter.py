@@ -10,9 +10,8 @@ from app.core.plugins import Plugin, broken_plugins
 from app.robots.robot import Robot
 from app.session.frame import Frame
 from app.session.link_levels import MANY_FACES, faces_of_links, links_digest
-from app.session.prepare import PreparedScene
+from app.session.prepare import PreparedScene, findings_of
 from widgets.context.app_context import AppContext
-from widgets.panels.findings_panel import findings_of
 from widgets.panels.simulation.timing_panel import TimingPanel
 from widgets.panels.touch.live_input_panel import LiveInputPanel
 from widgets.presenters.map_edit_presenter import MapEditPresenter

@@ -16,7 +16,7 @@ from app.cli.commands import run as run_command
 from app.cli.main import run_command as run_line
 from app.recording.player import RecordingPlayer
 from app.scene.scene_file import load_scene
-from app.session.prepare import prepare
+from app.session.prepare import findings_of, prepare
 from app.session.session import Session
 from app.stimuli.stimulus_file import load_stimuli, save_stimuli
 from app.stimuli.stimulus_kinds import Poke
@@ -211,6 +211,20 @@ def test_what_contacts_did_otherwise_than_asked_is_told_once(tmp_path, capsys):
     assert [note["kind"] for note in found if "block" in note["bodies"]].count("deep") >= 1
     assert len({json.dumps(note) for note in found}) == len(found)
     assert "block is deep in" in printed.err
+
+
+def test_every_finding_of_the_prepared_scene_is_printed_once(tmp_path, capsys):
+    path = tmp_path / "pressed.toml"
+    path.write_text(PRESSED_IN)
+    findings = findings_of(prepare(load_scene(str(path))))
+    assert {"starts-inside", "collision-shape"} <= {finding.kind for finding in findings}
+    assert main(["run", "--scene", str(path), "--for", "0.01", "--json"]) == 0
+    printed = capsys.readouterr()
+    for finding in findings:
+        line = f"{finding.kind.replace('-', ' ')}, {finding.where}: {finding.action}"
+        assert printed.err.count(line) == 1
+    problems = json.loads(printed.out)["problems"]
+    assert [(problem["kind"], problem["where"]) for problem in problems] == [(f.kind, f.where) for f in findings]
 
 
 BENT = """

@@ -5,10 +5,14 @@ from __future__ import annotations
 from dataclasses import replace
 from itertools import pairwise
 
+import mujoco
 import pytest
 
 from app.geometry.mesh import Mesh
+from app.robots.mujoco_spec import TOUCHING
+from app.scene.effects import Effects
 from app.simulation.model.collision_shapes import excluded_pairs
+from app.simulation.model.model_assembly import assemble
 from app.skin.link_hulls import overlapping_hulls
 from tests.support.hollows import bowl_and_ball
 from tests.support.touch import arm
@@ -38,6 +42,36 @@ def test_links_never_collide_where_they_touch_at_home_by_the_shapes_that_collide
     robot, skin = bowl_and_ball(height)
     assert (BOTH in overlapping_hulls(robot, skin)[1]) is hulls
     assert (BOTH in excluded_pairs(robot, skin)) is shapes
+
+
+def excluding(robot, name=""):
+    """Return the robot with its two links excluded from collisions with each other."""
+    exclude = f'<contact><exclude name="{name}" body1="block" body2="ball"/></contact></mujoco>'
+    return replace(robot, mjcf=robot.mjcf.replace("</mujoco>", exclude))
+
+
+@pytest.mark.parametrize(("height", "overlaps"), [(0.03, False), (0.005, False), (-0.004, True)])
+def test_pairs_excluded_at_loading_are_decided_by_the_shapes_that_collide(height, overlaps):
+    """By the shapes of the model, which loading looks at, links may overlap that do not by their skin."""
+    robot, skin = bowl_and_ball(height)
+    found, effects = excluding(robot, f"{TOUCHING}block ball"), Effects(contact="self")
+    assert (BOTH in excluded_pairs(found, skin)) is overlaps
+    assert BOTH in excluded_pairs(excluding(robot), skin), "as the file of the robot states"
+    model = assemble(found, skin, effects)
+    assert model.nexclude == overlaps
+    data = mujoco.MjData(model)
+    data.qpos[0] = -0.016 - height
+    mujoco.mj_fwdPosition(model, data)
+    assert (data.ncon > 0) is not overlaps
+    assert assemble(excluding(robot), skin, effects).nexclude == 1
+
+
+def test_pairs_of_bare_links_stay_excluded():
+    robot, skin = bowl_and_ball(0.03)
+    found = excluding(robot, f"{TOUCHING}block ball")
+    for number, apart in ((0, False), (1, False), (2, True)):
+        bare = replace(skin, patches=skin.patches[number : number + 1])
+        assert (BOTH in excluded_pairs(found, bare)) is apart
 
 
 def test_a_link_inside_another_never_collides_with_it():
