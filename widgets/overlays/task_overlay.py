@@ -105,6 +105,7 @@ class TaskOverlay:
         goal: Its wanted force [N].
         contact: Id of the region that the task is about; 0 for none.
         tail: Where it was.
+        controlled: Ids of the regions whose force is controlled, where there are several.
     """
 
     path: ReferencePath = field(default_factory=lambda: NO_PATH)
@@ -112,6 +113,7 @@ class TaskOverlay:
     goal: float | None = None
     contact: int = 0
     tail: ContactTrail = field(default_factory=ContactTrail)
+    controlled: tuple[int, ...] = ()
 
     def __bool__(self) -> bool:
         """Whether there is anything to draw."""
@@ -120,12 +122,13 @@ class TaskOverlay:
     def looks_like(self, other: TaskOverlay) -> bool:
         """Whether a picture of both would be the same."""
         alike = self.target == other.target and self.goal == other.goal and self.contact == other.contact
+        alike = alike and self.controlled == other.controlled
         return alike and self.path is other.path and self.tail is other.tail
 
     def force_words(self, region: ContactRegion, units: ReadingUnits) -> str:
         """A region's force, beside the goal where it has one; its highest reading where no force may be claimed."""
         words = units.contact_words(region.force, region.peak)
-        if self.goal is None or region.id != self.contact:
+        if self.goal is None or region.id not in (self.contact, *self.controlled):
             return words
         return f"{region.force:.1f} of {units.contact_words(self.goal, region.peak)}"
 

@@ -169,7 +169,8 @@ class TaskOverlayBuilder:
         key = (map_, self._led, _wanted(settings), report.laid_at)
         if key != self._key:
             self._key, self._path = key, self._lay(map_)
-        now = TaskOverlay(self._path, self._target(map_), report.force_goal, self._trail.contact, self._trail.tail)
+        target, trail = self._target(map_), self._trail
+        now = TaskOverlay(self._path, target, report.force_goal, trail.contact, trail.tail, report.controlled)
         if not now.looks_like(self.shown):
             self.shown = now
 

@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from PySide6.QtCore import QPoint, QPointF, Qt
-from PySide6.QtGui import QWheelEvent
+from PySide6.QtCore import QPoint, QPointF, QRectF, Qt
+from PySide6.QtGui import QImage, QPainter, QWheelEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QLineEdit, QPushButton
 
@@ -15,6 +15,7 @@ from tests.widgets.support.layered_map_view import layered_map_view
 from tests.widgets.support.samples import touched
 from tests.widgets.support.snapshots import pixels
 from widgets.common.colours import DARK, LIGHT, PressureScale
+from widgets.map_view.map_coordinates import MARGIN_PX
 
 LEFT, MIDDLE, NONE = Qt.MouseButton.LeftButton, Qt.MouseButton.MiddleButton, Qt.KeyboardModifier.NoModifier
 BESIDE = QPoint(4, 4)
@@ -338,3 +339,12 @@ def test_taxels_are_faint_points_at_the_zoom_that_frames_the_map(view, prepared)
     fainter = np.array(around) - np.array(darkest)
     assert (fainter > 10).mean() > 0.8
     assert np.median(fainter) < 90, "and no more than that"
+
+
+def test_scale_is_below_the_map_while_all_of_it_is_shown(view):
+    room = QRectF(view.viewport().rect())
+    image = QImage(view.viewport().size(), QImage.Format.Format_RGB32)
+    painter = QPainter(image)
+    box = view.display._painter._paint_scale_bar(painter, 1000.0, room)
+    painter.end()
+    assert room.bottom() - MARGIN_PX <= box.top() < box.bottom() < room.bottom()

@@ -30,6 +30,8 @@ from widgets.overlays.taxel_faults import FaultLegend
 
 EDGE = 12.0
 """Distance of captions from the viewport's edge [px]."""
+_LOW_EDGE = 6.0
+"""Distance of the scale from the lower edge [px]: it is below the map while all of that is shown."""
 _LONGEST_SCALE = 100.0
 """Of the scale bar [px]."""
 _RING_GAP, _SMALLEST_RING = 4.0, 8.0
@@ -320,7 +322,7 @@ class MapPainter:
         length, text = millimetres * 1e-3 * pixels_per_metre, f"{millimetres:g}{THIN}mm"
         metrics = QFontMetricsF(self._caption)
         height = metrics.height() + 4
-        box = QRectF(EDGE, room.bottom() - EDGE - height, length + metrics.horizontalAdvance(text) + 20, height)
+        box = QRectF(EDGE, room.bottom() - _LOW_EDGE - height, length + metrics.horizontalAdvance(text) + 20, height)
         self._paint_ground(painter, box, QColor(self.theme.panel))
         left, bottom = box.left() + 6, box.bottom() - 6
         painter.setPen(QPen(QColor(self.theme.quiet), 1.5, Qt.PenStyle.SolidLine, Qt.PenCapStyle.FlatCap))

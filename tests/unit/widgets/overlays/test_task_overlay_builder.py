@@ -209,6 +209,17 @@ def test_the_target_and_the_goal_are_the_report_s(sight, tactile_map):
     assert sight.shown.force_words(other, ReadingUnits.COUNTS) == "10\u202fcounts"
 
 
+def test_every_controlled_contact_is_shown_next_to_the_goal(sight, tactile_map):
+    sight.show_settings(along(tactile_map))
+    words = {}
+    for controlled in ((7, 8), (7,)):
+        sight.show_frame(frame(tactile_map, task=TaskReport(force_goal=2.5, controlled=controlled)))
+        regions = [region_at(tactile_map, middle(tactile_map), number=number, force=1.84) for number in (7, 8, 9)]
+        words[controlled] = [sight.shown.force_words(region, ReadingUnits.CALIBRATED) for region in regions]
+    assert words[7, 8] == ["1.8 of 2.5\u202fN", "1.8 of 2.5\u202fN", "1.8\u202fN"]
+    assert words[7,] == ["1.8 of 2.5\u202fN", "1.8\u202fN", "1.8\u202fN"]
+
+
 def test_a_held_point_moves_with_the_settings_though_time_stands_still(sight, tactile_map):
     held = ControlSettings(controller="qp", task="hold_point", path=(tuple(middle(tactile_map)),))
     sight.show_settings(held)
