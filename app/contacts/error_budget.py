@@ -25,7 +25,12 @@ contact model is half-space, and the area A of all taxels, the half-widths of th
     sampling, time averaging             1 and 2 lag |dF / dt|, the largest of the last samples
     ring                                 0 and r³ / F²: the force beyond the ring
     contact model                        0.019 F and 0.044 F for foundation, whose taxels read along their own normals;
-                                         infinite for depth, whose readings are penetration: their sum is not a force
+                                         infinite for depth, see below
+
+Readings of depth are penetration at the taxels' places. Their sum depends on the size of the body and on its place
+between the taxels, which the skin does not know: the true force is 2 to 20 times the reading on a skin with a pitch of
+16 mm, 5 to 110 times with 11 mm and 20 to 270 times with 5 mm, and 3, 9 and 26 % of the touches are felt at all. No
+width covers all skins, so that none is stated.
 
 Parts that only make the reading smaller (hysteresis, threshold, saturation, crosstalk, ring, contact model) have errors
 e of the same sign: u² = sum u_i² + 2 * 0.8 sum u_i u_j over pairs i < j of these: the mean product of two errors is 0.6

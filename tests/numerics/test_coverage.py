@@ -7,9 +7,10 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 import pytest
 
-from tests.support.coverage import EFFECTS, MODELS, Coverage, coverage
+from tests.support.coverage import EFFECTS, MODELS, Coverage, coverage, touch_errors
 
 SKIN = "arm-1000"
 COUNT = 900
@@ -97,7 +98,22 @@ def test_depths_have_a_force_of_unknown_accuracy_and_a_place():
     found = coverage(SKIN, "depth")
     assert found.found > 0
     assert found.ratio[0] == math.inf
+    assert found.force == (1.0, 1.0)
     assert found.place[1] >= 0.95
+
+
+def test_no_width_fits_the_forces_of_depths():
+    """The true force is several times the reading, and neither factor nor scatter is the same on two skins."""
+    factors = []
+    for skin in (SKIN, "bar-400"):
+        table = touch_errors(skin, "depth", count=COUNT)
+        assert 0.02 * COUNT < len(table) < 0.12 * COUNT, "taxels feel only what is above them"
+        true = table[:, 4]
+        factors.append(true / (true + table[:, 0]))
+        assert np.isinf(table[:, 6]).all()
+    assert min(each.min() for each in factors) > 2
+    assert np.median(factors[1]) > 2 * np.median(factors[0])
+    assert all(np.percentile(each, 97.5) > 5 * np.percentile(each, 2.5) for each in factors)
 
 
 STATED = {

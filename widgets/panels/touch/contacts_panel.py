@@ -397,7 +397,11 @@ def uncertainty_text(region: ContactRegion, units: ReadingUnits) -> str:
 def _interval(region: ContactRegion, units: ReadingUnits) -> str:
     low, high = region.force_interval
     if math.isinf(high):
-        return f"With a probability of 95 % at least {units.force_words(low, 2)}" if low > 0 else "No upper limit"
+        if low > 0:
+            return f"With a probability of 95 % at least {units.force_words(low, 2)}"
+        if not math.isinf(region.force_parts.get("contact_model", 0.0)):
+            return "No upper limit"
+        return "No upper limit: depths are not pressures, and the force also depends on the size and place of the body"
     return f"With a probability of 95 % between {low:.2f} and {units.force_words(high, 2)}"
 
 

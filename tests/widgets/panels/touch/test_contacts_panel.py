@@ -209,7 +209,7 @@ def test_sum_of_depths_is_shown_without_an_accuracy(panel, prepared):
     panel.show_frame(replace(frame, regions=(region,)))
     assert facts.text().startswith(f"{region.force:.2f}\u202fN of unknown accuracy, centre")
     assert "contact model ∞, noise 0.10" in facts.toolTip()
-    assert "No upper limit" in facts.toolTip()
+    assert "No upper limit: depths are not pressures" in facts.toolTip()
 
 
 def test_what_cannot_be_observed_is_said_quietly(panel):
