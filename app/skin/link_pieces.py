@@ -152,6 +152,8 @@ class HullFit:
 _MADE: dict[str, LinkPieces] = {}
 """The latest pieces by digest, where no cache folder is used."""
 _MOST_MADE = 64
+_MOST_KEPT = 200_000_000
+"""Size of all pieces in the cache folder [bytes]; those longest unused are removed first."""
 
 
 @lru_cache(maxsize=64)
@@ -185,9 +187,20 @@ def link_pieces(robot: Robot, skin: Skin, link: str) -> LinkPieces | None:
     try:
         folder.mkdir(parents=True, exist_ok=True)
         write_atomically(path, _to_bytes(pieces), error=SkinError)
+        _remove_longest_unused(folder)
     except (OSError, TactileMapsError) as failure:
         _log.info("Pieces of a link could not be kept: %s", failure)
     return pieces
+
+
+def _remove_longest_unused(folder: Path) -> None:
+    """Remove kept pieces beyond ``_MOST_KEPT``."""
+    status = {path: path.stat() for path in folder.glob(f"*{PIECES_SUFFIX}")}
+    total = 0
+    for path in sorted(status, key=lambda path: status[path].st_mtime_ns, reverse=True):
+        total += status[path].st_size
+        if total > _MOST_KEPT:
+            path.unlink(missing_ok=True)
 
 
 def _digest(robot: Robot, skin: Skin, link: str) -> str:

@@ -4,6 +4,10 @@ The shapes are the convex hulls of links with skin, and the shapes of the other 
 in pieces is inside its hull, so that it is at least as far away as reported here. Not considered are pairs of links
 that never collide, and pairs whose hulls overlap at home: a planned motion may let these touch, and then contact stops
 it. Spheres about the shapes sort out most pairs; ``mj_geomDistance`` measures the rest.
+
+Decision: hulls, because a plan checks thousands of postures. With the pieces of the simulation a posture of UR5e has
+1,145 pairs of shapes instead of 13 and takes 0.49 ms instead of 0.04, and one of iCub 102,214 pairs instead of 45 and
+15.7 ms instead of 0.11.
 """
 
 from __future__ import annotations

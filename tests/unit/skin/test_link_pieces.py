@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import replace
 
 import numpy as np
@@ -213,6 +214,18 @@ def test_pieces_are_kept_on_disk_bit_for_bit(tmp_path, monkeypatch):
     )
     link_pieces(replace(robot), other_skin, "block")
     assert len(list((tmp_path / "kept").iterdir())) == 2, "another skin"
+
+
+def test_pieces_longest_unused_are_removed_beyond_the_size_of_the_folder(tmp_path, monkeypatch):
+    monkeypatch.setenv(FOLDER_VARIABLE, str(tmp_path))
+    (robot, skin), (other, other_skin) = hollow("groove"), hollow("groove", cells=22)
+    link_pieces(replace(robot), skin, "block")
+    (first,) = tmp_path.iterdir()
+    os.utime(first, (1.0, 1.0))
+    monkeypatch.setattr("app.skin.link_pieces._MOST_KEPT", int(1.5 * first.stat().st_size))
+    link_pieces(replace(other), other_skin, "block")
+    (left,) = tmp_path.iterdir()
+    assert left != first
 
 
 def test_names_of_pieces_state_link_and_number():
