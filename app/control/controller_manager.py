@@ -24,6 +24,7 @@ from app.control.map_kinematics import MapKinematics
 from app.control.path_following.clearance import Surroundings, nothing_around
 from app.control.task_control.monitors import SafetyMonitor, greatest_point_speed, is_readable
 from app.control.task_control.tasks import TaskManager
+from app.control.unmeasured_force import NO_FORCE, DriveTorques, UnmeasuredForce, UnmeasuredForceMonitor
 from app.core.arrays import FloatArray, largest
 from app.maps.tactile_map import TactileMap
 from app.robots.kinematics import Configuration
@@ -64,6 +65,7 @@ class ControllerManager:
         self._controllers: dict[str, Controller] = {}
         self._gain_limiter = GainLimiter(robot)
         self._safety = SafetyMonitor(robot.joints)
+        self._unmeasured = UnmeasuredForceMonitor(robot)
         self._configuration = Configuration(robot)
         self._yielding = YieldingImpedance(self._configuration, self._safety.yield_speed)
         self._beyond: tuple[Limit, ...] = ()
@@ -149,6 +151,7 @@ class ControllerManager:
         self._task_manager.reset()
         self._gain_limiter.reset()
         self._safety.reset()
+        self._unmeasured.reset()
         self._last, self._fading, self._switched, self._beyond = None, None, False, ()
         self._strained = ()
         for controller in self._controllers.values():
@@ -163,6 +166,7 @@ class ControllerManager:
         *,
         readable: bool = True,
         mismatch: WrenchMismatch | None = None,
+        torques: DriveTorques | None = None,
     ) -> JointCommand:
         """What the joints should do for the next ``dt`` seconds.
 
@@ -174,8 +178,14 @@ class ControllerManager:
             readable: Whether all taxels read numbers. If not, what presses there is not known, and might be taken for a
                 contact that was lost: controllers that read contacts stand still.
             mismatch: Several contacts that were read as one, by a wrench that none of them explains; likewise.
+            torques: Of the drives since the previous command; None where they are not known. Force that the skin does
+                not measure is not found then.
         """
-        if self._must_stop(posture, velocity, regions, dt, readable=readable, mismatch=mismatch):
+        unmeasured = self._unmeasured_force(posture, velocity, regions, torques, dt)
+        stop = self._must_stop(
+            posture, velocity, regions, dt, readable=readable, mismatch=mismatch, unmeasured=unmeasured
+        )
+        if stop:
             command = self._yielding.about(self._safety.posture, velocity)
             command, _ = within_effort(command, posture, velocity, self._efforts)
             self._strained = ()
@@ -199,6 +209,23 @@ class ControllerManager:
         self._last = command
         return command
 
+    def _unmeasured_force(
+        self,
+        posture: FloatArray,
+        velocity: FloatArray,
+        regions: Sequence[ContactRegion],
+        torques: DriveTorques | None,
+        dt: float,
+    ) -> UnmeasuredForce:
+        self._configuration.update(posture)
+        if torques is None:
+            self._unmeasured.reset()
+            return NO_FORCE
+        readings = self.readings
+        latency = 0.0 if readings is None else readings.period + readings.delay
+        readable = [region for region in regions if is_readable(region)]
+        return self._unmeasured.look(self._configuration, velocity, readable, torques, dt, latency=latency)
+
     def _must_stop(
         self,
         posture: FloatArray,
@@ -208,13 +235,13 @@ class ControllerManager:
         *,
         readable: bool,
         mismatch: WrenchMismatch | None,
+        unmeasured: UnmeasuredForce,
     ) -> bool:
         """Return True if force, speed or the state of the skin stop the controller.
 
         An unreadable skin stops only controllers that need it: impedance does not read it, and hold force keeps its
         posture. One monitor serves all controllers, so that a stop outlasts a change of the controller.
         """
-        self._configuration.update(posture)
         max_force, needs_skin = self._settings.max_force, self._controller.needs_skin
         if not needs_skin:
             regions = [region for region in regions if is_readable(region)]
@@ -229,6 +256,7 @@ class ControllerManager:
             point_speed=greatest_point_speed(self._configuration, velocity, regions),
             readable=readable,
             mismatch=mismatch,
+            unmeasured=unmeasured,
         )
         if safe:
             return False

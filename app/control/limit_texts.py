@@ -44,6 +44,7 @@ _NAMES = {
     LimitKind.STOPPED_BY_SPEED: "stopped: joint speed too high",
     LimitKind.STOPPED_BY_SLIDE_SPEED: "stopped: sliding joint too fast",
     LimitKind.STOPPED_BY_POINT_SPEED: "stopped: contact point speed too high",
+    LimitKind.STOPPED_BY_UNMEASURED_FORCE: "stopped: force that the skin does not measure",
     LimitKind.STOPPED_UNREADABLE: "stopped: no valid skin readings",
     LimitKind.STOPPED_BY_MISMATCH: "stopped: one wrench from several contacts",
 }
@@ -121,6 +122,10 @@ def _fact(limit: Limit) -> str:
             return f"{most}skin {_timing(limit)}"
         case LimitKind.STOPPED_BY_FORCE:
             return _GO_ON if value is None else f"{value:.0f}\u202fN, more than {bound or 0:.0f}\u202fN; {_GO_ON}"
+        case LimitKind.STOPPED_BY_UNMEASURED_FORCE:
+            if value is None:
+                return _GO_ON
+            return f"{_of(names)}at least {value:.0f}\u202fN, more than {bound or 0:.0f}\u202fN; {_GO_ON}"
         case LimitKind.STOPPED_BY_SPEED:
             return _GO_ON if value is None else f"{_of(names)}{value:.1f}\u202frad/s; {_GO_ON}"
         case LimitKind.STOPPED_BY_SLIDE_SPEED:

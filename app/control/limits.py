@@ -35,7 +35,8 @@ class LimitKind(Enum):
 
     Safety stops: ``STOPPED_BY_FORCE`` (value and bound [N]), ``STOPPED_BY_SPEED`` (names: the hinge; value and
     bound [rad/s]), ``STOPPED_BY_SLIDE_SPEED`` (names: the slide; value and bound [m/s]), ``STOPPED_BY_POINT_SPEED``
-    (value and bound [m/s]: of a touched point),
+    (value and bound [m/s]: of a touched point), ``STOPPED_BY_UNMEASURED_FORCE`` (force that the skin does not measure;
+    names: the link, most likely; value: least force that explains the joint torques, and bound [N]),
     ``STOPPED_UNREADABLE``, ``STOPPED_BY_MISMATCH`` (names: the link; value and bound [N m]: torque that no one of its
     contacts explains).
     """
@@ -77,6 +78,7 @@ class LimitKind(Enum):
     STOPPED_BY_SPEED = "stopped-by-speed"
     STOPPED_BY_SLIDE_SPEED = "stopped-by-slide-speed"
     STOPPED_BY_POINT_SPEED = "stopped-by-point-speed"
+    STOPPED_BY_UNMEASURED_FORCE = "stopped-by-unmeasured-force"
     STOPPED_UNREADABLE = "stopped-unreadable"
     STOPPED_BY_MISMATCH = "stopped-by-mismatch"
 
@@ -92,6 +94,7 @@ _STOPS = frozenset(
         LimitKind.STOPPED_BY_SPEED,
         LimitKind.STOPPED_BY_SLIDE_SPEED,
         LimitKind.STOPPED_BY_POINT_SPEED,
+        LimitKind.STOPPED_BY_UNMEASURED_FORCE,
         LimitKind.STOPPED_UNREADABLE,
         LimitKind.STOPPED_BY_MISMATCH,
     }

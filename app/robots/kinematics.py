@@ -36,7 +36,7 @@ class Configuration:
     def __init__(self, robot: Robot) -> None:
         self._robot = robot
         self.joint_names = tuple(joint.name for joint in robot.joints)
-        self._model = _kinematic_model(robot)
+        self._model = kinematic_model(robot)
         self._data = mujoco.MjData(self._model)
         # A state keeps its arrays where they are, and looking for them is dear.
         self._qpos, self._origins = self._data.qpos, self._data.xpos
@@ -145,7 +145,7 @@ class Configuration:
 
 
 @lru_cache(maxsize=8)
-def _kinematic_model(robot: Robot) -> mujoco.MjModel:
+def kinematic_model(robot: Robot) -> mujoco.MjModel:
     """The robot's model without the shapes of links whose inertia is stated.
 
     Compiled once a robot, in 4 ms for seven joints: a session asks for five. Nothing changes it; the data moves.

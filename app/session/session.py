@@ -20,6 +20,7 @@ from app.control.command import ControlSettings
 from app.control.controller_manager import ControllerManager
 from app.control.force_loop.loop_stability import SensorTiming
 from app.control.path_following.clearance import Obstacle
+from app.control.unmeasured_force import DriveTorques
 from app.core.arrays import FloatArray, all_finite, seal
 from app.core.errors import MapError, PluginError, SceneError, SimulationError, TactileMapsError
 from app.core.timing import Stopwatch
@@ -505,7 +506,13 @@ class Session:
             self._move_rest()
             sound = all_finite(pressures)
             self._command = self._controller.command(
-                posture, velocity, regions, tick, readable=sound, mismatch=self._contacts.mismatch
+                posture,
+                velocity,
+                regions,
+                tick,
+                readable=sound,
+                mismatch=self._contacts.mismatch,
+                torques=self._drive_torques,
             )
         return Frame(
             tick=self._ticks,
@@ -524,6 +531,14 @@ class Session:
             task=self._controller.report,
             estimates=self._contacts.estimates,
         )
+
+    @property
+    def _drive_torques(self) -> DriveTorques | None:
+        """Torques of the drives in the last tick; None where the physics knows none."""
+        mean, effects = self._simulation.drive_torque, self.effects
+        if mean is None:
+            return None
+        return DriveTorques(mean, gravity=effects.gravity == "on", dry_friction=effects.joint_friction)
 
     def _surroundings(self) -> tuple[Obstacle, ...]:
         return obstacles_of(self.prepared.objects, self._simulation.object_poses)

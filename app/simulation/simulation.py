@@ -145,6 +145,7 @@ class Simulation:
     def reset(self) -> None:
         """The robot at home and at rest, objects where the scene has them, no fingers, time zero, a fresh sensor."""
         self._command: ImpedanceCommand | None = None
+        self._drive_torque: FloatArray | None = None
         self._left: dict[str, JointState] = {}
         self._left_poses: dict[str, FloatArray] = {}
         self._fingers.reset()
@@ -185,8 +186,11 @@ class Simulation:
         self._fingers.begin()
         fingers = self._fingers.push if len(self._fingers) else None
         if self._effects.dynamics:
+            before = self.posture, self.velocity
             self._physics.step(count, fingers)
+            self._drive_torque = self._mean_torque(*before, command, count)
         else:
+            self._drive_torque = None
             self._physics.pose_at(command.posture, count, fingers)
 
     def use(self, effects: Effects) -> None:
@@ -228,6 +232,7 @@ class Simulation:
         """The robot stands still in ``posture`` (n,), without having gone there; nothing may touch it."""
         data, count = self._data, len(self._robot.joints)
         data.qpos[:count], data.qvel[:count], data.qacc_warmstart[:count] = posture, 0.0, 0.0
+        self._drive_torque = None
         self._physics.forward()
 
     def sense(self) -> FloatArray:
@@ -326,6 +331,15 @@ class Simulation:
         return self._data.qvel[: len(self._robot.joints)].copy()
 
     @property
+    def drive_torque(self) -> FloatArray | None:
+        """(n,) mean torque of the robot's drives in the last call of ``step`` [N m, or N for a slide].
+
+        A torque sensor in each joint would read it; torque that compensates gravity is left out. None before the first
+        step and without dynamics.
+        """
+        return self._drive_torque
+
+    @property
     def time(self) -> float:
         """Simulated seconds since the reset."""
         return float(self._data.time)
@@ -354,6 +368,20 @@ class Simulation:
     def _feel(self, _: FloatArray) -> FloatArray:
         assert self._touch is not None
         return self._touch.pressures(self.loads)
+
+    def _mean_torque(
+        self, posture: FloatArray, velocity: FloatArray, command: ImpedanceCommand, count: int
+    ) -> FloatArray:
+        """(n,) of ``count`` steps under ``command`` that began in ``posture`` with ``velocity``.
+
+        A step takes the spring's torque at its start and the damper's at its end, except for Euler's.
+        """
+        speed = (self.posture - posture) / (count * self.timestep)
+        middle = 0.5 * (posture + self.posture) - 0.5 * self.timestep * speed
+        if self._effects.integrator == "euler":
+            speed = speed - (self.velocity - velocity) / count
+        spring = command.stiffness * (command.posture - middle)
+        return np.asarray(spring - command.damping * speed + command.torque)
 
     def _carried(self, effects: Effects) -> Physics:
         """The physics of other effects in the present state; objects that come back do so at rest."""

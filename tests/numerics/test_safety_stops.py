@@ -4,14 +4,21 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import mujoco
 import numpy as np
 import pytest
 
-from app.control.command import ControlSettings
-from app.control.task_control.monitors import STOP_SPEED, YIELD_SPEED
+from app.control.command import CHOICES, ControlSettings
+from app.control.limits import LimitKind
+from app.control.task_control.monitors import QUIET, STOP_SPEED, YIELD_SPEED
+from app.robots.kinematics import Configuration
+from app.scene.object_meshes import make_objects
+from app.scene.objects import ObjectSpec
 from app.session.runtime_settings import RuntimeSettings
 from app.session.session import Session
-from app.tactile.poke import Finger, PokePressed
+from app.tactile.poke import Finger, PokePressed, PokeReleased
+from app.tactile.sensor_effects import Sampling
+from tests.support.pressed_arm import TICK, forearm
 from tests.support.touch import arm
 
 TAXEL = 150
@@ -41,3 +48,114 @@ def test_stopped_arm_gives_way_to_gravity_and_a_finger_at_a_bounded_speed(contro
     velocities = velocities_after_stop(controller, gravity=gravity)
     assert np.abs(velocities).max() < STOP_SPEED / 2
     assert np.abs(velocities).max() > 0.25 * YIELD_SPEED, "it does give way"
+
+
+UNMEASURED = LimitKind.STOPPED_BY_UNMEASURED_FORCE
+
+
+def session_with_probe_on_bare_hand(controller: str, force: float) -> Session:
+    """An arm with skin on its forearm only; a ball comes from the side and pushes the hand for 2 s with ``force``."""
+    prepared = forearm()
+    mesh, pose = prepared.robot.link("hand").mesh, Configuration(prepared.robot).pose("hand")
+    points = pose.points(mesh.vertices)
+    start = points[points[:, 1].argmax()] + [0.0, 0.03, 0.0]
+    end = start - [0.0, 0.3, 0.0]
+    path = ((0.0, *start), (0.2, *start), (2.2, *end), (2.3, *start), (60.0, *start))
+    probe = ObjectSpec("probe", "probe", size=(0.02,), mass=0.2, friction=0.3, max_force=force, path=path)
+    scene = replace(prepared.scene, objects=(probe,))
+    prepared = replace(prepared, scene=scene, objects=make_objects(scene))
+    effects = replace(RuntimeSettings.of_scene(prepared).effects, contact="environment", friction=True)
+    settings = ControlSettings(controller=controller, stiffness=20.0)
+    return Session(prepared, scripted=False, settings=settings, effects=effects)
+
+
+def true_contact_force(session: Session) -> float:
+    """Sum of the contact forces of the solver [N]; the probe touches nothing but the arm."""
+    data, wrench, total = session._simulation._physics.data, np.zeros(6), 0.0
+    for contact in range(data.ncon):
+        mujoco.mj_contactForce(session._simulation._physics.model, data, contact, wrench)
+        total += float(np.linalg.norm(wrench[:3]))
+    return total
+
+
+@pytest.mark.rotating
+@pytest.mark.parametrize("controller", CHOICES["controller"])
+def test_force_on_a_bare_link_stops_every_controller_while_it_lasts(controller):
+    session = session_with_probe_on_bare_hand(controller, 60.0)
+    above, first, released = 0, None, None
+    for tick in range(1200):
+        frame = session.tick()
+        force = true_contact_force(session)
+        assert not frame.regions, "the skin reads nothing"
+        stops = [limit for limit in frame.why_limited if limit.kind.stops]
+        above += force > 40.0
+        if stops and first is None:
+            first = stops[0]
+        if force > 0:
+            released = tick
+        if first is not None and force > 5.0:
+            assert [limit.kind for limit in stops] == [UNMEASURED], "it stays stopped while something presses"
+    assert first is not None
+    assert (first.kind, first.names, first.bound) == (UNMEASURED, ("hand",), 40.0)
+    assert above * TICK < 0.12, "a stopped arm gives way"
+    assert not stops
+    assert released < 1200 - QUIET / TICK
+
+
+@pytest.mark.rotating
+@pytest.mark.parametrize("controller", CHOICES["controller"])
+def test_force_on_a_bare_link_below_the_greatest_force_stops_no_controller(controller):
+    session = session_with_probe_on_bare_hand(controller, 30.0)
+    greatest = 0.0
+    for _ in range(450):
+        frame = session.tick()
+        greatest = max(greatest, true_contact_force(session))
+        assert not any(limit.kind.stops for limit in frame.why_limited)
+    assert greatest > 15.0
+
+
+@pytest.mark.rotating
+@pytest.mark.parametrize("integrator", ["implicitfast", "implicit", "discrete", "euler"])
+@pytest.mark.parametrize("gravity", ["off", "on", "compensated"])
+def test_external_torque_is_that_of_the_force_applied(integrator, gravity):
+    """The arm moves: 20 N push its hand, and it sags where gravity acts."""
+    effects = replace(RuntimeSettings.of_scene(forearm()).effects, integrator=integrator, gravity=gravity)
+    session = Session(forearm(), scripted=False, settings=ControlSettings(stiffness=6.0), effects=effects)
+    model, data = session._simulation._physics.model, session._simulation._physics.data
+    hand, force = model.body("hand").id, np.array([5.0, -15.0, 12.0])
+    fastest = 0.0
+    for tick in range(200):
+        data.xfrc_applied[hand, :3] = force if tick >= 20 else 0.0
+        frame = session.tick()
+        fastest = max(fastest, float(np.abs(frame.velocity).max()))
+        jacobian = np.zeros((3, model.nv))
+        mujoco.mj_jac(model, data, jacobian, None, data.xipos[hand], hand)
+        if tick > 60:
+            found = session._controller._unmeasured._external
+            assert found == pytest.approx(jacobian.T @ force, abs=0.1)
+        elif tick < 20:
+            assert np.abs(session._controller._unmeasured._external).max() < 0.1
+    assert fastest > 0.3
+
+
+@pytest.mark.rotating
+@pytest.mark.parametrize("controller", ["impedance", "hold_force", "hybrid", "qp"])
+@pytest.mark.parametrize(
+    "sampling", [None, Sampling(50.0, 0.02), Sampling(10.0, 0.1)], ids=["200 Hz", "50 Hz", "10 Hz"]
+)
+def test_impacts_on_the_skin_are_not_taken_for_force_that_it_does_not_measure(controller, sampling):
+    effects = RuntimeSettings.of_scene(arm()).effects
+    effects = replace(effects, sensor=replace(effects.sensor, sampling=sampling))
+    settings = ControlSettings(controller=controller, max_force=60.0)
+    session = Session(arm(), scripted=False, settings=settings, effects=effects)
+    greatest = 0.0
+    for tick in range(450):
+        if tick % 150 == 10:
+            taxel = (TAXEL + 40 * tick) % len(arm().skin)
+            session.submit(PokePressed(1, arm().skin.taxel_point(taxel), Finger(speed=1.0, max_force=50.0)))
+        if tick % 150 == 100:
+            session.submit(PokeReleased(1))
+        frame = session.tick()
+        greatest = max(greatest, session.total_normal_force)
+        assert UNMEASURED not in {limit.kind for limit in frame.why_limited}
+    assert greatest > 40.0

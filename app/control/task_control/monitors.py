@@ -15,6 +15,7 @@ import numpy as np
 from app.contacts.force_estimation.wrench_consistency import WrenchMismatch
 from app.contacts.regions import ContactRegion
 from app.control.limits import Limit, LimitKind
+from app.control.unmeasured_force import NO_FORCE, UnmeasuredForce
 from app.core.arrays import FloatArray, all_finite, largest, length
 from app.geometry.mesh import SurfacePoint
 from app.robots.kinematics import Configuration
@@ -30,6 +31,8 @@ YIELD_TIME = 0.5
 """Time constant with which a stopped arm gives way to what still touches it [s]."""
 YIELD_SPEED, YIELD_SLIDE_SPEED = 0.6, 0.1
 """Largest speed at which a stopped arm gives way, of a hinge [rad/s] and of a slide [m/s]; faster motion is damped."""
+UNMEASURED_TOUCH = 3.0
+"""Force that the skin does not measure [N] above which something still touches a stopped arm."""
 QUIET = 1.0
 """Nothing must have touched for so long before the controller goes on [s]."""
 AGREED = 0.2
@@ -76,6 +79,7 @@ class SafetyMonitor:
         point_speed: float = 0.0,
         readable: bool = True,
         mismatch: WrenchMismatch | None = None,
+        unmeasured: UnmeasuredForce = NO_FORCE,
     ) -> bool:
         """Whether the controller may go on.
 
@@ -88,25 +92,28 @@ class SafetyMonitor:
             point_speed: Greatest speed of a touched point [m/s].
             readable: Whether the skin can be read.
             mismatch: Several contacts that were read as one, by a wrench that none of them explains.
+            unmeasured: Force that the skin does not measure.
         """
+        touched = bool(regions) or unmeasured.force > UNMEASURED_TOUCH
         unreadable = None if readable else Limit(LimitKind.STOPPED_UNREADABLE)
         reason = (
             unreadable
             or _force_danger(max_force, regions)
             or self._speed_danger(velocity, point_speed)
             or _hidden_force(max_force, mismatch)
+            or _unmeasured_danger(max_force, unmeasured)
         )
         if reason is None and mismatch is not None:
             reason = mismatch_limit(mismatch)
         if reason is not None and self.reason is None:
             self.posture = posture.copy()
-        elif self.reason is not None and regions:
+        elif self.reason is not None and touched:
             step, most = min(dt / YIELD_TIME, 1.0) * (posture - self.posture), dt * self.yield_speed
             self.posture = self.posture + np.clip(step, -most, most)
         if reason is not None and (self.reason is None or self._ends_when_agreed):
             self.reason = reason
         if self.reason is not None:
-            waits = reason is not None or (regions and not self._ends_when_agreed)
+            waits = reason is not None or (touched and not self._ends_when_agreed)
             self._quiet = 0.0 if waits else self._quiet + dt
             if self._quiet >= (AGREED if self._ends_when_agreed else QUIET):
                 self.reset()
@@ -145,6 +152,13 @@ def _hidden_force(max_force: float, mismatch: WrenchMismatch | None) -> Limit | 
     if mismatch is None or mismatch.strongest <= max_force:
         return None
     return Limit(LimitKind.STOPPED_BY_FORCE, value=mismatch.strongest, bound=max_force)
+
+
+def _unmeasured_danger(max_force: float, unmeasured: UnmeasuredForce) -> Limit | None:
+    if unmeasured.force <= max_force:
+        return None
+    kind = LimitKind.STOPPED_BY_UNMEASURED_FORCE
+    return Limit(kind, (unmeasured.link,), value=unmeasured.force, bound=max_force)
 
 
 def is_readable(region: ContactRegion) -> bool:

@@ -20,4 +20,5 @@ def test_only_safety_stops_stop():
     assert {kind for kind in LimitKind if kind.stops} == {
         LimitKind.STOPPED_BY_FORCE, LimitKind.STOPPED_BY_SPEED, LimitKind.STOPPED_BY_MISMATCH,
         LimitKind.STOPPED_UNREADABLE, LimitKind.STOPPED_BY_POINT_SPEED, LimitKind.STOPPED_BY_SLIDE_SPEED,
+        LimitKind.STOPPED_BY_UNMEASURED_FORCE,
     }  # fmt: skip

@@ -22,6 +22,7 @@ from app.control.task_control.monitors import (
     STOP_SLIDE_SPEED,
     STOP_SPEED,
     STOP_SPEED_MARGIN,
+    UNMEASURED_TOUCH,
     YIELD_SLIDE_SPEED,
     YIELD_SPEED,
     YIELD_TIME,
@@ -29,6 +30,7 @@ from app.control.task_control.monitors import (
     SafetyMonitor,
     StallDetector,
 )
+from app.control.unmeasured_force import UnmeasuredForce
 from app.geometry.mesh import SurfacePoint
 from app.robots.robot import Joint
 from tests.unit.control.contacts_by_hand import TICK, touch
@@ -133,6 +135,22 @@ def test_what_presses_too_hard_behind_a_small_resultant_stops_it_for_good():
     assert supervisor.reason == Limit(LimitKind.STOPPED_BY_FORCE, value=31.0, bound=30.0)
     assert supervisor.posture == pytest.approx(BENT * (1 - TICK / YIELD_TIME)), "where it stopped first, yielding"
     assert not supervisor.check(30.0, STILL, STILL, touch(1.0), 2 * AGREED), "something still touches"
+
+
+def test_force_that_the_skin_does_not_measure_stops_it_until_it_has_gone():
+    supervisor = SafetyMonitor(HINGE)
+    assert supervisor.check(30.0, BENT, STILL, (), TICK, unmeasured=UnmeasuredForce("hand", 29.9))
+    assert not supervisor.check(30.0, BENT, STILL, (), TICK, unmeasured=UnmeasuredForce("hand", 31.0))
+    stop = Limit(LimitKind.STOPPED_BY_UNMEASURED_FORCE, ("hand",), value=31.0, bound=30.0)
+    assert supervisor.reason == stop
+    for _ in range(600):
+        pressed = UnmeasuredForce("hand", 1.1 * UNMEASURED_TOUCH)
+        assert not supervisor.check(30.0, STILL, STILL, (), TICK, unmeasured=pressed), "it still presses"
+    assert supervisor.posture == pytest.approx(STILL, abs=0.02), "it has given way"
+    ticks = 0
+    while not supervisor.check(30.0, BENT, STILL, (), TICK, unmeasured=UnmeasuredForce("hand", 1.0)):
+        ticks += 1
+    assert ticks * TICK == pytest.approx(QUIET, abs=2 * TICK)
 
 
 def test_a_reset_lets_go_at_once():

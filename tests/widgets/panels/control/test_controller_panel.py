@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -15,6 +16,10 @@ from app.control.controller_registry import CONTROLLERS, effective_settings
 from app.control.controllers import CONTROL_SCHEMES
 from app.control.limit_texts import limit_text
 from app.control.limits import Limit, LimitKind
+from app.session.inputs import ControlChanged
+from app.session.session import Session
+from app.tactile.poke import Finger, PokePressed
+from tests.support.touch import arm
 from tests.widgets.support.samples import touched
 from tests.widgets.support.snapshots import pixels
 from widgets.common.colours import DARK, LIGHT
@@ -231,6 +236,29 @@ def test_a_law_that_is_in_force_already_is_no_edit(panel):
     assert "impedance" not in CONTROL_SCHEMES
     click(panel, "controller-impedance")
     assert panel.edits == []
+
+
+@pytest.mark.parametrize(("steps", "limit"), [(4, 20.0), (0, 40.0)])
+@pytest.mark.parametrize("controller", ["impedance", "hybrid"])
+def test_the_force_limit_of_the_panel_stops_the_arm_and_the_reason_is_shown(panel, controller, steps, limit):
+    """A finger of 30 N stops the arm above a limit of 20 N and not above the usual one."""
+    session = Session(arm(), scripted=False, settings=ControlSettings(controller=controller))
+    panel.settings_edited.connect(lambda settings: session.submit(ControlChanged(settings)))
+    panel.show_prepared(arm())
+    panel.show_settings(session.settings)
+    for _ in range(steps):
+        QTest.keyClick(panel.sliders.by_name["max_force"]._slider, Qt.Key.Key_Left)
+    session.tick()
+    assert session.settings.max_force == pytest.approx(limit)
+    session.submit(PokePressed(1, arm().skin.taxel_point(150), Finger(speed=0.5, max_force=30.0)))
+    line = panel.findChild(LimitStatusLine)
+    for _ in range(100):
+        panel.show_frame(session.tick())
+        if line.state is LimitState.STOPPED:
+            break
+    assert (line.state is LimitState.STOPPED) == (limit < 30.0)
+    reason = f"stopped: contact force too high: .*more than {limit:.0f}.N; remove the contact to continue"
+    assert (re.match(reason, line.words) is not None) == (limit < 30.0)
 
 
 A, B = Limit(LimitKind.JOINT_LIMIT), Limit(LimitKind.JOINT_SPEED)

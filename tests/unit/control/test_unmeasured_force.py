@@ -1,0 +1,130 @@
+"""Force that the skin does not measure, found from joint torques: against forces that the test applies by itself."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import mujoco
+import numpy as np
+import pytest
+
+from app.control.unmeasured_force import PERSISTENCE, DriveTorques, UnmeasuredForce, UnmeasuredForceMonitor
+from app.robots.kinematics import Configuration, kinematic_model
+from app.robots.robot import Robot
+from tests.support.touch import arm, bar
+from tests.unit.control.contacts_by_hand import TICK, touch
+
+HINGE_LIMIT = 1.5
+
+
+def seen(
+    robot: Robot, torque: np.ndarray, *, regions=(), posture=None, ticks: int = 60, latency: float = 0.0, **drives
+) -> UnmeasuredForce:
+    """Return what is found at rest where drives hold the joints against the torque (n,) of external forces.
+
+    The first tick of the force is the second of ``ticks``.
+    """
+    monitor, configuration = UnmeasuredForceMonitor(robot), Configuration(robot)
+    if posture is not None:
+        configuration.update(posture)
+    still = np.zeros(len(robot.joints))
+    for _ in range(ticks):
+        drive = DriveTorques(-torque, **drives)
+        found = monitor.look(configuration, still, regions, drive, TICK, latency=latency)
+    return found
+
+
+def force_torque(robot: Robot, link: str, point, force) -> np.ndarray:
+    """Joint torques (n,) of a force (3,) in the world at a point (3,) of a link frame, at home, by MuJoCo alone."""
+    model = kinematic_model(robot)
+    data = mujoco.MjData(model)
+    data.qpos[:] = robot.home
+    mujoco.mj_forward(model, data)
+    body, jacobian = model.body(link).id, np.zeros((3, model.nv))
+    place = data.xmat[body].reshape(3, 3) @ point + data.xpos[body]
+    mujoco.mj_jac(model, data, jacobian, None, place, body)
+    return jacobian.T @ force
+
+
+def test_a_force_at_the_end_of_the_bar_is_found_and_one_nearer_to_the_hinge_is_a_lower_bound():
+    for x in (0.4, 0.2):
+        found = seen(bar(), force_torque(bar(), "bar", (x, 0, -0.02), (0, 0, 60.0)))
+        assert found.link == "bar"
+        assert found.force == pytest.approx(0.98 * 60 * x / 0.4, rel=0.02), "its lever is at most 0.4 m"
+
+
+def test_what_the_skin_reads_counts_as_measured_from_zero_to_the_reading():
+    pressed = force_torque(bar(), "bar", (0.3, 0, 0.02), (0, 0, -20.0))
+    assert seen(bar(), pressed, regions=touch(20.0)).force == 0
+    assert seen(bar(), 0.3 * pressed, regions=touch(20.0)).force == 0, "the reading may be too high"
+    assert seen(bar(), 1.2 * pressed, regions=touch(20.0)).force == 0, "and somewhat too low"
+    assert seen(bar(), 4.0 * pressed, regions=touch(20.0)).force == pytest.approx(60 * 0.3 / 0.4, rel=0.15)
+
+
+def test_a_force_counts_after_it_lasted_longer_than_readings_take():
+    torque = force_torque(bar(), "bar", (0.39, 0, -0.02), (0, 0, 60.0))
+    for latency in (0.0, 0.05):
+        first = next(n for n in range(2, 60) if seen(bar(), torque, ticks=n, latency=latency).force > 0)
+        assert (first - 1) * TICK == pytest.approx(PERSISTENCE + 2 * latency, abs=TICK)
+
+
+def test_gravity_and_dry_friction_are_taken_into_account():
+    weight = 9.81 * 0.2
+    drives = {"gravity": True}
+    torque = force_torque(bar(), "bar", (0.2, 0, 0), (0, 0, -9.81))
+    assert abs(torque[0]) == pytest.approx(weight)
+    assert seen(bar(), torque, **drives).force == 0
+    assert seen(bar(), torque).force > 4
+    rough = replace(bar(), mjcf=bar().mjcf.replace('name="hinge"', 'name="hinge" frictionloss="2.5"'))
+    assert seen(rough, torque, dry_friction=True).force == 0
+    assert seen(rough, torque).force > 4
+
+
+def test_a_joint_at_its_limit_is_left_out():
+    torque = force_torque(bar(), "bar", (0.39, 0, -0.02), (0, 0, 60.0))
+    assert seen(bar(), torque, posture=np.array([HINGE_LIMIT - 0.01])).force > 50
+    assert seen(bar(), torque, posture=np.array([HINGE_LIMIT])).force == 0
+
+
+def test_coupled_joints_are_left_out():
+    robot = arm().robot
+    coupling = f'<equality><joint joint1="{robot.joints[0].name}" joint2="{robot.joints[3].name}"/></equality>'
+    coupled = replace(robot, mjcf=robot.mjcf.replace("</mujoco>", f"{coupling}</mujoco>"))
+    torque = np.zeros(len(robot.joints))
+    torque[[0, 3]] = 40.0
+    assert seen(robot, torque).force > 10
+    assert seen(coupled, torque).force == 0
+
+
+@pytest.mark.parametrize("link", ["forearm", "wrist", "hand"])
+def test_the_least_force_is_near_the_true_one_and_on_a_link_nearby(link):
+    """Over points of the link's own mesh, where joints feel the force: the hull of the monitor is its own."""
+    robot, rng = arm().robot, np.random.default_rng(0)
+    mesh, links = robot.link(link).mesh, [one.name for one in robot.links]
+    ratios = []
+    for face in rng.choice(len(mesh.faces), 60, p=mesh.face_areas / mesh.face_areas.sum()):
+        point, normal = mesh.vertices[mesh.faces[face]].mean(axis=0), mesh.face_normals[face]
+        pose = Configuration(robot).pose(link)
+        torque = force_torque(robot, link, point, -60.0 * (pose.rotation @ normal))
+        if np.abs(torque).max() < 6.0:
+            continue
+        found = seen(robot, torque, ticks=30)
+        assert abs(links.index(found.link) - links.index(link)) <= 2
+        ratios.append(found.force / 60.0)
+    assert len(ratios) > 30
+    assert max(ratios) < 1.2
+    assert np.median(ratios) > 0.8
+
+
+def test_a_robot_without_joints_feels_nothing():
+    assert seen(bar(hinged=False), np.zeros(0)).force == 0
+
+
+def test_a_reset_forgets_the_force():
+    monitor, configuration = UnmeasuredForceMonitor(bar()), Configuration(bar())
+    torque = force_torque(bar(), "bar", (0.39, 0, -0.02), (0, 0, 60.0))
+    for _ in range(20):
+        found = monitor.look(configuration, np.zeros(1), (), DriveTorques(-torque), TICK)
+    assert found.force > 50
+    monitor.reset()
+    assert monitor.look(configuration, np.zeros(1), (), DriveTorques(-torque), TICK).force == 0
