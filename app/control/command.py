@@ -73,8 +73,8 @@ class ControlSettings:
         path_size: How long a path is that nobody drew [m].
         path_speed: Along the path, on the map [m/s].
         starts: Another number than before starts the task afresh, as a path from its beginning.
-        max_force: A contact with more [N] stops the arm; the QP keeps contacts under 80 % of it, except on
-            impact.
+        max_force: A contact with more [N] stops the arm; the QP keeps contacts under 80 % of it in slow approaches
+            (table in the guide).
 
     Raises:
         SceneError: A number is none: truth values and texts are refused here, ranges by ``check_settings``.

@@ -159,3 +159,16 @@ def test_impacts_on_the_skin_are_not_taken_for_force_that_it_does_not_measure(co
         greatest = max(greatest, session.total_normal_force)
         assert UNMEASURED not in {limit.kind for limit in frame.why_limited}
     assert greatest > 40.0
+
+
+@pytest.mark.parametrize(("speed", "most"), [(0.05, 0.3), (0.1, 0.5), (0.2, 0.8)])
+def test_the_quadratic_program_stays_below_80_percent_of_the_greatest_force_in_slow_approaches(speed, most):
+    """The guide's table; at 0.4 m/s the impact exceeds the greatest force."""
+    session = Session(forearm(), scripted=False, settings=ControlSettings(controller="qp", max_force=40.0))
+    session.submit(PokePressed(1, forearm().skin.taxel_point(TAXEL), Finger(speed=speed, max_force=120.0)))
+    forces = []
+    for _ in range(round(0.1 / speed / TICK) + 80):
+        frame = session.tick()
+        forces.append(session.total_normal_force)
+        assert not any(limit.kind.stops for limit in frame.why_limited)
+    assert 3.0 < max(forces) < most * 40.0
