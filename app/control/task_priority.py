@@ -125,6 +125,14 @@ class TaskContact:
 
 
 _WORLD = readonly(np.eye(3))
+_POSTURE_RATE = 2.0
+"""Most that the speed of a joint may change per change of its position, before damping sets in [1/s].
+
+Slower than the force loop, which has to correct what the motion does to the force: on an arm that is stretched out
+all controllers keep the contact with 2 per second, with 5 per second most lose it.
+"""
+_WEAK_SHARE = 0.3
+"""A singular value below this share of the rows' norm may change sign by a small change of posture."""
 _LEAST_LOST = 1e-4
 """Loss of speed that is not reported [m/s]."""
 _RANK = 1e-6
@@ -153,8 +161,8 @@ def solve_hierarchy(
 
     Joint velocities count as shares of ``max_speed``, so that hinges and slides, long and short levers compare. The
     singular value of a direction is then the speed [m/s] that the joints can give it. A direction from which more is
-    requested is damped (Nakamura and Hanafusa 1986, one by one, see ``singular_damping``); all others are exact. The
-    projector for the next level is not damped: a damped one leaks.
+    requested, or whose speed would change too fast with posture, is damped (Nakamura and Hanafusa 1986, one by one, see
+    ``singular_damping``); all others are exact. The projector for the next level is not damped: a damped one leaks.
 
     Args:
         levels: The highest priority first.
@@ -175,9 +183,12 @@ def solve_hierarchy(
         rows = level.rows * max_speed
         left, gains, right = singular_directions(_beside(felt, rows))
         parts = list(zip(gains.tolist(), (level.speed - rows.dot(share)).dot(left).tolist(), strict=True))
-        answer = [part * gain / (gain**2 + singular_damping(gain, part)) if part else 0.0 for gain, part in parts]
+        damping = singular_damping(parts, level.rows, max_speed)
+        answer = [
+            part * gain / (gain**2 + more) if part else 0.0 for (gain, part), more in zip(parts, damping, strict=True)
+        ]
         share = share + np.array(answer).dot(right)
-        weak.extend(weak_direction(parts, left, level.axes))
+        weak.extend(weak_direction(parts, damping, left, level.axes))
         felt.append(right[: sum(gain > max(_RANK * parts[0][0], 1e-12) for gain, _ in parts)])
     worst = max(weak, key=lambda limit: limit.value or 0.0, default=None)
     return (share + _beside(felt, rest / max_speed)) * max_speed, worst
@@ -217,31 +228,43 @@ def _svd(rows: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     return left, gains, right
 
 
-def singular_damping(gain: float, requested: float) -> float:
-    """Return what is added to the square of a singular value where least squares divide by it.
+def singular_damping(parts: Sequence[tuple[float, float]], rows: FloatArray, max_speed: FloatArray) -> list[float]:
+    """Return what is added to the square of each singular value where least squares divide by it [m²/s²].
 
-    It grows from zero where more speed is requested than the joints can give in this direction. The answer is then
-    2 gain / (gain² + requested²)  per requested speed: never more than the joints' greatest speed, and zero with the
-    singular value.
+    It is zero for a direction with singular value g [m/s] from which a speed r [m/s] is requested if both hold:
+
+    - g ≥ r: the joints can give the speed;
+    - g² ≥ r c / ``_POSTURE_RATE``, or g ≥ ``_WEAK_SHARE`` of the rows' norm: the joint speed changes with posture by at
+      most ``_POSTURE_RATE``. The bound c on the change of g with posture [m/s²] is the norm of the rows, which are
+      levers, with every joint at its greatest speed.
+
+    Below, with b² the larger bound on g², the answer is  2 g / (g² + b²)  per requested speed: never more than the
+    joints' greatest speed, and zero with the singular value. Without the second bound an arm that is stretched out
+    passes back and forth through its singular posture, since the direction of joint motion flips there.
 
     Args:
-        gain: Singular value: speed of the point with joints at their greatest speed [m/s].
-        requested: In this direction [m/s].
+        parts: Singular value and requested speed of each direction [m/s].
+        rows: (m, n) of the level, see ``PriorityLevel``.
+        max_speed: (n,) greatest speed of each joint [rad/s, or m/s for a slide].
     """
-    return 0.5 * max(requested**2 - gain**2, 0.0)
+    norm = length((rows * max_speed).ravel())
+    curvature = norm * float(max_speed.max()) / _POSTURE_RATE
+    weak = (_WEAK_SHARE * norm) ** 2
+    bounds = [max(part**2, min(abs(part) * curvature, weak)) for _, part in parts]
+    return [0.5 * max(bound - gain**2, 0.0) for bound, (gain, _) in zip(bounds, parts, strict=True)]
 
 
 def weak_direction(
-    parts: Sequence[tuple[float, float]], left: FloatArray, axes: FloatArray | None
+    parts: Sequence[tuple[float, float]], damping: Sequence[float], left: FloatArray, axes: FloatArray | None
 ) -> tuple[Limit, ...]:
     """Return a ``WEAK_DIRECTION`` limit for the direction that loses most speed by damping; empty if none loses any.
 
     Args:
         parts: Singular value and requested speed of each direction [m/s].
+        damping: Of each direction, see ``singular_damping``.
         left: (m, k) directions in the rows of a level.
         axes: (m, 3) of the rows, see ``PriorityLevel``.
     """
-    damping = [singular_damping(gain, part) for gain, part in parts]
     lost = [
         abs(part) * more / (gain**2 + more) if more else 0.0 for (gain, part), more in zip(parts, damping, strict=True)
     ]

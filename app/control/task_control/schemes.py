@@ -412,9 +412,10 @@ def _quadratic(
     for weight, level in zip((_FORCE_WEIGHT, 1.0), levels, strict=False):
         left, gains, right = singular_directions(level.rows * max_speed)
         parts = list(zip(gains.tolist(), level.speed.dot(left).tolist(), strict=True))
-        for limit in weak_direction(parts, left, level.axes):
+        damping = singular_damping(parts, level.rows, max_speed)
+        for limit in weak_direction(parts, damping, left, level.axes):
             limits.add(limit)
-        damped = np.array([gain**2 + singular_damping(gain, part) for gain, part in parts])
+        damped = np.square(gains) + damping
         right = right / max_speed
         hessian += weight * (right.T * damped).dot(right)
         gradient -= weight * level.speed.dot(level.rows)

@@ -184,9 +184,24 @@ def test_lost_speed_is_reported_with_its_direction_and_singular_value():
     [limit] = limits.found
     assert limit.direction == pytest.approx((0.0, -1.0, 0.0))
     assert limit.bound == pytest.approx(0.02 * MAX_JOINT_SPEED)
-    assert limit.value == pytest.approx(0.1 - 0.03 * 2 * 0.03 * 0.1 / (0.03**2 + 0.1**2))
-    text = "singular configuration: little motion along the contact: 83\u202fmm/s lost along (0, -1, 0)"
+    lever_change = np.linalg.norm(rows) * MAX_JOINT_SPEED**2
+    assert limit.value == pytest.approx(0.1 * (1 - 2 * 0.03**2 / (0.03**2 + 0.1 * lever_change / 2.0)))
+    text = "singular configuration: little motion along the contact: 98\u202fmm/s lost along (0, -1, 0)"
     assert limit_text(limit) == text + ", at most 30\u202fmm/s there"
+
+
+def test_near_a_stretched_posture_joint_speeds_change_slowly_with_posture():
+    """A planar arm of two 0.3 m links: beyond four per second it would pass back and forth through that posture."""
+    elbows = np.linspace(-0.3, 0.3, 2001)
+    one, two = 0.3 * np.exp(0.0j * elbows), 0.3 * np.exp(1j * elbows)
+    speeds = []
+    for upper, lower in zip(one, two, strict=True):
+        motion = 1j * np.array([upper + lower, lower])
+        level = PriorityLevel(np.array([motion.real, motion.imag]), np.array([-0.04, 0.0]))
+        speeds.append(solve_hierarchy([level], np.zeros(2), np.full(2, 3.0))[0])
+    slopes = np.abs(np.diff(speeds, axis=0)).max(axis=1) / np.diff(elbows)
+    assert slopes.max() < 4.0
+    assert np.abs(speeds).max() > 0.05, "it moves on either side"
 
 
 def test_a_short_lever_that_is_fast_enough_is_not_reported():
