@@ -130,13 +130,17 @@ def page() -> str:
 
 def _method(found: Sequence[Row]) -> Iterator[str]:
     names = distinct(found, "robot")
-    counts = [sum((row["robot"], row["task"]) == (names[0], task) for row in found) for task in CONTROLLERS]
+    counts = {
+        task: sorted({sum((row["robot"], row["task"]) == (name, task) for row in found) for name in names})
+        for task in CONTROLLERS
+    }
+    press, path, pushed = (" or ".join(map(str, counts[task])) for task in CONTROLLERS)
     dates = distinct(found, "date")
     yield wrapped(
-        f"{len(found)} trials on {len(names)} robots, measured on {' and '.join(dates)}. Each robot has {counts[0]} "
-        f"presses, {counts[1]} figures of eight and {counts[2]} push: few, so that a share of all robots means more "
-        "than the result of one. Controllers take turns: one robot has only some of them. Postures are home, bent "
-        "(random within the middle 70 % of the ranges), near limits (each joint 3 % of its range from a limit) and "
+        f"{len(found)} trials on {len(names)} robots, measured on {' and '.join(dates)}. Number of trials of "
+        f"each robot: press {press}, figure of eight {path}, pushed {pushed}. They are few, so that a share of all "
+        "robots means more than the result of one. Controllers take turns: one robot has only some of them. Postures "
+        "are home, bent (random within the middle 70 % of the ranges), near limits (each joint 3 % of its range from a limit) and "
         "near singular (the least even of 60 random ones); the skin has 1, 10 or 100 kN/m and is read at 200 Hz, or "
         "at 50 Hz and 20 ms late. A fixed ball is where the program finds the skin flat, roomy and well moved by the "
         "joints; less suitable places are not part of this. Small arm, medium arm, large arm, finger and leg are "
@@ -169,7 +173,7 @@ def _table(found: Sequence[Row]) -> Iterator[str]:
     lines.append("|---|---|---|---|")
     for name in distinct(found, "robot"):
         here = [row for row in found if row["robot"] == name]
-        press = [row for row in here if row["task"] == "press"]
+        press = [row for row in here if row["task"] == "press" and row["verdict"] != NO_PLACE]
         kept = f"{sum(row['verdict'] == 'ok' for row in press)} of {len(press)}"
         paths = ", ".join(_path(row) for row in here if row["task"] == "path")
         peaks = ", ".join(_peak(row) for row in here if row["task"] == "pushed")
