@@ -280,6 +280,7 @@ class ControllerManager:
             wanted = None if self._last is None else self._last.posture
             settings, limits = self._gain_limiter.effective_settings(settings, posture, regions, dt, wanted=wanted)
             said += limits
+            self._controller.hold_integrals(self._gain_limiter.stuck)
             if self._gain_limiter.exhausted:
                 said.append(Limit(LimitKind.OSCILLATION_AT_SMALLEST_GAIN, value=settings.force_gain))
             elif self._gain_limiter.reduced:

@@ -117,6 +117,10 @@ class _GuardedController:
         with self._plugin.at_work():
             getattr(self._controller, "stop", self._controller.reset)()
 
+    def hold_integrals(self, contacts: frozenset[int]) -> None:
+        with self._plugin.at_work():
+            getattr(self._controller, "hold_integrals", lambda _: None)(contacts)
+
     def start(self, posture: FloatArray, torque: FloatArray) -> None:
         with self._plugin.at_work():
             self._controller.start(posture, torque)

@@ -95,6 +95,9 @@ class Controller(Protocol):
     def stop(self) -> None:
         """Forget the contact. Called at every tick at which the safety monitor stops the arm."""
 
+    def hold_integrals(self, contacts: frozenset[int]) -> None:
+        """Let integrals of these contacts not grow: their points do not make the commanded motion."""
+
     def start(self, posture: FloatArray, torque: FloatArray) -> None:
         """Start without history in the middle of another controller's work, as near as it can to what that one asks
         for.
@@ -151,6 +154,9 @@ class ImpedanceController:
     def stop(self) -> None:
         """Forget the last limits."""
         self.reset()
+
+    def hold_integrals(self, contacts: frozenset[int]) -> None:
+        """It has none."""
 
     def start(self, posture: FloatArray, torque: FloatArray) -> None:
         """Its answer follows from the rest posture alone, whatever was asked before."""
@@ -213,6 +219,10 @@ class HoldForceController:
     def stop(self) -> None:
         """Forget all contacts."""
         self.reset()
+
+    def hold_integrals(self, contacts: frozenset[int]) -> None:
+        """See ``Controller``."""
+        self._servo.stuck = contacts
 
     def start(self, posture: FloatArray, torque: FloatArray) -> None:
         """Without history, from the posture at which this controller asks for ``torque`` (n,) of an arm at rest."""
@@ -354,7 +364,12 @@ class TaskController:
         self._relief.reset()
         self._slippery: dict[int, float] = {}
         self._rising = RisingForces()
+        self._stuck: frozenset[int] = frozenset()
         self._speed = np.zeros_like(self.rest)
+
+    def hold_integrals(self, contacts: frozenset[int]) -> None:
+        """See ``Controller``."""
+        self._stuck = contacts
 
     def start(self, posture: FloatArray, torque: FloatArray) -> None:
         """Without history, from the posture at which this controller asks for ``torque`` (n,) of an arm at rest."""
@@ -444,7 +459,7 @@ class TaskController:
         others = tuple(self._contact(settings, ContactGoal(r, r.force)) for r in regions if r.id not in wanted)
         most = self._reference.slow_speed(_HOME_SPEED)
         home = np.minimum(np.maximum(self.rest - start, -most), most)
-        arm = ArmState(start, home, self._speed, self._reference, contacts + others, dt)
+        arm = ArmState(start, home, self._speed, self._reference, contacts + others, dt, self._stuck)
         pressed = [(c.id, c.force, c.force + c.force_error, c.tilt) for c in contacts]
         if self._rising.look(pressed, settings.max_force):
             limits.add(Limit(LimitKind.FORCE_RISES))

@@ -38,6 +38,7 @@ _NAMES = {
     LimitKind.OSCILLATION: "the force oscillates",
     LimitKind.OSCILLATION_AT_SMALLEST_GAIN: "the force oscillates at the smallest gain",
     LimitKind.FORCE_GAIN_HELD: "force gain reduced",
+    LimitKind.FORCE_GAIN_RAISED: "force gain raised for soft joints",
     LimitKind.POSITION_GAIN_HELD: "position gain reduced",
     LimitKind.FORCE_GAIN_UNSTABLE: "force gain too high",
     LimitKind.STOPPED_BY_FORCE: "stopped: contact force too high",
@@ -111,7 +112,7 @@ def _fact(limit: Limit) -> str:
             if limit.value is None:
                 return "reduce the force gain"
             return f"force gain reduced to {1e3 * limit.value:.2g}\u202fmm/s per N"
-        case LimitKind.OSCILLATION_AT_SMALLEST_GAIN:
+        case LimitKind.OSCILLATION_AT_SMALLEST_GAIN | LimitKind.FORCE_GAIN_RAISED:
             return "" if value is None else f"{1e3 * value:.2g}\u202fmm/s per N"
         case LimitKind.FORCE_GAIN_HELD:
             return "" if value is None else f"{1e3 * value:.2g}\u202fmm/s per N, skin {_timing(limit)}"

@@ -31,7 +31,7 @@ class LimitKind(Enum):
     The skin: ``SKIN_UNREADABLE``, ``SKIN_SATURATED``; the loop: ``OSCILLATION`` (value: reduced force gain [m/s/N];
     none while it is not reduced), ``OSCILLATION_AT_SMALLEST_GAIN`` (value: force gain [m/s/N]), ``FORCE_GAIN_HELD``
     (value: to [m/s/N]), ``POSITION_GAIN_HELD`` (value: to [1/s]), ``FORCE_GAIN_UNSTABLE`` (bound: the most [m/s/N]),
-    these three with the sensor's period and delay.
+    these three with the sensor's period and delay, ``FORCE_GAIN_RAISED`` (value: to [m/s/N]; bound: gain as set).
 
     Safety stops: ``STOPPED_BY_FORCE`` (value and bound [N]), ``STOPPED_BY_SPEED`` (names: the hinge; value and
     bound [rad/s]), ``STOPPED_BY_SLIDE_SPEED`` (names: the slide; value and bound [m/s]), ``STOPPED_BY_POINT_SPEED``
@@ -72,6 +72,7 @@ class LimitKind(Enum):
     OSCILLATION = "oscillation"
     OSCILLATION_AT_SMALLEST_GAIN = "oscillation-at-smallest-gain"
     FORCE_GAIN_HELD = "force-gain-held"
+    FORCE_GAIN_RAISED = "force-gain-raised"
     POSITION_GAIN_HELD = "position-gain-held"
     FORCE_GAIN_UNSTABLE = "force-gain-unstable"
     STOPPED_BY_FORCE = "stopped-by-force"

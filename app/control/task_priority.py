@@ -290,6 +290,7 @@ class ArmState:
         reference: Its limits.
         touched: All contacts, wanted or not.
         dt: To the next tick [s].
+        stuck: Ids of contacts whose point does not make the commanded motion.
     """
 
     start: FloatArray
@@ -298,6 +299,7 @@ class ArmState:
     reference: PostureReference
     touched: tuple[TaskContact, ...]
     dt: float
+    stuck: frozenset[int] = frozenset()
 
 
 class ControlScheme(Protocol):

@@ -32,10 +32,20 @@ measured by that, and gets ``GAIN_SHARE``. With a slow skin that takes seconds, 
 start."""
 INERTIA_SHARE = 0.9
 """Of the limit at a measured contact, that limited gains with a virtual inertia take at most."""
+SOFT_RATE = 4.0
+"""Rate at which the force approaches its goal [1/s], below which a limited gain is raised where joints are soft."""
+_DAMPED = 2.0
+"""Four times the square of the least damping ratio that an integral leaves."""
 CALM = 10.0
 """Time [s] without oscillation after which a halved gain is doubled again. It is doubled with each oscillation."""
 LEAST_SHARE = 1 / 32
 """Smallest share of the limited gain that halving leaves. A loop that oscillates with it is reported."""
+STUCK_SHARE = 0.3
+"""Share of the commanded motion that a touched point makes at least; its integral does not grow while it makes less."""
+_SMOOTHED = 0.15
+"""Time constant [s] with which commanded and measured motion are compared: joints follow with 0.05 s."""
+_STANDS = 1e-5
+"""Commanded speed [m/s] below which nothing is expected to move."""
 PLACE_SHARE = 0.3
 """Of one over what passes from a touch to its reading, that the gain of place takes."""
 _PATIENCE = 12.0
@@ -53,13 +63,15 @@ class _LoopLimit:
         stiffness: Of the contact [N/m].
         measured: Whether the stiffness is measured.
         posture: (n,) of the arm.
+        series: Stiffness of the contact and the joints in series [N/m].
         most: Force gain from which on the force oscillates [m/s/N].
-        held: Most that limited gains take of it [m/s/N].
+        held: Force gain that limited settings take [m/s/N].
     """
 
     stiffness: float
     measured: bool
     posture: FloatArray
+    series: float
     most: float
     held: float
 
@@ -78,6 +90,8 @@ class _FollowedContact:
         detector: Of oscillations of its force.
         outward: (n,) outward speed of the touched point per joint velocity, when it was last felt.
         ways: Outward way of the touched point since it was first felt [m], as old as a reading and newer.
+        asked: Outward speed of the touched point that the commanded posture gives, smoothed over ``_SMOOTHED`` [m/s].
+        moved: Measured outward speed of the touched point, smoothed alike [m/s].
         missing: Time since it was last felt [s]; inf before its way begins.
         limit: Computed last; None before.
     """
@@ -88,8 +102,24 @@ class _FollowedContact:
         self.detector = OscillationDetector()
         self.outward = outward
         self.ways = deque([0.0])
+        self.asked = self.moved = 0.0
         self.missing = math.inf
         self.limit: _LoopLimit | None = None
+
+    def move(self, moved: float, asked: float, dt: float) -> None:
+        """Take the outward way (measured and commanded) of the touched point in a tick [m]."""
+        self.ways.append(self.ways[-1] + moved)
+        share = min(dt / _SMOOTHED, 1.0)
+        self.moved += share * (moved / dt - self.moved)
+        self.asked += share * (asked / dt - self.asked)
+
+    @property
+    def stuck(self) -> bool:
+        """True if the touched point does not make the commanded motion, less what soft joints give way."""
+        if self.limit is None or abs(self.asked) < _STANDS:
+            return False
+        expected = self.asked * self.limit.series / self.limit.stiffness
+        return self.moved * expected < STUCK_SHARE * expected**2
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,6 +151,9 @@ class GainLimiter:
     a virtual inertia (admittance, parallel) keep to ``SAMPLED_SHARE`` of the nominal limit of joints that follow at
     once, and to ``INERTIA_SHARE`` of the limit at a measured contact.
 
+    Where joints are so soft against a measured contact that the force would approach its goal with less than
+    ``SOFT_RATE``, the gain is raised, at most until the touched point moves as fast as the gain asks.
+
     Each contact that is controlled is measured and has its own limit. The controller has one force gain for all, which
     is the smallest.
 
@@ -134,6 +167,7 @@ class GainLimiter:
         oscillates: Whether the force of a controlled contact oscillates.
         reduced: Whether the force gain is reduced because the force has oscillated.
         exhausted: Whether the force has oscillated with the smallest gain.
+        stuck: Ids of contacts whose point does not make the commanded motion: friction, or something else, holds it.
 
     Cost: 20 µs a tick for each contact, 0.3 ms when another contact or other settings come, or the contact shows to be
     stiffer or softer, or the arm has moved on.
@@ -163,6 +197,11 @@ class GainLimiter:
         self._calm = 0.0
         self._oscillated: ControlSettings | None = None
         self._reduced: tuple[ControlSettings, float, ControlSettings] | None = None
+
+    @property
+    def stuck(self) -> frozenset[int]:
+        """See above."""
+        return frozenset(id_ for id_, contact in self._contacts.items() if contact.stuck)
 
     def halve(self, settings: ControlSettings) -> None:
         """Halve the limited force gain, since the force oscillates under ``settings``. It recovers while it is calm."""
@@ -275,7 +314,7 @@ class GainLimiter:
                 way, asked = (
                     float(contact.outward.dot(now - then)) for now, then in zip((posture, wanted), before, strict=True)
                 )
-            contact.ways.append(contact.ways[-1] + way)
+            contact.move(way, asked, dt)
             while len(contact.ways) > round(delay / dt) + 1:
                 contact.ways.popleft()
             contact.missing = contact.missing + dt if region is None else 0.0
@@ -359,7 +398,10 @@ class GainLimiter:
         else:
             sampled = SAMPLED_SHARE * arm.sampled_limit(readings)
             held = GAIN_SHARE * most if measured else min(NOMINAL_SHARE * most, sampled)
-        return _LoopLimit(stiffness, measured, posture, most, held)
+        series, gain = arm.series_stiffness, settings.force_gain
+        if measured and series > 0:  # soft joints give way: the point moves by less than the posture does
+            gain = max(gain, min(SOFT_RATE, gain * stiffness) / series)
+        return _LoopLimit(stiffness, measured, posture, series, most, min(gain, held))
 
 
 def _smallest(
@@ -370,8 +412,21 @@ def _smallest(
     if settings.gains != "limited":
         return _Answer(contacts, settings, readings, most, settings, _unstable(settings, most, readings))
     calm = _limited(settings, readings)
-    calm = replace(calm, force_gain=min(settings.force_gain, *(limit.held for limit in limits)))
+    gain = min(limit.held for limit in limits)
+    drawn = LoopFilter.of(calm).position_gain
+    integral = max([calm.integral_time, *(_damped_integral(gain, drawn, limit) for limit in limits if limit.measured)])
+    calm = replace(calm, force_gain=gain, integral_time=integral)
     return _Answer(contacts, settings, readings, most, calm, _held_back(settings, calm, readings))
+
+
+def _damped_integral(gain: float, drawn: float, limit: _LoopLimit) -> float:
+    """Return the least integral time [s] for a damping ratio of 0.7 of  s^2 + (rate + back) s + rate / time.
+
+    The rate at which the force approaches its goal without integral is gain times series stiffness, and the point is
+    drawn back at a rate ``drawn`` [1/s], less what soft joints give way.
+    """
+    rate, back = gain * limit.series, drawn * limit.series / limit.stiffness
+    return _DAMPED * rate / (rate + back) ** 2 if rate > 0 else 0.0
 
 
 def _of_the_same_loop(one: ControlSettings | None, other: ControlSettings) -> bool:
@@ -406,8 +461,11 @@ def _held_back(settings: ControlSettings, calm: ControlSettings, readings: Senso
         (LimitKind.FORCE_GAIN_HELD, calm.force_gain, settings.force_gain),
         (LimitKind.POSITION_GAIN_HELD, calm.position_gain, settings.position_gain),
     ]
-    return tuple(
+    limits = tuple(
         Limit(kind, value=value, bound=asked, period=readings.period, delay=readings.delay)
         for kind, value, asked in held
         if value < asked
     )
+    if calm.force_gain > settings.force_gain:
+        return (*limits, Limit(LimitKind.FORCE_GAIN_RAISED, value=calm.force_gain, bound=settings.force_gain))
+    return limits

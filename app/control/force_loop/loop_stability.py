@@ -71,6 +71,8 @@ GONE = 0.6
 """Time without contact [s] after which all is forgotten."""
 IN_PHASE = 0.5
 """Least correlation of the force with the way of the skin in an oscillation of the loop."""
+ABSORBED = 0.5
+"""Share of the energy of swings that the arm absorbs where something else taps it; measured with a finger: 0.97."""
 FAST = 0.25
 """Swings within this time [s] that are faster than a person taps: five to either side at 8 Hz."""
 
@@ -81,9 +83,9 @@ class OscillationDetector:
     The error has to change sides ``TURNS`` times within ``MEMORY``, by more than ``SWING_SHARE`` of the goal each time.
     The force also has to rise and fall with the way of the skin along its normal: the two are in phase where the arm
     presses on something elastic, whatever the delays in the loop are. Where something else taps or pushes the arm, the
-    arm yields, and they are not. The contact may be lost in each swing: the force then counts from ``BOUNCE_SHARE``
-    below the goal. Swings within ``FAST`` count in any phase, since a cover that damps, or has much mass, responds to
-    the arm's speed or acceleration and not to its way.
+    arm yields, and they are not, or the arm absorbs the energy. The contact may be lost in each swing: the force then
+    counts from ``BOUNCE_SHARE`` below the goal. Swings within ``FAST`` count in any phase, since a cover that damps, or
+    has much mass, responds to the arm's speed or acceleration and not to its way.
 
     Cost: 0.5 µs a tick; 30 µs while the error swings.
     """
@@ -123,15 +125,18 @@ class OscillationDetector:
         self._lost = force <= 0 or (self._lost and side <= 0)
         if len(self._turns) < TURNS or self._time - self._turns[0] >= MEMORY:
             return False
-        return self._turns[-1] - self._turns[0] < FAST or self._correlation() > IN_PHASE
+        return self._turns[-1] - self._turns[0] < FAST or self._driven()
 
-    def _correlation(self) -> float:
-        """Return the correlation of force and way since the first of the swings, without a steady motion."""
+    def _driven(self) -> bool:
+        """Return whether the arm drives the swings: the force follows its way, and it does not absorb their energy."""
         samples = np.array([sample for sample in self._samples if sample[0] >= self._turns[0]])
-        time, force, way = (samples - samples.mean(axis=0)).T
+        time, over, way = (samples - samples.mean(axis=0)).T
         way = way - time * (time.dot(way) / time.dot(time))
-        size = math.sqrt(float(force.dot(force) * way.dot(way)))
-        return float(force.dot(way)) / size if size > 0 else 0.0
+        size = math.sqrt(float(over.dot(over) * way.dot(way)))
+        if size == 0 or float(over.dot(way)) <= IN_PHASE * size:
+            return False
+        work = samples[1:, 1] * np.diff(way)
+        return float(work.sum()) > -ABSORBED * float(np.abs(work).sum())
 
 
 BAND = 0.05

@@ -84,12 +84,17 @@ class PressedArm:
         free, gives = each.dot(self.outward * self.pushed), each.dot(self.outward**2)
         return np.asarray(free / (1 + self.stiffness * gives))
 
+    @property
+    def series_stiffness(self) -> float:
+        """Stiffness of the contact and the joints in series [N/m]."""
+        return self.stiffness * float(self.response(np.zeros(1, complex)).real[0])
+
     def sampled_limit(self, readings: SensorTiming) -> float:
         """The force gain [m/s/N] from which on the force would swing if joints followed at once: that of a sampled
         integral loop, k_f k T < 2 sin(pi / (2 (2 d + 1))), k of joints and contact in series; inf for a point that no
         joint moves.
         """
-        series = self.stiffness * float(self.response(np.zeros(1, complex)).real[0])
+        series = self.series_stiffness
         late = 2 * readings.delay / readings.period + 1
         return 2 * math.sin(math.pi / (2 * late)) / (series * readings.period) if series > 0 else math.inf
 

@@ -72,11 +72,13 @@ class ForceServo:
 
     Attributes:
         held: Whether a joint is at its torque limit. Integrals do not grow then either.
+        stuck: Ids of contacts whose point does not make the commanded motion. Their integrals do not grow.
     """
 
     def __init__(self, max_speed: float) -> None:
         self._max_speed = max_speed
         self.held = False
+        self.stuck: frozenset[int] = frozenset()
         self._integrals: dict[ContactKey, float] = {}
         self._reached: set[ContactKey] = set()
         self._least: dict[ContactKey, tuple[float, float]] = {}  # error, and for how long none was less
@@ -119,7 +121,7 @@ class ForceServo:
         bounded = min(max(wanted, -self._max_speed), self._max_speed)
         if bounded != wanted:
             limits.add(Limit(LimitKind.POINT_SPEED))
-        if self.held or error * (wanted - bounded) > 0:
+        if self.held or contact[0] in self.stuck or error * (wanted - bounded) > 0:
             self._integrals[contact] = _only_unwound(before, self.integral(contact))
         return bounded
 
@@ -164,6 +166,7 @@ class PointVelocityScheme(ABC):
         """Velocities of all contacts' points."""
         self.keep(contacts)
         self._servo.held = arm.reference.torque_limited
+        self._servo.stuck = arm.stuck
         self._wanted = {contact.key: self.velocity(settings, contact, arm.dt, limits) for contact in contacts}
         return single_level([point_rows(contact, self._wanted[contact.key]) for contact in contacts])
 
@@ -318,6 +321,7 @@ class PriorityScheme:
         """Forces of all contacts, then places of those that may not slide; both alike where force alone would slide."""
         self._servo.keep(contact.key for contact in contacts)
         self._servo.held = arm.reference.torque_limited
+        self._servo.stuck = arm.stuck
         parts = [self._pushed(settings, contact, arm.dt, limits) for contact in contacts]
         levels = single_level(parts)
         held = [c for c in contacts if c.error is not None and not c.straight]

@@ -236,6 +236,27 @@ def test_integral_does_not_wind_up_at_the_torque_limit(controller):
     assert turned[0] == turned[1] < 50
 
 
+@pytest.mark.parametrize("controller", ["hold_force", "hybrid", "parallel", "projection", "priority", "qp"])
+def test_integral_does_not_grow_while_the_arm_is_wedged_below_its_torque_limit(controller):
+    """A bare link rests on the object: the point does not move, and the skin reads less than the goal for 1 or 3 s."""
+    turned = []
+    for wedged in (200, 600):
+        mine, posture = manager(controller=controller, force_gain=0.001), np.array([0.6])
+        mine.readings = SensorTiming(TICK)
+        for _ in range(40):
+            mine.command(posture, STILL, touch(4.0), TICK)  # above the goal, so that the integral works
+        for _ in range(wedged):
+            mine.command(posture, STILL, touch(2.5), TICK)
+        wanted = mine.command(posture, STILL, touch(3.2), TICK).posture[0]
+        ticks = 0
+        while (now := mine.command(posture, STILL, touch(3.2), TICK).posture[0]) <= wanted:  # outward is negative
+            wanted = now
+            ticks += 1
+            assert ticks < 100
+        turned.append(ticks)
+    assert turned[0] == turned[1] < 50
+
+
 @pytest.mark.parametrize("controller", [name for name in CHOICES["controller"] if name != "impedance"])
 @pytest.mark.parametrize("force", [0.1, 20.0])
 def test_speed_limit_of_the_model_is_respected(controller, force):

@@ -15,6 +15,7 @@ from app.control.force_loop.gain_limits import (
     NOMINAL_SHARE,
     PLACE_SHARE,
     SAMPLED_SHARE,
+    SOFT_RATE,
     GainLimiter,
 )
 from app.control.force_loop.loop_stability import CONTACT_STIFFNESS, SensorTiming
@@ -23,7 +24,7 @@ from app.control.joint_impedance import INNER_FREQUENCY, JointImpedance
 from app.control.limits import Limit, LimitKind
 from app.robots.kinematics import Configuration
 from app.studies.loop_laws.sampled_loop import max_stable_gain
-from tests.support.touch import bar
+from tests.support.touch import BAR_INERTIA, bar
 from tests.unit.control.contacts_by_hand import touch
 
 LEVEL, DT = np.zeros(1), 0.005
@@ -175,14 +176,14 @@ SLOW = SensorTiming(0.05)
 HIGH = ControlSettings("hybrid", force_gain=0.05, integral_time=0.6)
 
 
-def pressed(stiffness, *, id_=1, watch=None):
+def pressed(stiffness, *, id_=1, watch=None, settings=HIGH):
     """A limiter after the bar has pressed its own way to 3 N on a spring [N/m]."""
     watch = watch or watch_of(SLOW)
     for depth in 3.0 / stiffness * (1 - np.exp(-np.arange(200) / 30)):
         posture = np.array([-depth / 0.3])
         force = stiffness * depth
         taken, _ = watch.effective_settings(
-            HIGH, posture, touch(force, id_=id_) if force else (), DT, wanted=posture - force * 1e-5
+            settings, posture, touch(force, id_=id_) if force else (), DT, wanted=posture - force * 1e-5
         )
     return watch, taken
 
@@ -192,6 +193,56 @@ def test_a_measured_contact_gets_the_gains_it_can_hold(stiffness):
     watch, taken = pressed(stiffness)
     assert watch.most == pytest.approx(most_at(SLOW, stiffness, integral=0.6), rel=0.1)
     assert taken.force_gain == pytest.approx(GAIN_SHARE * watch.most)
+
+
+SERVO = BAR_INERTIA * INNER_FREQUENCY**2 / 0.3**2
+"""Stiffness of the bar's servo at 0.3 m [N/m]."""
+
+
+@pytest.mark.parametrize("controller", ["hybrid", "admittance"])
+def test_the_gain_is_raised_where_joints_are_much_softer_than_the_contact(controller):
+    low = ControlSettings(controller, force_gain=0.001)
+    watch, taken = pressed(6e4, watch=watch_of(SensorTiming(0.005)), settings=low)
+    assert taken.force_gain == pytest.approx(SOFT_RATE / SERVO, rel=0.05)
+    _, limits = watch.effective_settings(low, np.array([-1e-4]), touch(3.0), DT)
+    (limit,) = [one for one in limits if one.kind is LimitKind.FORCE_GAIN_RAISED]
+    assert (limit.value, limit.bound) == (pytest.approx(taken.force_gain, rel=0.01), 0.001)
+    given = replace(low, gains="as_given")
+    assert pressed(6e4, watch=watch_of(SensorTiming(0.005)), settings=given)[1] == given
+    fresh = watch_of(SensorTiming(0.005))
+    assert asked(fresh, low, touch(3.0))[0].force_gain == 0.001, "not before the contact is measured"
+    _, soft = pressed(200.0, watch=watch_of(SensorTiming(0.005)), settings=low)
+    assert soft.force_gain < 0.00125, "the contact is soft, not the joints: the point moves as fast as it is told"
+
+
+def test_an_integral_is_slow_enough_for_what_the_proportional_part_does():
+    """Of  s^2 + r s + r / T  the damping ratio is 0.7 at  T = 2 / r,  and with less a soft hand swings."""
+    low = ControlSettings("hybrid", force_gain=0.001, integral_time=0.3)
+    _, taken = pressed(6e4, watch=watch_of(SensorTiming(0.005)), settings=low)
+    assert taken.integral_time == pytest.approx(2 / SOFT_RATE, rel=0.05)
+    drawn = replace(low, controller="parallel", position_gain=400.0)
+    _, pulled = pressed(6e4, watch=watch_of(SensorTiming(0.005)), settings=drawn)
+    assert 0.3 <= pulled.integral_time < taken.integral_time, "drawing back damps too"
+    _, quick = pressed(1e3, watch=watch_of(SensorTiming(0.005)), settings=replace(low, force_gain=0.02))
+    assert quick.integral_time == 0.3
+
+
+def test_a_point_that_does_not_make_the_commanded_motion_is_stuck_until_it_moves():
+    watch, way, wanted = watch_of(SensorTiming(0.005)), 0.0, 0.0
+
+    def went(moved, ticks):
+        nonlocal way, wanted
+        for _ in range(ticks):
+            wanted += 5e-6
+            way += moved
+            watch.effective_settings(HIGH, np.array([-way / 0.3]), touch(3.0), DT, wanted=np.array([-wanted / 0.3]))
+        return watch.stuck
+
+    share = SERVO / (SERVO + CONTACT_STIFFNESS)
+    assert went(5e-6 * share, 100) == frozenset(), "joints give way by that much"
+    assert went(0.0, 100) == {1}
+    assert went(-5e-6, 100) == {1}, "pushed back"
+    assert went(5e-6 * share, 200) == frozenset()
 
 
 def test_another_contact_counts_as_nominal_until_it_is_measured():

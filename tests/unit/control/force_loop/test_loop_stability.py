@@ -75,6 +75,18 @@ def test_bounces_that_lose_the_contact_are_an_oscillation_of_the_loop():
     assert not bounced(0.0)
 
 
+def test_swings_whose_energy_the_arm_absorbs_are_taps():
+    """Taps of 12 N push the arm in; it comes back while nothing touches, so that force and way still correlate."""
+    watch, named = OscillationDetector(), False
+    for k in range(round(3.0 / DT)):
+        phase = (k * DT / 0.4) % 1.0
+        force = 12 * np.sin(2 * np.pi * phase) if phase < 0.5 else 0.0
+        way = 1e-3 * np.cos(2 * np.pi * phase - 0.9)
+        named |= watch.look(GOAL, force, way, DT)
+    assert np.cos(np.pi / 2 - 0.9) > 0.7, "in phase as far as the way alone tells"
+    assert not named
+
+
 def test_swings_faster_than_taps_count_in_any_phase():
     for way in (lambda time, force: 0.0, lambda time, force: -force / STIFFNESS):
         assert swung(2.5, rate=10.0, way=way)
