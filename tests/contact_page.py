@@ -47,10 +47,10 @@ _HEAD = """# Contact against mechanics
 This page is made by `python -m tests.contact_page` from the rows of `tactile-maps study contact`
 ([rows](../findings/contact.csv)), and `tests/numerics/test_contact_table.py` checks each row again.
 
-Bodies of 0.5 kg rest, slide, fall and are pressed on a fixed block whose upper side is flat, convex (radius 60 mm),
-concave (radius 80 mm), covered on one half (*border*: the body is half on the skin) or bare where the body is (*bare*:
-nothing may be read, and the program must report it). The cover has 20 kN/m. Where nothing else is stated the integrator
-is `implicitfast` with 1 ms, and a reading is the mean of 5 steps. References are mechanics alone."""
+Bodies of 0.5 kg rest on a fixed block, slide on it, fall on it or are pressed on it. Its upper side is flat, convex
+(radius 60 mm), concave (radius 80 mm), covered on one half (*border*: the body is half on the skin) or bare where the
+body is (*bare*: nothing may be read, and the program must report it). The cover has 20 kN/m. Unless stated otherwise,
+the integrator is `implicitfast` with 1 ms, and a reading is the mean of 5 steps. The reference is mechanics alone."""
 
 
 def rows() -> list[Row]:
@@ -74,9 +74,9 @@ def _tolerances(found: Sequence[Row]) -> str:
         lines.append(f"| {_NAMES[column]} | {_value(column, limit)} | {_value(column, max(values, default=0.0))} |")
     nearest = _value("centre_mm", tolerance("centre_mm", "point"))
     note = (
-        f"The centre of `point` is not in this table: the model loads the nearest taxel only, so that its tolerance is "
-        f"half a pitch, {nearest}. Rebound is the highest point after an impact as a share of the height of the fall: "
-        f"energy may be lost but not gained, so that anything up to 100 % is right."
+        f"The table does not contain the centre of `point`, which loads only the nearest taxel: its tolerance is "
+        f"half a pitch, {nearest}. Rebound is the highest point after an impact as a share of the height of the fall. "
+        f"Energy may be lost but not gained, so any value up to 100 % is correct."
     )
     return "\n".join(lines) + "\n\n" + wrapped(note)
 
@@ -91,7 +91,7 @@ def _value(column: str, value: float) -> str:
 
 def _legend() -> str:
     return wrapped(
-        "Each cell: *ok*, or a letter of the [exceptions](#exceptions). Bodies that would topple or slide off are "
+        "Each cell is *ok* or the letter of an [exception](#exceptions). Bodies that would topple or slide off are "
         "guided along the vertical; the others are free."
     )
 
@@ -147,10 +147,10 @@ def _checks(found: Sequence[Row]) -> Iterator[str]:
             lines.append(f"| {check} | {skin} | {' | '.join(cells)} |")
     yield "\n".join(lines)
     yield wrapped(
-        "*stick*: on 95 % of the friction angle; *slip*: 5 degrees beyond it; *impact*: a fall of 10 mm, read every 1, "
-        "5 or 20 steps; *decay*: return to rest from a deeper start, against c / (2 m) of the spring and damper of the "
-        "contact (MuJoCo's impedance of 0.5 adds the body's mass once more); *third law*: two skins pressed together; "
-        "*mirror*: loads at mirrored places of a regular grid of taxels."
+        "*stick*: on a slope at 95 % of the friction angle; *slip*: 5 degrees beyond it; *impact*: a fall of 10 mm, "
+        "read every 1, 5 or 20 steps; *decay*: return to rest from a deeper start, compared with c / (2 m) of the "
+        "spring and damper of the contact (MuJoCo's impedance of 0.5 adds the body's mass once more); *third law*: "
+        "two skins pressed together; *mirror*: loads at mirrored places of a regular grid of taxels."
     )
 
 
@@ -178,13 +178,13 @@ def _steps(found: Sequence[Row]) -> Iterator[str]:
                 )
             lines.append(f"| {integrator} | {title} | {' | '.join(cells)} |")
     yield wrapped(
-        "Checks on flat skin by integrator and time step (for the solver's models: `punch`). Guided, free, scripted "
-        "and stacked bodies are a full product with integrators and steps; shapes and ratios of tick to step are "
-        "spread so that each pair of values occurs."
+        "Number of checks on flat skin by integrator and time step (contacts of the solver: `punch`). All combinations "
+        "of guided, free, scripted and stacked bodies with integrators and steps are included; shapes and ratios of "
+        "tick to step are distributed so that each pair of values occurs."
     )
     yield "\n".join(lines)
     yield wrapped(
-        "Refused: the program names the cause and the longest possible step. Examples are a probe of 0.2 kg at 4 ms "
+        "*refused*: the program names the cause and the longest possible step. Examples are a probe of 0.2 kg at 4 ms "
         "with 20 kN/m, the foundation at 4 ms under a face, and friction with the foundation, which has none."
     )
 

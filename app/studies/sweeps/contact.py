@@ -138,13 +138,13 @@ class KnownException:
 
 _SPACED = "the share of skin and bare surface is counted by points 2 mm apart under contacts of 3 to 30 mm"
 _PIECES = (
-    "a concave link collides as convex pieces, which differ from the skin by as much as the cover yields: of two "
-    "places that touch at once one bears more, and punch keeps that centre"
+    "a concave link collides as convex pieces, which differ from the skin by as much as the cover is compressed: where "
+    "two places touch at once, one carries too much, and punch keeps the centre that results"
 )
-_BETWEEN = "the model reads the overlap at the taxels' points, and a small contact fits between them: it reads nothing"
+_BETWEEN = "the model reads the overlap at the taxels' points only; a contact that fits between them is not read"
 _FACET = (
-    "MuJoCo meets one facet of the hull under a face, so that the centre of the contact is up to half a facet off, "
-    "here 1 mm; punch keeps that centre"
+    "under a face, MuJoCo detects contact with one facet of the hull only, so the centre of the contact is up to half "
+    "a facet off, here 1 mm; punch keeps that centre"
 )
 EXCEPTIONS: Sequence[KnownException] = (
     KnownException(
@@ -152,7 +152,7 @@ EXCEPTIONS: Sequence[KnownException] = (
         "flat",
         "mesh",
         "water-fill|half-space",
-        "the springs of these models do not tilt: they keep the force of a face that bears unevenly, but not its "
+        "the springs of these models do not tilt: they keep the force of a face that is loaded unevenly, but not its "
         "moment; punch keeps both",
         {"motion": "free"},
     ),
@@ -162,7 +162,7 @@ EXCEPTIONS: Sequence[KnownException] = (
         "border",
         "*",
         "point",
-        "all of a load is on the nearest point, which is on the skin or beside it",
+        "the whole load is on the nearest point, which is either on the skin or on bare surface next to it",
     ),
     KnownException("rest", "border", "roller|box on face|box on edge|mesh", "water-fill|half-space", _SPACED),
     KnownException("rest", "border", "box on edge", "punch", _SPACED),
@@ -175,7 +175,7 @@ EXCEPTIONS: Sequence[KnownException] = (
     ),
     KnownException("mirror", "concave", "box on corner", "water-fill|punch", _PIECES),
     KnownException(
-        "rest", "concave", "mesh", "foundation", "few points, 2 mm apart, are under the corners of the leaning block"
+        "rest", "concave", "mesh", "foundation", "few points, 2 mm apart, are under the corners of the tilted block"
     ),
     KnownException("rest", "flat|border", "box on corner", "depth", _BETWEEN),
     KnownException("mirror", "flat", "sphere|roller|box on edge|box on corner", "depth", _BETWEEN),
@@ -186,7 +186,7 @@ EXCEPTIONS: Sequence[KnownException] = (
         "flat",
         "mesh",
         "depth",
-        "the model reads the overlap of the shapes, of which the centre is not that of the force",
+        "the model reads the overlap of the shapes, whose centre is not that of the force",
         {"motion": "free"},
     ),
 )
