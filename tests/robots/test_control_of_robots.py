@@ -34,6 +34,7 @@ DEFAULT = [
     ("medium arm", Trial("near singular", 1e4, 200.0, "admittance", "press")),
     ("medium arm", Trial("bent", 1e5, 200.0, "parallel", "press")),
     ("medium arm", Trial("bent", 1e4, 50.0, "projection", "path")),
+    ("medium arm", Trial("home", 1e4, 50.0, "parallel", "press")),
     ("large arm", Trial("near limits", 1e3, 200.0, "hold_force", "press")),
     ("finger", Trial("bent", 1e4, 200.0, "priority", "press")),
     ("finger", Trial("home", 1e5, 50.0, "qp", "press")),
