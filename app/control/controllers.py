@@ -35,6 +35,7 @@ from app.control.joint_impedance import (
 )
 from app.control.limits import ActiveLimits, Limit, LimitKind
 from app.control.map_kinematics import MapKinematics
+from app.control.path_following.slide_observer import COARSE, SlideObserver
 from app.control.task_control.contact_selection import ContactSelection, ControlledContact, ReliefMonitor
 from app.control.task_control.monitors import EnergyTank, StallDetector, mismatch_limit
 from app.control.task_control.schemes import (
@@ -352,6 +353,7 @@ class TaskController:
         self._reference = PostureReference(robot, self._configuration)
         self.tank, self._stall = EnergyTank(), StallDetector(1.5 * sight.pitch)
         self._relief = ReliefMonitor()
+        self._slide = SlideObserver()
         self.reset()
 
     def reset(self) -> None:
@@ -362,6 +364,7 @@ class TaskController:
         self.tank.reset()
         self._stall.reset()
         self._relief.reset()
+        self._slide.reset()
         self._slippery: dict[int, float] = {}
         self._rising = RisingForces()
         self._stuck: frozenset[int] = frozenset()
@@ -396,6 +399,7 @@ class TaskController:
         carried = self._task_manager.regrasp.speed(start, self.rest, self._configuration, dt)
         if carried is not None:
             self._scheme.reset()
+            self._slide.reset()
             self._reference.stop_homing()
             speed = limit_joint_speed(carried, self._reference.max_speed, limits)
         elif goals:
@@ -423,6 +427,7 @@ class TaskController:
         """Forget the contact; the task continues from where it is."""
         self.why_limited = ()
         self._scheme.reset()
+        self._slide.reset()
         self._task_manager.let_go()
         self._reference.reset()
         self._speed = np.zeros_like(self.rest)
@@ -431,6 +436,7 @@ class TaskController:
         self._scheme.reset()
         self.tank.reset()
         self._relief.reset()
+        self._slide.reset()
         self._slippery.clear()
         if settings.task in STAY:
             return np.zeros_like(start)
@@ -465,7 +471,7 @@ class TaskController:
             limits.add(Limit(LimitKind.FORCE_RISES))
             self._scheme.reset()
             return np.zeros_like(start)
-        contacts = self._unless_stuck(settings, contacts, goals, dt, limits)
+        contacts = self._led(settings, contacts, goals, dt, limits)
         # An integral cannot add force where the tank slows the motion down, or where contacts oppose each other.
         free = self.tank.share == 1.0 and not (together and self._relief.unrelieved)
         asked = settings if free else replace(settings, integral_time=inf)
@@ -517,7 +523,7 @@ class TaskController:
             self._slippery[contact] = tilt
         return tilt
 
-    def _unless_stuck(
+    def _led(
         self,
         settings: ControlSettings,
         contacts: tuple[TaskContact, ...],
@@ -525,19 +531,24 @@ class TaskController:
         dt: float,
         limits: ActiveLimits,
     ) -> tuple[TaskContact, ...]:
-        """The same contacts; one that does not come is let slide."""
+        """Return the contacts, the first with its missing velocity on a path, or sliding where it is stuck."""
         first = contacts[0]
         if first.error is None:
+            self._slide.reset()
             return contacts
         asked = settings.position_gain * first.error + first.velocity
         tried = -first.to_map @ (first.move @ self._speed)
-        stalled = self._stall.look(
-            first.id, goals[0].region.map_point, first.error, asked, tried, dt, target=self._task_manager.target
-        )
-        if stalled is None:
+        point = goals[0].region.map_point
+        stalled = self._stall.look(first.id, point, first.error, asked, tried, dt, target=self._task_manager.target)
+        if stalled is not None:
+            limits.add(Limit(stalled))
+            self._slide.reset()
+            return (replace(first, error=None), *contacts[1:])
+        felt = first.presence is ContactPresence.FELT
+        if settings.task != "follow_path" or not felt or self.sight.pitch > COARSE:
             return contacts
-        limits.add(Limit(stalled))
-        return (replace(first, error=None), *contacts[1:])
+        missing = self._slide.look(first.id, point, tried, dt, rate=settings.position_gain, speed=settings.path_speed)
+        return (replace(first, velocity=first.velocity + missing), *contacts[1:])
 
     def _within_energy(
         self, contacts: Sequence[TaskContact], speed: FloatArray, velocity: FloatArray, dt: float, limits: ActiveLimits

@@ -377,6 +377,29 @@ def test_a_contact_that_goes_along_with_the_skin_is_let_slide():
     assert controller.why_limited == (Limit(LimitKind.CONTACT_STICKS),)
 
 
+@pytest.mark.parametrize(("pitch", "share"), [(0.01, 1.0), (0.015, 0.0)], ids=["fine taxels", "coarse taxels"])
+def test_a_contact_that_falls_short_on_a_path_is_led_faster_on_fine_taxels(pitch, share):
+    """It does not move for 0.2 s: the arm makes more than the speed of the path and the gain times the error."""
+    prepared = arm()
+    controller, posture, still = controller_on(prepared), prepared.robot.home, np.zeros(7)
+    controller.sight.pitch = pitch
+    touched = touch_on(prepared.map, int(prepared.skin.first[1]) + 40, 3.0)
+    start = touched.map_point
+    path = (tuple(start), tuple(start + [0.03, 0.0]))
+    settings = ControlSettings(controller="hybrid", task="follow_path", path_kind="polyline", path=path)
+    for _ in range(40):
+        controller.command(settings, posture, still, (touched,), TICK)
+    configuration = Configuration(prepared.robot)
+    configuration.update(posture)
+    move = configuration.jacobian(touched.link, touched.link_position)
+    to_map = MapKinematics(prepared.map).jacobian(touched.at, settings.jacobian, configuration)
+    made = -to_map @ (move @ controller._speed)
+    asked = settings.path_speed + settings.position_gain * controller.report.error
+    assert (made[0] - asked) / settings.path_speed == pytest.approx(share, abs=0.7 * share + 0.05)
+    controller.command(settings, posture, still, (), TICK)
+    assert controller._slide.missing == pytest.approx([0.0, 0.0]), "forgotten with the contact"
+
+
 def test_a_rule_is_told_of_contacts_that_the_task_is_not_about():
     """The program keeps the second one under its cap, though the first should be pressed more."""
     controller = TaskController(BAR.robot, QuadraticProgramScheme(), TaskManager(), MapKinematics(BAR.map))

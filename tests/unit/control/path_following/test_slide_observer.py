@@ -1,0 +1,75 @@
+"""Missing velocity of a contact that is led, on points with known rolling and friction."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from app.control.path_following.slide_observer import MOST_MISSING, SlideObserver
+
+DT, RATE, SPEED = 0.005, 4.0, 0.01
+AHEAD = np.array([SPEED, 0.0])
+
+
+class Led:
+    """A contact that makes a share of the requested velocity, and is led to a target that moves along the first axis.
+
+    The share of an object of radius R on skin of radius r is r / (r + R).
+    """
+
+    def __init__(self, share: float = 1.0, *, start: float = 0.0) -> None:
+        self.observer = SlideObserver()
+        self.share = share
+        self.point = np.array([-start, 0.0])
+        self.target = np.zeros(2)
+        self.tried = np.zeros(2)
+
+    def run(self, seconds: float, *, velocity: np.ndarray = AHEAD, observed: bool = True) -> np.ndarray:
+        """Return the errors (k, 2) [m]."""
+        errors = []
+        for _ in range(round(seconds / DT)):
+            error = self.target - self.point
+            missing = self.observer.look(1, self.point, self.tried, DT, rate=RATE, speed=SPEED)
+            self.tried = RATE * error + velocity + (missing if observed else 0.0)
+            self.point = self.point + DT * self.share * self.tried
+            self.target = self.target + DT * velocity
+            errors.append(error)
+        return np.array(errors)
+
+
+@pytest.mark.parametrize(("object_radius", "skin_radius"), [(0.03, 0.03), (0.02, 0.04), (0.01, 0.05)])
+def test_rolling_leaves_no_error(object_radius, skin_radius):
+    share = skin_radius / (skin_radius + object_radius)
+    behind = SPEED * (object_radius / skin_radius) / RATE
+    assert Led(share).run(6.0, observed=False)[-1] == pytest.approx([behind, 0.0], abs=1e-6)
+    assert Led(share).run(6.0)[-1] == pytest.approx([0.0, 0.0], abs=2e-5)
+
+
+def test_without_disturbances_the_contact_moves_as_without_the_observer():
+    still = np.zeros(2)
+    with_observer = Led(start=0.004).run(2.0, velocity=still)
+    without = Led(start=0.004).run(2.0, velocity=still, observed=False)
+    assert with_observer == pytest.approx(without, abs=1e-12)
+    assert (with_observer[:, 0] >= 0).all(), "without overshoot"
+
+
+@pytest.mark.parametrize(("speed", "bound"), [(0.004, 0.004), (0.05, MOST_MISSING)])
+def test_missing_velocity_is_bounded_where_the_contact_does_not_move(speed, bound):
+    observer = SlideObserver()
+    for _ in range(1000):
+        observer.look(1, np.zeros(2), np.array([0.0, 0.1]), DT, rate=RATE, speed=speed)
+    assert observer.missing == pytest.approx([0.0, bound])
+
+
+@pytest.mark.parametrize(
+    ("contact", "point"), [(2, np.zeros(2)), (1, np.array([0.1, 0.0]))], ids=["another contact", "another side"]
+)
+def test_missing_velocity_is_forgotten_with_the_contact_and_over_a_seam(contact, point):
+    led = Led(0.0)
+    led.run(1.0)
+    assert led.observer.missing[0] > 0
+    assert led.observer.look(contact, point, AHEAD, DT, rate=RATE, speed=SPEED) == pytest.approx([0.0, 0.0])
+    further = led.observer.look(contact, point, AHEAD, DT, rate=RATE, speed=SPEED)
+    assert further == pytest.approx([RATE * DT * SPEED, 0.0]), "and estimated from there"
+    led.observer.reset()
+    assert led.observer.missing == pytest.approx([0.0, 0.0])
