@@ -139,11 +139,13 @@ def _method(found: Sequence[Row]) -> Iterator[str]:
     yield wrapped(
         f"{len(found)} trials on {len(names)} robots, measured on {' and '.join(dates)}. Number of trials of "
         f"each robot: press {press}, figure of eight {path}, pushed {pushed}. They are few, so that a share of all "
-        "robots means more than the result of one. Controllers take turns: one robot has only some of them. Postures "
-        "are home, bent (random within the middle 70 % of the ranges), near limits (each joint 3 % of its range from a "
+        "robots means more than the result of one. Figures of eight were measured after the last change of the "
+        "control of paths, presses and pushes before it. Controllers take turns: one robot has only "
+        "some of them. Postures are home, bent (random within the middle 70 % of the ranges), near limits (each joint "
+        "3 % of its range from a "
         "limit) and near singular (the least even of 60 random ones); the skin has 1, 10 or 100 kN/m and is read at "
-        "200 Hz, or "
-        "at 50 Hz and 20 ms late. A fixed ball is where the program finds the skin flat, roomy and well moved by the "
+        "200 Hz, or at 50 Hz and 20 ms late. A fixed ball is where the program finds the "
+        "skin flat, roomy and well moved by the "
         "joints; less suitable places are not part of this. Small arm, medium arm, large arm, finger and leg are "
         "generated; the others are published models."
     )
@@ -178,7 +180,7 @@ def _table(found: Sequence[Row]) -> Iterator[str]:
         kept = f"{sum(row['verdict'] == 'ok' for row in press)} of {len(press)}"
         paths = ", ".join(_path(row) for row in here if row["task"] == "path")
         peaks = ", ".join(_peak(row) for row in here if row["task"] == "pushed")
-        lines.append(f"| {name} | {kept} | {paths} | {peaks} |")
+        lines.append(f"| {name} | {kept} | {paths or '(not measured)'} | {peaks or '(not measured)'} |")
     yield "\n".join(lines)
 
 
