@@ -183,7 +183,7 @@ def solve_hierarchy(
         rows = level.rows * max_speed
         left, gains, right = singular_directions(_beside(felt, rows))
         parts = list(zip(gains.tolist(), (level.speed - rows.dot(share)).dot(left).tolist(), strict=True))
-        damping = singular_damping(parts, level.rows, max_speed)
+        damping = singular_damping(parts, level, max_speed)
         answer = [
             part * gain / (gain**2 + more) if part else 0.0 for (gain, part), more in zip(parts, damping, strict=True)
         ]
@@ -228,7 +228,7 @@ def _svd(rows: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     return left, gains, right
 
 
-def singular_damping(parts: Sequence[tuple[float, float]], rows: FloatArray, max_speed: FloatArray) -> list[float]:
+def singular_damping(parts: Sequence[tuple[float, float]], level: PriorityLevel, max_speed: FloatArray) -> list[float]:
     """Return what is added to the square of each singular value where least squares divide by it [m²/s²].
 
     It is zero for a direction with singular value g [m/s] from which a speed r [m/s] is requested if both hold:
@@ -244,10 +244,11 @@ def singular_damping(parts: Sequence[tuple[float, float]], rows: FloatArray, max
 
     Args:
         parts: Singular value and requested speed of each direction [m/s].
-        rows: (m, n) of the level, see ``PriorityLevel``.
+        level: The level. The second bound holds for the motion of one point, whose axes are known: directions in
+            which several contacts move differently are weak because the contacts are near each other, not by posture.
         max_speed: (n,) greatest speed of each joint [rad/s, or m/s for a slide].
     """
-    norm = length((rows * max_speed).ravel())
+    norm = 0.0 if level.axes is None else length((level.rows * max_speed).ravel())
     curvature = norm * float(max_speed.max()) / _POSTURE_RATE
     weak = (_WEAK_SHARE * norm) ** 2
     bounds = [max(part**2, min(abs(part) * curvature, weak)) for _, part in parts]

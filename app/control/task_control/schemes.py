@@ -416,7 +416,7 @@ def _quadratic(
     for weight, level in zip((_FORCE_WEIGHT, 1.0), levels, strict=False):
         left, gains, right = singular_directions(level.rows * max_speed)
         parts = list(zip(gains.tolist(), level.speed.dot(left).tolist(), strict=True))
-        damping = singular_damping(parts, level.rows, max_speed)
+        damping = singular_damping(parts, level, max_speed)
         for limit in weak_direction(parts, damping, left, level.axes):
             limits.add(limit)
         damped = np.square(gains) + damping

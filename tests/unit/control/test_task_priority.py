@@ -197,7 +197,7 @@ def test_near_a_stretched_posture_joint_speeds_change_slowly_with_posture():
     speeds = []
     for upper, lower in zip(one, two, strict=True):
         motion = 1j * np.array([upper + lower, lower])
-        level = PriorityLevel(np.array([motion.real, motion.imag]), np.array([-0.04, 0.0]))
+        level = PriorityLevel(np.array([motion.real, motion.imag]), np.array([-0.04, 0.0]), np.eye(2, 3))
         speeds.append(solve_hierarchy([level], np.zeros(2), np.full(2, 3.0))[0])
     slopes = np.abs(np.diff(speeds, axis=0)).max(axis=1) / np.diff(elbows)
     assert slopes.max() < 4.0
