@@ -168,7 +168,7 @@ class UnmeasuredForceMonitor:
         columns = self._surface.torques(self._data)  # (points, n) of 1 N
         lever = np.abs(columns).max(axis=0, initial=0.0)
         felt = free & (lever > 0)
-        if not felt.any():
+        if not largest(excess[felt]):  # no point of the surface can cause the torque
             return NO_FORCE
         # Torques over the longest lever are forces, of slides and hinges alike.
         excess = excess[felt] / lever[felt]

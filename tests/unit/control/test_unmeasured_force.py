@@ -10,7 +10,7 @@ import pytest
 
 from app.control.unmeasured_force import PERSISTENCE, DriveTorques, UnmeasuredForce, UnmeasuredForceMonitor
 from app.robots.kinematics import Configuration, kinematic_model
-from app.robots.robot import Robot
+from app.robots.robot import Joint, Robot
 from tests.support.touch import arm, bar
 from tests.unit.control.contacts_by_hand import TICK, touch
 
@@ -84,6 +84,19 @@ def test_a_joint_at_its_limit_is_left_out():
     torque = force_torque(bar(), "bar", (0.39, 0, -0.02), (0, 0, 60.0))
     assert seen(bar(), torque, posture=np.array([HINGE_LIMIT - 0.01])).force > 50
     assert seen(bar(), torque, posture=np.array([HINGE_LIMIT])).force == 0
+
+
+def test_torque_of_a_joint_without_surface_is_no_force():
+    joint = (
+        '<body name="axle"><inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/><joint name="spin" axis="1 0 0"/></body>'
+    )
+    text = bar().mjcf
+    body = text.rindex("</body>")
+    joints = (*bar().joints, Joint("spin", -np.inf, np.inf))
+    robot = replace(bar(), mjcf=text[:body] + joint + text[body:], joints=joints, home=np.zeros(2))
+    assert seen(robot, np.array([0.0, 1.0])).force == 0
+    pressed = np.append(force_torque(bar(), "bar", (0.39, 0, -0.02), (0, 0, 60.0)), 1.0)
+    assert seen(robot, pressed).force > 50, "the other joint still counts"
 
 
 def test_coupled_joints_are_left_out():
