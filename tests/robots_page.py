@@ -139,8 +139,9 @@ def _method(found: Sequence[Row]) -> Iterator[str]:
     yield wrapped(
         f"{len(found)} trials on {len(names)} robots, measured on {' and '.join(dates)}. Number of trials of "
         f"each robot: press {press}, figure of eight {path}, pushed {pushed}. They are few, so that a share of all "
-        "robots means more than the result of one. Figures of eight were measured after the last change of the "
-        "control of paths, presses and pushes before it. Controllers take turns: one robot has only "
+        "robots means more than the result of one. Presses and pushes of icub, panda, iiwa, "
+        "kinova3, xarm7 and z1 were measured before the control of soft joints was changed, everything else after. "
+        "Controllers take turns: one robot has only "
         "some of them. Postures are home, bent (random within the middle 70 % of the ranges), near limits (each joint "
         "3 % of its range from a "
         "limit) and near singular (the least even of 60 random ones); the skin has 1, 10 or 100 kN/m and is read at "
