@@ -43,9 +43,9 @@ JUDGED = ("representation", "force-feedback", "loop-laws", "force-estimators")
 _TEXTS = ("controller", "estimator", "law", "plant", "what", "robot", "factor", "jacobian", "verdict", "limited_by")
 
 
-def table(study: str) -> list[Row]:
-    """The rows of a study as they ship, numbers as numbers."""
-    with (TABLES / f"{study}.csv").open(newline="", encoding="utf8") as file:
+def table(study: str, folder: Path = TABLES) -> list[Row]:
+    """Return the rows of a study as they ship, numbers as numbers."""
+    with (folder / f"{study}.csv").open(newline="", encoding="utf8") as file:
         return [{name: _cell(name, text) for name, text in row.items()} for row in csv.DictReader(file)]
 
 

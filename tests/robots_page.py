@@ -1,4 +1,4 @@
-"""Measures the control of robots, and writes the guide's page of them from ``assets/findings/robots.csv``.
+"""Measures the control of robots, and writes the guide's page of them from ``assets/guide/robots.csv``.
 
     python -m tests.robots_page --measure rows.csv --trials press=4,path=2,pushed=1 --robots panda,leg
     python -m tests.robots_page --rows rows.csv    # ships the rows and writes the page
@@ -22,7 +22,7 @@ from pathlib import Path
 from app.core.errors import TactileMapsError
 from app.studies.rows import Row, distinct
 from tests.contact_page import wrapped
-from tests.findings_page import ASSETS, TABLES, as_shipped, table
+from tests.findings_page import ASSETS, as_shipped, table
 from tests.robots.robot_models import BY_NAME
 from tests.robots.robot_trials import (
     CONTROLLERS,
@@ -47,7 +47,7 @@ _SHARE = 0.95
 _HEAD = """# Control of robots that nothing was tuned for
 
 This page is made by `python -m tests.robots_page` from rows that the same command measured
-([rows](../findings/robots.csv)); `tests/robots` measures each row again with `--all`."""
+([rows](robots.csv)); `tests/robots` measures each row again with `--all`."""
 
 
 def measure(names: Sequence[str], counts: Mapping[str, int]) -> Iterator[dict[str, object]]:
@@ -95,7 +95,7 @@ def trial_of(row: Row) -> Trial:
 
 def rows() -> list[Row]:
     """Return the rows that ship."""
-    return table("robots")
+    return table("robots", PAGE.parent)
 
 
 def goals(found: Sequence[Row]) -> dict[str, tuple[bool, str, str]]:
@@ -215,7 +215,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     if chosen.measure is None:
         if chosen.rows is not None:
             text = as_shipped(chosen.rows.read_text(encoding="utf8"), COLUMNS)
-            (TABLES / "robots.csv").write_text(text, encoding="utf8", newline="")
+            PAGE.with_suffix(".csv").write_text(text, encoding="utf8", newline="")
         PAGE.write_text(page(), encoding="utf8", newline="")
         return
     counts = dict(part.split("=") for part in chosen.trials.split(",") if part)

@@ -249,7 +249,7 @@ def singular_damping(parts: Sequence[tuple[float, float]], level: PriorityLevel,
         max_speed: (n,) greatest speed of each joint [rad/s, or m/s for a slide].
     """
     norm = 0.0 if level.axes is None else length((level.rows * max_speed).ravel())
-    curvature = norm * float(max_speed.max()) / _POSTURE_RATE
+    curvature = norm * float(max_speed.max(initial=0.0)) / _POSTURE_RATE
     weak = (_WEAK_SHARE * norm) ** 2
     bounds = [max(part**2, min(abs(part) * curvature, weak)) for _, part in parts]
     return [0.5 * max(bound - gain**2, 0.0) for bound, (gain, _) in zip(bounds, parts, strict=True)]
