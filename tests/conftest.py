@@ -22,6 +22,7 @@ from __future__ import annotations
 import os
 import signal
 import sys
+from pathlib import Path
 
 # Of every test module pytest rewrites the assertions, and each process that tests start compiles what it imports: to
 # do it once, keep it on disk even where the environment says not to. Whoever passes -B, like tests.mutate, means it.
@@ -34,6 +35,9 @@ if not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
     os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
 os.environ.setdefault("QT_API", "pyside6")
+# Processes that tests start run the code under test, in a copy of the checkout too; pytest's own path is in pyproject.
+_ROOT = Path(__file__).resolve().parents[1]
+os.environ["PYTHONPATH"] = os.pathsep.join(map(str, (_ROOT / "app", _ROOT / "widgets", _ROOT)))
 # A run in the background or under nohup ignores signals of a terminal, and so would every process that a test ends.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)

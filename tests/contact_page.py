@@ -11,8 +11,8 @@ import textwrap
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from app.studies.rows import Row, distinct
-from app.studies.sweeps.contact import (
+from tactile_maps.studies.base.rows import Row, distinct
+from tactile_maps.studies.sweeps.contact import (
     EXCEPTIONS,
     MODELS,
     OK,

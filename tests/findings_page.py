@@ -21,17 +21,17 @@ from hashlib import blake2b
 from pathlib import Path
 from typing import NamedTuple
 
-from app.studies.catalogue import load_study
-from app.studies.hypotheses import Interval, bootstrap_median
-from app.studies.path_time import force_feedback, representation
-from app.studies.path_time.charts import factor_figures, rows_with_nominal, seconds_of
-from app.studies.path_time.expectations import EFFECT, time_effect
-from app.studies.path_time.factors import Factor
-from app.studies.path_time.path_time import ROBOTS
-from app.studies.reporting.figures import BarChart, Figure, figure_svg
-from app.studies.rows import Cell, Row, distinct
-from app.studies.running.case_run import CaseRun
-from app.studies.running.sequential import SEED, Settled, run_within
+from tactile_maps.studies.base.figures import BarChart, Figure, figure_svg
+from tactile_maps.studies.base.hypotheses import Interval, bootstrap_median
+from tactile_maps.studies.base.rows import Cell, Row, distinct
+from tactile_maps.studies.catalogue import load_study
+from tactile_maps.studies.path_time import force_feedback, representation
+from tactile_maps.studies.path_time.charts import factor_figures, rows_with_nominal, seconds_of
+from tactile_maps.studies.path_time.expectations import EFFECT, time_effect
+from tactile_maps.studies.path_time.factors import Factor
+from tactile_maps.studies.path_time.path_time import ROBOTS
+from tactile_maps.studies.running.case_run import CaseRun
+from tactile_maps.studies.running.sequential import SEED, Settled, run_within
 
 ASSETS = Path(__file__).resolve().parent.parent / "assets"
 TABLES, PAGE = ASSETS / "findings", ASSETS / "guide" / "findings.md"

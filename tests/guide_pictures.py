@@ -20,13 +20,13 @@ from PIL import Image
 from PySide6.QtCore import QPoint
 from PySide6.QtWidgets import QApplication
 
-import app as tm
+import tactile_maps as tm
+from tactile_widgets.common.application_theme import apply_theme
+from tactile_widgets.common.colours import THEMES
+from tactile_widgets.common.settings import BaseLayer
+from tactile_widgets.tools.registry import PINS
+from tactile_widgets.window.application import make_application, picture_window
 from tests.tour import FRAME_MS, Film
-from widgets.common.colours import THEMES
-from widgets.common.settings import BaseLayer
-from widgets.theme.application_theme import apply_theme
-from widgets.tools.registry import PINS
-from widgets.window.application import make_application, picture_window
 
 SIZE = (1280, 800)
 SCENES = {"window": ("arm", 1.5), "path": ("follow_path", 6.0), "touch": ("many_pokes", 1.0)}

@@ -19,8 +19,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from datetime import date
 from pathlib import Path
 
-from app.core.errors import TactileMapsError
-from app.studies.rows import Row, distinct
+from tactile_maps.core.errors import TactileMapsError
+from tactile_maps.studies.base.rows import Row, distinct
 from tests.contact_page import wrapped
 from tests.findings_page import ASSETS, as_shipped, table
 from tests.robots.robot_models import BY_NAME

@@ -15,14 +15,14 @@ from pathlib import Path
 
 import numpy as np
 
-from app.contacts.pipeline import ReadingSettings
-from app.core.errors import TactileMapsError
-from app.scene.scene_file import load_scene
-from app.session.frame import Frame
-from app.session.inputs import ControlChanged, ReadingChanged
-from app.session.prepare import prepare
-from app.session.session import Session
-from app.tactile.poke import PokePressed, PokeReleased
+from tactile_maps.contacts.pipeline import ReadingSettings
+from tactile_maps.core.errors import TactileMapsError
+from tactile_maps.scene.scene_file import load_scene
+from tactile_maps.session.frame import Frame
+from tactile_maps.session.inputs import ControlChanged, ReadingChanged
+from tactile_maps.session.prepare import prepare
+from tactile_maps.session.session import Session
+from tactile_maps.tactile.poke import PokePressed, PokeReleased
 
 SCENES = Path(__file__).resolve().parents[1] / "assets" / "scenes"
 CONTACTS = 4

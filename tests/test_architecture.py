@@ -15,10 +15,11 @@ import grimp
 import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
-PACKAGES = ("app", "widgets", "assets")
+PACKAGES = {"tactile_maps": ROOT / "app", "tactile_widgets": ROOT / "widgets"}
+"""Each with the folder that holds it."""
 MOST_ENTRIES = {False: 15, True: 22}
 """Of a folder, and of a package's own, whose entries are folders."""
-SOURCES = sorted(path for package in PACKAGES for path in (ROOT / package).rglob("*.py"))
+SOURCES = sorted(path for package, folder in PACKAGES.items() for path in (folder / package).rglob("*.py"))
 
 
 def test_there_are_sources_to_check():
@@ -44,37 +45,70 @@ def test_no_modules_import_each_other():
         pytest.fail(" -> ".join(reversed(error.args[1])))
 
 
+def folder_of(module, packages):
+    """Return the folder of a module, which is itself for a package."""
+    return module if module in packages else module.rpartition(".")[0]
+
+
+def branches(first, second):
+    """Return the two folders at the level where the paths to two folders part; equal if one contains the other."""
+    first, second = first.split("."), second.split(".")
+    common = next(
+        (level for level, (a, b) in enumerate(zip(first, second, strict=False)) if a != b), min(len(first), len(second))
+    )
+    return ".".join(first[: common + 1]), ".".join(second[: common + 1])
+
+
+def test_folders_import_one_way():
+    """A folder may import its subfolders, never the reverse; of two neighbouring folders only one imports the other."""
+    graph = grimp.build_graph(*PACKAGES, cache_dir=None)
+    packages = {module for module in graph.modules if graph.find_children(module)}
+    directions, upward = {}, []
+    for module in graph.modules:
+        for imported in graph.find_modules_directly_imported_by(module):
+            here, there = folder_of(module, packages), folder_of(imported, packages)
+            if here.startswith(f"{there}."):
+                upward.append(f"{module} -> {imported}")
+            elif here != there:
+                directions.setdefault(branches(here, there), f"{module} -> {imported}")
+    assert not upward
+    mutual = [
+        (found, directions[pair[::-1]])
+        for pair, found in directions.items()
+        if pair[0] < pair[1] and pair[::-1] in directions
+    ]
+    assert not mutual
+
+
 def test_a_file_says_what_it_is():
     assert not [path for path in SOURCES if not ast.get_docstring(ast.parse(path.read_text(encoding="utf8")))]
 
 
 def test_a_folder_fits_on_one_screen():
     """About a dozen entries; an ``__init__`` is not counted."""
-    folders = {
-        path.parent for path in SOURCES if path.is_relative_to(ROOT / "app") or path.is_relative_to(ROOT / "widgets")
-    }
+    folders = {path.parent for path in SOURCES}
     entries = {
         folder: {x for x in folder.iterdir() if x.suffix == ".py" or (x / "__init__.py").exists()} for folder in folders
     }
     full = {
         str(folder.relative_to(ROOT)): len(found)
         for folder, found in entries.items()
-        if len(found - {folder / "__init__.py"}) > MOST_ENTRIES[len(folder.relative_to(ROOT).parts) == 1]
+        if len(found - {folder / "__init__.py"}) > MOST_ENTRIES[folder.name in PACKAGES]
     }
     assert not full
 
 
-def test_app_starts_without_a_screen():
-    """No module of app pulls in Qt or VTK; checked in a fresh interpreter, since this one has both."""
+def test_the_library_starts_without_a_screen():
+    """No module of it pulls in Qt or VTK; checked in a fresh interpreter, since this one has both."""
     modules = [
-        ".".join(path.relative_to(ROOT).with_suffix("").parts)
+        ".".join(path.relative_to(ROOT / "app").with_suffix("").parts)
         for path in SOURCES
-        if path.parts[len(ROOT.parts)] == "app"
+        if path.is_relative_to(ROOT / "app")
     ]
     names = [name.removesuffix(".__init__") for name in modules if not name.endswith("__main__")]
     code = (
         f"import importlib, sys\nfor name in {names!r}: importlib.import_module(name)\n"
-        "qt = ('PySide6', 'pyvista', 'vtk', 'vtkmodules', 'widgets')\n"
+        "qt = ('PySide6', 'pyvista', 'vtk', 'vtkmodules', 'tactile_widgets')\n"
         "bad = [m for m in sys.modules if m.split('.')[0] in qt]\n"
         "assert not bad, bad\n"
     )
@@ -120,4 +154,4 @@ def test_frozen_values_are_filled_in_one_way():
     around = [
         str(path.relative_to(ROOT)) for path in SOURCES if "object.__setattr__" in path.read_text(encoding="utf8")
     ]
-    assert around == ["app/core/arrays.py"]
+    assert around == ["app/tactile_maps/core/arrays.py"]

@@ -12,16 +12,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from app.cli.commands.guide import page_names
-from app.cli.parser import build_parser
-from app.robots.library import list_robots
-from app.scene.effects import EFFECTS
-from app.scene.scene_file import load_scene, scene_from_toml, scene_names
-from app.studies.catalogue import STUDY_NAMES
-from app.studies.loop_laws.loop_laws import LOOP_GAINS
-from app.studies.loop_laws.predictions import IDEAL_JOINTS
-from app.studies.running.sequential import Settled
-from app.studies.sweeps.needs import Verdict
+from tactile_maps.cli.commands.guide import page_names
+from tactile_maps.cli.parser import build_parser
+from tactile_maps.robots.library import list_robots
+from tactile_maps.scene.effects import EFFECTS
+from tactile_maps.scene.scene_file import load_scene, scene_from_toml, scene_names
+from tactile_maps.studies.catalogue import STUDY_NAMES
+from tactile_maps.studies.loop_laws.loop_laws import LOOP_GAINS
+from tactile_maps.studies.loop_laws.predictions import IDEAL_JOINTS
+from tactile_maps.studies.running.sequential import Settled
+from tactile_maps.studies.sweeps.needs import Verdict
 from tests import contact_page, robots_page
 from tests.findings_page import FIGURES, JUDGED, PAGE, TABLES, as_shipped, figures, mark, page, race, table
 
@@ -204,8 +204,8 @@ def test_every_whole_command_is_understood_and_its_scene_exists(path):
 @pytest.mark.parametrize("path", DOCUMENTS, ids=lambda path: str(path.relative_to(ROOT)))
 def test_every_menu_that_is_named_exists(path):
     """Like *File > Open robot*: each part is in the one before; what a list shows is a scene's title or a robot's."""
-    from widgets.actions.registry import ActionSpec, Line, MenuList
-    from widgets.actions.table import menu_bar
+    from tactile_widgets.actions.registry import ActionSpec, Line, MenuList
+    from tactile_widgets.actions.table import menu_bar
 
     text = path.read_text(encoding="utf8")
     named = [" ".join(found.split()) for found in re.findall(r"(?<!\*)\*([A-Z][^*]*? >\s[^*]+)\*", text)]

@@ -1,4 +1,4 @@
-"""``import app``: every name documented, and every example in its documentation runs."""
+"""``import tactile_maps``: every name documented, and every example in its documentation runs."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ import sys
 
 import pytest
 
-import app
+import tactile_maps
 
-PUBLIC = tuple(app.__all__)
+PUBLIC = tuple(tactile_maps.__all__)
 
 
 @pytest.fixture(scope="module")
@@ -23,8 +23,8 @@ def notebook(tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)
         patch.setitem(mpl.rcParams, "backend", "agg")
-        _run(app.__doc__, "app", names)
-        _run(inspect.getdoc(app.record), "record", names)
+        _run(tactile_maps.__doc__, "tactile_maps", names)
+        _run(inspect.getdoc(tactile_maps.record), "record", names)
         yield names
 
 
@@ -51,10 +51,10 @@ def test_about_thirty_names():
 
 @pytest.mark.parametrize("name", PUBLIC)
 def test_the_example_of_a_public_name_runs(name, notebook):
-    examples = 1 if name == "record" else _run(inspect.getdoc(getattr(app, name)), name, dict(notebook))
+    examples = 1 if name == "record" else _run(inspect.getdoc(getattr(tactile_maps, name)), name, dict(notebook))
     assert examples, f"{name} has no example"
 
 
 def test_the_packages_docstring_names_all_of_them():
-    assert app.__doc__
-    assert not [name for name in PUBLIC if f"``{name}``" not in app.__doc__]
+    assert tactile_maps.__doc__
+    assert not [name for name in PUBLIC if f"``{name}``" not in tactile_maps.__doc__]

@@ -19,15 +19,15 @@ from PySide6.QtGui import QColor, QImage, QPainter, QPen, QPolygonF
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QWidget
 
-from app.scene.scene_file import load_scene
-from app.session.prepare import prepare
-from widgets.common.colours import THEMES
-from widgets.common.settings import BaseLayer
-from widgets.common.tool_kinds import POKE
-from widgets.theme.application_theme import apply_theme
-from widgets.tools.registry import ARRANGE, PINS
-from widgets.window.application import make_application, picture_window
-from widgets.window.main_window import MainWindow
+from tactile_maps.scene.scene_file import load_scene
+from tactile_maps.session.prepare import prepare
+from tactile_widgets.common.application_theme import apply_theme
+from tactile_widgets.common.colours import THEMES
+from tactile_widgets.common.settings import BaseLayer
+from tactile_widgets.common.tool_kinds import POKE
+from tactile_widgets.tools.registry import ARRANGE, PINS
+from tactile_widgets.window.application import make_application, picture_window
+from tactile_widgets.window.main_window import MainWindow
 
 SIZE, WIDTH = (1280, 800), 880
 FRAME_MS = 90

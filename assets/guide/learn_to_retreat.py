@@ -60,7 +60,7 @@ def learn(environment: Any, iterations: int, *, seed: int = 0) -> list[float]:
 
 
 if __name__ == "__main__":
-    arm = gymnasium.make("app.learning:TactileMaps-Retreat-v0", taxels=300)
+    arm = gymnasium.make("tactile_maps.learning:TactileMaps-Retreat-v0", taxels=300)
     for number, mean_return in enumerate(learn(arm, iterations=int(sys.argv[1]) if sys.argv[1:] else 10)):
         sys.stdout.write(f"{number:3d}  {mean_return:8.2f}\n")
         sys.stdout.flush()

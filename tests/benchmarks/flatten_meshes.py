@@ -6,11 +6,11 @@ from collections.abc import Callable
 
 import numpy as np
 
-from app.flattening.cut import cut_to_disk, far_points, farthest_from_border
-from app.flattening.initial_map import Disk
-from app.geometry.mesh import Mesh
-from app.geometry.remesh.wrap import wrap_mesh
-from app.robots.library import load_robot
+from tactile_maps.flattening.cut import cut_to_disk, far_points, farthest_from_border
+from tactile_maps.flattening.initial_map import Disk
+from tactile_maps.geometry.remesh.wrap import wrap_mesh
+from tactile_maps.geometry.surface.mesh import Mesh
+from tactile_maps.robots.library import load_robot
 from tests.support.surfaces import cap, frustum, sheet, torus
 
 

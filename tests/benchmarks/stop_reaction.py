@@ -25,24 +25,24 @@ from pathlib import Path
 
 import numpy as np
 
-from app.control.command import ControlSettings
-from app.live.connection import Connection
-from app.live.frame_recording import FrameRecording
-from app.live.measured_session import MeasuredSession
-from app.live.motion.command_latency import LatencyFigures
-from app.live.motion.command_loop import CommandLoop
-from app.live.motion.motion_output import MotionOutput
-from app.live.motion.motion_sender import VALID_SECONDS, MotionLimits
-from app.live.prepare import as_measured
-from app.live.readings import Reading, Unit
-from app.live.send import sender
-from app.live.sources.network import UdpSource
-from app.live.wire_format import HEADER, encode_binary
-from app.recording.recorder import Recorder
-from app.scene.scene_file import load_scene
-from app.session.frame import Frame
-from app.session.prepare import PreparedScene, prepare
-from app.tactile.press import press_skin
+from tactile_maps.control.motion.command import ControlSettings
+from tactile_maps.live.frame_recording import FrameRecording
+from tactile_maps.live.motion.command_latency import LatencyFigures
+from tactile_maps.live.motion.command_loop import CommandLoop
+from tactile_maps.live.motion.motion_output import MotionOutput
+from tactile_maps.live.motion.motion_sender import VALID_SECONDS, MotionLimits
+from tactile_maps.live.prepare import as_measured
+from tactile_maps.live.readings.readings import Reading, Unit
+from tactile_maps.live.readings.wire_format import HEADER, encode_binary
+from tactile_maps.live.session.connection import Connection
+from tactile_maps.live.session.measured_session import MeasuredSession
+from tactile_maps.live.sources.network import UdpSource
+from tactile_maps.live.sources.send import sender
+from tactile_maps.recording.recorder import Recorder
+from tactile_maps.scene.scene_file import load_scene
+from tactile_maps.session.frame import Frame
+from tactile_maps.session.prepare import PreparedScene, prepare
+from tactile_maps.tactile.press import press_skin
 
 LIGHT = 2.0
 STRONG = 40.0

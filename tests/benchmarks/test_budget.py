@@ -12,11 +12,11 @@ import itertools
 import numpy as np
 import pytest
 
-from app.scene.scene_file import load_scene
-from app.session.prepare import prepare
-from app.studies.budget.measurement import TIMED_STAGES, effects_of, measure_for_budget, tick_ms
-from app.studies.budget.proposal import Budget, propose
-from app.studies.work_precision import Subject
+from tactile_maps.scene.scene_file import load_scene
+from tactile_maps.session.prepare import prepare
+from tactile_maps.studies.budget.measurement import TIMED_STAGES, effects_of, measure_for_budget, tick_ms
+from tactile_maps.studies.budget.proposal import Budget, propose
+from tactile_maps.studies.study.work_precision import Subject
 
 FORCE = 3.0
 

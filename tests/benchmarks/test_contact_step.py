@@ -6,13 +6,13 @@ import mujoco
 import numpy as np
 import pytest
 
-from app.control.command import JointCommand
-from app.scene.effects import Effects
-from app.simulation.model.contact_stiffness import ContactSharing
-from app.simulation.model.model_assembly import assemble
-from app.simulation.simulation import Simulation
-from app.studies.testbeds.contact_bench import STIFFNESS, bench, lay
-from app.tactile.elastic_layer import ElasticLayer
+from tactile_maps.control.motion.command import JointCommand
+from tactile_maps.scene.effects import Effects
+from tactile_maps.simulation.model.contact_stiffness import ContactSharing
+from tactile_maps.simulation.model.model_assembly import assemble
+from tactile_maps.simulation.simulation import Simulation
+from tactile_maps.studies.testbeds.contact_bench import STIFFNESS, bench, lay
+from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
 
 POINTS = {"sphere": 1, "box on face": 4}
 STEPS = 100

@@ -14,18 +14,18 @@ from PySide6.QtCore import QEventLoop, QPoint, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
-from app.editing.arrange import rotate
-from app.editing.reflatten import apply_result, reflatten, set_lengths
-from app.scene.scene_file import load_scene, scene_for
-from app.session.prepare import prepare
-from app.studies.testbeds.reference_bodies import closed_link
-from widgets.common.colours import DARK
-from widgets.common.settings import Settings
-from widgets.session.backends import INLINE
-from widgets.session.session_runner import ThreadRunner
-from widgets.theme.application_theme import apply_theme
-from widgets.window.main_window import MainWindow
-from widgets.workers.map_quality_worker import MapQualityWorker
+from tactile_maps.editing.arrange import rotate
+from tactile_maps.editing.reflatten import apply_result, reflatten, set_lengths
+from tactile_maps.scene.scene_file import load_scene, scene_for
+from tactile_maps.session.prepare import prepare
+from tactile_maps.studies.testbeds.reference_bodies import closed_link
+from tactile_widgets.common.application_theme import apply_theme
+from tactile_widgets.common.colours import DARK
+from tactile_widgets.common.settings import Settings
+from tactile_widgets.session.backends import INLINE
+from tactile_widgets.session.session_runner import ThreadRunner
+from tactile_widgets.window.main_window import MainWindow
+from tactile_widgets.workers.map_quality_worker import MapQualityWorker
 
 SECONDS = 5.0
 MOVE_SECONDS = 0.02
@@ -41,7 +41,8 @@ def prepared():
 def open_window(qtbot, tmp_path, monkeypatch):
     """Opens windows, and closes them in the end."""
     monkeypatch.setattr(
-        "widgets.presenters.files.map_file_presenter.user_state_path", lambda *_args, **_kwargs: tmp_path / "state"
+        "tactile_widgets.presenters.maps.map_file_presenter.user_state_path",
+        lambda *_args, **_kwargs: tmp_path / "state",
     )
     apply_theme(QApplication.instance(), DARK)
     opened = []

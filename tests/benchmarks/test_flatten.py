@@ -17,13 +17,13 @@ import igl
 import numpy as np
 import pytest
 
-from app.core.arrays import FloatArray
-from app.flattening.bijectivity import BoundaryBarrier, crossings, flipped
-from app.flattening.initial_map import Disk
-from app.flattening.newton import minimise
-from app.flattening.symmetric_dirichlet import SymmetricDirichlet
-from app.geometry.connectivity import Connectivity
-from app.geometry.mesh import Mesh
+from tactile_maps.core.arrays import FloatArray
+from tactile_maps.flattening.bijectivity import BoundaryBarrier, crossings, flipped
+from tactile_maps.flattening.initial_map import Disk
+from tactile_maps.flattening.newton import minimise
+from tactile_maps.flattening.symmetric_dirichlet import SymmetricDirichlet
+from tactile_maps.geometry.surface.connectivity import Connectivity
+from tactile_maps.geometry.surface.mesh import Mesh
 from tests.benchmarks.flatten_meshes import MESHES, disk_of
 from tests.benchmarks.flatten_table import FLATTENING, Run
 

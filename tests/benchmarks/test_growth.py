@@ -9,16 +9,16 @@ from functools import cache
 import numpy as np
 import pytest
 
-from app.contacts.detection import ContactDetector
-from app.flattening.cut import cut_to_disk
-from app.flattening.flatten import flatten
-from app.geometry.mesh import Mesh
-from app.maps.tactile_image import TactileImage
-from app.maps.tactile_map import TactileMap
-from app.recording.encoding.frame_codec import encode_frame
-from app.session.session import Session
-from app.studies.testbeds.reference_bodies import bumpy_shell, closed_link, flat_map
-from app.tactile.press import press_skin
+from tactile_maps.contacts.detection.detection import ContactDetector
+from tactile_maps.flattening.cut import cut_to_disk
+from tactile_maps.flattening.flatten import flatten
+from tactile_maps.geometry.surface.mesh import Mesh
+from tactile_maps.maps.model.tactile_image import TactileImage
+from tactile_maps.maps.model.tactile_map import TactileMap
+from tactile_maps.recording.encoding.frame_codec import encode_frame
+from tactile_maps.session.session import Session
+from tactile_maps.studies.testbeds.reference_bodies import bumpy_shell, closed_link, flat_map
+from tactile_maps.tactile.press import press_skin
 from tests.benchmarks.test_tick import covered, touched
 
 FACES, TAXELS, ARM = (1_000, 10_000, 100_000), (100, 1_000, 10_000, 100_000), (300, 1_000, 3_000, 10_000)

@@ -6,8 +6,8 @@ from collections import defaultdict
 import numpy as np
 import pytest
 
-from app.learning.environment import TICKS_PER_STEP
-from app.learning.tasks import FollowEnvironment
+from tactile_maps.learning.environment import TICKS_PER_STEP
+from tactile_maps.learning.tasks import FollowEnvironment
 
 STEPS = 200
 

@@ -17,11 +17,11 @@ import numpy as np
 import pytest
 from PySide6.QtCore import QEventLoop, QTimer
 
-from app.scene.scene_file import load_scene
-from app.session.prepare import prepare
+from tactile_maps.scene.scene_file import load_scene
+from tactile_maps.session.prepare import prepare
+from tactile_widgets.session.backends import INLINE
+from tactile_widgets.session.live_input import LiveInputSettings, ThreadReadingsRunner
 from tests.widgets.support.window_driver import close_window, open_window
-from widgets.session.backends import INLINE
-from widgets.session.live_input import LiveInputSettings, ThreadReadingsRunner
 
 BACKENDS = replace(INLINE, readings_runner=ThreadReadingsRunner)
 FRAMES = 150
@@ -72,7 +72,14 @@ def test_a_reading_sent_until_it_is_painted(benchmark, tmp_path, qapp, scheme, t
     window = open_window(tmp_path, BACKENDS)
     window.live.show_prepared(prepared)
     painted = Painted(window)
-    words = ["app.live.send", connected(window, scheme), "--taxels", str(len(prepared.skin)), "--rate", str(rate)]
+    words = [
+        "tactile_maps.live.sources.send",
+        connected(window, scheme),
+        "--taxels",
+        str(len(prepared.skin)),
+        "--rate",
+        str(rate),
+    ]
     sender = subprocess.Popen([sys.executable, "-m", *words])
     try:
         painted.wait()

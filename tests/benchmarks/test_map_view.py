@@ -10,17 +10,17 @@ import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 
-from app.control.command import ControlSettings, TaskReport
-from app.editing.arrange import move, rotate
-from app.editing.document import MapDocument
-from app.scene.scene_file import load_scene
-from app.session.prepare import prepare
-from app.session.session import Session
-from app.tactile.poke import PokeMoved, PokePressed, PokeReleased
+from tactile_maps.control.motion.command import ControlSettings, TaskReport
+from tactile_maps.editing.arrange import move, rotate
+from tactile_maps.editing.document import MapDocument
+from tactile_maps.scene.scene_file import load_scene
+from tactile_maps.session.prepare import prepare
+from tactile_maps.session.session import Session
+from tactile_maps.tactile.poke import PokeMoved, PokePressed, PokeReleased
+from tactile_widgets.common.colours import DARK, PressureScale
+from tactile_widgets.views.overlays.task_overlay import ContactTrail
+from tactile_widgets.views.overlays.task_overlay_builder import TaskOverlayBuilder
 from tests.widgets.support.layered_map_view import layered_map_view
-from widgets.common.colours import DARK, PressureScale
-from widgets.overlays.task_overlay import ContactTrail
-from widgets.overlays.task_overlay_builder import TaskOverlayBuilder
 
 
 @pytest.fixture(scope="module")

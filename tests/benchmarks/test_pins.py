@@ -16,13 +16,13 @@ import igl
 import numpy as np
 import pytest
 
-from app.flattening.bijectivity import flipped
-from app.flattening.flatten import flatten
-from app.flattening.initial_map import Disk
-from app.flattening.newton import minimise
-from app.flattening.pin_descent import STIFFNESS, PinnedEnergy, Springs
-from app.flattening.pinned_patch import PinnedPatch
-from app.geometry.mesh import Mesh, SurfacePoint
+from tactile_maps.flattening.bijectivity import flipped
+from tactile_maps.flattening.flatten import flatten
+from tactile_maps.flattening.initial_map import Disk
+from tactile_maps.flattening.newton import minimise
+from tactile_maps.flattening.pin_descent import STIFFNESS, PinnedEnergy, Springs
+from tactile_maps.flattening.pinned_patch import PinnedPatch
+from tactile_maps.geometry.surface.mesh import Mesh, SurfacePoint
 from tests.benchmarks.flatten_meshes import MESHES
 
 SIZES = (1000, 5000, 10_000, 20_000, 50_000)

@@ -8,11 +8,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.recording.recorder import Recorder
-from app.scene.scene_file import load_scene
-from app.session.prepare import prepare
-from app.session.session import Session
-from app.tactile.poke import PokePressed
+from tactile_maps.recording.recorder import Recorder
+from tactile_maps.scene.scene_file import load_scene
+from tactile_maps.session.prepare import prepare
+from tactile_maps.session.session import Session
+from tactile_maps.tactile.poke import PokePressed
 
 
 @pytest.mark.parametrize("viewers", [True, False])

@@ -6,12 +6,12 @@ import pytest
 from PySide6.QtCore import QPointF, Qt
 from PySide6.QtTest import QTest
 
-from app.scene.scene_file import load_scene
-from app.session.prepare import prepare
-from app.session.session import Session
-from app.tactile.poke import PokePressed
-from widgets.common.colours import DARK, PressureScale
-from widgets.robot_view.robot_view import RobotView
+from tactile_maps.scene.scene_file import load_scene
+from tactile_maps.session.prepare import prepare
+from tactile_maps.session.session import Session
+from tactile_maps.tactile.poke import PokePressed
+from tactile_widgets.common.colours import DARK, PressureScale
+from tactile_widgets.views.robot.robot_view import RobotView
 
 
 @pytest.fixture(scope="module")

@@ -10,7 +10,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from app.simulation.model.model_assembly import assemble
+from tactile_maps.simulation.model.model_assembly import assemble
 from tests.benchmarks.test_tick import covered, touched
 
 SECONDS = 5.0

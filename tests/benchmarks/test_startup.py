@@ -12,23 +12,23 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 CODES = {
     "bare import PySide6, pyvista, mujoco": "import PySide6.QtWidgets, pyvista, mujoco",
-    "tactile-maps --help": "from app.__main__ import main; main(['--help'])",
+    "tactile-maps --help": "from tactile_widgets.__main__ import main; main(['--help'])",
     "window shown": """
 from pathlib import Path
 import os, tempfile
-from widgets.window.application import make_application, picture_window
+from tactile_widgets.window.application import make_application, picture_window
 if __name__ == "__main__":
     app = make_application()
     window = picture_window("dark", (1400, 900))
     app.processEvents()
     window.close()
 """,
-    "imports of the window": "import widgets.window.application",
+    "imports of the window": "import tactile_widgets.window.application",
     **{
         f"window alive with {scene}, kept on disk": f"""
-from app.session.prepared_cache import prepare_cached
-from app.scene.scene_file import load_scene
-from widgets.window.application import make_application, picture_window
+from tactile_maps.session.prepared_cache import prepare_cached
+from tactile_maps.scene.scene_file import load_scene
+from tactile_widgets.window.application import make_application, picture_window
 if __name__ == "__main__":
     app = make_application()
     window = picture_window("dark", (1400, 900))

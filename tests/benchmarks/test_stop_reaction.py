@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.live.motion.motion_sender import VALID_SECONDS
+from tactile_maps.live.motion.motion_sender import VALID_SECONDS
 from tests.benchmarks.stop_reaction import measure, prepared_arm
 from tests.support.touch import prepared_bar
 

@@ -9,10 +9,10 @@ import pytest
 from scipy.interpolate import LinearNDInterpolator, griddata
 from scipy.spatial import Delaunay
 
-from app.maps.interpolation import INTERPOLATIONS
-from app.maps.tactile_image import TactileImage
-from app.studies.sweeps.image_cost import smooth
-from app.studies.testbeds.reference_bodies import flat_map
+from tactile_maps.maps.model.interpolation import INTERPOLATIONS
+from tactile_maps.maps.model.tactile_image import TactileImage
+from tactile_maps.studies.sweeps.image_cost import smooth
+from tactile_maps.studies.testbeds.reference_bodies import flat_map
 
 WIDTH = 256
 

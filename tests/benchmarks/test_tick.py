@@ -13,17 +13,17 @@ import mujoco
 import numpy as np
 import pytest
 
-from app.contacts.force_estimation.estimate import ESTIMATORS
-from app.contacts.pipeline import ReadingSettings
-from app.control.command import CHOICES, ControlSettings
-from app.maps.tactile_image import TactileImage
-from app.scene.effects import Effects
-from app.scene.scene_file import load_scene
-from app.session.prepare import PreparedScene, prepare
-from app.session.session import Session
-from app.simulation.model.model_assembly import assemble
-from app.simulation.simulation import Simulation
-from app.tactile.poke import Finger, PokePressed
+from tactile_maps.contacts.force_estimation.estimate import ESTIMATORS
+from tactile_maps.contacts.pipeline import ReadingSettings
+from tactile_maps.control.motion.command import CHOICES, ControlSettings
+from tactile_maps.maps.model.tactile_image import TactileImage
+from tactile_maps.scene.effects import Effects
+from tactile_maps.scene.scene_file import load_scene
+from tactile_maps.session.prepare import PreparedScene, prepare
+from tactile_maps.session.session import Session
+from tactile_maps.simulation.model.model_assembly import assemble
+from tactile_maps.simulation.simulation import Simulation
+from tactile_maps.tactile.poke import Finger, PokePressed
 from tests.support.touch import arm, hold
 
 LAWS = CHOICES["controller"]

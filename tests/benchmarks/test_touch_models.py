@@ -10,18 +10,18 @@ import mujoco
 import numpy as np
 import pytest
 
-from app.control.command import JointCommand
-from app.robots.library import load_robot
-from app.robots.mujoco_spec import robot_spec
-from app.scene.effects import Effects
-from app.simulation.simulation import Simulation
-from app.skin.cover import CoverSpec, cover_robot
-from app.tactile.elastic_layer import ElasticLayer
-from app.tactile.loads import Load, sphere_load
-from app.tactile.models.contact_model import CONTACT_MODELS
-from app.tactile.poke import PokePressed
-from app.tactile.sensor_chain import SensorChain
-from app.tactile.sensor_effects import SensorEffects
+from tactile_maps.control.motion.command import JointCommand
+from tactile_maps.robots.library import load_robot
+from tactile_maps.robots.model.mujoco_spec import robot_spec
+from tactile_maps.scene.effects import Effects
+from tactile_maps.simulation.simulation import Simulation
+from tactile_maps.skin.fitting.cover import CoverSpec, cover_robot
+from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
+from tactile_maps.tactile.mechanics.loads import Load, sphere_load
+from tactile_maps.tactile.models.contact_model import CONTACT_MODELS
+from tactile_maps.tactile.poke import PokePressed
+from tactile_maps.tactile.sensors.sensor_chain import SensorChain
+from tactile_maps.tactile.sensors.sensor_effects import SensorEffects
 from tests.support.sensors import ALL_ON, only
 from tests.support.touch import bar_skin
 

@@ -11,15 +11,15 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
-from app.recording.recorder import record
-from app.scene.scene_file import load_scene
-from app.session.prepare import prepare
-from app.session.prepared_cache import link_levels_cached, prepare_cached
-from app.session.session import Session
-from app.tactile.poke import PokePressed
+from tactile_maps.recording.recorder import record
+from tactile_maps.scene.scene_file import load_scene
+from tactile_maps.session.prepare import prepare
+from tactile_maps.session.prepared_cache import link_levels_cached, prepare_cached
+from tactile_maps.session.session import Session
+from tactile_maps.tactile.poke import PokePressed
+from tactile_widgets.panels.control.controller_panel import ControllerPanel
+from tactile_widgets.session.backends import BACKGROUND, INLINE
 from tests.widgets.support.window_driver import close_window, open_window
-from widgets.panels.control.controller_panel import ControllerPanel
-from widgets.session.backends import BACKGROUND, INLINE
 
 MINUTES = 10
 

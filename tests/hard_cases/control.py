@@ -15,15 +15,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from app.control.command import ControlSettings
-from app.control.controllers import CONTROL_SCHEMES
-from app.control.force_loop.loop_stability import SensorTiming
-from app.control.joint_impedance import MAX_JOINT_SPEED
-from app.control.limits import LimitKind
-from app.session.inputs import ControlChanged
-from app.session.prepare import PreparedScene
-from app.session.session import Session
-from app.studies.loop_laws.sampled_loop import max_stable_gain
+from tactile_maps.control.controllers import CONTROL_SCHEMES
+from tactile_maps.control.force_loop.loop_stability import SensorTiming
+from tactile_maps.control.motion.command import ControlSettings
+from tactile_maps.control.motion.joint_impedance import MAX_JOINT_SPEED
+from tactile_maps.control.motion.limits import LimitKind
+from tactile_maps.session.inputs import ControlChanged
+from tactile_maps.session.prepare import PreparedScene
+from tactile_maps.session.session import Session
+from tactile_maps.studies.loop_laws.sampled_loop import max_stable_gain
 from tests.support.pressed_arm import Act, Course, forearm
 
 Check = Callable[[Course], None]

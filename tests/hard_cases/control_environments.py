@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from app.control.command import ControlSettings
-from app.control.limits import LimitKind
-from app.session.session import Session
+from tactile_maps.control.motion.command import ControlSettings
+from tactile_maps.control.motion.limits import LimitKind
+from tactile_maps.session.session import Session
 from tests.hard_cases.control import OTHERS, SOME, STOPPED, HardCase, both, bounded_only, kept, rests
 from tests.support.pressed_arm import Course, beside_ball
 

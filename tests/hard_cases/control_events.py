@@ -6,10 +6,10 @@ from collections.abc import Callable
 
 import numpy as np
 
-from app.control.command import ControlSettings
-from app.control.limits import LimitKind
-from app.session.session import Session
-from app.tactile.poke import Finger, PokeMoved, PokePressed, PokeReleased
+from tactile_maps.control.motion.command import ControlSettings
+from tactile_maps.control.motion.limits import LimitKind
+from tactile_maps.session.session import Session
+from tactile_maps.tactile.poke import Finger, PokeMoved, PokePressed, PokeReleased
 from tests.hard_cases.control import GOAL, OTHERS, SOME, STOPPED, HardCase, both, bounded_only, change, kept, rests
 from tests.support.pressed_arm import Course, beside_ball, forearm
 

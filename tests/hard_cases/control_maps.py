@@ -8,16 +8,16 @@ from functools import cache
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from app.control.command import ControlSettings
-from app.control.controllers import CONTROL_SCHEMES
-from app.control.limits import LimitKind
-from app.geometry.mesh import Mesh
-from app.maps.build import build_map
-from app.maps.layout import MapLayout
-from app.maps.tactile_map import TactileMap
-from app.session.inputs import MapEdited
-from app.session.session import Session
-from app.skin.calibration_error import with_calibration_error
+from tactile_maps.control.controllers import CONTROL_SCHEMES
+from tactile_maps.control.motion.command import ControlSettings
+from tactile_maps.control.motion.limits import LimitKind
+from tactile_maps.geometry.surface.mesh import Mesh
+from tactile_maps.maps.build import build_map
+from tactile_maps.maps.model.layout import MapLayout
+from tactile_maps.maps.model.tactile_map import TactileMap
+from tactile_maps.session.inputs import MapEdited
+from tactile_maps.session.session import Session
+from tactile_maps.skin.calibration_error import with_calibration_error
 from tests.hard_cases.control import GOAL, OTHERS, SOME, HardCase, arrives, beside, both, bounded_only, kept
 from tests.hard_cases.control_environments import led
 from tests.support.pressed_arm import Course, beside_ball, forearm

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from app.control.command import ControlSettings
-from app.control.controllers import CONTROL_SCHEMES
-from app.control.limits import LimitKind
-from app.scene.object_meshes import make_objects
-from app.scene.objects import ObjectSpec
-from app.session.session import Session
+from tactile_maps.control.controllers import CONTROL_SCHEMES
+from tactile_maps.control.motion.command import ControlSettings
+from tactile_maps.control.motion.limits import LimitKind
+from tactile_maps.scene.object_meshes import make_objects
+from tactile_maps.scene.objects import ObjectSpec
+from tactile_maps.session.session import Session
 from tests.hard_cases.control import (
     SOME,
     HardCase,

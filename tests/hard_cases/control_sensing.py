@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from app.contacts.pipeline import ReadingSettings
-from app.control.command import ControlSettings
-from app.control.force_loop.loop_stability import SensorTiming
-from app.control.limits import LimitKind
-from app.session.session import Session
+from tactile_maps.contacts.pipeline import ReadingSettings
+from tactile_maps.control.force_loop.loop_stability import SensorTiming
+from tactile_maps.control.motion.command import ControlSettings
+from tactile_maps.control.motion.limits import LimitKind
+from tactile_maps.session.session import Session
 from tests.hard_cases.control import GOAL, OTHERS, SOME, HardCase, bounded_only, hammering, kept, scaled
 from tests.hard_cases.control_environments import led
 from tests.support.pressed_arm import Course, beside_ball, forearm

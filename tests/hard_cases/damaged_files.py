@@ -20,28 +20,28 @@ import numpy as np
 import trimesh
 from mcap.writer import CompressionType, Writer
 
-from app.core.errors import TactileMapsError
-from app.editing.document import MapDocument
-from app.editing.document_file import save_document
-from app.geometry.mesh import Mesh
-from app.maps.build import build_map
-from app.maps.formats.map_file import save_map
-from app.maps.formats.obj import write_map_obj
-from app.recording import mcap_file
-from app.recording.encoding.message_codecs import TOPICS
-from app.recording.player import open_recording
-from app.recording.recorder import Recorder
-from app.robots.formats.mesh_files import to_msh
-from app.robots.mujoco_spec import compile_spec, robot_spec
-from app.scene.scene_file import load_scene, scene_to_toml
-from app.session import bundle
-from app.session.session import Session
-from app.skin.formats.icub_layout import write_icub_layout
-from app.skin.formats.taxel_files import WRITTEN_ENDINGS, write_taxels
-from app.skin.skin_file import save_skin
-from app.stimuli.stimulus_file import save_stimuli
-from app.stimuli.stimulus_kinds import FingerPath, Poke, Roll, Stroke, Tap
-from app.tactile.poke import PokePressed, PokeReleased
+from tactile_maps.core.errors import TactileMapsError
+from tactile_maps.editing.document import MapDocument
+from tactile_maps.editing.document_file import save_document
+from tactile_maps.geometry.surface.mesh import Mesh
+from tactile_maps.maps.build import build_map
+from tactile_maps.maps.formats.map_file import save_map
+from tactile_maps.maps.formats.obj import write_map_obj
+from tactile_maps.recording.encoding.message_codecs import TOPICS
+from tactile_maps.recording.file import mcap_file
+from tactile_maps.recording.player import open_recording
+from tactile_maps.recording.recorder import Recorder
+from tactile_maps.robots.files.mesh_files import to_msh
+from tactile_maps.robots.model.mujoco_spec import compile_spec, robot_spec
+from tactile_maps.scene.scene_file import load_scene, scene_to_toml
+from tactile_maps.session import bundle
+from tactile_maps.session.session import Session
+from tactile_maps.skin.formats.icub_layout import write_icub_layout
+from tactile_maps.skin.formats.taxel_files import WRITTEN_ENDINGS, write_taxels
+from tactile_maps.skin.model.skin_file import save_skin
+from tactile_maps.stimuli.stimulus_file import save_stimuli
+from tactile_maps.stimuli.stimulus_kinds import FingerPath, Poke, Roll, Stroke, Tap
+from tactile_maps.tactile.poke import PokePressed, PokeReleased
 from tests.hard_cases.hostile_files import BODY, mjcf, read, urdf_chain
 from tests.support.surfaces import frustum, sheet, skin_of
 from tests.support.touch import prepared_bar

@@ -9,29 +9,29 @@ from pathlib import Path
 
 import trimesh
 
-from app.editing.document_file import load_document
-from app.maps.build import build_map
-from app.maps.formats.map_file import load_map
-from app.maps.formats.obj import read_obj
-from app.recording.player import open_recording
-from app.robots.formats.mesh_files import MESH_SUFFIXES, read_mesh
-from app.robots.formats.mjcf import load_mjcf
-from app.robots.formats.urdf import load_urdf
-from app.robots.load import load_robot_file
-from app.robots.mujoco_spec import compile_spec, robot_spec
-from app.scene.scene_file import load_scene
-from app.session.bundle import robot_from_zip
-from app.session.prepare import open_scene
-from app.skin.formats.csv_table import read_table
-from app.skin.formats.icub_layout import read_icub_layout
-from app.skin.formats.icub_positions import read_icub_positions
-from app.skin.formats.npz import read_taxel_npz
-from app.skin.formats.taxel_files import read_taxel_sets
-from app.skin.formats.unige_json import read_unige
-from app.skin.formats.urdf_tactile import read_urdf_taxels
-from app.skin.open import open_skin
-from app.skin.skin_file import load_skin
-from app.stimuli.stimulus_file import load_stimuli
+from tactile_maps.editing.document_file import load_document
+from tactile_maps.maps.build import build_map
+from tactile_maps.maps.formats.map_file import load_map
+from tactile_maps.maps.formats.obj import read_obj
+from tactile_maps.recording.player import open_recording
+from tactile_maps.robots.files.mesh_files import MESH_SUFFIXES, read_mesh
+from tactile_maps.robots.formats.mjcf import load_mjcf
+from tactile_maps.robots.formats.urdf import load_urdf
+from tactile_maps.robots.load import load_robot_file
+from tactile_maps.robots.model.mujoco_spec import compile_spec, robot_spec
+from tactile_maps.scene.scene_file import load_scene
+from tactile_maps.session.bundle import robot_from_zip
+from tactile_maps.session.prepare import open_scene
+from tactile_maps.skin.formats.csv_table import read_table
+from tactile_maps.skin.formats.icub_layout import read_icub_layout
+from tactile_maps.skin.formats.icub_positions import read_icub_positions
+from tactile_maps.skin.formats.npz import read_taxel_npz
+from tactile_maps.skin.formats.taxel_files import read_taxel_sets
+from tactile_maps.skin.formats.unige_json import read_unige
+from tactile_maps.skin.formats.urdf_tactile import read_urdf_taxels
+from tactile_maps.skin.model.skin_file import load_skin
+from tactile_maps.skin.open import open_skin
+from tactile_maps.stimuli.stimulus_file import load_stimuli
 
 READERS: dict[str, tuple[Callable[..., object], tuple[str, ...]]] = {
     "map": (load_map, (".npz",)),

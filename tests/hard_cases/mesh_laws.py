@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from app.flattening.bijectivity import crossings, flipped
-from app.geometry.mesh import Mesh
-from app.maps.build import build_map
-from app.maps.tactile_image import TactileImage
-from app.maps.tactile_map import TactileMap
-from app.skin.mesh_skin import skin_of_mesh
-from app.skin.skin import Skin
-from app.skin.taxel_placement.placement import PlacementSpec
+from tactile_maps.flattening.bijectivity import crossings, flipped
+from tactile_maps.geometry.surface.mesh import Mesh
+from tactile_maps.maps.build import build_map
+from tactile_maps.maps.model.tactile_image import TactileImage
+from tactile_maps.maps.model.tactile_map import TactileMap
+from tactile_maps.skin.mesh_skin import skin_of_mesh
+from tactile_maps.skin.model.skin import Skin
+from tactile_maps.skin.taxel_placement.placement import PlacementSpec
 from tests.hard_cases.meshes import hard_mesh
 
 TAXELS = 40

@@ -13,10 +13,10 @@ import igl
 import numpy as np
 import trimesh
 
-from app.geometry.connectivity import remove_unreferenced
-from app.geometry.mesh import Mesh
-from app.geometry.remesh.repair import clean_mesh
-from app.robots.robot import Link, Robot
+from tactile_maps.geometry.remesh.repair import clean_mesh
+from tactile_maps.geometry.surface.connectivity import remove_unreferenced
+from tactile_maps.geometry.surface.mesh import Mesh
+from tactile_maps.robots.model.robot import Link, Robot
 from tests.support.surfaces import blocks, cap, eight, frustum, sheet, sieve, sphere, spiral, torus
 
 

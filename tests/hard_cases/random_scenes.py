@@ -21,17 +21,17 @@ from typing import Any, get_args
 import mujoco
 import numpy as np
 
-from app.contacts.force_estimation.estimate import ESTIMATORS
-from app.control.command import CHOICES, RANGES
-from app.core.errors import SimulationError, TactileMapsError
-from app.core.toml import toml_lines
-from app.robots.kinematics import Configuration
-from app.scene.effects import Integrator, SkinModel
-from app.scene.object_meshes import make_objects
-from app.scene.scene_file import load_scene, scene_from_toml
-from app.session.prepare import PreparedScene, prepare
-from app.session.session import Session
-from app.simulation.model.model_names import is_hull, is_object
+from tactile_maps.contacts.force_estimation.estimate import ESTIMATORS
+from tactile_maps.control.motion.command import CHOICES, RANGES
+from tactile_maps.core.errors import SimulationError, TactileMapsError
+from tactile_maps.core.toml import toml_lines
+from tactile_maps.robots.kinematics import Configuration
+from tactile_maps.scene.effects import Integrator, SkinModel
+from tactile_maps.scene.object_meshes import make_objects
+from tactile_maps.scene.scene_file import load_scene, scene_from_toml
+from tactile_maps.session.prepare import PreparedScene, prepare
+from tactile_maps.session.session import Session
+from tactile_maps.simulation.model.model_names import is_hull, is_object
 
 SECONDS = 0.3
 _ROUNDING, _GAIN = 1e-3, 0.05

@@ -22,8 +22,8 @@ import zstandard
 from mcap.opcode import Opcode
 from mcap.writer import CompressionType, Writer
 
-from app.recording import mcap_file
-from app.session.bundle import pack_scene
+from tactile_maps.recording.file import mcap_file
+from tactile_maps.session.bundle import pack_scene
 from tests.hard_cases.hostile_files import BODY, mjcf
 from tests.support.touch import prepared_bar
 
@@ -303,8 +303,8 @@ def _bad_chunks_between_frames(count: int) -> bytes:
 
 
 def _frame() -> bytes:
-    from app.recording.encoding.frame_codec import encode_frame
-    from app.session.session import Session
+    from tactile_maps.recording.encoding.frame_codec import encode_frame
+    from tactile_maps.session.session import Session
 
     return encode_frame(Session(prepared_bar()).tick())
 

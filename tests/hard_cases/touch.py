@@ -17,18 +17,18 @@ from typing import get_args
 import numpy as np
 import trimesh
 
-from app.geometry.closest_point import ClosestPoint
-from app.geometry.mesh import Mesh, SurfacePoint
-from app.maps.build import build_map
-from app.robots.robot import Joint, Link, Robot
-from app.scene.effects import Integrator
-from app.scene.object_meshes import make_objects
-from app.scene.objects import ObjectSpec
-from app.scene.scene import Scene
-from app.session.prepare import PreparedScene
-from app.skin.skin import Patch, Skin
-from app.skin.taxel_placement.sampling import place_evenly, taxels_at_points
-from app.tactile.elastic_layer import ElasticLayer
+from tactile_maps.geometry.surface.closest_point import ClosestPoint
+from tactile_maps.geometry.surface.mesh import Mesh, SurfacePoint
+from tactile_maps.maps.build import build_map
+from tactile_maps.robots.model.robot import Joint, Link, Robot
+from tactile_maps.scene.effects import Integrator
+from tactile_maps.scene.object_meshes import make_objects
+from tactile_maps.scene.objects import ObjectSpec
+from tactile_maps.scene.scene import Scene
+from tactile_maps.session.prepare import PreparedScene
+from tactile_maps.skin.model.skin import Patch, Skin
+from tactile_maps.skin.taxel_placement.sampling import place_evenly, taxels_at_points
+from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
 from tests.hard_cases.meshes import moved, one_link
 from tests.support.surfaces import frustum, sheet
 from tests.support.touch import bar, bar_skin, pair

@@ -8,12 +8,12 @@ from functools import cached_property
 
 import numpy as np
 
-from app.core.errors import SimulationError
-from app.session.frame import Failure, Frame
-from app.session.inputs import SessionInput
-from app.session.prepare import PreparedScene
-from app.session.session import Session
-from app.skin.skin import Skin
+from tactile_maps.core.errors import SimulationError
+from tactile_maps.session.frame import Failure, Frame
+from tactile_maps.session.inputs import SessionInput
+from tactile_maps.session.prepare import PreparedScene
+from tactile_maps.session.session import Session
+from tactile_maps.skin.model.skin import Skin
 from tests.hard_cases.touch import SPRING
 
 

@@ -9,20 +9,20 @@ import numpy as np
 import pytest
 import trimesh
 
-from app.geometry.mesh import Mesh
-from app.geometry.pose import Pose
-from app.robots.robot import Link, Robot
-from app.scene.effects import Effects
-from app.simulation.simulation import Simulation
-from app.skin.bare_surface import with_bare_points
-from app.skin.skin import Patch, Skin
-from app.skin.taxel_placement.sampling import place_evenly
-from app.tactile.contact_notes import ContactNoteKind
-from app.tactile.elastic_layer import ElasticLayer
-from app.tactile.loads import Cylinder, Load, sphere_load
-from app.tactile.models.contact_model import CONTACT_MODELS, ContactModel
-from app.tactile.poke import Finger, PokePressed
-from app.tactile.sensor_effects import SensorEffects
+from tactile_maps.geometry.surface.mesh import Mesh
+from tactile_maps.geometry.surface.pose import Pose
+from tactile_maps.robots.model.robot import Link, Robot
+from tactile_maps.scene.effects import Effects
+from tactile_maps.simulation.simulation import Simulation
+from tactile_maps.skin.model.bare_surface import with_bare_points
+from tactile_maps.skin.model.skin import Patch, Skin
+from tactile_maps.skin.taxel_placement.sampling import place_evenly
+from tactile_maps.tactile.mechanics.contact_notes import ContactNoteKind
+from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
+from tactile_maps.tactile.mechanics.loads import Cylinder, Load, sphere_load
+from tactile_maps.tactile.models.contact_model import CONTACT_MODELS, ContactModel
+from tactile_maps.tactile.poke import Finger, PokePressed
+from tactile_maps.tactile.sensors.sensor_effects import SensorEffects
 from tests.support.scene_objects import thing
 from tests.support.touch import bar, bar_skin, hold, no_command
 

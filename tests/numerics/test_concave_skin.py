@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.scene.effects import Effects
-from app.simulation.simulation import Simulation
-from app.tactile.elastic_layer import ElasticLayer
-from app.tactile.models.contact_model import CONTACT_MODELS
-from app.tactile.sensor_effects import SensorEffects
+from tactile_maps.scene.effects import Effects
+from tactile_maps.simulation.simulation import Simulation
+from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
+from tactile_maps.tactile.models.contact_model import CONTACT_MODELS
+from tactile_maps.tactile.sensors.sensor_effects import SensorEffects
 from tests.support.hollows import BOWL_DEPTH, GROOVE_DEPTH, bowl_and_ball, hollow, raised
 from tests.support.scene_objects import thing
 from tests.support.touch import hold

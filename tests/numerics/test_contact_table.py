@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from app.studies.sweeps.contact import OK, OUTSIDE, REFUSED, cases, exception_of, measure
+from tactile_maps.studies.sweeps.contact import OK, OUTSIDE, REFUSED, cases, exception_of, measure
 
 _KEYS = ("check", "skin", "shape", "physics", "motion", "integrator", "timestep_ms", "ratio")
 CASES = cases(False, 0)

@@ -11,22 +11,22 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from app.contacts.centre_of_pressure import SensorUncertainty
-from app.contacts.detection import TOUCH_THRESHOLD, ContactDetector
-from app.contacts.pipeline import ReadingSettings
-from app.contacts.tracking import GAP
-from app.geometry.closest_point import ClosestPoint
-from app.geometry.mesh import SurfacePoint
-from app.maps.build import build_map
-from app.robots.kinematics import Configuration
-from app.scene.scene_file import load_scene
-from app.session.frame import Frame
-from app.session.prepare import PreparedScene, prepare
-from app.session.session import Session
-from app.tactile.loads import sphere_load
-from app.tactile.models.water_fill import WaterFillModel
-from app.tactile.poke import Finger, PokeMoved, PokePressed, PokeReleased
-from app.tactile.sensor_effects import AreaAveraging, Sampling
+from tactile_maps.contacts.detection.centre_of_pressure import SensorUncertainty
+from tactile_maps.contacts.detection.detection import TOUCH_THRESHOLD, ContactDetector
+from tactile_maps.contacts.detection.tracking import GAP
+from tactile_maps.contacts.pipeline import ReadingSettings
+from tactile_maps.geometry.surface.closest_point import ClosestPoint
+from tactile_maps.geometry.surface.mesh import SurfacePoint
+from tactile_maps.maps.build import build_map
+from tactile_maps.robots.kinematics import Configuration
+from tactile_maps.scene.scene_file import load_scene
+from tactile_maps.session.frame import Frame
+from tactile_maps.session.prepare import PreparedScene, prepare
+from tactile_maps.session.session import Session
+from tactile_maps.tactile.mechanics.loads import sphere_load
+from tactile_maps.tactile.models.water_fill import WaterFillModel
+from tactile_maps.tactile.poke import Finger, PokeMoved, PokePressed, PokeReleased
+from tactile_maps.tactile.sensors.sensor_effects import AreaAveraging, Sampling
 from tests.support.recordings import small_arm
 from tests.support.touch import bar_map, bar_skin, prepared_bar
 

@@ -8,23 +8,23 @@ from functools import cache
 import numpy as np
 import pytest
 
-from app.control.command import ControlSettings
-from app.control.command import RegraspState as State
-from app.control.controllers import CONTROL_SCHEMES
-from app.control.joint_impedance import MAX_JOINT_SPEED
-from app.control.limits import LimitKind, RegraspFailure
-from app.editing.arrange import move, rotate
-from app.editing.document import MapDocument
-from app.geometry.mesh import Mesh
-from app.maps.build import build_map
-from app.maps.layout import MapLayout
-from app.maps.tactile_map import TactileMap
-from app.scene.scene_file import load_scene
-from app.session.inputs import ControlChanged, MapEdited
-from app.session.prepare import PreparedScene, prepare
-from app.session.session import Session
-from app.skin.skin import Patch, Skin
-from app.skin.taxel_placement.sampling import place_evenly
+from tactile_maps.control.controllers import CONTROL_SCHEMES
+from tactile_maps.control.motion.command import ControlSettings
+from tactile_maps.control.motion.command import RegraspState as State
+from tactile_maps.control.motion.joint_impedance import MAX_JOINT_SPEED
+from tactile_maps.control.motion.limits import LimitKind, RegraspFailure
+from tactile_maps.editing.arrange import move, rotate
+from tactile_maps.editing.document import MapDocument
+from tactile_maps.geometry.surface.mesh import Mesh
+from tactile_maps.maps.build import build_map
+from tactile_maps.maps.model.layout import MapLayout
+from tactile_maps.maps.model.tactile_map import TactileMap
+from tactile_maps.scene.scene_file import load_scene
+from tactile_maps.session.inputs import ControlChanged, MapEdited
+from tactile_maps.session.prepare import PreparedScene, prepare
+from tactile_maps.session.session import Session
+from tactile_maps.skin.model.skin import Patch, Skin
+from tactile_maps.skin.taxel_placement.sampling import place_evenly
 from tests.support.pressed_arm import Course, beside_ball, forearm
 
 LINE = ControlSettings(controller="hybrid", task="follow_path", path_kind="polyline", path_speed=0.03, force_gain=0.015)

@@ -7,16 +7,16 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.contacts.pipeline import ContactPipeline
-from app.control.command import ControlSettings
-from app.control.controller_manager import ControllerManager
-from app.control.controllers import CONTROL_SCHEMES
-from app.control.joint_impedance import HOME_SPEED, MAX_JOINT_SPEED
-from app.control.limits import Limit, LimitKind
-from app.session.inputs import ControlChanged
-from app.session.session import Session
-from app.simulation.simulation import Simulation
-from app.tactile.poke import Finger, PokePressed, PokeReleased
+from tactile_maps.contacts.pipeline import ContactPipeline
+from tactile_maps.control.controller_manager import ControllerManager
+from tactile_maps.control.controllers import CONTROL_SCHEMES
+from tactile_maps.control.motion.command import ControlSettings
+from tactile_maps.control.motion.joint_impedance import HOME_SPEED, MAX_JOINT_SPEED
+from tactile_maps.control.motion.limits import Limit, LimitKind
+from tactile_maps.session.inputs import ControlChanged
+from tactile_maps.session.session import Session
+from tactile_maps.simulation.simulation import Simulation
+from tactile_maps.tactile.poke import Finger, PokePressed, PokeReleased
 from tests.hard_cases.control import GOAL
 from tests.support.limits import kinds
 from tests.support.pressed_arm import TICK, Course, beside_ball, forearm

@@ -14,15 +14,15 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from app.core.errors import MeshError
-from app.geometry.closest_point import ClosestPoint
-from app.geometry.mesh import Mesh
-from app.geometry.raycast import RayCaster
-from app.geometry.remesh.repair import clean_mesh
-from app.geometry.remesh.wrap import WrappedMesh, wrap_mesh
-from app.robots.library import icub_folder, load_robot
-from app.skin.cover import CoverSpec, cover_robot
-from app.skin.skin import Patch, Skin
+from tactile_maps.core.errors import MeshError
+from tactile_maps.geometry.remesh.repair import clean_mesh
+from tactile_maps.geometry.remesh.wrap import WrappedMesh, wrap_mesh
+from tactile_maps.geometry.surface.closest_point import ClosestPoint
+from tactile_maps.geometry.surface.mesh import Mesh
+from tactile_maps.geometry.surface.raycast import RayCaster
+from tactile_maps.robots.library import icub_folder, load_robot
+from tactile_maps.skin.fitting.cover import CoverSpec, cover_robot
+from tactile_maps.skin.model.skin import Patch, Skin
 from tests.hard_cases.meshes import HARD_MESHES, HOPELESS_MESHES, one_link
 from tests.support.references import distances, first_hit
 

@@ -10,12 +10,12 @@ from functools import cache
 import numpy as np
 import pytest
 
-from app.contacts.detection import ContactDetector
-from app.core.arrays import FloatArray
-from app.maps.build import build_map
-from app.maps.tactile_map import TactileMap
-from app.skin.skin import Patch, Skin
-from app.skin.taxel_placement.sampling import place_evenly
+from tactile_maps.contacts.detection.detection import ContactDetector
+from tactile_maps.core.arrays import FloatArray
+from tactile_maps.maps.build import build_map
+from tactile_maps.maps.model.tactile_map import TactileMap
+from tactile_maps.skin.model.skin import Patch, Skin
+from tactile_maps.skin.taxel_placement.sampling import place_evenly
 from tests.support.surfaces import sheet
 
 SIDE = 24

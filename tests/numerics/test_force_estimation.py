@@ -14,16 +14,24 @@ from scipy.optimize import nnls
 from scipy.signal import fftconvolve
 from scipy.spatial import cKDTree
 
-from app.contacts.detection import ContactDetector
-from app.contacts.force_estimation.deconvolution import BlurMatrix, tikhonov_inverse
-from app.contacts.force_estimation.estimate import ContactReading, numerical_rank
-from app.contacts.force_estimation.estimation import build_estimator
-from app.maps.build import build_map
-from app.studies.testbeds.covered_lattice import APART, AREA, PITCH, TAXELS, area_blur, contact_region, exact_readings
-from app.tactile.elastic_layer import ElasticLayer
-from app.tactile.half_space_stress import point_stress
-from app.tactile.loads import sphere_load
-from app.tactile.models.half_space import HalfSpaceModel
+from tactile_maps.contacts.detection.detection import ContactDetector
+from tactile_maps.contacts.force_estimation.deconvolution import BlurMatrix, tikhonov_inverse
+from tactile_maps.contacts.force_estimation.estimate import ContactReading, numerical_rank
+from tactile_maps.contacts.force_estimation.estimation import build_estimator
+from tactile_maps.maps.build import build_map
+from tactile_maps.studies.testbeds.covered_lattice import (
+    APART,
+    AREA,
+    PITCH,
+    TAXELS,
+    area_blur,
+    contact_region,
+    exact_readings,
+)
+from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
+from tactile_maps.tactile.mechanics.half_space_stress import point_stress
+from tactile_maps.tactile.mechanics.loads import sphere_load
+from tactile_maps.tactile.models.half_space import HalfSpaceModel
 from tests.support.touch import arm, bar_skin
 
 

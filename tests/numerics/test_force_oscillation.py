@@ -7,14 +7,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.control.command import ControlSettings
-from app.control.limits import LimitKind
-from app.scene.scene_file import scene_for
-from app.session.prepare import prepare
-from app.session.session import Session
-from app.studies.testbeds.beside_ball import beside_ball
-from app.tactile.poke import Finger, PokePressed, PokeReleased
-from app.tactile.sensor_effects import Sampling
+from tactile_maps.control.motion.command import ControlSettings
+from tactile_maps.control.motion.limits import LimitKind
+from tactile_maps.scene.scene_file import scene_for
+from tactile_maps.session.prepare import prepare
+from tactile_maps.session.session import Session
+from tactile_maps.studies.testbeds.beside_ball import beside_ball
+from tactile_maps.tactile.poke import Finger, PokePressed, PokeReleased
+from tactile_maps.tactile.sensors.sensor_effects import Sampling
 from tests.support.pressed_arm import TICK, forearm
 
 BENT = (0.27418, -0.89498, 0.09108, 0.0771, -1.43873, 1.41016, 0.24988)

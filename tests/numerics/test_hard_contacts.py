@@ -7,16 +7,16 @@ from functools import cache
 import numpy as np
 import pytest
 
-from app.control.joint_impedance import joint_impedance
-from app.core.errors import SimulationError
-from app.scene.effects import Effects
-from app.scene.object_meshes import primitive_mesh
-from app.scene.objects import ObjectSpec, SceneObject
-from app.session.frame import Frame
-from app.simulation.simulation import Simulation
-from app.studies.loop_laws.gantry import gantry
-from app.tactile.contact_notes import NOTED_SHARE, ContactNoteKind
-from app.tactile.poke import Finger, PokeMoved, PokePressed
+from tactile_maps.control.motion.joint_impedance import joint_impedance
+from tactile_maps.core.errors import SimulationError
+from tactile_maps.scene.effects import Effects
+from tactile_maps.scene.object_meshes import primitive_mesh
+from tactile_maps.scene.objects import ObjectSpec, SceneObject
+from tactile_maps.session.frame import Frame
+from tactile_maps.simulation.simulation import Simulation
+from tactile_maps.studies.loop_laws.gantry import gantry
+from tactile_maps.tactile.mechanics.contact_notes import NOTED_SHARE, ContactNoteKind
+from tactile_maps.tactile.poke import Finger, PokeMoved, PokePressed
 from tests.hard_cases.touch import EXACT, MODELS, PLACES, Place, with_scene
 from tests.hard_cases.touch_laws import (
     Run,

@@ -13,15 +13,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from app.core.errors import MeshError, SkinError, TactileMapsError
-from app.geometry.mesh import Mesh
-from app.maps.build import build_map
-from app.maps.tactile_image import TactileImage
-from app.robots.formats.mesh_files import MESH_SUFFIXES, read_mesh
-from app.skin.mesh_skin import skin_of_mesh
-from app.skin.skin import Patch, Skin
-from app.skin.taxel_placement.placement import PlacementSpec
-from app.skin.taxel_placement.sampling import taxels_at_points
+from tactile_maps.core.errors import MeshError, SkinError, TactileMapsError
+from tactile_maps.geometry.surface.mesh import Mesh
+from tactile_maps.maps.build import build_map
+from tactile_maps.maps.model.tactile_image import TactileImage
+from tactile_maps.robots.files.mesh_files import MESH_SUFFIXES, read_mesh
+from tactile_maps.skin.mesh_skin import skin_of_mesh
+from tactile_maps.skin.model.skin import Patch, Skin
+from tactile_maps.skin.taxel_placement.placement import PlacementSpec
+from tactile_maps.skin.taxel_placement.sampling import taxels_at_points
 from tests.hard_cases.mesh_laws import check_map, check_named, check_one_to_one, check_skin, energy
 from tests.hard_cases.meshes import GROUPS, HOPELESS, hard_mesh, loose_pieces, scan
 from tests.support.child_process import Child

@@ -8,12 +8,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.core.errors import SimulationError
-from app.recording.player import RecordingPlayer
-from app.recording.recorder import save_failure_report
-from app.recording.verify import verify
-from app.simulation.simulation import Simulation
-from app.tactile.contact_notes import ContactNoteKind
+from tactile_maps.core.errors import SimulationError
+from tactile_maps.recording.player import RecordingPlayer
+from tactile_maps.recording.recorder import save_failure_report
+from tactile_maps.recording.verify import verify
+from tactile_maps.simulation.simulation import Simulation
+from tactile_maps.tactile.mechanics.contact_notes import ContactNoteKind
 from tests.hard_cases.touch import EXACT, INTEGRATORS, JAM, MODELS, SPRING, dropped, jammed, teleported, whip
 from tests.hard_cases.touch_laws import Run, check_numbers, check_repeats, play, spring_force
 from tests.support.touch import hold

@@ -5,16 +5,16 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.contacts.detection import ContactDetector
-from app.control.command import ControlSettings
-from app.core.errors import SimulationError
-from app.session.inputs import ControlChanged, EffectsChanged
-from app.session.session import Session
-from app.tactile.loads import sphere_load
-from app.tactile.models.contact_model import CONTACT_MODELS
-from app.tactile.poke import Finger, PokePressed
-from app.tactile.sensor_chain import SensorChain
-from app.tactile.sensor_effects import DeadTaxels, Sampling, Saturation, SensorEffects, Threshold
+from tactile_maps.contacts.detection.detection import ContactDetector
+from tactile_maps.control.motion.command import ControlSettings
+from tactile_maps.core.errors import SimulationError
+from tactile_maps.session.inputs import ControlChanged, EffectsChanged
+from tactile_maps.session.session import Session
+from tactile_maps.tactile.mechanics.loads import sphere_load
+from tactile_maps.tactile.models.contact_model import CONTACT_MODELS
+from tactile_maps.tactile.poke import Finger, PokePressed
+from tactile_maps.tactile.sensors.sensor_chain import SensorChain
+from tactile_maps.tactile.sensors.sensor_effects import DeadTaxels, Sampling, Saturation, SensorEffects, Threshold
 from tests.hard_cases.touch import dropped
 from tests.hard_cases.touch_laws import check_numbers, check_repeats, play
 from tests.support.sensors import ALL_ON

@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 import trimesh
 
-from app.core.errors import TactileMapsError
-from app.robots.load import load_robot_file
+from tactile_maps.core.errors import TactileMapsError
+from tactile_maps.robots.load import load_robot_file
 from tests.hard_cases import hostile_files
 from tests.hard_cases.hostile_files import BODY, PATHS, READERS, RECORDED, ROBOTS, mjcf, spiked_sphere
 
@@ -37,16 +37,24 @@ def test_what_is_no_file_is_refused_by_every_reader(tmp_path, call_all):
 
 def test_every_reader_is_walked():
     """What the library opens by name is among the readers."""
-    import app.editing.document_file
-    import app.maps
-    import app.recording
-    import app.robots
-    import app.scene
-    import app.skin
-    import app.stimuli
+    import tactile_maps.editing.document_file
+    import tactile_maps.maps
+    import tactile_maps.recording
+    import tactile_maps.robots
+    import tactile_maps.scene
+    import tactile_maps.skin
+    import tactile_maps.stimuli
 
     wanted = re.compile(r"(load|open|read)_(map|document|obj|skin|taxel_sets|scene|stimuli|recording|mesh|robot_file)$")
-    packages = (app.maps, app.skin, app.robots, app.scene, app.stimuli, app.recording, app.editing.document_file)
+    packages = (
+        tactile_maps.maps,
+        tactile_maps.skin,
+        tactile_maps.robots,
+        tactile_maps.scene,
+        tactile_maps.stimuli,
+        tactile_maps.recording,
+        tactile_maps.editing.document_file,
+    )
     known = {reader.__name__ for reader, _ in READERS.values()}
     found = {name for package in packages for name in dir(package) if wanted.match(name)}
     assert len(found) >= 5
@@ -179,7 +187,7 @@ def test_a_urdf_finds_no_package_that_is_none(secret):
 def test_a_recorded_robot_opens_no_file(secret, text):
     """What MuJoCo does not find among the recording's files it would look for on the disk."""
     mesh = trimesh.creation.box()
-    from app.robots.formats.mesh_files import Mesh, to_msh
+    from tactile_maps.robots.files.mesh_files import Mesh, to_msh
 
     files = {"m.msh": to_msh(Mesh(mesh.vertices, mesh.faces))}
     with pytest.raises(TactileMapsError, match="not allowed in a robot|not its own|may not name folders") as found:

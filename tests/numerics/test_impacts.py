@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from scipy.optimize import curve_fit
 
-from app.scene.effects import Effects, Integrator
-from app.scene.objects import ObjectKind
-from app.simulation.simulation import Simulation
-from app.tactile.elastic_layer import ElasticLayer
-from app.tactile.poke import Finger, PokePressed
-from app.tactile.sensor_effects import Sampling, SensorEffects
+from tactile_maps.scene.effects import Effects, Integrator
+from tactile_maps.scene.objects import ObjectKind
+from tactile_maps.simulation.simulation import Simulation
+from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
+from tactile_maps.tactile.poke import Finger, PokePressed
+from tactile_maps.tactile.sensors.sensor_effects import Sampling, SensorEffects
 from tests.support.scene_objects import thing
 from tests.support.touch import bar, bar_skin, hold
 

@@ -23,11 +23,11 @@ import numpy as np
 import pytest
 from scipy.spatial.distance import cdist, pdist, squareform
 
-from app.maps.build import build_map
-from app.maps.learned.embedding import kruskal_stress
-from app.maps.learned.methods import LEARNING_METHODS
-from app.maps.learned.readings import detect_touch
-from app.tactile.babbling import BabbleSpec, babble
+from tactile_maps.maps.build import build_map
+from tactile_maps.maps.learned.embedding import kruskal_stress
+from tactile_maps.maps.learned.methods import LEARNING_METHODS
+from tactile_maps.maps.learned.readings import detect_touch
+from tactile_maps.tactile.babbling import BabbleSpec, babble
 from tests.support.surfaces import cap, frustum, skin_of
 
 RADIUS, NEAR = 0.1, 6

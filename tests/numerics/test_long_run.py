@@ -11,10 +11,10 @@ import sys
 import numpy as np
 import pytest
 
-from app.scene.motion import Waypoint
-from app.session.prepare import PreparedScene
-from app.session.session import Session
-from app.tactile.elastic_layer import ElasticLayer
+from tactile_maps.scene.motion import Waypoint
+from tactile_maps.session.prepare import PreparedScene
+from tactile_maps.session.session import Session
+from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
 from tests.hard_cases.touch import dressed, weight
 from tests.support.touch import bar, bar_skin
 

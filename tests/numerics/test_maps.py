@@ -13,21 +13,21 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
-from app.flattening.bijectivity import crossings, flipped, signed_areas
-from app.flattening.cut import cut_to_disk
-from app.flattening.flatten import flatten
-from app.flattening.initial_map import tutte
-from app.flattening.symmetric_dirichlet import SymmetricDirichlet, rotation_svd
-from app.geometry.mesh import Mesh
-from app.maps.build import build_map
-from app.maps.evaluation.distortion import distortion
-from app.maps.evaluation.quality import measure
-from app.maps.evaluation.topography import BodyDistances, measure_topography
-from app.maps.formats.map_file import map_from_bytes, map_to_bytes
-from app.maps.layout import MapLayout, Placement
-from app.maps.seam_transitions import SeamTransitions
-from app.maps.tactile_image import TactileImage
-from app.maps.tactile_map import TactileMap
+from tactile_maps.flattening.bijectivity import crossings, flipped, signed_areas
+from tactile_maps.flattening.cut import cut_to_disk
+from tactile_maps.flattening.flatten import flatten
+from tactile_maps.flattening.initial_map import tutte
+from tactile_maps.flattening.symmetric_dirichlet import SymmetricDirichlet, rotation_svd
+from tactile_maps.geometry.surface.mesh import Mesh
+from tactile_maps.maps.build import build_map
+from tactile_maps.maps.evaluation.distortion import distortion
+from tactile_maps.maps.evaluation.quality import measure
+from tactile_maps.maps.evaluation.topography import BodyDistances, measure_topography
+from tactile_maps.maps.formats.map_file import map_from_bytes, map_to_bytes
+from tactile_maps.maps.model.layout import MapLayout, Placement
+from tactile_maps.maps.model.seam_transitions import SeamTransitions
+from tactile_maps.maps.model.tactile_image import TactileImage
+from tactile_maps.maps.model.tactile_map import TactileMap
 from tests.support.references import unrolled
 from tests.support.surfaces import SURFACES, cap, frustum, named, sheet, skin_of, spiral
 

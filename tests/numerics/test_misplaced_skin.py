@@ -7,13 +7,13 @@ from functools import cache
 import numpy as np
 import pytest
 
-from app.control.command import ControlSettings
-from app.maps.build import build_map
-from app.maps.jacobian import MapJacobian, affine_fit
-from app.skin.calibration_error import with_calibration_error
-from app.skin.formats.taxel_set import TaxelSet
-from app.skin.reconstruction.reconstruct import skin_from_taxels
-from app.skin.skin import Skin
+from tactile_maps.control.motion.command import ControlSettings
+from tactile_maps.maps.build import build_map
+from tactile_maps.maps.model.jacobian import MapJacobian, affine_fit
+from tactile_maps.skin.calibration_error import with_calibration_error
+from tactile_maps.skin.model.skin import Skin
+from tactile_maps.skin.model.taxel_set import TaxelSet
+from tactile_maps.skin.reconstruction.reconstruct import skin_from_taxels
 from tests.support.pressed_arm import beside_ball, forearm
 
 PITCH, SIDE, SEEDS = 0.008, 15, range(6)

@@ -8,16 +8,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from app.control.command import ControlSettings
-from app.control.limits import LimitKind
-from app.maps.build import build_map
-from app.robots.robot import Robot
-from app.scene.scene import Scene
-from app.session.inputs import ControlChanged
-from app.session.prepare import PreparedScene
-from app.session.session import Session
-from app.skin.cover import CoverSpec, cover_robot
-from app.tactile.poke import Finger, PokePressed
+from tactile_maps.control.motion.command import ControlSettings
+from tactile_maps.control.motion.limits import LimitKind
+from tactile_maps.maps.build import build_map
+from tactile_maps.robots.model.robot import Robot
+from tactile_maps.scene.scene import Scene
+from tactile_maps.session.inputs import ControlChanged
+from tactile_maps.session.prepare import PreparedScene
+from tactile_maps.session.session import Session
+from tactile_maps.skin.fitting.cover import CoverSpec, cover_robot
+from tactile_maps.tactile.poke import Finger, PokePressed
 from tests.support.generated_robots import load, model
 
 SPEED = 0.03

@@ -12,15 +12,15 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from app.robots.kinematics import Configuration
-from app.scene.effects import Effects
-from app.scene.objects import MIN_MOVING_MASS
-from app.session.session import Session
-from app.simulation.model.model_assembly import assemble
-from app.simulation.simulation import Simulation
-from app.tactile.elastic_layer import ElasticLayer
-from app.tactile.poke import Finger, PokePressed, PokeReleased
-from app.tactile.sensor_effects import Noise, SensorEffects
+from tactile_maps.robots.kinematics import Configuration
+from tactile_maps.scene.effects import Effects
+from tactile_maps.scene.objects import MIN_MOVING_MASS
+from tactile_maps.session.session import Session
+from tactile_maps.simulation.model.model_assembly import assemble
+from tactile_maps.simulation.simulation import Simulation
+from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
+from tactile_maps.tactile.poke import Finger, PokePressed, PokeReleased
+from tactile_maps.tactile.sensors.sensor_effects import Noise, SensorEffects
 from tests.support.scene_objects import every_kind, thing
 from tests.support.touch import BAR_INERTIA, arm, bar, bar_skin, hold, no_command
 

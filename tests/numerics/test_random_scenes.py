@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import pytest
 
-from app.scene.scene_file import scene_from_toml, scene_to_toml
+from tactile_maps.scene.scene_file import scene_from_toml, scene_to_toml
 from tests.hard_cases.random_scenes import play, random_scene, unreported
 
 SCENES = 500

@@ -9,21 +9,21 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from app.geometry.closest_point import ClosestPoint
-from app.geometry.connectivity import Connectivity
-from app.geometry.remesh.refine import subdivide
-from app.maps.build import build_map
-from app.maps.evaluation.comparison import compare_maps, drawn_layout
-from app.maps.evaluation.quality import measure
-from app.skin.formats.icub_layout import apply_layout, read_icub_layout
-from app.skin.formats.icub_positions import read_icub_positions
-from app.skin.formats.import_skin import NO_ROBOT
-from app.skin.formats.taxel_files import read_taxels
-from app.skin.formats.taxel_set import TaxelSet
-from app.skin.open import SkinOptions, open_skin
-from app.skin.reconstruction.reconstruct import reconstruct_skin, skin_from_taxels
-from app.skin.reconstruction.triangulation import triangulate
-from app.skin.taxel_placement.sampling import (
+from tactile_maps.geometry.remesh.refine import subdivide
+from tactile_maps.geometry.surface.closest_point import ClosestPoint
+from tactile_maps.geometry.surface.connectivity import Connectivity
+from tactile_maps.maps.build import build_map
+from tactile_maps.maps.evaluation.comparison import compare_maps, drawn_layout
+from tactile_maps.maps.evaluation.quality import measure
+from tactile_maps.skin.formats.icub_layout import apply_layout, read_icub_layout
+from tactile_maps.skin.formats.icub_positions import read_icub_positions
+from tactile_maps.skin.formats.import_skin import NO_ROBOT
+from tactile_maps.skin.formats.taxel_files import read_taxels
+from tactile_maps.skin.model.taxel_set import TaxelSet
+from tactile_maps.skin.open import SkinOptions, open_skin
+from tactile_maps.skin.reconstruction.reconstruct import reconstruct_skin, skin_from_taxels
+from tactile_maps.skin.reconstruction.triangulation import triangulate
+from tactile_maps.skin.taxel_placement.sampling import (
     distinct_faces,
     face_graph,
     geodesic_voronoi,

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from app.scene.effects import Effects, Integrator
-from app.simulation.simulation import Simulation
-from app.skin.skin import Skin
-from app.tactile.elastic_layer import ElasticLayer
+from tactile_maps.scene.effects import Effects, Integrator
+from tactile_maps.simulation.simulation import Simulation
+from tactile_maps.skin.model.skin import Skin
+from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
 from tests.support.scene_objects import thing
 from tests.support.touch import bar, bar_skin, each_point_a_taxel, hold
 

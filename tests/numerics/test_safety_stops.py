@@ -8,16 +8,16 @@ import mujoco
 import numpy as np
 import pytest
 
-from app.control.command import CHOICES, ControlSettings
-from app.control.limits import LimitKind
-from app.control.task_control.monitors import QUIET, STOP_SPEED, YIELD_SPEED
-from app.robots.kinematics import Configuration
-from app.scene.object_meshes import make_objects
-from app.scene.objects import ObjectSpec
-from app.session.runtime_settings import RuntimeSettings
-from app.session.session import Session
-from app.tactile.poke import Finger, PokePressed, PokeReleased
-from app.tactile.sensor_effects import Sampling
+from tactile_maps.control.motion.command import CHOICES, ControlSettings
+from tactile_maps.control.motion.limits import LimitKind
+from tactile_maps.control.task_control.monitors import QUIET, STOP_SPEED, YIELD_SPEED
+from tactile_maps.robots.kinematics import Configuration
+from tactile_maps.scene.object_meshes import make_objects
+from tactile_maps.scene.objects import ObjectSpec
+from tactile_maps.session.runtime_settings import RuntimeSettings
+from tactile_maps.session.session import Session
+from tactile_maps.tactile.poke import Finger, PokePressed, PokeReleased
+from tactile_maps.tactile.sensors.sensor_effects import Sampling
 from tests.support.pressed_arm import TICK, forearm
 from tests.support.touch import arm
 

@@ -9,22 +9,22 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from app.control.command import ControlSettings, RegraspState
-from app.core.errors import RobotError
-from app.recording.player import RecordingPlayer
-from app.recording.recorder import Recorder
-from app.recording.verify import verify
-from app.robots.kinematics import Configuration
-from app.scene.motion import Motion
-from app.scene.object_meshes import make_objects
-from app.scene.scene import Scene
-from app.scene.scene_file import load_scene, scene_names
-from app.session.inputs import ControlChanged
-from app.session.prepare import PreparedScene, prepare
-from app.session.session import Session
-from app.skin.cover import CoverSpec
-from app.tactile.poke import PokePressed, PokeReleased
-from app.tactile.sensor_chain import SensorChain
+from tactile_maps.control.motion.command import ControlSettings, RegraspState
+from tactile_maps.core.errors import RobotError
+from tactile_maps.recording.player import RecordingPlayer
+from tactile_maps.recording.recorder import Recorder
+from tactile_maps.recording.verify import verify
+from tactile_maps.robots.kinematics import Configuration
+from tactile_maps.scene.motion import Motion
+from tactile_maps.scene.object_meshes import make_objects
+from tactile_maps.scene.scene import Scene
+from tactile_maps.scene.scene_file import load_scene, scene_names
+from tactile_maps.session.inputs import ControlChanged
+from tactile_maps.session.prepare import PreparedScene, prepare
+from tactile_maps.session.session import Session
+from tactile_maps.skin.fitting.cover import CoverSpec
+from tactile_maps.tactile.poke import PokePressed, PokeReleased
+from tactile_maps.tactile.sensors.sensor_chain import SensorChain
 
 TAXELS = {"arm": 400, "ur5e": 400, "icub": 400, "view": 400, "many_pokes": 400, "poke": 300, "noisy": 300,
           "self_touch": 200, "full": 600, "follow_path": 500}  # fmt: skip

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from app.tactile.sensor_chain import SensorChain
-from app.tactile.sensor_effects import (
+from tactile_maps.tactile.sensors.sensor_chain import SensorChain
+from tactile_maps.tactile.sensors.sensor_effects import (
     Crosstalk,
     DeadTaxels,
     GainSpread,

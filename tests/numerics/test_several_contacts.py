@@ -7,12 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.control.command import CHOICES, ControlSettings
-from app.control.controllers import CONTROL_SCHEMES
-from app.control.limits import LimitKind
-from app.session.session import Session
-from app.tactile.poke import Finger, PokePressed, PokeReleased
-from app.tactile.sensor_effects import Sampling
+from tactile_maps.control.controllers import CONTROL_SCHEMES
+from tactile_maps.control.motion.command import CHOICES, ControlSettings
+from tactile_maps.control.motion.limits import LimitKind
+from tactile_maps.session.session import Session
+from tactile_maps.tactile.poke import Finger, PokePressed, PokeReleased
+from tactile_maps.tactile.sensors.sensor_effects import Sampling
 from tests.support.pressed_arm import TICK, forearm
 from tests.support.touch import arm
 

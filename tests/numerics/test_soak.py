@@ -15,13 +15,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from app.editing.arrange import move, rotate
-from app.editing.document import MapDocument
-from app.recording.player import RecordingPlayer
-from app.recording.recorder import Recorder
-from app.recording.verify import verify
-from app.session.inputs import ControlChanged, EffectsChanged, MapEdited
-from app.session.session import Session
+from tactile_maps.editing.arrange import move, rotate
+from tactile_maps.editing.document import MapDocument
+from tactile_maps.recording.player import RecordingPlayer
+from tactile_maps.recording.recorder import Recorder
+from tactile_maps.recording.verify import verify
+from tactile_maps.session.inputs import ControlChanged, EffectsChanged, MapEdited
+from tactile_maps.session.session import Session
 from tests.numerics.test_long_run import TICK, scene
 
 MINUTES = int(os.environ.get("TACTILE_MAPS_SOAK_MINUTES", "120"))

@@ -14,19 +14,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from app.contacts.centre_of_pressure import taxel_positions
-from app.contacts.detection import TOUCH_THRESHOLD
-from app.scene.effects import EFFECTS
-from app.scene.scene import Scene
-from app.scene.scene_file import load_scene, scene_names
-from app.session.prepared_cache import prepare_cached
-from app.session.session import Session
-from app.skin.bare_surface import with_bare_points
-from app.studies.sweeps.needs import TOLERANCE, change_of, outputs_of
-from app.tactile.contact_notes import NOTED_SHARE
-from app.tactile.models.contact_model import CONTACT_MODELS
-from app.tactile.models.stated_errors import STATED_ERRORS, StatedError, stated_error_text
-from app.tactile.sensor_effects import SensorEffects
+from tactile_maps.contacts.detection.centre_of_pressure import taxel_positions
+from tactile_maps.contacts.detection.detection import TOUCH_THRESHOLD
+from tactile_maps.scene.effects import EFFECTS
+from tactile_maps.scene.scene import Scene
+from tactile_maps.scene.scene_file import load_scene, scene_names
+from tactile_maps.session.prepared_cache import prepare_cached
+from tactile_maps.session.session import Session
+from tactile_maps.skin.model.bare_surface import with_bare_points
+from tactile_maps.studies.sweeps.needs import TOLERANCE, change_of, outputs_of
+from tactile_maps.tactile.mechanics.contact_notes import NOTED_SHARE
+from tactile_maps.tactile.models.contact_model import CONTACT_MODELS
+from tactile_maps.tactile.models.stated_errors import STATED_ERRORS, StatedError, stated_error_text
+from tactile_maps.tactile.sensors.sensor_effects import SensorEffects
 
 SECONDS, EVERY, LEAST = 8.0, 5, 0.1
 """How long each scene runs [s], every how many ticks loads are judged, and from which force on [N]."""

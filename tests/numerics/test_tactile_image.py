@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from scipy.interpolate import LinearNDInterpolator, NearestNDInterpolator, RBFInterpolator, griddata
 
-from app.maps.build import build_map
-from app.maps.interpolation import INTERPOLATIONS
-from app.maps.tactile_image import TactileImage
-from app.studies.sweeps.image_cost import sharp, smooth
-from app.studies.testbeds.reference_bodies import SIDE, flat_map
+from tactile_maps.maps.build import build_map
+from tactile_maps.maps.model.interpolation import INTERPOLATIONS
+from tactile_maps.maps.model.tactile_image import TactileImage
+from tactile_maps.studies.sweeps.image_cost import sharp, smooth
+from tactile_maps.studies.testbeds.reference_bodies import SIDE, flat_map
 from tests.support.surfaces import frustum, named, sheet, skin_of
 
 SURFACES = {

@@ -9,14 +9,14 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from app.control.behaviours import Behaviour
-from app.control.command import RegraspState
-from app.control.controllers import CONTROL_SCHEMES
-from app.control.limits import LimitKind, RegraspFailure
-from app.control.path_following.clearance import collision_model
-from app.robots.library import icub_folder
-from app.session.inputs import BehavioursChanged, ControlChanged, MapEdited
-from app.session.prepare import PreparedScene
+from tactile_maps.control.behaviours import Behaviour
+from tactile_maps.control.controllers import CONTROL_SCHEMES
+from tactile_maps.control.motion.command import RegraspState
+from tactile_maps.control.motion.limits import LimitKind, RegraspFailure
+from tactile_maps.control.path_following.clearance import collision_model
+from tactile_maps.robots.library import icub_folder
+from tactile_maps.session.inputs import BehavioursChanged, ControlChanged, MapEdited
+from tactile_maps.session.prepare import PreparedScene
 from tests.support.pressed_arm import Course, beside_ball, place_of
 from tests.support.transfers import (
     RADIUS,

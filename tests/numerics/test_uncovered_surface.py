@@ -8,15 +8,15 @@ from functools import cache
 import numpy as np
 import pytest
 
-from app.geometry.mesh import Mesh
-from app.robots.robot import Robot
-from app.scene.effects import Effects
-from app.simulation.simulation import Simulation
-from app.skin.skin import Patch, Skin
-from app.skin.taxel_placement.sampling import place_evenly
-from app.tactile.contact_notes import ContactNoteKind
-from app.tactile.elastic_layer import ElasticLayer
-from app.tactile.models.contact_model import CONTACT_MODELS
+from tactile_maps.geometry.surface.mesh import Mesh
+from tactile_maps.robots.model.robot import Robot
+from tactile_maps.scene.effects import Effects
+from tactile_maps.simulation.simulation import Simulation
+from tactile_maps.skin.model.skin import Patch, Skin
+from tactile_maps.skin.taxel_placement.sampling import place_evenly
+from tactile_maps.tactile.mechanics.contact_notes import ContactNoteKind
+from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
+from tactile_maps.tactile.models.contact_model import CONTACT_MODELS
 from tests.support.hollows import BASE, HEIGHTS, hollow, raised
 from tests.support.scene_objects import thing
 from tests.support.touch import hold

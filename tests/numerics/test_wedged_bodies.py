@@ -8,16 +8,16 @@ from functools import cache
 import numpy as np
 import pytest
 
-from app.control.command import JointCommand
-from app.core.arrays import FloatArray
-from app.geometry.mesh import Mesh
-from app.robots.robot import Link, Robot
-from app.scene.effects import Effects
-from app.scene.objects import SceneObject
-from app.simulation.simulation import Simulation
-from app.skin.skin import Skin
-from app.tactile.elastic_layer import ElasticLayer
-from app.tactile.models.contact_model import CONTACT_MODELS
+from tactile_maps.control.motion.command import JointCommand
+from tactile_maps.core.arrays import FloatArray
+from tactile_maps.geometry.surface.mesh import Mesh
+from tactile_maps.robots.model.robot import Link, Robot
+from tactile_maps.scene.effects import Effects
+from tactile_maps.scene.objects import SceneObject
+from tactile_maps.simulation.simulation import Simulation
+from tactile_maps.skin.model.skin import Skin
+from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
+from tactile_maps.tactile.models.contact_model import CONTACT_MODELS
 from tests.support.hollows import hollow
 from tests.support.scene_objects import thing
 from tests.support.touch import hold, pair

@@ -9,11 +9,11 @@ import pytest
 from hypothesis import Phase, event, given
 from hypothesis import strategies as st
 
-from app.core.errors import TactileMapsError
-from app.geometry.mesh import Mesh
-from app.maps.build import build_map
-from app.skin.mesh_skin import skin_of_mesh
-from app.skin.taxel_placement.placement import PlacementSpec
+from tactile_maps.core.errors import TactileMapsError
+from tactile_maps.geometry.surface.mesh import Mesh
+from tactile_maps.maps.build import build_map
+from tactile_maps.skin.mesh_skin import skin_of_mesh
+from tactile_maps.skin.taxel_placement.placement import PlacementSpec
 from tests.hard_cases.mesh_laws import check_map, check_skin
 from tests.support.child_process import Child
 from tests.support.examples import examples

@@ -10,13 +10,13 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.control.command import CHOICES, RANGES, ControlSettings
-from app.control.controller_manager import ControllerManager
-from app.control.joint_impedance import MAX_JOINT_SPEED, MAX_LEAD
-from app.session.inputs import ControlChanged
-from app.session.session import Session
-from app.tactile.poke import Finger, PokeMoved, PokePressed, PokeReleased
-from app.tactile.sensor_effects import Noise, Sampling, SensorEffects
+from tactile_maps.control.controller_manager import ControllerManager
+from tactile_maps.control.motion.command import CHOICES, RANGES, ControlSettings
+from tactile_maps.control.motion.joint_impedance import MAX_JOINT_SPEED, MAX_LEAD
+from tactile_maps.session.inputs import ControlChanged
+from tactile_maps.session.session import Session
+from tactile_maps.tactile.poke import Finger, PokeMoved, PokePressed, PokeReleased
+from tactile_maps.tactile.sensors.sensor_effects import Noise, Sampling, SensorEffects
 from tests.support.examples import examples
 from tests.support.touch import arm
 from tests.unit.control.contacts_by_hand import TICK, touch_on

@@ -14,12 +14,23 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
 
-from app.core.errors import MapError
-from app.editing.arrange import EDGES, align, mirror, move, repack, rotate, scale, snap_angle, snap_move, true_size
-from app.editing.document import MapDocument, rename_patch, reorder_patch, show_patches
-from app.editing.document_file import DocumentFile, document_to_bytes, load_document
-from app.editing.history import History
-from app.editing.pins import (
+from tactile_maps.core.errors import MapError
+from tactile_maps.editing.arrange import (
+    EDGES,
+    align,
+    mirror,
+    move,
+    repack,
+    rotate,
+    scale,
+    snap_angle,
+    snap_move,
+    true_size,
+)
+from tactile_maps.editing.document import MapDocument, rename_patch, reorder_patch, show_patches
+from tactile_maps.editing.document_file import DocumentFile, document_to_bytes, load_document
+from tactile_maps.editing.history import History
+from tactile_maps.editing.pins import (
     add_pin,
     begin_pin_drag,
     chart_place,
@@ -29,16 +40,23 @@ from app.editing.pins import (
     remove_pins,
     with_dragged_patch,
 )
-from app.editing.reflatten import StaleEdit, apply_result, chart_fingerprint, reflatten, set_lengths, set_method
-from app.editing.seams import draw_seam, erase_seams, paint_interest, propose_seam
-from app.flattening.bijectivity import crossings, flipped
-from app.flattening.chart import Chart
-from app.flattening.flatten import flatten
-from app.flattening.methods import METHODS
-from app.flattening.pinned_patch import PinnedPatch
-from app.geometry.mesh import Mesh, SurfacePoint
-from app.maps.build import build_map
-from app.maps.evaluation.quality import overlaps
+from tactile_maps.editing.reflatten import (
+    StaleEdit,
+    apply_result,
+    chart_fingerprint,
+    reflatten,
+    set_lengths,
+    set_method,
+)
+from tactile_maps.editing.seams import draw_seam, erase_seams, paint_interest, propose_seam
+from tactile_maps.flattening.bijectivity import crossings, flipped
+from tactile_maps.flattening.chart import Chart
+from tactile_maps.flattening.flatten import flatten
+from tactile_maps.flattening.methods import METHODS
+from tactile_maps.flattening.pinned_patch import PinnedPatch
+from tactile_maps.geometry.surface.mesh import Mesh, SurfacePoint
+from tactile_maps.maps.build import build_map
+from tactile_maps.maps.evaluation.quality import overlaps
 from tests.support.examples import examples
 from tests.support.surfaces import cap, frustum, sheet, skin_of
 

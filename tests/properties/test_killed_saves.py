@@ -14,23 +14,23 @@ from pathlib import Path
 
 import pytest
 
-from app.core.errors import Finding, RecordingError
-from app.core.files import claim_folder, claim_folders_with
-from app.editing.arrange import move
-from app.editing.document import MapDocument
-from app.editing.document_file import save_document
-from app.recording.encoding.frame_codec import encode_frame
-from app.recording.player import RecordingPlayer
-from app.recording.recorder import Recorder
-from app.recording.recover import recover
-from app.scene.scene_file import load_scene
-from app.session.frame import Frame
-from app.session.prepare import PreparedScene
-from app.session.session import Session
-from app.skin.skin_file import save_skin
-from app.stimuli.stimulus_file import save_stimuli
-from app.studies.reporting.report import StudyResult, write_report
-from app.studies.study import Study
+from tactile_maps.core.errors import Finding, RecordingError
+from tactile_maps.core.files import claim_folder, claim_folders_with
+from tactile_maps.editing.arrange import move
+from tactile_maps.editing.document import MapDocument
+from tactile_maps.editing.document_file import save_document
+from tactile_maps.recording.encoding.frame_codec import encode_frame
+from tactile_maps.recording.player import RecordingPlayer
+from tactile_maps.recording.recorder import Recorder
+from tactile_maps.recording.recover import recover
+from tactile_maps.scene.scene_file import load_scene
+from tactile_maps.session.frame import Frame
+from tactile_maps.session.prepare import PreparedScene
+from tactile_maps.session.session import Session
+from tactile_maps.skin.model.skin_file import save_skin
+from tactile_maps.stimuli.stimulus_file import save_stimuli
+from tactile_maps.studies.study.report import StudyResult, write_report
+from tactile_maps.studies.study.study import Study
 from tests.support.child_process import Child
 from tests.support.kill_at_system_calls import can_trace, killed_at_each_system_call
 from tests.support.touch import prepared_bar

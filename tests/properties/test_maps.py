@@ -10,18 +10,18 @@ from hypothesis import assume, example, given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from app.control.path_following.surface_path import SurfacePath
-from app.core.errors import TactileMapsError
-from app.flattening.bijectivity import crossings, flipped
-from app.flattening.cut import cut_to_disk
-from app.flattening.flatten import flatten
-from app.flattening.symmetric_dirichlet import rotation_svd
-from app.maps.build import build_map
-from app.maps.formats.map_file import map_from_bytes, map_to_bytes
-from app.maps.layout import MapLayout, Placement
-from app.maps.paths import MapPath
-from app.maps.seam_transitions import SeamTransitions
-from app.maps.tactile_map import TactileMap
+from tactile_maps.control.path_following.surface_path import SurfacePath
+from tactile_maps.core.errors import TactileMapsError
+from tactile_maps.flattening.bijectivity import crossings, flipped
+from tactile_maps.flattening.cut import cut_to_disk
+from tactile_maps.flattening.flatten import flatten
+from tactile_maps.flattening.symmetric_dirichlet import rotation_svd
+from tactile_maps.maps.build import build_map
+from tactile_maps.maps.formats.map_file import map_from_bytes, map_to_bytes
+from tactile_maps.maps.model.layout import MapLayout, Placement
+from tactile_maps.maps.model.seam_transitions import SeamTransitions
+from tactile_maps.maps.model.tactile_map import TactileMap
+from tactile_maps.maps.paths import MapPath
 from tests.support.examples import examples
 from tests.support.surfaces import blocks, frustum, sheet, skin_of
 from tests.support.touch import arm

@@ -7,11 +7,17 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from app.core.errors import SkinError
-from app.geometry.connectivity import Connectivity
-from app.skin.formats.taxel_set import TaxelSet
-from app.skin.reconstruction.reconstruct import reconstruct_skin
-from app.skin.taxel_placement.placement import PlacementSpec, SphereZone, allowed_faces, place_taxels, refine_for_spec
+from tactile_maps.core.errors import SkinError
+from tactile_maps.geometry.surface.connectivity import Connectivity
+from tactile_maps.skin.model.taxel_set import TaxelSet
+from tactile_maps.skin.reconstruction.reconstruct import reconstruct_skin
+from tactile_maps.skin.taxel_placement.placement import (
+    PlacementSpec,
+    SphereZone,
+    allowed_faces,
+    place_taxels,
+    refine_for_spec,
+)
 from tests.support.examples import examples
 from tests.support.surfaces import frustum, sheet
 

@@ -17,23 +17,23 @@ from hypothesis import given
 from hypothesis import strategies as st
 from mcap.writer import CompressionType, Writer
 
-from app.contacts.pipeline import ReadingSettings
-from app.control.behaviours import Behaviour
-from app.control.command import ControlSettings
-from app.core.errors import RecordingError, SimulationError
-from app.editing.arrange import move
-from app.editing.document import MapDocument
-from app.recording import mcap_file
-from app.recording.encoding.frame_codec import HEADER
-from app.recording.encoding.frame_schema import PREFIX_BYTES, prefix
-from app.recording.encoding.message_codecs import TOPICS
-from app.recording.player import RecordingPlayer
-from app.recording.recorder import Recorder
-from app.recording.recover import recover
-from app.session.frame import Failure
-from app.session.inputs import BehavioursChanged, ControlChanged, EffectsChanged, MapEdited, ReadingChanged
-from app.session.session import Session
-from app.tactile.poke import PokeMoved, PokePressed, PokeReleased
+from tactile_maps.contacts.pipeline import ReadingSettings
+from tactile_maps.control.behaviours import Behaviour
+from tactile_maps.control.motion.command import ControlSettings
+from tactile_maps.core.errors import RecordingError, SimulationError
+from tactile_maps.editing.arrange import move
+from tactile_maps.editing.document import MapDocument
+from tactile_maps.recording.encoding.frame_codec import HEADER
+from tactile_maps.recording.encoding.frame_schema import PREFIX_BYTES, prefix
+from tactile_maps.recording.encoding.message_codecs import TOPICS
+from tactile_maps.recording.file import mcap_file
+from tactile_maps.recording.player import RecordingPlayer
+from tactile_maps.recording.recorder import Recorder
+from tactile_maps.recording.recover import recover
+from tactile_maps.session.frame import Failure
+from tactile_maps.session.inputs import BehavioursChanged, ControlChanged, EffectsChanged, MapEdited, ReadingChanged
+from tactile_maps.session.session import Session
+from tactile_maps.tactile.poke import PokeMoved, PokePressed, PokeReleased
 from tests.support.examples import examples
 from tests.support.touch import prepared_bar
 

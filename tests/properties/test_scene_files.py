@@ -11,16 +11,16 @@ import numpy as np
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from app.core.errors import SceneError
-from app.scene.scene import Scene
-from app.scene.scene_file import scene_from_toml, scene_to_toml
-from app.stimuli.skin_locations import SkinLocator
-from app.stimuli.stimuli_from_pokes import TOLERANCE, stimuli_from_pokes
-from app.stimuli.stimulus_file import stimuli_from_toml, stimuli_to_toml
-from app.stimuli.stimulus_kinds import Babble, FingerPath, Grasp, Poke, Roll, Stroke, Tap
-from app.stimuli.stimulus_player import StimulusPlayer
-from app.tactile.babbling import KINDS as WAYS
-from app.tactile.poke import PokeMoved, PokePressed, PokeReleased
+from tactile_maps.core.errors import SceneError
+from tactile_maps.scene.scene import Scene
+from tactile_maps.scene.scene_file import scene_from_toml, scene_to_toml
+from tactile_maps.stimuli.skin_locations import SkinLocator
+from tactile_maps.stimuli.stimuli_from_pokes import TOLERANCE, stimuli_from_pokes
+from tactile_maps.stimuli.stimulus_file import stimuli_from_toml, stimuli_to_toml
+from tactile_maps.stimuli.stimulus_kinds import Babble, FingerPath, Grasp, Poke, Roll, Stroke, Tap
+from tactile_maps.stimuli.stimulus_player import StimulusPlayer
+from tactile_maps.tactile.babbling import KINDS as WAYS
+from tactile_maps.tactile.poke import PokeMoved, PokePressed, PokeReleased
 from tests.support.examples import examples
 from tests.support.touch import arm
 

@@ -9,8 +9,8 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.tactile.sensor_chain import SensorChain
-from app.tactile.sensor_effects import (
+from tactile_maps.tactile.sensors.sensor_chain import SensorChain
+from tactile_maps.tactile.sensors.sensor_effects import (
     Crosstalk,
     DeadTaxels,
     GainSpread,

@@ -10,15 +10,21 @@ from hypothesis import HealthCheck, assume, example, given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from app.core.errors import TactileMapsError
-from app.maps.build import build_map
-from app.maps.formats.obj import read_map_obj, read_obj, write_map_obj
-from app.maps.layout import MapLayout, Placement
-from app.maps.tactile_map import TactileMap
-from app.skin.formats.icub_layout import IcubLayout, LayoutModule, apply_layout, read_icub_layout, write_icub_layout
-from app.skin.formats.icub_module_orientation import propose_orientations, reoriented
-from app.skin.formats.taxel_files import read_taxel_sets, read_taxels, write_taxels
-from app.skin.formats.taxel_set import TaxelSet
+from tactile_maps.core.errors import TactileMapsError
+from tactile_maps.maps.build import build_map
+from tactile_maps.maps.formats.obj import read_map_obj, read_obj, write_map_obj
+from tactile_maps.maps.model.layout import MapLayout, Placement
+from tactile_maps.maps.model.tactile_map import TactileMap
+from tactile_maps.skin.formats.icub_layout import (
+    IcubLayout,
+    LayoutModule,
+    apply_layout,
+    read_icub_layout,
+    write_icub_layout,
+)
+from tactile_maps.skin.formats.icub_module_orientation import propose_orientations, reoriented
+from tactile_maps.skin.formats.taxel_files import read_taxel_sets, read_taxels, write_taxels
+from tactile_maps.skin.model.taxel_set import TaxelSet
 from tests.support.examples import examples
 from tests.support.surfaces import frustum, sheet, skin_of
 from tests.unit.skin.formats.example_taxels import dome, strip

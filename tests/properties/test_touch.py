@@ -12,23 +12,24 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from app.control.command import ControlSettings
-from app.geometry.mesh import Mesh
-from app.geometry.pose import Pose
-from app.scene.effects import Effects
-from app.scene.object_meshes import make_objects
-from app.scene.objects import ObjectSpec
-from app.session.frame import Frame
-from app.session.inputs import ControlChanged, EffectsChanged
-from app.session.prepare import PreparedScene
-from app.session.session import Session
-from app.skin.skin import Patch, Quadrature, Skin, Taxels
-from app.tactile.contact_notes import ContactNoteKind
-from app.tactile.loads import Box, Cylinder, Load, MeshShape, Plane, Sphere
-from app.tactile.models.point import PointModel
-from app.tactile.models.water_fill import WaterFillModel
-from app.tactile.poke import Finger, PokeMoved, PokePressed, PokeReleased
-from app.tactile.sensor_effects import (
+from tactile_maps.control.motion.command import ControlSettings
+from tactile_maps.geometry.surface.mesh import Mesh
+from tactile_maps.geometry.surface.pose import Pose
+from tactile_maps.scene.effects import Effects
+from tactile_maps.scene.object_meshes import make_objects
+from tactile_maps.scene.objects import ObjectSpec
+from tactile_maps.session.frame import Frame
+from tactile_maps.session.inputs import ControlChanged, EffectsChanged
+from tactile_maps.session.prepare import PreparedScene
+from tactile_maps.session.session import Session
+from tactile_maps.skin.model.skin import Patch, Quadrature, Skin, Taxels
+from tactile_maps.tactile.mechanics.contact_notes import ContactNoteKind
+from tactile_maps.tactile.mechanics.loads import Box, Cylinder, Load, MeshShape, Plane, Sphere
+from tactile_maps.tactile.mechanics.winkler import winkler_level
+from tactile_maps.tactile.models.point import PointModel
+from tactile_maps.tactile.models.water_fill import WaterFillModel
+from tactile_maps.tactile.poke import Finger, PokeMoved, PokePressed, PokeReleased
+from tactile_maps.tactile.sensors.sensor_effects import (
     Crosstalk,
     DeadTaxels,
     GainSpread,
@@ -38,7 +39,6 @@ from app.tactile.sensor_effects import (
     Sampling,
     SensorEffects,
 )
-from app.tactile.winkler import winkler_level
 from tests.support.examples import examples
 from tests.support.touch import arm, prepared_bar
 

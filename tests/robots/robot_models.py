@@ -14,9 +14,9 @@ from importlib import metadata
 from importlib.util import find_spec
 from pathlib import Path
 
-from app.robots.library import icub_folder
-from app.scene.scene_file import scene_for
-from app.session.prepare import PreparedScene, prepare
+from tactile_maps.robots.library import icub_folder
+from tactile_maps.scene.scene_file import scene_for
+from tactile_maps.session.prepare import PreparedScene, prepare
 from tests.support.generated_robots import ROBOTS, arm, chain, model
 
 FOLDER = Path(os.environ.get("TACTILE_MAPS_ROBOTS", "nowhere"))

@@ -16,25 +16,25 @@ import mujoco
 import numpy as np
 from scipy.optimize import least_squares
 
-from app.control.command import ControlSettings
-from app.control.controllers import CONTROL_SCHEMES
-from app.control.joint_impedance import MAX_JOINT_SPEED
-from app.control.limits import Limit, LimitKind
-from app.core.arrays import FloatArray
-from app.core.errors import SkinError
-from app.geometry.closest_point import ClosestPoint
-from app.geometry.mesh import SurfacePoint
-from app.maps.paths import path_about
-from app.robots.kinematics import Configuration
-from app.robots.mujoco_spec import compile_spec, robot_spec
-from app.robots.robot import Robot
-from app.scene.object_meshes import make_objects
-from app.session.prepare import PreparedScene
-from app.session.session import Session
-from app.simulation.model.model_names import body_name
-from app.studies.testbeds.beside_ball import beside_ball, place_to_press, points_above
-from app.tactile.elastic_layer import ElasticLayer
-from app.tactile.sensor_effects import Sampling
+from tactile_maps.control.controllers import CONTROL_SCHEMES
+from tactile_maps.control.motion.command import ControlSettings
+from tactile_maps.control.motion.joint_impedance import MAX_JOINT_SPEED
+from tactile_maps.control.motion.limits import Limit, LimitKind
+from tactile_maps.core.arrays import FloatArray
+from tactile_maps.core.errors import SkinError
+from tactile_maps.geometry.surface.closest_point import ClosestPoint
+from tactile_maps.geometry.surface.mesh import SurfacePoint
+from tactile_maps.maps.paths import path_about
+from tactile_maps.robots.kinematics import Configuration
+from tactile_maps.robots.model.mujoco_spec import compile_spec, robot_spec
+from tactile_maps.robots.model.robot import Robot
+from tactile_maps.scene.object_meshes import make_objects
+from tactile_maps.session.prepare import PreparedScene
+from tactile_maps.session.session import Session
+from tactile_maps.simulation.model.model_names import body_name
+from tactile_maps.studies.testbeds.beside_ball import beside_ball, place_to_press, points_above
+from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
+from tactile_maps.tactile.sensors.sensor_effects import Sampling
 
 Posture: TypeAlias = Literal["home", "bent", "near limits", "near singular"]
 Task: TypeAlias = Literal["press", "path", "pushed"]

@@ -12,13 +12,13 @@ import mujoco
 import numpy as np
 import pytest
 
-from app.control.command import ControlSettings
-from app.scene.object_meshes import make_objects
-from app.session.session import Session
-from app.simulation.model.contact_stiffness import SOLVER_IMPEDANCE
-from app.simulation.model.model_names import body_name
-from app.studies.rows import distinct
-from app.tactile.elastic_layer import ElasticLayer
+from tactile_maps.control.motion.command import ControlSettings
+from tactile_maps.scene.object_meshes import make_objects
+from tactile_maps.session.session import Session
+from tactile_maps.simulation.model.contact_stiffness import SOLVER_IMPEDANCE
+from tactile_maps.simulation.model.model_names import body_name
+from tactile_maps.studies.base.rows import distinct
+from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
 from tests import robots_page
 from tests.robots.robot_models import BY_NAME
 from tests.robots.robot_trials import Place, Posture, Trial, at_posture, posture_of, run
@@ -100,7 +100,7 @@ def test_goals_over_all_robots(goal):
 
 
 def predicted_peak(mobility: float, estimated: float, stiffness: float, speed: float, step: float) -> float:
-    """Return the greatest force of an impact [N], by the contact of ``app.simulation.model.contact_stiffness``.
+    """Return the greatest force of an impact [N], by ``tactile_maps.simulation.model.contact_stiffness``.
 
     Two bodies that nothing else accelerates: depth'' = -A f with f = (K depth + B depth') / (w + A), by steps.
 

@@ -110,7 +110,7 @@ def _run(function: Callable[..., Any], cases: Sequence[tuple[Any, ...]], cpu: fl
 def _work(function: Callable[..., Any], cases: Sequence[tuple[Any, ...]], cpu: float, memory: int, writing: int) -> Any:
     import resource  # not everywhere, and this module is
 
-    from app.core.errors import TactileMapsError
+    from tactile_maps.core.errors import TactileMapsError
 
     resource.setrlimit(resource.RLIMIT_DATA, (memory, memory))
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))

@@ -15,22 +15,22 @@ from types import MappingProxyType
 
 import numpy as np
 
-from app.contacts.pipeline import ContactPipeline, ReadingSettings
-from app.contacts.regions import ContactRegion
-from app.core.arrays import BoolArray, FloatArray
-from app.geometry.mesh import SurfacePoint
-from app.maps.build import build_map
-from app.maps.tactile_map import TactileMap
-from app.robots.library import load_robot
-from app.robots.robot import Robot
-from app.skin.cover import CoverSpec, cover_robot
-from app.skin.skin import Skin
-from app.tactile.elastic_layer import ElasticLayer
-from app.tactile.loads import Load, sphere_load
-from app.tactile.models.contact_model import CONTACT_MODELS, ContactModel
-from app.tactile.receptive_field import cell_field, disc_field, quadrature_points
-from app.tactile.sensor_chain import SensorChain
-from app.tactile.sensor_effects import (
+from tactile_maps.contacts.detection.regions import ContactRegion
+from tactile_maps.contacts.pipeline import ContactPipeline, ReadingSettings
+from tactile_maps.core.arrays import BoolArray, FloatArray
+from tactile_maps.geometry.surface.mesh import SurfacePoint
+from tactile_maps.maps.build import build_map
+from tactile_maps.maps.model.tactile_map import TactileMap
+from tactile_maps.robots.library import load_robot
+from tactile_maps.robots.model.robot import Robot
+from tactile_maps.skin.fitting.cover import CoverSpec, cover_robot
+from tactile_maps.skin.model.skin import Skin
+from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
+from tactile_maps.tactile.mechanics.loads import Load, sphere_load
+from tactile_maps.tactile.mechanics.receptive_field import cell_field, disc_field, quadrature_points
+from tactile_maps.tactile.models.contact_model import CONTACT_MODELS, ContactModel
+from tactile_maps.tactile.sensors.sensor_chain import SensorChain
+from tactile_maps.tactile.sensors.sensor_effects import (
     ALIVE,
     AreaAveraging,
     Crosstalk,

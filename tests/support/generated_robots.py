@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from app.robots.library import load_robot
-from app.robots.robot import Robot
+from tactile_maps.robots.library import load_robot
+from tactile_maps.robots.model.robot import Robot
 
 
 def chain(axes: str, length: float, *, name: str = "", ranges: str = "-2 2", inner: str = "") -> str:

@@ -7,10 +7,10 @@ from functools import cache
 import numpy as np
 import trimesh
 
-from app.geometry.mesh import Mesh
-from app.robots.robot import Joint, Link, Robot
-from app.skin.skin import Patch, Skin
-from app.skin.taxel_placement.sampling import place_evenly
+from tactile_maps.geometry.surface.mesh import Mesh
+from tactile_maps.robots.model.robot import Joint, Link, Robot
+from tactile_maps.skin.model.skin import Patch, Skin
+from tactile_maps.skin.taxel_placement.sampling import place_evenly
 
 HALF, BASE = 0.06, -0.03
 """Half the width of a block, and the height of its bottom [m]."""

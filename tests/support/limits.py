@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from app.control.limits import ActiveLimits, Limit, LimitKind
+from tactile_maps.control.motion.limits import ActiveLimits, Limit, LimitKind
 
 
 def kinds(limits: ActiveLimits | Iterable[Limit]) -> list[LimitKind]:

@@ -10,17 +10,17 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from app.control.command import ControlSettings
-from app.control.limits import Limit, LimitKind
-from app.maps.tactile_map import TactileMap
-from app.robots.kinematics import Configuration
-from app.robots.mujoco_spec import OWN_NAMES
-from app.scene.object_meshes import make_objects
-from app.scene.objects import ObjectSpec
-from app.scene.scene_file import load_scene
-from app.session.prepare import PreparedScene, prepare
-from app.session.session import Session
-from app.tactile.elastic_layer import ElasticLayer
+from tactile_maps.control.motion.command import ControlSettings
+from tactile_maps.control.motion.limits import Limit, LimitKind
+from tactile_maps.maps.model.tactile_map import TactileMap
+from tactile_maps.robots.kinematics import Configuration
+from tactile_maps.robots.model.mujoco_spec import OWN_NAMES
+from tactile_maps.scene.object_meshes import make_objects
+from tactile_maps.scene.objects import ObjectSpec
+from tactile_maps.scene.scene_file import load_scene
+from tactile_maps.session.prepare import PreparedScene, prepare
+from tactile_maps.session.session import Session
+from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
 
 TICK = 0.005
 Act = Callable[[Session], None]

@@ -7,17 +7,17 @@ from functools import cache
 
 from mcap.opcode import Opcode
 
-from app.contacts.pipeline import ReadingSettings
-from app.control.command import ControlSettings
-from app.editing.arrange import move
-from app.editing.document import MapDocument
-from app.recording.recorder import Recorder
-from app.scene.scene_file import load_scene
-from app.session.inputs import ControlChanged, EffectsChanged, MapEdited, ReadingChanged
-from app.session.prepare import PreparedScene, prepare
-from app.session.session import Session
-from app.tactile.poke import PokeMoved, PokePressed, PokeReleased
-from app.tactile.sensor_effects import Hysteresis, Noise, SensorEffects
+from tactile_maps.contacts.pipeline import ReadingSettings
+from tactile_maps.control.motion.command import ControlSettings
+from tactile_maps.editing.arrange import move
+from tactile_maps.editing.document import MapDocument
+from tactile_maps.recording.recorder import Recorder
+from tactile_maps.scene.scene_file import load_scene
+from tactile_maps.session.inputs import ControlChanged, EffectsChanged, MapEdited, ReadingChanged
+from tactile_maps.session.prepare import PreparedScene, prepare
+from tactile_maps.session.session import Session
+from tactile_maps.tactile.poke import PokeMoved, PokePressed, PokeReleased
+from tactile_maps.tactile.sensors.sensor_effects import Hysteresis, Noise, SensorEffects
 
 NOISY = SensorEffects(noise=Noise(), hysteresis=Hysteresis())
 

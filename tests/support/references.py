@@ -6,12 +6,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from app.flattening.chart import Chart
-from app.flattening.cut import cut_to_disk
-from app.geometry.mesh import Mesh
-from app.maps.interpolation import TaxelTriangles
-from app.maps.layout import MapLayout, Placement
-from app.maps.tactile_map import TactileMap
+from tactile_maps.flattening.chart import Chart
+from tactile_maps.flattening.cut import cut_to_disk
+from tactile_maps.geometry.surface.mesh import Mesh
+from tactile_maps.maps.model.interpolation import TaxelTriangles
+from tactile_maps.maps.model.layout import MapLayout, Placement
+from tactile_maps.maps.model.tactile_map import TactileMap
 from tests.support.surfaces import skin_of
 
 

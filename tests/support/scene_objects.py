@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from app.geometry.mesh import Mesh
-from app.scene.object_meshes import primitive_mesh
-from app.scene.objects import ObjectKind, ObjectSpec, SceneObject
+from tactile_maps.geometry.surface.mesh import Mesh
+from tactile_maps.scene.object_meshes import primitive_mesh
+from tactile_maps.scene.objects import ObjectKind, ObjectSpec, SceneObject
 
 SIZES: dict[ObjectKind, tuple[float, ...]] = {
     "probe": (0.01,),

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.core.errors import SimulationError
-from app.skin.skin import Patch, Quadrature, Skin, Taxels
-from app.tactile.sensor_effects import (
+from tactile_maps.core.errors import SimulationError
+from tactile_maps.skin.model.skin import Patch, Quadrature, Skin, Taxels
+from tactile_maps.tactile.sensors.sensor_effects import (
     SENSOR_KEYS,
     AreaAveraging,
     Crosstalk,

@@ -10,10 +10,10 @@ from functools import cache
 import numpy as np
 import trimesh
 
-from app.geometry.connectivity import remove_unreferenced
-from app.geometry.mesh import Mesh
-from app.skin.skin import Patch, Skin
-from app.skin.taxel_placement.sampling import place_evenly
+from tactile_maps.geometry.surface.connectivity import remove_unreferenced
+from tactile_maps.geometry.surface.mesh import Mesh
+from tactile_maps.skin.model.skin import Patch, Skin
+from tactile_maps.skin.taxel_placement.sampling import place_evenly
 
 
 def sheet(columns=12, rows=8, *, width=0.12, height=0.08, shape=lambda x, y: 0 * x) -> Mesh:

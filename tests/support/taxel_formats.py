@@ -6,13 +6,13 @@ from pathlib import Path
 
 import numpy as np
 
-from app.maps.build import build_map
-from app.maps.formats.map_file import save_map
-from app.robots.load import load_robot_file
-from app.skin.fit import fit_taxels_to_link
-from app.skin.formats.taxel_files import write_taxels
-from app.skin.formats.taxel_set import TaxelSet
-from app.skin.skin_file import save_skin
+from tactile_maps.maps.build import build_map
+from tactile_maps.maps.formats.map_file import save_map
+from tactile_maps.robots.load import load_robot_file
+from tactile_maps.skin.fitting.fit import fit_taxels_to_link
+from tactile_maps.skin.formats.taxel_files import write_taxels
+from tactile_maps.skin.model.skin_file import save_skin
+from tactile_maps.skin.model.taxel_set import TaxelSet
 
 LINK, RADIUS = "rod", 0.03
 FORMATS = (

@@ -9,15 +9,15 @@ from functools import cache
 
 import numpy as np
 
-from app.control.command import JointCommand
-from app.geometry.mesh import Mesh
-from app.maps.build import build_map
-from app.maps.tactile_map import TactileMap
-from app.robots.robot import Joint, Link, Robot
-from app.scene.scene import Scene
-from app.session.prepare import PreparedScene
-from app.skin.skin import Patch, Quadrature, Skin, Taxels
-from app.skin.taxel_placement.sampling import place_evenly
+from tactile_maps.control.motion.command import JointCommand
+from tactile_maps.geometry.surface.mesh import Mesh
+from tactile_maps.maps.build import build_map
+from tactile_maps.maps.model.tactile_map import TactileMap
+from tactile_maps.robots.model.robot import Joint, Link, Robot
+from tactile_maps.scene.scene import Scene
+from tactile_maps.session.prepare import PreparedScene
+from tactile_maps.skin.model.skin import Patch, Quadrature, Skin, Taxels
+from tactile_maps.skin.taxel_placement.sampling import place_evenly
 from tests.support.recordings import small_arm
 
 BAR_INERTIA = 0.0135 + 0.2**2

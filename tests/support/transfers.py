@@ -11,15 +11,15 @@ from functools import cache
 import mujoco
 import numpy as np
 
-from app.control.command import ControlSettings, RegraspState
-from app.control.limits import Limit, LimitKind
-from app.scene.effects import Effects
-from app.scene.object_meshes import make_objects
-from app.scene.objects import ObjectSpec
-from app.scene.scene_file import load_scene
-from app.session.prepare import PreparedScene, prepare
-from app.simulation.model.model_assembly import assemble
-from app.simulation.model.model_names import body_name
+from tactile_maps.control.motion.command import ControlSettings, RegraspState
+from tactile_maps.control.motion.limits import Limit, LimitKind
+from tactile_maps.scene.effects import Effects
+from tactile_maps.scene.object_meshes import make_objects
+from tactile_maps.scene.objects import ObjectSpec
+from tactile_maps.scene.scene_file import load_scene
+from tactile_maps.session.prepare import PreparedScene, prepare
+from tactile_maps.simulation.model.model_assembly import assemble
+from tactile_maps.simulation.model.model_names import body_name
 from tests.support.pressed_arm import beside_ball, place_of
 
 RADIUS, DEPTH = 0.03, 0.001

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from app.contacts.pipeline import read_contacts
-from app.control.command import ControlSettings
-from app.core.errors import MapError
-from app.plot import draw_contacts, draw_forces, draw_map
-from app.session.session import Session
-from app.tactile.press import press_skin
+from tactile_maps.contacts.pipeline import read_contacts
+from tactile_maps.control.motion.command import ControlSettings
+from tactile_maps.core.errors import MapError
+from tactile_maps.plot import draw_contacts, draw_forces, draw_map
+from tactile_maps.session.session import Session
+from tactile_maps.tactile.press import press_skin
 from tests.support.touch import prepared_bar
 
 BAR = prepared_bar()

@@ -14,18 +14,18 @@ from PySide6.QtCore import QCoreApplication, QEvent, QThread, QTimer
 from PySide6.QtWidgets import QApplication
 from vtkmodules.vtkRenderingCore import vtkRenderWindow
 
-from app.editing.document import MapDocument
-from app.maps.image_atlas import AtlasTile, ImageAtlas
-from app.maps.tactile_image import vertex_weights
-from app.scene.scene_file import load_scene
-from app.session.prepare import PreparedScene, prepare
+from tactile_maps.editing.document import MapDocument
+from tactile_maps.maps.image_atlas import AtlasTile, ImageAtlas
+from tactile_maps.maps.model.tactile_image import vertex_weights
+from tactile_maps.scene.scene_file import load_scene
+from tactile_maps.session.prepare import PreparedScene, prepare
+from tactile_widgets.document.map_editor import MapEditor
+from tactile_widgets.session.backends import INLINE
+from tactile_widgets.views.map import map_display
+from tactile_widgets.views.robot.scene import skin_actors
+from tactile_widgets.workers.scene_worker import InlineSceneWorker
 from tests.widgets.support.samples import coarse
 from tests.widgets.support.window_driver import begin_again, close_window, open_window, window_facts
-from widgets.document.map_editor import MapEditor
-from widgets.map_view import map_display
-from widgets.robot_view.scene import skin_actors
-from widgets.session.backends import INLINE
-from widgets.workers.scene_worker import InlineSceneWorker
 
 TAXELS = 150
 
@@ -78,12 +78,16 @@ def own_files(tmp_path, monkeypatch):
 
 
 def _write_into(folder: Path, patching: pytest.MonkeyPatch) -> None:
-    patching.setattr("widgets.presenters.session.session_presenter.recordings_folder", lambda: folder / "recordings")
+    patching.setattr(
+        "tactile_widgets.presenters.session.session_presenter.recordings_folder", lambda: folder / "recordings"
+    )
     for presenter in ("recordings_presenter", "study_presenter"):
-        patching.setattr(f"widgets.presenters.files.{presenter}.recordings_folder", lambda: folder / "recordings")
+        patching.setattr(
+            f"tactile_widgets.presenters.files.{presenter}.recordings_folder", lambda: folder / "recordings"
+        )
     patching.setenv("XDG_DATA_HOME", str(folder / "data"))  # where the trash is
     patching.setattr(
-        "widgets.presenters.files.map_file_presenter.user_state_path", lambda *_args, **_kwargs: folder / "state"
+        "tactile_widgets.presenters.maps.map_file_presenter.user_state_path", lambda *_args, **_kwargs: folder / "state"
     )
 
 

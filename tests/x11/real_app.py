@@ -19,12 +19,12 @@ import json, sys
 from dataclasses import replace
 from pathlib import Path
 from PySide6.QtCore import QPoint, QPointF, QTimer
-from app.scene.scene_file import load_scene
-from widgets.window import application
-from widgets.common.colours import THEMES
-from widgets.theme.application_theme import apply_theme
-from widgets.window.main_window import MainWindow
-from widgets.common.settings import Settings
+from tactile_maps.scene.scene_file import load_scene
+from tactile_widgets.window import application
+from tactile_widgets.common.colours import THEMES
+from tactile_widgets.theme.application_theme import apply_theme
+from tactile_widgets.window.main_window import MainWindow
+from tactile_widgets.common.settings import Settings
 
 FOLDER = Path(sys.argv[1])
 
@@ -67,7 +67,7 @@ class RealApp:
         (folder / "window.py").write_text(START + guarded)
         self._log = (folder / "log.txt").open("w")
         self._environment = {k: v for k, v in os.environ.items() if k not in ("QT_QPA_PLATFORM", "WAYLAND_DISPLAY")}
-        self._environment |= {"DISPLAY": screen, "PYTHONPATH": str(ROOT), "XDG_STATE_HOME": str(folder / "state")}
+        self._environment |= {"DISPLAY": screen, "XDG_STATE_HOME": str(folder / "state")}
         self.process = subprocess.Popen(
             [sys.executable, folder / "window.py", folder], env=self._environment, stdout=self._log, stderr=self._log
         )

@@ -6,11 +6,11 @@ import itertools
 
 import numpy as np
 
-from app.editing.document_file import load_document
+from tactile_maps.editing.document_file import load_document
 
 # The window tells where taxels are on the screen, and the name of each step with the document saved beside it.
 SCRIPT = """
-from app.editing.document_file import save_document
+from tactile_maps.editing.document_file import save_document
 
 window = open_window()
 

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
-from app.core.errors import RecordingError
-from app.recording.player import RecordingPlayer
-from app.tactile.poke import PokePressed, PokeReleased
+from tactile_maps.core.errors import RecordingError
+from tactile_maps.recording.player import RecordingPlayer
+from tactile_maps.tactile.poke import PokePressed, PokeReleased
 
 # The window writes the pixels of a visible taxel in both views to a file, so that the mouse knows where to go.
 SCRIPT = """

@@ -12,8 +12,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.studies.loop_laws.closed_loop import Loop
-from app.studies.loop_laws.predictions import (
+from tactile_maps.studies.loop_laws.closed_loop import Loop
+from tactile_maps.studies.loop_laws.predictions import (
     COMPARISONS,
     FAST_SERVO,
     IDEAL_JOINTS,
@@ -21,15 +21,15 @@ from app.studies.loop_laws.predictions import (
     OUR_SERVO,
     PERIOD,
 )
-from app.studies.loop_laws.sampled_loop import LinearLoop, sampled_loop_limit
-from app.studies.loop_laws.step_trials import (
+from tactile_maps.studies.loop_laws.sampled_loop import LinearLoop, sampled_loop_limit
+from tactile_maps.studies.loop_laws.step_trials import (
     LoopTest,
     force_ripple,
     proportional_settings,
     settling_samples,
     tracking_lag,
 )
-from app.studies.testbeds.force_loop import Filter, critical_gain, stability_limit
+from tactile_maps.studies.testbeds.force_loop import Filter, critical_gain, stability_limit
 
 DELAYS = range(5)
 

@@ -6,17 +6,17 @@ from dataclasses import replace
 
 import pytest
 
-from app.control.command import ControlSettings
-from app.control.force_loop.gain_limits import GAIN_SHARE
-from app.control.limits import LimitKind
-from app.session.inputs import ControlChanged
-from app.session.session import skin_readings
-from app.studies.loop_laws.predictions import gain_of_whole_arm
-from app.studies.loop_laws.step_trials import measured_gain_limit
-from app.studies.testbeds.beside_ball import beside_ball, forearm_skin_scene
-from app.studies.testbeds.force_loop import force_loop_at_goal, predicted_gain_limit
-from app.studies.testbeds.path_following import PathSetup
-from app.tactile.sensor_effects import Sampling, SensorEffects
+from tactile_maps.control.gain_limits import GAIN_SHARE
+from tactile_maps.control.motion.command import ControlSettings
+from tactile_maps.control.motion.limits import LimitKind
+from tactile_maps.session.inputs import ControlChanged
+from tactile_maps.session.session import skin_readings
+from tactile_maps.studies.loop_laws.predictions import gain_of_whole_arm
+from tactile_maps.studies.loop_laws.step_trials import measured_gain_limit
+from tactile_maps.studies.testbeds.beside_ball import beside_ball, forearm_skin_scene
+from tactile_maps.studies.testbeds.force_loop import force_loop_at_goal, predicted_gain_limit
+from tactile_maps.studies.testbeds.path_following import PathSetup
+from tactile_maps.tactile.sensors.sensor_effects import Sampling, SensorEffects
 from tests.support.pressed_arm import forearm
 
 

@@ -2,14 +2,14 @@
 
 import numpy as np
 
-from app.control.command import JointCommand
-from app.control.controller_registry import ControllerEntry
-from app.control.controllers import ImpedanceController
-from app.flattening.methods import Method
-from app.skin.formats.taxel_files import TaxelFormat
-from app.tactile.models.contact_model import ContactModelEntry
-from app.tactile.sensor_chain import SensorStageEntry
-from app.tactile.sensor_effects import SensorStage
+from tactile_maps.control.controller_registry import ControllerEntry
+from tactile_maps.control.controllers import ImpedanceController
+from tactile_maps.control.motion.command import JointCommand
+from tactile_maps.flattening.methods import Method
+from tactile_maps.skin.formats.taxel_files import TaxelFormat
+from tactile_maps.tactile.models.contact_model import ContactModelEntry
+from tactile_maps.tactile.sensors.sensor_chain import SensorStageEntry
+from tactile_maps.tactile.sensors.sensor_effects import SensorStage
 
 
 def _fail(disk, lengths):

@@ -7,34 +7,34 @@ from pathlib import Path
 
 import numpy as np
 
-from app.contacts.centre_of_pressure import taxel_positions
-from app.contacts.force_estimation.estimate import AreaSum, ContactReading, ForceEstimate
-from app.contacts.force_estimation.estimation import EstimatorEntry
-from app.contacts.force_estimation.wrench_consistency import WrenchMismatch
-from app.contacts.regions import ContactRegion
-from app.control.command import ControlSettings, JointCommand
-from app.control.controller_registry import ControllerEntry, build_by_scheme
-from app.control.joint_impedance import joint_impedance
-from app.control.map_kinematics import MapKinematics
-from app.control.task_control.schemes import HybridScheme
-from app.core.errors import SkinError
-from app.core.progress import Progress
-from app.export.export import ExportFormat, ExportOptions
-from app.flattening.initial_map import Disk
-from app.flattening.methods import Method
-from app.live.readings import Reading, Unit
-from app.live.sources.open import SourceKind, SourceOptions
-from app.recording.player import RecordingPlayer
-from app.robots.kinematics import Configuration
-from app.robots.robot import Robot
-from app.skin.formats.taxel_files import TaxelFormat
-from app.skin.formats.taxel_set import TaxelSet
-from app.skin.skin import Skin
-from app.tactile.elastic_layer import ElasticLayer
-from app.tactile.loads import Load
-from app.tactile.models.contact_model import ContactModelEntry
-from app.tactile.sensor_chain import SensorStageEntry, StageOption
-from app.tactile.sensor_effects import Readout, SensorEffects
+from tactile_maps.contacts.detection.centre_of_pressure import taxel_positions
+from tactile_maps.contacts.detection.regions import ContactRegion
+from tactile_maps.contacts.force_estimation.estimate import AreaSum, ContactReading, ForceEstimate
+from tactile_maps.contacts.force_estimation.estimation import EstimatorEntry
+from tactile_maps.contacts.force_estimation.wrench_consistency import WrenchMismatch
+from tactile_maps.control.controller_registry import ControllerEntry, build_by_scheme
+from tactile_maps.control.motion.command import ControlSettings, JointCommand
+from tactile_maps.control.motion.joint_impedance import joint_impedance
+from tactile_maps.control.motion.map_kinematics import MapKinematics
+from tactile_maps.control.task_control.schemes import HybridScheme
+from tactile_maps.core.errors import SkinError
+from tactile_maps.core.progress import Progress
+from tactile_maps.export.export import ExportFormat, ExportOptions
+from tactile_maps.flattening.initial_map import Disk
+from tactile_maps.flattening.methods import Method
+from tactile_maps.live.readings.readings import Reading, Unit
+from tactile_maps.live.sources.open import SourceKind, SourceOptions
+from tactile_maps.recording.player import RecordingPlayer
+from tactile_maps.robots.kinematics import Configuration
+from tactile_maps.robots.model.robot import Robot
+from tactile_maps.skin.formats.taxel_files import TaxelFormat
+from tactile_maps.skin.model.skin import Skin
+from tactile_maps.skin.model.taxel_set import TaxelSet
+from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
+from tactile_maps.tactile.mechanics.loads import Load
+from tactile_maps.tactile.models.contact_model import ContactModelEntry
+from tactile_maps.tactile.sensors.sensor_chain import SensorStageEntry, StageOption
+from tactile_maps.tactile.sensors.sensor_effects import Readout, SensorEffects
 
 
 class TwoTaxels:
@@ -181,7 +181,7 @@ class Sine:
 
     def receive(self, timeout: float) -> Reading | None:
         """The next."""
-        from app.live.readings import SourceEndedError
+        from tactile_maps.live.readings.readings import SourceEndedError
 
         if self._tick == 10:
             raise SourceEndedError("the sine is over")

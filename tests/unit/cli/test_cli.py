@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from app.__main__ import main
-from app.cli.parser import build_parser
+from tactile_maps.cli.parser import build_parser
+from tactile_widgets.__main__ import main
 from tests.support.recordings import record, small_arm
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -64,10 +64,10 @@ def test_help_and_version(capsys):
 def test_maps_are_made_and_robots_told_of_without_what_simulates_controls_records_or_knows_rare_formats():
     """Each takes 0.1 s or more to import; in a fresh interpreter, since this one has them."""
     code = (
-        "import sys, app.cli.commands.inspect, app.cli.commands.map\n"
-        "from app.robots.formats.mesh_files import placeholder; placeholder()\n"
-        "named = ('trimesh', 'collada', 'mcap', 'app.control', 'app.contacts')\n"
-        "named += ('app.simulation', 'app.learning')\n"
+        "import sys, tactile_maps.cli.commands.inspect, tactile_maps.cli.commands.map\n"
+        "from tactile_maps.robots.files.mesh_files import placeholder; placeholder()\n"
+        "named = ('trimesh', 'collada', 'mcap', 'tactile_maps.control', 'tactile_maps.contacts')\n"
+        "named += ('tactile_maps.simulation', 'tactile_maps.learning')\n"
         "print([m for m in sys.modules for name in named if m == name or m.startswith(name + '.')])\n"
     )
     done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True)
@@ -243,7 +243,7 @@ def test_recover(capsys, recording, tmp_path):
 
 def test_an_unexpected_problem_leaves_a_log_and_no_traceback(capsys, monkeypatch, tmp_path):
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
-    monkeypatch.setattr("app.cli.commands.recordings.recover.execute", lambda _arguments: 1 // 0)
+    monkeypatch.setattr("tactile_maps.cli.commands.recordings.recover.execute", lambda _arguments: 1 // 0)
     status, out, err = call(capsys, "recover", "a.mcap", "-o", "b.mcap")
     assert status == 1
     assert "ZeroDivisionError" in err
@@ -254,7 +254,9 @@ def test_an_unexpected_problem_leaves_a_log_and_no_traceback(capsys, monkeypatch
 
 def test_the_window_without_a_display_says_what_helps():
     environment = {"PATH": "/usr/bin", "HOME": "/tmp"}
-    done = subprocess.run([sys.executable, "-m", "app"], cwd=ROOT, env=environment, capture_output=True, text=True)
+    done = subprocess.run(
+        [sys.executable, "-m", "tactile_maps"], cwd=ROOT, env=environment, capture_output=True, text=True
+    )
     assert done.returncode == 1
     assert "no display" in done.stderr
     assert "screenshot" in done.stderr
@@ -267,7 +269,7 @@ def test_picture_of_a_scene_that_cannot_run_is_one_message(ball, tmp_path):
     thing = '[[objects]]\nname = "sheet"\nkind = "mesh"\nfile = "sheet.obj"\nat = [1.0, 0.0, 1.0]\nmass = 0.1\n'
     scene.write_text(f'robot = "{ball}"\n{thing}[effects]\ncontact = "environment"\n')
     words = ["screenshot", "--scene", scene, "-o", tmp_path / "x.png"]
-    done = subprocess.run([sys.executable, "-m", "app", *words], cwd=ROOT, capture_output=True, text=True)
+    done = subprocess.run([sys.executable, "-m", "tactile_maps", *words], cwd=ROOT, capture_output=True, text=True)
     assert done.returncode == 1
     assert "coplanar" in done.stderr
     assert "unexpected" not in done.stderr
@@ -278,7 +280,7 @@ def test_a_screenshot_is_the_whole_window(capsys, ball, tmp_path):
     """In a process of its own: it opens a window."""
     target = tmp_path / "window.png"
     words = ["screenshot", "--robot", ball, "--at", "0.1", "--size", "1280x800", "-o", target, "--json"]
-    done = subprocess.run([sys.executable, "-m", "app", *words], cwd=ROOT, capture_output=True, text=True)
+    done = subprocess.run([sys.executable, "-m", "tactile_maps", *words], cwd=ROOT, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     assert json.loads(done.stdout.splitlines()[-1])["width"] == 1280
     assert target.read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"

@@ -7,11 +7,11 @@ import json
 
 import pytest
 
-from app.__main__ import main
-from app.cli.parser import build_parser
-from app.cli.robot_options import home_of
-from app.cli.scenes import scene_from_arguments
-from app.session.prepare import load_robot_of
+from tactile_maps.cli.parser import build_parser
+from tactile_maps.cli.shared.robot_options import home_of
+from tactile_maps.cli.shared.scenes import scene_from_arguments
+from tactile_maps.session.prepare import load_robot_of
+from tactile_widgets.__main__ import main
 
 HOME = "elbow_pitch=1.25,wrist_pitch=-0.5"
 

@@ -17,9 +17,9 @@ from pathlib import Path
 import psutil
 import pytest
 
-from app.cli.commands import study as study_command
-from app.cli.main import run_command
-from app.recording.player import open_recording
+from tactile_maps.cli.commands import study as study_command
+from tactile_maps.cli.main import run_command
+from tactile_maps.recording.player import open_recording
 
 ROOT = Path(__file__).resolve().parents[3]
 SECONDS = 60.0
@@ -28,8 +28,8 @@ CODES = [(signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGHUP, 129), (sig
 
 def interrupted(words: list[str], folder: Path, number: int, *, once) -> tuple[int, str, list[psutil.Process]]:
     """Exit code and errors of a command that gets a signal ``once`` this is so, and which of its children live on."""
-    environment = os.environ | {"PYTHONPATH": str(ROOT), "QT_QPA_PLATFORM": "offscreen"}
-    command = [sys.executable, "-m", "app", *words]
+    environment = os.environ | {"QT_QPA_PLATFORM": "offscreen"}
+    command = [sys.executable, "-m", "tactile_maps", *words]
     process = subprocess.Popen(
         command, cwd=folder, env=environment, stderr=subprocess.PIPE, text=True, start_new_session=True
     )
@@ -75,8 +75,8 @@ def rows_of(folder: Path) -> list[dict]:
 
 @pytest.mark.long
 def test_a_study_that_was_killed_goes_on_and_has_the_same_table(tmp_path):
-    words = [sys.executable, "-m", "app", "study", "image-cost", "--quick", "-o"]
-    environment = os.environ | {"PYTHONPATH": str(ROOT)}
+    words = [sys.executable, "-m", "tactile_maps", "study", "image-cost", "--quick", "-o"]
+    environment = dict(os.environ)
     subprocess.run([*words, tmp_path / "whole"], env=environment, check=True)
     log, kills = tmp_path / "killed" / "image-cost.cases.jsonl", 0
     for lines in (2, 5, 9):
@@ -108,8 +108,8 @@ def test_a_recording_that_is_interrupted_ends_as_it_should(tmp_path, number, cod
 @pytest.mark.parametrize("controlling", [False, pytest.param(True, marks=pytest.mark.long)])
 def test_a_closed_terminal_ends_a_recording_whole(tmp_path, controlling):
     file = tmp_path / "x.mcap"
-    command = [sys.executable, "-m", "app", "run", "poke", "--for", "600", "-o", str(file)]
-    environment = os.environ | {"PYTHONPATH": str(ROOT)}
+    command = [sys.executable, "-m", "tactile_maps", "run", "poke", "--for", "600", "-o", str(file)]
+    environment = dict(os.environ)
     screen, terminal = os.openpty()
     process = subprocess.Popen(
         [*(["setsid", "--ctty", "--wait"] if controlling else []), *command],

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from app.cli.output import plain_text, print_fields
+from tactile_maps.cli.shared.output import plain_text, print_fields
 
 
 @pytest.mark.parametrize(

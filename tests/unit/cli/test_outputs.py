@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from app.cli.main import run_command
-from app.cli.parser import build_parser
+from tactile_maps.cli.main import run_command
+from tactile_maps.cli.parser import build_parser
 from tests.support.special_files import is_special, make_special_file, special_kinds
 
 WORDS = {

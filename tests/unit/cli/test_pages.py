@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from app.cli.pages import write_fact_page
-from app.core.errors import ExportError
-from app.studies.reporting.figures import BarChart
+from tactile_maps.cli.shared.pages import write_fact_page
+from tactile_maps.core.errors import ExportError
+from tactile_maps.studies.base.figures import BarChart
 
 
 def test_facts_tables_and_charts_stand_on_one_page(tmp_path):

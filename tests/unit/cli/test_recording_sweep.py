@@ -7,8 +7,8 @@ import json
 
 import pytest
 
-from app.__main__ import main
-from app.cli import recording_sweep
+from tactile_maps.cli.shared import recording_sweep
+from tactile_widgets.__main__ import main
 
 SCENE = """
 robot = "arm"

@@ -8,10 +8,10 @@ import json
 import pytest
 import trimesh
 
-from app.__main__ import main
-from app.cli.parser import build_parser
-from app.cli.scenes import scene_from_arguments
-from app.core.errors import UsageError
+from tactile_maps.cli.parser import build_parser
+from tactile_maps.cli.shared.scenes import scene_from_arguments
+from tactile_maps.core.errors import UsageError
+from tactile_widgets.__main__ import main
 
 
 @pytest.fixture

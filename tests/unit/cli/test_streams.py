@@ -13,8 +13,8 @@ from pathlib import Path
 
 import pytest
 
-from app.cli.main import run_command
-from app.cli.output import StandardOutputError, prepare_streams, print_line
+from tactile_maps.cli.main import run_command
+from tactile_maps.cli.shared.output import StandardOutputError, prepare_streams, print_line
 from tests.support.recordings import record, small_arm
 from tests.unit.cli.test_outputs import OUTPUTS, WORDS, commands
 
@@ -32,7 +32,7 @@ import resource, signal, sys
 sys.dont_write_bytecode = True  # it would be cut
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
 resource.setrlimit(resource.RLIMIT_FSIZE, (100, 100))
-from app.__main__ import main
+from tactile_widgets.__main__ import main
 sys.exit(main(sys.argv[1:]))
 """
 """A limit on the size of files stands in for a full disk."""
@@ -44,7 +44,7 @@ def run_words(words, redirect="", *, env=(), unbuffered=False) -> tuple[int, str
     environment |= {"QT_QPA_PLATFORM": "offscreen", **({"PYTHONUNBUFFERED": "1"} if unbuffered else {})}
     if words[0] == "cache":  # which tests switch off
         environment["TACTILE_MAPS_CACHE"] = str(ROOT / "no such folder")
-    line = ["sh", "-c", f'"$@" {redirect}', "sh", sys.executable, "-m", "app", *words]
+    line = ["sh", "-c", f'"$@" {redirect}', "sh", sys.executable, "-m", "tactile_maps", *words]
     done = subprocess.run(line, cwd=ROOT, env=environment, capture_output=True, check=False, timeout=300)
     error = done.stderr.decode(errors="replace")
     assert "unexpected" not in error
@@ -101,7 +101,7 @@ def test_characters_that_an_encoding_lacks_are_written_in_plain_letters(monkeypa
 def test_a_file_gets_no_byte_of_a_library_where_standard_output_is_closed(tmp_path):
     """The first file that is opened would otherwise become standard output."""
     code = (
-        "import os, sys\nfrom app.cli.output import prepare_streams\nprepare_streams()\n"
+        "import os, sys\nfrom tactile_maps.cli.shared.output import prepare_streams\nprepare_streams()\n"
         "stream = open(sys.argv[1], 'wb')\nos.write(1, b'printed')\nassert stream.fileno() > 2\n"
     )
     line = ["sh", "-c", '"$@" <&- >&- 2>&-', "sh", sys.executable, "-c", code, str(tmp_path / "x")]

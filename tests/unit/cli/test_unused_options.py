@@ -6,10 +6,10 @@ import argparse
 
 import pytest
 
-from app.__main__ import main
-from app.cli.parser import build_parser
-from app.cli.unused_options import NEEDED, REPLACED
-from app.maps.formats.map_file import save_map
+from tactile_maps.cli.parser import build_parser
+from tactile_maps.cli.shared.unused_options import NEEDED, REPLACED
+from tactile_maps.maps.formats.map_file import save_map
+from tactile_widgets.__main__ import main
 from tests.support.touch import bar_map
 
 

@@ -7,9 +7,9 @@ from argparse import Namespace
 
 import pytest
 
-from app.cli.workers import workers_from_arguments
-from app.core.errors import UsageError
-from app.studies.running.workers import in_this_process
+from tactile_maps.cli.shared.workers import workers_from_arguments
+from tactile_maps.core.errors import UsageError
+from tactile_maps.studies.running.workers import in_this_process
 
 
 def test_jobs_are_processes_and_zero_is_one_a_core():

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from app.contacts.regions import ContactRegion
-from app.geometry.mesh import SurfacePoint
+from tactile_maps.contacts.detection.regions import ContactRegion
+from tactile_maps.geometry.surface.mesh import SurfacePoint
 
 
 def region(id_: int, **said) -> ContactRegion:

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from app.session.prepare import open_scene, prepare
-from app.session.session import Session
-from app.tactile.contact_notes import ContactNoteKind, contact_note_text
+from tactile_maps.session.prepare import open_scene, prepare
+from tactile_maps.session.session import Session
+from tactile_maps.tactile.mechanics.contact_notes import ContactNoteKind, contact_note_text
 
 SCENE = """robot = "none"
 taxel_file = "flat.csv"

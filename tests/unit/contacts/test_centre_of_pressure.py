@@ -7,20 +7,20 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.contacts.centre_of_pressure import (
+from tactile_maps.contacts.detection.centre_of_pressure import (
     BackProjector,
     ContactLocation,
     SensorUncertainty,
     principal_axes,
     taxel_positions,
 )
-from app.core.errors import MapError
-from app.editing.arrange import move
-from app.editing.document import MapDocument
-from app.geometry.mesh import SurfacePoint
-from app.maps.layout import MapLayout
-from app.skin.skin import Skin
-from app.tactile.sensor_effects import GainSpread, Noise, Quantisation, SensorEffects
+from tactile_maps.core.errors import MapError
+from tactile_maps.editing.arrange import move
+from tactile_maps.editing.document import MapDocument
+from tactile_maps.geometry.surface.mesh import SurfacePoint
+from tactile_maps.maps.model.layout import MapLayout
+from tactile_maps.skin.model.skin import Skin
+from tactile_maps.tactile.sensors.sensor_effects import GainSpread, Noise, Quantisation, SensorEffects
 from tests.support.touch import arm
 
 

@@ -7,14 +7,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.contacts.centre_of_pressure import SensorUncertainty
-from app.contacts.detection import TOUCH_THRESHOLD, ContactDetector
-from app.core.arrays import readonly
-from app.core.errors import MapError
-from app.maps.layout import MapLayout
-from app.tactile.loads import sphere_load
-from app.tactile.models.water_fill import WaterFillModel
-from app.tactile.sensor_effects import OffsetDrift, Sampling, SensorEffects
+from tactile_maps.contacts.detection.centre_of_pressure import SensorUncertainty
+from tactile_maps.contacts.detection.detection import TOUCH_THRESHOLD, ContactDetector
+from tactile_maps.core.arrays import readonly
+from tactile_maps.core.errors import MapError
+from tactile_maps.maps.model.layout import MapLayout
+from tactile_maps.tactile.mechanics.loads import sphere_load
+from tactile_maps.tactile.models.water_fill import WaterFillModel
+from tactile_maps.tactile.sensors.sensor_effects import OffsetDrift, Sampling, SensorEffects
 from tests.support.touch import arm, prepared_bar
 
 BAR = prepared_bar()

@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.contacts.centre_of_pressure import SensorUncertainty
-from app.contacts.error_budget import (
+from tactile_maps.contacts.detection.centre_of_pressure import SensorUncertainty
+from tactile_maps.contacts.detection.error_budget import (
     INDEPENDENT,
     Motion,
     Readings,
@@ -19,8 +19,8 @@ from app.contacts.error_budget import (
     propagate_uncertainty,
     reading_variances,
 )
-from app.contacts.taxel_noise import TaxelNoise
-from app.tactile.sensor_effects import (
+from tactile_maps.contacts.detection.taxel_noise import TaxelNoise
+from tactile_maps.tactile.sensors.sensor_effects import (
     AreaAveraging,
     Crosstalk,
     DeadTaxels,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.contacts.events import (
+from tactile_maps.contacts.events import (
     EVENT_KINDS,
     RECENT_EVENTS,
     ContactEvent,
@@ -14,7 +14,7 @@ from app.contacts.events import (
     EventThresholds,
     GraspPairs,
 )
-from app.geometry.mesh import SurfacePoint
+from tactile_maps.geometry.surface.mesh import SurfacePoint
 from tests.unit.contacts.regions_by_hand import region
 
 AT = SurfacePoint(0, 0, (1.0, 0.0, 0.0))

@@ -5,16 +5,16 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.contacts.filled_readings import LIMIT, TaxelFill
-from app.contacts.pipeline import ContactPipeline, ReadingSettings
-from app.core.errors import SceneError
-from app.maps.build import build_map
-from app.scene.effects import Effects
-from app.session.session import Session
-from app.skin.skin import merge_skins
-from app.tactile.contact_notes import ContactNoteKind, contact_note_text
-from app.tactile.press import press_skin
-from app.tactile.sensor_effects import DeadTaxels, SensorEffects
+from tactile_maps.contacts.detection.filled_readings import LIMIT, TaxelFill
+from tactile_maps.contacts.pipeline import ContactPipeline, ReadingSettings
+from tactile_maps.core.errors import SceneError
+from tactile_maps.maps.build import build_map
+from tactile_maps.scene.effects import Effects
+from tactile_maps.session.session import Session
+from tactile_maps.skin.model.skin import merge_skins
+from tactile_maps.tactile.mechanics.contact_notes import ContactNoteKind, contact_note_text
+from tactile_maps.tactile.press import press_skin
+from tactile_maps.tactile.sensors.sensor_effects import DeadTaxels, SensorEffects
 from tests.support.touch import bar, bar_skin, prepared_bar
 
 SKIN = bar_skin(400, finer=3)

@@ -7,13 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.contacts.detection import ContactDetector
-from app.contacts.image_centre import BACK_PROJECTIONS, CentreSettings, taxel_moments
-from app.contacts.pipeline import ContactPipeline, ReadingSettings
-from app.core.errors import SceneError
-from app.maps.interpolation import INTERPOLATIONS
-from app.maps.tactile_image import TactileImage
-from app.tactile.sensor_effects import SensorEffects
+from tactile_maps.contacts.detection.detection import ContactDetector
+from tactile_maps.contacts.detection.image_centre import BACK_PROJECTIONS, CentreSettings, taxel_moments
+from tactile_maps.contacts.pipeline import ContactPipeline, ReadingSettings
+from tactile_maps.core.errors import SceneError
+from tactile_maps.maps.model.interpolation import INTERPOLATIONS
+from tactile_maps.maps.model.tactile_image import TactileImage
+from tactile_maps.tactile.sensors.sensor_effects import SensorEffects
 from tests.support.touch import arm
 
 PREPARED = arm()

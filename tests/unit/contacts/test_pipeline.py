@@ -5,15 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.contacts.centre_of_pressure import SensorUncertainty
-from app.contacts.detection import TOUCH_THRESHOLD
-from app.contacts.force_estimation.estimate import ESTIMATORS
-from app.contacts.pipeline import ContactPipeline, ReadingSettings, read_contacts, reading_from
-from app.contacts.taxel_noise import TaxelNoise
-from app.contacts.tracking import DWELL, GAP, MISSED
-from app.core.errors import MapError, SceneError
-from app.tactile.press import press_skin
-from app.tactile.sensor_effects import AreaAveraging, DeadTaxels, Noise, Sampling, SensorEffects
+from tactile_maps.contacts.detection.centre_of_pressure import SensorUncertainty
+from tactile_maps.contacts.detection.detection import TOUCH_THRESHOLD
+from tactile_maps.contacts.detection.taxel_noise import TaxelNoise
+from tactile_maps.contacts.detection.tracking import DWELL, GAP, MISSED
+from tactile_maps.contacts.force_estimation.estimate import ESTIMATORS
+from tactile_maps.contacts.pipeline import ContactPipeline, ReadingSettings, read_contacts, reading_from
+from tactile_maps.core.errors import MapError, SceneError
+from tactile_maps.tactile.press import press_skin
+from tactile_maps.tactile.sensors.sensor_effects import AreaAveraging, DeadTaxels, Noise, Sampling, SensorEffects
 from tests.support.touch import arm, prepared_bar
 
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from app.contacts.centre_of_pressure import taxel_positions
-from app.contacts.regions import ContactRegion, SeamCrossings, TaxelGraph, TaxelGroup
-from app.geometry.mesh import SurfacePoint
+from tactile_maps.contacts.detection.centre_of_pressure import taxel_positions
+from tactile_maps.contacts.detection.regions import ContactRegion, SeamCrossings, TaxelGraph, TaxelGroup
+from tactile_maps.geometry.surface.mesh import SurfacePoint
 from tests.support.sensors import row
 from tests.support.touch import arm
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.contacts.self_touch import SelfTouchMatcher
-from app.geometry.pose import Pose
+from tactile_maps.contacts.self_touch import SelfTouchMatcher
+from tactile_maps.geometry.surface.pose import Pose
 from tests.unit.contacts.regions_by_hand import region
 
 DOWN = np.array([0.0, 0.0, -1.0])

@@ -6,10 +6,16 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from app.contacts.centre_of_pressure import SensorUncertainty
-from app.contacts.detection import ContactDetector
-from app.contacts.pipeline import ReadingSettings
-from app.contacts.taxel_noise import TailShape, TaxelNoise, estimate_noise, student_factor, tail_of_readings
+from tactile_maps.contacts.detection.centre_of_pressure import SensorUncertainty
+from tactile_maps.contacts.detection.detection import ContactDetector
+from tactile_maps.contacts.detection.taxel_noise import (
+    TailShape,
+    TaxelNoise,
+    estimate_noise,
+    student_factor,
+    tail_of_readings,
+)
+from tactile_maps.contacts.pipeline import ReadingSettings
 from tests.support.touch import bar_map
 
 TAXELS = 1000

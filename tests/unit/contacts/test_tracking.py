@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.contacts.centre_of_pressure import taxel_positions
-from app.contacts.regions import TaxelGraph, TaxelGroup
-from app.contacts.tracking import (
+from tactile_maps.contacts.detection.centre_of_pressure import taxel_positions
+from tactile_maps.contacts.detection.regions import TaxelGraph, TaxelGroup
+from tactile_maps.contacts.detection.tracking import (
     DWELL,
     GAP,
     PARTED,

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from app.contacts.regions import ContactRegion
-from app.control.task_priority import TaskContact
-from app.geometry.mesh import SurfacePoint
-from app.maps.tactile_map import TactileMap
+from tactile_maps.contacts.detection.regions import ContactRegion
+from tactile_maps.control.motion.task_priority import TaskContact
+from tactile_maps.geometry.surface.mesh import SurfacePoint
+from tactile_maps.maps.model.tactile_map import TactileMap
 
 TICK = 0.005
 TO_MAP = np.array([[2.0, 0.0, 0.0], [0.5, 1.0, 0.0]])

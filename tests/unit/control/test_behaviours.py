@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import pytest
 
-from app.contacts.events import ContactEvent
-from app.control.behaviours import WITHIN, Behaviour, BehaviourTrigger, behaviours_from, trigger_text
-from app.control.command import ControlSettings
-from app.core.errors import SceneError
-from app.geometry.mesh import SurfacePoint
+from tactile_maps.contacts.events import ContactEvent
+from tactile_maps.control.behaviours import WITHIN, Behaviour, BehaviourTrigger, behaviours_from, trigger_text
+from tactile_maps.control.motion.command import ControlSettings
+from tactile_maps.core.errors import SceneError
+from tactile_maps.geometry.surface.mesh import SurfacePoint
 from tests.support.touch import bar_skin
 
 RETREAT = {"task": "retreat"}

@@ -8,9 +8,9 @@ from dataclasses import asdict, replace
 import numpy as np
 import pytest
 
-from app.control.command import CHOICES, MOST_POINTS, RANGES, ControlSettings, JointCommand
-from app.control.controller_registry import check_settings, scene_values, settings_from
-from app.core.errors import SceneError
+from tactile_maps.control.controller_registry import check_settings, scene_values, settings_from
+from tactile_maps.control.motion.command import CHOICES, MOST_POINTS, RANGES, ControlSettings, JointCommand
+from tactile_maps.core.errors import SceneError
 
 
 def test_a_command_owns_its_arrays():

@@ -7,14 +7,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.control.command import CHOICES, ControlSettings
-from app.control.controller_manager import ControllerManager
-from app.control.force_loop.loop_stability import SensorTiming
-from app.control.limits import LimitKind
-from app.control.task_control.monitors import QUIET
-from app.core.errors import SceneError
-from app.editing.arrange import move
-from app.editing.document import MapDocument
+from tactile_maps.control.controller_manager import ControllerManager
+from tactile_maps.control.force_loop.loop_stability import SensorTiming
+from tactile_maps.control.motion.command import CHOICES, ControlSettings
+from tactile_maps.control.motion.limits import LimitKind
+from tactile_maps.control.task_control.monitors import QUIET
+from tactile_maps.core.errors import SceneError
+from tactile_maps.editing.arrange import move
+from tactile_maps.editing.document import MapDocument
 from tests.support.limits import kinds
 from tests.support.touch import arm, prepared_bar
 from tests.unit.control.contacts_by_hand import TICK, touch

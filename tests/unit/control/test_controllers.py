@@ -8,11 +8,10 @@ from dataclasses import asdict, replace
 import numpy as np
 import pytest
 
-from app.contacts.regions import ContactRegion
-from app.control.command import CHOICES, ControlSettings
-from app.control.controller_manager import ControllerManager
-from app.control.controller_registry import build_controller, effective_settings, has_task
-from app.control.controllers import (
+from tactile_maps.contacts.detection.regions import ContactRegion
+from tactile_maps.control.controller_manager import ControllerManager
+from tactile_maps.control.controller_registry import build_controller, effective_settings, has_task
+from tactile_maps.control.controllers import (
     CONTROL_SCHEMES,
     LOST_SPEED,
     Controller,
@@ -20,15 +19,16 @@ from app.control.controllers import (
     ImpedanceController,
     TaskController,
 )
-from app.control.joint_impedance import HOME_SPEED, MAX_JOINT_SPEED, MAX_LEAD, MAX_POINT_SPEED
-from app.control.limit_texts import limit_text
-from app.control.limits import Limit, LimitKind
-from app.control.map_kinematics import MapKinematics
-from app.control.task_control.schemes import HybridScheme, QuadraticProgramScheme
-from app.control.task_control.tasks import TaskManager
-from app.control.task_priority import ContactPresence
-from app.geometry.mesh import SurfacePoint
-from app.robots.kinematics import Configuration
+from tactile_maps.control.limit_texts import limit_text
+from tactile_maps.control.motion.command import CHOICES, ControlSettings
+from tactile_maps.control.motion.joint_impedance import HOME_SPEED, MAX_JOINT_SPEED, MAX_LEAD, MAX_POINT_SPEED
+from tactile_maps.control.motion.limits import Limit, LimitKind
+from tactile_maps.control.motion.map_kinematics import MapKinematics
+from tactile_maps.control.motion.task_priority import ContactPresence
+from tactile_maps.control.task_control.schemes import HybridScheme, QuadraticProgramScheme
+from tactile_maps.control.task_control.tasks import TaskManager
+from tactile_maps.geometry.surface.mesh import SurfacePoint
+from tactile_maps.robots.kinematics import Configuration
 from tests.support.limits import kinds
 from tests.support.touch import BAR_INERTIA, arm, bar, prepared_bar
 from tests.unit.control.contacts_by_hand import TICK, touch, touch_on

@@ -7,9 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.control.command import ControlSettings, JointCommand
-from app.control.controllers import ImpedanceController
-from app.control.joint_impedance import (
+from tactile_maps.control.controllers import ImpedanceController
+from tactile_maps.control.limit_texts import limit_texts
+from tactile_maps.control.motion.command import ControlSettings, JointCommand
+from tactile_maps.control.motion.joint_impedance import (
     HOME_SPEED,
     MAX_JOINT_SPEED,
     MAX_LEAD,
@@ -26,10 +27,9 @@ from app.control.joint_impedance import (
     limit_joint_speed,
     within_effort,
 )
-from app.control.limit_texts import limit_texts
-from app.control.limits import ActiveLimits, LimitKind
-from app.robots.kinematics import Configuration
-from app.robots.robot import Joint, Robot
+from tactile_maps.control.motion.limits import ActiveLimits, LimitKind
+from tactile_maps.robots.kinematics import Configuration
+from tactile_maps.robots.model.robot import Joint, Robot
 from tests.support.limits import kinds
 from tests.support.touch import arm, bar
 

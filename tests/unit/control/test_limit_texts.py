@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from app.control.limit_texts import limit_name, limit_text, limit_texts
-from app.control.limits import Limit, LimitKind, RegraspFailure
+from tactile_maps.control.limit_texts import limit_name, limit_text, limit_texts
+from tactile_maps.control.motion.limits import Limit, LimitKind, RegraspFailure
 
 
 def test_every_kind_has_a_name_of_its_own_and_a_text_that_begins_with_it():

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from app.control.limits import ActiveLimits, Limit, LimitKind
+from tactile_maps.control.motion.limits import ActiveLimits, Limit, LimitKind
 
 
 def test_of_each_kind_the_first_stays_and_names_are_gathered():

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.control.map_kinematics import MapKinematics
-from app.robots.kinematics import Configuration
+from tactile_maps.control.motion.map_kinematics import MapKinematics
+from tactile_maps.robots.kinematics import Configuration
 from tests.support.touch import arm, prepared_bar
 from tests.unit.control.contacts_by_hand import touch_on
 

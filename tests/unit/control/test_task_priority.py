@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.control.joint_impedance import MAX_JOINT_SPEED, MAX_POINT_SPEED, PostureReference
-from app.control.limit_texts import limit_text
-from app.control.limits import ActiveLimits, LimitKind
-from app.control.task_priority import (
+from tactile_maps.control.limit_texts import limit_text
+from tactile_maps.control.motion.joint_impedance import MAX_JOINT_SPEED, MAX_POINT_SPEED, PostureReference
+from tactile_maps.control.motion.limits import ActiveLimits, LimitKind
+from tactile_maps.control.motion.task_priority import (
     ContactGoal,
     PriorityLevel,
     point_rows,
@@ -17,7 +17,7 @@ from app.control.task_priority import (
     solve_hierarchy,
     solve_within_limits,
 )
-from app.robots.kinematics import Configuration
+from tactile_maps.robots.kinematics import Configuration
 from tests.support.limits import kinds
 from tests.support.touch import arm
 from tests.unit.control.contacts_by_hand import TO_MAP, contact, touch

@@ -8,9 +8,14 @@ import mujoco
 import numpy as np
 import pytest
 
-from app.control.unmeasured_force import PERSISTENCE, DriveTorques, UnmeasuredForce, UnmeasuredForceMonitor
-from app.robots.kinematics import Configuration, kinematic_model
-from app.robots.robot import Joint, Robot
+from tactile_maps.control.motion.unmeasured_force import (
+    PERSISTENCE,
+    DriveTorques,
+    UnmeasuredForce,
+    UnmeasuredForceMonitor,
+)
+from tactile_maps.robots.kinematics import Configuration, kinematic_model
+from tactile_maps.robots.model.robot import Joint, Robot
 from tests.support.touch import arm, bar
 from tests.unit.control.contacts_by_hand import TICK, touch
 

@@ -6,12 +6,12 @@ from functools import cache
 
 import numpy as np
 
-from app.geometry.mesh import Mesh
-from app.maps.build import build_map
-from app.maps.layout import MapLayout, Placement
-from app.maps.tactile_map import TactileMap
-from app.skin.skin import Patch, Skin
-from app.skin.taxel_placement.sampling import place_evenly
+from tactile_maps.geometry.surface.mesh import Mesh
+from tactile_maps.maps.build import build_map
+from tactile_maps.maps.model.layout import MapLayout, Placement
+from tactile_maps.maps.model.tactile_map import TactileMap
+from tactile_maps.skin.model.skin import Patch, Skin
+from tactile_maps.skin.taxel_placement.sampling import place_evenly
 
 
 @cache

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from app.core.arrays import (
+from tactile_maps.core.arrays import (
     all_finite,
     any_true,
     dot,

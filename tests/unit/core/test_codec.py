@@ -16,9 +16,18 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import array_shapes, arrays
 from typing_extensions import TypeAliasType
 
-from app.core.arrays import BoolArray, FloatArray, IntArray
-from app.core.codec import NON_FINITE, AnyFloat, dump_json, from_json, json_schema, load_json, parse_json, to_json
-from app.core.errors import RecordingError, SceneError
+from tactile_maps.core.arrays import BoolArray, FloatArray, IntArray
+from tactile_maps.core.codec import (
+    NON_FINITE,
+    AnyFloat,
+    dump_json,
+    from_json,
+    json_schema,
+    load_json,
+    parse_json,
+    to_json,
+)
+from tactile_maps.core.errors import RecordingError, SceneError
 
 
 class Colour(Enum):

@@ -6,7 +6,7 @@ import pickle
 
 import pytest
 
-from app.core.errors import (
+from tactile_maps.core.errors import (
     Finding,
     MeshError,
     RobotError,

@@ -13,8 +13,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from app.core.errors import SkinError
-from app.core.files import (
+from tactile_maps.core.errors import SkinError
+from tactile_maps.core.files import (
     check_output,
     check_output_folder,
     make_atomically,
@@ -72,7 +72,7 @@ def test_a_write_that_fails_leaves_what_was_there(tmp_path: Path, monkeypatch: p
     def full(_descriptor: int) -> None:
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
-    monkeypatch.setattr("app.core.files.os.fsync", full)
+    monkeypatch.setattr("tactile_maps.core.files.os.fsync", full)
     with pytest.raises(SkinError, match=r"map\.npz: the file cannot be written.*No space left"):
         write_atomically(path, b"after", error=SkinError)
     assert path.read_bytes() == b"before"
@@ -219,8 +219,8 @@ def test_an_output_folder_is_made_or_refused(tmp_path: Path) -> None:
 _WRITER = """
 import sys
 from pathlib import Path
-from app.core.errors import SkinError
-from app.core.files import write_atomically
+from tactile_maps.core.errors import SkinError
+from tactile_maps.core.files import write_atomically
 print("ready", flush=True)
 for _ in range(int(sys.argv[3])):
     write_atomically(Path(sys.argv[1]), sys.argv[2].encode() * 2_000_000, error=SkinError)

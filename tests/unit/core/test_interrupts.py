@@ -8,7 +8,7 @@ import threading
 
 import pytest
 
-from app.core.interrupts import TerminatedError, interrupts_held, signals_raised, terminal_closed
+from tactile_maps.core.interrupts import TerminatedError, interrupts_held, signals_raised, terminal_closed
 
 
 def test_ctrl_c_comes_after_the_block():

@@ -10,31 +10,31 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from app.cli.commands.inspect import REGISTRIES
-from app.contacts.centre_of_pressure import SensorUncertainty
-from app.contacts.force_estimation.estimation import FORCE_ESTIMATORS
-from app.contacts.pipeline import ReadingSettings, read_contacts
-from app.control.controller_registry import CONTROLLERS, settings_from
-from app.core.errors import LiveError, PluginError, SceneError, SimulationError, TactileMapsError, UsageError
-from app.core.plugins import broken_plugins
-from app.export.export import FORMATS, export_recording
-from app.flattening.flatten import flatten
-from app.flattening.methods import METHODS, find_method
-from app.live.readings import SourceEndedError
-from app.live.sources.open import SOURCE_KINDS, open_source
-from app.recording.encoding.message_codecs import decode_input, encode_input
-from app.recording.player import RecordingPlayer
-from app.scene.effects import EFFECTS, Effects, effect_entry
-from app.scene.scene_file import scene_from_toml, scene_to_toml
-from app.session.inputs import ControlChanged, EffectsChanged
-from app.session.session import Session
-from app.skin.formats.import_skin import holds_taxels, import_skin
-from app.skin.formats.taxel_files import TAXEL_FORMATS
-from app.tactile.models.contact_model import CONTACT_MODELS
-from app.tactile.poke import PokePressed
-from app.tactile.press import press_skin
-from app.tactile.sensor_chain import EFFECTS_OF_BODIES, SENSOR_STAGES
-from app.tactile.sensor_effects import SENSOR_KEYS
+from tactile_maps.cli.commands.inspect import REGISTRIES
+from tactile_maps.contacts.detection.centre_of_pressure import SensorUncertainty
+from tactile_maps.contacts.force_estimation.estimation import FORCE_ESTIMATORS
+from tactile_maps.contacts.pipeline import ReadingSettings, read_contacts
+from tactile_maps.control.controller_registry import CONTROLLERS, settings_from
+from tactile_maps.core.errors import LiveError, PluginError, SceneError, SimulationError, TactileMapsError, UsageError
+from tactile_maps.core.plugins import broken_plugins
+from tactile_maps.export.export import FORMATS, export_recording
+from tactile_maps.flattening.flatten import flatten
+from tactile_maps.flattening.methods import METHODS, find_method
+from tactile_maps.live.readings.readings import SourceEndedError
+from tactile_maps.live.sources.open import SOURCE_KINDS, open_source
+from tactile_maps.recording.encoding.message_codecs import decode_input, encode_input
+from tactile_maps.recording.player import RecordingPlayer
+from tactile_maps.scene.effects import EFFECTS, Effects, effect_entry
+from tactile_maps.scene.scene_file import scene_from_toml, scene_to_toml
+from tactile_maps.session.inputs import ControlChanged, EffectsChanged
+from tactile_maps.session.session import Session
+from tactile_maps.skin.formats.import_skin import holds_taxels, import_skin
+from tactile_maps.skin.formats.taxel_files import TAXEL_FORMATS
+from tactile_maps.tactile.models.contact_model import CONTACT_MODELS
+from tactile_maps.tactile.poke import PokePressed
+from tactile_maps.tactile.press import press_skin
+from tactile_maps.tactile.sensors.sensor_chain import EFFECTS_OF_BODIES, SENSOR_STAGES
+from tactile_maps.tactile.sensors.sensor_effects import SENSOR_KEYS
 from tests.support.recordings import record, small_arm
 
 PACKAGES = Path(__file__).parents[2] / "plugins"
@@ -85,7 +85,7 @@ def install(folder, name, entry_points):
 
 def test_nothing_is_imported_until_a_name_that_is_not_built_in_is_asked_for(tmp_path, monkeypatch):
     install(tmp_path, "lazy", "[tactile_maps.map_methods]\nlazily = lazily_imported:METHOD\n")
-    source = "from app.flattening.methods import Method\nMETHOD = Method('lazily', 'none', lambda *_: ())"
+    source = "from tactile_maps.flattening.methods import Method\nMETHOD = Method('lazily', 'none', lambda *_: ())"
     (tmp_path / "lazily_imported.py").write_text(source)
     monkeypatch.syspath_prepend(str(tmp_path))
     assert find_method("tutte").title

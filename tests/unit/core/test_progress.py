@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from app.core.progress import no_progress, part_of_progress
+from tactile_maps.core.progress import no_progress, part_of_progress
 
 
 def test_a_part_fills_its_share():

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from app.core.reading_units import ReadingUnits
+from tactile_maps.core.reading_units import ReadingUnits
 
 
 def test_calibrated_readings_are_kilopascals_and_newtons():

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.sparse import csc_matrix, diags, random, triu
 
-from app.core import sparse_ldl
-from app.core.sparse_ldl import SparseLDL
+from tactile_maps.core import sparse_ldl
+from tactile_maps.core.sparse_ldl import SparseLDL
 
 
 @pytest.fixture(params=["by columns", "supernodal"], autouse=True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from app.core.timing import Stopwatch
+from tactile_maps.core.timing import Stopwatch
 
 
 def test_stages_add_up_and_are_taken_once():

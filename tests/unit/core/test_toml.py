@@ -12,8 +12,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.core.errors import Finding, LiveError, SceneError
-from app.core.toml import (
+from tactile_maps.core.errors import Finding, LiveError, SceneError
+from tactile_maps.core.toml import (
     TomlReader,
     as_float,
     check_keys,

@@ -6,7 +6,7 @@ import gc
 import weakref
 from dataclasses import dataclass
 
-from app.core.weak_cache import weak_cache
+from tactile_maps.core.weak_cache import weak_cache
 
 
 @dataclass(frozen=True, eq=False)

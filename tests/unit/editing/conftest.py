@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from app.editing.document import MapDocument
-from app.editing.reflatten import apply_result, reflatten, set_method
-from app.maps.build import build_map
+from tactile_maps.editing.document import MapDocument
+from tactile_maps.editing.reflatten import apply_result, reflatten, set_method
+from tactile_maps.maps.build import build_map
 from tests.support.surfaces import frustum, named, sheet, skin_of
 
 

@@ -7,13 +7,24 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.core.errors import MapError
-from app.editing.arrange import EDGES, align, mirror, move, repack, rotate, scale, snap_angle, snap_move, true_size
-from app.editing.document import show_patches
-from app.flattening.bijectivity import signed_areas
-from app.maps.evaluation.distortion import distortion
-from app.maps.evaluation.quality import overlaps
-from app.maps.layout import MapLayout, Placement
+from tactile_maps.core.errors import MapError
+from tactile_maps.editing.arrange import (
+    EDGES,
+    align,
+    mirror,
+    move,
+    repack,
+    rotate,
+    scale,
+    snap_angle,
+    snap_move,
+    true_size,
+)
+from tactile_maps.editing.document import show_patches
+from tactile_maps.flattening.bijectivity import signed_areas
+from tactile_maps.maps.evaluation.distortion import distortion
+from tactile_maps.maps.evaluation.quality import overlaps
+from tactile_maps.maps.model.layout import MapLayout, Placement
 
 
 def _middle(document, numbers):

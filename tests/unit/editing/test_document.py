@@ -6,9 +6,9 @@ from dataclasses import replace
 
 import pytest
 
-from app.core.errors import MapError
-from app.editing.arrange import move
-from app.editing.document import LONGEST_NAME, MapDocument, rename_patch, reorder_patch, show_patches
+from tactile_maps.core.errors import MapError
+from tactile_maps.editing.arrange import move
+from tactile_maps.editing.document import LONGEST_NAME, MapDocument, rename_patch, reorder_patch, show_patches
 
 
 def test_a_first_document_wants_what_the_map_is(document):

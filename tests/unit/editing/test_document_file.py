@@ -8,17 +8,23 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.core.errors import MapError
-from app.core.files import pack_arrays, unpack_arrays
-from app.editing.arrange import mirror, move, rotate, scale
-from app.editing.document import MapDocument, rename_patch, reorder_patch, show_patches
-from app.editing.document_file import DocumentFile, document_from_bytes, document_to_bytes, load_document, save_document
-from app.editing.history import History
-from app.editing.pins import add_pin
-from app.editing.reflatten import apply_result, chart_fingerprint, reflatten, set_lengths
-from app.editing.seams import draw_seam, paint_interest
-from app.geometry.mesh import SurfacePoint
-from app.maps.formats.map_file import map_to_bytes, save_map
+from tactile_maps.core.errors import MapError
+from tactile_maps.core.files import pack_arrays, unpack_arrays
+from tactile_maps.editing.arrange import mirror, move, rotate, scale
+from tactile_maps.editing.document import MapDocument, rename_patch, reorder_patch, show_patches
+from tactile_maps.editing.document_file import (
+    DocumentFile,
+    document_from_bytes,
+    document_to_bytes,
+    load_document,
+    save_document,
+)
+from tactile_maps.editing.history import History
+from tactile_maps.editing.pins import add_pin
+from tactile_maps.editing.reflatten import apply_result, chart_fingerprint, reflatten, set_lengths
+from tactile_maps.editing.seams import draw_seam, paint_interest
+from tactile_maps.geometry.surface.mesh import SurfacePoint
+from tactile_maps.maps.formats.map_file import map_to_bytes, save_map
 
 
 @pytest.fixture(scope="module")

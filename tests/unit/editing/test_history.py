@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from app.core.errors import MapError
-from app.editing.arrange import move
-from app.editing.document import rename_patch
-from app.editing.history import History
+from tactile_maps.core.errors import MapError
+from tactile_maps.editing.arrange import move
+from tactile_maps.editing.document import rename_patch
+from tactile_maps.editing.history import History
 
 
 def _steps(document, count):

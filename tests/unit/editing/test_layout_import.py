@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.core.errors import MapError
-from app.editing.arrange import mirror, move, rotate
-from app.editing.document import MapDocument, rename_patch
-from app.editing.document_file import document_from_bytes, document_to_bytes, save_document
-from app.editing.layout_import import (
+from tactile_maps.core.errors import MapError
+from tactile_maps.editing.arrange import mirror, move, rotate
+from tactile_maps.editing.document import MapDocument, rename_patch
+from tactile_maps.editing.document_file import document_from_bytes, document_to_bytes, save_document
+from tactile_maps.editing.layout_import import (
     adopt_document,
     arrange_as_drawn,
     drawing_from_taxels,
@@ -19,16 +19,16 @@ from app.editing.layout_import import (
     read_other_layout,
     same_skin,
 )
-from app.editing.reflatten import apply_result, reflatten
-from app.flattening.bijectivity import flipped
-from app.geometry.mesh import Mesh
-from app.maps.build import build_map
-from app.maps.evaluation.comparison import TaxelLayout, procrustes
-from app.maps.formats.map_file import save_map
-from app.skin.formats.icub_layout import IcubLayout, LayoutModule, write_icub_layout
-from app.skin.formats.taxel_files import taxel_sets, write_taxels
-from app.skin.formats.taxel_set import TaxelSet
-from app.skin.skin import Skin
+from tactile_maps.editing.reflatten import apply_result, reflatten
+from tactile_maps.flattening.bijectivity import flipped
+from tactile_maps.geometry.surface.mesh import Mesh
+from tactile_maps.maps.build import build_map
+from tactile_maps.maps.evaluation.comparison import TaxelLayout, procrustes
+from tactile_maps.maps.formats.map_file import save_map
+from tactile_maps.skin.formats.icub_layout import IcubLayout, LayoutModule, write_icub_layout
+from tactile_maps.skin.formats.taxel_files import taxel_sets, write_taxels
+from tactile_maps.skin.model.skin import Skin
+from tactile_maps.skin.model.taxel_set import TaxelSet
 from tests.support.surfaces import sheet, skin_of
 
 

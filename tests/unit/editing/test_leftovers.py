@@ -6,12 +6,12 @@ import os
 
 import pytest
 
-from app.core.files import claim_folder
-from app.editing.arrange import move
-from app.editing.document import MapDocument
-from app.editing.document_file import AUTOSAVE_NAME, DocumentFile, document_to_bytes
-from app.editing.leftovers import find_leftovers
-from app.studies.testbeds.reference_bodies import flat_map
+from tactile_maps.core.files import claim_folder
+from tactile_maps.editing.arrange import move
+from tactile_maps.editing.document import MapDocument
+from tactile_maps.editing.document_file import AUTOSAVE_NAME, DocumentFile, document_to_bytes
+from tactile_maps.editing.leftovers import find_leftovers
+from tactile_maps.studies.testbeds.reference_bodies import flat_map
 
 
 @pytest.fixture

@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.core.errors import MapError
-from app.editing.arrange import mirror, move, rotate, scale
-from app.editing.pins import (
+from tactile_maps.core.errors import MapError
+from tactile_maps.editing.arrange import mirror, move, rotate, scale
+from tactile_maps.editing.pins import (
     add_pin,
     begin_pin_drag,
     chart_place,
@@ -20,9 +20,9 @@ from app.editing.pins import (
     unpin,
     with_dragged_patch,
 )
-from app.editing.reflatten import apply_result, reflatten
-from app.flattening.bijectivity import crossings, flipped
-from app.geometry.mesh import SurfacePoint
+from tactile_maps.editing.reflatten import apply_result, reflatten
+from tactile_maps.flattening.bijectivity import crossings, flipped
+from tactile_maps.geometry.surface.mesh import SurfacePoint
 
 FIRST, SECOND = SurfacePoint(1, 4, (0.2, 0.3, 0.5)), SurfacePoint(1, 80, (1.0, 0.0, 0.0))
 

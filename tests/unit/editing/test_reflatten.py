@@ -8,11 +8,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.core.errors import MapError
-from app.editing.arrange import mirror, move, rotate
-from app.editing.document import MapDocument, rename_patch, show_patches
-from app.editing.pins import add_pin
-from app.editing.reflatten import (
+from tactile_maps.core.errors import MapError
+from tactile_maps.editing.arrange import mirror, move, rotate
+from tactile_maps.editing.document import MapDocument, rename_patch, show_patches
+from tactile_maps.editing.pins import add_pin
+from tactile_maps.editing.reflatten import (
     StaleEdit,
     _laid_over,
     apply_result,
@@ -23,9 +23,9 @@ from app.editing.reflatten import (
     set_lengths,
     set_method,
 )
-from app.geometry.mesh import SurfacePoint
-from app.maps.build import flatten_patch
-from app.maps.layout import Placement
+from tactile_maps.geometry.surface.mesh import SurfacePoint
+from tactile_maps.maps.build import flatten_patch
+from tactile_maps.maps.model.layout import Placement
 
 
 def test_only_the_edited_patch_is_laid_flat_anew(document, reflattened):

@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.core.errors import MapError
-from app.editing.document import MapDocument
-from app.editing.reflatten import apply_result, reflatten
-from app.editing.seams import (
+from tactile_maps.core.errors import MapError
+from tactile_maps.editing.document import MapDocument
+from tactile_maps.editing.reflatten import apply_result, reflatten
+from tactile_maps.editing.seams import (
     SeamCutsPatch,
     SeamInInterest,
     draw_seam,
@@ -20,8 +20,8 @@ from app.editing.seams import (
     paint_interest,
     propose_seam,
 )
-from app.maps.build import build_map
-from app.maps.evaluation.distortion import distortion
+from tactile_maps.maps.build import build_map
+from tactile_maps.maps.evaluation.distortion import distortion
 from tests.support.surfaces import named, skin_of
 
 ROWS = 7  # vertices of a column of the sheet, which is 9 columns wide

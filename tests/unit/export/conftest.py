@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from mcap.reader import make_reader
 
-from app.recording.player import RecordingPlayer
-from app.session.prepare import PreparedScene
-from app.skin.skin import TaxelIdentity
+from tactile_maps.recording.player import RecordingPlayer
+from tactile_maps.session.prepare import PreparedScene
+from tactile_maps.skin.model.skin import TaxelIdentity
 from tests.support.recordings import record, small_arm
 
 

@@ -6,9 +6,9 @@ import sys
 
 import pytest
 
-from app.cli.parser import EXPORT_FORMATS
-from app.core.errors import ExportError
-from app.export.export import FORMATS, ExportOptions, export_recording
+from tactile_maps.cli.parser import EXPORT_FORMATS
+from tactile_maps.core.errors import ExportError
+from tactile_maps.export.export import FORMATS, ExportOptions, export_recording
 
 HERE = [name for name in FORMATS if name != "rerun"]
 

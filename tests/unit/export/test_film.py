@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.export.export import ExportOptions, export_recording
-from app.export.pictures import FilmFrame
+from tactile_maps.export.export import ExportOptions, export_recording
+from tactile_maps.export.pictures import FilmFrame
 
 av = pytest.importorskip("av", reason="PyAV is not installed (extra export)")
 

@@ -7,8 +7,8 @@ import json
 import numpy as np
 import pytest
 
-from app.export.export import export_recording
-from app.recording.annotations import Annotations, LabelledEpisode, Outcome, save_annotations
+from tactile_maps.export.export import export_recording
+from tactile_maps.recording.encoding.annotations import Annotations, LabelledEpisode, Outcome, save_annotations
 
 parquet = pytest.importorskip("pyarrow.parquet", reason="pyarrow is not installed (extra export)")
 av = pytest.importorskip("av", reason="PyAV is not installed (extra export)")

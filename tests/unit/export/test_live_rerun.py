@@ -7,9 +7,9 @@ import time
 
 import pytest
 
-from app.core.errors import ExportError
-from app.export.live_rerun import VIEWER, LiveRerun
-from app.session.session import Session
+from tactile_maps.core.errors import ExportError
+from tactile_maps.export.live_rerun import VIEWER, LiveRerun
+from tactile_maps.session.session import Session
 from tests.support.touch import prepared_bar
 
 BAD = ("http://127.0.0.1:9876/proxy", "rerun+http://127.0.0.1:9876", "rerun+http:", "x:y:z",

@@ -11,11 +11,11 @@ import time
 
 import pytest
 
-from app.core.errors import ExportError
-from app.export.live_server import LOOPBACK, LiveServer
-from app.recording.encoding.viewer_messages import viewer_schemas
-from app.session.session import Session
-from app.tactile.poke import PokePressed
+from tactile_maps.core.errors import ExportError
+from tactile_maps.export.live_server import LOOPBACK, LiveServer
+from tactile_maps.recording.encoding.viewer_messages import viewer_schemas
+from tactile_maps.session.session import Session
+from tactile_maps.tactile.poke import PokePressed
 from tests.support.recordings import small_arm
 
 

@@ -9,16 +9,16 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from app.core.errors import ExportError
-from app.export.export import export_recording
-from app.export.tables import episodes
-from app.live.arrival import Arrived
-from app.live.measured_session import MeasuredSession
-from app.live.prepare import as_measured
-from app.live.readings import Reading, Unit
-from app.recording.player import RecordingPlayer
-from app.recording.recorder import Recorder
-from app.tactile.press import press_skin
+from tactile_maps.core.errors import ExportError
+from tactile_maps.export.export import export_recording
+from tactile_maps.export.tables import episodes
+from tactile_maps.live.prepare import as_measured
+from tactile_maps.live.readings.arrival import Arrived
+from tactile_maps.live.readings.readings import Reading, Unit
+from tactile_maps.live.session.measured_session import MeasuredSession
+from tactile_maps.recording.player import RecordingPlayer
+from tactile_maps.recording.recorder import Recorder
+from tactile_maps.tactile.press import press_skin
 from tests.support.touch import bar_skin, prepared_bar
 
 TIMES = (70.0, 70.02, 70.041, 70.06, 70.08, 75.0, 75.02)

@@ -6,8 +6,8 @@ from importlib import import_module
 
 import pytest
 
-from app.core.errors import ExportError
-from app.export.optional import packages_of
+from tactile_maps.core.errors import ExportError
+from tactile_maps.export.optional import packages_of
 
 
 def test_what_is_there_is_imported_and_what_is_not_is_named():

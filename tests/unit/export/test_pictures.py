@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from app.export.pictures import FilmFrame
-from app.maps.pressure_colours import COLOURS
+from tactile_maps.export.pictures import FilmFrame
+from tactile_maps.maps.pressure_colours import COLOURS
 
 
 def test_the_size_is_even_and_the_bar_runs_from_dark_to_pale(player, frames):

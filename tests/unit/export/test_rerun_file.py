@@ -7,7 +7,7 @@ import sys
 
 import pytest
 
-from app.export.export import export_recording
+from tactile_maps.export.export import export_recording
 
 pytest.importorskip("rerun", reason="rerun-sdk is not installed (extra rerun)")
 

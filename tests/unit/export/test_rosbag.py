@@ -10,10 +10,10 @@ import pytest
 import yaml
 from scipy.spatial.transform import Rotation
 
-from app.export.export import ExportOptions, export_recording
-from app.export.tables import taxel_labels
-from app.maps.tactile_image import TactileImage
-from app.robots.kinematics import Configuration
+from tactile_maps.export.export import ExportOptions, export_recording
+from tactile_maps.export.tables import taxel_labels
+from tactile_maps.maps.model.tactile_image import TactileImage
+from tactile_maps.robots.kinematics import Configuration
 
 rosbag2 = pytest.importorskip("rosbags.rosbag2", reason="rosbags is not installed (extra export)")
 

@@ -8,10 +8,10 @@ from contextlib import ExitStack
 import numpy as np
 import pytest
 
-from app.export.export import ExportOptions, export_recording
-from app.export.sinks import Hdf5Sink
-from app.export.tables import JOINT_COLUMNS, column_unit, taxel_labels
-from app.maps.tactile_image import TactileImage
+from tactile_maps.export.export import ExportOptions, export_recording
+from tactile_maps.export.sinks import Hdf5Sink
+from tactile_maps.export.tables import JOINT_COLUMNS, column_unit, taxel_labels
+from tactile_maps.maps.model.tactile_image import TactileImage
 
 
 def read_csv(path):

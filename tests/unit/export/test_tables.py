@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.export.tables import BATCH, batches, episodes, highest_reading, taxel_labels, write_tables
-from app.recording.encoding.frame_codec import decode_frame, encode_frame
-from app.skin.skin import TaxelIdentity
+from tactile_maps.export.tables import BATCH, batches, episodes, highest_reading, taxel_labels, write_tables
+from tactile_maps.recording.encoding.frame_codec import decode_frame, encode_frame
+from tactile_maps.skin.model.skin import TaxelIdentity
 from tests.support.recordings import small_arm
 
 

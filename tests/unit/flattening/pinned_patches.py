@@ -6,9 +6,9 @@ from functools import cache
 
 import numpy as np
 
-from app.flattening.flatten import flatten
-from app.flattening.pinned_patch import PinnedPatch
-from app.geometry.mesh import SurfacePoint
+from tactile_maps.flattening.flatten import flatten
+from tactile_maps.flattening.pinned_patch import PinnedPatch
+from tactile_maps.geometry.surface.mesh import SurfacePoint
 from tests.support.surfaces import cap, sheet
 
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.flattening.bijectivity import BoundaryBarrier, crossings, flipped, signed_areas
-from app.flattening.initial_map import tutte
-from app.flattening.newton import minimise
-from app.flattening.symmetric_dirichlet import SymmetricDirichlet
-from app.geometry.mesh import Mesh
+from tactile_maps.flattening.bijectivity import BoundaryBarrier, crossings, flipped, signed_areas
+from tactile_maps.flattening.initial_map import tutte
+from tactile_maps.flattening.newton import minimise
+from tactile_maps.flattening.symmetric_dirichlet import SymmetricDirichlet
+from tactile_maps.geometry.surface.mesh import Mesh
 from tests.support.surfaces import named, sheet
 
 SQUARE = np.array([[0, 0], [1, 0], [1, 1], [0, 1.0]])

@@ -8,9 +8,9 @@ from dataclasses import FrozenInstanceError
 import numpy as np
 import pytest
 
-from app.flattening.chart import Pin
-from app.flattening.flatten import flatten
-from app.geometry.mesh import SurfacePoint
+from tactile_maps.flattening.chart import Pin
+from tactile_maps.flattening.flatten import flatten
+from tactile_maps.geometry.surface.mesh import SurfacePoint
 from tests.support.surfaces import sheet
 
 

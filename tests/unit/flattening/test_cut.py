@@ -7,9 +7,9 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from app.core.errors import MapError
-from app.flattening.cut import SeamPlan, cut_to_disk, far_points, farthest_from_border
-from app.geometry.mesh import Mesh
+from tactile_maps.core.errors import MapError
+from tactile_maps.flattening.cut import SeamPlan, cut_to_disk, far_points, farthest_from_border
+from tactile_maps.geometry.surface.mesh import Mesh
 from tests.support.surfaces import SURFACES, cap, frustum, named, sheet, sphere, torus
 
 WHOLE = [name for name in SURFACES if name != "deep cup"]

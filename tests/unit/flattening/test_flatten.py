@@ -8,14 +8,14 @@ from functools import cached_property
 import numpy as np
 import pytest
 
-from app.core.errors import MapError
-from app.flattening.bijectivity import crossings, flipped, signed_areas
-from app.flattening.cut import SeamPlan
-from app.flattening.flatten import flatten
-from app.flattening.methods import METHODS
-from app.flattening.newton import minimise
-from app.geometry.connectivity import Connectivity
-from app.geometry.mesh import Mesh
+from tactile_maps.core.errors import MapError
+from tactile_maps.flattening.bijectivity import crossings, flipped, signed_areas
+from tactile_maps.flattening.cut import SeamPlan
+from tactile_maps.flattening.flatten import flatten
+from tactile_maps.flattening.methods import METHODS
+from tactile_maps.flattening.newton import minimise
+from tactile_maps.geometry.surface.connectivity import Connectivity
+from tactile_maps.geometry.surface.mesh import Mesh
 from tests.hard_cases.meshes import hard_mesh
 from tests.support.surfaces import blocks, cap, frustum, named, sheet
 
@@ -158,17 +158,17 @@ def test_seams_are_added_until_each_limb_of_a_body_opens(name, most):
 
 
 def test_a_surface_without_any_first_map_is_refused_with_the_seams_that_were_tried(monkeypatch):
-    monkeypatch.setattr("app.flattening.flatten.EASY_ENERGY", 4.0)
-    monkeypatch.setattr("app.flattening.flatten.HARDEST_ENERGY", 4.0)
-    monkeypatch.setattr("app.flattening.flatten._SEAMS_TO_OPEN", (0, 1))
+    monkeypatch.setattr("tactile_maps.flattening.flatten.EASY_ENERGY", 4.0)
+    monkeypatch.setattr("tactile_maps.flattening.flatten.HARDEST_ENERGY", 4.0)
+    monkeypatch.setattr("tactile_maps.flattening.flatten._SEAMS_TO_OPEN", (0, 1))
     with pytest.raises(MapError, match=r"up to 1 extra seams.*Remove its thinnest limbs"):
         flatten(cap(1.0))
 
 
 def test_where_no_seam_opens_the_surface_the_best_map_is_tried(monkeypatch):
-    monkeypatch.setattr("app.flattening.flatten.EASY_ENERGY", 4.0)
+    monkeypatch.setattr("tactile_maps.flattening.flatten.EASY_ENERGY", 4.0)
     assert_one_to_one(flatten(cap(1.0)))
-    monkeypatch.setattr("app.flattening.flatten.HARDEST_ENERGY", 4.0)
+    monkeypatch.setattr("tactile_maps.flattening.flatten.HARDEST_ENERGY", 4.0)
     with pytest.raises(MapError, match="no initial map"):
         flatten(cap(1.0))
 
@@ -201,8 +201,8 @@ def test_the_edges_of_the_surface_and_of_its_cut_are_worked_out_once(sorted_face
 def test_a_descent_cut_short_is_still_one_to_one_and_says_where_it_stopped(name, short_of, monkeypatch):
     surface = named(name)
     if short_of == "rounds":
-        monkeypatch.setattr("app.flattening.flatten.MOST_FACE_ROUNDS", 0)
-        monkeypatch.setattr("app.flattening.flatten._LEAST_ROUNDS", 3)
+        monkeypatch.setattr("tactile_maps.flattening.flatten.MOST_FACE_ROUNDS", 0)
+        monkeypatch.setattr("tactile_maps.flattening.flatten._LEAST_ROUNDS", 3)
     else:
         monkeypatch.setitem(minimise.__kwdefaults__, "rounds", 1)
     short, again = flatten(surface), flatten(surface)

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.flattening.cut import SeamPlan, cut_as_planned, cut_to_disk
-from app.flattening.flatten import flatten
-from app.flattening.initial_map import Disk, projection
-from app.geometry.mesh import Mesh
-from app.geometry.remesh.refine import subdivide
+from tactile_maps.flattening.cut import SeamPlan, cut_as_planned, cut_to_disk
+from tactile_maps.flattening.flatten import flatten
+from tactile_maps.flattening.initial_map import Disk, projection
+from tactile_maps.geometry.remesh.refine import subdivide
+from tactile_maps.geometry.surface.mesh import Mesh
 from tests.hard_cases.meshes import spiked
 from tests.support.surfaces import cap, frustum, sheet, sphere
 

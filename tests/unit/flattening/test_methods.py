@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.core.errors import MapError
-from app.flattening.bijectivity import crossings, flipped
-from app.flattening.cut import cut_to_disk
-from app.flattening.flatten import flatten
-from app.flattening.initial_map import Disk, tutte
-from app.flattening.methods import METHODS, find_method
-from app.geometry.mesh import Mesh
+from tactile_maps.core.errors import MapError
+from tactile_maps.flattening.bijectivity import crossings, flipped
+from tactile_maps.flattening.cut import cut_to_disk
+from tactile_maps.flattening.flatten import flatten
+from tactile_maps.flattening.initial_map import Disk, tutte
+from tactile_maps.flattening.methods import METHODS, find_method
+from tactile_maps.geometry.surface.mesh import Mesh
 from tests.support.surfaces import SURFACES, cap, cup, frustum, named, sheet, sphere, torus
 
 

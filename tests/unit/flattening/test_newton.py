@@ -7,11 +7,11 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from app.core.errors import MapError
-from app.flattening.bijectivity import flipped
-from app.flattening.initial_map import tutte
-from app.flattening.newton import DescentStopped, minimise
-from app.flattening.symmetric_dirichlet import SymmetricDirichlet
+from tactile_maps.core.errors import MapError
+from tactile_maps.flattening.bijectivity import flipped
+from tactile_maps.flattening.initial_map import tutte
+from tactile_maps.flattening.newton import DescentStopped, minimise
+from tactile_maps.flattening.symmetric_dirichlet import SymmetricDirichlet
 from tests.support.surfaces import cap, sheet
 
 

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from scipy.sparse import triu
 
-from app.flattening.bijectivity import flipped
-from app.flattening.newton import minimise
-from app.flattening.pin_descent import STIFFNESS, PinDescent, PinnedEnergy, Springs, shepard_warp
-from app.flattening.symmetric_dirichlet import SymmetricDirichlet
+from tactile_maps.flattening.bijectivity import flipped
+from tactile_maps.flattening.newton import minimise
+from tactile_maps.flattening.pin_descent import STIFFNESS, PinDescent, PinnedEnergy, Springs, shepard_warp
+from tactile_maps.flattening.symmetric_dirichlet import SymmetricDirichlet
 from tests.support.surfaces import cap
 
 SPRING_SURFACE = cap(1.0, rings=4, radius=0.6)

@@ -7,16 +7,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.core.errors import MapError
-from app.flattening.bijectivity import crossings, flipped
-from app.flattening.chart import Chart, Pin
-from app.flattening.flatten import flatten
-from app.flattening.initial_map import Disk
-from app.flattening.methods import METHODS
-from app.flattening.newton import minimise
-from app.flattening.pinned_patch import WHOLE, PinFollower, PinnedPatch
-from app.flattening.reduced_model import build_coarse_cage
-from app.geometry.mesh import Mesh, SurfacePoint
+from tactile_maps.core.errors import MapError
+from tactile_maps.flattening.bijectivity import crossings, flipped
+from tactile_maps.flattening.chart import Chart, Pin
+from tactile_maps.flattening.flatten import flatten
+from tactile_maps.flattening.initial_map import Disk
+from tactile_maps.flattening.methods import METHODS
+from tactile_maps.flattening.newton import minimise
+from tactile_maps.flattening.pinned_patch import WHOLE, PinFollower, PinnedPatch
+from tactile_maps.flattening.reduced_model import build_coarse_cage
+from tactile_maps.geometry.surface.mesh import Mesh, SurfacePoint
 from tests.support.surfaces import sheet
 from tests.unit.flattening.pinned_patches import at, dome, far_points, pinned, waves
 

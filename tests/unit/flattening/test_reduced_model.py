@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 from scipy.sparse import csr_matrix, identity, kron, triu
 
-from app.core.errors import MapError
-from app.flattening.bijectivity import flipped
-from app.flattening.chart import Chart
-from app.flattening.cut import SeamPlan, shortest_edge_path
-from app.flattening.flatten import flatten
-from app.flattening.newton import minimise
-from app.flattening.reduced_model import GalerkinProjection, ReducedEnergy, build_coarse_cage
-from app.flattening.symmetric_dirichlet import SymmetricDirichlet
-from app.geometry.mesh import Mesh
+from tactile_maps.core.errors import MapError
+from tactile_maps.flattening.bijectivity import flipped
+from tactile_maps.flattening.chart import Chart
+from tactile_maps.flattening.cut import SeamPlan, shortest_edge_path
+from tactile_maps.flattening.flatten import flatten
+from tactile_maps.flattening.newton import minimise
+from tactile_maps.flattening.reduced_model import GalerkinProjection, ReducedEnergy, build_coarse_cage
+from tactile_maps.flattening.symmetric_dirichlet import SymmetricDirichlet
+from tactile_maps.geometry.surface.mesh import Mesh
 from tests.support.surfaces import cap, frustum, sheet, torus
 
 

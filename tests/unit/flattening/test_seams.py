@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.core.errors import MapError
-from app.flattening.cut import SeamPlan, cut_as_planned, cut_to_disk, shortest_edge_path
-from app.flattening.flatten import flatten, seam_curve
+from tactile_maps.core.errors import MapError
+from tactile_maps.flattening.cut import SeamPlan, cut_as_planned, cut_to_disk, shortest_edge_path
+from tactile_maps.flattening.flatten import flatten, seam_curve
 from tests.support.surfaces import cap, frustum, sheet, sphere
 
 

@@ -7,10 +7,15 @@ from itertools import product
 import numpy as np
 import pytest
 
-from app.flattening.bijectivity import flipped
-from app.flattening.initial_map import tutte
-from app.flattening.symmetric_dirichlet import HessianPattern, SymmetricDirichlet, rest_triangles, rotation_svd
-from app.geometry.connectivity import Connectivity
+from tactile_maps.flattening.bijectivity import flipped
+from tactile_maps.flattening.initial_map import tutte
+from tactile_maps.flattening.symmetric_dirichlet import (
+    HessianPattern,
+    SymmetricDirichlet,
+    rest_triangles,
+    rotation_svd,
+)
+from tactile_maps.geometry.surface.connectivity import Connectivity
 from tests.support.surfaces import cap, frustum, named, sheet
 
 

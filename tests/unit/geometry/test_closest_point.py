@@ -3,9 +3,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.core.errors import MeshError
-from app.geometry.closest_point import ClosestPoint, barycentric
-from app.geometry.mesh import Mesh
+from tactile_maps.core.errors import MeshError
+from tactile_maps.geometry.surface.closest_point import ClosestPoint, barycentric
+from tactile_maps.geometry.surface.mesh import Mesh
 from tests.hard_cases.meshes import HOPELESS_MESHES
 
 TRIANGLE = Mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])

@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.core.errors import MeshError
-from app.geometry import connectivity
-from app.geometry.connectivity import (
+from tactile_maps.core.errors import MeshError
+from tactile_maps.geometry.remesh.repair import inside_out
+from tactile_maps.geometry.surface import connectivity
+from tactile_maps.geometry.surface.connectivity import (
     Connectivity,
     components_of,
     flip_faces,
@@ -18,8 +19,7 @@ from app.geometry.connectivity import (
     split_nonmanifold,
     twins_within,
 )
-from app.geometry.mesh import Mesh
-from app.geometry.remesh.repair import inside_out
+from tactile_maps.geometry.surface.mesh import Mesh
 from tests.hard_cases.meshes import HARD_MESHES, hard_mesh
 from tests.support.surfaces import cap, sphere
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.geometry.geodesics import (
+from tactile_maps.geometry.geodesics import (
     Geodesics,
     all_path_lengths,
     distances_from,
@@ -14,7 +14,7 @@ from app.geometry.geodesics import (
     path_in_tree,
     shortest_path_tree,
 )
-from app.geometry.mesh import Mesh
+from tactile_maps.geometry.surface.mesh import Mesh
 from tests.support.surfaces import cap, frustum, named, sheet
 
 

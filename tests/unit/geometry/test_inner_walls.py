@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 import trimesh
 
-from app.geometry.inner_walls import inner_walls
-from app.geometry.mesh import Mesh
-from app.geometry.raycast import outer_faces
-from app.geometry.remesh.repair import repair_mesh
+from tactile_maps.geometry.inner_walls import inner_walls
+from tactile_maps.geometry.remesh.repair import repair_mesh
+from tactile_maps.geometry.surface.mesh import Mesh
+from tactile_maps.geometry.surface.raycast import outer_faces
 from tests.hard_cases.meshes import GROUPS, bowl, hard_mesh, joined, moved, revolved, scaled, trimesh_mesh, walled_tube
 from tests.support.surfaces import frustum, sphere
 

@@ -8,8 +8,8 @@ import pickle
 import numpy as np
 import pytest
 
-from app.core.errors import MeshError
-from app.geometry.mesh import Mesh, SurfacePoint
+from tactile_maps.core.errors import MeshError
+from tactile_maps.geometry.surface.mesh import Mesh, SurfacePoint
 from tests.support.surfaces import sheet
 
 TRIANGLE = Mesh([[0, 0, 0], [2, 0, 0], [0, 2, 0]], [[0, 1, 2]])

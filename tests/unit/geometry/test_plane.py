@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from app.geometry.plane import cross, winding_numbers
+from tactile_maps.geometry.surface.plane import cross, winding_numbers
 
 
 def test_left_is_positive():

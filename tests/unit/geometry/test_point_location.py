@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.flattening.flatten import flatten
-from app.geometry.point_location import BoxGrid, PointLocator, owner_and_rank
+from tactile_maps.flattening.flatten import flatten
+from tactile_maps.geometry.surface.point_location import BoxGrid, PointLocator, owner_and_rank
 from tests.support.surfaces import named
 
 

@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.core.errors import MeshError
-from app.geometry.mesh import Mesh
-from app.geometry.raycast import (
+from tactile_maps.core.errors import MeshError
+from tactile_maps.geometry.remesh.repair import repair_mesh
+from tactile_maps.geometry.surface.mesh import Mesh
+from tactile_maps.geometry.surface.raycast import (
     DIRECTIONS,
     RayCaster,
     fibonacci_sphere,
@@ -15,7 +16,6 @@ from app.geometry.raycast import (
     seen_from_outside,
     without_islands,
 )
-from app.geometry.remesh.repair import repair_mesh
 from tests.hard_cases.meshes import HARD_MESHES, HOPELESS_MESHES, hard_mesh, joined, loose_pieces, moved
 from tests.support.references import first_hit
 from tests.support.surfaces import frustum, sheet, sphere

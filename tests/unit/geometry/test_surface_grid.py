@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.core.errors import MeshError
-from app.geometry.closest_point import ClosestPoint
-from app.geometry.surface_grid import StraightWalks, surface_grid
+from tactile_maps.core.errors import MeshError
+from tactile_maps.geometry.surface.closest_point import ClosestPoint
+from tactile_maps.geometry.surface_grid import StraightWalks, surface_grid
 from tests.support.surfaces import cap, frustum, sheet
 
 RADIUS, AROUND = 0.04, 120

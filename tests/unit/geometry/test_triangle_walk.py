@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.geometry.point_location import PointLocator
-from app.geometry.triangle_walk import TriangleWalk
+from tactile_maps.geometry.surface.point_location import PointLocator
+from tactile_maps.geometry.surface.triangle_walk import TriangleWalk
 from tests.support.touch import arm
 
 

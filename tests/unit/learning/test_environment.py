@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from app.core.errors import LearningError, SimulationError
-from app.learning.environment import SkinEnvironment
-from app.learning.tasks import FollowEnvironment, RetreatEnvironment
+from tactile_maps.core.errors import LearningError, SimulationError
+from tactile_maps.learning.environment import SkinEnvironment
+from tactile_maps.learning.tasks import FollowEnvironment, RetreatEnvironment
 
 
 @pytest.mark.parametrize("action", [np.zeros(3), np.full(7, np.nan), np.full(7, 1.1)])

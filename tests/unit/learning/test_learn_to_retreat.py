@@ -6,7 +6,7 @@ from pathlib import Path
 import gymnasium
 import pytest
 
-import app.learning  # noqa: F401  # registers
+import tactile_maps.learning  # noqa: F401  # registers
 
 EXAMPLE = Path(__file__).resolve().parents[3] / "assets" / "guide" / "learn_to_retreat.py"
 

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from app.learning.observation import FrameObserver
-from app.learning.touched_arm import prepared_arm
-from app.session.session import Session
+from tactile_maps.learning.observation import FrameObserver
+from tactile_maps.learning.touched_arm import prepared_arm
+from tactile_maps.session.session import Session
 
 
 def test_a_frame_is_told_in_numbers_of_the_spaces():

@@ -7,7 +7,7 @@ from pathlib import Path
 import gymnasium
 import pytest
 
-from app.learning import ENVIRONMENTS, register_environments
+from tactile_maps.learning import ENVIRONMENTS, register_environments
 
 ROOT = Path(__file__).resolve().parents[3]
 
@@ -20,7 +20,7 @@ def test_gymnasium_knows_each_by_name_once(name):
 
 
 def test_a_name_with_the_package_needs_no_import():
-    code = "import gymnasium; print(gymnasium.make('app.learning:TactileMaps-Follow-v0', taxels=60).spec.id)"
+    code = "import gymnasium; print(gymnasium.make('tactile_maps.learning:TactileMaps-Follow-v0', taxels=60).spec.id)"
     done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "TactileMaps-Follow-v0"
 
@@ -28,8 +28,8 @@ def test_a_name_with_the_package_needs_no_import():
 def test_without_gymnasium_the_package_says_what_to_install():
     code = (
         "import sys; sys.modules['gymnasium.envs.registration'] = None\n"
-        "from app.core.errors import LearningError\n"
-        "try:\n    import app.learning\n"
+        "from tactile_maps.core.errors import LearningError\n"
+        "try:\n    import tactile_maps.learning\n"
         "except LearningError as error:\n    print(error.remedy)"
     )
     done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
 
-from app.learning import ENVIRONMENTS
+from tactile_maps.learning import ENVIRONMENTS
 
 TAXELS = 300
 

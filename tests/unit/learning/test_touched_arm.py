@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from app.control.command import ControlSettings
-from app.learning.touched_arm import prepared_arm, session_beside_ball
+from tactile_maps.control.motion.command import ControlSettings
+from tactile_maps.learning.touched_arm import prepared_arm, session_beside_ball
 
 
 def test_a_ball_touches_the_place_and_one_on_its_way_not_yet():

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.live.arrival import ArrivalCounts, ArrivalTracker
-from app.live.readings import Reading
+from tactile_maps.live.readings.arrival import ArrivalCounts, ArrivalTracker
+from tactile_maps.live.readings.readings import Reading
 
 
 def reading(number, at=None):

@@ -5,9 +5,9 @@ from __future__ import annotations
 import threading
 from typing import ClassVar
 
-from app.core.errors import LiveError
-from app.live.connection import FIRST_PAUSE, LONGEST_PAUSE, MOST_WAITING, Connection, ConnectionState
-from app.live.readings import MalformedReadingError, Reading, SourceEndedError
+from tactile_maps.core.errors import LiveError
+from tactile_maps.live.readings.readings import MalformedReadingError, Reading, SourceEndedError
+from tactile_maps.live.session.connection import FIRST_PAUSE, LONGEST_PAUSE, MOST_WAITING, Connection, ConnectionState
 
 
 class Scripted:
@@ -146,7 +146,7 @@ def test_on_a_thread_it_wakes_who_waits_and_ends():
 
 
 def test_what_nobody_foresaw_is_told(monkeypatch, tmp_path):
-    monkeypatch.setattr("app.core.errors.user_log_path", lambda *_a, **_k: tmp_path)
+    monkeypatch.setattr("tactile_maps.core.errors.user_log_path", lambda *_a, **_k: tmp_path)
     connection = Connection(Scripted(reading(0), ZeroDivisionError("oh")))
     connection.start()
     while connection.status.state is not ConnectionState.FAILED:
@@ -322,7 +322,7 @@ def test_a_file_is_read_in_order_whatever_is_asked():
 
 
 def test_packets_that_are_not_taken_are_bounded(monkeypatch):
-    monkeypatch.setattr("app.live.connection._MOST_PACKET_BYTES", 10)
+    monkeypatch.setattr("tactile_maps.live.session.connection._MOST_PACKET_BYTES", 10)
     source = Packets(*[b"%d" % number for number in range(15)])
     connection = Connection(source, clock=Clock())
     connection.open()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from app.live.data_age import DRIFT, JUMP, SETTLE_SECONDS, DataAge
+from tactile_maps.live.readings.data_age import DRIFT, JUMP, SETTLE_SECONDS, DataAge
 
 OFFSET = 1.7e9
 """Sender's clock minus receiver's [s]."""

@@ -7,15 +7,15 @@ import threading
 import numpy as np
 import pytest
 
-from app.core.errors import RecordingError
-from app.live import frame_recording
-from app.live.arrival import Arrived
-from app.live.frame_recording import FrameRecording
-from app.live.measured_session import MeasuredSession
-from app.live.prepare import as_measured
-from app.live.readings import Reading, Unit
-from app.recording.player import open_recording
-from app.recording.recorder import Recorder
+from tactile_maps.core.errors import RecordingError
+from tactile_maps.live import frame_recording
+from tactile_maps.live.frame_recording import FrameRecording
+from tactile_maps.live.prepare import as_measured
+from tactile_maps.live.readings.arrival import Arrived
+from tactile_maps.live.readings.readings import Reading, Unit
+from tactile_maps.live.session.measured_session import MeasuredSession
+from tactile_maps.recording.player import open_recording
+from tactile_maps.recording.recorder import Recorder
 from tests.support.touch import prepared_bar
 
 

@@ -9,12 +9,12 @@ import numpy as np
 import psutil
 import pytest
 
-from app.core.errors import LiveError
-from app.live.connection import Connection
-from app.live.measured_session import MeasuredSession
-from app.live.prepare import as_measured
-from app.live.readings import MalformedReadingError, Reading, Unit
-from app.live.wire_format import decode, encode_binary
+from tactile_maps.core.errors import LiveError
+from tactile_maps.live.prepare import as_measured
+from tactile_maps.live.readings.readings import MalformedReadingError, Reading, Unit
+from tactile_maps.live.readings.wire_format import decode, encode_binary
+from tactile_maps.live.session.connection import Connection
+from tactile_maps.live.session.measured_session import MeasuredSession
 from tests.support.touch import bar_skin, prepared_bar
 
 RATE = 100.0

@@ -7,21 +7,21 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.contacts.pipeline import ReadingSettings
-from app.core.errors import LiveError, RecordingError, SimulationError
-from app.core.reading_units import ReadingUnits
-from app.live.arrival import Arrived
-from app.live.channels.calibration import Calibration, ValueMode
-from app.live.measured_session import MOST_TURNS, MeasuredSession, silent_text
-from app.live.prepare import as_measured
-from app.live.readings import Reading, Unit
-from app.live.sources.files import read_recording
-from app.recording.player import open_recording
-from app.recording.recorder import Recorder
-from app.recording.verify import verify
-from app.robots.robot import Joint
-from app.session.inputs import CalibrationUsed, MapEdited, PokePressed, PokeReleased, ReadingChanged
-from app.tactile.press import press_skin
+from tactile_maps.contacts.pipeline import ReadingSettings
+from tactile_maps.core.errors import LiveError, RecordingError, SimulationError
+from tactile_maps.core.reading_units import ReadingUnits
+from tactile_maps.live.channels.calibration import Calibration, ValueMode
+from tactile_maps.live.prepare import as_measured
+from tactile_maps.live.readings.arrival import Arrived
+from tactile_maps.live.readings.readings import Reading, Unit
+from tactile_maps.live.session.measured_session import MOST_TURNS, MeasuredSession, silent_text
+from tactile_maps.live.sources.files import read_recording
+from tactile_maps.recording.player import open_recording
+from tactile_maps.recording.recorder import Recorder
+from tactile_maps.recording.verify import verify
+from tactile_maps.robots.model.robot import Joint
+from tactile_maps.session.inputs import CalibrationUsed, MapEdited, PokePressed, PokeReleased, ReadingChanged
+from tactile_maps.tactile.press import press_skin
 from tests.support.touch import bar, bar_skin, prepared_bar
 
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from app.editing.arrange import move
-from app.editing.document import MapDocument
-from app.live.measured_session import MeasuredSession
-from app.live.prepare import MEASURED_TICK, as_measured, prepare_measured
-from app.maps.formats.map_file import save_map
-from app.scene.scene_file import scene_for_taxels
-from app.skin.skin_file import save_skin
+from tactile_maps.editing.arrange import move
+from tactile_maps.editing.document import MapDocument
+from tactile_maps.live.prepare import MEASURED_TICK, as_measured, prepare_measured
+from tactile_maps.live.session.measured_session import MeasuredSession
+from tactile_maps.maps.formats.map_file import save_map
+from tactile_maps.scene.scene_file import scene_for_taxels
+from tactile_maps.skin.model.skin_file import save_skin
 from tests.support.touch import bar_map, bar_skin, prepared_bar
 
 

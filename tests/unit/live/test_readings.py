@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.live.readings import MalformedReadingError, Reading, Unit, unit_of
+from tactile_maps.live.readings.readings import MalformedReadingError, Reading, Unit, unit_of
 
 
 def test_units_tell_their_pascals():

@@ -7,10 +7,10 @@ import threading
 
 import pytest
 
-from app.core.errors import LiveError
-from app.live.connection import Connection
-from app.live.send import made_up, main, sender
-from app.live.sources.network import UdpSource
+from tactile_maps.core.errors import LiveError
+from tactile_maps.live.session.connection import Connection
+from tactile_maps.live.sources.network import UdpSource
+from tactile_maps.live.sources.send import made_up, main, sender
 
 
 @pytest.mark.parametrize("options", [[], ["--json", "--token", "a secret of ours"]])

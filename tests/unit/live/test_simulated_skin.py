@@ -8,15 +8,15 @@ from functools import cache
 import numpy as np
 import pytest
 
-from app.core.errors import LiveError
-from app.live.arrival import Arrived
-from app.live.measured_session import MeasuredSession
-from app.live.prepare import as_measured
-from app.live.readings import Reading, Unit
-from app.live.simulated_skin import SimulatedSkin, SkinDifference
-from app.maps.build import build_map
-from app.scene.scene import Scene
-from app.session.prepare import PreparedScene
+from tactile_maps.core.errors import LiveError
+from tactile_maps.live.prepare import as_measured
+from tactile_maps.live.readings.arrival import Arrived
+from tactile_maps.live.readings.readings import Reading, Unit
+from tactile_maps.live.session.measured_session import MeasuredSession
+from tactile_maps.live.simulated_skin import SimulatedSkin, SkinDifference
+from tactile_maps.maps.build import build_map
+from tactile_maps.scene.scene import Scene
+from tactile_maps.session.prepare import PreparedScene
 from tests.support.scene_objects import thing
 from tests.support.touch import pair, prepared_bar
 

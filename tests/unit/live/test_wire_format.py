@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.live.readings import MalformedReadingError, Reading, Unit
-from app.live.wire_format import HEADER, decode, encode_binary, encode_json, is_plausible
+from tactile_maps.live.readings.readings import MalformedReadingError, Reading, Unit
+from tactile_maps.live.readings.wire_format import HEADER, decode, encode_binary, encode_json, is_plausible
 
 READINGS = {
     "bare": Reading(1.25, [1.0, 2.5, -3.0]),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from app.maps.build import build_map
+from tactile_maps.maps.build import build_map
 from tests.support.surfaces import frustum, named, skin_of
 
 

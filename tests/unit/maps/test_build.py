@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.core.errors import MapError
-from app.flattening.cut import SeamPlan, shortest_edge_path
-from app.maps.build import build_map, flatten_patch, with_chart
-from app.skin.skin import Patch, Skin
+from tactile_maps.core.errors import MapError
+from tactile_maps.flattening.cut import SeamPlan, shortest_edge_path
+from tactile_maps.maps.build import build_map, flatten_patch, with_chart
+from tactile_maps.skin.model.skin import Patch, Skin
 from tests.support.surfaces import frustum, sheet, skin_of, taxels_on
 
 

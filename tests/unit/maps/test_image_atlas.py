@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.maps.image_atlas import ImageAtlas, ImageSettings
-from app.maps.tactile_image import TactileImage
+from tactile_maps.maps.image_atlas import ImageAtlas, ImageSettings
+from tactile_maps.maps.model.tactile_image import TactileImage
 
 
 @pytest.fixture(scope="module")

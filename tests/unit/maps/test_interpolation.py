@@ -7,9 +7,9 @@ import pytest
 from scipy.interpolate import LinearNDInterpolator, RBFInterpolator
 from scipy.sparse import csr_matrix
 
-from app.core.errors import MapError
-from app.maps.build import build_map
-from app.maps.interpolation import (
+from tactile_maps.core.errors import MapError
+from tactile_maps.maps.build import build_map
+from tactile_maps.maps.model.interpolation import (
     INTERPOLATIONS,
     STENCIL,
     TaxelTriangles,
@@ -224,7 +224,7 @@ def _needles(kind, generator):
 
 @pytest.mark.parametrize("kind", ["rows", "pairs", "circle", "strip"])
 def test_among_needles_the_walk_ends_and_weights_are_sound(kind, monkeypatch):
-    monkeypatch.setattr("app.maps.interpolation.LONGEST_SIDE", 1e9)
+    monkeypatch.setattr("tactile_maps.maps.model.interpolation.LONGEST_SIDE", 1e9)
     generator, asked = np.random.default_rng(0), 0
     for _ in range(25):
         sites = _needles(kind, generator)

@@ -7,13 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.geometry.mesh import SurfacePoint
-from app.maps.build import build_map
-from app.maps.jacobian import MapJacobian, affine_fit, least_norm_motion
-from app.maps.layout import MapLayout, Placement
-from app.maps.tactile_map import TactileMap
-from app.skin.calibration_error import with_calibration_error
-from app.skin.skin import Skin
+from tactile_maps.geometry.surface.mesh import SurfacePoint
+from tactile_maps.maps.build import build_map
+from tactile_maps.maps.model.jacobian import MapJacobian, affine_fit, least_norm_motion
+from tactile_maps.maps.model.layout import MapLayout, Placement
+from tactile_maps.maps.model.tactile_map import TactileMap
+from tactile_maps.skin.calibration_error import with_calibration_error
+from tactile_maps.skin.model.skin import Skin
 from tests.support.touch import arm, bar_skin, prepared_bar
 
 PITCH = 0.008

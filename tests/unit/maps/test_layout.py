@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from app.core.errors import MapError
-from app.flattening.bijectivity import crossings
-from app.flattening.chart import Chart
-from app.maps.layout import PACKING_ASPECT, MapLayout, Placement, fit_placement, pack_charts, pair_up
+from tactile_maps.core.errors import MapError
+from tactile_maps.flattening.bijectivity import crossings
+from tactile_maps.flattening.chart import Chart
+from tactile_maps.maps.model.layout import PACKING_ASPECT, MapLayout, Placement, fit_placement, pack_charts, pair_up
 
 POINTS = np.random.default_rng(0).normal(size=(20, 2))
 

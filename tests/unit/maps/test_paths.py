@@ -7,12 +7,14 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from app.control.command import CHOICES
-from app.core.errors import MapError
-from app.geometry.mesh import SurfacePoint
-from app.maps.build import build_map
-from app.maps.layout import MapLayout, Placement
-from app.maps.paths import (
+from tactile_maps.control.motion.command import CHOICES
+from tactile_maps.core.errors import MapError
+from tactile_maps.geometry.surface.mesh import SurfacePoint
+from tactile_maps.maps.build import build_map
+from tactile_maps.maps.model.layout import MapLayout, Placement
+from tactile_maps.maps.model.seam_transitions import SeamTransitions
+from tactile_maps.maps.model.tactile_map import TactileMap
+from tactile_maps.maps.paths import (
     NEAR_PITCHES,
     RASTER_STEP,
     MapPath,
@@ -23,8 +25,6 @@ from app.maps.paths import (
     split_at_borders,
     trace_path,
 )
-from app.maps.seam_transitions import SeamTransitions
-from app.maps.tactile_map import TactileMap
 from tests.support.references import unrolled, walk
 from tests.support.surfaces import cap, frustum, named, sheet, skin_of
 from tests.support.touch import arm

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.maps.pressure_colours import COLOURS, colour_image, rounded_scale
-from app.maps.tactile_image import TactileImage
+from tactile_maps.maps.model.tactile_image import TactileImage
+from tactile_maps.maps.pressure_colours import COLOURS, colour_image, rounded_scale
 from tests.support.recordings import small_arm
 
 

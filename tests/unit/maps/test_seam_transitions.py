@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.maps.build import build_map
-from app.maps.evaluation.topography import BodyDistances
-from app.maps.layout import MapLayout, Placement
-from app.maps.seam_transitions import SeamTransitions, line_crossing
-from app.maps.tactile_map import TactileMap
+from tactile_maps.maps.build import build_map
+from tactile_maps.maps.evaluation.topography import BodyDistances
+from tactile_maps.maps.model.layout import MapLayout, Placement
+from tactile_maps.maps.model.seam_transitions import SeamTransitions, line_crossing
+from tactile_maps.maps.model.tactile_map import TactileMap
 from tests.support.references import unrolled
 from tests.support.surfaces import frustum, named, sheet, skin_of
 
@@ -109,7 +109,7 @@ def test_many_pairs_are_asked_in_parts(rolled, monkeypatch):
     transitions = SeamTransitions(rolled)
     pairs = rolled.skin.neighbours.T
     whole = transitions.seen(*pairs)
-    monkeypatch.setattr("app.maps.seam_transitions._AT_ONCE", 100)
+    monkeypatch.setattr("tactile_maps.maps.model.seam_transitions._AT_ONCE", 100)
     np.testing.assert_array_equal(transitions.seen(*pairs), whole)
 
 

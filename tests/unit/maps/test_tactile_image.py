@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from scipy.sparse import csr_matrix
 
-from app.core.errors import MapError
-from app.maps.build import build_map
-from app.maps.interpolation import INTERPOLATIONS
-from app.maps.layout import MapLayout, Placement
-from app.maps.tactile_image import (
+from tactile_maps.core.errors import MapError
+from tactile_maps.maps.build import build_map
+from tactile_maps.maps.model.interpolation import INTERPOLATIONS
+from tactile_maps.maps.model.layout import MapLayout, Placement
+from tactile_maps.maps.model.tactile_image import (
     TactileImage,
     body_area_of_pixels,
     force_areas,
@@ -19,7 +19,7 @@ from app.maps.tactile_image import (
     surface_positions,
     vertex_weights,
 )
-from app.maps.tactile_map import TactileMap
+from tactile_maps.maps.model.tactile_map import TactileMap
 from tests.support.surfaces import sheet, skin_of
 
 

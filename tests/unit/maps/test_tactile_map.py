@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.core.errors import MapError
-from app.geometry.mesh import SurfacePoint
-from app.maps.layout import MapLayout, Placement
-from app.maps.tactile_map import TactileMap, back_project
+from tactile_maps.core.errors import MapError
+from tactile_maps.geometry.surface.mesh import SurfacePoint
+from tactile_maps.maps.model.layout import MapLayout, Placement
+from tactile_maps.maps.model.tactile_map import TactileMap, back_project
 
 
 def _places(map_, count=400, seed=0):

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from app.core.errors import RecordingError
-from app.recording.annotations import (
+from tactile_maps.core.errors import RecordingError
+from tactile_maps.recording.encoding.annotations import (
     Annotations,
     LabelledEpisode,
     Mark,
@@ -14,9 +14,9 @@ from app.recording.annotations import (
     load_annotations,
     save_annotations,
 )
-from app.recording.player import RecordingPlayer
-from app.recording.recorder import Recorder
-from app.session.session import Session
+from tactile_maps.recording.player import RecordingPlayer
+from tactile_maps.recording.recorder import Recorder
+from tactile_maps.session.session import Session
 
 SAID = Annotations(
     marks=(Mark(60, "touch"), Mark(150, "release")),

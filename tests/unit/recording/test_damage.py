@@ -11,9 +11,11 @@ import pytest
 from mcap.reader import make_reader
 from mcap.writer import CompressionType, Writer
 
-from app.__main__ import main
-from app.core.errors import RecordingError
-from app.recording.damage import (
+from tactile_maps.core.errors import RecordingError
+from tactile_maps.recording.encoding.frame_codec import encode_frame, tick_of
+from tactile_maps.recording.encoding.message_codecs import TOPICS
+from tactile_maps.recording.encoding.viewer_messages import viewer_schemas
+from tactile_maps.recording.file.damage import (
     DamageKind,
     Hole,
     RecordingDamage,
@@ -22,19 +24,17 @@ from app.recording.damage import (
     lost_at_end,
     merge_damage,
 )
-from app.recording.encoding.frame_codec import encode_frame, tick_of
-from app.recording.encoding.message_codecs import TOPICS
-from app.recording.encoding.viewer_messages import viewer_schemas
-from app.recording.machine import machine_facts
-from app.recording.mcap_file import add_viewer_channels, begin_recording, read_recording
-from app.recording.overview.summary import summarise
-from app.recording.player import RecordingPlayer
-from app.recording.recorder import Recorder
-from app.recording.recover import recover
-from app.recording.trim import trim
-from app.recording.verify import verify
-from app.session.bundle import unpack_scene
-from app.session.session import Session
+from tactile_maps.recording.file.mcap_file import add_viewer_channels, begin_recording, read_recording
+from tactile_maps.recording.machine import machine_facts
+from tactile_maps.recording.overview.summary import summarise
+from tactile_maps.recording.player import RecordingPlayer
+from tactile_maps.recording.recorder import Recorder
+from tactile_maps.recording.recover import recover
+from tactile_maps.recording.trim import trim
+from tactile_maps.recording.verify import verify
+from tactile_maps.session.bundle import unpack_scene
+from tactile_maps.session.session import Session
+from tactile_widgets.__main__ import main
 
 FIRST, LAST = 51, 250
 """Ticks of the fixture's frames."""

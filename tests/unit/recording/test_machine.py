@@ -7,8 +7,8 @@ import platform
 import subprocess
 import sys
 
-from app.recording.machine import machine_facts
-from app.recording.player import RecordingPlayer
+from tactile_maps.recording.machine import machine_facts
+from tactile_maps.recording.player import RecordingPlayer
 
 
 def test_a_recording_states_processor_and_blas(recording):
@@ -20,7 +20,11 @@ def test_a_recording_states_processor_and_blas(recording):
 
 def test_the_kernel_in_use_is_named():
     """OpenBLAS can be made to use kernels of an older processor, on x86."""
-    command = [sys.executable, "-c", "from app.recording.machine import machine_facts; print(machine_facts()['blas'])"]
+    command = [
+        sys.executable,
+        "-c",
+        "from tactile_maps.recording.machine import machine_facts; print(machine_facts()['blas'])",
+    ]
     kernels = []
     for variables in ({}, {"OPENBLAS_CORETYPE": "Nehalem"}):
         done = subprocess.run(command, env=os.environ | variables, capture_output=True, text=True, check=True)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import gc
-import os
 import subprocess
 import sys
 import tracemalloc
@@ -12,18 +11,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.export import sinks
-from app.export.export import FORMATS, export_recording
-from app.recording.overview.curves import read_curves
-from app.recording.overview.summary import summarise
-from app.recording.player import RecordingPlayer
-from app.recording.recorder import Recorder
-from app.recording.recover import recover
-from app.recording.trim import trim
-from app.scene.scene import Scene
-from app.session.prepare import PreparedScene
-from app.session.session import Session
-from tests.support.bounded_process import ROOT
+from tactile_maps.export import sinks
+from tactile_maps.export.export import FORMATS, export_recording
+from tactile_maps.recording.overview.curves import read_curves
+from tactile_maps.recording.overview.summary import summarise
+from tactile_maps.recording.player import RecordingPlayer
+from tactile_maps.recording.recorder import Recorder
+from tactile_maps.recording.recover import recover
+from tactile_maps.recording.trim import trim
+from tactile_maps.scene.scene import Scene
+from tactile_maps.session.prepare import PreparedScene
+from tactile_maps.session.session import Session
 from tests.support.touch import bar, bar_map, bar_skin
 
 SHORT, LONG, TAXELS = 500, 1300, 600
@@ -167,10 +165,9 @@ def huge(tmp_path_factory):
     ids=" ".join,
 )
 def test_commands_on_a_huge_recording_need_bounded_memory(huge, tmp_path, words):
-    command = [sys.executable, "-m", "app", words[0], str(huge), *words[1:]]
+    command = [sys.executable, "-m", "tactile_maps", words[0], str(huge), *words[1:]]
     done = subprocess.run(
         [sys.executable, "-c", MEASURED, *command], cwd=tmp_path, capture_output=True, text=True, check=False,
-        env={**os.environ, "PYTHONPATH": str(ROOT)},
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
     assert int(done.stdout.split()[-1]) < 1000 * MOST_RESIDENT[words[0]]

@@ -15,20 +15,20 @@ import zstandard
 from mcap.reader import make_reader
 from mcap.writer import CompressionType, IndexType, Writer
 
-from app.core.errors import Finding, RecordingError
-from app.core.files import pack_array, pack_arrays
-from app.recording.mcap_file import MAX_CHUNK, begin_recording, chunk_messages, read_recording
-from app.recording.player import RecordingPlayer
-from app.recording.recorder import Recorder
-from app.recording.recover import recover
-from app.robots.formats.mjcf import load_mjcf
-from app.robots.robot import Joint
-from app.scene.object_meshes import primitive_mesh
-from app.scene.objects import ObjectSpec, SceneObject
-from app.session.bundle import objects_from_bytes, objects_to_bytes, robot_from_zip, robot_to_zip
-from app.session.inputs import EffectsChanged
-from app.session.session import Session
-from app.skin.skin import TaxelIdentity
+from tactile_maps.core.errors import Finding, RecordingError
+from tactile_maps.core.files import pack_array, pack_arrays
+from tactile_maps.recording.file.mcap_file import MAX_CHUNK, begin_recording, chunk_messages, read_recording
+from tactile_maps.recording.player import RecordingPlayer
+from tactile_maps.recording.recorder import Recorder
+from tactile_maps.recording.recover import recover
+from tactile_maps.robots.formats.mjcf import load_mjcf
+from tactile_maps.robots.model.robot import Joint
+from tactile_maps.scene.object_meshes import primitive_mesh
+from tactile_maps.scene.objects import ObjectSpec, SceneObject
+from tactile_maps.session.bundle import objects_from_bytes, objects_to_bytes, robot_from_zip, robot_to_zip
+from tactile_maps.session.inputs import EffectsChanged
+from tactile_maps.session.session import Session
+from tactile_maps.skin.model.skin import TaxelIdentity
 from tests.support.recordings import record
 from tests.support.touch import bar
 
@@ -199,7 +199,7 @@ def test_a_robot_that_climbs_out_is_refused(prepared, name):
 
 
 def test_a_bomb_is_refused_before_it_is_unpacked(prepared, monkeypatch):
-    monkeypatch.setattr("app.session.bundle._MAX_UNPACKED", 50_000_000)
+    monkeypatch.setattr("tactile_maps.session.bundle._MAX_UNPACKED", 50_000_000)
     with pytest.raises(RecordingError, match="implausible size"):
         robot_from_zip(_with_member(prepared.robot, "assets/zeros", bytes(60_000_000)), file="x.mcap")
 
@@ -272,7 +272,7 @@ def test_a_robot_without_limits_reads_back():
 
 
 def test_a_recording_of_another_format_is_named(tmp_path, monkeypatch, prepared):
-    monkeypatch.setattr("app.recording.mcap_file.FORMAT", "5")
+    monkeypatch.setattr("tactile_maps.recording.file.mcap_file.FORMAT", "5")
     old = tmp_path / "old.mcap"
     with Recorder(prepared, old) as recorder:
         recorder.write(Session(prepared).frame, ())

@@ -12,23 +12,23 @@ from pathlib import Path
 
 import pytest
 
-from app.control.command import ControlSettings
-from app.core.errors import RecordingError, SimulationError
-from app.recording.damage import DamageKind
-from app.recording.player import RecordingPlayer, open_recording
-from app.recording.recorder import Recorder, record, save_failure_report
-from app.recording.recover import recover
-from app.recording.verify import verify
-from app.session.session import Session
-from app.tactile.poke import Finger, PokePressed
+from tactile_maps.control.motion.command import ControlSettings
+from tactile_maps.core.errors import RecordingError, SimulationError
+from tactile_maps.recording.file.damage import DamageKind
+from tactile_maps.recording.player import RecordingPlayer, open_recording
+from tactile_maps.recording.recorder import Recorder, record, save_failure_report
+from tactile_maps.recording.recover import recover
+from tactile_maps.recording.verify import verify
+from tactile_maps.session.session import Session
+from tactile_maps.tactile.poke import Finger, PokePressed
 from tests.support.touch import prepared_bar
 
 ROOT = Path(__file__).resolve().parents[3]
 
 ENDLESS = """
 import sys
-from app.recording.recorder import Recorder
-from app.session.session import Session
+from tactile_maps.recording.recorder import Recorder
+from tactile_maps.session.session import Session
 from tests.support.touch import prepared_bar
 prepared = prepared_bar()
 session = Session(prepared)
@@ -71,8 +71,8 @@ def test_a_disk_that_fills_up_keeps_what_was_written(tmp_path):
     path = tmp_path / "cut.mcap"
     code = (
         "import resource, signal, sys\n"
-        "from app.core.errors import RecordingError\nfrom app.recording.recorder import Recorder\n"
-        "from app.session.session import Session\nfrom tests.support.touch import prepared_bar\n"
+        "from tactile_maps.core.errors import RecordingError\nfrom tactile_maps.recording.recorder import Recorder\n"
+        "from tactile_maps.session.session import Session\nfrom tests.support.touch import prepared_bar\n"
         "prepared = prepared_bar(); session = Session(prepared); recorder = Recorder(prepared, sys.argv[1])\n"
         "recorder.write(session.tick(), session.inputs)\n"
         "import os; size = os.path.getsize(sys.argv[1]) + 200_000\n"

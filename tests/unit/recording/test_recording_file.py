@@ -11,19 +11,19 @@ from pathlib import Path
 
 import pytest
 
-from app.core.errors import RecordingError
-from app.core.files import is_locked, lock_file, open_atomically
-from app.recording.player import open_recording
-from app.recording.recorder import Recorder
-from app.recording.recover import recover
-from app.session.session import Session
+from tactile_maps.core.errors import RecordingError
+from tactile_maps.core.files import is_locked, lock_file, open_atomically
+from tactile_maps.recording.player import open_recording
+from tactile_maps.recording.recorder import Recorder
+from tactile_maps.recording.recover import recover
+from tactile_maps.session.session import Session
 from tests.support.special_files import is_special, make_special_file, special_kinds
 
 ROOT = Path(__file__).resolve().parents[3]
 ENDLESS = """
 import sys
-from app.recording.recorder import Recorder
-from app.session.session import Session
+from tactile_maps.recording.recorder import Recorder
+from tactile_maps.session.session import Session
 from tests.support.touch import prepared_bar
 prepared = prepared_bar()
 session = Session(prepared)

@@ -6,12 +6,12 @@ from dataclasses import replace
 
 import pytest
 
-from app.core.errors import SceneError, SimulationError
-from app.recording.player import RecordingPlayer
-from app.recording.sweep_recording import SweepRecording, record_case
-from app.scene.scene_file import load_scene
-from app.session.session import Session
-from app.skin.cover import CoverSpec
+from tactile_maps.core.errors import SceneError, SimulationError
+from tactile_maps.recording.player import RecordingPlayer
+from tactile_maps.recording.sweep_recording import SweepRecording, record_case
+from tactile_maps.scene.scene_file import load_scene
+from tactile_maps.session.session import Session
+from tactile_maps.skin.fitting.cover import CoverSpec
 
 
 @pytest.fixture

@@ -6,15 +6,21 @@ import json
 
 import pytest
 
-from app.__main__ import main
-from app.core.errors import RecordingError
-from app.recording.annotations import Annotations, LabelledEpisode, Mark, annotations_file, save_annotations
-from app.recording.damage import DamageKind
-from app.recording.player import RecordingPlayer
-from app.recording.recorder import versions
-from app.recording.recover import recover
-from app.recording.trim import episode_file_name, trim, trim_episodes
-from app.recording.verify import verify
+from tactile_maps.core.errors import RecordingError
+from tactile_maps.recording.encoding.annotations import (
+    Annotations,
+    LabelledEpisode,
+    Mark,
+    annotations_file,
+    save_annotations,
+)
+from tactile_maps.recording.file.damage import DamageKind
+from tactile_maps.recording.player import RecordingPlayer
+from tactile_maps.recording.recorder import versions
+from tactile_maps.recording.recover import recover
+from tactile_maps.recording.trim import episode_file_name, trim, trim_episodes
+from tactile_maps.recording.verify import verify
+from tactile_widgets.__main__ import main
 from tests.support.recordings import with_checksum_damage
 
 

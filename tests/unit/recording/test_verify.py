@@ -7,18 +7,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.control.limits import Limit, LimitKind
-from app.core.errors import RecordingError
-from app.editing.arrange import rotate
-from app.editing.document import MapDocument
-from app.recording.damage import DamageKind
-from app.recording.player import RecordingPlayer
-from app.recording.recorder import Recorder, record
-from app.recording.recover import recover
-from app.recording.verify import verify
-from app.session.inputs import MapEdited, PosturePlaced, RestChanged
-from app.session.session import Session
-from app.tactile.poke import Finger, PokePressed, PokeReleased
+from tactile_maps.control.motion.limits import Limit, LimitKind
+from tactile_maps.core.errors import RecordingError
+from tactile_maps.editing.arrange import rotate
+from tactile_maps.editing.document import MapDocument
+from tactile_maps.recording.file.damage import DamageKind
+from tactile_maps.recording.player import RecordingPlayer
+from tactile_maps.recording.recorder import Recorder, record
+from tactile_maps.recording.recover import recover
+from tactile_maps.recording.verify import verify
+from tactile_maps.session.inputs import MapEdited, PosturePlaced, RestChanged
+from tactile_maps.session.session import Session
+from tactile_maps.tactile.poke import Finger, PokePressed, PokeReleased
 from tests.support.pressed_arm import forearm
 
 

@@ -6,11 +6,11 @@ import mujoco
 import numpy as np
 import pytest
 
-from app.core.errors import RobotError
-from app.geometry.mesh import Mesh
-from app.robots import build
-from app.robots.build import SMOKE_TEST_STEPS, build_robot, check_magnitudes, link_mesh, smoke_test
-from app.robots.load import load_robot_file
+from tactile_maps.core.errors import RobotError
+from tactile_maps.geometry.surface.mesh import Mesh
+from tactile_maps.robots.load import load_robot_file
+from tactile_maps.robots.model import build
+from tactile_maps.robots.model.build import SMOKE_TEST_STEPS, build_robot, check_magnitudes, link_mesh, smoke_test
 
 
 def mesh_of(geoms: str) -> Mesh | None:

@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from app.core.errors import RobotError
-from app.robots.home_posture import LEAST_MARGIN, motion_tilts, point_motion
-from app.robots.kinematics import Configuration
-from app.robots.library import load_robot
-from app.robots.robot import Robot
+from tactile_maps.core.errors import RobotError
+from tactile_maps.robots.kinematics import Configuration
+from tactile_maps.robots.library import load_robot
+from tactile_maps.robots.model.home_posture import LEAST_MARGIN, motion_tilts, point_motion
+from tactile_maps.robots.model.robot import Robot
 from tests.support.generated_robots import ROBOTS, arm, chain, load, model
 
 OUTERMOST = {"small arm": ["link6"], "arm": ["link6"], "large arm": ["link6"], "leg": ["link3"],

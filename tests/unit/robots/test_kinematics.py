@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from app.core.errors import RobotError
-from app.robots.kinematics import Configuration
-from app.robots.library import load_robot
-from app.robots.load import load_robot_file
+from tactile_maps.core.errors import RobotError
+from tactile_maps.robots.kinematics import Configuration
+from tactile_maps.robots.library import load_robot
+from tactile_maps.robots.load import load_robot_file
 
 
 @pytest.fixture

@@ -10,10 +10,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from app.core.errors import RobotError
-from app.robots import library
-from app.robots.kinematics import Configuration
-from app.robots.library import icub_folder, list_robots, load_icub, load_robot
+from tactile_maps.core.errors import RobotError
+from tactile_maps.robots import library
+from tactile_maps.robots.kinematics import Configuration
+from tactile_maps.robots.library import icub_folder, list_robots, load_icub, load_robot
 
 needs_icub = pytest.mark.skipif(icub_folder() is None, reason="the wheel icub-models is not installed")
 

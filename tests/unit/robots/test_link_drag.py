@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.control.joint_impedance import joint_limits
-from app.core.errors import RobotError
-from app.robots.kinematics import Configuration
-from app.robots.library import load_robot
-from app.robots.link_drag import CLOSE, drag_link
+from tactile_maps.control.motion.joint_impedance import joint_limits
+from tactile_maps.core.errors import RobotError
+from tactile_maps.robots.kinematics import Configuration
+from tactile_maps.robots.library import load_robot
+from tactile_maps.robots.link_drag import CLOSE, drag_link
 
 TIP = np.array([0.0, 0.0, 0.05])
 

@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 import trimesh
 
-from app.core.errors import MeshError, RobotError
-from app.robots.kinematics import Configuration
-from app.robots.load import CLEARANCE, load_bare_mesh, load_robot_file
-from app.robots.mujoco_spec import compile_spec, robot_spec
+from tactile_maps.core.errors import MeshError, RobotError
+from tactile_maps.robots.kinematics import Configuration
+from tactile_maps.robots.load import CLEARANCE, load_bare_mesh, load_robot_file
+from tactile_maps.robots.model.mujoco_spec import compile_spec, robot_spec
 
 
 @pytest.mark.parametrize("suffix", ["obj", "stl", "ply"])

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from app.core.errors import RobotError
-from app.robots.load import load_robot_file
-from app.robots.mujoco_spec import compile_spec, robot_spec, spec_text
+from tactile_maps.core.errors import RobotError
+from tactile_maps.robots.load import load_robot_file
+from tactile_maps.robots.model.mujoco_spec import compile_spec, robot_spec, spec_text
 
 
 def test_a_robot_is_self_contained_and_in_radians(tiny: Path) -> None:

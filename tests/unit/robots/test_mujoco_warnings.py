@@ -10,12 +10,12 @@ import mujoco
 import numpy as np
 import pytest
 
-from app.core.errors import Finding, RobotError
-from app.robots.build import smoke_test
-from app.robots.load import load_robot_file
-from app.robots.mujoco_spec import parse_spec
-from app.robots.mujoco_warnings import collect_warnings, warning_findings
-from app.robots.robot import Robot
+from tactile_maps.core.errors import Finding, RobotError
+from tactile_maps.robots.load import load_robot_file
+from tactile_maps.robots.model.build import smoke_test
+from tactile_maps.robots.model.mujoco_spec import parse_spec
+from tactile_maps.robots.model.mujoco_warnings import collect_warnings, warning_findings
+from tactile_maps.robots.model.robot import Robot
 
 EQUAL = "joint 'j' has equal lower and upper limits, limit ignored"
 INERTIA = '<inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from app.core.errors import RobotError
-from app.robots.load import load_robot_file
+from tactile_maps.core.errors import RobotError
+from tactile_maps.robots.load import load_robot_file
 
 
 def test_links_are_found_by_name_or_refused_with_the_valid_ones(tiny: Path) -> None:

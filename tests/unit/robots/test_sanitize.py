@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 import trimesh
 
-from app.core.errors import RobotError
-from app.geometry.mesh import Mesh
-from app.robots import sanitize
-from app.robots.formats.mjcf import load_mjcf
-from app.robots.mujoco_spec import compile_spec, robot_spec
-from app.robots.sanitize import collision_exclusions, keyframe_home, name_unnamed_elements, strip_scene
+from tactile_maps.core.errors import RobotError
+from tactile_maps.geometry.surface.mesh import Mesh
+from tactile_maps.robots.files import sanitize
+from tactile_maps.robots.files.sanitize import collision_exclusions, keyframe_home, name_unnamed_elements, strip_scene
+from tactile_maps.robots.formats.mjcf import load_mjcf
+from tactile_maps.robots.model.mujoco_spec import compile_spec, robot_spec
 
 GRIPPER = """<mujoco><worldbody><camera name="c"/><site name="w"/><body name="palm"><geom size="0.1"/><site name="s"/>
 <body><joint name="a"/><geom size="0.1"/></body><body name="link_3"><joint name="b"/><geom size="0.1"/></body>

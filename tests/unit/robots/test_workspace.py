@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from app.robots.kinematics import Configuration
-from app.robots.library import load_robot
-from app.robots.workspace import inertia_ratio, reach
+from tactile_maps.robots.kinematics import Configuration
+from tactile_maps.robots.library import load_robot
+from tactile_maps.robots.workspace import inertia_ratio, reach
 from tests.support.generated_robots import ROBOTS, load
 
 

@@ -7,13 +7,13 @@ from dataclasses import replace
 
 import pytest
 
-from app.scene.effect_decision import EFFECT_RULES, OVERRIDDEN, decide_effects
-from app.scene.effects import EFFECTS, SENSOR_KEYS
-from app.scene.objects import ObjectSpec
-from app.scene.scene_file import load_scene
-from app.scene.tasks import TASKS, Needs
-from app.tactile.elastic_layer import ElasticLayer
-from app.tactile.sensor_effects import Noise
+from tactile_maps.scene.effect_decision import EFFECT_RULES, OVERRIDDEN, decide_effects
+from tactile_maps.scene.effects import EFFECTS, SENSOR_KEYS
+from tactile_maps.scene.objects import ObjectSpec
+from tactile_maps.scene.scene_file import load_scene
+from tactile_maps.scene.tasks import TASKS, Needs
+from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
+from tactile_maps.tactile.sensors.sensor_effects import Noise
 
 BOX = ObjectSpec("box", "box", size=(0.1, 0.1, 0.1), mass=1.0)
 WALL = ObjectSpec("wall", "box", size=(0.1, 0.1, 0.1))

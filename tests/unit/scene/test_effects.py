@@ -6,9 +6,9 @@ from dataclasses import FrozenInstanceError, fields, is_dataclass
 
 import pytest
 
-from app.core.errors import SceneError, did_you_mean
-from app.scene.effects import EFFECTS, SENSOR_KEYS, Effects, effect_entry
-from app.tactile.sensor_effects import Noise
+from tactile_maps.core.errors import SceneError, did_you_mean
+from tactile_maps.scene.effects import EFFECTS, SENSOR_KEYS, Effects, effect_entry
+from tactile_maps.tactile.sensors.sensor_effects import Noise
 
 
 def test_defaults_are_the_cheap_ones():

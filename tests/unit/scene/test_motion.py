@@ -8,9 +8,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.core.errors import SceneError
-from app.robots.robot import Joint, Robot
-from app.scene.motion import Motion, Waypoint
+from tactile_maps.core.errors import SceneError
+from tactile_maps.robots.model.robot import Joint, Robot
+from tactile_maps.scene.motion import Motion, Waypoint
 
 ROBOT = Robot("r", "by hand", "", {}, (), (Joint("a", -2.0, 2.0), Joint("b", -math.inf, math.inf),
               Joint("s", 0.0, 0.5, slide=True)), np.array([0.1, 0.2, 0.3]))  # fmt: skip

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 import trimesh
 
-from app.core.errors import MeshError, SceneError
-from app.scene.object_meshes import make_objects, primitive_mesh
-from app.scene.objects import ObjectSpec
-from app.scene.scene import Scene
+from tactile_maps.core.errors import MeshError, SceneError
+from tactile_maps.scene.object_meshes import make_objects, primitive_mesh
+from tactile_maps.scene.objects import ObjectSpec
+from tactile_maps.scene.scene import Scene
 
 PRIMITIVES = (
     (ObjectSpec("p", "probe", size=(0.01,)), (0.02, 0.02, 0.02), 4 / 3 * np.pi * 0.01**3),

@@ -7,8 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from app.core.errors import SceneError
-from app.scene.objects import MIN_MOVING_MASS, OBJECT_KINDS, ObjectSpec
+from tactile_maps.core.errors import SceneError
+from tactile_maps.scene.objects import MIN_MOVING_MASS, OBJECT_KINDS, ObjectSpec
 
 SIZES = {"probe": (0.01,), "sphere": (0.1,), "cylinder": (0.1, 0.2), "box": (0.1, 0.2, 0.3), "plate": (0.1, 0.2, 0.01),
          "plane": (1.0, 2.0), "mesh": (0.5,)}  # fmt: skip

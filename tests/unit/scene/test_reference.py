@@ -9,32 +9,32 @@ from typing import get_args
 
 import pytest
 
-from app.contacts.events import EVENT_KINDS
-from app.contacts.force_estimation.estimate import ESTIMATORS
-from app.contacts.image_centre import BACK_PROJECTIONS
-from app.contacts.pipeline import ReadingSettings
-from app.control.behaviours import Behaviour
-from app.control.command import CHOICES, ControlSettings
-from app.control.controller_registry import settings_from
-from app.core.errors import SceneError
-from app.core.toml import toml_lines
-from app.maps.interpolation import INTERPOLATIONS
-from app.robots.kinematics import Configuration
-from app.scene import scene_file
-from app.scene.effects import EFFECTS, SENSOR_KEYS
-from app.scene.motion import Unit, Waypoint
-from app.scene.objects import OBJECT_KINDS, ObjectSpec
-from app.scene.scene import Scene
-from app.scene.scene_file import scene_from_toml, scene_names
-from app.scene.tasks import OUTPUTS, TASKS, TOUCH_OUTPUTS
-from app.session.prepare import load_robot_and_skin
-from app.skin.cover import CoverSpec
-from app.skin.fit import GridSpec
-from app.stimuli.stimulus import Stimulus
-from app.stimuli.stimulus_file import STIMULUS_KINDS
-from app.tactile.babbling import KINDS
-from app.tactile.elastic_layer import ElasticLayer
-from assets import asset
+from tactile_maps.contacts.detection.image_centre import BACK_PROJECTIONS
+from tactile_maps.contacts.events import EVENT_KINDS
+from tactile_maps.contacts.force_estimation.estimate import ESTIMATORS
+from tactile_maps.contacts.pipeline import ReadingSettings
+from tactile_maps.control.behaviours import Behaviour
+from tactile_maps.control.controller_registry import settings_from
+from tactile_maps.control.motion.command import CHOICES, ControlSettings
+from tactile_maps.core.assets import asset
+from tactile_maps.core.errors import SceneError
+from tactile_maps.core.toml import toml_lines
+from tactile_maps.maps.model.interpolation import INTERPOLATIONS
+from tactile_maps.robots.kinematics import Configuration
+from tactile_maps.scene import scene_file
+from tactile_maps.scene.effects import EFFECTS, SENSOR_KEYS
+from tactile_maps.scene.motion import Unit, Waypoint
+from tactile_maps.scene.objects import OBJECT_KINDS, ObjectSpec
+from tactile_maps.scene.scene import Scene
+from tactile_maps.scene.scene_file import scene_from_toml, scene_names
+from tactile_maps.scene.tasks import OUTPUTS, TASKS, TOUCH_OUTPUTS
+from tactile_maps.session.prepare import load_robot_and_skin
+from tactile_maps.skin.fitting.cover import CoverSpec
+from tactile_maps.skin.fitting.fit import GridSpec
+from tactile_maps.stimuli.stimulus import Stimulus
+from tactile_maps.stimuli.stimulus_file import STIMULUS_KINDS
+from tactile_maps.tactile.babbling import KINDS
+from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
 
 REFERENCE = asset("scenes", "README.md").read_text(encoding="utf8")
 

@@ -7,13 +7,13 @@ from dataclasses import replace
 
 import pytest
 
-from app.core.errors import SceneError
-from app.scene.objects import ObjectSpec
-from app.scene.scene import Scene, with_override
-from app.scene.tasks import TASKS
-from app.skin.cover import CoverSpec
-from app.stimuli.stimulus_kinds import Poke
-from app.tactile.sensor_effects import Noise
+from tactile_maps.core.errors import SceneError
+from tactile_maps.scene.objects import ObjectSpec
+from tactile_maps.scene.scene import Scene, with_override
+from tactile_maps.scene.tasks import TASKS
+from tactile_maps.skin.fitting.cover import CoverSpec
+from tactile_maps.stimuli.stimulus_kinds import Poke
+from tactile_maps.tactile.sensors.sensor_effects import Noise
 
 SCENE = Scene(name="s", robot="arm")
 BALL = ObjectSpec("ball", "sphere", size=(0.1,))

@@ -6,12 +6,13 @@ from dataclasses import fields, replace
 
 import pytest
 
-from app.core.errors import SceneError
-from app.scene.effects import EFFECTS
-from app.scene.motion import Waypoint
-from app.scene.objects import OBJECT_KINDS, ObjectSpec
-from app.scene.scene import Scene
-from app.scene.scene_file import (
+from tactile_maps.core.assets import asset
+from tactile_maps.core.errors import SceneError
+from tactile_maps.scene.effects import EFFECTS
+from tactile_maps.scene.motion import Waypoint
+from tactile_maps.scene.objects import OBJECT_KINDS, ObjectSpec
+from tactile_maps.scene.scene import Scene
+from tactile_maps.scene.scene_file import (
     load_scene,
     scene_for,
     scene_from_toml,
@@ -20,13 +21,12 @@ from app.scene.scene_file import (
     with_grid,
     with_taxels,
 )
-from app.scene.tasks import OUTPUTS, TASKS
-from app.skin.cover import CoverSpec
-from app.skin.fit import GridSpec
-from app.stimuli.stimulus_file import STIMULUS_KINDS
-from app.stimuli.stimulus_kinds import Babble, Stroke
-from app.tactile.elastic_layer import ElasticLayer
-from assets import asset
+from tactile_maps.scene.tasks import OUTPUTS, TASKS
+from tactile_maps.skin.fitting.cover import CoverSpec
+from tactile_maps.skin.fitting.fit import GridSpec
+from tactile_maps.stimuli.stimulus_file import STIMULUS_KINDS
+from tactile_maps.stimuli.stimulus_kinds import Babble, Stroke
+from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
 
 FULL = Scene(
     name='a "quoted"\tname \\ \x7f µ',

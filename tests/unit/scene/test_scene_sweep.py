@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from app.core.errors import SceneError
-from app.scene.scene_file import load_scene
-from app.scene.scene_sweep import load_sweep, varied_scene
+from tactile_maps.core.errors import SceneError
+from tactile_maps.scene.scene_file import load_scene
+from tactile_maps.scene.scene_sweep import load_sweep, varied_scene
 
 
 @pytest.fixture

@@ -8,9 +8,9 @@ from typing import get_args
 
 import pytest
 
-from app.scene.effects import Effects, Integrator
-from app.scene.objects import MIN_MOVING_MASS, ObjectSpec
-from app.scene.stability import (
+from tactile_maps.scene.effects import Effects, Integrator
+from tactile_maps.scene.objects import MIN_MOVING_MASS, ObjectSpec
+from tactile_maps.scene.stability import (
     PROBE_MASS,
     StabilityResult,
     equivalent_stiffness,
@@ -18,7 +18,7 @@ from app.scene.stability import (
     stability_table,
     stability_warning,
 )
-from app.tactile.elastic_layer import ElasticLayer
+from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
 
 TOUCHED = Effects(contact="all")
 EULER = replace(TOUCHED, integrator="euler", timestep=0.008)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from app.scene.objects import ObjectSpec
-from app.scene.tasks import OUTPUTS, TASKS, TOUCH_OUTPUTS, Needs
+from tactile_maps.scene.objects import ObjectSpec
+from tactile_maps.scene.tasks import OUTPUTS, TASKS, TOUCH_OUTPUTS, Needs
 
 BOX = ObjectSpec("box", "box", size=(0.1, 0.1, 0.1), mass=1.0)
 WALL = ObjectSpec("wall", "box", size=(0.1, 0.1, 0.1))

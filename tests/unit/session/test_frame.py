@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.control.command import ControlSettings, JointCommand
-from app.core.errors import SimulationError
-from app.session.frame import Failure, Frame
-from app.session.session import Session
-from app.tactile.poke import Finger, PokePressed
+from tactile_maps.control.motion.command import ControlSettings, JointCommand
+from tactile_maps.core.errors import SimulationError
+from tactile_maps.session.frame import Failure, Frame
+from tactile_maps.session.session import Session
+from tactile_maps.tactile.poke import Finger, PokePressed
 from tests.support.touch import prepared_bar
 
 

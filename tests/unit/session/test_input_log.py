@@ -9,11 +9,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.control.command import ControlSettings
-from app.geometry.mesh import SurfacePoint
-from app.session.input_log import InputLog
-from app.session.inputs import ControlChanged
-from app.tactile.poke import PokeMoved, PokePressed, PokeReleased
+from tactile_maps.control.motion.command import ControlSettings
+from tactile_maps.geometry.surface.mesh import SurfacePoint
+from tactile_maps.session.input_log import InputLog
+from tactile_maps.session.inputs import ControlChanged
+from tactile_maps.tactile.poke import PokeMoved, PokePressed, PokeReleased
 from tests.support.examples import examples
 
 POINTS = st.builds(

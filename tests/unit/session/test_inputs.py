@@ -6,12 +6,12 @@ from typing import get_args
 
 import numpy as np
 
-from app.contacts.pipeline import ReadingSettings
-from app.control.behaviours import Behaviour
-from app.control.command import ControlSettings
-from app.recording.encoding.message_codecs import decode_input, encode_input
-from app.scene.effects import Effects
-from app.session.inputs import (
+from tactile_maps.contacts.pipeline import ReadingSettings
+from tactile_maps.control.behaviours import Behaviour
+from tactile_maps.control.motion.command import ControlSettings
+from tactile_maps.recording.encoding.message_codecs import decode_input, encode_input
+from tactile_maps.scene.effects import Effects
+from tactile_maps.session.inputs import (
     BehavioursChanged,
     CalibrationUsed,
     ControlChanged,
@@ -23,8 +23,8 @@ from app.session.inputs import (
     SessionInput,
     remembered,
 )
-from app.studies.testbeds.reference_bodies import flat_map
-from app.tactile.poke import PokeMoved, PokePressed, PokeReleased
+from tactile_maps.studies.testbeds.reference_bodies import flat_map
+from tactile_maps.tactile.poke import PokeMoved, PokePressed, PokeReleased
 
 
 def test_every_input_can_be_recorded():

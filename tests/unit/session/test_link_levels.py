@@ -8,12 +8,13 @@ import numpy as np
 import pytest
 import pyvista as pv
 
-from app.core.errors import RecordingError
-from app.geometry.mesh import Mesh
-from app.robots.load import robot_of_mesh
-from app.session import prepared_cache
-from app.session.link_levels import LinkLevels, faces_of_links, links_digest
-from app.session.prepared_cache import FOLDER_VARIABLE, cache_content, clear_cache, link_levels_cached
+from tactile_maps.core.errors import RecordingError
+from tactile_maps.core.files import FOLDER_VARIABLE
+from tactile_maps.geometry.surface.mesh import Mesh
+from tactile_maps.robots.load import robot_of_mesh
+from tactile_maps.session import prepared_cache
+from tactile_maps.session.link_levels import LinkLevels, faces_of_links, links_digest
+from tactile_maps.session.prepared_cache import cache_content, clear_cache, link_levels_cached
 
 
 @pytest.fixture(autouse=True)

@@ -7,12 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.core.errors import RecordingError
-from app.core.reading_units import ReadingUnits
-from app.live.measured_session import MeasuredSession
-from app.live.prepare import as_measured
-from app.recording.encoding.frame_codec import decode_frame, encode_frame
-from app.session.measured_values import MeasuredValues
+from tactile_maps.core.errors import RecordingError
+from tactile_maps.core.reading_units import ReadingUnits
+from tactile_maps.live.prepare import as_measured
+from tactile_maps.live.session.measured_session import MeasuredSession
+from tactile_maps.recording.encoding.frame_codec import decode_frame, encode_frame
+from tactile_maps.session.measured_values import MeasuredValues
 from tests.support.touch import prepared_bar
 
 RAW = np.where(np.arange(60) == 7, np.nan, np.arange(60.0))

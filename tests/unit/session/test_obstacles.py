@@ -6,12 +6,12 @@ import mujoco
 import numpy as np
 import pytest
 
-from app.control.path_following.clearance import FAR, Clearance
-from app.scene.effects import Effects
-from app.session.obstacles import obstacles_of
-from app.simulation.model.model_assembly import assemble
-from app.simulation.model.model_names import body_name
-from app.skin.link_hulls import hull_name
+from tactile_maps.control.path_following.clearance import FAR, Clearance
+from tactile_maps.scene.effects import Effects
+from tactile_maps.session.obstacles import obstacles_of
+from tactile_maps.simulation.model.model_assembly import assemble
+from tactile_maps.simulation.model.model_names import body_name
+from tactile_maps.skin.link_hulls import hull_name
 from tests.support.scene_objects import SIZES, thing
 from tests.support.touch import pair
 

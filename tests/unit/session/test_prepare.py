@@ -8,14 +8,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.core.errors import SceneError, TactileMapsError
-from app.geometry.mesh import Mesh
-from app.scene.objects import ObjectSpec
-from app.scene.scene import Scene
-from app.scene.scene_file import load_scene
-from app.session.prepare import check_shapes, open_scene, prepare
-from app.session.session import Session
-from app.skin.cover import CoverSpec
+from tactile_maps.core.errors import SceneError, TactileMapsError
+from tactile_maps.geometry.surface.mesh import Mesh
+from tactile_maps.scene.objects import ObjectSpec
+from tactile_maps.scene.scene import Scene
+from tactile_maps.scene.scene_file import load_scene
+from tactile_maps.session.prepare import check_shapes, open_scene, prepare
+from tactile_maps.session.session import Session
+from tactile_maps.skin.fitting.cover import CoverSpec
 from tests.support.hollows import hollow
 from tests.support.touch import arm
 

@@ -10,24 +10,23 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from app.core.errors import MapError
-from app.core.files import unpack_arrays
-from app.maps.formats.map_file import map_to_bytes
-from app.scene.objects import ObjectSpec
-from app.scene.scene import Scene
-from app.scene.scene_file import load_scene
-from app.session import prepared_cache
-from app.session.prepare import PreparedScene, prepare
-from app.session.prepared_cache import (
-    FOLDER_VARIABLE,
+from tactile_maps.core.errors import MapError
+from tactile_maps.core.files import FOLDER_VARIABLE, unpack_arrays
+from tactile_maps.maps.formats.map_file import map_to_bytes
+from tactile_maps.scene.objects import ObjectSpec
+from tactile_maps.scene.scene import Scene
+from tactile_maps.scene.scene_file import load_scene
+from tactile_maps.session import prepared_cache
+from tactile_maps.session.prepare import PreparedScene, prepare
+from tactile_maps.session.prepared_cache import (
     cache_content,
     clear_cache,
     find_prepared,
     load_robot_cached,
     prepare_cached,
 )
-from app.session.session import Session
-from app.skin.cover import CoverSpec
+from tactile_maps.session.session import Session
+from tactile_maps.skin.fitting.cover import CoverSpec
 
 BAR = """<mujoco model="bar"><compiler angle="radian"/><asset><mesh name="m" file="bar.obj"/></asset><worldbody>
 <body name="bar"><inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/><joint name="hinge" range="-1 1"/>

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from app.session import program_digest as module
-from app.session.program_digest import program_digest
+from tactile_maps.session import program_digest as module
+from tactile_maps.session.program_digest import program_digest
 
 
 def test_it_is_of_every_module_but_those_left_out(tmp_path, monkeypatch):

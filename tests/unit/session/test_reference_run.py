@@ -8,14 +8,14 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from app.control.command import ControlSettings
-from app.core.errors import SimulationError
-from app.scene.effects import Effects
-from app.session.inputs import ControlChanged, EffectsChanged
-from app.session.prepare import PreparedScene
-from app.session.reference_run import FINER, ReferenceRun, reference_effects
-from app.session.session import Session
-from app.tactile.poke import Finger, PokeMoved, PokePressed, PokeReleased
+from tactile_maps.control.motion.command import ControlSettings
+from tactile_maps.core.errors import SimulationError
+from tactile_maps.scene.effects import Effects
+from tactile_maps.session.inputs import ControlChanged, EffectsChanged
+from tactile_maps.session.prepare import PreparedScene
+from tactile_maps.session.reference_run import FINER, ReferenceRun, reference_effects
+from tactile_maps.session.session import Session
+from tactile_maps.tactile.poke import Finger, PokeMoved, PokePressed, PokeReleased
 from tests.support.pressed_arm import forearm
 
 

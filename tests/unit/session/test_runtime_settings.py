@@ -7,11 +7,11 @@ from typing import get_args
 
 import pytest
 
-from app.contacts.pipeline import ReadingSettings
-from app.control.behaviours import Behaviour
-from app.control.command import ControlSettings
-from app.scene.effects import Effects
-from app.session.inputs import (
+from tactile_maps.contacts.pipeline import ReadingSettings
+from tactile_maps.control.behaviours import Behaviour
+from tactile_maps.control.motion.command import ControlSettings
+from tactile_maps.scene.effects import Effects
+from tactile_maps.session.inputs import (
     BehavioursChanged,
     ControlChanged,
     EffectsChanged,
@@ -19,10 +19,10 @@ from app.session.inputs import (
     ReadingChanged,
     SessionInput,
 )
-from app.session.runtime_settings import CHANGES, RuntimeSettings, runtime_settings_at
-from app.session.session import Session
-from app.studies.testbeds.reference_bodies import flat_map
-from app.tactile.poke import PokeReleased
+from tactile_maps.session.runtime_settings import CHANGES, RuntimeSettings, runtime_settings_at
+from tactile_maps.session.session import Session
+from tactile_maps.studies.testbeds.reference_bodies import flat_map
+from tactile_maps.tactile.poke import PokeReleased
 from tests.support.touch import prepared_bar
 
 START = RuntimeSettings.of_scene(prepared_bar(control={"controller": "hybrid"}, reading={"estimator": "tikhonov"}))

@@ -8,17 +8,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.control.command import ControlSettings
-from app.control.force_loop.loop_stability import SensorTiming
-from app.core.errors import SceneError, SimulationError
-from app.geometry.mesh import SurfacePoint
-from app.scene.effects import Effects
-from app.session.inputs import ControlChanged, EffectsChanged
-from app.session.session import MAX_TICKS, Session, skin_readings, substeps
-from app.stimuli.stimulus_kinds import Poke, Stroke
-from app.stimuli.stimulus_player import FIRST_SCRIPTED_FINGER
-from app.tactile.poke import Finger, PokeMoved, PokePressed, PokeReleased
-from app.tactile.sensor_effects import Sampling, Saturation, SensorEffects
+from tactile_maps.control.force_loop.loop_stability import SensorTiming
+from tactile_maps.control.motion.command import ControlSettings
+from tactile_maps.core.errors import SceneError, SimulationError
+from tactile_maps.geometry.surface.mesh import SurfacePoint
+from tactile_maps.scene.effects import Effects
+from tactile_maps.session.inputs import ControlChanged, EffectsChanged
+from tactile_maps.session.session import MAX_TICKS, Session, skin_readings, substeps
+from tactile_maps.stimuli.stimulus_kinds import Poke, Stroke
+from tactile_maps.stimuli.stimulus_player import FIRST_SCRIPTED_FINGER
+from tactile_maps.tactile.poke import Finger, PokeMoved, PokePressed, PokeReleased
+from tactile_maps.tactile.sensors.sensor_effects import Sampling, Saturation, SensorEffects
 from tests.support.touch import arm, prepared_bar
 
 

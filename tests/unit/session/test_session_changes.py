@@ -7,23 +7,23 @@ from dataclasses import asdict, replace
 import numpy as np
 import pytest
 
-from app.contacts.force_estimation.estimate import ESTIMATORS
-from app.contacts.pipeline import ReadingSettings
-from app.control.behaviours import Behaviour, trigger_text
-from app.control.command import ControlSettings
-from app.core.errors import MapError, RecordingError, SceneError, SimulationError
-from app.maps.build import build_map
-from app.maps.learned.as_tactile_map import learned_tactile_map
-from app.maps.learned.learned_map import LearnedMap
-from app.maps.tactile_map import TactileMap
-from app.recording.player import RecordingPlayer
-from app.recording.recorder import Recorder
-from app.recording.verify import verify
-from app.scene.effects import Effects
-from app.scene.motion import Waypoint
-from app.scene.object_meshes import make_objects
-from app.scene.objects import ObjectSpec
-from app.session.inputs import (
+from tactile_maps.contacts.force_estimation.estimate import ESTIMATORS
+from tactile_maps.contacts.pipeline import ReadingSettings
+from tactile_maps.control.behaviours import Behaviour, trigger_text
+from tactile_maps.control.motion.command import ControlSettings
+from tactile_maps.core.errors import MapError, RecordingError, SceneError, SimulationError
+from tactile_maps.maps.build import build_map
+from tactile_maps.maps.learned.as_tactile_map import learned_tactile_map
+from tactile_maps.maps.learned.learned_map import LearnedMap
+from tactile_maps.maps.model.tactile_map import TactileMap
+from tactile_maps.recording.player import RecordingPlayer
+from tactile_maps.recording.recorder import Recorder
+from tactile_maps.recording.verify import verify
+from tactile_maps.scene.effects import Effects
+from tactile_maps.scene.motion import Waypoint
+from tactile_maps.scene.object_meshes import make_objects
+from tactile_maps.scene.objects import ObjectSpec
+from tactile_maps.session.inputs import (
     BehavioursChanged,
     ControlChanged,
     EffectsChanged,
@@ -32,12 +32,12 @@ from app.session.inputs import (
     ReadingChanged,
     RestChanged,
 )
-from app.session.session import Session
-from app.skin.calibration_error import with_area_error, with_calibration_error, with_sleeve_displaced
-from app.skin.skin import Skin
-from app.stimuli.stimulus_kinds import Poke, Stroke
-from app.tactile.poke import Finger, PokePressed, PokeReleased
-from app.tactile.sensor_effects import Noise, Sampling, SensorEffects
+from tactile_maps.session.session import Session
+from tactile_maps.skin.calibration_error import with_area_error, with_calibration_error, with_sleeve_displaced
+from tactile_maps.skin.model.skin import Skin
+from tactile_maps.stimuli.stimulus_kinds import Poke, Stroke
+from tactile_maps.tactile.poke import Finger, PokePressed, PokeReleased
+from tactile_maps.tactile.sensors.sensor_effects import Noise, Sampling, SensorEffects
 from tests.support.pressed_arm import forearm
 from tests.support.scene_objects import thing
 from tests.support.touch import arm, bar_skin, prepared_bar, taxel_near

@@ -8,14 +8,14 @@ import mujoco
 import numpy as np
 import pytest
 
-from app.geometry.pose import Pose
-from app.scene.effects import Effects
-from app.simulation.contact_loads import ContactLoads, LinkWrenches
-from app.simulation.pressing_shapes import Solids
-from app.simulation.simulation import Simulation
-from app.tactile.loads import Sphere
-from app.tactile.models.foundation import ContactWrench
-from app.tactile.poke import Finger, PokePressed
+from tactile_maps.geometry.surface.pose import Pose
+from tactile_maps.scene.effects import Effects
+from tactile_maps.simulation.contact_loads import ContactLoads, LinkWrenches
+from tactile_maps.simulation.pressing_shapes import Solids
+from tactile_maps.simulation.simulation import Simulation
+from tactile_maps.tactile.mechanics.loads import Sphere
+from tactile_maps.tactile.models.foundation import ContactWrench
+from tactile_maps.tactile.poke import Finger, PokePressed
 from tests.support.scene_objects import thing
 from tests.support.touch import bar, bar_skin, hold, no_command, pair
 

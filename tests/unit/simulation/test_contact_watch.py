@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import pytest
 
-from app.scene.effects import Effects
-from app.simulation.contact_watch import DEEPEST, HARDEST
-from app.simulation.simulation import Simulation
-from app.tactile.contact_notes import ContactNoteKind, contact_note_text
-from app.tactile.elastic_layer import ElasticLayer
+from tactile_maps.scene.effects import Effects
+from tactile_maps.simulation.contact_watch import DEEPEST, HARDEST
+from tactile_maps.simulation.simulation import Simulation
+from tactile_maps.tactile.mechanics.contact_notes import ContactNoteKind, contact_note_text
+from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
 from tests.support.scene_objects import thing
 from tests.support.touch import bar, bar_skin, hold
 

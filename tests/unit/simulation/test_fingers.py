@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.core.errors import SimulationError
-from app.geometry.mesh import SurfacePoint
-from app.robots.kinematics import Configuration
-from app.scene.effects import Effects
-from app.simulation.simulation import Simulation
-from app.tactile.poke import Finger, PokeMoved, PokePressed, PokeReleased
+from tactile_maps.core.errors import SimulationError
+from tactile_maps.geometry.surface.mesh import SurfacePoint
+from tactile_maps.robots.kinematics import Configuration
+from tactile_maps.scene.effects import Effects
+from tactile_maps.simulation.simulation import Simulation
+from tactile_maps.tactile.poke import Finger, PokeMoved, PokePressed, PokeReleased
 from tests.support.touch import BAR_INERTIA, arm, bar, bar_skin, hold, no_command, taxel_near
 
 SKIN = bar_skin()

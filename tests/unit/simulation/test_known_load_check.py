@@ -7,13 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.core.errors import SimulationError
-from app.geometry.mesh import Mesh
-from app.robots.kinematics import Configuration
-from app.simulation.known_load_check import GRAVITY, find_level_place, weigh
-from app.skin.skin import Patch, Skin
-from app.skin.taxel_placement.sampling import place_evenly
-from app.tactile.elastic_layer import ElasticLayer
+from tactile_maps.core.errors import SimulationError
+from tactile_maps.geometry.surface.mesh import Mesh
+from tactile_maps.robots.kinematics import Configuration
+from tactile_maps.simulation.known_load_check import GRAVITY, find_level_place, weigh
+from tactile_maps.skin.model.skin import Patch, Skin
+from tactile_maps.skin.taxel_placement.sampling import place_evenly
+from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
 from tests.support.touch import arm, bar, bar_skin
 
 RADIUS = 0.03

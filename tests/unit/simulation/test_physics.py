@@ -6,12 +6,12 @@ import mujoco
 import numpy as np
 import pytest
 
-from app.scene.effects import Effects
-from app.simulation.physics import Physics
-from app.simulation.step_checks import ImpedanceCommand
-from app.tactile.elastic_layer import ElasticLayer
-from app.tactile.models.depth import DepthModel
-from app.tactile.models.foundation import FoundationModel
+from tactile_maps.scene.effects import Effects
+from tactile_maps.simulation.physics import Physics
+from tactile_maps.simulation.step_checks import ImpedanceCommand
+from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
+from tactile_maps.tactile.models.depth import DepthModel
+from tactile_maps.tactile.models.foundation import FoundationModel
 from tests.support.scene_objects import thing
 from tests.support.touch import bar, bar_skin, hold, no_command
 

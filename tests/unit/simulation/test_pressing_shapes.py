@@ -6,14 +6,14 @@ import mujoco
 import numpy as np
 import pytest
 
-from app.geometry.mesh import Mesh
-from app.scene.effects import Effects
-from app.simulation.model.collision_shapes import excluded_pairs
-from app.simulation.model.model_assembly import assemble
-from app.simulation.model.object_geoms import has_body
-from app.simulation.pressing_shapes import Solids, contact_candidates
-from app.skin.link_hulls import skinned_links
-from app.tactile.loads import Box, Cylinder, MeshShape, Plane, Sphere
+from tactile_maps.geometry.surface.mesh import Mesh
+from tactile_maps.scene.effects import Effects
+from tactile_maps.simulation.model.collision_shapes import excluded_pairs
+from tactile_maps.simulation.model.model_assembly import assemble
+from tactile_maps.simulation.model.object_geoms import has_body
+from tactile_maps.simulation.pressing_shapes import Solids, contact_candidates
+from tactile_maps.skin.link_hulls import skinned_links
+from tactile_maps.tactile.mechanics.loads import Box, Cylinder, MeshShape, Plane, Sphere
 from tests.support.scene_objects import every_kind, thing
 from tests.support.touch import arm, bar, bar_skin, pair
 

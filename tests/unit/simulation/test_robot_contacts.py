@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.scene.effects import Effects
-from app.simulation.simulation import Simulation
+from tactile_maps.scene.effects import Effects
+from tactile_maps.simulation.simulation import Simulation
 from tests.support.scene_objects import thing
 from tests.support.touch import bar, bar_skin, hold
 

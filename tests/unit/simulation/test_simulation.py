@@ -7,16 +7,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.core.errors import SimulationError
-from app.geometry.mesh import Mesh
-from app.robots.kinematics import Configuration
-from app.scene.effects import Effects
-from app.simulation.physics import Physics
-from app.simulation.simulation import Simulation, joint_states, restore_joint_states
-from app.tactile.contact_notes import ContactNoteKind, contact_note_text
-from app.tactile.elastic_layer import ElasticLayer
-from app.tactile.poke import Finger, PokeMoved, PokePressed, PokeReleased
-from app.tactile.sensor_effects import AreaAveraging, Hysteresis, Noise, SensorEffects
+from tactile_maps.core.errors import SimulationError
+from tactile_maps.geometry.surface.mesh import Mesh
+from tactile_maps.robots.kinematics import Configuration
+from tactile_maps.scene.effects import Effects
+from tactile_maps.simulation.physics import Physics
+from tactile_maps.simulation.simulation import Simulation, joint_states, restore_joint_states
+from tactile_maps.tactile.mechanics.contact_notes import ContactNoteKind, contact_note_text
+from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
+from tactile_maps.tactile.poke import Finger, PokeMoved, PokePressed, PokeReleased
+from tactile_maps.tactile.sensors.sensor_effects import AreaAveraging, Hysteresis, Noise, SensorEffects
 from tests.support.scene_objects import thing
 from tests.support.touch import BAR_INERTIA, arm, bar, bar_skin, hold, no_command
 

@@ -2,11 +2,11 @@
 
 import pytest
 
-from app.scene.effects import Effects
-from app.scene.object_meshes import primitive_mesh
-from app.scene.objects import ObjectSpec, SceneObject
-from app.simulation.start_overlaps import OVERLAP, with_overlaps
-from app.studies.testbeds.contact_bench import bench
+from tactile_maps.scene.effects import Effects
+from tactile_maps.scene.object_meshes import primitive_mesh
+from tactile_maps.scene.objects import ObjectSpec, SceneObject
+from tactile_maps.simulation.start_overlaps import OVERLAP, with_overlaps
+from tactile_maps.studies.testbeds.contact_bench import bench
 
 EFFECTS = Effects(contact="environment")
 

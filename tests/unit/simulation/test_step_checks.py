@@ -8,13 +8,13 @@ import mujoco
 import numpy as np
 import pytest
 
-from app.core.errors import SimulationError
-from app.scene.effects import Effects
-from app.simulation.model.model_assembly import assemble
-from app.simulation.simulation import Simulation
-from app.simulation.step_checks import MAX_SPEED, DivergenceGuard, TunnellingCheck
-from app.tactile.contact_notes import ContactNoteKind, contact_note_text
-from app.tactile.poke import Finger, PokePressed
+from tactile_maps.core.errors import SimulationError
+from tactile_maps.scene.effects import Effects
+from tactile_maps.simulation.model.model_assembly import assemble
+from tactile_maps.simulation.simulation import Simulation
+from tactile_maps.simulation.step_checks import MAX_SPEED, DivergenceGuard, TunnellingCheck
+from tactile_maps.tactile.mechanics.contact_notes import ContactNoteKind, contact_note_text
+from tactile_maps.tactile.poke import Finger, PokePressed
 from tests.support.scene_objects import thing
 from tests.support.touch import BAR_INERTIA, arm, bar, bar_skin, hold, no_command
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import trimesh
 
-from app.geometry.mesh import Mesh
-from app.robots.robot import Joint, Link, Robot
+from tactile_maps.geometry.surface.mesh import Mesh
+from tactile_maps.robots.model.robot import Joint, Link, Robot
 
 
 def rod(length: float, radius: float) -> Mesh:

@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 import trimesh
 
-from app.geometry.mesh import Mesh
-from app.robots.robot import Link, Robot
-from app.skin.bare_surface import with_bare_points
-from app.skin.mesh_skin import skin_of_mesh
-from app.skin.skin import BarePoints, Patch, Skin
-from app.skin.taxel_placement.placement import PlacementSpec
-from app.skin.taxel_placement.sampling import place_evenly
+from tactile_maps.geometry.surface.mesh import Mesh
+from tactile_maps.robots.model.robot import Link, Robot
+from tactile_maps.skin.mesh_skin import skin_of_mesh
+from tactile_maps.skin.model.bare_surface import with_bare_points
+from tactile_maps.skin.model.skin import BarePoints, Patch, Skin
+from tactile_maps.skin.taxel_placement.placement import PlacementSpec
+from tactile_maps.skin.taxel_placement.sampling import place_evenly
 from tests.support.touch import bar, bar_skin
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.core.errors import SkinError
-from app.skin.calibration_error import (
+from tactile_maps.core.errors import SkinError
+from tactile_maps.skin.calibration_error import (
     MAX_ERROR,
     MODULE_TAXELS,
     group_into_modules,
@@ -14,8 +14,8 @@ from app.skin.calibration_error import (
     with_calibration_error,
     with_sleeve_displaced,
 )
-from app.skin.skin import Patch, Skin
-from app.skin.taxel_placement.sampling import taxels_at_barycentric
+from tactile_maps.skin.model.skin import Patch, Skin
+from tactile_maps.skin.taxel_placement.sampling import taxels_at_barycentric
 from tests.support.touch import bar_skin
 
 SKIN = bar_skin(300)

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from app.robots.library import load_robot
-from app.skin.controllable import controllable_share
-from app.skin.cover import CoverSpec, cover_robot
+from tactile_maps.robots.library import load_robot
+from tactile_maps.skin.controllable import controllable_share
+from tactile_maps.skin.fitting.cover import CoverSpec, cover_robot
 from tests.support.generated_robots import arm, load
 
 

@@ -8,12 +8,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from app.core.errors import Finding, MeshError, RobotError, SkinError
-from app.geometry.mesh import Mesh
-from app.robots.formats.mesh_files import box_mesh
-from app.robots.load import load_robot_file
-from app.robots.robot import Robot
-from app.skin.cover import JOINT_CLEARANCE, MAX_COVER_TAXELS, CoverSpec, choose_links, cover_robot, hull_area
+from tactile_maps.core.errors import Finding, MeshError, RobotError, SkinError
+from tactile_maps.geometry.surface.mesh import Mesh
+from tactile_maps.robots.files.mesh_files import box_mesh
+from tactile_maps.robots.load import load_robot_file
+from tactile_maps.robots.model.robot import Robot
+from tactile_maps.skin.fitting.cover import (
+    JOINT_CLEARANCE,
+    MAX_COVER_TAXELS,
+    CoverSpec,
+    choose_links,
+    cover_robot,
+    hull_area,
+)
 from tests.hard_cases.meshes import HARD_MESHES, HOPELESS_MESHES, one_link
 from tests.unit.skin.example_robots import two_rods
 

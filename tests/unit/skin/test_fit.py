@@ -8,15 +8,15 @@ import pytest
 import trimesh
 from scipy.spatial import cKDTree
 
-from app.core.errors import RobotError, SkinError
-from app.geometry.mesh import Mesh
-from app.geometry.pose import Pose
-from app.robots.formats.mesh_files import box_mesh
-from app.robots.load import load_robot_file
-from app.robots.robot import Robot
-from app.skin.fit import GridSpec, add_grids, fit_taxels_to_link, grid_skin, place_taxels
-from app.skin.formats.taxel_set import TaxelSet
-from app.skin.skin import Skin
+from tactile_maps.core.errors import RobotError, SkinError
+from tactile_maps.geometry.surface.mesh import Mesh
+from tactile_maps.geometry.surface.pose import Pose
+from tactile_maps.robots.files.mesh_files import box_mesh
+from tactile_maps.robots.load import load_robot_file
+from tactile_maps.robots.model.robot import Robot
+from tactile_maps.skin.fitting.fit import GridSpec, add_grids, fit_taxels_to_link, grid_skin, place_taxels
+from tactile_maps.skin.model.skin import Skin
+from tactile_maps.skin.model.taxel_set import TaxelSet
 from tests.hard_cases.meshes import HOPELESS_MESHES, one_link, trimesh_mesh
 from tests.unit.skin.example_robots import two_rods
 

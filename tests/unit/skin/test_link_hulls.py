@@ -7,12 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.core.errors import Finding
-from app.robots.formats.mesh_files import box_mesh
-from app.robots.mujoco_spec import compile_spec
-from app.robots.robot import Robot
-from app.skin.link_hulls import hull_name, hull_points, hulls_spec, skinned_links
-from app.skin.skin import PLACEHOLDER_COVERED, Skin
+from tactile_maps.core.errors import Finding
+from tactile_maps.robots.files.mesh_files import box_mesh
+from tactile_maps.robots.model.mujoco_spec import compile_spec
+from tactile_maps.robots.model.robot import Robot
+from tactile_maps.skin.link_hulls import hull_name, hull_points, hulls_spec, skinned_links
+from tactile_maps.skin.model.skin import PLACEHOLDER_COVERED, Skin
 from tests.support.touch import arm, pair
 
 

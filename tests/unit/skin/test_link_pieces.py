@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from scipy.spatial import ConvexHull
 
-from app.core.files import FOLDER_VARIABLE
-from app.geometry.mesh import Mesh
-from app.robots.robot import Robot
-from app.skin.link_hulls import skinned_links
-from app.skin.link_pieces import (
+from tactile_maps.core.files import FOLDER_VARIABLE
+from tactile_maps.geometry.surface.mesh import Mesh
+from tactile_maps.robots.model.robot import Robot
+from tactile_maps.skin.link_hulls import skinned_links
+from tactile_maps.skin.link_pieces import (
     BARE_AREA,
     PIECES_SUFFIX,
     PROUD,
@@ -184,7 +184,7 @@ def test_every_face_of_the_skin_is_in_a_piece_and_repeats_are_the_same(monkeypat
         facets = ConvexHull(first.hulls[number]).equations
         assert (corners @ facets[:, :3].T + facets[:, 3]).max() < 1e-9
     assert link_pieces(replace(robot), skin, "block") is first, "a robot of the same shape shares the pieces"
-    monkeypatch.setattr("app.skin.link_pieces._MADE", {})
+    monkeypatch.setattr("tactile_maps.skin.link_pieces._MADE", {})
     again = link_pieces(replace(robot), skin, "block")
     assert again is not first
     assert all(np.array_equal(one, other) for one, other in zip(first.hulls, again.hulls, strict=True))
@@ -222,7 +222,7 @@ def test_pieces_longest_unused_are_removed_beyond_the_size_of_the_folder(tmp_pat
     link_pieces(replace(robot), skin, "block")
     (first,) = tmp_path.iterdir()
     os.utime(first, (1.0, 1.0))
-    monkeypatch.setattr("app.skin.link_pieces._MOST_KEPT", int(1.5 * first.stat().st_size))
+    monkeypatch.setattr("tactile_maps.skin.link_pieces._MOST_KEPT", int(1.5 * first.stat().st_size))
     link_pieces(replace(other), other_skin, "block")
     (left,) = tmp_path.iterdir()
     assert left != first

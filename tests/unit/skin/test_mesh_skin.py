@@ -3,12 +3,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.core.errors import MeshError, SkinError
-from app.geometry.closest_point import ClosestPoint
-from app.geometry.mesh import Mesh
-from app.skin.mesh_skin import skin_of_mesh
-from app.skin.skin import Skin
-from app.skin.taxel_placement.placement import PaintedZone, PlacementSpec, SphereZone
+from tactile_maps.core.errors import MeshError, SkinError
+from tactile_maps.geometry.surface.closest_point import ClosestPoint
+from tactile_maps.geometry.surface.mesh import Mesh
+from tactile_maps.skin.mesh_skin import skin_of_mesh
+from tactile_maps.skin.model.skin import Skin
+from tactile_maps.skin.taxel_placement.placement import PaintedZone, PlacementSpec, SphereZone
 from tests.hard_cases.meshes import HARD_MESHES, HOPELESS_MESHES, hard_mesh, joined, loose, loose_pieces, moved
 from tests.support.surfaces import frustum, sphere
 

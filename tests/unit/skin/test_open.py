@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 import trimesh
 
-from app.core.errors import SkinError, TactileMapsError
-from app.maps.build import build_map
-from app.maps.formats.map_file import save_map
-from app.skin.formats.import_skin import NO_ROBOT
-from app.skin.formats.taxel_files import write_taxels
-from app.skin.open import SkinOptions, open_skin
-from app.skin.skin_file import save_skin
-from app.skin.taxel_placement.placement import BoundaryZone, PlacementSpec
+from tactile_maps.core.errors import SkinError, TactileMapsError
+from tactile_maps.maps.build import build_map
+from tactile_maps.maps.formats.map_file import save_map
+from tactile_maps.skin.formats.import_skin import NO_ROBOT
+from tactile_maps.skin.formats.taxel_files import write_taxels
+from tactile_maps.skin.model.skin_file import save_skin
+from tactile_maps.skin.open import SkinOptions, open_skin
+from tactile_maps.skin.taxel_placement.placement import BoundaryZone, PlacementSpec
 from tests.support.surfaces import frustum, sheet, skin_of
 
 FEW = PlacementSpec(taxels=40)

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.skin.skin import Patch, Quadrature, Skin, Taxels
-from app.skin.taxel_placement.sampling import place_evenly
+from tactile_maps.skin.model.skin import Patch, Quadrature, Skin, Taxels
+from tactile_maps.skin.taxel_placement.sampling import place_evenly
 from tests.hard_cases.meshes import HARD_MESHES
 
 

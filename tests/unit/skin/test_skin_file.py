@@ -7,12 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from app.core.errors import Finding, SkinError
-from app.core.files import pack_arrays, unpack_arrays
-from app.skin import skin_file
-from app.skin.skin import Patch, Skin
-from app.skin.skin_file import load_skin, save_skin, skin_from_bytes, skin_to_bytes
-from app.skin.taxel_placement.sampling import place_evenly
+from tactile_maps.core.errors import Finding, SkinError
+from tactile_maps.core.files import pack_arrays, unpack_arrays
+from tactile_maps.skin.model import skin_file
+from tactile_maps.skin.model.skin import Patch, Skin
+from tactile_maps.skin.model.skin_file import load_skin, save_skin, skin_from_bytes, skin_to_bytes
+from tactile_maps.skin.taxel_placement.sampling import place_evenly
 from tests.hard_cases.meshes import HARD_MESHES
 
 Header, Arrays = dict[str, object], dict[str, np.ndarray]

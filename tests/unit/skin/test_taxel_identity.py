@@ -7,14 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.core.arrays import IntArray
-from app.core.errors import SkinError
-from app.skin.calibration_error import with_calibration_error
-from app.skin.fit import fit_taxels_to_link
-from app.skin.formats.taxel_files import taxel_sets
-from app.skin.formats.taxel_set import TaxelSet
-from app.skin.reconstruction.reconstruct import reconstruct_skin
-from app.skin.skin import (
+from tactile_maps.core.arrays import IntArray
+from tactile_maps.core.errors import SkinError
+from tactile_maps.skin.calibration_error import with_calibration_error
+from tactile_maps.skin.fitting.fit import fit_taxels_to_link
+from tactile_maps.skin.formats.taxel_files import taxel_sets
+from tactile_maps.skin.model.skin import (
     LARGEST_NUMBER,
     NO_IDENTITY,
     Patch,
@@ -26,7 +24,9 @@ from app.skin.skin import (
     join_identities,
     number_ranges,
 )
-from app.skin.skin_file import skin_from_bytes, skin_to_bytes
+from tactile_maps.skin.model.skin_file import skin_from_bytes, skin_to_bytes
+from tactile_maps.skin.model.taxel_set import TaxelSet
+from tactile_maps.skin.reconstruction.reconstruct import reconstruct_skin
 from tests.support.surfaces import frustum, skin_of
 from tests.unit.skin.example_robots import two_rods
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 import trimesh
 
-from app.geometry.mesh import Mesh
-from app.skin.touchable_surface import touchable_surfaces
+from tactile_maps.geometry.surface.mesh import Mesh
+from tactile_maps.skin.model.touchable_surface import touchable_surfaces
 
 
 def box(*sizes: float, centre: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> Mesh:

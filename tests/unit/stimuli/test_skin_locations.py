@@ -7,9 +7,9 @@ from functools import cache
 import numpy as np
 import pytest
 
-from app.core.errors import SceneError
-from app.skin.skin import Patch, Skin, Taxels
-from app.stimuli.skin_locations import STEP, SkinLocator, principal_axes
+from tactile_maps.core.errors import SceneError
+from tactile_maps.skin.model.skin import Patch, Skin, Taxels
+from tactile_maps.stimuli.skin_locations import STEP, SkinLocator, principal_axes
 from tests.support.touch import arm, bar_skin
 
 FOREARM = 1

@@ -7,14 +7,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.control.command import ControlSettings
-from app.session.inputs import ControlChanged
-from app.session.session import Session
-from app.stimuli.skin_locations import SkinLocator
-from app.stimuli.stimuli_from_pokes import TOLERANCE, stimuli_from_pokes
-from app.stimuli.stimulus_file import stimuli_from_toml, stimuli_to_toml
-from app.stimuli.stimulus_player import FIRST_SCRIPTED_FINGER, StimulusPlayer
-from app.tactile.poke import Finger, PokeMoved, PokePressed, PokeReleased
+from tactile_maps.control.motion.command import ControlSettings
+from tactile_maps.session.inputs import ControlChanged
+from tactile_maps.session.session import Session
+from tactile_maps.stimuli.skin_locations import SkinLocator
+from tactile_maps.stimuli.stimuli_from_pokes import TOLERANCE, stimuli_from_pokes
+from tactile_maps.stimuli.stimulus_file import stimuli_from_toml, stimuli_to_toml
+from tactile_maps.stimuli.stimulus_player import FIRST_SCRIPTED_FINGER, StimulusPlayer
+from tactile_maps.tactile.poke import Finger, PokeMoved, PokePressed, PokeReleased
 from tests.support.touch import arm, bar_skin
 
 TICK = 0.005

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.core.errors import SceneError
-from app.stimuli.stimulus import FingerTrack, stationary_track
-from app.stimuli.stimulus_file import STIMULUS_KINDS
-from app.tactile.poke import Finger
+from tactile_maps.core.errors import SceneError
+from tactile_maps.stimuli.stimulus import FingerTrack, stationary_track
+from tactile_maps.stimuli.stimulus_file import STIMULUS_KINDS
+from tactile_maps.tactile.poke import Finger
 
 LINE = FingerTrack(
     0, Finger(), np.array([0.0, 1.0, 3.0]), np.zeros(3, int), np.array([[0, 0, 0], [1.0, 0, 0], [1, 4, 0]])

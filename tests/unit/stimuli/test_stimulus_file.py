@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from app.core.errors import SceneError
-from app.stimuli.stimulus_file import (
+from tactile_maps.core.errors import SceneError
+from tactile_maps.stimuli.stimulus_file import (
     STIMULUS_KINDS,
     load_stimuli,
     save_stimuli,
@@ -13,7 +13,7 @@ from app.stimuli.stimulus_file import (
     stimuli_to_toml,
     stimulus_to_table,
 )
-from app.stimuli.stimulus_kinds import Babble, FingerPath, Grasp, Poke, Roll, Stroke, Tap
+from tactile_maps.stimuli.stimulus_kinds import Babble, FingerPath, Grasp, Poke, Roll, Stroke, Tap
 
 ALL = (
     Poke(),

@@ -7,11 +7,11 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from app.core.errors import SceneError
-from app.skin.skin import Patch, Skin
-from app.stimuli.skin_locations import SkinLocator, principal_axes
-from app.stimuli.stimulus_kinds import Babble, FingerPath, Grasp, Poke, Roll, Stroke, Tap, cumulative_lengths
-from app.tactile.babbling import BabbleSpec, touched_places
+from tactile_maps.core.errors import SceneError
+from tactile_maps.skin.model.skin import Patch, Skin
+from tactile_maps.stimuli.skin_locations import SkinLocator, principal_axes
+from tactile_maps.stimuli.stimulus_kinds import Babble, FingerPath, Grasp, Poke, Roll, Stroke, Tap, cumulative_lengths
+from tactile_maps.tactile.babbling import BabbleSpec, touched_places
 from tests.support.touch import arm, bar_skin
 
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.core.errors import SceneError
-from app.stimuli.stimulus_kinds import Babble, Grasp, Poke, Stroke, Tap
-from app.stimuli.stimulus_player import FIRST_SCRIPTED_FINGER, StimulusPlayer
-from app.tactile.poke import PokeMoved, PokePressed, PokeReleased
+from tactile_maps.core.errors import SceneError
+from tactile_maps.stimuli.stimulus_kinds import Babble, Grasp, Poke, Stroke, Tap
+from tactile_maps.stimuli.stimulus_player import FIRST_SCRIPTED_FINGER, StimulusPlayer
+from tactile_maps.tactile.poke import PokeMoved, PokePressed, PokeReleased
 from tests.support.touch import arm, bar_skin
 
 TICK = 0.005

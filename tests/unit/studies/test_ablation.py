@@ -6,10 +6,10 @@ from dataclasses import replace
 
 import pytest
 
-from app.scene.effects import EFFECTS, SENSOR_KEYS, Effects
-from app.stimuli.stimulus_kinds import Poke
-from app.studies.ablation import ablation_cost, without_effect
-from app.tactile.sensor_effects import AreaAveraging, Noise, SensorEffects
+from tactile_maps.scene.effects import EFFECTS, SENSOR_KEYS, Effects
+from tactile_maps.stimuli.stimulus_kinds import Poke
+from tactile_maps.studies.ablation import ablation_cost, without_effect
+from tactile_maps.tactile.sensors.sensor_effects import AreaAveraging, Noise, SensorEffects
 from tests.support.touch import prepared_bar
 
 BAR = prepared_bar(stimuli=(Poke(),))

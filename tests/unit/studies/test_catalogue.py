@@ -7,8 +7,8 @@ import sys
 
 import pytest
 
-from app.core.errors import UsageError
-from app.studies.catalogue import STUDY_NAMES, load_study
+from tactile_maps.core.errors import UsageError
+from tactile_maps.studies.catalogue import STUDY_NAMES, load_study
 
 
 def test_names_differ():
@@ -17,10 +17,10 @@ def test_names_differ():
 
 
 def test_the_command_line_knows_them_and_stays_light():
-    code = "import sys; from app.cli.parser import build_parser; build_parser(); print(sorted(sys.modules))"
+    code = "import sys; from tactile_maps.cli.parser import build_parser; build_parser(); print(sorted(sys.modules))"
     loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
-    assert "'app.studies.catalogue'" in loaded
-    for heavy in ("numpy", "mujoco", "scipy", "app.cli.commands.study"):
+    assert "'tactile_maps.studies.catalogue'" in loaded
+    for heavy in ("numpy", "mujoco", "scipy", "tactile_maps.cli.commands.study"):
         assert f"'{heavy}'" not in loaded
 
 
@@ -38,8 +38,15 @@ def test_an_unknown_study_is_named_with_those_there_are():
 
 
 def test_one_study_loads_no_other():
-    code = "import sys; from app.studies import load_study; load_study('image-cost'); print(sorted(sys.modules))"
+    code = (
+        "import sys; from tactile_maps.studies import load_study; load_study('image-cost'); print(sorted(sys.modules))"
+    )
     loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
-    assert "'app.studies.sweeps.image_cost'" in loaded
-    for other in ("app.studies.path_time.representation", "app.studies.sweeps.touch_cost", "matplotlib", "joblib"):
+    assert "'tactile_maps.studies.sweeps.image_cost'" in loaded
+    for other in (
+        "tactile_maps.studies.path_time.representation",
+        "tactile_maps.studies.sweeps.touch_cost",
+        "matplotlib",
+        "joblib",
+    ):
         assert f"'{other}'" not in loaded

@@ -10,22 +10,22 @@ from functools import cache
 import numpy as np
 import pytest
 
-from app.contacts.pipeline import ReadingSettings
-from app.control.behaviours import Behaviour
-from app.control.command import ControlSettings
-from app.control.joint_impedance import MAX_SLIDE_SPEED, SpeedScale, joint_speeds
-from app.control.limits import Limit, LimitKind
-from app.core.errors import SceneError, UsageError
-from app.editing.arrange import move
-from app.editing.document import MapDocument
-from app.scene.effects import Effects
-from app.scene.scene_file import scene_for
-from app.session.inputs import BehavioursChanged, ControlChanged, EffectsChanged, MapEdited, ReadingChanged
-from app.session.prepare import prepare
-from app.session.session import Session
-from app.skin.cover import CoverSpec
-from app.stimuli.stimulus_kinds import Stroke
-from app.studies.controller_comparison import (
+from tactile_maps.contacts.pipeline import ReadingSettings
+from tactile_maps.control.behaviours import Behaviour
+from tactile_maps.control.motion.command import ControlSettings
+from tactile_maps.control.motion.joint_impedance import MAX_SLIDE_SPEED, SpeedScale, joint_speeds
+from tactile_maps.control.motion.limits import Limit, LimitKind
+from tactile_maps.core.errors import SceneError, UsageError
+from tactile_maps.editing.arrange import move
+from tactile_maps.editing.document import MapDocument
+from tactile_maps.scene.effects import Effects
+from tactile_maps.scene.scene_file import scene_for
+from tactile_maps.session.inputs import BehavioursChanged, ControlChanged, EffectsChanged, MapEdited, ReadingChanged
+from tactile_maps.session.prepare import prepare
+from tactile_maps.session.session import Session
+from tactile_maps.skin.fitting.cover import CoverSpec
+from tactile_maps.stimuli.stimulus_kinds import Stroke
+from tactile_maps.studies.controller_comparison import (
     MOST_SECONDS,
     TRACE_COLUMNS,
     Contender,
@@ -35,7 +35,7 @@ from app.studies.controller_comparison import (
     controller_metrics,
     trace_csv,
 )
-from app.tactile.poke import Finger, PokePressed, PokeReleased
+from tactile_maps.tactile.poke import Finger, PokePressed, PokeReleased
 from tests.support.touch import prepared_bar
 
 
@@ -400,7 +400,7 @@ def test_fingers_are_simulated_only_where_a_script_has_some(monkeypatch, scripte
             super().__init__(*arguments, **started)
             begun.append(self.effects)
 
-    monkeypatch.setattr("app.studies.controller_comparison.Session", Noted)
+    monkeypatch.setattr("tactile_maps.studies.controller_comparison.Session", Noted)
     prepared = prepared_bar()
     scene = replace(prepared.scene, stimuli=(Stroke(hold=0.1),) if scripted else ())
     compare_controllers(replace(prepared, scene=scene), [Contender("A", ControlSettings())], seconds=0.02)

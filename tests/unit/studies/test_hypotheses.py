@@ -7,7 +7,15 @@ import math
 import numpy as np
 import pytest
 
-from app.studies.hypotheses import Interval, Verdict, all_of, bootstrap_median, paired_difference, paired_ratio, within
+from tactile_maps.studies.base.hypotheses import (
+    Interval,
+    Verdict,
+    all_of,
+    bootstrap_median,
+    paired_difference,
+    paired_ratio,
+    within,
+)
 
 
 def test_medians_count_what_cannot_as_endless():

@@ -7,7 +7,16 @@ import math
 import numpy as np
 import pytest
 
-from app.studies.rows import bootstrap_interval, distinct, number, number_or, p95, rms, rms_interval, scaled
+from tactile_maps.studies.base.rows import (
+    bootstrap_interval,
+    distinct,
+    number,
+    number_or,
+    p95,
+    rms,
+    rms_interval,
+    scaled,
+)
 
 NAN, INF = math.nan, math.inf
 

@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import pytest
 
-from app.core.errors import MapError
-from app.studies.work_precision import (
+from tactile_maps.core.errors import MapError
+from tactile_maps.studies.study.work_precision import (
     ErrorKind,
     Law,
     Point,

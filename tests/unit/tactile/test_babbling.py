@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.core.errors import SimulationError
-from app.geometry.mesh import Mesh
-from app.skin.skin import Skin
-from app.tactile.babbling import KINDS, BabbleSpec, babble
+from tactile_maps.core.errors import SimulationError
+from tactile_maps.geometry.surface.mesh import Mesh
+from tactile_maps.skin.model.skin import Skin
+from tactile_maps.tactile.babbling import KINDS, BabbleSpec, babble
 from tests.support.surfaces import frustum, sheet, skin_of
 
 

@@ -9,13 +9,20 @@ import pytest
 import trimesh
 from scipy.spatial.transform import Rotation
 
-from app.core.errors import SimulationError
-from app.geometry.mesh import Mesh
-from app.geometry.pose import Pose
-from app.skin.skin import Patch, Skin
-from app.tactile.broadphase import FACING, TILT, CachedNeighbourhood, CellGrid, LinkBroadphase, link_broadphases
-from app.tactile.loads import Box, Cylinder, Load, MeshShape, Plane, Sphere, sphere_load
-from app.tactile.receptive_field import quadrature_points
+from tactile_maps.core.errors import SimulationError
+from tactile_maps.geometry.surface.mesh import Mesh
+from tactile_maps.geometry.surface.pose import Pose
+from tactile_maps.skin.model.skin import Patch, Skin
+from tactile_maps.tactile.mechanics.broadphase import (
+    FACING,
+    TILT,
+    CachedNeighbourhood,
+    CellGrid,
+    LinkBroadphase,
+    link_broadphases,
+)
+from tactile_maps.tactile.mechanics.loads import Box, Cylinder, Load, MeshShape, Plane, Sphere, sphere_load
+from tactile_maps.tactile.mechanics.receptive_field import quadrature_points
 from tests.support.touch import arm, bar_skin, pair
 
 POSITIONS = np.random.default_rng(0).uniform(-0.1, 0.1, size=(700, 3)) * [1, 1, 0.2]

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from app.tactile.contact_notes import (
+from tactile_maps.tactile.mechanics.contact_notes import (
     ContactNote,
     ContactNoteKind,
     bent_skin_notes,

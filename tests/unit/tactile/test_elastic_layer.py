@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import pytest
 
-from app.core.errors import SimulationError
-from app.tactile.elastic_layer import ElasticLayer
+from tactile_maps.core.errors import SimulationError
+from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
 
 
 def test_the_default_is_a_soft_foam_of_four_millimetres():

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.integrate import dblquad, quad
 
-from app.core.errors import SimulationError
-from app.tactile import half_space_stress as module
-from app.tactile.half_space_stress import (
+from tactile_maps.core.errors import SimulationError
+from tactile_maps.tactile.mechanics import half_space_stress as module
+from tactile_maps.tactile.mechanics.half_space_stress import (
     GridBlur,
     cutoff_radius,
     disc_stress,
@@ -17,7 +17,7 @@ from app.tactile.half_space_stress import (
     square_stress,
     subsurface_field,
 )
-from app.tactile.receptive_field import quadrature_points
+from tactile_maps.tactile.mechanics.receptive_field import quadrature_points
 from tests.support.touch import arm, bar_skin, each_point_a_taxel
 
 DEPTHS = (1e-4, 2e-3, 0.05)

@@ -7,10 +7,19 @@ import pytest
 import trimesh
 from scipy.spatial import cKDTree
 
-from app.core.errors import MeshError, SimulationError
-from app.geometry.mesh import Mesh
-from app.geometry.pose import Pose
-from app.tactile.loads import Box, Cylinder, LayerShape, Load, MeshShape, Plane, Sphere, sphere_load
+from tactile_maps.core.errors import MeshError, SimulationError
+from tactile_maps.geometry.surface.mesh import Mesh
+from tactile_maps.geometry.surface.pose import Pose
+from tactile_maps.tactile.mechanics.loads import (
+    Box,
+    Cylinder,
+    LayerShape,
+    Load,
+    MeshShape,
+    Plane,
+    Sphere,
+    sphere_load,
+)
 
 BALL, BOX, CYLINDER = Sphere(0.03), Box((0.02, 0.03, 0.05)), Cylinder(0.03, 0.02)
 

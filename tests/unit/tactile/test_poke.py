@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.core.errors import SimulationError
-from app.geometry.mesh import SurfacePoint
-from app.tactile.poke import Finger, PokeState
+from tactile_maps.core.errors import SimulationError
+from tactile_maps.geometry.surface.mesh import SurfacePoint
+from tactile_maps.tactile.poke import Finger, PokeState
 
 
 @pytest.mark.parametrize("bad", [{"stiffness": 0.0}, {"stiffness": float("nan")}, {"radius": -1.0}, {"max_force": -1.0},

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.core.errors import SimulationError
-from app.geometry.mesh import SurfacePoint
-from app.tactile.models.contact_model import CONTACT_MODELS
-from app.tactile.press import press_skin
+from tactile_maps.core.errors import SimulationError
+from tactile_maps.geometry.surface.mesh import SurfacePoint
+from tactile_maps.tactile.models.contact_model import CONTACT_MODELS
+from tactile_maps.tactile.press import press_skin
 from tests.support.touch import prepared_bar
 
 SKIN = prepared_bar().skin

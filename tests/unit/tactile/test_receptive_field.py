@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.core.errors import SimulationError
-from app.skin.skin import BarePoints, Skin
-from app.tactile.receptive_field import (
+from tactile_maps.core.errors import SimulationError
+from tactile_maps.skin.model.skin import BarePoints, Skin
+from tactile_maps.tactile.mechanics.receptive_field import (
     cell_field,
     disc_field,
     field_from_entries,

@@ -5,10 +5,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.core.errors import SimulationError
-from app.skin.skin import Skin
-from app.tactile.sensor_chain import SensorChain
-from app.tactile.sensor_effects import DeadTaxels, Noise, Quantisation, Sampling, Saturation, SensorEffects, Threshold
+from tactile_maps.core.errors import SimulationError
+from tactile_maps.skin.model.skin import Skin
+from tactile_maps.tactile.sensors.sensor_chain import SensorChain
+from tactile_maps.tactile.sensors.sensor_effects import (
+    DeadTaxels,
+    Noise,
+    Quantisation,
+    Sampling,
+    Saturation,
+    SensorEffects,
+    Threshold,
+)
 from tests.support.sensors import ALL_ON, STAGES, only, readings, row
 
 

@@ -7,8 +7,8 @@ from dataclasses import asdict, fields
 import numpy as np
 import pytest
 
-from app.core.errors import SimulationError
-from app.tactile.sensor_effects import (
+from tactile_maps.core.errors import SimulationError
+from tactile_maps.tactile.sensors.sensor_effects import (
     ALIVE,
     DEAD,
     SENSOR_KEYS,

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
-from app.tactile.winkler import WarmStart, winkler_level, winkler_tilt
+from tactile_maps.tactile.mechanics.winkler import WarmStart, winkler_level, winkler_tilt
 
 
 def sorted_level(floors, areas, volume):

@@ -5,15 +5,15 @@ from __future__ import annotations
 import pytest
 from PySide6.QtWidgets import QMainWindow, QMenu, QToolButton, QWidget
 
+from tactile_widgets.actions.menus import build_menus
+from tactile_widgets.actions.mnemonics import without_mnemonic
+from tactile_widgets.actions.registry import LINE, ActionRegistry, ActionSpec, Menu, MenuList, specs_in
+from tactile_widgets.actions.state import WindowState, running
+from tactile_widgets.common.colours import DARK
+from tactile_widgets.common.mode import Mode
+from tactile_widgets.context.progress_indicator import ProgressIndicator
+from tactile_widgets.window.toolbar import SessionToolbar
 from tests.widgets.support.window_driver import run
-from widgets.actions.menus import build_menus
-from widgets.actions.mnemonics import without_mnemonic
-from widgets.actions.registry import LINE, ActionRegistry, ActionSpec, Menu, MenuList, specs_in
-from widgets.actions.state import WindowState, running
-from widgets.common.colours import DARK
-from widgets.common.mode import Mode
-from widgets.context.progress_indicator import ProgressIndicator
-from widgets.window.toolbar import SessionToolbar
 
 
 @pytest.fixture

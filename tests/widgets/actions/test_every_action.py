@@ -18,22 +18,22 @@ from PySide6.QtGui import QDesktopServices, QGuiApplication
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QFileDialog, QMenu
 
-from app.control.controller_registry import CONTROLLERS
-from app.editing.arrange import EDGES, move, scale
-from app.editing.reflatten import set_method
-from app.maps.paths import PathKind
-from app.scene.scene import with_override
+from tactile_maps.control.controller_registry import CONTROLLERS
+from tactile_maps.editing.arrange import EDGES, move, scale
+from tactile_maps.editing.reflatten import set_method
+from tactile_maps.maps.paths import PathKind
+from tactile_maps.scene.scene import with_override
+from tactile_widgets.actions.registry import specs_in
+from tactile_widgets.actions.table import REMEDIES, menu_bar
+from tactile_widgets.common.controller_settings import SETTING_CHOICES
+from tactile_widgets.common.mode import Mode
+from tactile_widgets.common.settings import BaseLayer
+from tactile_widgets.plots.timeline.playhead import Span
+from tactile_widgets.session.live_input import LiveInputSettings
+from tactile_widgets.tools.map_editing.pin_tool import PinTool
+from tactile_widgets.tools.registry import TOOLS
+from tactile_widgets.views.layers import LAYERS
 from tests.widgets.support.window_driver import blow_up, press_map, run
-from widgets.actions.registry import specs_in
-from widgets.actions.table import REMEDIES, menu_bar
-from widgets.common.controller_settings import SETTING_CHOICES
-from widgets.common.mode import Mode
-from widgets.common.settings import BaseLayer
-from widgets.layers.registry import LAYERS
-from widgets.session.live_input import LiveInputSettings
-from widgets.timeline.playhead import Span
-from widgets.tools.map_editing.pin_tool import PinTool
-from widgets.tools.registry import TOOLS
 
 
 @pytest.fixture(scope="module")
@@ -58,7 +58,7 @@ class Bench:
         patching.setattr(QFileDialog, "getExistingDirectory", self._answer_none)
         patching.setattr(QFileDialog, "getSaveFileName", self._answer_save)
         patching.setattr(QDesktopServices, "openUrl", self.opened.append)
-        patching.setattr("widgets.workers.scene_worker.prepare_cached", self._prepare)
+        patching.setattr("tactile_widgets.workers.scene_worker.prepare_cached", self._prepare)
 
     def _answer_none(self, _parent, title, *_more):
         self.asked.append(title)

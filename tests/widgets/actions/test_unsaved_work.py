@@ -10,14 +10,14 @@ from PySide6.QtCore import QMimeData, QPointF, Qt, QUrl
 from PySide6.QtGui import QDropEvent
 from PySide6.QtWidgets import QFileDialog, QMessageBox
 
-from app.editing.arrange import rotate
-from app.editing.document_file import save_document
-from app.scene.scene_file import load_scene, scene_to_toml
-from app.skin.formats.taxel_files import write_taxels
-from assets import asset
+from tactile_maps.core.assets import asset
+from tactile_maps.editing.arrange import rotate
+from tactile_maps.editing.document_file import save_document
+from tactile_maps.scene.scene_file import load_scene, scene_to_toml
+from tactile_maps.skin.formats.taxel_files import write_taxels
+from tactile_widgets.dialogs.dialogs import Button
 from tests.widgets.actions.test_every_action import EFFECTS, TICK, Bench
 from tests.widgets.support.window_driver import answer, press_map, run
-from widgets.context.dialogs import Button
 
 
 @pytest.fixture(scope="module")

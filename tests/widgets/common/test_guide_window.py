@@ -6,8 +6,8 @@ import pytest
 from PySide6.QtCore import QUrl
 from PySide6.QtGui import QImage, QTextDocument
 
-from app.cli.commands.guide import find_page, page_names
-from widgets.common.guide_window import GuideWindow
+from tactile_maps.cli.commands.guide import find_page, page_names
+from tactile_widgets.common.guide_window import GuideWindow
 
 
 @pytest.fixture

@@ -8,7 +8,7 @@ import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 
-from widgets.common.number_field import NumberField, decimals_of
+from tactile_widgets.common.number_field import NumberField, decimals_of
 
 
 @pytest.mark.parametrize(("step", "digits"), [(1.0, 0), (0.5, 1), (0.05, 2), (10.0, 0)])

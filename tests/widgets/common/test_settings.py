@@ -7,8 +7,8 @@ import inspect
 import tempfile
 from pathlib import Path
 
-from widgets.common.settings import Settings
-from widgets.window import application
+from tactile_widgets.common.settings import Settings
+from tactile_widgets.window import application
 
 
 def test_recent_files_are_the_last_eight_newest_first_each_once(tmp_path):

@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 from PySide6.QtWidgets import QFileDialog, QWidget
 
-from widgets.common.settings import Settings
-from widgets.context.dialogs import Dialogs
+from tactile_widgets.common.settings import Settings
+from tactile_widgets.dialogs.dialogs import Dialogs
 
 
 @pytest.fixture

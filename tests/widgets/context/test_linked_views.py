@@ -6,11 +6,11 @@ import pytest
 from PySide6.QtCore import QEvent, QObject
 from PySide6.QtWidgets import QApplication
 
-from app.editing.reflatten import set_method
-from app.editing.seams import propose_seam
-from app.session.inputs import PokePressed
-from app.session.session import Session
-from widgets.common.settings import BaseLayer
+from tactile_maps.editing.reflatten import set_method
+from tactile_maps.editing.seams import propose_seam
+from tactile_maps.session.inputs import PokePressed
+from tactile_maps.session.session import Session
+from tactile_widgets.common.settings import BaseLayer
 
 
 @pytest.fixture(scope="module")

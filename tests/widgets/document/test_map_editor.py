@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.editing.arrange import move, rotate
-from app.editing.document import MapDocument, rename_patch
-from app.editing.reflatten import set_lengths, set_method
-from app.editing.seams import propose_seam
-from widgets.document.map_editor import MapEditor
-from widgets.workers.scene_worker import InlineSceneWorker
+from tactile_maps.editing.arrange import move, rotate
+from tactile_maps.editing.document import MapDocument, rename_patch
+from tactile_maps.editing.reflatten import set_lengths, set_method
+from tactile_maps.editing.seams import propose_seam
+from tactile_widgets.document.map_editor import MapEditor
+from tactile_widgets.workers.scene_worker import InlineSceneWorker
 
 
 class HeldWorker(InlineSceneWorker):

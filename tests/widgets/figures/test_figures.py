@@ -11,10 +11,10 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QFileDialog
 
-from app.__main__ import main
-from app.core.errors import DisplayError
+from tactile_maps.core.errors import DisplayError
+from tactile_widgets.__main__ import main
+from tactile_widgets.dialogs.figures.figure_file import FigureColours, FigurePart, FigureSpec, write_figure
 from tests.widgets.support.window_driver import press_map, run
-from widgets.figures.figure_file import FigureColours, FigurePart, FigureSpec, write_figure
 
 LEFT = Qt.MouseButton.LeftButton
 SMALL = FigureSpec(80.0, 60.0, 96, FigureColours.PAPER)

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.core.errors import ExportError
-from app.recording.recorder import Recorder
-from app.session.session import Session
-from app.tactile.poke import PokePressed
+from tactile_maps.core.errors import ExportError
+from tactile_maps.recording.recorder import Recorder
+from tactile_maps.session.session import Session
+from tactile_maps.tactile.poke import PokePressed
+from tactile_widgets.dialogs.figures.view_film import film_recording
 from tests.widgets.support.samples import middle_taxel
-from widgets.figures.view_film import film_recording
 
 av = pytest.importorskip("av", reason="films need PyAV, of the extra 'export'")
 

@@ -8,9 +8,9 @@ from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
+from tactile_widgets.common.tool_kinds import BRUSH, POKE, SELECT_BOX, SELECT_BRUSH, SELECT_LASSO
 from tests.widgets.support.samples import middle_taxel
 from tests.widgets.support.window_driver import run, visible_skin
-from widgets.common.tool_kinds import BRUSH, POKE, SELECT_BOX, SELECT_BRUSH, SELECT_LASSO
 
 LEFT = Qt.MouseButton.LeftButton
 NONE, CTRL, SHIFT, ALT = (

@@ -6,20 +6,20 @@ import numpy as np
 import pytest
 from PySide6.QtWidgets import QApplication, QGraphicsRectItem
 
-from app.editing.arrange import move
-from app.editing.document import MapDocument
-from app.editing.pins import add_pin
-from app.session.session import Session
-from app.tactile.poke import PokePressed
+from tactile_maps.editing.arrange import move
+from tactile_maps.editing.document import MapDocument
+from tactile_maps.editing.pins import add_pin
+from tactile_maps.session.session import Session
+from tactile_maps.tactile.poke import PokePressed
+from tactile_widgets.common.colours import DARK, LIGHT, PressureScale
+from tactile_widgets.common.settings import OverlayOptions
+from tactile_widgets.views.layers import LAYERS, LayerSpec, at_first
+from tactile_widgets.views.linked_views import LinkedViews
+from tactile_widgets.views.map.items.map_items import ZOrder
+from tactile_widgets.views.map.items.map_scene import MapLayer
+from tactile_widgets.views.robot.scene.robot_scene import BodyLayer
 from tests.widgets.support.samples import middle_taxel
 from tests.widgets.support.snapshots import pixels
-from widgets.common.colours import DARK, LIGHT, PressureScale
-from widgets.common.settings import OverlayOptions
-from widgets.context.linked_views import LinkedViews
-from widgets.layers.registry import LAYERS, LayerSpec, at_first
-from widgets.map_view.map_items import ZOrder
-from widgets.map_view.map_scene import MapLayer
-from widgets.robot_view.scene.robot_scene import BodyLayer
 
 
 class Recorded:

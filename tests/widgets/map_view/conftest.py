@@ -2,8 +2,8 @@
 
 import pytest
 
+from tactile_widgets.common.colours import DARK, PressureScale
 from tests.widgets.support.layered_map_view import layered_map_view
-from widgets.common.colours import DARK, PressureScale
 
 
 @pytest.fixture

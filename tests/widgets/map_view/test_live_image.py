@@ -12,17 +12,17 @@ from functools import cache
 import numpy as np
 import pytest
 
-from app.editing.arrange import mirror, move, rotate, scale
-from app.editing.document import MapDocument, show_patches
-from app.flattening.bijectivity import crossing_sides, flipped
-from app.maps.evaluation.distortion import nested_patches
-from app.maps.image_atlas import ImageAtlas, halo_of
+from tactile_maps.editing.arrange import mirror, move, rotate, scale
+from tactile_maps.editing.document import MapDocument, show_patches
+from tactile_maps.flattening.bijectivity import crossing_sides, flipped
+from tactile_maps.maps.evaluation.distortion import nested_patches
+from tactile_maps.maps.image_atlas import ImageAtlas, halo_of
+from tactile_widgets.common.colours import PressureScale
+from tactile_widgets.views.map.items.bijectivity import FlawFinder, Flaws
+from tactile_widgets.views.map.items.live_image import LiveImage
+from tactile_widgets.views.map.items.map_coordinates import MapCamera
 from tests.widgets.support.arrange_driver import bent
 from tests.widgets.support.samples import leaf_map
-from widgets.common.colours import PressureScale
-from widgets.map_view.bijectivity import FlawFinder, Flaws
-from widgets.map_view.live_image import LiveImage
-from widgets.map_view.map_coordinates import MapCamera
 
 
 @pytest.fixture

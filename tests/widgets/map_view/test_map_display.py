@@ -10,15 +10,15 @@ import pytest
 from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtTest import QTest
 
-from app.editing.arrange import mirror, move, rotate, scale
-from app.editing.document import MapDocument, rename_patch, show_patches
-from app.maps.image_atlas import AtlasTile, ImageAtlas
+from tactile_maps.editing.arrange import mirror, move, rotate, scale
+from tactile_maps.editing.document import MapDocument, rename_patch, show_patches
+from tactile_maps.maps.image_atlas import AtlasTile, ImageAtlas
+from tactile_widgets.common.colours import PressureScale
+from tactile_widgets.common.settings import BaseLayer
+from tactile_widgets.views.layers import LAYERS, at_first
+from tactile_widgets.views.map import map_display
 from tests.widgets.support.arrange_driver import bent
 from tests.widgets.support.samples import leaf_map, middle_taxel, touched
-from widgets.common.colours import PressureScale
-from widgets.common.settings import BaseLayer
-from widgets.layers.registry import LAYERS, at_first
-from widgets.map_view import map_display
 
 leaves = cache(leaf_map)
 EDITS = {

@@ -7,8 +7,8 @@ import pytest
 from PySide6.QtGui import QImage
 from PySide6.QtWidgets import QApplication
 
+from tactile_widgets.views.map.items.map_items import LineBuffer
 from tests.widgets.support.samples import touched
-from widgets.map_view.map_items import LineBuffer
 
 
 def test_lines_filled_again_are_those_of_the_newest_segments():

@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.editing.arrange import mirror, rotate, scale
-from app.editing.document import MapDocument
-from widgets.map_view.map_coordinates import SceneTransform
-from widgets.map_view.map_shapes import ChartShape, MapShapes, split_loop, wireframe
+from tactile_maps.editing.arrange import mirror, rotate, scale
+from tactile_maps.editing.document import MapDocument
+from tactile_widgets.views.map.items.map_coordinates import SceneTransform
+from tactile_widgets.views.map.items.map_shapes import ChartShape, MapShapes, split_loop, wireframe
 
 ANGLES = np.linspace(0, 2 * np.pi, 13)
 LOOP = np.stack([np.cos(ANGLES), np.sin(ANGLES)], axis=1)

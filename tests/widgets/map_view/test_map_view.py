@@ -11,11 +11,11 @@ from PySide6.QtGui import QImage, QPainter, QWheelEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QLineEdit, QPushButton
 
+from tactile_widgets.common.colours import DARK, LIGHT, PressureScale
+from tactile_widgets.views.map.items.map_coordinates import MARGIN_PX
 from tests.widgets.support.layered_map_view import layered_map_view
 from tests.widgets.support.samples import touched
 from tests.widgets.support.snapshots import pixels
-from widgets.common.colours import DARK, LIGHT, PressureScale
-from widgets.map_view.map_coordinates import MARGIN_PX
 
 LEFT, MIDDLE, NONE = Qt.MouseButton.LeftButton, Qt.MouseButton.MiddleButton, Qt.KeyboardModifier.NoModifier
 BESIDE = QPoint(4, 4)

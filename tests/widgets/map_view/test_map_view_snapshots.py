@@ -7,10 +7,10 @@ from dataclasses import replace
 import pytest
 from PySide6.QtGui import QFont
 
+from tactile_widgets.common.colours import DARK, LIGHT, PressureScale
 from tests.widgets.support.layered_map_view import layered_map_view
 from tests.widgets.support.samples import leaf_map, middle_taxel, touched
 from tests.widgets.support.snapshots import check_picture
-from widgets.common.colours import DARK, LIGHT, PressureScale
 
 HOVERED = 9
 

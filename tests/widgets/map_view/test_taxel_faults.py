@@ -9,11 +9,11 @@ import pytest
 from PySide6.QtCore import QPointF
 from PySide6.QtGui import QColor
 
-from app.editing.document import MapDocument, show_patches
+from tactile_maps.editing.document import MapDocument, show_patches
+from tactile_widgets.common.colours import DARK, LIGHT
+from tactile_widgets.overlays.taxel_faults import NO_FAULTS, Fault, TaxelFaults
 from tests.widgets.support.samples import touched
 from tests.widgets.support.snapshots import pixels
-from widgets.common.colours import DARK, LIGHT
-from widgets.overlays.taxel_faults import NO_FAULTS, Fault, TaxelFaults
 
 DEAD, STUCK = 40, 90
 

@@ -7,11 +7,11 @@ from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QPushButton, QWidget
 
-from app.control.controller_registry import CONTROLLERS
+from tactile_maps.control.controller_registry import CONTROLLERS
+from tactile_widgets.common.controller_settings import SETTING_CHOICES
+from tactile_widgets.common.panel import Panel
+from tactile_widgets.panels.control.controller_panel import ControllerPanel
 from tests.widgets.support.window_driver import press_map, run
-from widgets.common.controller_settings import SETTING_CHOICES
-from widgets.common.panel import Panel
-from widgets.panels.control.controller_panel import ControllerPanel
 
 
 @pytest.fixture

@@ -6,10 +6,10 @@ from dataclasses import replace
 
 import pytest
 
-from app.core.errors import Finding
-from widgets.panels.findings_panel import FindingsPanel, note_of
-from widgets.panels.messages_panel import MessagesPanel
-from widgets.panels.note_list import Note
+from tactile_maps.core.errors import Finding
+from tactile_widgets.panels.findings_panel import FindingsPanel, note_of
+from tactile_widgets.panels.messages_panel import MessagesPanel
+from tactile_widgets.panels.note_list import Note
 
 MISSING = Finding("missing-mesh", "link_3.stl", "a small box stands in; choose the package root", 2)
 

@@ -9,12 +9,12 @@ from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
-from app.editing.arrange import move
-from app.editing.document import MapDocument
-from app.editing.history import MOST_STEPS
+from tactile_maps.editing.arrange import move
+from tactile_maps.editing.document import MapDocument
+from tactile_maps.editing.history import MOST_STEPS
+from tactile_widgets.panels.history_panel import ROW, HistoryPanel
+from tactile_widgets.panels.panel_column import COLUMN_WIDTH
 from tests.support.cost import cost_of
-from widgets.panels.history_panel import ROW, HistoryPanel
-from widgets.panels.panel_column import COLUMN_WIDTH
 
 LEFT = Qt.MouseButton.LeftButton
 

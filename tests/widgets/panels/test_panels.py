@@ -10,27 +10,27 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QDoubleSpinBox, QLabel
 
-from app.control.command import ControlSettings
-from app.control.limits import Limit, LimitKind
-from app.editing.document import MapDocument
-from app.maps.evaluation.quality import measure
-from app.session.session import Session
-from app.tactile.poke import PokePressed
-from widgets.common.colours import LIGHT
-from widgets.common.guide_window import GuidePlace
-from widgets.common.panel import LabelledSlider, Panel
-from widgets.document.map_editor import MapEditor
-from widgets.document.taxel_selection import TaxelSelection
-from widgets.panels.control.controller_panel import ControllerPanel
-from widgets.panels.maps.quality_panel import QualityPanel
-from widgets.panels.panel_column import COLUMN_WIDTH, PanelColumn
-from widgets.panels.registry import PANELS, PanelSpec
-from widgets.panels.simulation.effects_panel import EffectsPanel
-from widgets.panels.simulation.timing_panel import VIEW_STAGE, TimingPanel
-from widgets.panels.touch.contacts_panel import ContactsPanel
-from widgets.session.backends import INLINE
-from widgets.session.live_session import LiveSession
-from widgets.workers.scene_worker import InlineSceneWorker
+from tactile_maps.control.motion.command import ControlSettings
+from tactile_maps.control.motion.limits import Limit, LimitKind
+from tactile_maps.editing.document import MapDocument
+from tactile_maps.maps.evaluation.quality import measure
+from tactile_maps.session.session import Session
+from tactile_maps.tactile.poke import PokePressed
+from tactile_widgets.common.colours import LIGHT
+from tactile_widgets.common.guide_window import GuidePlace
+from tactile_widgets.common.panel import LabelledSlider, Panel
+from tactile_widgets.document.map_editor import MapEditor
+from tactile_widgets.document.taxel_selection import TaxelSelection
+from tactile_widgets.panels.control.controller_panel import ControllerPanel
+from tactile_widgets.panels.maps.quality_panel import QualityPanel
+from tactile_widgets.panels.model.effects_panel import EffectsPanel
+from tactile_widgets.panels.model.timing_panel import VIEW_STAGE, TimingPanel
+from tactile_widgets.panels.panel_column import COLUMN_WIDTH, PanelColumn
+from tactile_widgets.panels.registry import PANELS, PanelSpec
+from tactile_widgets.panels.touch.contacts_panel import ContactsPanel
+from tactile_widgets.session.backends import INLINE
+from tactile_widgets.session.live_session import LiveSession
+from tactile_widgets.workers.scene_worker import InlineSceneWorker
 
 
 def shown(qtbot, panel):

@@ -8,11 +8,11 @@ import pyqtgraph as pg
 import pytest
 from PySide6.QtWidgets import QApplication, QLabel
 
-from app.control.command import ControlSettings
+from tactile_maps.control.motion.command import ControlSettings
+from tactile_widgets.common.colours import DARK, LIGHT
+from tactile_widgets.plots.live_plots import REDRAW_MS, REST, LivePlots
+from tactile_widgets.plots.traces.trace_plots import nice_ceiling
 from tests.widgets.support.samples import touched
-from widgets.common.colours import DARK, LIGHT
-from widgets.plots.live_plots import REDRAW_MS, REST, LivePlots
-from widgets.plots.traces.trace_plots import nice_ceiling
 
 
 @pytest.fixture

@@ -12,11 +12,11 @@ from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
+from tactile_widgets.common.colours import DARK, LIGHT
+from tactile_widgets.plots.choice.plot_choice import STANDARD, PlotChoice, PlotKey, PlotKind
+from tactile_widgets.plots.live_plots import USUAL_HEIGHT, LivePlots
+from tactile_widgets.plots.plot_board import PlotWindow
 from tests.widgets.support.samples import touched
-from widgets.common.colours import DARK, LIGHT
-from widgets.plots.live_plots import USUAL_HEIGHT, LivePlots
-from widgets.plots.plot_board import PlotWindow
-from widgets.plots.plot_choice import STANDARD, PlotChoice, PlotKey, PlotKind
 
 LEFT = Qt.MouseButton.LeftButton
 FORCE, PRESSURE = STANDARD[0], STANDARD[4]

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from PySide6.QtWidgets import QApplication, QVBoxLayout, QWidget
 
-from widgets.common.colours import DARK, LIGHT
-from widgets.plots.plot_canvas import PlotCanvas
-from widgets.theme.application_theme import apply_theme
+from tactile_widgets.common.application_theme import apply_theme
+from tactile_widgets.common.colours import DARK, LIGHT
+from tactile_widgets.plots.traces.plot_canvas import PlotCanvas
 
 
 def test_its_ground_is_that_of_the_theme_shown(qtbot):

@@ -10,17 +10,17 @@ import pytest
 from PySide6.QtGui import QColor
 from PySide6.QtWidgets import QApplication, QLabel
 
-from app.control.command import ControlSettings, TaskReport
-from app.control.joint_impedance import MAX_JOINT_SPEED
-from app.control.limits import Limit, LimitKind
-from app.robots.robot import Joint
+from tactile_maps.control.motion.command import ControlSettings, TaskReport
+from tactile_maps.control.motion.joint_impedance import MAX_JOINT_SPEED
+from tactile_maps.control.motion.limits import Limit, LimitKind
+from tactile_maps.robots.model.robot import Joint
+from tactile_widgets.common.colours import DARK, LIGHT
+from tactile_widgets.common.tool_kinds import SelectionMode
+from tactile_widgets.document.taxel_selection import SelectionUpdate, TaxelSelection
+from tactile_widgets.plots.live_plots import MIN_PLOT_WIDTH, LivePlots
+from tactile_widgets.plots.traces.trace_plots import TOLERANCE, TracePlot
 from tests.widgets.support.samples import touched
 from tests.widgets.support.snapshots import pixels
-from widgets.common.colours import DARK, LIGHT
-from widgets.common.tool_kinds import SelectionMode
-from widgets.document.taxel_selection import SelectionUpdate, TaxelSelection
-from widgets.plots.live_plots import MIN_PLOT_WIDTH, LivePlots
-from widgets.plots.traces.trace_plots import TOLERANCE, TracePlot
 
 FOLLOW = ControlSettings(controller="hybrid", task="follow_path")
 KEEP = ControlSettings(controller="qp", task="keep_force")

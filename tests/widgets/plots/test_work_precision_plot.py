@@ -10,12 +10,12 @@ import pytest
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtWidgets import QApplication, QLabel
 
-from app.studies.work_precision import Curve, Diagram, LimitLine, Point, Setting
+from tactile_maps.studies.study.work_precision import Curve, Diagram, LimitLine, Point, Setting
+from tactile_widgets.common.application_theme import apply_theme
+from tactile_widgets.common.colours import DARK, LIGHT
+from tactile_widgets.plots.curve_legend import SYMBOLS, CurveLegend, curve_colour
+from tactile_widgets.plots.work_precision_plot import WorkPrecisionPlot, format_number, log_ticks
 from tests.widgets.support.snapshots import pixels, shared_share
-from widgets.common.colours import DARK, LIGHT
-from widgets.plots.curve_legend import SYMBOLS, CurveLegend, curve_colour
-from widgets.plots.work_precision_plot import WorkPrecisionPlot, format_number, log_ticks
-from widgets.theme.application_theme import apply_theme
 
 
 def point(method, at, milliseconds, error, **more):

@@ -9,12 +9,12 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QDialogButtonBox, QWidget
 
-from app.contacts.pipeline import ReadingSettings
-from app.editing.arrange import move, rotate
+from tactile_maps.contacts.pipeline import ReadingSettings
+from tactile_maps.editing.arrange import move, rotate
+from tactile_widgets.dialogs.connect_dialog import KINDS
+from tactile_widgets.dialogs.dialogs import Button
+from tactile_widgets.tools.registry import PATH
 from tests.widgets.support.window_driver import answer, press_map, run
-from widgets.context.connect_dialog import KINDS
-from widgets.context.dialogs import Button
-from widgets.tools.registry import PATH
 
 LEFT = Qt.MouseButton.LeftButton
 

@@ -26,23 +26,23 @@ from PySide6.QtCore import QCoreApplication, QEvent, QPoint, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
-from app.editing.arrange import move, rotate
-from app.editing.document import MapDocument
-from app.editing.document_file import load_document
-from app.editing.reflatten import set_lengths, set_method
-from app.flattening.bijectivity import flipped
-from app.flattening.methods import METHODS
-from app.maps.image_atlas import ImageSettings
-from app.recording.player import RecordingPlayer
-from app.recording.verify import verify
-from app.session.inputs import MapEdited
-from app.studies.work_precision import Setting
+from tactile_maps.editing.arrange import move, rotate
+from tactile_maps.editing.document import MapDocument
+from tactile_maps.editing.document_file import load_document
+from tactile_maps.editing.reflatten import set_lengths, set_method
+from tactile_maps.flattening.bijectivity import flipped
+from tactile_maps.flattening.methods import METHODS
+from tactile_maps.maps.image_atlas import ImageSettings
+from tactile_maps.recording.player import RecordingPlayer
+from tactile_maps.recording.verify import verify
+from tactile_maps.session.inputs import MapEdited
+from tactile_maps.studies.study.work_precision import Setting
+from tactile_widgets.common.settings import Settings
+from tactile_widgets.common.tool_kinds import POKE, SELECT_BOX
+from tactile_widgets.session.backends import INLINE
+from tactile_widgets.tools.registry import ARRANGE, INTEREST, PINS, SEAMS
+from tactile_widgets.window.main_window import MainWindow
 from tests.widgets.support.window_driver import press_map, run
-from widgets.common.settings import Settings
-from widgets.common.tool_kinds import POKE, SELECT_BOX
-from widgets.session.backends import INLINE
-from widgets.tools.registry import ARRANGE, INTEREST, PINS, SEAMS
-from widgets.window.main_window import MainWindow
 
 LEFT = Qt.MouseButton.LeftButton
 
@@ -388,7 +388,8 @@ class RestlessPerson(RuleBasedStateMachine):
 @pytest.mark.filterwarnings("error")
 def test_whatever_a_restless_person_does_the_map_stays_whole(prepared, qapp, tmp_path, monkeypatch):
     monkeypatch.setattr(
-        "widgets.presenters.files.map_file_presenter.user_state_path", lambda *_args, **_kwargs: tmp_path / "state"
+        "tactile_widgets.presenters.maps.map_file_presenter.user_state_path",
+        lambda *_args, **_kwargs: tmp_path / "state",
     )
     RestlessPerson.prepared, RestlessPerson.done = prepared, 0
     run_state_machine_as_test(

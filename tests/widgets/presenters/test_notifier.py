@@ -7,8 +7,8 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QLabel, QToolButton
 
+from tactile_widgets.workers.worker_process import Result
 from tests.widgets.support.window_driver import press_map, run
-from widgets.workers.worker_process import Result
 
 LEFT = Qt.MouseButton.LeftButton
 

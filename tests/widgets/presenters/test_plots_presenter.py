@@ -10,11 +10,11 @@ from PySide6.QtGui import QContextMenuEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
-from app.recording.player import open_recording
+from tactile_maps.recording.player import open_recording
+from tactile_widgets.common.settings import Settings
+from tactile_widgets.panels.touch.events_panel import EventsPanel
+from tactile_widgets.plots.choice.plot_choice import STANDARD, PlotChoice, PlotKey, PlotKind
 from tests.widgets.support.window_driver import press_map, run
-from widgets.common.settings import Settings
-from widgets.panels.touch.events_panel import EventsPanel
-from widgets.plots.plot_choice import STANDARD, PlotChoice, PlotKey, PlotKind
 
 LEFT = Qt.MouseButton.LeftButton
 FORCE, EVENTS = STANDARD[0], STANDARD[-1]

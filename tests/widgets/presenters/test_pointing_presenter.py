@@ -11,18 +11,18 @@ from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QInputDialog, QMenu
 
-from app.geometry.mesh import SurfacePoint
-from app.recording.player import RecordingPlayer
-from app.recording.verify import verify
+from tactile_maps.geometry.surface.mesh import SurfacePoint
+from tactile_maps.recording.player import RecordingPlayer
+from tactile_maps.recording.verify import verify
+from tactile_widgets.common.tool_kinds import SelectionMode
+from tactile_widgets.document.taxel_selection import SelectionUpdate
+from tactile_widgets.plots.choice.plot_choice import PlotChoice, PlotKey
+from tactile_widgets.presenters.pointing_presenter import POINTED_ACTIONS
+from tactile_widgets.tools.map_editing.mesh_picking import present_seams, seam_runs
+from tactile_widgets.tools.map_editing.pin_tool import with_pins
+from tactile_widgets.tools.map_editing.seam_tool import SeamTool
+from tactile_widgets.views.interaction.pointed_at import PointedAt
 from tests.widgets.support.window_driver import press_map, run, visible_skin
-from widgets.common.tool_kinds import SelectionMode
-from widgets.document.taxel_selection import SelectionUpdate
-from widgets.interaction.pointed_at import PointedAt
-from widgets.plots.plot_choice import PlotChoice, PlotKey
-from widgets.presenters.pointing_presenter import POINTED_ACTIONS
-from widgets.tools.map_editing.mesh_picking import present_seams, seam_runs
-from widgets.tools.map_editing.pin_tool import with_pins
-from widgets.tools.map_editing.seam_tool import SeamTool
 
 RIGHT, LEFT, SHIFT = Qt.MouseButton.RightButton, Qt.MouseButton.LeftButton, Qt.KeyboardModifier.ShiftModifier
 

@@ -12,21 +12,21 @@ from PySide6.QtGui import QColor
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QInputDialog, QLabel
 
-from app.editing.document import MapDocument
-from app.editing.pins import add_pin
-from app.maps.evaluation.distortion import distortion, stretch
-from app.maps.tactile_map import TactileMap
-from app.skin.skin import TaxelIdentity
+from tactile_maps.editing.document import MapDocument
+from tactile_maps.editing.pins import add_pin
+from tactile_maps.maps.evaluation.distortion import distortion, stretch
+from tactile_maps.maps.model.tactile_map import TactileMap
+from tactile_maps.skin.model.skin import TaxelIdentity
+from tactile_widgets.common.colours import BETWEEN_DOTS, DARK, PressureScale, StretchScale
+from tactile_widgets.common.settings import BaseLayer, OverlayOptions, Settings
+from tactile_widgets.overlays.taxel_faults import TaxelFaults
+from tactile_widgets.views.layers import LAYERS, at_first
+from tactile_widgets.views.map.items.bijectivity import FlawFinder
+from tactile_widgets.views.map.items.map_coordinates import format_three_digits
+from tactile_widgets.window.main_window import MainWindow
 from tests.widgets.support.layered_map_view import layered_map_view
 from tests.widgets.support.samples import middle_taxel, touched
 from tests.widgets.support.snapshots import pixels, shared_share
-from widgets.common.colours import BETWEEN_DOTS, DARK, PressureScale, StretchScale
-from widgets.common.settings import BaseLayer, OverlayOptions, Settings
-from widgets.layers.registry import LAYERS, at_first
-from widgets.map_view.bijectivity import FlawFinder
-from widgets.map_view.map_coordinates import format_three_digits
-from widgets.overlays.taxel_faults import TaxelFaults
-from widgets.window.main_window import MainWindow
 
 STRETCHES = [(BaseLayer.ANGLE, "angle"), (BaseLayer.AREA, "area")]
 

@@ -6,10 +6,10 @@ import pytest
 import shiboken6
 from PySide6.QtWidgets import QApplication
 
+from tactile_widgets.panels.model.accuracy_panel import AccuracyPanel
+from tactile_widgets.panels.touch.simulated_skin_panel import SimulatedSkinPanel
+from tactile_widgets.session.backends import INLINE
 from tests.widgets.support.window_driver import close_window, open_window
-from widgets.panels.simulation.accuracy_panel import AccuracyPanel
-from widgets.panels.touch.simulated_skin_panel import SimulatedSkinPanel
-from widgets.session.backends import INLINE
 
 
 @pytest.mark.parametrize("name", ["reference", "skin_comparison"])

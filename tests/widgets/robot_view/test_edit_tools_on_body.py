@@ -10,18 +10,18 @@ from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QLineEdit
 
-from app.editing.document import MapDocument
-from app.editing.reflatten import apply_result, reflatten
-from app.editing.seams import draw_seam
-from app.maps.layout import MapLayout
+from tactile_maps.editing.document import MapDocument
+from tactile_maps.editing.reflatten import apply_result, reflatten
+from tactile_maps.editing.seams import draw_seam
+from tactile_maps.maps.model.layout import MapLayout
+from tactile_widgets.tools.map_editing.interest_tool import InterestTool
+from tactile_widgets.tools.map_editing.pin_tool import PinTool
+from tactile_widgets.tools.map_editing.seam_tool import SeamTool
+from tactile_widgets.tools.registry import PINS
+from tactile_widgets.views.overlays.body_overlays import MarkRole, PointMark, SkinTexture, ToolMarks
 from tests.widgets.support.map_view_driver import HeldWorker, open_editor
 from tests.widgets.support.robot_view_driver import BESIDE, LEFT, MIDDLE, NONE, Heard, open_view, picture, skin_pixel
 from tests.widgets.support.snapshots import pixels
-from widgets.overlays.body_overlays import MarkRole, PointMark, SkinTexture, ToolMarks
-from widgets.tools.map_editing.interest_tool import InterestTool
-from widgets.tools.map_editing.pin_tool import PinTool
-from widgets.tools.map_editing.seam_tool import SeamTool
-from widgets.tools.registry import PINS
 
 FAR = QPoint(24, -18)
 _PIXELS = np.full((8, 8), 0xFF8080FF, np.uint32)

@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.robots.kinematics import Configuration
-from app.scene.object_meshes import primitive_mesh
-from app.scene.objects import ObjectSpec, SceneObject
-from widgets.robot_view.camera import CameraRay
-from widgets.robot_view.picking import SkinPicker
+from tactile_maps.robots.kinematics import Configuration
+from tactile_maps.scene.object_meshes import primitive_mesh
+from tactile_maps.scene.objects import ObjectSpec, SceneObject
+from tactile_widgets.views.robot.picking import SkinPicker
+from tactile_widgets.views.robot.scene.camera import CameraRay
 
 
 @pytest.fixture(scope="module")

@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 from PySide6.QtWidgets import QWidget
 
-from app.core.errors import DisplayError
-from widgets.robot_view.plotter_widget import (
+from tactile_maps.core.errors import DisplayError
+from tactile_widgets.views.robot.plotter_widget import (
     HALF_RESOLUTION_FROM_MS,
     REDRAW_UP_TO_MS,
     REST_MS,

@@ -8,10 +8,10 @@ from PySide6.QtCore import QPoint
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QPushButton
 
-from app.core.errors import RobotError
+from tactile_maps.core.errors import RobotError
+from tactile_widgets.common.colours import DARK, LIGHT, PressureScale
 from tests.widgets.support.robot_view_driver import BESIDE, LEFT, NONE, Heard, picture, pressed_frame, wheel
 from tests.widgets.support.snapshots import pixels
-from widgets.common.colours import DARK, LIGHT, PressureScale
 
 
 @pytest.fixture

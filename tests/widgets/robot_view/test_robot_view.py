@@ -8,9 +8,9 @@ from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QLineEdit
 
+from tactile_widgets.views.robot.caption_overlay import CUBE, cube_faces
 from tests.widgets.support.robot_view_driver import BESIDE, LEFT, MIDDLE, NONE, SHIFT, picture, wheel
 from tests.widgets.support.snapshots import pixels, shared_share
-from widgets.robot_view.caption_overlay import CUBE, cube_faces
 
 
 def test_a_press_is_the_body_point_under_the_pointer(view, heard, prepared):

@@ -11,19 +11,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.core.errors import LiveError, TactileMapsError, UsageError
-from app.live.channels.calibration import ValueMode
-from app.live.motion.motion_sender import MotionLimits
-from app.live.readings import Reading, Unit
-from app.live.sources.open import SourceOptions
-from app.live.wire_format import encode_binary
-from app.recording.player import open_recording
-from app.tactile.press import press_skin
+from tactile_maps.core.errors import LiveError, TactileMapsError, UsageError
+from tactile_maps.live.channels.calibration import ValueMode
+from tactile_maps.live.motion.motion_sender import MotionLimits
+from tactile_maps.live.readings.readings import Reading, Unit
+from tactile_maps.live.readings.wire_format import encode_binary
+from tactile_maps.live.sources.open import SourceOptions
+from tactile_maps.recording.player import open_recording
+from tactile_maps.tactile.press import press_skin
+from tactile_widgets.session.backends import INLINE
+from tactile_widgets.session.live_input import LiveInputSettings, ThreadReadingsRunner
+from tactile_widgets.session.live_session import LiveSession
 from tests.support.simulated_clock import SimulatedClock
 from tests.support.touch import bar_skin, prepared_bar
-from widgets.session.backends import INLINE
-from widgets.session.live_input import LiveInputSettings, ThreadReadingsRunner
-from widgets.session.live_session import LiveSession
 
 
 @pytest.fixture

@@ -7,19 +7,20 @@ from dataclasses import replace
 
 import pytest
 
-from app.control.command import ControlSettings
-from app.recording.player import RecordingPlayer
-from app.scene.scene_file import load_scene
-from app.session.inputs import MapEdited
-from app.session.prepared_cache import FOLDER_VARIABLE, prepare_cached
-from app.skin.cover import CoverSpec
-from app.tactile.poke import PokePressed
+from tactile_maps.control.motion.command import ControlSettings
+from tactile_maps.core.files import FOLDER_VARIABLE
+from tactile_maps.recording.player import RecordingPlayer
+from tactile_maps.scene.scene_file import load_scene
+from tactile_maps.session.inputs import MapEdited
+from tactile_maps.session.prepared_cache import prepare_cached
+from tactile_maps.skin.fitting.cover import CoverSpec
+from tactile_maps.tactile.poke import PokePressed
+from tactile_widgets.session.backends import INLINE
+from tactile_widgets.session.live_session import LiveSession
+from tactile_widgets.workers.cost_worker import CostWorker
+from tactile_widgets.workers.scene_worker import SceneWorker
 from tests.widgets.support.samples import shifted
 from tests.widgets.support.window_driver import blow_up
-from widgets.session.backends import INLINE
-from widgets.session.live_session import LiveSession
-from widgets.workers.cost_worker import CostWorker
-from widgets.workers.scene_worker import SceneWorker
 
 
 @pytest.fixture

@@ -6,15 +6,15 @@ from dataclasses import replace
 
 import pytest
 
-from app.editing.arrange import scale
-from app.editing.document import MapDocument
-from app.scene.scene import with_override
-from app.simulation.known_load_check import WeighingResult
-from app.studies.ablation import ablation_cost
-from widgets.session.backends import INLINE
-from widgets.session.live_session import LiveSession
-from widgets.workers.cost_worker import InlineCostWorker
-from widgets.workers.map_quality_worker import InlineMapQualityWorker
+from tactile_maps.editing.arrange import scale
+from tactile_maps.editing.document import MapDocument
+from tactile_maps.scene.scene import with_override
+from tactile_maps.simulation.known_load_check import WeighingResult
+from tactile_maps.studies.ablation import ablation_cost
+from tactile_widgets.session.backends import INLINE
+from tactile_widgets.session.live_session import LiveSession
+from tactile_widgets.workers.cost_worker import InlineCostWorker
+from tactile_widgets.workers.map_quality_worker import InlineMapQualityWorker
 
 
 class HeldCosts(InlineCostWorker):

@@ -9,15 +9,15 @@ from pathlib import Path
 
 import pytest
 
-from app.core.errors import RecordingError
-from app.recording.player import RecordingPlayer
-from app.recording.recorder import Recorder
-from app.recording.verify import verify
-from app.session.bundle import pack_scene
-from app.session.session import Session
-from app.tactile.poke import Finger, PokePressed
-from widgets.session import recording_writer
-from widgets.session.recording_writer import InlineRecordingWriter, RecordingWriter
+from tactile_maps.core.errors import RecordingError
+from tactile_maps.recording.player import RecordingPlayer
+from tactile_maps.recording.recorder import Recorder
+from tactile_maps.recording.verify import verify
+from tactile_maps.session.bundle import pack_scene
+from tactile_maps.session.session import Session
+from tactile_maps.tactile.poke import Finger, PokePressed
+from tactile_widgets.session import recording_writer
+from tactile_widgets.session.recording_writer import InlineRecordingWriter, RecordingWriter
 
 FULL = Path("/dev/full")
 
@@ -213,7 +213,7 @@ def test_the_window_does_not_wait_while_robot_and_map_are_compressed(prepared, t
         assert go_on.wait(10)
         return pack_scene(scene)
 
-    monkeypatch.setattr("app.recording.recorder.pack_scene", slow)
+    monkeypatch.setattr("tactile_maps.recording.recorder.pack_scene", slow)
     writer, session = RecordingWriter(), Session(prepared)
     writer.begin(Recorder(prepared, tmp_path / "a.mcap"))
     writer.write(session.frame, session.inputs)

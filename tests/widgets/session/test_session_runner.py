@@ -8,10 +8,10 @@ from itertools import accumulate, chain, repeat
 
 import pytest
 
-from app.session.inputs import EffectsChanged, MapEdited
-from app.session.session import Session
-from app.studies.testbeds.reference_bodies import flat_map
-from widgets.session.session_runner import UNREAD_SECONDS, InlineRunner, ThreadRunner
+from tactile_maps.session.inputs import EffectsChanged, MapEdited
+from tactile_maps.session.session import Session
+from tactile_maps.studies.testbeds.reference_bodies import flat_map
+from tactile_widgets.session.session_runner import UNREAD_SECONDS, InlineRunner, ThreadRunner
 
 
 class FailingSession(Session):

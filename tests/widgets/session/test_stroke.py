@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.session.session import Session
-from app.stimuli.skin_locations import SkinLocator
-from app.tactile.poke import PokeMoved, PokePressed, PokeReleased
-from widgets.session.session_runner import InlineRunner
-from widgets.session.stroke import LEAP, LONGEST, StrokePlan
+from tactile_maps.session.session import Session
+from tactile_maps.stimuli.skin_locations import SkinLocator
+from tactile_maps.tactile.poke import PokeMoved, PokePressed, PokeReleased
+from tactile_widgets.session.session_runner import InlineRunner
+from tactile_widgets.session.stroke import LEAP, LONGEST, StrokePlan
 
 SPEED, FRAME = 0.110, 0.1
 """A stroke as people make them [m/s], and a slow window's frame [s]."""

@@ -9,9 +9,9 @@ import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 
-from app.editing.arrange import move, rotate
+from tactile_maps.editing.arrange import move, rotate
+from tactile_widgets.dialogs.dialogs import Button
 from tests.widgets.support.window_driver import answer, press_map, run
-from widgets.context.dialogs import Button
 
 
 @pytest.fixture

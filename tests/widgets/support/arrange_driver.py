@@ -9,14 +9,14 @@ from PySide6.QtCore import QEvent, QPointF, Qt
 from PySide6.QtGui import QMouseEvent
 from PySide6.QtWidgets import QApplication
 
-from app.editing.document import MapDocument
+from tactile_maps.editing.document import MapDocument
+from tactile_widgets.common.colours import DARK, PressureScale
+from tactile_widgets.document.map_editor import MapEditor
+from tactile_widgets.tools.map_editing.arrange_tool import ArrangeTool
+from tactile_widgets.tools.map_editing.transform_box import TransformBox
+from tactile_widgets.tools.registry import ARRANGE
+from tactile_widgets.workers.scene_worker import SceneWorker
 from tests.widgets.support.layered_map_view import layered_map_view
-from widgets.common.colours import DARK, PressureScale
-from widgets.document.map_editor import MapEditor
-from widgets.tools.map_editing.arrange_tool import ArrangeTool
-from widgets.tools.map_editing.transform_box import TransformBox
-from widgets.tools.registry import ARRANGE
-from widgets.workers.scene_worker import SceneWorker
 
 LEFT, NO_BUTTON = Qt.MouseButton.LeftButton, Qt.MouseButton.NoButton
 NONE, SHIFT, CONTROL = (

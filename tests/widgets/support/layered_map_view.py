@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from widgets.common.colours import PressureScale, Theme
-from widgets.layers.registry import LAYERS, at_first, map_layers
-from widgets.map_view.map_view import MapView
+from tactile_widgets.common.colours import PressureScale, Theme
+from tactile_widgets.views.layers import LAYERS, at_first, map_layers
+from tactile_widgets.views.map.map_view import MapView
 
 
 def layered_map_view(theme: Theme, scale: PressureScale) -> MapView:

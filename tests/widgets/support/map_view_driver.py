@@ -12,15 +12,15 @@ from PySide6.QtGui import QWheelEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
-from app.editing.document import MapDocument
-from app.flattening.bijectivity import flipped
-from app.maps.build import build_map
+from tactile_maps.editing.document import MapDocument
+from tactile_maps.flattening.bijectivity import flipped
+from tactile_maps.maps.build import build_map
+from tactile_widgets.common.colours import DARK, PressureScale
+from tactile_widgets.document.map_editor import MapEditor
+from tactile_widgets.tools.registry import PINS
+from tactile_widgets.workers.scene_worker import InlineSceneWorker
 from tests.support.surfaces import cap, frustum, sheet, skin_of
 from tests.widgets.support.layered_map_view import layered_map_view
-from widgets.common.colours import DARK, PressureScale
-from widgets.document.map_editor import MapEditor
-from widgets.tools.registry import PINS
-from widgets.workers.scene_worker import InlineSceneWorker
 
 LEFT, NONE, ALT = Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier, Qt.KeyboardModifier.AltModifier
 SHIFT = Qt.KeyboardModifier.ShiftModifier

@@ -47,16 +47,16 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from tactile_widgets.actions.keys_sheet import KeysSheet
+from tactile_widgets.actions.palette import CommandPalette
+from tactile_widgets.actions.registry import specs_in
+from tactile_widgets.common.colour_bar import ColourBar
+from tactile_widgets.plots.study_plot import StudyPlot
+from tactile_widgets.plots.timeline.recording_plots import RecordingPlots
+from tactile_widgets.plots.timeline.scrub_bar import ScrubBar
+from tactile_widgets.presenters.files import recordings_presenter
+from tactile_widgets.tools.registry import TOOLS
 from tests.widgets.support.window_checks import WindowChecks
-from widgets.actions.keys_sheet import KeysSheet
-from widgets.actions.palette import CommandPalette
-from widgets.actions.registry import specs_in
-from widgets.common.colour_bar import ColourBar
-from widgets.plots.study_plot import StudyPlot
-from widgets.presenters.files import recordings_presenter
-from widgets.timeline.recording_plots import RecordingPlots
-from widgets.timeline.scrub_bar import ScrubBar
-from widgets.tools.registry import TOOLS
 
 KEY, LEFT = Qt.Key, Qt.MouseButton.LeftButton
 BUTTONS = (LEFT, LEFT, LEFT, Qt.MouseButton.MiddleButton, Qt.MouseButton.RightButton)

@@ -9,10 +9,10 @@ from PySide6.QtGui import QWheelEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
-from app.session.session import Session
-from app.tactile.poke import PokePressed
-from widgets.common.colours import DARK, PressureScale
-from widgets.robot_view.robot_view import RobotView
+from tactile_maps.session.session import Session
+from tactile_maps.tactile.poke import PokePressed
+from tactile_widgets.common.colours import DARK, PressureScale
+from tactile_widgets.views.robot.robot_view import RobotView
 
 LEFT, MIDDLE, NONE = Qt.MouseButton.LeftButton, Qt.MouseButton.MiddleButton, Qt.KeyboardModifier.NoModifier
 SHIFT = Qt.KeyboardModifier.ShiftModifier

@@ -6,18 +6,18 @@ from dataclasses import replace
 
 import numpy as np
 
-from app.contacts.regions import ContactRegion
-from app.control.command import JointCommand
-from app.core.timing import Timings
-from app.flattening.chart import Chart
-from app.geometry.mesh import Mesh
-from app.maps.layout import MapLayout, Placement
-from app.maps.tactile_map import TactileMap
-from app.scene.scene import Scene
-from app.scene.scene_file import load_scene
-from app.session.frame import Frame
-from app.skin.skin import Patch, Quadrature, Skin, Taxels
-from app.tactile.poke import PokeState
+from tactile_maps.contacts.detection.regions import ContactRegion
+from tactile_maps.control.motion.command import JointCommand
+from tactile_maps.core.timing import Timings
+from tactile_maps.flattening.chart import Chart
+from tactile_maps.geometry.surface.mesh import Mesh
+from tactile_maps.maps.model.layout import MapLayout, Placement
+from tactile_maps.maps.model.tactile_map import TactileMap
+from tactile_maps.scene.scene import Scene
+from tactile_maps.scene.scene_file import load_scene
+from tactile_maps.session.frame import Frame
+from tactile_maps.skin.model.skin import Patch, Quadrature, Skin, Taxels
+from tactile_maps.tactile.poke import PokeState
 
 
 def coarse(taxels) -> Scene:

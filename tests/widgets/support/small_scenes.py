@@ -5,11 +5,11 @@ from __future__ import annotations
 import pickle
 from dataclasses import replace
 
-from app.core.arrays import refreeze
-from app.robots.library import list_robots
-from app.scene.scene import Scene
-from app.scene.scene_file import load_scene, scene_for, scene_names, scene_to_toml
-from app.session.prepare import PreparedScene, prepare
+from tactile_maps.core.arrays import refreeze
+from tactile_maps.robots.library import list_robots
+from tactile_maps.scene.scene import Scene
+from tactile_maps.scene.scene_file import load_scene, scene_for, scene_names, scene_to_toml
+from tactile_maps.session.prepare import PreparedScene, prepare
 
 
 class SmallScenes:
@@ -27,7 +27,7 @@ class SmallScenes:
         self._made: dict[str, bytes] = {}
 
     def prepare(self, scene: Scene, **how: object) -> PreparedScene:
-        """As ``app.session.prepare.prepare``."""
+        """As ``tactile_maps.session.prepare.prepare``."""
         small = replace(scene, cover=replace(scene.cover, taxels=min(scene.cover.taxels, self._taxels)))
         key = scene_to_toml(small)
         if key not in self._made:

@@ -11,8 +11,8 @@ import traceback
 import numpy as np
 from PySide6.QtCore import QtMsgType, qInstallMessageHandler
 
-from app.flattening.bijectivity import crossings, flipped
-from widgets.common.mode import Mode
+from tactile_maps.flattening.bijectivity import crossings, flipped
+from tactile_widgets.common.mode import Mode
 
 HARMLESS = re.compile(r"This plugin does not support|not accepted by receiving widget")
 """Said by the off-screen plugin, and by QTest of an event that nobody wanted."""

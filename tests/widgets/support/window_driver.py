@@ -7,14 +7,14 @@ from PySide6.QtCore import QPointF, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QMessageBox
 
-from app.editing.document import MapDocument
-from widgets.common.colours import DARK
-from widgets.common.settings import Settings
-from widgets.common.tool_kinds import BRUSH, POKE, SELECT_BOX
-from widgets.layers.registry import LAYERS, at_first
-from widgets.plots.plot_choice import PlotChoice
-from widgets.theme.application_theme import apply_theme
-from widgets.window.main_window import MainWindow
+from tactile_maps.editing.document import MapDocument
+from tactile_widgets.common.application_theme import apply_theme
+from tactile_widgets.common.colours import DARK
+from tactile_widgets.common.settings import Settings
+from tactile_widgets.common.tool_kinds import BRUSH, POKE, SELECT_BOX
+from tactile_widgets.plots.choice.plot_choice import PlotChoice
+from tactile_widgets.views.layers import LAYERS, at_first
+from tactile_widgets.window.main_window import MainWindow
 
 SIZE = (1400, 900)
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import pytest
 
-from app.core.reading_units import ReadingUnits
-from app.recording.overview.curves import FrameQuantity, QuantityKind
-from widgets.plots.plot_choice import STANDARD, PlotKey, PlotKind
-from widgets.plots.taxel_group_text import TaxelGroup
-from widgets.timeline.lanes import added_lanes
+from tactile_maps.core.reading_units import ReadingUnits
+from tactile_maps.recording.overview.curves import FrameQuantity, QuantityKind
+from tactile_widgets.plots.choice.plot_choice import STANDARD, PlotKey, PlotKind
+from tactile_widgets.plots.choice.taxel_group_text import TaxelGroup
+from tactile_widgets.plots.timeline.lanes import added_lanes
 
 GROUP = TaxelGroup("palm", (3, 4, 5)).text
 

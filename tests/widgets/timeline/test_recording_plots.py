@@ -9,14 +9,14 @@ from PySide6.QtGui import QColor, QImage, QPalette, QWheelEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
-from app.core.reading_units import ReadingUnits
-from app.recording.overview.curves import CURVES, Curves, FrameQuantity, QuantityKind
-from widgets.common.colours import DARK
-from widgets.plots.plot_choice import PlotKey, PlotKind
-from widgets.timeline.lane_painter import Overlaid
-from widgets.timeline.lanes import AddedLane
-from widgets.timeline.playhead import Span
-from widgets.timeline.recording_plots import RecordingPlots
+from tactile_maps.core.reading_units import ReadingUnits
+from tactile_maps.recording.overview.curves import CURVES, Curves, FrameQuantity, QuantityKind
+from tactile_widgets.common.colours import DARK
+from tactile_widgets.plots.choice.plot_choice import PlotKey, PlotKind
+from tactile_widgets.plots.timeline.lane_painter import Overlaid
+from tactile_widgets.plots.timeline.lanes import AddedLane
+from tactile_widgets.plots.timeline.playhead import Span
+from tactile_widgets.plots.timeline.recording_plots import RecordingPlots
 
 LEFT, NONE = Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier
 SECONDS, TICK = 600.0, 0.005

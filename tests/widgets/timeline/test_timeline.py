@@ -7,9 +7,9 @@ from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QComboBox, QLabel, QPushButton
 
-from widgets.common.colours import DARK, LIGHT
-from widgets.timeline.scrub_bar import DamagedSpan, ScrubBar
-from widgets.timeline.timeline import EMPTY, Timeline
+from tactile_widgets.common.colours import DARK, LIGHT
+from tactile_widgets.plots.timeline.scrub_bar import DamagedSpan, ScrubBar
+from tactile_widgets.plots.timeline.timeline import EMPTY, Timeline
 
 LEFT, NONE, SHIFT = Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier, Qt.KeyboardModifier.ShiftModifier
 

@@ -8,6 +8,10 @@ import numpy as np
 import pytest
 from PySide6.QtCore import Qt
 
+from tactile_widgets.tools.control.control_settings_editor import ControlSettingsEditor
+from tactile_widgets.tools.control.path_tool import PathTool
+from tactile_widgets.tools.registry import PATH
+from tactile_widgets.workers.scene_worker import InlineSceneWorker
 from tests.widgets.support.map_view_driver import (
     SHEET,
     MapViewDriver,
@@ -16,10 +20,6 @@ from tests.widgets.support.map_view_driver import (
     set_path_kind,
     small_document,
 )
-from widgets.tools.control.control_settings_editor import ControlSettingsEditor
-from widgets.tools.control.path_tool import PathTool
-from widgets.tools.registry import PATH
-from widgets.workers.scene_worker import InlineSceneWorker
 
 
 @pytest.fixture(scope="module")

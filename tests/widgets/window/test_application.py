@@ -10,11 +10,11 @@ from pathlib import Path
 import pytest
 from PySide6.QtWidgets import QApplication
 
-from app.__main__ import main
-from app.core.errors import DisplayError
-from app.editing.document_file import save_document
-from widgets.window.application import open_when_ready
-from widgets.window.display import require_display
+from tactile_maps.core.errors import DisplayError
+from tactile_maps.editing.document_file import save_document
+from tactile_widgets.__main__ import main
+from tactile_widgets.window.application import open_when_ready
+from tactile_widgets.window.display import require_display
 
 ROOT = Path(__file__).resolve().parents[3]
 NOBODY = ":4711"
@@ -52,9 +52,14 @@ def test_a_platform_without_a_screen_needs_no_display(on_screen):
 @linux
 def test_the_program_says_so_instead_of_aborting(on_screen, tmp_path):
     """Qt itself would end the process with a core dump here; and nobody waits for the imports of a window."""
-    environment = dict(os.environ) | {"DISPLAY": NOBODY, "PYTHONPATH": str(ROOT), "XDG_CONFIG_HOME": str(tmp_path)}
+    environment = dict(os.environ) | {"DISPLAY": NOBODY, "XDG_CONFIG_HOME": str(tmp_path)}
     done = subprocess.run(
-        [sys.executable, "-m", "app", "gui"], env=environment, capture_output=True, text=True, timeout=300, check=False
+        [sys.executable, "-m", "tactile_maps", "gui"],
+        env=environment,
+        capture_output=True,
+        text=True,
+        timeout=300,
+        check=False,
     )
     assert done.returncode == 1, done.stderr
     assert "does not answer" in done.stderr

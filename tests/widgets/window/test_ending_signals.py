@@ -14,12 +14,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from app.live.readings import Reading, Unit
-from app.live.wire_format import encode_binary
-from app.maps.formats.map_file import save_map
-from app.recording.player import open_recording
+from tactile_maps.live.readings.readings import Reading, Unit
+from tactile_maps.live.readings.wire_format import encode_binary
+from tactile_maps.maps.formats.map_file import save_map
+from tactile_maps.recording.player import open_recording
+from tactile_widgets.window.ending_signals import EndingSignals
 from tests.support.touch import bar, bar_map
-from widgets.window.ending_signals import EndingSignals
 
 ROOT = Path(__file__).resolve().parents[3]
 TOKEN = "a token of ours"
@@ -30,12 +30,12 @@ import time
 from pathlib import Path
 from PySide6.QtCore import QTimer
 from PySide6.QtWidgets import QApplication
-from app.__main__ import main
-from app.live.motion.motion_sender import MotionLimits
-from app.live.sources.open import SourceOptions
-from widgets.session.live_input import LiveInputSettings
-from widgets.window.application import make_application
-from widgets.window.main_window import MainWindow
+from tactile_widgets.__main__ import main
+from tactile_maps.live.motion.motion_sender import MotionLimits
+from tactile_maps.live.sources.open import SourceOptions
+from tactile_widgets.session.live_input import LiveInputSettings
+from tactile_widgets.window.application import make_application
+from tactile_widgets.window.main_window import MainWindow
 
 
 def begin():
@@ -99,7 +99,7 @@ def test_window_that_is_ended_stops_the_robot_and_completes_the_recording(tmp_pa
     (tmp_path / "bar.xml").write_text(bar().mjcf)
     save_map(bar_map(), tmp_path / "bar.npz")
     (tmp_path / "program.py").write_text(PROGRAM)
-    environment = os.environ | {"PYTHONPATH": str(ROOT), "QT_QPA_PLATFORM": "offscreen", "HOME": str(tmp_path)}
+    environment = os.environ | {"QT_QPA_PLATFORM": "offscreen", "HOME": str(tmp_path)}
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as driver:
         driver.bind(("127.0.0.1", 0))
         driver.settimeout(0.01)

@@ -11,10 +11,10 @@ from PySide6.QtGui import QWheelEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QAbstractSpinBox, QApplication, QComboBox, QPushButton, QSlider
 
+from tactile_widgets.actions.keymap import KeyMap
+from tactile_widgets.common.settings import Settings
+from tactile_widgets.window.palette_commands import action_commands
 from tests.widgets.support.window_driver import run
-from widgets.actions.keymap import KeyMap
-from widgets.common.settings import Settings
-from widgets.window.palette_commands import action_commands
 
 KEY = Qt.Key
 CTRL, SHIFT, ALT = (

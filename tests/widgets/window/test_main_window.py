@@ -11,15 +11,15 @@ from PySide6.QtGui import QAction
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QToolButton
 
-from app.editing.arrange import move
-from app.editing.pins import add_pin
+from tactile_maps.editing.arrange import move
+from tactile_maps.editing.pins import add_pin
+from tactile_widgets.common.colours import DARK, LIGHT
+from tactile_widgets.common.guide_window import GuideWindow
+from tactile_widgets.common.settings import BaseLayer
+from tactile_widgets.context.notification_bar import NotificationBar
+from tactile_widgets.tools.registry import ARRANGE
 from tests.widgets.support.snapshots import check_picture
 from tests.widgets.support.window_driver import blow_up, press_map, run, visible_skin
-from widgets.common.colours import DARK, LIGHT
-from widgets.common.guide_window import GuideWindow
-from widgets.common.settings import BaseLayer
-from widgets.context.notification_bar import NotificationBar
-from widgets.tools.registry import ARRANGE
 
 
 @pytest.fixture

@@ -13,9 +13,9 @@ from PySide6.QtCore import QCoreApplication, QEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
+from tactile_widgets.session.backends import INLINE
 from tests.widgets.support.random_user import RandomUser
 from tests.widgets.support.window_driver import close_window, open_window, run
-from widgets.session.backends import INLINE
 
 WARM_UP, MEASURED, ACTS = 10, 8, 100
 """Windows until the caches of the session, of Qt and of the graphics are full, windows compared, acts in each."""

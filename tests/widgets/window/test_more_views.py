@@ -10,7 +10,7 @@ from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QMenu
 
-from app.robots.kinematics import Configuration
+from tactile_maps.robots.kinematics import Configuration
 from tests.widgets.support.window_driver import run, visible_skin
 
 LEFT = Qt.MouseButton.LeftButton

@@ -7,8 +7,8 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
-from widgets.actions.keys_sheet import KeysSheet
-from widgets.actions.palette import Command, matching
+from tactile_widgets.actions.keys_sheet import KeysSheet
+from tactile_widgets.actions.palette import Command, matching
 
 KEY, CTRL, SHIFT = Qt.Key, Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.ShiftModifier
 

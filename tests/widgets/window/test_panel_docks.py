@@ -10,14 +10,14 @@ from PySide6.QtGui import QAction, QContextMenuEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QDockWidget, QLabel, QMenu, QPushButton, QToolButton
 
+from tactile_widgets.common.guide_window import GuidePlace
+from tactile_widgets.common.number_field import NumberField
+from tactile_widgets.common.settings import Settings
+from tactile_widgets.panels.control.posture_panel import PosturePanel
+from tactile_widgets.panels.model.accuracy_panel import AccuracyPanel
+from tactile_widgets.panels.registry import PANELS
+from tactile_widgets.panels.touch.contacts_panel import ContactsPanel
 from tests.widgets.support.window_driver import press_map, run
-from widgets.common.guide_window import GuidePlace
-from widgets.common.number_field import NumberField
-from widgets.common.settings import Settings
-from widgets.panels.control.posture_panel import PosturePanel
-from widgets.panels.registry import PANELS
-from widgets.panels.simulation.accuracy_panel import AccuracyPanel
-from widgets.panels.touch.contacts_panel import ContactsPanel
 
 pytestmark = pytest.mark.qt_log_ignore("This plugin does not support")
 

@@ -11,10 +11,10 @@ from PySide6.QtGui import QDragEnterEvent, QDropEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QInputDialog
 
+from tactile_widgets.session.backends import INLINE
+from tactile_widgets.workers.scene_worker import SceneWorker
 from tests.support.plugins import install_example
 from tests.widgets.support.window_driver import run
-from widgets.session.backends import INLINE
-from widgets.workers.scene_worker import SceneWorker
 
 
 @pytest.fixture

@@ -12,11 +12,11 @@ import pytest
 from PySide6.QtCore import QTimer
 from PySide6.QtTest import QTest
 
+from tactile_widgets.session.backends import BACKGROUND
 from tests.support.watchdog import Watchdog
 from tests.widgets.support.random_user import RandomUser
 from tests.widgets.support.small_scenes import SmallScenes, everything_that_opens, open_named
 from tests.widgets.support.window_driver import run
-from widgets.session.backends import BACKGROUND
 
 ACTS, BATCH, BATCHES = 100, 500, 20
 TAXELS = 120
@@ -40,7 +40,7 @@ def small_scenes():
 @pytest.fixture
 def openable(new_window, small_scenes, monkeypatch):
     """Opens one of all scenes and robots that ship, by number; its name."""
-    monkeypatch.setattr("widgets.workers.scene_worker.prepare_cached", small_scenes.prepare)
+    monkeypatch.setattr("tactile_widgets.workers.scene_worker.prepare_cached", small_scenes.prepare)
     names = everything_that_opens()
 
     def open_one(number: int) -> str:

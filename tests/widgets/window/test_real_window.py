@@ -10,11 +10,11 @@ import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 
-from app.editing.reflatten import set_method
+from tactile_maps.editing.reflatten import set_method
+from tactile_widgets.session.backends import BACKGROUND
+from tactile_widgets.session.live_session import HAND
 from tests.widgets.support.samples import coarse
 from tests.widgets.support.window_driver import press_map
-from widgets.session.backends import BACKGROUND
-from widgets.session.live_session import HAND
 
 LONG = 120_000
 

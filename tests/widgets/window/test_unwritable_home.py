@@ -15,12 +15,12 @@ ROOT = Path(__file__).resolve().parents[3]
 WINDOW = """
 import sys
 from dataclasses import replace
-from app.editing.arrange import rotate
-from app.scene.scene_file import load_scene
+from tactile_maps.editing.arrange import rotate
+from tactile_maps.scene.scene_file import load_scene
 from PySide6.QtCore import QTimer
 from PySide6.QtWidgets import QApplication
-from widgets.window import application
-from widgets.window.main_window import MainWindow
+from tactile_widgets.window import application
+from tactile_widgets.window.main_window import MainWindow
 import json
 
 def look():
@@ -80,7 +80,7 @@ def mounting(tmp_path):
 def window_at(home, script, prepare):
     """Open the window with this home folder; what it prints, and everything on stderr."""
     folders = {name: str(home) for name in ("HOME", "XDG_CACHE_HOME", "XDG_CONFIG_HOME", "XDG_STATE_HOME")}
-    environment = dict(os.environ) | folders | {"PYTHONPATH": str(ROOT), "QT_QPA_PLATFORM": "offscreen"}
+    environment = dict(os.environ) | folders | {"QT_QPA_PLATFORM": "offscreen"}
     for name in ("TACTILE_MAPS_CACHE", "MESA_SHADER_CACHE_DISABLE", "MESA_SHADER_CACHE_DIR", "XDG_DATA_HOME"):
         environment.pop(name, None)
     line = f"{prepare}; exec {sys.executable} {script}"

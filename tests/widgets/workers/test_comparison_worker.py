@@ -8,18 +8,18 @@ import signal
 import numpy as np
 import pytest
 
-from app.control.command import ControlSettings
-from app.session.inputs import ControlChanged
-from app.studies.controller_comparison import MOST_SECONDS, Contender
-from app.tactile.poke import PokePressed
-from tests.support.recordings import record
-from widgets.workers.comparison_worker import (
+from tactile_maps.control.motion.command import ControlSettings
+from tactile_maps.session.inputs import ControlChanged
+from tactile_maps.studies.controller_comparison import MOST_SECONDS, Contender
+from tactile_maps.tactile.poke import PokePressed
+from tactile_widgets.workers.comparison_worker import (
     ComparisonRequest,
     ComparisonStimulus,
     ComparisonWorker,
     InlineComparisonWorker,
 )
-from widgets.workers.worker_process import SourceToken
+from tactile_widgets.workers.worker_process import SourceToken
+from tests.support.recordings import record
 
 START = 20_000
 """For a process to start on a busy machine [ms]."""

@@ -8,10 +8,10 @@ import signal
 
 import pytest
 
-from app.scene.scene import with_override
+from tactile_maps.scene.scene import with_override
+from tactile_widgets.workers.cost_worker import MASS, CostWorker
+from tactile_widgets.workers.worker_process import SourceToken
 from tests.support.touch import prepared_bar
-from widgets.workers.cost_worker import MASS, CostWorker
-from widgets.workers.worker_process import SourceToken
 
 LONG = 60_000
 SHORT = 0.1

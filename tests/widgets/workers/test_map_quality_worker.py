@@ -8,15 +8,15 @@ import signal
 
 import pytest
 
-from app.editing.arrange import scale
-from app.editing.document import MapDocument
-from app.editing.reflatten import apply_result, reflatten, set_method
-from app.maps.build import build_map
-from app.maps.evaluation.comparison import compare_maps
-from app.maps.evaluation.quality import measure
+from tactile_maps.editing.arrange import scale
+from tactile_maps.editing.document import MapDocument
+from tactile_maps.editing.reflatten import apply_result, reflatten, set_method
+from tactile_maps.maps.build import build_map
+from tactile_maps.maps.evaluation.comparison import compare_maps
+from tactile_maps.maps.evaluation.quality import measure
+from tactile_widgets.workers.map_quality_worker import InlineMapQualityWorker, MapQualityWorker
+from tactile_widgets.workers.worker_process import SourceToken
 from tests.support.surfaces import cap, frustum, skin_of
-from widgets.workers.map_quality_worker import InlineMapQualityWorker, MapQualityWorker
-from widgets.workers.worker_process import SourceToken
 
 LONG = 60_000
 HERE = SourceToken("here")

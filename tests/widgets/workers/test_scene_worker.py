@@ -9,17 +9,17 @@ from dataclasses import replace
 
 import pytest
 
-from app.editing.document import MapDocument
-from app.editing.reflatten import apply_result, set_method
-from app.maps.image_atlas import ImageSettings
-from app.recording.player import RecordingPlayer
-from app.recording.verify import verify
-from app.scene.scene_file import scene_to_toml
-from app.session.link_levels import links_digest
+from tactile_maps.editing.document import MapDocument
+from tactile_maps.editing.reflatten import apply_result, set_method
+from tactile_maps.maps.image_atlas import ImageSettings
+from tactile_maps.recording.player import RecordingPlayer
+from tactile_maps.recording.verify import verify
+from tactile_maps.scene.scene_file import scene_to_toml
+from tactile_maps.session.link_levels import links_digest
+from tactile_widgets.workers.scene_worker import OpenScene, SceneWorker
+from tactile_widgets.workers.worker_process import SourceToken
 from tests.support.recordings import record
 from tests.widgets.support.samples import coarse
-from widgets.workers.scene_worker import OpenScene, SceneWorker
-from widgets.workers.worker_process import SourceToken
 
 LONG = 60_000
 HERE = SourceToken("here")

@@ -8,7 +8,7 @@ import signal
 
 import pytest
 
-from widgets.workers.worker_process import SourceToken, WorkerProcess, _work
+from tactile_widgets.workers.worker_process import SourceToken, WorkerProcess, _work
 
 TOKEN = SourceToken("test")
 

@@ -6,11 +6,11 @@ import json
 
 import pytest
 
-from app.__main__ import main
-from app.cli.commands.budget import scene_lines
-from app.scene.scene_file import load_scene
-from app.studies.budget.proposal import Budget, Cost, Option, Proposal
-from app.studies.work_precision import Setting, Trial
+from tactile_maps.cli.commands.budget import scene_lines
+from tactile_maps.scene.scene_file import load_scene
+from tactile_maps.studies.budget.proposal import Budget, Cost, Option, Proposal
+from tactile_maps.studies.study.work_precision import Setting, Trial
+from tactile_widgets.__main__ import main
 
 SCENE = """robot = "arm"
 [cover]

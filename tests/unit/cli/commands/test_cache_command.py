@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import json
 
-from app.__main__ import main
-from app.session.prepared_cache import FOLDER_VARIABLE
+from tactile_maps.core.files import FOLDER_VARIABLE
+from tactile_widgets.__main__ import main
 
 
 def test_what_is_kept_is_shown_and_removed(tmp_path, monkeypatch, capsys):

@@ -8,12 +8,12 @@ from functools import cache
 
 import pytest
 
-from app.__main__ import main
-from app.control.command import ControlSettings
-from app.recording.recorder import Recorder
-from app.session.inputs import ControlChanged
-from app.session.session import Session
-from app.tactile.poke import PokePressed
+from tactile_maps.control.motion.command import ControlSettings
+from tactile_maps.recording.recorder import Recorder
+from tactile_maps.session.inputs import ControlChanged
+from tactile_maps.session.session import Session
+from tactile_maps.tactile.poke import PokePressed
+from tactile_widgets.__main__ import main
 from tests.support.recordings import small_arm
 
 SCENE = """robot = "arm"

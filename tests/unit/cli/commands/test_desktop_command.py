@@ -11,8 +11,8 @@ from xml.etree import ElementTree
 
 import pytest
 
-from app.__main__ import main
-from app.cli.commands.desktop import desktop_entry, desktop_files, launcher
+from tactile_maps.cli.commands.desktop import desktop_entry, desktop_files, launcher
+from tactile_widgets.__main__ import main
 
 pytestmark = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="desktop entries are for Linux")
 
@@ -55,7 +55,7 @@ def test_entry_and_icon_are_written_and_removed(capsys):
 
 
 def test_words_with_signs_of_their_own_reach_the_command_whole():
-    words = ('/home/a b/50% "new" $x`y/python', "-m", "app")
+    words = ('/home/a b/50% "new" $x`y/python', "-m", "tactile_maps")
     stated = parsed(desktop_entry(words))["Exec"].replace("\\\\", "\\").replace("%%", "%")
     quoted = re.findall(r'"((?:[^"\\]|\\.)*)"', stated)
     assert tuple(re.sub(r"\\(.)", r"\1", word) for word in quoted) == words

@@ -6,9 +6,9 @@ import json
 
 import pytest
 
-from app.__main__ import main
-from app.cli.commands.guide import find_page, page_names
-from app.core.errors import UsageError
+from tactile_maps.cli.commands.guide import find_page, page_names
+from tactile_maps.core.errors import UsageError
+from tactile_widgets.__main__ import main
 
 
 def test_every_page_is_found_the_start_first():

@@ -6,13 +6,19 @@ import json
 
 import pytest
 
-from app.__main__ import main
-from app.cli.commands import inspect
-from app.cli.main import run_command
-from app.recording.annotations import Annotations, LabelledEpisode, Mark, annotations_file, save_annotations
-from app.scene.effects import EFFECTS
-from app.scene.scene import Scene
-from app.session.prepare import PreparedScene
+from tactile_maps.cli.commands import inspect
+from tactile_maps.cli.main import run_command
+from tactile_maps.recording.encoding.annotations import (
+    Annotations,
+    LabelledEpisode,
+    Mark,
+    annotations_file,
+    save_annotations,
+)
+from tactile_maps.scene.effects import EFFECTS
+from tactile_maps.scene.scene import Scene
+from tactile_maps.session.prepare import PreparedScene
+from tactile_widgets.__main__ import main
 from tests.support.generated_robots import arm
 from tests.support.hollows import hollow
 from tests.support.recordings import record, small_arm

@@ -16,13 +16,13 @@ from dataclasses import dataclass, field
 import numpy as np
 import pytest
 
-from app.__main__ import main
-from app.cli.commands import listen
-from app.live.readings import Reading, Unit
-from app.live.wire_format import encode_binary
-from app.maps.formats.map_file import save_map
-from app.recording.player import open_recording
-from app.tactile.press import press_skin
+from tactile_maps.cli.commands import listen
+from tactile_maps.live.readings.readings import Reading, Unit
+from tactile_maps.live.readings.wire_format import encode_binary
+from tactile_maps.maps.formats.map_file import save_map
+from tactile_maps.recording.player import open_recording
+from tactile_maps.tactile.press import press_skin
+from tactile_widgets.__main__ import main
 from tests.support.touch import bar, bar_map, bar_skin
 
 PATIENCE = 60.0

@@ -26,15 +26,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from app.__main__ import main
-from app.cli.commands import listen
-from app.core.errors import LiveError, UsageError
-from app.live.motion.driver_channel import check_not_source, driver_channel
-from app.live.readings import Reading, Unit
-from app.live.wire_format import encode_binary
-from app.maps.formats.map_file import save_map
-from app.recording.player import open_recording
-from app.tactile.press import press_skin
+from tactile_maps.cli.commands import listen
+from tactile_maps.core.errors import LiveError, UsageError
+from tactile_maps.live.motion.driver_channel import check_not_source, driver_channel
+from tactile_maps.live.readings.readings import Reading, Unit
+from tactile_maps.live.readings.wire_format import encode_binary
+from tactile_maps.maps.formats.map_file import save_map
+from tactile_maps.recording.player import open_recording
+from tactile_maps.tactile.press import press_skin
+from tactile_widgets.__main__ import main
 from tests.support.simulated_clock import SimulatedClock
 from tests.support.touch import bar, bar_map, bar_skin
 

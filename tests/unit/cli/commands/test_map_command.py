@@ -11,14 +11,14 @@ import numpy as np
 import pytest
 import trimesh
 
-from app.cli.commands.inspect import describe
-from app.cli.commands.map import print_quality
-from app.cli.main import run_command
-from app.maps.build import build_map
-from app.maps.evaluation.distortion import DistortionSummary
-from app.maps.evaluation.quality import measure
-from app.maps.formats.export import ENDINGS
-from app.skin.formats.icub_layout import IcubLayout, LayoutModule, write_icub_layout
+from tactile_maps.cli.commands.inspect import describe
+from tactile_maps.cli.commands.map import print_quality
+from tactile_maps.cli.main import run_command
+from tactile_maps.maps.build import build_map
+from tactile_maps.maps.evaluation.distortion import DistortionSummary
+from tactile_maps.maps.evaluation.quality import measure
+from tactile_maps.maps.formats.export import ENDINGS
+from tactile_maps.skin.formats.icub_layout import IcubLayout, LayoutModule, write_icub_layout
 from tests.support.surfaces import sheet, skin_of
 
 FEW = ("--taxels", "60")

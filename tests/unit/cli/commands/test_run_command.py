@@ -11,16 +11,16 @@ import socket
 import numpy as np
 import pytest
 
-from app.__main__ import main
-from app.cli.commands import run as run_command
-from app.cli.main import run_command as run_line
-from app.recording.player import RecordingPlayer
-from app.scene.scene_file import load_scene
-from app.session.prepare import findings_of, prepare
-from app.session.session import Session
-from app.stimuli.stimulus_file import load_stimuli, save_stimuli
-from app.stimuli.stimulus_kinds import Poke
-from app.tactile.contact_notes import ContactNoteKind
+from tactile_maps.cli.commands import run as run_command
+from tactile_maps.cli.main import run_command as run_line
+from tactile_maps.recording.player import RecordingPlayer
+from tactile_maps.scene.scene_file import load_scene
+from tactile_maps.session.prepare import findings_of, prepare
+from tactile_maps.session.session import Session
+from tactile_maps.stimuli.stimulus_file import load_stimuli, save_stimuli
+from tactile_maps.stimuli.stimulus_kinds import Poke
+from tactile_maps.tactile.mechanics.contact_notes import ContactNoteKind
+from tactile_widgets.__main__ import main
 from tests.support.recordings import record, small_arm
 
 UNSTEADY = """

@@ -7,9 +7,9 @@ import time
 
 import pytest
 
-from app.__main__ import main
-from app.cli.commands import study as study_command
-from app.studies.catalogue import STUDY_NAMES, load_study
+from tactile_maps.cli.commands import study as study_command
+from tactile_maps.studies.catalogue import STUDY_NAMES, load_study
+from tactile_widgets.__main__ import main
 
 QUICKEST = ("image-cost",)
 """All of its cases in a second; the others take ten seconds to some minutes."""

@@ -6,7 +6,7 @@ import json
 
 import pytest
 
-from app.__main__ import main
+from tactile_widgets.__main__ import main
 
 SCENE = """robot = "arm"
 [cover]

@@ -6,12 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from app.contacts.detection import ContactDetector
-from app.contacts.force_estimation.estimate import ContactReading, Wrench
-from app.tactile.elastic_layer import ElasticLayer
-from app.tactile.loads import sphere_load
-from app.tactile.models.half_space import HalfSpaceModel
-from app.tactile.models.water_fill import WaterFillModel
+from tactile_maps.contacts.detection.detection import ContactDetector
+from tactile_maps.contacts.force_estimation.estimate import ContactReading, Wrench
+from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
+from tactile_maps.tactile.mechanics.loads import sphere_load
+from tactile_maps.tactile.models.half_space import HalfSpaceModel
+from tactile_maps.tactile.models.water_fill import WaterFillModel
 from tests.support.touch import bar_map, bar_skin
 
 SKIN = bar_skin(400)

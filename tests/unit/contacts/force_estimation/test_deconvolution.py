@@ -7,17 +7,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.contacts.force_estimation.deconvolution import (
+from tactile_maps.contacts.force_estimation.deconvolution import (
     BlurMatrix,
     ContactOperator,
     nonnegative_least_squares,
     tikhonov_inverse,
 )
-from app.contacts.force_estimation.estimate import AreaSum, EstimateRefusal
-from app.contacts.force_estimation.estimation import build_estimator
-from app.core.errors import MapError
-from app.tactile.half_space_stress import subsurface_field
-from app.tactile.receptive_field import quadrature_points
+from tactile_maps.contacts.force_estimation.estimate import AreaSum, EstimateRefusal
+from tactile_maps.contacts.force_estimation.estimation import build_estimator
+from tactile_maps.core.errors import MapError
+from tactile_maps.tactile.mechanics.half_space_stress import subsurface_field
+from tactile_maps.tactile.mechanics.receptive_field import quadrature_points
 from tests.unit.contacts.force_estimation.readings_by_hand import PITCH, SKIN, reading, without_region
 
 

@@ -7,7 +7,7 @@ import re
 import numpy as np
 import pytest
 
-from app.contacts.force_estimation.estimate import (
+from tactile_maps.contacts.force_estimation.estimate import (
     ESTIMATORS,
     AreaSum,
     EstimateRefusal,
@@ -16,9 +16,9 @@ from app.contacts.force_estimation.estimate import (
     numerical_rank,
     wrench_of_torques,
 )
-from app.core.errors import MapError, RobotError
-from app.robots.kinematics import Configuration
-from app.robots.library import load_robot
+from tactile_maps.core.errors import MapError, RobotError
+from tactile_maps.robots.kinematics import Configuration
+from tactile_maps.robots.library import load_robot
 from tests.support.touch import bar
 from tests.unit.contacts.force_estimation.readings_by_hand import SKIN, reading, without_region
 

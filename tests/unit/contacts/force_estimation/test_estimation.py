@@ -7,19 +7,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.contacts.centre_of_pressure import SensorUncertainty
-from app.contacts.detection import ContactDetector
-from app.contacts.error_budget import combine_parts
-from app.contacts.force_estimation.estimate import ESTIMATORS, EstimateRefusal, Wrench
-from app.contacts.force_estimation.estimation import RegionForceEstimator, build_estimator
-from app.core.arrays import readonly
-from app.core.errors import MapError
-from app.maps.build import build_map
-from app.tactile.elastic_layer import ElasticLayer
-from app.tactile.loads import Load, sphere_load
-from app.tactile.models.half_space import HalfSpaceModel
-from app.tactile.models.water_fill import WaterFillModel
-from app.tactile.sensor_effects import GainSpread, Hysteresis, Noise, SensorEffects
+from tactile_maps.contacts.detection.centre_of_pressure import SensorUncertainty
+from tactile_maps.contacts.detection.detection import ContactDetector
+from tactile_maps.contacts.detection.error_budget import combine_parts
+from tactile_maps.contacts.force_estimation.estimate import ESTIMATORS, EstimateRefusal, Wrench
+from tactile_maps.contacts.force_estimation.estimation import RegionForceEstimator, build_estimator
+from tactile_maps.core.arrays import readonly
+from tactile_maps.core.errors import MapError
+from tactile_maps.maps.build import build_map
+from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
+from tactile_maps.tactile.mechanics.loads import Load, sphere_load
+from tactile_maps.tactile.models.half_space import HalfSpaceModel
+from tactile_maps.tactile.models.water_fill import WaterFillModel
+from tactile_maps.tactile.sensors.sensor_effects import GainSpread, Hysteresis, Noise, SensorEffects
 from tests.support.touch import bar_map, bar_skin
 from tests.unit.contacts.force_estimation.readings_by_hand import PLACE, SKIN, UP, reading
 

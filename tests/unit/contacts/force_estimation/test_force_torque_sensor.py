@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.contacts.detection import ContactDetector
-from app.contacts.force_estimation.estimate import ContactReading, EstimateRefusal, Wrench
-from app.contacts.force_estimation.force_torque_sensor import ForceTorqueSensor
-from app.core.errors import MapError
+from tactile_maps.contacts.detection.detection import ContactDetector
+from tactile_maps.contacts.force_estimation.estimate import ContactReading, EstimateRefusal, Wrench
+from tactile_maps.contacts.force_estimation.force_torque_sensor import ForceTorqueSensor
+from tactile_maps.core.errors import MapError
 from tests.support.touch import arm
 from tests.unit.contacts.force_estimation.readings_by_hand import PLACE, SKIN, UP, reading
 

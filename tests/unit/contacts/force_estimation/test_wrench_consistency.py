@@ -7,13 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.contacts.centre_of_pressure import taxel_positions
-from app.contacts.detection import ContactDetector
-from app.contacts.force_estimation.estimate import Wrench
-from app.contacts.force_estimation.wrench_consistency import wrench_mismatch
-from app.maps.build import build_map
-from app.tactile.loads import Load, sphere_load
-from app.tactile.models.water_fill import WaterFillModel
+from tactile_maps.contacts.detection.centre_of_pressure import taxel_positions
+from tactile_maps.contacts.detection.detection import ContactDetector
+from tactile_maps.contacts.force_estimation.estimate import Wrench
+from tactile_maps.contacts.force_estimation.wrench_consistency import wrench_mismatch
+from tactile_maps.maps.build import build_map
+from tactile_maps.tactile.mechanics.loads import Load, sphere_load
+from tactile_maps.tactile.models.water_fill import WaterFillModel
 from tests.support.touch import bar_skin
 
 SKIN = bar_skin(400)

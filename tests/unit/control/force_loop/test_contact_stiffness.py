@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.control.force_loop.contact_stiffness import MeasuredStiffness, StiffnessEstimator
+from tactile_maps.control.force_loop.contact_stiffness import MeasuredStiffness, StiffnessEstimator
 
 NOMINAL, STIFFNESS, DT = 2e4, 5e3, 0.005
 TIME = DT * np.arange(120)

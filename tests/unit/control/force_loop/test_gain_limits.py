@@ -7,8 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.control.command import ControlSettings
-from app.control.force_loop.gain_limits import (
+from tactile_maps.control.force_loop.loop_stability import CONTACT_STIFFNESS, SensorTiming
+from tactile_maps.control.force_loop.pressed_arm import LoopFilter, pressed_arm
+from tactile_maps.control.gain_limits import (
     CALM,
     GAIN_SHARE,
     LEAST_SHARE,
@@ -18,12 +19,11 @@ from app.control.force_loop.gain_limits import (
     SOFT_RATE,
     GainLimiter,
 )
-from app.control.force_loop.loop_stability import CONTACT_STIFFNESS, SensorTiming
-from app.control.force_loop.pressed_arm import LoopFilter, pressed_arm
-from app.control.joint_impedance import INNER_FREQUENCY, JointImpedance
-from app.control.limits import Limit, LimitKind
-from app.robots.kinematics import Configuration
-from app.studies.loop_laws.sampled_loop import max_stable_gain
+from tactile_maps.control.motion.command import ControlSettings
+from tactile_maps.control.motion.joint_impedance import INNER_FREQUENCY, JointImpedance
+from tactile_maps.control.motion.limits import Limit, LimitKind
+from tactile_maps.robots.kinematics import Configuration
+from tactile_maps.studies.loop_laws.sampled_loop import max_stable_gain
 from tests.support.touch import BAR_INERTIA, bar
 from tests.unit.control.contacts_by_hand import touch
 

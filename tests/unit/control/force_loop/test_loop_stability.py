@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.control.force_loop.loop_stability import (
+from tactile_maps.control.force_loop.loop_stability import (
     BAND,
     GONE,
     MEMORY,

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from app.control.force_loop.normal_motion import (
+from tactile_maps.control.force_loop.normal_motion import (
     ENOUGH_TILT,
     LEAST_ASIDE,
     LEAST_TILT,
@@ -16,7 +16,7 @@ from app.control.force_loop.normal_motion import (
     bearable_tilt,
     slow_aside,
 )
-from app.control.limits import ActiveLimits, LimitKind
+from tactile_maps.control.motion.limits import ActiveLimits, LimitKind
 
 MOST_FORCE = 40.0
 MOST_RISE = RISE_SHARE * MOST_FORCE

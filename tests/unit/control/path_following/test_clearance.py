@@ -7,10 +7,10 @@ from functools import cache
 import numpy as np
 import pytest
 
-from app.control.path_following.clearance import FAR, MARGIN, SLACK, TOUCHED, Clearance, Obstacle
-from app.geometry.pose import Pose
-from app.robots.kinematics import Configuration
-from app.tactile.loads import Box, Cylinder, Plane, Sphere
+from tactile_maps.control.path_following.clearance import FAR, MARGIN, SLACK, TOUCHED, Clearance, Obstacle
+from tactile_maps.geometry.surface.pose import Pose
+from tactile_maps.robots.kinematics import Configuration
+from tactile_maps.tactile.mechanics.loads import Box, Cylinder, Plane, Sphere
 from tests.support.hollows import BOWL_DEPTH, hollow
 from tests.support.touch import arm, pair
 

@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.control.command import ControlSettings
-from app.control.limits import Limit, LimitKind, RegraspFailure
-from app.control.map_kinematics import MapKinematics
-from app.control.path_following.follower import LAG, WIDE, PathFollower, over_borders
-from app.robots.kinematics import Configuration
+from tactile_maps.control.motion.command import ControlSettings
+from tactile_maps.control.motion.limits import Limit, LimitKind, RegraspFailure
+from tactile_maps.control.motion.map_kinematics import MapKinematics
+from tactile_maps.control.path_following.follower import LAG, WIDE, PathFollower, over_borders
+from tactile_maps.robots.kinematics import Configuration
 from tests.support.touch import bar
 from tests.unit.control.contacts_by_hand import TICK, region
 from tests.unit.control.two_plates import two_plates

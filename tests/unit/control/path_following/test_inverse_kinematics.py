@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.control.joint_impedance import joint_limits
-from app.control.path_following.inverse_kinematics import (
+from tactile_maps.control.motion.joint_impedance import joint_limits
+from tactile_maps.control.path_following.inverse_kinematics import (
     CLOSE,
     ROUNDS,
     TILT,
@@ -14,7 +14,7 @@ from app.control.path_following.inverse_kinematics import (
     PointTarget,
     solve_inverse_kinematics,
 )
-from app.robots.kinematics import Configuration
+from tactile_maps.robots.kinematics import Configuration
 from tests.support.touch import arm
 
 

@@ -9,10 +9,10 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from app.control.path_following.clearance import Clearance, Obstacle
-from app.control.path_following.motion_planning import RrtConnect, straight
-from app.geometry.pose import Pose
-from app.tactile.loads import Box
+from tactile_maps.control.path_following.clearance import Clearance, Obstacle
+from tactile_maps.control.path_following.motion_planning import RrtConnect, straight
+from tactile_maps.geometry.surface.pose import Pose
+from tactile_maps.tactile.mechanics.loads import Box
 from tests.support.touch import arm
 
 LEFT, RIGHT = (np.array([turn, 1.2, 0.0, 0.6, 0.0, 0.3, 0.0]) for turn in (-0.9, 0.9))

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.control.joint_impedance import joint_limits
-from app.control.path_following.inverse_kinematics import TILT, PointTarget
-from app.control.path_following.reach import ReachSearch
-from app.robots.kinematics import Configuration
+from tactile_maps.control.motion.joint_impedance import joint_limits
+from tactile_maps.control.path_following.inverse_kinematics import TILT, PointTarget
+from tactile_maps.control.path_following.reach import ReachSearch
+from tactile_maps.robots.kinematics import Configuration
 from tests.support.touch import arm
 from tests.unit.control.path_following.test_inverse_kinematics import reached, spot_of
 

@@ -5,17 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.control.command import RegraspState as State
-from app.control.limits import Limit, LimitKind, RegraspFailure
-from app.control.path_following.regrasp import (
-    BUMP,
-    HARDER,
-    JOINT_SPEED,
-    LONGEST,
-    RegraspManager,
-)
-from app.control.path_following.surface_path import PathCrossing
-from app.robots.kinematics import Configuration
+from tactile_maps.control.motion.command import RegraspState as State
+from tactile_maps.control.motion.limits import Limit, LimitKind, RegraspFailure
+from tactile_maps.control.path_following.regrasp import BUMP, HARDER, JOINT_SPEED, LONGEST, RegraspManager
+from tactile_maps.control.path_following.surface_path import PathCrossing
+from tactile_maps.robots.kinematics import Configuration
 from tests.support.touch import arm, bar, taxel_near
 from tests.unit.control.contacts_by_hand import TICK, touch_on
 

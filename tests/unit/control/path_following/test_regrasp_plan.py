@@ -8,12 +8,12 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from app.control.limits import RegraspFailure
-from app.control.path_following.clearance import Clearance, Obstacle
-from app.control.path_following.regrasp_plan import ABOVE, DEPTH, HEIGHTS, RegraspPlan
-from app.geometry.pose import Pose
-from app.robots.kinematics import Configuration
-from app.tactile.loads import Sphere
+from tactile_maps.control.motion.limits import RegraspFailure
+from tactile_maps.control.path_following.clearance import Clearance, Obstacle
+from tactile_maps.control.path_following.regrasp_plan import ABOVE, DEPTH, HEIGHTS, RegraspPlan
+from tactile_maps.geometry.surface.pose import Pose
+from tactile_maps.robots.kinematics import Configuration
+from tactile_maps.tactile.mechanics.loads import Sphere
 from tests.support.touch import arm
 from tests.unit.control.path_following.test_inverse_kinematics import reached, spot_of
 from tests.unit.control.path_following.test_regrasp import ends

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.control.path_following.slide_observer import MOST_MISSING, SlideObserver
+from tactile_maps.control.path_following.slide_observer import MOST_MISSING, SlideObserver
 
 DT, RATE, SPEED = 0.005, 4.0, 0.01
 AHEAD = np.array([SPEED, 0.0])

@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.control.command import ControlSettings, TaskReport
-from app.control.path_following.surface_path import SurfacePath, active_path, project_path
-from app.core.errors import MapError
-from app.maps.paths import MapPath, draw_path
-from app.maps.seam_transitions import SeamTransitions
+from tactile_maps.control.motion.command import ControlSettings, TaskReport
+from tactile_maps.control.path_following.surface_path import SurfacePath, active_path, project_path
+from tactile_maps.core.errors import MapError
+from tactile_maps.maps.model.seam_transitions import SeamTransitions
+from tactile_maps.maps.paths import MapPath, draw_path
 from tests.support.touch import arm, prepared_bar
 from tests.unit.control.two_plates import two_plates
 

@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.control.joint_impedance import MAX_POINT_SPEED
-from app.control.limits import ActiveLimits, Limit, LimitKind
-from app.control.task_control.contact_selection import (
+from tactile_maps.control.motion.joint_impedance import MAX_POINT_SPEED
+from tactile_maps.control.motion.limits import ActiveLimits, Limit, LimitKind
+from tactile_maps.control.task_control.contact_selection import (
     KEPT_SHARE,
     PATIENCE,
     ContactSelection,

@@ -8,9 +8,10 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from app.contacts.force_estimation.wrench_consistency import WrenchMismatch
-from app.control.limits import Limit, LimitKind
-from app.control.task_control.monitors import (
+from tactile_maps.contacts.force_estimation.wrench_consistency import WrenchMismatch
+from tactile_maps.control.motion.limits import Limit, LimitKind
+from tactile_maps.control.motion.unmeasured_force import UnmeasuredForce
+from tactile_maps.control.task_control.monitors import (
     AGAIN,
     AGREED,
     FULL,
@@ -30,9 +31,8 @@ from app.control.task_control.monitors import (
     SafetyMonitor,
     StallDetector,
 )
-from app.control.unmeasured_force import UnmeasuredForce
-from app.geometry.mesh import SurfacePoint
-from app.robots.robot import Joint
+from tactile_maps.geometry.surface.mesh import SurfacePoint
+from tactile_maps.robots.model.robot import Joint
 from tests.unit.control.contacts_by_hand import TICK, touch
 
 STILL, BENT = np.zeros(1), np.array([0.3])

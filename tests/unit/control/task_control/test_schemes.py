@@ -7,12 +7,24 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.control.command import ControlSettings
-from app.control.controllers import CONTROL_SCHEMES
-from app.control.joint_impedance import MAX_JOINT_SPEED, MAX_POINT_SPEED, PostureReference, joint_limits
-from app.control.limits import ActiveLimits, LimitKind
-from app.control.map_kinematics import MapKinematics
-from app.control.task_control.schemes import (
+from tactile_maps.control.controllers import CONTROL_SCHEMES
+from tactile_maps.control.motion.command import ControlSettings
+from tactile_maps.control.motion.joint_impedance import (
+    MAX_JOINT_SPEED,
+    MAX_POINT_SPEED,
+    PostureReference,
+    joint_limits,
+)
+from tactile_maps.control.motion.limits import ActiveLimits, LimitKind
+from tactile_maps.control.motion.map_kinematics import MapKinematics
+from tactile_maps.control.motion.task_priority import (
+    ArmState,
+    ContactPresence,
+    PriorityLevel,
+    TaskContact,
+    solve_hierarchy,
+)
+from tactile_maps.control.task_control.schemes import (
     CAP_SHARE,
     MAX_ACCELERATION,
     AdmittanceScheme,
@@ -25,8 +37,7 @@ from app.control.task_control.schemes import (
     QuadraticProgramScheme,
     limit_point_speed,
 )
-from app.control.task_priority import ArmState, ContactPresence, PriorityLevel, TaskContact, solve_hierarchy
-from app.robots.kinematics import Configuration
+from tactile_maps.robots.kinematics import Configuration
 from tests.support.limits import kinds
 from tests.support.touch import arm, bar
 from tests.unit.control.contacts_by_hand import contact

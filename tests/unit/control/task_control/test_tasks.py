@@ -7,13 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.control.command import ControlSettings
-from app.control.limits import ActiveLimits, Limit, LimitKind, RegraspFailure
-from app.control.map_kinematics import MapKinematics
-from app.control.task_control.monitors import EnergyTank
-from app.control.task_control.tasks import MOST_ERROR, SEARCH_TIME, TaskManager
-from app.control.task_priority import ContactPresence
-from app.robots.kinematics import Configuration
+from tactile_maps.control.motion.command import ControlSettings
+from tactile_maps.control.motion.limits import ActiveLimits, Limit, LimitKind, RegraspFailure
+from tactile_maps.control.motion.map_kinematics import MapKinematics
+from tactile_maps.control.motion.task_priority import ContactPresence
+from tactile_maps.control.task_control.monitors import EnergyTank
+from tactile_maps.control.task_control.tasks import MOST_ERROR, SEARCH_TIME, TaskManager
+from tactile_maps.robots.kinematics import Configuration
 from tests.support.touch import prepared_bar
 from tests.unit.control.contacts_by_hand import TICK, region, touch_on
 from tests.unit.control.two_plates import two_plates

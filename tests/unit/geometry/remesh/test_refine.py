@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.core.errors import MeshError
-from app.geometry.mesh import Mesh
-from app.geometry.remesh.refine import CORNER_SNAP, SIDE_INSET, insert_vertices, subdivide, subdivided_count
+from tactile_maps.core.errors import MeshError
+from tactile_maps.geometry.remesh.refine import CORNER_SNAP, SIDE_INSET, insert_vertices, subdivide, subdivided_count
+from tactile_maps.geometry.surface.mesh import Mesh
 from tests.hard_cases.meshes import HARD_MESHES, hard_mesh
 from tests.support.surfaces import cap, named, sheet, taxels_on
 

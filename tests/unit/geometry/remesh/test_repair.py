@@ -5,10 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.core.errors import MeshError
-from app.geometry.connectivity import Connectivity, orient_faces
-from app.geometry.mesh import Mesh
-from app.geometry.remesh.repair import (
+from tactile_maps.core.errors import MeshError
+from tactile_maps.geometry.remesh.repair import (
     RepairedMesh,
     clean_mesh,
     flip_degenerate_faces,
@@ -18,6 +16,8 @@ from app.geometry.remesh.repair import (
     weld_tolerance,
     weld_vertices,
 )
+from tactile_maps.geometry.surface.connectivity import Connectivity, orient_faces
+from tactile_maps.geometry.surface.mesh import Mesh
 from tests.hard_cases.meshes import (
     GROUPS,
     HARD_MESHES,

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 import pyvista as pv
 
-from app.geometry.closest_point import ClosestPoint
-from app.geometry.mesh import Mesh
-from app.geometry.remesh.simplify import coarse_mesh, simplify
+from tactile_maps.geometry.remesh.simplify import coarse_mesh, simplify
+from tactile_maps.geometry.surface.closest_point import ClosestPoint
+from tactile_maps.geometry.surface.mesh import Mesh
 
 TOLERANCES = (0.2e-3, 0.5e-3, 1e-3)
 

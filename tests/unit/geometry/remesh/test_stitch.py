@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.geometry.connectivity import Connectivity
-from app.geometry.mesh import Mesh
-from app.geometry.remesh.repair import repair_mesh
-from app.geometry.remesh.stitch import open_cracks, stitch_junctions
+from tactile_maps.geometry.remesh.repair import repair_mesh
+from tactile_maps.geometry.remesh.stitch import open_cracks, stitch_junctions
+from tactile_maps.geometry.surface.connectivity import Connectivity
+from tactile_maps.geometry.surface.mesh import Mesh
 from tests.hard_cases.meshes import GROUPS, hard_mesh, joined, loose, refined_at_random, scaled
 from tests.support.cost import Cost, cost_of
 from tests.support.surfaces import frustum, sphere

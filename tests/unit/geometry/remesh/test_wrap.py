@@ -6,10 +6,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from app.core.arrays import FloatArray
-from app.core.errors import MeshError
-from app.geometry.remesh import wrap as wrap_module
-from app.geometry.remesh.wrap import wrap_mesh
+from tactile_maps.core.arrays import FloatArray
+from tactile_maps.core.errors import MeshError
+from tactile_maps.geometry.remesh import wrap as wrap_module
+from tactile_maps.geometry.remesh.wrap import wrap_mesh
 from tests.hard_cases.meshes import HARD_MESHES
 
 SPHERE = HARD_MESHES["sphere"]

@@ -5,9 +5,16 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.core.errors import LiveError
-from app.live.channels.calibration import GRAVITY, Calibration, Tare, ValueMode, load_calibration, save_calibration
-from app.live.readings import Unit
+from tactile_maps.core.errors import LiveError
+from tactile_maps.live.channels.calibration import (
+    GRAVITY,
+    Calibration,
+    Tare,
+    ValueMode,
+    load_calibration,
+    save_calibration,
+)
+from tactile_maps.live.readings.readings import Unit
 from tests.support.touch import bar_skin
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.live.channels.channel_health import ChannelHealth, SilentChannel
+from tactile_maps.live.channels.channel_health import ChannelHealth, SilentChannel
 from tests.support.touch import bar_skin
 
 ALL = np.arange(60)

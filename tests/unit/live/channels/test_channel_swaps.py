@@ -8,9 +8,9 @@ from functools import cache
 import numpy as np
 import pytest
 
-from app.live.channels.channel_swaps import SwapDetector
-from app.skin.skin import Skin, TaxelIdentity
-from app.studies.testbeds.reference_bodies import flat_map
+from tactile_maps.live.channels.channel_swaps import SwapDetector
+from tactile_maps.skin.model.skin import Skin, TaxelIdentity
+from tactile_maps.studies.testbeds.reference_bodies import flat_map
 
 SIDE, COUNT = 12, 144
 PLACES = np.stack(np.divmod(np.arange(COUNT), SIDE), axis=1)

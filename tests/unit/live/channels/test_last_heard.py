@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.live.channels.last_heard import FROZEN_FACTOR, FROZEN_SECONDS, LEARN_SECONDS, LastHeard, named
-from app.skin.skin import Skin, TaxelIdentity
+from tactile_maps.live.channels.last_heard import FROZEN_FACTOR, FROZEN_SECONDS, LEARN_SECONDS, LastHeard, named
+from tactile_maps.skin.model.skin import Skin, TaxelIdentity
 from tests.support.touch import bar_skin
 
 PERIOD = 0.01

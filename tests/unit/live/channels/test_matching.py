@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.core.errors import LiveError
-from app.live.channels.matching import TaxelMatcher, load_matching, read_rows
-from app.live.readings import MalformedReadingError, Reading
-from app.skin.skin import Skin, TaxelIdentity
+from tactile_maps.core.errors import LiveError
+from tactile_maps.live.channels.matching import TaxelMatcher, load_matching, read_rows
+from tactile_maps.live.readings.readings import MalformedReadingError, Reading
+from tactile_maps.skin.model.skin import Skin, TaxelIdentity
 from tests.support.touch import bar_skin
 
 

@@ -5,15 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.core.errors import LiveError
-from app.core.reading_units import ReadingUnits
-from app.live.arrival import Arrived
-from app.live.channels.calibration import GRAVITY, Calibration
-from app.live.channels.weighing import RecentReadings, Weighing
-from app.live.measured_session import MeasuredSession
-from app.live.prepare import as_measured
-from app.live.readings import Reading, Unit
-from app.tactile.press import press_skin
+from tactile_maps.core.errors import LiveError
+from tactile_maps.core.reading_units import ReadingUnits
+from tactile_maps.live.channels.calibration import GRAVITY, Calibration
+from tactile_maps.live.channels.weighing import RecentReadings, Weighing
+from tactile_maps.live.prepare import as_measured
+from tactile_maps.live.readings.arrival import Arrived
+from tactile_maps.live.readings.readings import Reading, Unit
+from tactile_maps.live.session.measured_session import MeasuredSession
+from tactile_maps.tactile.press import press_skin
 from tests.support.touch import bar_skin, prepared_bar
 
 SKIN = bar_skin()

@@ -9,11 +9,11 @@ from contextlib import closing
 import numpy as np
 import pytest
 
-from app.live.connection import Connection
-from app.live.measured_session import MeasuredSession
-from app.live.motion.command_loop import CommandLoop
-from app.live.prepare import as_measured
-from app.live.readings import Reading, SourceEndedError, Unit
+from tactile_maps.live.motion.command_loop import CommandLoop
+from tactile_maps.live.prepare import as_measured
+from tactile_maps.live.readings.readings import Reading, SourceEndedError, Unit
+from tactile_maps.live.session.connection import Connection
+from tactile_maps.live.session.measured_session import MeasuredSession
 from tests.support.touch import prepared_bar
 
 PATIENCE = 60.0

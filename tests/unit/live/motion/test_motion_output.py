@@ -9,20 +9,17 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import pytest
 
-from app.contacts.pipeline import ReadingSettings
-from app.contacts.taxel_noise import TaxelNoise
-from app.control.command import ControlSettings
-from app.core.errors import LiveError, SceneError
-from app.live.arrival import Arrived
-from app.live.channels.calibration import Calibration
-from app.live.channels.last_heard import FROZEN_SECONDS
-from app.live.data_age import SETTLE_SECONDS, DataAge
-from app.live.measured_session import MOST_PRESSURE, MeasuredSession
-from app.live.motion.command_latency import latency_text
-from app.live.motion.input_monitor import LEAST_PRESSURE
-from app.live.motion.measured_controller import MeasuredController, WantedMotion, strongest_patch
-from app.live.motion.motion_output import MotionOutput
-from app.live.motion.motion_sender import (
+from tactile_maps.contacts.detection.taxel_noise import TaxelNoise
+from tactile_maps.contacts.pipeline import ReadingSettings
+from tactile_maps.control.motion.command import ControlSettings
+from tactile_maps.core.errors import LiveError, SceneError
+from tactile_maps.live.channels.calibration import Calibration
+from tactile_maps.live.channels.last_heard import FROZEN_SECONDS
+from tactile_maps.live.motion.command_latency import latency_text
+from tactile_maps.live.motion.input_monitor import LEAST_PRESSURE
+from tactile_maps.live.motion.measured_controller import MeasuredController, WantedMotion, strongest_patch
+from tactile_maps.live.motion.motion_output import MotionOutput
+from tactile_maps.live.motion.motion_sender import (
     DEADLINE,
     OLDEST_SECONDS,
     VALID_SECONDS,
@@ -31,10 +28,13 @@ from app.live.motion.motion_sender import (
     MotionSender,
     StopReason,
 )
-from app.live.prepare import as_measured
-from app.live.readings import Reading, Unit
-from app.session.inputs import ReadingChanged
-from app.tactile.press import press_skin
+from tactile_maps.live.prepare import as_measured
+from tactile_maps.live.readings.arrival import Arrived
+from tactile_maps.live.readings.data_age import SETTLE_SECONDS, DataAge
+from tactile_maps.live.readings.readings import Reading, Unit
+from tactile_maps.live.session.measured_session import MOST_PRESSURE, MeasuredSession
+from tactile_maps.session.inputs import ReadingChanged
+from tactile_maps.tactile.press import press_skin
 from tests.support.touch import bar_skin, prepared_bar
 
 STEP = 0.01

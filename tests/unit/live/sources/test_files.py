@@ -7,12 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from app.core.errors import LiveError, TactileMapsError
-from app.live.readings import MalformedReadingError, Reading, SourceEndedError, Unit
-from app.live.sources.files import FileSource, is_own_recording, read_recording, read_table, read_text
-from app.live.sources.open import SourceOptions, open_source
-from app.recording.recorder import Recorder
-from app.session.session import Session
+from tactile_maps.core.errors import LiveError, TactileMapsError
+from tactile_maps.live.readings.readings import MalformedReadingError, Reading, SourceEndedError, Unit
+from tactile_maps.live.sources.files import FileSource, is_own_recording, read_recording, read_table, read_text
+from tactile_maps.live.sources.open import SourceOptions, open_source
+from tactile_maps.recording.recorder import Recorder
+from tactile_maps.session.session import Session
 from tests.support.touch import prepared_bar
 
 CYSKIN = Path(__file__).parents[5] / "shared" / "data" / "cyskin_acquisition"

@@ -7,13 +7,13 @@ import socket
 import numpy as np
 import pytest
 
-from app.core.errors import LiveError, UsageError
-from app.live.connection import Connection
-from app.live.measured_session import MeasuredSession
-from app.live.prepare import as_measured
-from app.live.readings import MalformedReadingError, Reading
-from app.live.sources.network import UdpSource, ZmqSource, check_listening
-from app.live.wire_format import encode_binary, encode_json
+from tactile_maps.core.errors import LiveError, UsageError
+from tactile_maps.live.prepare import as_measured
+from tactile_maps.live.readings.readings import MalformedReadingError, Reading
+from tactile_maps.live.readings.wire_format import encode_binary, encode_json
+from tactile_maps.live.session.connection import Connection
+from tactile_maps.live.session.measured_session import MeasuredSession
+from tactile_maps.live.sources.network import UdpSource, ZmqSource, check_listening
 from tests.support.simulated_clock import SimulatedClock
 from tests.support.touch import prepared_bar
 

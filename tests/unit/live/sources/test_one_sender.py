@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from app.live.sources.one_sender import OWNED_SECONDS, OneSender
+from tactile_maps.live.sources.one_sender import OWNED_SECONDS, OneSender
 
 OWNER, OTHER = ("127.0.0.1", 5001), ("127.0.0.1", 5002)
 

@@ -7,8 +7,8 @@ from urllib.parse import urlsplit
 
 import pytest
 
-from app.core.errors import LiveError, TactileMapsError, UsageError
-from app.live.sources.open import SourceOptions, is_live, open_source
+from tactile_maps.core.errors import LiveError, TactileMapsError, UsageError
+from tactile_maps.live.sources.open import SourceOptions, is_live, open_source
 
 
 @pytest.mark.parametrize(

@@ -7,11 +7,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from app.core.errors import LiveError, UsageError
-from app.live.connection import Connection
-from app.live.readings import MalformedReadingError, Unit
-from app.live.sources.open import SourceOptions, open_source
-from app.live.sources.ros2 import MessageReader, Ros2Source, RosTopics, load_topics
+from tactile_maps.core.errors import LiveError, UsageError
+from tactile_maps.live.readings.readings import MalformedReadingError, Unit
+from tactile_maps.live.session.connection import Connection
+from tactile_maps.live.sources.open import SourceOptions, open_source
+from tactile_maps.live.sources.ros2 import MessageReader, Ros2Source, RosTopics, load_topics
 
 rosbags = pytest.importorskip("rosbags.rosbag2")
 typesys = pytest.importorskip("rosbags.typesys")

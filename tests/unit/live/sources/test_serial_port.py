@@ -6,10 +6,10 @@ import os
 
 import pytest
 
-from app.core.errors import LiveError
-from app.live.readings import MalformedReadingError, Reading
-from app.live.sources.serial_port import SerialSource
-from app.live.wire_format import encode_json
+from tactile_maps.core.errors import LiveError
+from tactile_maps.live.readings.readings import MalformedReadingError, Reading
+from tactile_maps.live.readings.wire_format import encode_json
+from tactile_maps.live.sources.serial_port import SerialSource
 
 pytest.importorskip("serial")
 pty = pytest.importorskip("pty", reason="no pseudo-terminals on this system")

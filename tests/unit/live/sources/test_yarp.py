@@ -8,9 +8,9 @@ from contextlib import contextmanager
 
 import pytest
 
-from app.core.errors import LiveError
-from app.live.readings import MalformedReadingError
-from app.live.sources.yarp import YarpSource
+from tactile_maps.core.errors import LiveError
+from tactile_maps.live.readings.readings import MalformedReadingError
+from tactile_maps.live.sources.yarp import YarpSource
 
 
 @contextmanager

@@ -9,13 +9,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from app.core.errors import MapError
-from app.maps.build import build_map
-from app.maps.evaluation.comparison import IDEALS, TaxelLayout, compare_maps, drawn_layout, procrustes
-from app.maps.evaluation.quality import measure
-from app.maps.evaluation.topography import BodyDistances
-from app.maps.tactile_map import TactileMap
-from app.skin.formats.taxel_set import TaxelSet
+from tactile_maps.core.errors import MapError
+from tactile_maps.maps.build import build_map
+from tactile_maps.maps.evaluation.comparison import IDEALS, TaxelLayout, compare_maps, drawn_layout, procrustes
+from tactile_maps.maps.evaluation.quality import measure
+from tactile_maps.maps.evaluation.topography import BodyDistances
+from tactile_maps.maps.model.tactile_map import TactileMap
+from tactile_maps.skin.model.taxel_set import TaxelSet
 from tests.support.surfaces import named, sheet, skin_of
 
 ICUB = Path(__file__).parents[5] / "shared" / "data" / "icub-skin"

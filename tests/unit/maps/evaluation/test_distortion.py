@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.core.errors import MapError
-from app.maps.build import build_map
-from app.maps.evaluation.distortion import (
+from tactile_maps.core.errors import MapError
+from tactile_maps.maps.build import build_map
+from tactile_maps.maps.evaluation.distortion import (
     Distortion,
     TissotCircles,
     checkerboard,
@@ -18,8 +18,8 @@ from app.maps.evaluation.distortion import (
     spaced_subset,
     stretch,
 )
-from app.maps.evaluation.quality import measure
-from app.maps.tactile_map import TactileMap
+from tactile_maps.maps.evaluation.quality import measure
+from tactile_maps.maps.model.tactile_map import TactileMap
 from tests.support.surfaces import named, sheet, skin_of
 
 

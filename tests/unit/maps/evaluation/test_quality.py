@@ -8,15 +8,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.flattening.chart import Chart
-from app.geometry.mesh import Mesh
-from app.maps.build import build_map
-from app.maps.evaluation.quality import measure, overlaps
-from app.maps.evaluation.topography import BodyDistances
-from app.maps.layout import MapLayout, Placement
-from app.maps.tactile_image import TactileImage
-from app.maps.tactile_map import TactileMap
-from app.skin.skin import Skin
+from tactile_maps.flattening.chart import Chart
+from tactile_maps.geometry.surface.mesh import Mesh
+from tactile_maps.maps.build import build_map
+from tactile_maps.maps.evaluation.quality import measure, overlaps
+from tactile_maps.maps.evaluation.topography import BodyDistances
+from tactile_maps.maps.model.layout import MapLayout, Placement
+from tactile_maps.maps.model.tactile_image import TactileImage
+from tactile_maps.maps.model.tactile_map import TactileMap
+from tactile_maps.skin.model.skin import Skin
 from tests.support.surfaces import frustum, named, sheet, skin_of
 
 PROMISED = {

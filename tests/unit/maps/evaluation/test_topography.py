@@ -7,11 +7,11 @@ import pytest
 from scipy.optimize import minimize_scalar
 from scipy.stats import spearmanr
 
-from app.geometry.geodesics import Geodesics
-from app.geometry.remesh.refine import insert_vertices
-from app.maps.build import build_map
-from app.maps.evaluation import topography
-from app.maps.evaluation.topography import (
+from tactile_maps.geometry.geodesics import Geodesics
+from tactile_maps.geometry.remesh.refine import insert_vertices
+from tactile_maps.maps.build import build_map
+from tactile_maps.maps.evaluation import topography
+from tactile_maps.maps.evaluation.topography import (
     BodyDistances,
     PatchDistances,
     edge_lengths,

@@ -7,12 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.core.errors import MapError, SkinError
-from app.core.files import pack_arrays, unpack_arrays
-from app.maps.build import build_map
-from app.maps.formats.map_file import load_map, map_from_bytes, map_to_bytes, save_map
-from app.maps.formats.obj import write_map_obj
-from app.maps.layout import MapLayout
+from tactile_maps.core.errors import MapError, SkinError
+from tactile_maps.core.files import pack_arrays, unpack_arrays
+from tactile_maps.maps.build import build_map
+from tactile_maps.maps.formats.map_file import load_map, map_from_bytes, map_to_bytes, save_map
+from tactile_maps.maps.formats.obj import write_map_obj
+from tactile_maps.maps.model.layout import MapLayout
 from tests.support.surfaces import named, skin_of
 
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.core.errors import MapError
-from app.maps.build import build_map
-from app.maps.formats import obj
-from app.maps.formats.obj import OBJ_METHOD, read_map_obj, read_obj, write_map_obj
-from app.maps.layout import MapLayout, Placement
-from app.maps.tactile_map import TactileMap
-from app.skin.skin import Skin
+from tactile_maps.core.errors import MapError
+from tactile_maps.maps.build import build_map
+from tactile_maps.maps.formats import obj
+from tactile_maps.maps.formats.obj import OBJ_METHOD, read_map_obj, read_obj, write_map_obj
+from tactile_maps.maps.model.layout import MapLayout, Placement
+from tactile_maps.maps.model.tactile_map import TactileMap
+from tactile_maps.skin.model.skin import Skin
 from tests.support.surfaces import frustum, named, sheet, skin_of
 
 SQUARE = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n"

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from app.core.errors import MapError
-from app.maps.formats.png import write_image_png
-from app.maps.tactile_image import TactileImage
+from tactile_maps.core.errors import MapError
+from tactile_maps.maps.formats.png import write_image_png
+from tactile_maps.maps.model.tactile_image import TactileImage
 
 
 @pytest.fixture(scope="module")

@@ -7,10 +7,10 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
-from app.core.errors import MapError
-from app.maps.formats.svg import MARGIN, svg, write_svg
-from app.maps.tactile_map import TactileMap
-from app.skin.skin import Skin
+from tactile_maps.core.errors import MapError
+from tactile_maps.maps.formats.svg import MARGIN, svg, write_svg
+from tactile_maps.maps.model.tactile_map import TactileMap
+from tactile_maps.skin.model.skin import Skin
 
 SVG = "{http://www.w3.org/2000/svg}"
 

@@ -3,13 +3,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.core.errors import MapError
-from app.flattening.bijectivity import signed_areas
-from app.geometry.connectivity import Connectivity
-from app.maps.build import build_map
-from app.maps.formats.unige import unige_file_of, write_unige_map
-from app.skin.formats.taxel_files import read_taxels
-from app.skin.formats.unige_json import read_unige
+from tactile_maps.core.errors import MapError
+from tactile_maps.flattening.bijectivity import signed_areas
+from tactile_maps.geometry.surface.connectivity import Connectivity
+from tactile_maps.maps.build import build_map
+from tactile_maps.maps.formats.unige import unige_file_of, write_unige_map
+from tactile_maps.skin.formats.taxel_files import read_taxels
+from tactile_maps.skin.formats.unige_json import read_unige
 from tests.support.surfaces import frustum, named, skin_of
 
 

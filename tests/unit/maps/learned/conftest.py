@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.tactile.babbling import BabbleSpec, babble
+from tactile_maps.tactile.babbling import BabbleSpec, babble
 from tests.support.surfaces import sheet, skin_of
 
 

@@ -7,19 +7,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.contacts.detection import ContactDetector
-from app.core.errors import MapError
-from app.flattening.bijectivity import crossings, flipped
-from app.geometry.connectivity import Connectivity
-from app.maps.formats.map_file import map_from_bytes, map_to_bytes
-from app.maps.interpolation import LONGEST_SIDE
-from app.maps.learned.as_tactile_map import characteristic_shape, learned_tactile_map, longest_side
-from app.maps.learned.learned_map import LearnedMap
-from app.maps.learned.methods import LEARNING_METHODS
-from app.maps.tactile_image import TactileImage
-from app.tactile.babbling import BabbleSpec, babble
-from app.tactile.loads import sphere_load
-from app.tactile.models.water_fill import WaterFillModel
+from tactile_maps.contacts.detection.detection import ContactDetector
+from tactile_maps.core.errors import MapError
+from tactile_maps.flattening.bijectivity import crossings, flipped
+from tactile_maps.geometry.surface.connectivity import Connectivity
+from tactile_maps.maps.formats.map_file import map_from_bytes, map_to_bytes
+from tactile_maps.maps.learned.as_tactile_map import characteristic_shape, learned_tactile_map, longest_side
+from tactile_maps.maps.learned.learned_map import LearnedMap
+from tactile_maps.maps.learned.methods import LEARNING_METHODS
+from tactile_maps.maps.model.interpolation import LONGEST_SIDE
+from tactile_maps.maps.model.tactile_image import TactileImage
+from tactile_maps.tactile.babbling import BabbleSpec, babble
+from tactile_maps.tactile.mechanics.loads import sphere_load
+from tactile_maps.tactile.models.water_fill import WaterFillModel
 from tests.support.surfaces import frustum, sheet, skin_of
 
 

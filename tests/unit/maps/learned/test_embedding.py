@@ -7,8 +7,8 @@ import pytest
 from scipy.optimize import minimize
 from scipy.spatial.distance import cdist, pdist, squareform
 
-from app.geometry.geodesics import all_path_lengths
-from app.maps.learned.embedding import (
+from tactile_maps.geometry.geodesics import all_path_lengths
+from tactile_maps.maps.learned.embedding import (
     classical_mds,
     connected_islands,
     embed,

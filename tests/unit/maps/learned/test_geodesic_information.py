@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from scipy.spatial.distance import pdist, squareform
 
-from app.core.errors import MapError
-from app.core.progress import no_progress
-from app.geometry.connectivity import Connectivity
-from app.maps.learned.geodesic_information import (
+from tactile_maps.core.errors import MapError
+from tactile_maps.core.progress import no_progress
+from tactile_maps.geometry.surface.connectivity import Connectivity
+from tactile_maps.maps.learned.geodesic_information import (
     build,
     embed_in_space,
     embed_through_space,
@@ -17,7 +17,7 @@ from app.maps.learned.geodesic_information import (
     locally_scaled,
     without_small_holes,
 )
-from app.tactile.babbling import BabbleSpec, babble
+from tactile_maps.tactile.babbling import BabbleSpec, babble
 from tests.support.surfaces import frustum, sheet, skin_of, taxels_on
 
 

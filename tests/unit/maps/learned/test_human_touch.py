@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.sparse import csr_matrix
 
-from app.maps.learned.human_touch import build, cross_correlation, dissimilarity
-from app.maps.learned.readings import detect_touch
-from app.tactile.babbling import BabbleSpec, babble
+from tactile_maps.maps.learned.human_touch import build, cross_correlation, dissimilarity
+from tactile_maps.maps.learned.readings import detect_touch
+from tactile_maps.tactile.babbling import BabbleSpec, babble
 
 
 @pytest.fixture(scope="module")

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.sparse import csr_matrix
 
-from app.maps.learned.information_distance import adaptive_levels, build, dissimilarity, information_distance
-from app.maps.learned.readings import detect_touch
+from tactile_maps.maps.learned.information_distance import adaptive_levels, build, dissimilarity, information_distance
+from tactile_maps.maps.learned.readings import detect_touch
 
 BINS = 4
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.core.errors import MapError
-from app.maps.learned.learned_map import LearnedMap
+from tactile_maps.core.errors import MapError
+from tactile_maps.maps.learned.learned_map import LearnedMap
 
 
 def test_it_keeps_its_own_arrays():

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.core.errors import MapError
-from app.maps.learned.methods import LEARNING_METHODS
+from tactile_maps.core.errors import MapError
+from tactile_maps.maps.learned.methods import LEARNING_METHODS
 
 
 def test_the_names_are_the_methods(touched_sheet):

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.core.errors import MapError
-from app.maps.learned.readings import detect_touch
+from tactile_maps.core.errors import MapError
+from tactile_maps.maps.learned.readings import detect_touch
 
 
 def _noisy(touches):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.sparse import csr_matrix
 
-from app.maps.learned.self_organising import build, train_batch_som
+from tactile_maps.maps.learned.self_organising import build, train_batch_som
 
 
 def test_taxels_of_a_sheet_lie_where_they_lie(touched_sheet, misfit):

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.sparse import csr_matrix
 
-from app.maps.learned.readings import detect_touch
-from app.maps.learned.temporal_correlation import build, dissimilarity, traces
+from tactile_maps.maps.learned.readings import detect_touch
+from tactile_maps.maps.learned.temporal_correlation import build, dissimilarity, traces
 
 
 def test_a_trace_fades_by_e_in_its_time():

@@ -8,14 +8,14 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 
-from app.contacts.force_estimation.estimate import EstimateRefusal, ForceEstimate
-from app.contacts.pipeline import ReadingSettings
-from app.contacts.regions import ContactRegion
-from app.control.command import RegraspState, TaskReport
-from app.control.limits import Limit, LimitKind, RegraspFailure
-from app.core.errors import RecordingError
-from app.geometry.mesh import SurfacePoint
-from app.recording.encoding.frame_codec import (
+from tactile_maps.contacts.detection.regions import ContactRegion
+from tactile_maps.contacts.force_estimation.estimate import EstimateRefusal, ForceEstimate
+from tactile_maps.contacts.pipeline import ReadingSettings
+from tactile_maps.control.motion.command import RegraspState, TaskReport
+from tactile_maps.control.motion.limits import Limit, LimitKind, RegraspFailure
+from tactile_maps.core.errors import RecordingError
+from tactile_maps.geometry.surface.mesh import SurfacePoint
+from tactile_maps.recording.encoding.frame_codec import (
     FRAME_LAYOUT,
     FRAME_SCHEMA,
     POKE,
@@ -24,13 +24,13 @@ from app.recording.encoding.frame_codec import (
     decode_frame,
     encode_frame,
 )
-from app.recording.encoding.frame_schema import PREFIX_BYTES
-from app.scene.object_meshes import primitive_mesh
-from app.scene.objects import ObjectSpec, SceneObject
-from app.session.session import Session
-from app.studies.testbeds.reference_bodies import flat_map
-from app.tactile.contact_notes import ContactNote, ContactNoteKind
-from app.tactile.poke import PokePressed, PokeState
+from tactile_maps.recording.encoding.frame_schema import PREFIX_BYTES
+from tactile_maps.scene.object_meshes import primitive_mesh
+from tactile_maps.scene.objects import ObjectSpec, SceneObject
+from tactile_maps.session.session import Session
+from tactile_maps.studies.testbeds.reference_bodies import flat_map
+from tactile_maps.tactile.mechanics.contact_notes import ContactNote, ContactNoteKind
+from tactile_maps.tactile.poke import PokePressed, PokeState
 
 BALL = ObjectSpec("ball", "sphere", size=(0.05,))
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from app.recording.encoding.frame_schema import PREFIX_BYTES, descriptor, has_prefix, prefix
+from tactile_maps.recording.encoding.frame_schema import PREFIX_BYTES, descriptor, has_prefix, prefix
 
 
 @pytest.mark.parametrize("length", [0, 1, 127, 128, 16_383, 300_000, 2**31 - 1])

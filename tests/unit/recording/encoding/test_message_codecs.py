@@ -10,15 +10,15 @@ import pytest
 from jsonschema import Draft202012Validator
 from mcap.reader import make_reader
 
-from app.contacts.events import EVENT_KINDS, ContactEvent
-from app.contacts.pipeline import ReadingSettings
-from app.control.command import ControlSettings
-from app.core.errors import RecordingError, SimulationError
-from app.editing.arrange import move, rotate
-from app.editing.document import MapDocument
-from app.geometry.mesh import Mesh, SurfacePoint
-from app.maps.build import build_map
-from app.recording.encoding.message_codecs import (
+from tactile_maps.contacts.events import EVENT_KINDS, ContactEvent
+from tactile_maps.contacts.pipeline import ReadingSettings
+from tactile_maps.control.motion.command import ControlSettings
+from tactile_maps.core.errors import RecordingError, SimulationError
+from tactile_maps.editing.arrange import move, rotate
+from tactile_maps.editing.document import MapDocument
+from tactile_maps.geometry.surface.mesh import Mesh, SurfacePoint
+from tactile_maps.maps.build import build_map
+from tactile_maps.recording.encoding.message_codecs import (
     TOPICS,
     decode_event,
     decode_failure,
@@ -27,15 +27,15 @@ from app.recording.encoding.message_codecs import (
     encode_failure,
     encode_input,
 )
-from app.recording.player import RecordingPlayer
-from app.recording.recorder import Recorder
-from app.scene.effects import Effects
-from app.session.inputs import ControlChanged, EffectsChanged, MapEdited, ReadingChanged, RestChanged
-from app.session.session import Session
-from app.skin.calibration_error import with_calibration_error
-from app.studies.testbeds.reference_bodies import flat_map
-from app.tactile.poke import Finger, PokeMoved, PokePressed, PokeReleased
-from app.tactile.sensor_effects import SENSOR_KEYS, Noise, SensorEffects
+from tactile_maps.recording.player import RecordingPlayer
+from tactile_maps.recording.recorder import Recorder
+from tactile_maps.scene.effects import Effects
+from tactile_maps.session.inputs import ControlChanged, EffectsChanged, MapEdited, ReadingChanged, RestChanged
+from tactile_maps.session.session import Session
+from tactile_maps.skin.calibration_error import with_calibration_error
+from tactile_maps.studies.testbeds.reference_bodies import flat_map
+from tactile_maps.tactile.poke import Finger, PokeMoved, PokePressed, PokeReleased
+from tactile_maps.tactile.sensors.sensor_effects import SENSOR_KEYS, Noise, SensorEffects
 
 EVERY = {name: get_args(hint)[0]() for name, hint in get_type_hints(SensorEffects).items() if name in SENSOR_KEYS}
 FULL = Effects(gravity="on", contact="all", friction=True, timestep=1 / 3000, sensor=SensorEffects(**EVERY))

@@ -12,15 +12,15 @@ from mcap.reader import make_reader
 from mcap_protobuf.decoder import DecoderFactory
 from scipy.spatial.transform import Rotation
 
-from app.core.errors import SimulationError
-from app.recording.encoding.viewer_messages import RATE, ViewerMessages, viewer_schemas
-from app.recording.player import RecordingPlayer
-from app.recording.recorder import Recorder
-from app.recording.recover import recover
-from app.recording.verify import verify
-from app.robots.kinematics import Configuration
-from app.session.frame import Failure
-from app.session.session import Session
+from tactile_maps.core.errors import SimulationError
+from tactile_maps.recording.encoding.viewer_messages import RATE, ViewerMessages, viewer_schemas
+from tactile_maps.recording.player import RecordingPlayer
+from tactile_maps.recording.recorder import Recorder
+from tactile_maps.recording.recover import recover
+from tactile_maps.recording.verify import verify
+from tactile_maps.robots.kinematics import Configuration
+from tactile_maps.session.frame import Failure
+from tactile_maps.session.session import Session
 
 STARTED = 1_700_000_000_000_000_000
 

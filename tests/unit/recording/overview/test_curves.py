@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from app.recording.overview.curves import (
+from tactile_maps.recording.overview.curves import (
     CURVES,
     Curves,
     FrameQuantity,
@@ -13,7 +13,7 @@ from app.recording.overview.curves import (
     joined,
     read_curves,
 )
-from app.recording.player import RecordingPlayer
+from tactile_maps.recording.player import RecordingPlayer
 
 
 def test_the_curves_are_the_frames_numbers(recording):

@@ -5,11 +5,11 @@ from __future__ import annotations
 import pytest
 from mcap.writer import Writer
 
-from app.recording.annotations import Annotations, Mark, Outcome, save_annotations
-from app.recording.mcap_file import begin_recording
-from app.recording.overview.summary import summarise
-from app.recording.player import RecordingPlayer
-from app.session.bundle import pack_scene
+from tactile_maps.recording.encoding.annotations import Annotations, Mark, Outcome, save_annotations
+from tactile_maps.recording.file.mcap_file import begin_recording
+from tactile_maps.recording.overview.summary import summarise
+from tactile_maps.recording.player import RecordingPlayer
+from tactile_maps.session.bundle import pack_scene
 
 
 def test_a_summary_says_what_it_is_of_and_shows_the_touch(recording, prepared, tmp_path):

@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from app.core.errors import RobotError
-from app.robots.files import model_files
-from app.robots.files.model_files import ModelFiles, PackageResolver, model_tree
-from app.robots.load import load_robot_file
+from tactile_maps.core.errors import RobotError
+from tactile_maps.robots.files import model_files
+from tactile_maps.robots.files.model_files import ModelFiles, PackageResolver, model_tree
+from tactile_maps.robots.load import load_robot_file
 
 SECRET = "root-of-all-secrets"
 

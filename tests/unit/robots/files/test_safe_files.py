@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from app.core.errors import Finding, RobotError
-from app.robots.files import safe_files
-from app.robots.files.safe_files import parse_model_xml, parse_xml, read_bytes, resolve_inside
+from tactile_maps.core.errors import Finding, RobotError
+from tactile_maps.robots.files import safe_files
+from tactile_maps.robots.files.safe_files import parse_model_xml, parse_xml, read_bytes, resolve_inside
 
 
 def test_a_folder_a_missing_file_and_a_huge_one_are_told_apart(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

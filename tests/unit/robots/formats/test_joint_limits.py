@@ -10,10 +10,10 @@ import mujoco
 import numpy as np
 import pytest
 
-from app.robots.library import load_robot
-from app.robots.load import load_robot_file
-from app.robots.mujoco_spec import compile_spec, robot_spec
-from app.robots.robot import Robot
+from tactile_maps.robots.library import load_robot
+from tactile_maps.robots.load import load_robot_file
+from tactile_maps.robots.model.mujoco_spec import compile_spec, robot_spec
+from tactile_maps.robots.model.robot import Robot
 from tests.support.generated_robots import arm, load
 
 

@@ -12,10 +12,10 @@ import numpy as np
 import pytest
 import trimesh
 
-from app.core.errors import MeshError, RobotError, TactileMapsError
-from app.geometry.mesh import Mesh
-from app.robots.formats import mesh_files
-from app.robots.formats.mesh_files import (
+from tactile_maps.core.errors import MeshError, RobotError, TactileMapsError
+from tactile_maps.geometry.surface.mesh import Mesh
+from tactile_maps.robots.files import mesh_files
+from tactile_maps.robots.files.mesh_files import (
     MESH_SUFFIXES,
     AssetStore,
     MissingMesh,

@@ -10,10 +10,10 @@ import pytest
 import trimesh
 from trimesh.visual import TextureVisuals
 
-from app.core.errors import MeshError
-from app.robots.formats import mesh_limits
-from app.robots.formats.mesh_files import parse_mesh
-from app.robots.formats.mesh_limits import reduced_glb, reduced_obj, reduced_stl
+from tactile_maps.core.errors import MeshError
+from tactile_maps.robots.files import mesh_limits
+from tactile_maps.robots.files.mesh_files import parse_mesh
+from tactile_maps.robots.files.mesh_limits import reduced_glb, reduced_obj, reduced_stl
 from tests.hard_cases.small_bombs import dae
 
 

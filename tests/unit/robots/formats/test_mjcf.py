@@ -11,12 +11,13 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from app.core.errors import MeshError, RobotError
-from app.robots.formats import mesh_files, mjcf
-from app.robots.formats.mjcf import load_mjcf, strip_mjcf
-from app.robots.kinematics import Configuration
-from app.robots.mujoco_spec import parse_spec
-from app.robots.robot import Robot
+from tactile_maps.core.errors import MeshError, RobotError
+from tactile_maps.robots.files import mesh_files
+from tactile_maps.robots.formats import mjcf
+from tactile_maps.robots.formats.mjcf import load_mjcf, strip_mjcf
+from tactile_maps.robots.kinematics import Configuration
+from tactile_maps.robots.model.mujoco_spec import parse_spec
+from tactile_maps.robots.model.robot import Robot
 
 FILE = Path("robot.xml")
 

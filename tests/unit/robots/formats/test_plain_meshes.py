@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 import trimesh
 
-from app.robots.formats import mesh_files
-from app.robots.formats.mesh_files import parse_mesh
-from app.robots.formats.plain_meshes import read_binary_stl, read_plain_obj
+from tactile_maps.robots.files import mesh_files
+from tactile_maps.robots.files.mesh_files import parse_mesh
+from tactile_maps.robots.files.plain_meshes import read_binary_stl, read_plain_obj
 
 V = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n"
 

@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from app.core.errors import RobotError
-from app.geometry.mesh import Mesh
-from app.robots.formats.mesh_files import box_mesh
-from app.robots.formats.touch_sensors import TouchSensor, read_touch_sensors, states_touch_sensors
+from tactile_maps.core.errors import RobotError
+from tactile_maps.geometry.surface.mesh import Mesh
+from tactile_maps.robots.files.mesh_files import box_mesh
+from tactile_maps.robots.formats.touch_sensors import TouchSensor, read_touch_sensors, states_touch_sensors
 
 MODEL = """<mujoco><compiler angle="degree"/>
 <extension><plugin plugin="mujoco.sensor.touch_grid">

@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from app.core.errors import RobotError
-from app.robots.formats.urdf import load_urdf
-from app.robots.kinematics import Configuration
+from tactile_maps.core.errors import RobotError
+from tactile_maps.robots.formats.urdf import load_urdf
+from tactile_maps.robots.kinematics import Configuration
 
 Write = Callable[[str], Path]
 

@@ -8,12 +8,12 @@ import mujoco
 import numpy as np
 import pytest
 
-from app.scene.effects import Effects
-from app.simulation.model.collision_shapes import excluded_pairs
-from app.simulation.model.contact_pairs import allows_self_contact
-from app.simulation.model.model_assembly import assemble
-from app.skin.link_hulls import skinned_links
-from app.tactile.elastic_layer import ElasticLayer
+from tactile_maps.scene.effects import Effects
+from tactile_maps.simulation.model.collision_shapes import excluded_pairs
+from tactile_maps.simulation.model.contact_pairs import allows_self_contact
+from tactile_maps.simulation.model.model_assembly import assemble
+from tactile_maps.skin.link_hulls import skinned_links
+from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
 from tests.support.scene_objects import every_kind, thing
 from tests.support.touch import arm, bar, bar_skin, pair
 

@@ -6,10 +6,10 @@ import mujoco
 import numpy as np
 import pytest
 
-from app.scene.effects import Effects
-from app.scene.objects import SceneObject
-from app.simulation.model.contact_points import centre_on_cap, centre_on_side, correct_normal, frame_along
-from app.simulation.model.model_assembly import assemble
+from tactile_maps.scene.effects import Effects
+from tactile_maps.scene.objects import SceneObject
+from tactile_maps.simulation.model.contact_points import centre_on_cap, centre_on_side, correct_normal, frame_along
+from tactile_maps.simulation.model.model_assembly import assemble
 from tests.support.scene_objects import thing
 from tests.support.touch import bar, bar_skin
 

@@ -8,18 +8,18 @@ import mujoco
 import numpy as np
 import pytest
 
-from app.scene.effects import Effects
-from app.simulation.model.contact_points import frame_along
-from app.simulation.model.contact_stiffness import (
+from tactile_maps.scene.effects import Effects
+from tactile_maps.simulation.model.contact_points import frame_along
+from tactile_maps.simulation.model.contact_stiffness import (
     SOLVER_IMPEDANCE,
     ContactSharing,
     effective_count,
     unstable_contacts,
 )
-from app.simulation.model.model_assembly import assemble
-from app.simulation.simulation import Simulation
-from app.tactile.contact_notes import ContactNoteKind, contact_note_text
-from app.tactile.elastic_layer import ElasticLayer
+from tactile_maps.simulation.model.model_assembly import assemble
+from tactile_maps.simulation.simulation import Simulation
+from tactile_maps.tactile.mechanics.contact_notes import ContactNoteKind, contact_note_text
+from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
 from tests.support.scene_objects import thing
 from tests.support.touch import bar, bar_skin, hold, pair
 

@@ -8,9 +8,9 @@ import mujoco
 import numpy as np
 import pytest
 
-from app.core.errors import RobotError
-from app.scene.effects import Effects
-from app.simulation.model.model_assembly import assemble
+from tactile_maps.core.errors import RobotError
+from tactile_maps.scene.effects import Effects
+from tactile_maps.simulation.model.model_assembly import assemble
 from tests.support.scene_objects import every_kind, thing
 from tests.support.touch import arm, bar, bar_skin
 

@@ -5,18 +5,18 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.core.errors import RobotError
-from app.geometry.remesh.refine import subdivide
-from app.robots.load import load_robot_file
-from app.scene.effects import Effects
-from app.simulation.model.contact_stiffness import unstable_contacts
-from app.simulation.model.model_assembly import assemble
-from app.simulation.model.model_names import body_name, is_hull, is_object, plain_name, shape_name
-from app.simulation.simulation import Simulation
-from app.skin.link_hulls import hull_name
-from app.skin.skin import Patch, Skin
-from app.skin.taxel_placement.sampling import place_evenly
-from app.tactile.elastic_layer import ElasticLayer
+from tactile_maps.core.errors import RobotError
+from tactile_maps.geometry.remesh.refine import subdivide
+from tactile_maps.robots.load import load_robot_file
+from tactile_maps.scene.effects import Effects
+from tactile_maps.simulation.model.contact_stiffness import unstable_contacts
+from tactile_maps.simulation.model.model_assembly import assemble
+from tactile_maps.simulation.model.model_names import body_name, is_hull, is_object, plain_name, shape_name
+from tactile_maps.simulation.simulation import Simulation
+from tactile_maps.skin.link_hulls import hull_name
+from tactile_maps.skin.model.skin import Patch, Skin
+from tactile_maps.skin.taxel_placement.sampling import place_evenly
+from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
 from tests.support.scene_objects import thing
 from tests.support.touch import hold
 

@@ -6,11 +6,11 @@ import mujoco
 import numpy as np
 import pytest
 
-from app.geometry.mesh import Mesh
-from app.scene.effects import Effects
-from app.scene.objects import MIN_MOVING_MASS, OBJECT_KINDS
-from app.simulation.model.model_assembly import assemble
-from app.simulation.model.object_geoms import (
+from tactile_maps.geometry.surface.mesh import Mesh
+from tactile_maps.scene.effects import Effects
+from tactile_maps.scene.objects import MIN_MOVING_MASS, OBJECT_KINDS
+from tactile_maps.simulation.model.model_assembly import assemble
+from tactile_maps.simulation.model.object_geoms import (
     PROBE_STIFFNESS,
     ProbeDrives,
     ProbePath,
@@ -19,7 +19,7 @@ from app.simulation.model.object_geoms import (
     initial_pose,
     is_simulated,
 )
-from app.simulation.simulation import Simulation
+from tactile_maps.simulation.simulation import Simulation
 from tests.support.scene_objects import thing
 from tests.support.touch import bar, bar_skin, no_command
 

@@ -9,16 +9,16 @@ import mujoco
 import numpy as np
 import pytest
 
-from app.control.path_following.clearance import collision_model
-from app.geometry.mesh import Mesh
-from app.robots.load import load_robot_file
-from app.robots.mujoco_spec import compile_spec, robot_spec
-from app.robots.robot import Robot
-from app.scene.effects import Effects, Integrator
-from app.simulation.model.model_assembly import assemble
-from app.skin.cover import CoverSpec, cover_robot
-from app.skin.formats.mujoco_touch import write_touch_sensors
-from app.tactile.loads import Box, Cylinder, Plane, Sphere
+from tactile_maps.control.path_following.clearance import collision_model
+from tactile_maps.geometry.surface.mesh import Mesh
+from tactile_maps.robots.load import load_robot_file
+from tactile_maps.robots.model.mujoco_spec import compile_spec, robot_spec
+from tactile_maps.robots.model.robot import Robot
+from tactile_maps.scene.effects import Effects, Integrator
+from tactile_maps.simulation.model.model_assembly import assemble
+from tactile_maps.skin.fitting.cover import CoverSpec, cover_robot
+from tactile_maps.skin.formats.mujoco_touch import write_touch_sensors
+from tactile_maps.tactile.mechanics.loads import Box, Cylinder, Plane, Sphere
 from tests.support.scene_objects import every_kind, thing
 from tests.support.touch import bar, bar_skin, pair
 

@@ -6,12 +6,12 @@ import mujoco
 import numpy as np
 import pytest
 
-from app.scene.effects import Effects
-from app.simulation.model.contact_stiffness import effective_count
-from app.simulation.model.model_assembly import assemble
-from app.simulation.model.model_names import is_hull, plain_name
-from app.simulation.model.piece_contacts import PieceContacts, piece_groups, shared_counts
-from app.skin.link_pieces import link_pieces, piece_name
+from tactile_maps.scene.effects import Effects
+from tactile_maps.simulation.model.contact_stiffness import effective_count
+from tactile_maps.simulation.model.model_assembly import assemble
+from tactile_maps.simulation.model.model_names import is_hull, plain_name
+from tactile_maps.simulation.model.piece_contacts import PieceContacts, piece_groups, shared_counts
+from tactile_maps.skin.link_pieces import link_pieces, piece_name
 from tests.support.hollows import hollow
 from tests.support.scene_objects import thing
 from tests.support.touch import bar, bar_skin

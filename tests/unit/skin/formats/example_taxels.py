@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from app.core.errors import Finding
-from app.skin.formats.icub_layout import IcubLayout, LayoutModule
-from app.skin.formats.icub_positions import ROWS_PER_MODULE, THERMAL_PADS
-from app.skin.formats.taxel_set import TaxelSet
+from tactile_maps.core.errors import Finding
+from tactile_maps.skin.formats.icub_layout import IcubLayout, LayoutModule
+from tactile_maps.skin.formats.icub_positions import ROWS_PER_MODULE, THERMAL_PADS
+from tactile_maps.skin.model.taxel_set import TaxelSet
 
 ARRAYS = ("numbers", "positions", "normals", "faces", "points", "modules")
 

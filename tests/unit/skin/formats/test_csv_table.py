@@ -3,10 +3,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.core.errors import SkinError
-from app.skin.formats import csv_table
-from app.skin.formats.csv_table import read_table, write_table
-from app.skin.formats.taxel_set import TaxelSet
+from tactile_maps.core.errors import SkinError
+from tactile_maps.skin.formats import csv_table
+from tactile_maps.skin.formats.csv_table import read_table, write_table
+from tactile_maps.skin.model.taxel_set import TaxelSet
 from tests.unit.skin.formats.example_taxels import assert_equal, dome, kinds
 
 

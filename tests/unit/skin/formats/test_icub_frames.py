@@ -10,16 +10,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from app.cli.scenes import scene_from_arguments
-from app.core.errors import SkinError
-from app.robots.formats.mesh_files import box_mesh
-from app.robots.library import icub_folder, load_robot
-from app.robots.robot import Robot
-from app.scene.scene_file import load_scene, scene_for_taxels
-from app.skin.fit import carrying_link, match_frame
-from app.skin.formats.icub_frames import icub_frames
-from app.skin.formats.icub_positions import read_icub_positions
-from app.skin.formats.import_skin import import_skin
+from tactile_maps.cli.shared.scenes import scene_from_arguments
+from tactile_maps.core.errors import SkinError
+from tactile_maps.robots.files.mesh_files import box_mesh
+from tactile_maps.robots.library import icub_folder, load_robot
+from tactile_maps.robots.model.robot import Robot
+from tactile_maps.scene.scene_file import load_scene, scene_for_taxels
+from tactile_maps.skin.fitting.fit import carrying_link, match_frame
+from tactile_maps.skin.formats.icub_frames import icub_frames
+from tactile_maps.skin.formats.icub_positions import read_icub_positions
+from tactile_maps.skin.formats.import_skin import import_skin
 from tests.unit.skin.example_robots import two_rods
 from tests.unit.skin.formats.test_icub_positions import REAL, kinds, module, needs_files, needs_icub, positions_file
 

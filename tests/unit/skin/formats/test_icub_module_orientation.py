@@ -9,11 +9,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from app.core.errors import SkinError
-from app.skin.formats.icub_layout import IcubLayout, LayoutModule, apply_layout, read_icub_layout
-from app.skin.formats.icub_module_orientation import NEIGHBOUR_DISTANCE, propose_orientations, reoriented
-from app.skin.formats.icub_positions import read_icub_positions
-from app.skin.formats.taxel_set import TaxelSet
+from tactile_maps.core.errors import SkinError
+from tactile_maps.skin.formats.icub_layout import IcubLayout, LayoutModule, apply_layout, read_icub_layout
+from tactile_maps.skin.formats.icub_module_orientation import NEIGHBOUR_DISTANCE, propose_orientations, reoriented
+from tactile_maps.skin.formats.icub_positions import read_icub_positions
+from tactile_maps.skin.model.taxel_set import TaxelSet
 from tests.unit.skin.formats.example_taxels import strip
 
 REAL = Path(__file__).parents[5] / "shared" / "data" / "icub-skin"

@@ -7,16 +7,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from app.core.errors import Finding, RobotError, SkinError
-from app.robots.library import icub_folder
-from app.skin.formats import icub_positions
-from app.skin.formats.icub_positions import (
+from tactile_maps.core.errors import Finding, RobotError, SkinError
+from tactile_maps.robots.library import icub_folder
+from tactile_maps.skin.formats import icub_positions
+from tactile_maps.skin.formats.icub_positions import (
     import_icub_skin,
     read_icub_positions,
     read_position_rows,
     write_icub_positions,
 )
-from app.skin.formats.taxel_set import TaxelSet
+from tactile_maps.skin.model.taxel_set import TaxelSet
 from tests.unit.skin.example_robots import two_rods
 from tests.unit.skin.formats.example_taxels import dome
 

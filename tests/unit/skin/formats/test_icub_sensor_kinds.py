@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from scipy.spatial.distance import cdist, pdist
 
-from app.skin.formats.icub_layout import IcubLayout, apply_layout, read_icub_layout, write_icub_layout
-from app.skin.formats.icub_module_orientation import propose_orientations
-from app.skin.formats.icub_sensor_kinds import KINDS
-from app.skin.formats.taxel_files import read_taxels, write_taxels
-from app.skin.formats.taxel_set import TaxelSet
+from tactile_maps.skin.formats.icub_layout import IcubLayout, apply_layout, read_icub_layout, write_icub_layout
+from tactile_maps.skin.formats.icub_module_orientation import propose_orientations
+from tactile_maps.skin.formats.icub_sensor_kinds import KINDS
+from tactile_maps.skin.formats.taxel_files import read_taxels, write_taxels
+from tactile_maps.skin.model.taxel_set import TaxelSet
 
 REAL = Path(os.environ.get("ICUB_SKIN_CONF", "no such folder")) / "skinGui"
 HAND = "".join(f"fingertip2L {k} {16 * k} 35 {10 * k} 4 0 0\n" for k in range(5)) + "palmL 8 -25 0 0 4 0 0\n"

@@ -9,23 +9,23 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from app.core.errors import SkinError
-from app.maps.build import build_map
-from app.maps.formats.export import write_map
-from app.maps.formats.map_file import load_map
-from app.maps.formats.svg import svg
-from app.skin.formats.icub_layout import apply_layout, read_icub_layout
-from app.skin.formats.icub_positions import read_icub_positions
-from app.skin.formats.npz import read_taxel_npz
-from app.skin.formats.taxel_files import read_taxel_sets, read_taxels, taxel_sets, write_taxels
-from app.skin.formats.taxel_set import TaxelSet
-from app.skin.open import open_skin
-from app.skin.reconstruction.reconstruct import skin_from_taxels
-from app.skin.skin import IDENTITY_FIELDS, LARGEST_NUMBER, Skin, TaxelIdentity
-from app.skin.skin_file import skin_from_bytes, skin_to_bytes
+from tactile_maps.core.errors import SkinError
+from tactile_maps.maps.build import build_map
+from tactile_maps.maps.formats.export import write_map
+from tactile_maps.maps.formats.map_file import load_map
+from tactile_maps.maps.formats.svg import svg
+from tactile_maps.skin.formats.icub_layout import apply_layout, read_icub_layout
+from tactile_maps.skin.formats.icub_positions import read_icub_positions
+from tactile_maps.skin.formats.npz import read_taxel_npz
+from tactile_maps.skin.formats.taxel_files import read_taxel_sets, read_taxels, taxel_sets, write_taxels
+from tactile_maps.skin.model.skin import IDENTITY_FIELDS, LARGEST_NUMBER, Skin, TaxelIdentity
+from tactile_maps.skin.model.skin_file import skin_from_bytes, skin_to_bytes
+from tactile_maps.skin.model.taxel_set import TaxelSet
+from tactile_maps.skin.open import open_skin
+from tactile_maps.skin.reconstruction.reconstruct import skin_from_taxels
+from tactile_widgets.document.taxel_search import find_taxels
 from tests.support.surfaces import frustum, sheet, skin_of
 from tests.unit.skin.formats.example_taxels import assert_equal, dome, kinds, strip
-from widgets.document.taxel_search import find_taxels
 
 REAL = Path(__file__).parents[5] / "shared" / "data" / "icub-skin"
 needs_files = pytest.mark.skipif(not REAL.is_dir(), reason="the real iCub files are not beside this checkout")

@@ -8,16 +8,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.cli.commands.inspect import describe
-from app.cli.main import run_command
-from app.cli.parser import build_parser
-from app.cli.scenes import scene_from_arguments
-from app.core.errors import SceneError, SkinError, TactileMapsError, UsageError
-from app.robots.load import load_robot_file
-from app.scene.scene import Scene
-from app.scene.scene_file import scene_for, scene_for_taxels
-from app.session.prepare import load_robot_and_skin, open_scene
-from app.skin.formats.import_skin import (
+from tactile_maps.cli.commands.inspect import describe
+from tactile_maps.cli.main import run_command
+from tactile_maps.cli.parser import build_parser
+from tactile_maps.cli.shared.scenes import scene_from_arguments
+from tactile_maps.core.errors import SceneError, SkinError, TactileMapsError, UsageError
+from tactile_maps.robots.load import load_robot_file
+from tactile_maps.scene.scene import Scene
+from tactile_maps.scene.scene_file import scene_for, scene_for_taxels
+from tactile_maps.session.prepare import load_robot_and_skin, open_scene
+from tactile_maps.skin.formats.import_skin import (
     NO_ROBOT,
     check_links,
     holds_taxels,
@@ -25,8 +25,8 @@ from app.skin.formats.import_skin import (
     is_robot_with_taxels,
     named_links,
 )
-from app.skin.formats.taxel_files import write_taxels
-from app.skin.open import SkinOptions, open_skin
+from tactile_maps.skin.formats.taxel_files import write_taxels
+from tactile_maps.skin.open import SkinOptions, open_skin
 from tests.support.taxel_formats import FORMATS, LINK, cylinder_taxels, write_formats
 
 

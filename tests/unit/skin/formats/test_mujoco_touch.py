@@ -8,20 +8,20 @@ import mujoco
 import numpy as np
 import pytest
 
-from app.__main__ import main
-from app.cli.commands.inspect import describe
-from app.cli.parser import build_parser
-from app.cli.scenes import scene_from_arguments
-from app.core.errors import SkinError
-from app.robots.library import load_robot
-from app.robots.load import load_robot_file
-from app.scene.scene_file import scene_for, scene_for_taxels
-from app.session.prepare import load_robot_and_skin, open_scene
-from app.skin.formats import mujoco_touch
-from app.skin.formats.import_skin import check_links, import_skin, is_robot_with_taxels
-from app.skin.formats.mujoco_touch import write_touch_sensors
-from app.skin.open import SkinOptions, open_skin
-from app.skin.taxel_placement.placement import PlacementSpec
+from tactile_maps.cli.commands.inspect import describe
+from tactile_maps.cli.parser import build_parser
+from tactile_maps.cli.shared.scenes import scene_from_arguments
+from tactile_maps.core.errors import SkinError
+from tactile_maps.robots.library import load_robot
+from tactile_maps.robots.load import load_robot_file
+from tactile_maps.scene.scene_file import scene_for, scene_for_taxels
+from tactile_maps.session.prepare import load_robot_and_skin, open_scene
+from tactile_maps.skin.formats import mujoco_touch
+from tactile_maps.skin.formats.import_skin import check_links, import_skin, is_robot_with_taxels
+from tactile_maps.skin.formats.mujoco_touch import write_touch_sensors
+from tactile_maps.skin.open import SkinOptions, open_skin
+from tactile_maps.skin.taxel_placement.placement import PlacementSpec
+from tactile_widgets.__main__ import main
 
 PLATE = """<mujoco model="plate"><worldbody><body name="plate" pos="0 0 0.5">
   <geom name="plate" type="box" size="0.06 0.06 0.01"/>SITES</body>

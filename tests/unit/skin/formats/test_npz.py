@@ -6,9 +6,9 @@ import zipfile
 import numpy as np
 import pytest
 
-from app.core.errors import SkinError
-from app.core.files import pack_arrays
-from app.skin.formats.npz import FORMAT, VERSION, read_taxel_npz, write_taxel_npz
+from tactile_maps.core.errors import SkinError
+from tactile_maps.core.files import pack_arrays
+from tactile_maps.skin.formats.npz import FORMAT, VERSION, read_taxel_npz, write_taxel_npz
 from tests.unit.skin.formats.example_taxels import assert_equal, dome, kinds
 
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.core.errors import SkinError
-from app.geometry.connectivity import Connectivity
-from app.skin.formats.taxel_files import read_taxel_sets, read_taxels, taxel_sets, write_taxels
-from app.skin.skin import Patch, Skin
+from tactile_maps.core.errors import SkinError
+from tactile_maps.geometry.surface.connectivity import Connectivity
+from tactile_maps.skin.formats.taxel_files import read_taxel_sets, read_taxels, taxel_sets, write_taxels
+from tactile_maps.skin.model.skin import Patch, Skin
 from tests.support.surfaces import frustum, named, skin_of
 from tests.unit.skin.formats.example_taxels import assert_equal, dome
 

@@ -3,8 +3,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.core.errors import Finding, SkinError
-from app.skin.formats.taxel_set import TaxelSet, distinct_numbers, unit_normals
+from tactile_maps.core.errors import Finding, SkinError
+from tactile_maps.skin.model.taxel_set import TaxelSet, distinct_numbers, unit_normals
 from tests.unit.skin.formats.example_taxels import dome, kinds
 
 

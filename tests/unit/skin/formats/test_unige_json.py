@@ -8,9 +8,9 @@ import json
 import numpy as np
 import pytest
 
-from app.core.errors import SkinError
-from app.skin.formats.taxel_files import read_taxels
-from app.skin.formats.unige_json import UnigeFile, UnigeMap, read_unige, write_unige
+from tactile_maps.core.errors import SkinError
+from tactile_maps.skin.formats.taxel_files import read_taxels
+from tactile_maps.skin.formats.unige_json import UnigeFile, UnigeMap, read_unige, write_unige
 from tests.unit.skin.formats.example_taxels import assert_equal, dome, kinds
 
 

@@ -3,9 +3,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.core.errors import SkinError
-from app.skin.formats import urdf_tactile
-from app.skin.formats.urdf_tactile import read_urdf_taxels, write_urdf_taxels
+from tactile_maps.core.errors import SkinError
+from tactile_maps.skin.formats import urdf_tactile
+from tactile_maps.skin.formats.urdf_tactile import read_urdf_taxels, write_urdf_taxels
 from tests.unit.skin.formats.example_taxels import assert_equal, dome, kinds
 
 TAXEL = '<taxel idx="0" xyz="0 0 0" rpy="0 0 0"/>'

@@ -7,12 +7,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.core.errors import Finding, SkinError
-from app.geometry.mesh import Mesh
-from app.skin.formats.taxel_set import TaxelSet
-from app.skin.reconstruction import reconstruct
-from app.skin.reconstruction.reconstruct import LONE_TAXEL_RADIUS, extend_boundary, reconstruct_skin, skin_from_taxels
-from app.skin.taxel_placement.sampling import place_evenly
+from tactile_maps.core.errors import Finding, SkinError
+from tactile_maps.geometry.surface.mesh import Mesh
+from tactile_maps.skin.model.taxel_set import TaxelSet
+from tactile_maps.skin.reconstruction import reconstruct
+from tactile_maps.skin.reconstruction.reconstruct import (
+    LONE_TAXEL_RADIUS,
+    extend_boundary,
+    reconstruct_skin,
+    skin_from_taxels,
+)
+from tactile_maps.skin.taxel_placement.sampling import place_evenly
 from tests.support.surfaces import frustum, sphere
 
 

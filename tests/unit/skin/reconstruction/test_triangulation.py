@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from scipy.spatial import Delaunay
 
-from app.core.errors import SkinError
-from app.geometry.connectivity import Connectivity
-from app.skin.reconstruction.triangulation import estimate_normals, local_spacing, triangulate
-from app.skin.taxel_placement.sampling import place_evenly
+from tactile_maps.core.errors import SkinError
+from tactile_maps.geometry.surface.connectivity import Connectivity
+from tactile_maps.skin.reconstruction.triangulation import estimate_normals, local_spacing, triangulate
+from tactile_maps.skin.taxel_placement.sampling import place_evenly
 from tests.support.surfaces import cap, frustum, sheet, sphere
 
 

@@ -6,21 +6,21 @@ import numpy as np
 import pytest
 from scipy.spatial import Delaunay, cKDTree
 
-from app.contacts.detection import ContactDetector
-from app.core.arrays import FloatArray, IntArray
-from app.geometry.mesh import Mesh
-from app.geometry.remesh.wrap import wrap_mesh
-from app.maps.build import build_map
-from app.skin.formats.taxel_set import TaxelSet
-from app.skin.reconstruction.reconstruct import skin_from_taxels
-from app.skin.skin import Patch, Skin, Taxels
-from app.skin.taxel_placement import cells
-from app.skin.taxel_placement.cells import cut_cells
-from app.skin.taxel_placement.sampling import distinct_faces, face_graph, geodesic_voronoi, taxels_at_points
-from app.tactile.loads import sphere_load
-from app.tactile.models.half_space import HalfSpaceModel
-from app.tactile.models.punch import PunchModel
-from app.tactile.models.water_fill import WaterFillModel
+from tactile_maps.contacts.detection.detection import ContactDetector
+from tactile_maps.core.arrays import FloatArray, IntArray
+from tactile_maps.geometry.remesh.wrap import wrap_mesh
+from tactile_maps.geometry.surface.mesh import Mesh
+from tactile_maps.maps.build import build_map
+from tactile_maps.skin.model.skin import Patch, Skin, Taxels
+from tactile_maps.skin.model.taxel_set import TaxelSet
+from tactile_maps.skin.reconstruction.reconstruct import skin_from_taxels
+from tactile_maps.skin.taxel_placement import cells
+from tactile_maps.skin.taxel_placement.cells import cut_cells
+from tactile_maps.skin.taxel_placement.sampling import distinct_faces, face_graph, geodesic_voronoi, taxels_at_points
+from tactile_maps.tactile.mechanics.loads import sphere_load
+from tactile_maps.tactile.models.half_space import HalfSpaceModel
+from tactile_maps.tactile.models.punch import PunchModel
+from tactile_maps.tactile.models.water_fill import WaterFillModel
 from tests.hard_cases.meshes import HARD_MESHES
 from tests.hard_cases.touch import PLACES
 from tests.support.surfaces import frustum

@@ -9,10 +9,10 @@ import pytest
 from scipy.spatial import ConvexHull, cKDTree
 from scipy.spatial.distance import pdist
 
-from app.core.errors import SkinError
-from app.geometry.closest_point import ClosestPoint
-from app.geometry.remesh.refine import subdivide
-from app.skin.taxel_placement.patterns import (
+from tactile_maps.core.errors import SkinError
+from tactile_maps.geometry.remesh.refine import subdivide
+from tactile_maps.geometry.surface.closest_point import ClosestPoint
+from tactile_maps.skin.taxel_placement.patterns import (
     BOARD_MARGIN,
     MODULE_PADS,
     TILE_SIDE,
@@ -23,7 +23,7 @@ from app.skin.taxel_placement.patterns import (
     step_along_surface,
     tangent_directions,
 )
-from app.skin.taxel_placement.sampling import place_evenly
+from tactile_maps.skin.taxel_placement.sampling import place_evenly
 from tests.support.surfaces import cap, frustum, sheet, sphere
 
 

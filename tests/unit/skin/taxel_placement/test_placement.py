@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from app.core.errors import SkinError
-from app.geometry.mesh import Mesh
-from app.skin.taxel_placement.placement import (
+from tactile_maps.core.errors import SkinError
+from tactile_maps.geometry.surface.mesh import Mesh
+from tactile_maps.skin.taxel_placement.placement import (
     HEXAGON_AREA,
     MAX_DENSITY_RATIO,
     BoundaryZone,

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from app.core.errors import SkinError
-from app.geometry.remesh.wrap import wrap_mesh
-from app.skin.taxel_placement.sampling import (
+from tactile_maps.core.errors import SkinError
+from tactile_maps.geometry.remesh.wrap import wrap_mesh
+from tactile_maps.skin.taxel_placement.sampling import (
     face_graph,
     farthest_points,
     geodesic_voronoi,

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.geometry.mesh import Mesh
-from app.geometry.pose import Pose
-from app.geometry.remesh.wrap import wrap_mesh
-from app.skin.skin import patch_name
-from app.skin.taxel_placement import usable_surface
-from app.skin.taxel_placement.usable_surface import (
+from tactile_maps.geometry.remesh.wrap import wrap_mesh
+from tactile_maps.geometry.surface.mesh import Mesh
+from tactile_maps.geometry.surface.pose import Pose
+from tactile_maps.skin.model.skin import patch_name
+from tactile_maps.skin.taxel_placement import usable_surface
+from tactile_maps.skin.taxel_placement.usable_surface import (
     sample_surface,
     usable_components,
     vertices_clear_of,

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import pytest
 
-from app.core.errors import BudgetError
-from app.scene.scene_file import load_scene
-from app.session.prepare import prepare
-from app.studies.budget.measurement import measure_for_budget, tick_ms
-from app.studies.budget.proposal import LIVE_STAGES, Budget, propose
-from app.studies.work_precision import Subject
+from tactile_maps.core.errors import BudgetError
+from tactile_maps.scene.scene_file import load_scene
+from tactile_maps.session.prepare import prepare
+from tactile_maps.studies.budget.measurement import measure_for_budget, tick_ms
+from tactile_maps.studies.budget.proposal import LIVE_STAGES, Budget, propose
+from tactile_maps.studies.study.work_precision import Subject
 from tests.support.touch import prepared_bar
 
 

@@ -9,10 +9,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.core.errors import BudgetError
-from app.studies.budget.proposal import LIVE_STAGES, Budget, Cost, Option, fastest_path, options_of, propose, unbeaten
-from app.studies.stages.simulation import BOUNCES
-from app.studies.work_precision import Setting, Trial
+from tactile_maps.core.errors import BudgetError
+from tactile_maps.studies.budget.proposal import (
+    LIVE_STAGES,
+    Budget,
+    Cost,
+    Option,
+    fastest_path,
+    options_of,
+    propose,
+    unbeaten,
+)
+from tactile_maps.studies.stages.simulation import BOUNCES
+from tactile_maps.studies.study.work_precision import Setting, Trial
 
 TICK, FORCE, PITCH = 0.005, 3.0, 8.0
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from app.studies.budget.proposal import Budget, Cost, Option, Proposal
-from app.studies.budget.wording import number_words, proposal_words, setting_words
-from app.studies.work_precision import Setting, Trial
+from tactile_maps.studies.budget.proposal import Budget, Cost, Option, Proposal
+from tactile_maps.studies.budget.wording import number_words, proposal_words, setting_words
+from tactile_maps.studies.study.work_precision import Setting, Trial
 
 STEP = Setting("simulation", "implicitfast", {"timestep_ms": 2.0})
 FOUND = Proposal(

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.control.command import ControlSettings
-from app.control.joint_impedance import joint_impedance
-from app.studies.loop_laws.closed_loop import IDEAL, Loop, run_loop, with_servo_frequency
-from app.studies.loop_laws.step_trials import proportional_settings
+from tactile_maps.control.motion.command import ControlSettings
+from tactile_maps.control.motion.joint_impedance import joint_impedance
+from tactile_maps.studies.loop_laws.closed_loop import IDEAL, Loop, run_loop, with_servo_frequency
+from tactile_maps.studies.loop_laws.step_trials import proportional_settings
 
 STEP = 0.1
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.robots.kinematics import Configuration
-from app.studies.loop_laws.gantry import MASS, gantry
+from tactile_maps.robots.kinematics import Configuration
+from tactile_maps.studies.loop_laws.gantry import MASS, gantry
 
 
 def test_every_joint_moves_the_plate_alike():

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from app.studies.hypotheses import Verdict
-from app.studies.loop_laws.loop_laws import LOOP_GAINS, STUDY, cases, figures
-from app.studies.loop_laws.predictions import IDEAL_JOINTS, PERIOD
+from tactile_maps.studies.base.hypotheses import Verdict
+from tactile_maps.studies.loop_laws.loop_laws import LOOP_GAINS, STUDY, cases, figures
+from tactile_maps.studies.loop_laws.predictions import IDEAL_JOINTS, PERIOD
 
 
 def judged(name, rows):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from app.studies.loop_laws.predictions import (
+from tactile_maps.studies.loop_laws.predictions import (
     COMPARISONS,
     IDEAL_JOINTS,
     LAGGING_JOINTS,

@@ -8,9 +8,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.core.errors import UsageError
-from app.studies.loop_laws.closed_loop import Loop
-from app.studies.loop_laws.sampled_loop import (
+from tactile_maps.core.errors import UsageError
+from tactile_maps.studies.loop_laws.closed_loop import Loop
+from tactile_maps.studies.loop_laws.sampled_loop import (
     MOST_SAMPLES,
     LinearLoop,
     best_gain,
@@ -20,7 +20,7 @@ from app.studies.loop_laws.sampled_loop import (
     settling_on_turned_map,
     settling_samples_of,
 )
-from app.studies.testbeds.force_loop import Filter, critical_gain, stability_limit
+from tactile_maps.studies.testbeds.force_loop import Filter, critical_gain, stability_limit
 
 UNIT = Loop(period=1.0, stiffness=1.0)
 

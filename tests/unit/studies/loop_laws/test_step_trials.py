@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.studies.loop_laws.closed_loop import Loop
-from app.studies.loop_laws.sampled_loop import sampled_loop_limit
-from app.studies.loop_laws.step_trials import (
+from tactile_maps.studies.loop_laws.closed_loop import Loop
+from tactile_maps.studies.loop_laws.sampled_loop import sampled_loop_limit
+from tactile_maps.studies.loop_laws.step_trials import (
     FORCE_STEP,
     PLACE_STEP,
     LoopTest,

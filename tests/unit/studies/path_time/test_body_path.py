@@ -7,17 +7,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.control.command import ControlSettings
-from app.maps.build import build_map
-from app.maps.layout import MapLayout, Placement
-from app.maps.learned.as_tactile_map import learned_tactile_map
-from app.maps.learned.learned_map import LearnedMap
-from app.maps.paths import path_about
-from app.maps.tactile_map import TactileMap
-from app.skin.calibration_error import with_calibration_error
-from app.studies.path_time.body_path import path_length, taken_over, touched_place, with_path_on_body
-from app.studies.testbeds.beside_ball import beside_ball
-from app.studies.testbeds.path_following import PathSetup
+from tactile_maps.control.motion.command import ControlSettings
+from tactile_maps.maps.build import build_map
+from tactile_maps.maps.learned.as_tactile_map import learned_tactile_map
+from tactile_maps.maps.learned.learned_map import LearnedMap
+from tactile_maps.maps.model.layout import MapLayout, Placement
+from tactile_maps.maps.model.tactile_map import TactileMap
+from tactile_maps.maps.paths import path_about
+from tactile_maps.skin.calibration_error import with_calibration_error
+from tactile_maps.studies.path_time.body_path import path_length, taken_over, touched_place, with_path_on_body
+from tactile_maps.studies.testbeds.beside_ball import beside_ball
+from tactile_maps.studies.testbeds.path_following import PathSetup
 from tests.support.pressed_arm import forearm
 
 SETTINGS = ControlSettings(task="follow_path")

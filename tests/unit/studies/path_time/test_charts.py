@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from app.studies.path_time.charts import BOUND, factor_figures
-from app.studies.path_time.force_feedback import FACTORS as FEEDBACK
-from app.studies.path_time.path_time import NOMINAL
-from app.studies.path_time.representation import FACTORS as REPRESENTATION
-from app.studies.reporting.figures import BarChart, Figure
+from tactile_maps.studies.base.figures import BarChart, Figure
+from tactile_maps.studies.path_time.charts import BOUND, factor_figures
+from tactile_maps.studies.path_time.force_feedback import FACTORS as FEEDBACK
+from tactile_maps.studies.path_time.path_time import NOMINAL
+from tactile_maps.studies.path_time.representation import FACTORS as REPRESENTATION
 
 
 def made(factor=NOMINAL, level="", seconds=3.0, **said):

@@ -8,13 +8,13 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 
-from app.contacts.pipeline import ReadingSettings
-from app.control.command import ControlSettings
-from app.studies.path_time import conditions
-from app.studies.path_time.conditions import PITCH, WRENCH_NOISE, Conditions, setup_under
-from app.studies.testbeds.beside_ball import beside_ball
-from app.tactile.elastic_layer import ElasticLayer
-from app.tactile.sensor_effects import Noise, Sampling, SensorEffects
+from tactile_maps.contacts.pipeline import ReadingSettings
+from tactile_maps.control.motion.command import ControlSettings
+from tactile_maps.studies.path_time import conditions
+from tactile_maps.studies.path_time.conditions import PITCH, WRENCH_NOISE, Conditions, setup_under
+from tactile_maps.studies.testbeds.beside_ball import beside_ball
+from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
+from tactile_maps.tactile.sensors.sensor_effects import Noise, Sampling, SensorEffects
 from tests.support.pressed_arm import forearm
 
 

@@ -4,9 +4,15 @@ from __future__ import annotations
 
 import pytest
 
-from app.studies.hypotheses import Verdict
-from app.studies.path_time.expectations import EFFECT, OF_FORCE_FEEDBACK, OF_REPRESENTATION, time_effect, time_ratio
-from app.studies.path_time.path_time import NOMINAL
+from tactile_maps.studies.base.hypotheses import Verdict
+from tactile_maps.studies.path_time.expectations import (
+    EFFECT,
+    OF_FORCE_FEEDBACK,
+    OF_REPRESENTATION,
+    time_effect,
+    time_ratio,
+)
+from tactile_maps.studies.path_time.path_time import NOMINAL
 
 SEEDS = range(5)
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from app.studies.path_time.conditions import Conditions
-from app.studies.path_time.factors import Factor, chosen, sensing, varied
-from app.tactile.sensor_effects import Noise, SensorEffects
+from tactile_maps.studies.path_time.conditions import Conditions
+from tactile_maps.studies.path_time.factors import Factor, chosen, sensing, varied
+from tactile_maps.tactile.sensors.sensor_effects import Noise, SensorEffects
 
 
 def test_a_level_is_one_thing_otherwise():

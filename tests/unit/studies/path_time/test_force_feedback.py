@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from app.studies.path_time.force_feedback import FACTORS
+from tactile_maps.studies.path_time.force_feedback import FACTORS
 
 
 def test_the_lumped_sensor_is_tried_with_a_finger_elsewhere_and_without():

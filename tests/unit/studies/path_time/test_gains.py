@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import pytest
 
-from app.control.command import ControlSettings
-from app.control.controller_registry import check_settings
-from app.studies.loop_laws.sampled_loop import sampled_loop_limit
-from app.studies.path_time.gains import LAG, STIFFNESS, least_time, tune_gains
-from app.studies.testbeds.force_loop import critical_gain
+from tactile_maps.control.controller_registry import check_settings
+from tactile_maps.control.motion.command import ControlSettings
+from tactile_maps.studies.loop_laws.sampled_loop import sampled_loop_limit
+from tactile_maps.studies.path_time.gains import LAG, STIFFNESS, least_time, tune_gains
+from tactile_maps.studies.testbeds.force_loop import critical_gain
 
 NOMINAL_SETTINGS = ControlSettings(controller="hybrid", task="follow_path")
 

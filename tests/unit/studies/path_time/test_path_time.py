@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.control.command import ControlSettings
-from app.control.limits import Limit, LimitKind
-from app.studies.path_time import force_feedback, representation
-from app.studies.path_time.conditions import Conditions
-from app.studies.path_time.path_time import FEW_SEEDS, NOMINAL, SEEDS, conditions_of, list_cases, result_row
-from app.studies.path_time.speed_search import CourseFault, SpeedSearchResult
-from app.studies.testbeds.path_following import PathRun
+from tactile_maps.control.motion.command import ControlSettings
+from tactile_maps.control.motion.limits import Limit, LimitKind
+from tactile_maps.studies.path_time import force_feedback, representation
+from tactile_maps.studies.path_time.conditions import Conditions
+from tactile_maps.studies.path_time.path_time import FEW_SEEDS, NOMINAL, SEEDS, conditions_of, list_cases, result_row
+from tactile_maps.studies.path_time.speed_search import CourseFault, SpeedSearchResult
+from tactile_maps.studies.testbeds.path_following import PathRun
 
 STUDIES = (representation, force_feedback)
 

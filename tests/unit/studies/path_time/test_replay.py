@@ -7,15 +7,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.core.errors import UsageError
-from app.studies.path_time import force_feedback, replay, representation
-from app.studies.path_time.body_path import with_path_on_body
-from app.studies.path_time.conditions import setup_of
-from app.studies.path_time.path_time import conditions_of, settings_of
-from app.studies.path_time.replay import replay_row
-from app.studies.running.study_table import read_study_table
-from app.studies.testbeds.path_following import TrueContact, run_path
-from assets import asset
+from tactile_maps.core.assets import asset
+from tactile_maps.core.errors import UsageError
+from tactile_maps.studies.path_time import force_feedback, replay, representation
+from tactile_maps.studies.path_time.body_path import with_path_on_body
+from tactile_maps.studies.path_time.conditions import setup_of
+from tactile_maps.studies.path_time.path_time import conditions_of, settings_of
+from tactile_maps.studies.path_time.replay import replay_row
+from tactile_maps.studies.running.study_table import read_study_table
+from tactile_maps.studies.testbeds.path_following import TrueContact, run_path
 
 
 def _row(study, **cells):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from app.studies.path_time.representation import BIASED, FACTORS
+from tactile_maps.studies.path_time.representation import BIASED, FACTORS
 
 
 def conditions(factor: str, level: float | str):

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.studies.path_time.speed_search import FASTEST, SLOWEST, CourseFault, Tolerances, bisect_speed
-from app.studies.testbeds.path_following import PathRun
+from tactile_maps.studies.path_time.speed_search import FASTEST, SLOWEST, CourseFault, Tolerances, bisect_speed
+from tactile_maps.studies.testbeds.path_following import PathRun
 
 
 def lagging(speed: float, *, floor=0.0005, lag=0.1, force=0.1, lost=0.0, finished=1.0) -> PathRun:

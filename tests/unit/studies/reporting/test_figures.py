@@ -11,7 +11,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
-from app.studies.reporting.figures import BarChart, Figure, Panel, draw, figure_svg, panels
+from tactile_maps.studies.base.figures import BarChart, Figure, Panel, draw, figure_svg, panels
 
 SVG = "{http://www.w3.org/2000/svg}"
 TEXT = f"{SVG}text"
@@ -174,7 +174,7 @@ def test_figures_of_one_page_share_no_names():
 
 def test_a_figure_is_the_same_in_another_process():
     code = (
-        "from app.studies.reporting.figures import *; "
+        "from tactile_maps.studies.base.figures import *; "
         "print(figure_svg(Figure('one', 's', 'm', [Panel('p', {'a': [(1, 2), (3, 4)]})])))"
     )
     told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout

@@ -10,10 +10,10 @@ from html.parser import HTMLParser
 import numpy as np
 import pytest
 
-from app.core.errors import ExportError
-from app.studies.hypotheses import Hypothesis, Judgement, Verdict
-from app.studies.reporting.figures import BarChart, Figure, Panel
-from app.studies.reporting.report import (
+from tactile_maps.core.errors import ExportError
+from tactile_maps.studies.base.figures import BarChart, Figure, Panel
+from tactile_maps.studies.base.hypotheses import Hypothesis, Judgement, Verdict
+from tactile_maps.studies.study.report import (
     RunState,
     StudyResult,
     describe_machine,
@@ -21,7 +21,7 @@ from app.studies.reporting.report import (
     write_parquet,
     write_report,
 )
-from app.studies.study import Study
+from tactile_maps.studies.study.study import Study
 
 
 def test_processor_and_versions_are_told():

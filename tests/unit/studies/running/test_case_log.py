@@ -8,8 +8,8 @@ from functools import partial
 
 import pytest
 
-from app.core.errors import ExportError, UsageError
-from app.studies.running.case_log import CaseLog, case_key
+from tactile_maps.core.errors import ExportError, UsageError
+from tactile_maps.studies.running.case_log import CaseLog, case_key
 
 ROWS = [{"a": 0.1 + 0.2, "b": math.inf, "c": None, "d": "ä"}]
 

@@ -7,10 +7,10 @@ from contextlib import closing
 
 import pytest
 
-from app.core.errors import MapError
-from app.studies.running.case_log import CaseLog
-from app.studies.running.case_run import CaseRun, duration_text, paced, run_cases
-from app.studies.running.workers import in_processes, measure_case
+from tactile_maps.core.errors import MapError
+from tactile_maps.studies.running.case_log import CaseLog
+from tactile_maps.studies.running.case_run import CaseRun, duration_text, paced, run_cases
+from tactile_maps.studies.running.workers import in_processes, measure_case
 
 CASES = [{"number": k} for k in range(6)]
 MEASURED: list[int] = []

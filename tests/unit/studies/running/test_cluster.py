@@ -14,11 +14,11 @@ from pathlib import Path
 import psutil
 import pytest
 
-from app.core.errors import ClusterError
-from app.studies.catalogue import load_study
-from app.studies.running import cluster
-from app.studies.running.case_run import CaseRun
-from app.studies.running.cluster import on_cluster
+from tactile_maps.core.errors import ClusterError
+from tactile_maps.studies.catalogue import load_study
+from tactile_maps.studies.running import cluster
+from tactile_maps.studies.running.case_run import CaseRun
+from tactile_maps.studies.running.cluster import on_cluster
 
 ROOT = Path(__file__).resolve().parents[4]
 SECONDS = 60.0
@@ -36,7 +36,7 @@ class LocalCluster:
     address: str = ""
 
     def start(self, *words: str) -> subprocess.Popen:
-        environment = os.environ | {"PYTHONPATH": str(ROOT)}
+        environment = dict(os.environ)
         command = [sys.executable, "-m", "dask", *words, "--no-dashboard"]
         process = subprocess.Popen(command, cwd=self.folder, env=environment, stderr=subprocess.DEVNULL)
         self.processes.callback(process.wait)

@@ -8,8 +8,8 @@ import time
 import numpy as np
 import pytest
 
-from app.studies.running.case_run import CaseRun
-from app.studies.running.sequential import Outcome, PairedEffect, Settled, run_within
+from tactile_maps.studies.running.case_run import CaseRun
+from tactile_maps.studies.running.sequential import Outcome, PairedEffect, Settled, run_within
 
 SEEDS = 20
 EFFECTS = {"nominal": 0.0, "same": 0.0, "near": 0.01, "large": 0.5, "small": 0.2, "smaller": -0.3, "cannot": math.inf}

@@ -6,11 +6,11 @@ import math
 
 import pytest
 
-from app.core.errors import UsageError
-from app.studies.hypotheses import bootstrap_median
-from app.studies.running.study_table import StudyTable, is_study_table, only, read_study_table, table_points
-from app.studies.running.tables import csv_table, parquet_table
-from assets import asset
+from tactile_maps.core.assets import asset
+from tactile_maps.core.errors import UsageError
+from tactile_maps.studies.base.hypotheses import bootstrap_median
+from tactile_maps.studies.running.study_table import StudyTable, is_study_table, only, read_study_table, table_points
+from tactile_maps.studies.running.tables import csv_table, parquet_table
 
 ROWS = [
     {"robot": robot, "level": level, "seed": seed, "verdict": "met", "seconds": level + 0.1 * seed, "sure": True}

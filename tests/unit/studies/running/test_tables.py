@@ -6,7 +6,7 @@ import io
 
 import pytest
 
-from app.studies.running.tables import csv_table, parquet_table
+from tactile_maps.studies.running.tables import csv_table, parquet_table
 
 ROWS = [{"a": 1, "b": "x", "c": 1}, {"a": 2, "b": [1, 2], "c": 0.5, "d": True}]
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.core.errors import MapError
-from app.studies.running.workers import in_processes, in_this_process, measure_case
+from tactile_maps.core.errors import MapError
+from tactile_maps.studies.running.workers import in_processes, in_this_process, measure_case
 
 CASES = [{"number": k} for k in range(6)]
 

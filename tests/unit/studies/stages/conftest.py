@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import pytest
 
-from app.maps.build import build_map
-from app.skin.skin import Patch, Skin
-from app.skin.taxel_placement.sampling import place_evenly
-from app.studies.testbeds.reference_bodies import MESHES
-from app.studies.work_precision import Subject
+from tactile_maps.maps.build import build_map
+from tactile_maps.skin.model.skin import Patch, Skin
+from tactile_maps.skin.taxel_placement.sampling import place_evenly
+from tactile_maps.studies.study.work_precision import Subject
+from tactile_maps.studies.testbeds.reference_bodies import MESHES
 
 
 @pytest.fixture(scope="session")

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from app.studies.stages.cut import AUTOMATIC, STAGE
-from app.studies.work_precision import Setting
+from tactile_maps.studies.stages.cut import AUTOMATIC, STAGE
+from tactile_maps.studies.study.work_precision import Setting
 
 
 def changed(subject, number, **how):

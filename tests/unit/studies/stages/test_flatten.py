@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from app.flattening.methods import METHODS
-from app.studies.stages.flatten import STAGE
-from app.studies.work_precision import Setting
+from tactile_maps.flattening.methods import METHODS
+from tactile_maps.studies.stages.flatten import STAGE
+from tactile_maps.studies.study.work_precision import Setting
 
 
 def tried(subject, method, **values):

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.maps.interpolation import INTERPOLATIONS
-from app.maps.tactile_image import TactileImage
-from app.studies.stages.image import PIXELS, STAGE, resolution, sample_fields
-from app.studies.work_precision import Setting
+from tactile_maps.maps.model.interpolation import INTERPOLATIONS
+from tactile_maps.maps.model.tactile_image import TactileImage
+from tactile_maps.studies.stages.image import PIXELS, STAGE, resolution, sample_fields
+from tactile_maps.studies.study.work_precision import Setting
 
 
 @pytest.fixture(scope="module")

@@ -7,8 +7,8 @@ from dataclasses import replace
 
 import pytest
 
-from app.studies.stages.registry import STAGES, edits_map
-from app.studies.work_precision import Setting, diagram, run_trials
+from tactile_maps.studies.stages.registry import STAGES, edits_map
+from tactile_maps.studies.study.work_precision import Setting, diagram, run_trials
 
 
 def test_stages_are_in_the_order_of_touch():

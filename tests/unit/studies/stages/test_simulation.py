@@ -7,12 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.core.errors import SimulationError
-from app.studies.stages import simulation as simulation_stage
-from app.studies.stages.simulation import INTEGRATORS, STAGE, STEPS_MS
-from app.studies.testbeds.pressed_robot import effects_at_step, run_press
-from app.studies.work_precision import Setting, Subject, diagram, run_trials
-from app.tactile.elastic_layer import ElasticLayer
+from tactile_maps.core.errors import SimulationError
+from tactile_maps.studies.stages import simulation as simulation_stage
+from tactile_maps.studies.stages.simulation import INTEGRATORS, STAGE, STEPS_MS
+from tactile_maps.studies.study.work_precision import Setting, Subject, diagram, run_trials
+from tactile_maps.studies.testbeds.pressed_robot import effects_at_step, run_press
+from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
 from tests.support.touch import prepared_bar
 
 

@@ -7,8 +7,8 @@ import itertools
 import numpy as np
 import pytest
 
-from app.flattening.cut import SeamPlan
-from app.studies.stages.timed_flattening import (
+from tactile_maps.flattening.cut import SeamPlan
+from tactile_maps.studies.stages.timed_flattening import (
     chart_errors,
     chosen_patches,
     corner_angles,
@@ -16,7 +16,7 @@ from app.studies.stages.timed_flattening import (
     flatten_timed,
     seam_plan_fingerprint,
 )
-from app.studies.work_precision import PatchRecipe, Subject
+from tactile_maps.studies.study.work_precision import PatchRecipe, Subject
 
 
 def laid(subject, **how):
@@ -91,8 +91,8 @@ def test_seconds_of_several_patches_add_up(bodies, tube, hemisphere):
 
 
 def test_a_seam_that_was_tried_and_not_kept_does_not_count_as_the_result(hemisphere, monkeypatch):
-    monkeypatch.setattr("app.flattening.flatten.WORTH_A_SEAM", 4.1)
-    monkeypatch.setattr("app.flattening.flatten._WORTH_KEEPING", 0.99)
+    monkeypatch.setattr("tactile_maps.flattening.flatten.WORTH_A_SEAM", 4.1)
+    monkeypatch.setattr("tactile_maps.flattening.flatten._WORTH_KEEPING", 0.99)
     _, made = laid(hemisphere, method="symmetric-dirichlet")
     assert made.rounds[-1] == made.charts[0].energies[-1]
     assert min(made.rounds) < made.rounds[-1] - 0.01, "with the seam it was less distorted"

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.studies.stages.touch import SHARES, STAGE, dense_around
-from app.tactile.models.contact_model import CONTACT_MODELS
+from tactile_maps.studies.stages.touch import SHARES, STAGE, dense_around
+from tactile_maps.tactile.models.contact_model import CONTACT_MODELS
 
 
 @pytest.fixture(scope="module")

@@ -6,8 +6,8 @@ from itertools import product
 
 import pytest
 
-from app.studies.stages.simulation import INTEGRATORS
-from app.studies.sweeps.contact import (
+from tactile_maps.studies.stages.simulation import INTEGRATORS
+from tactile_maps.studies.sweeps.contact import (
     CHECKS,
     EXCEPTIONS,
     MODELS,
@@ -21,7 +21,7 @@ from app.studies.sweeps.contact import (
     figures,
     measure,
 )
-from app.studies.testbeds.contact_bench import BODIES, SKINS
+from tactile_maps.studies.testbeds.contact_bench import BODIES, SKINS
 
 CASES = cases(False, 0)
 

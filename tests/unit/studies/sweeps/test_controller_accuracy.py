@@ -7,9 +7,9 @@ import itertools
 import numpy as np
 import pytest
 
-from app.control.controllers import CONTROL_SCHEMES
-from app.core.errors import UsageError
-from app.studies.sweeps.controller_accuracy import (
+from tactile_maps.control.controllers import CONTROL_SCHEMES
+from tactile_maps.core.errors import UsageError
+from tactile_maps.studies.sweeps.controller_accuracy import (
     FINGER_FORCE,
     FORCE_ONLY,
     GOAL,
@@ -24,8 +24,8 @@ from app.studies.sweeps.controller_accuracy import (
     settings_for,
     setup_for,
 )
-from app.studies.testbeds.beside_ball import SKIN_LINKS
-from app.studies.testbeds.path_following import run_path
+from tactile_maps.studies.testbeds.beside_ball import SKIN_LINKS
+from tactile_maps.studies.testbeds.path_following import run_path
 
 
 def test_the_full_table_has_every_combination_once():

@@ -8,11 +8,11 @@ import mujoco
 import numpy as np
 import pytest
 
-from app.scene.effects import EFFECTS, Effects
-from app.simulation.model.model_assembly import assemble
-from app.simulation.simulation import Simulation
-from app.studies.sweeps.effect_cost import ALL_OFF, STUDY, cases, effect_cases, figures, measure
-from app.studies.testbeds.pressed_robot import pressed_arm
+from tactile_maps.scene.effects import EFFECTS, Effects
+from tactile_maps.simulation.model.model_assembly import assemble
+from tactile_maps.simulation.simulation import Simulation
+from tactile_maps.studies.sweeps.effect_cost import ALL_OFF, STUDY, cases, effect_cases, figures, measure
+from tactile_maps.studies.testbeds.pressed_robot import pressed_arm
 
 TINY = {"taxels": 120, "rounds": 8, "seed": 0}
 

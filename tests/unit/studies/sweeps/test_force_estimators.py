@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from app.studies.hypotheses import Verdict
-from app.studies.sweeps.force_estimators import ESTIMATORS, REGIONAL, STUDY, WHOLE, cases, figures, measure
+from tactile_maps.studies.base.hypotheses import Verdict
+from tactile_maps.studies.sweeps.force_estimators import ESTIMATORS, REGIONAL, STUDY, WHOLE, cases, figures, measure
 
 
 def row(estimator, bias, *, seed=0, depth=0.5, noise=0.05):

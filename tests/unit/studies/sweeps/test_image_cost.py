@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.studies.sweeps.image_cost import FIELDS, METHODS, STUDY, cases, figures, measure
+from tactile_maps.studies.sweeps.image_cost import FIELDS, METHODS, STUDY, cases, figures, measure
 
 
 @pytest.fixture(scope="module")

@@ -6,9 +6,9 @@ from itertools import pairwise
 
 import pytest
 
-from app.flattening.methods import METHODS
-from app.studies.sweeps.map_cost import STUDY, cases, figures, measure
-from app.studies.testbeds.reference_bodies import MESHES
+from tactile_maps.flattening.methods import METHODS
+from tactile_maps.studies.sweeps.map_cost import STUDY, cases, figures, measure
+from tactile_maps.studies.testbeds.reference_bodies import MESHES
 
 
 @pytest.fixture(scope="module")

@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.core.errors import UsageError
-from app.scene.effects import EFFECTS
-from app.scene.tasks import OUTPUTS
-from app.studies.sweeps.needs import (
+from tactile_maps.core.errors import UsageError
+from tactile_maps.scene.effects import EFFECTS
+from tactile_maps.scene.tasks import OUTPUTS
+from tactile_maps.studies.sweeps.needs import (
     STUDY,
     TOLERANCE,
     Verdict,
@@ -21,7 +21,7 @@ from app.studies.sweeps.needs import (
     outputs_of,
     switched_to,
 )
-from app.studies.testbeds.needy_scenes import VARIATIONS, needy_scenes
+from tactile_maps.studies.testbeds.needy_scenes import VARIATIONS, needy_scenes
 from tests.support.touch import prepared_bar
 
 

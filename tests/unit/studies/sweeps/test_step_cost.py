@@ -6,7 +6,7 @@ import itertools
 
 import pytest
 
-from app.studies.sweeps.step_cost import INTEGRATORS, STEPS_MS, STIFFNESSES, STUDY, cases, figures, measure
+from tactile_maps.studies.sweeps.step_cost import INTEGRATORS, STEPS_MS, STIFFNESSES, STUDY, cases, figures, measure
 
 
 def row(integrator, timestep_ms, stiffness):

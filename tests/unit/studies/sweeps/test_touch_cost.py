@@ -7,9 +7,9 @@ from typing import get_args
 import numpy as np
 import pytest
 
-from app.geometry.pose import Pose
-from app.scene.effects import SkinModel
-from app.studies.sweeps.touch_cost import (
+from tactile_maps.geometry.surface.pose import Pose
+from tactile_maps.scene.effects import SkinModel
+from tactile_maps.studies.sweeps.touch_cost import (
     CONTACTS_MM,
     ERRORS,
     MISPLACED_MM,
@@ -23,10 +23,10 @@ from app.studies.sweeps.touch_cost import (
     measure,
     step_and_sense,
 )
-from app.studies.testbeds.reference_touch import INDENTATION, REFERENCE_SKINS, ball_radius
-from app.tactile.elastic_layer import ElasticLayer
-from app.tactile.loads import Box, Load, sphere_load
-from app.tactile.models.contact_model import CONTACT_MODELS
+from tactile_maps.studies.testbeds.reference_touch import INDENTATION, REFERENCE_SKINS, ball_radius
+from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
+from tactile_maps.tactile.mechanics.loads import Box, Load, sphere_load
+from tactile_maps.tactile.models.contact_model import CONTACT_MODELS
 
 
 def ball(ground, contact=0.01):

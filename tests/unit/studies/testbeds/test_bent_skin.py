@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.control.command import ControlSettings
-from app.maps.evaluation.quality import measure
-from app.studies.testbeds.bent_skin import BODIES, HEIGHT, REACH, bent_disc, with_bent_skin
-from app.studies.testbeds.beside_ball import beside_ball
-from app.studies.testbeds.path_following import PathSetup
+from tactile_maps.control.motion.command import ControlSettings
+from tactile_maps.maps.evaluation.quality import measure
+from tactile_maps.studies.testbeds.bent_skin import BODIES, HEIGHT, REACH, bent_disc, with_bent_skin
+from tactile_maps.studies.testbeds.beside_ball import beside_ball
+from tactile_maps.studies.testbeds.path_following import PathSetup
 from tests.support.pressed_arm import forearm
 
 PITCH = 0.008

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.control.command import ControlSettings
-from app.studies.testbeds.beside_ball import beside_ball, place_to_press, points_above, with_finger
-from app.studies.testbeds.path_following import PathSetup
+from tactile_maps.control.motion.command import ControlSettings
+from tactile_maps.studies.testbeds.beside_ball import beside_ball, place_to_press, points_above, with_finger
+from tactile_maps.studies.testbeds.path_following import PathSetup
 from tests.support.pressed_arm import forearm
 
 

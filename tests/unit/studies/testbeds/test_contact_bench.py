@@ -5,7 +5,17 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.studies.testbeds.contact_bench import BODIES, CONCAVE, CONVEX, LINK, PITCH, SKINS, bench, facing_skins, lay
+from tactile_maps.studies.testbeds.contact_bench import (
+    BODIES,
+    CONCAVE,
+    CONVEX,
+    LINK,
+    PITCH,
+    SKINS,
+    bench,
+    facing_skins,
+    lay,
+)
 
 
 @pytest.mark.parametrize("skin", SKINS)

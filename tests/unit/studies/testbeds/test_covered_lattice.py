@@ -5,7 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.studies.testbeds.covered_lattice import AREA, PITCH, TAXELS, area_blur, contact_region, exact_readings
+from tactile_maps.studies.testbeds.covered_lattice import (
+    AREA,
+    PITCH,
+    TAXELS,
+    area_blur,
+    contact_region,
+    exact_readings,
+)
 
 
 def test_what_the_taxels_read_adds_up_to_the_force():

@@ -8,15 +8,15 @@ from functools import cache
 import numpy as np
 import pytest
 
-from app.control.command import ControlSettings
-from app.core.errors import SkinError
-from app.scene.object_meshes import make_objects
-from app.scene.objects import ObjectSpec
-from app.scene.scene import Scene
-from app.session.prepare import PreparedScene
-from app.studies.loop_laws.gantry import gantry
-from app.studies.testbeds.beside_ball import BALL, beside_ball
-from app.studies.testbeds.force_loop import (
+from tactile_maps.control.motion.command import ControlSettings
+from tactile_maps.core.errors import SkinError
+from tactile_maps.scene.object_meshes import make_objects
+from tactile_maps.scene.objects import ObjectSpec
+from tactile_maps.scene.scene import Scene
+from tactile_maps.session.prepare import PreparedScene
+from tactile_maps.studies.loop_laws.gantry import gantry
+from tactile_maps.studies.testbeds.beside_ball import BALL, beside_ball
+from tactile_maps.studies.testbeds.force_loop import (
     Filter,
     contact_stiffness,
     controller_filter,
@@ -24,8 +24,8 @@ from app.studies.testbeds.force_loop import (
     predicted_gain_limit,
     settled_session,
 )
-from app.studies.testbeds.path_following import PathSetup, TrueContact
-from app.tactile.elastic_layer import ElasticLayer
+from tactile_maps.studies.testbeds.path_following import PathSetup, TrueContact
+from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
 from tests.support.pressed_arm import forearm
 
 CALM = ControlSettings(controller="hybrid", task="hold_point", force_gain=0.002)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from app.studies.testbeds.isomap import isomap
+from tactile_maps.studies.testbeds.isomap import isomap
 from tests.support.touch import prepared_bar
 
 

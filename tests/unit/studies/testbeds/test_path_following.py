@@ -8,19 +8,19 @@ from functools import cache
 import numpy as np
 import pytest
 
-from app.contacts.pipeline import ReadingSettings
-from app.control.command import ControlSettings
-from app.core.errors import SkinError
-from app.geometry.mesh import SurfacePoint
-from app.maps.build import build_map
-from app.maps.learned.as_tactile_map import learned_tactile_map
-from app.maps.learned.learned_map import LearnedMap
-from app.maps.paths import path_about
-from app.skin.calibration_error import with_calibration_error
-from app.skin.skin import Skin
-from app.studies.testbeds.beside_ball import BALL, DEPTH, beside_ball, place_to_press, points_above
-from app.studies.testbeds.path_following import PathRun, PathSetup, TrueContact, run_path
-from app.tactile.sensor_effects import GainSpread, Noise, SensorEffects
+from tactile_maps.contacts.pipeline import ReadingSettings
+from tactile_maps.control.motion.command import ControlSettings
+from tactile_maps.core.errors import SkinError
+from tactile_maps.geometry.surface.mesh import SurfacePoint
+from tactile_maps.maps.build import build_map
+from tactile_maps.maps.learned.as_tactile_map import learned_tactile_map
+from tactile_maps.maps.learned.learned_map import LearnedMap
+from tactile_maps.maps.paths import path_about
+from tactile_maps.skin.calibration_error import with_calibration_error
+from tactile_maps.skin.model.skin import Skin
+from tactile_maps.studies.testbeds.beside_ball import BALL, DEPTH, beside_ball, place_to_press, points_above
+from tactile_maps.studies.testbeds.path_following import PathRun, PathSetup, TrueContact, run_path
+from tactile_maps.tactile.sensors.sensor_effects import GainSpread, Noise, SensorEffects
 from tests.support.pressed_arm import forearm
 from tests.support.touch import prepared_bar
 

@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.core.errors import SimulationError
-from app.robots.kinematics import Configuration
-from app.scene.effects import Effects
-from app.scene.scene_file import load_scene
-from app.scene.stability import PROBE_MASS
-from app.session.prepare import prepare
-from app.simulation.simulation import Simulation
-from app.studies.testbeds.pressed_robot import (
+from tactile_maps.core.errors import SimulationError
+from tactile_maps.robots.kinematics import Configuration
+from tactile_maps.scene.effects import Effects
+from tactile_maps.scene.scene_file import load_scene
+from tactile_maps.scene.stability import PROBE_MASS
+from tactile_maps.session.prepare import prepare
+from tactile_maps.simulation.simulation import Simulation
+from tactile_maps.studies.testbeds.pressed_robot import (
     ARRIVED,
     HOLDING,
     PRESS_FORCE,
@@ -25,7 +25,7 @@ from app.studies.testbeds.pressed_robot import (
     pressed_arm,
     run_press,
 )
-from app.tactile.elastic_layer import ElasticLayer
+from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
 from tests.support.touch import bar, bar_skin
 
 EFFECTS = Effects(gravity="off", contact="probe", fingers=False)

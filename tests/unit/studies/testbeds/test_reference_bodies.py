@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.flattening.bijectivity import signed_areas
-from app.studies.testbeds.reference_bodies import MESHES, SIDE, flat_map, square_sheet
+from tactile_maps.flattening.bijectivity import signed_areas
+from tactile_maps.studies.testbeds.reference_bodies import MESHES, SIDE, flat_map, square_sheet
 
 HOLES = {"tube": 2, "cone": 2, "torso": 2, "hemisphere": 1, "bumpy shell": 1, "closed link": 0, "torus": 0}
 CHARACTERISTIC = {"closed link": 2, "torus": 0, "hemisphere": 1, "bumpy shell": 1, "tube": 0, "cone": 0, "torso": 0}

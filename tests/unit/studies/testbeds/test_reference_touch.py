@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.studies.testbeds.reference_touch import (
+from tactile_maps.studies.testbeds.reference_touch import (
     INDENTATION,
     LENGTH,
     RADIUS,
@@ -20,7 +20,7 @@ from app.studies.testbeds.reference_touch import (
     touch_errors,
     tubular_skin,
 )
-from app.tactile.elastic_layer import ElasticLayer
+from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
 
 LAYER = ElasticLayer()
 GROUND = flat_skin(100, 0)

@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.control.path_following.surface_path import SurfacePath
-from app.maps.evaluation.quality import measure
-from app.maps.paths import path_about
-from app.maps.seam_transitions import SeamTransitions
-from app.studies.path_time.body_path import touched_place
-from app.studies.testbeds.beside_ball import beside_ball
-from app.studies.testbeds.slit_map import APART, with_slits
+from tactile_maps.control.path_following.surface_path import SurfacePath
+from tactile_maps.maps.evaluation.quality import measure
+from tactile_maps.maps.model.seam_transitions import SeamTransitions
+from tactile_maps.maps.paths import path_about
+from tactile_maps.studies.path_time.body_path import touched_place
+from tactile_maps.studies.testbeds.beside_ball import beside_ball
+from tactile_maps.studies.testbeds.slit_map import APART, with_slits
 from tests.support.pressed_arm import forearm
 
 

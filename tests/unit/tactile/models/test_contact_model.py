@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.tactile.elastic_layer import ElasticLayer
-from app.tactile.loads import sphere_load
-from app.tactile.models.contact_model import CONTACT_MODELS
-from app.tactile.sensor_effects import AreaAveraging, SensorEffects
+from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
+from tactile_maps.tactile.mechanics.loads import sphere_load
+from tactile_maps.tactile.models.contact_model import CONTACT_MODELS
+from tactile_maps.tactile.sensors.sensor_effects import AreaAveraging, SensorEffects
 from tests.support.touch import bar_skin
 
 SKIN = bar_skin()

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.scene.effects import Effects
-from app.simulation.simulation import Simulation
-from app.skin.skin import Patch, Skin
-from app.skin.taxel_placement.sampling import place_evenly
-from app.tactile.elastic_layer import ElasticLayer
-from app.tactile.poke import Finger, PokePressed
+from tactile_maps.scene.effects import Effects
+from tactile_maps.simulation.simulation import Simulation
+from tactile_maps.skin.model.skin import Patch, Skin
+from tactile_maps.skin.taxel_placement.sampling import place_evenly
+from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
+from tactile_maps.tactile.poke import Finger, PokePressed
 from tests.support.scene_objects import thing
 from tests.support.touch import bar, bar_skin, hold, no_command, pair
 

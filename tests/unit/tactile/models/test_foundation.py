@@ -7,19 +7,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.core.errors import SimulationError
-from app.geometry.mesh import Mesh
-from app.robots.robot import Link
-from app.scene.effects import Effects
-from app.simulation.simulation import Simulation
-from app.skin.skin import Patch, Skin
-from app.skin.taxel_placement.sampling import place_evenly
-from app.tactile.contact_notes import NOTED_BIAS, ContactNoteKind
-from app.tactile.elastic_layer import ElasticLayer
-from app.tactile.loads import Box, Cylinder, Plane, Sphere
-from app.tactile.models import foundation
-from app.tactile.models.foundation import STABLE
-from app.tactile.poke import Finger, PokePressed
+from tactile_maps.core.errors import SimulationError
+from tactile_maps.geometry.surface.mesh import Mesh
+from tactile_maps.robots.model.robot import Link
+from tactile_maps.scene.effects import Effects
+from tactile_maps.simulation.simulation import Simulation
+from tactile_maps.skin.model.skin import Patch, Skin
+from tactile_maps.skin.taxel_placement.sampling import place_evenly
+from tactile_maps.tactile.mechanics.contact_notes import NOTED_BIAS, ContactNoteKind
+from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
+from tactile_maps.tactile.mechanics.loads import Box, Cylinder, Plane, Sphere
+from tactile_maps.tactile.models import foundation
+from tactile_maps.tactile.models.foundation import STABLE
+from tactile_maps.tactile.poke import Finger, PokePressed
 from tests.support.scene_objects import thing
 from tests.support.surfaces import sheet
 from tests.support.touch import bar, bar_skin, hold, no_command, pair

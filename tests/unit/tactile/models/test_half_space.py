@@ -5,15 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.geometry.mesh import Mesh
-from app.skin.skin import Patch, Skin
-from app.skin.taxel_placement.sampling import place_evenly
-from app.tactile.elastic_layer import ElasticLayer
-from app.tactile.half_space_stress import disc_stress, point_stress, subsurface_field
-from app.tactile.loads import sphere_load
-from app.tactile.models.half_space import HalfSpaceModel
-from app.tactile.models.water_fill import WaterFillModel
-from app.tactile.receptive_field import disc_field, quadrature_points
+from tactile_maps.geometry.surface.mesh import Mesh
+from tactile_maps.skin.model.skin import Patch, Skin
+from tactile_maps.skin.taxel_placement.sampling import place_evenly
+from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
+from tactile_maps.tactile.mechanics.half_space_stress import disc_stress, point_stress, subsurface_field
+from tactile_maps.tactile.mechanics.loads import sphere_load
+from tactile_maps.tactile.mechanics.receptive_field import disc_field, quadrature_points
+from tactile_maps.tactile.models.half_space import HalfSpaceModel
+from tactile_maps.tactile.models.water_fill import WaterFillModel
 from tests.support.touch import arm, bar_skin, each_point_a_taxel, pair
 
 UP = np.array([0.0, 0.0, 1.0])

@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.geometry.pose import Pose
-from app.tactile.contact_notes import ContactNote, ContactNoteKind
-from app.tactile.loads import Box, Load, Sphere, sphere_load
-from app.tactile.models.half_space import HalfSpaceModel
-from app.tactile.models.point import PointModel
-from app.tactile.models.punch import PunchModel
-from app.tactile.models.water_fill import WaterFillModel
-from app.tactile.receptive_field import disc_field, quadrature_points
+from tactile_maps.geometry.surface.pose import Pose
+from tactile_maps.tactile.mechanics.contact_notes import ContactNote, ContactNoteKind
+from tactile_maps.tactile.mechanics.loads import Box, Load, Sphere, sphere_load
+from tactile_maps.tactile.mechanics.receptive_field import disc_field, quadrature_points
+from tactile_maps.tactile.models.half_space import HalfSpaceModel
+from tactile_maps.tactile.models.point import PointModel
+from tactile_maps.tactile.models.punch import PunchModel
+from tactile_maps.tactile.models.water_fill import WaterFillModel
 from tests.support.touch import arm, bar_skin
 
 SKIN = bar_skin()

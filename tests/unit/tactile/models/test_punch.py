@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.geometry.pose import Pose
-from app.skin.skin import Skin
-from app.tactile.contact_notes import ContactNote, ContactNoteKind
-from app.tactile.elastic_layer import ElasticLayer
-from app.tactile.loads import Box, Load, Sphere, sphere_load
-from app.tactile.models.punch import PunchModel
-from app.tactile.models.water_fill import WaterFillModel
+from tactile_maps.geometry.surface.pose import Pose
+from tactile_maps.skin.model.skin import Skin
+from tactile_maps.tactile.mechanics.contact_notes import ContactNote, ContactNoteKind
+from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
+from tactile_maps.tactile.mechanics.loads import Box, Load, Sphere, sphere_load
+from tactile_maps.tactile.models.punch import PunchModel
+from tactile_maps.tactile.models.water_fill import WaterFillModel
 from tests.support.touch import arm, bar_skin, each_point_a_taxel
 
 UP = np.array([0.0, 0.0, 1.0])

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from app.geometry.pose import Pose
-from app.skin.skin import Skin
-from app.tactile.contact_notes import ContactNote, ContactNoteKind
-from app.tactile.elastic_layer import ElasticLayer
-from app.tactile.loads import Box, Cylinder, Load, Plane, sphere_load
-from app.tactile.models.water_fill import WaterFillModel
-from app.tactile.receptive_field import disc_field, quadrature_points
+from tactile_maps.geometry.surface.pose import Pose
+from tactile_maps.skin.model.skin import Skin
+from tactile_maps.tactile.mechanics.contact_notes import ContactNote, ContactNoteKind
+from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
+from tactile_maps.tactile.mechanics.loads import Box, Cylinder, Load, Plane, sphere_load
+from tactile_maps.tactile.mechanics.receptive_field import disc_field, quadrature_points
+from tactile_maps.tactile.models.water_fill import WaterFillModel
 from tests.support.touch import arm, bar_skin, pair
 
 SKIN = bar_skin()

@@ -5,7 +5,7 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from widgets.actions.keymap import KeyMap
+from tactile_widgets.actions.keymap import KeyMap
 
 SHIPPED = KeyMap({"undo": ("Ctrl+Z",), "redo": ("Ctrl+Shift+Z", "Ctrl+Y"), "poke": ("T",), "quit": ()})
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from widgets.actions.mnemonics import choose_mnemonics, with_mnemonic, without_mnemonic
-from widgets.actions.registry import Line, Menu, entry_letters, menu_letters, specs_in
-from widgets.actions.table import menu_bar
+from tactile_widgets.actions.mnemonics import choose_mnemonics, with_mnemonic, without_mnemonic
+from tactile_widgets.actions.registry import Line, Menu, entry_letters, menu_letters, specs_in
+from tactile_widgets.actions.table import menu_bar
 
 
 def all_menus(menus):

@@ -5,17 +5,17 @@ from __future__ import annotations
 from dataclasses import fields, replace
 from itertools import product
 
-from app.control.controllers import CONTROL_SCHEMES
-from app.editing.arrange import EDGES
-from widgets.actions.keymap import RESERVED
-from widgets.actions.registry import key_rows, key_text, specs_in, taken_by_menus
-from widgets.actions.state import UndoState, WindowState
-from widgets.actions.table import MOUSE_GESTURES, REMEDIES, menu_bar, tool_action
-from widgets.common.mode import Mode
-from widgets.common.settings import OverlayOptions
-from widgets.common.tool_kinds import ToolKind, ToolRole
-from widgets.layers.registry import LAYERS, LayerSpec, at_first
-from widgets.tools.registry import ARRANGE, PATH, TOOLS, ToolSpec
+from tactile_maps.control.controllers import CONTROL_SCHEMES
+from tactile_maps.editing.arrange import EDGES
+from tactile_widgets.actions.keymap import RESERVED
+from tactile_widgets.actions.registry import key_rows, key_text, specs_in, taken_by_menus
+from tactile_widgets.actions.state import UndoState, WindowState
+from tactile_widgets.actions.table import MOUSE_GESTURES, REMEDIES, menu_bar, tool_action
+from tactile_widgets.common.mode import Mode
+from tactile_widgets.common.settings import OverlayOptions
+from tactile_widgets.common.tool_kinds import ToolKind, ToolRole
+from tactile_widgets.tools.registry import ARRANGE, PATH, TOOLS, ToolSpec
+from tactile_widgets.views.layers import LAYERS, LayerSpec, at_first
 
 SPECS = {spec.name: spec for spec in (*specs_in(menu_bar()), *REMEDIES)}
 

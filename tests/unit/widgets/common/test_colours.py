@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from PySide6.QtGui import QColor
 
-from widgets.common.colours import DEFAULT_MAXIMUM, THEMES, PressureScale, mixed, rgb
+from tactile_widgets.common.colours import DEFAULT_MAXIMUM, THEMES, PressureScale, mixed, rgb
 
 # Full dichromacies on linear RGB: Machado, Oliveira, Fernandes 2009, severity 1.
 EYES = {

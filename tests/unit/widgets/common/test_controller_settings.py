@@ -6,11 +6,11 @@ from dataclasses import asdict, replace
 
 import pytest
 
-from app.control.command import CHOICES, RANGES, ControlSettings
-from app.control.command import CHOICES as TAKEN
-from app.control.controller_registry import CONTROLLERS, check_settings, effective_settings
-from app.studies.controller_comparison import TASK_FIELDS
-from widgets.common.controller_settings import GAIN_SETTINGS, SETTING_CHOICES, SLIDERS, GainsByController
+from tactile_maps.control.controller_registry import CONTROLLERS, check_settings, effective_settings
+from tactile_maps.control.motion.command import CHOICES, RANGES, ControlSettings
+from tactile_maps.control.motion.command import CHOICES as TAKEN
+from tactile_maps.studies.controller_comparison import TASK_FIELDS
+from tactile_widgets.common.controller_settings import GAIN_SETTINGS, SETTING_CHOICES, SLIDERS, GainsByController
 
 
 def test_every_law_and_choice_is_offered():

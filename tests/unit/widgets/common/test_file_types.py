@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.core.errors import TactileMapsError, UsageError
-from widgets.common.file_types import FileRole, role_of
+from tactile_maps.core.errors import TactileMapsError, UsageError
+from tactile_widgets.common.file_types import FileRole, role_of
 
 ROBOT = "<robot name='r'><link name='a'/></robot>"
 TAXELS = "<robot name='r'><link name='a'/><sensor name='t'><tactile/></sensor></robot>"

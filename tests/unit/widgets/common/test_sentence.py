@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from widgets.common.sentence import as_sentence
+from tactile_widgets.common.sentence import as_sentence
 
 
 @pytest.mark.parametrize(

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from tactile_widgets.document.posture_editor import PostureEditor
 from tests.support.touch import prepared_bar
-from widgets.document.posture_editor import PostureEditor
 
 
 @pytest.fixture

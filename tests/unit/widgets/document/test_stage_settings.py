@@ -6,17 +6,17 @@ from dataclasses import replace
 
 import pytest
 
-from app.core.errors import MapError
-from app.editing.document import MapDocument
-from app.editing.reflatten import apply_result, reflatten
-from app.editing.seams import extra_seams
-from app.maps.build import build_map
-from app.skin.skin import Patch, Skin
-from app.skin.taxel_placement.sampling import place_evenly
-from app.studies.stages.registry import STAGES
-from app.studies.testbeds.reference_bodies import MESHES
-from app.studies.work_precision import Setting
-from widgets.document.stage_settings import reflatten_for, subject_of
+from tactile_maps.core.errors import MapError
+from tactile_maps.editing.document import MapDocument
+from tactile_maps.editing.reflatten import apply_result, reflatten
+from tactile_maps.editing.seams import extra_seams
+from tactile_maps.maps.build import build_map
+from tactile_maps.skin.model.skin import Patch, Skin
+from tactile_maps.skin.taxel_placement.sampling import place_evenly
+from tactile_maps.studies.stages.registry import STAGES
+from tactile_maps.studies.study.work_precision import Setting
+from tactile_maps.studies.testbeds.reference_bodies import MESHES
+from tactile_widgets.document.stage_settings import reflatten_for, subject_of
 
 
 @pytest.fixture(scope="module")

@@ -6,10 +6,10 @@ from dataclasses import replace
 
 import pytest
 
-from app.core.errors import SkinError
-from app.skin.skin import Skin, TaxelIdentity
+from tactile_maps.core.errors import SkinError
+from tactile_maps.skin.model.skin import Skin, TaxelIdentity
+from tactile_widgets.document.taxel_search import find_taxels, taxel_words
 from tests.support.surfaces import frustum, skin_of
-from widgets.document.taxel_search import find_taxels, taxel_words
 
 BARE = skin_of(frustum(along=5, around=8), frustum(along=5, around=8), taxels=4)
 _IDENTITIES = (TaxelIdentity([87012, 86999, 2, 2**31 - 1], [14, 14, 3, 3], [3, 0, 1, 1]), TaxelIdentity([2, 5, 6, 9]))

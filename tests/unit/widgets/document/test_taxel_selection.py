@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from widgets.common.tool_kinds import SelectionMode
-from widgets.document.taxel_selection import (
+from tactile_widgets.common.tool_kinds import SelectionMode
+from tactile_widgets.document.taxel_selection import (
     REGION_COLOURS,
     TAXEL_COLOURS,
     SelectionUpdate,

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from app.geometry.mesh import SurfacePoint
-from widgets.interaction.poke_gesture import Moved, Panned, PokeGesture, PokeState, Pressed, Released
+from tactile_maps.geometry.surface.mesh import SurfacePoint
+from tactile_widgets.views.interaction.poke_gesture import Moved, Panned, PokeGesture, PokeState, Pressed, Released
 
 HERE = SurfacePoint(0, 3, (0.2, 0.3, 0.5))
 THERE = SurfacePoint(0, 4, (0.2, 0.3, 0.5))

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from widgets.interaction.polyline import simplify_polyline
+from tactile_widgets.views.interaction.polyline import simplify_polyline
 
 
 def away(points, line):

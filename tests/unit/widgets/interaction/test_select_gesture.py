@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from widgets.common.tool_kinds import (
+from tactile_widgets.common.tool_kinds import (
     BRUSH,
     LARGEST_BRUSH,
     SELECT_BOX,
@@ -15,7 +15,7 @@ from widgets.common.tool_kinds import (
     SelectionMode,
     resized_brush,
 )
-from widgets.interaction.select_gesture import (
+from tactile_widgets.views.interaction.select_gesture import (
     CLICK_PX,
     Picked,
     SelectGesture,

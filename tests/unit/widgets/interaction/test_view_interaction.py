@@ -8,10 +8,10 @@ from PySide6.QtCore import QEvent, QPointF, Qt
 from PySide6.QtGui import QKeyEvent, QMouseEvent
 from PySide6.QtWidgets import QWidget
 
-from app.geometry.mesh import SurfacePoint
-from widgets.common.tool_kinds import SELECT_BOX, ToolKind, ToolRole
-from widgets.interaction.view_interaction import ViewInteraction
-from widgets.interaction.view_tool import PointerHit, ViewTool
+from tactile_maps.geometry.surface.mesh import SurfacePoint
+from tactile_widgets.common.tool_kinds import SELECT_BOX, ToolKind, ToolRole
+from tactile_widgets.views.interaction.view_interaction import ViewInteraction
+from tactile_widgets.views.interaction.view_tool import PointerHit, ViewTool
 
 LEFT, MIDDLE, SHIFT = Qt.MouseButton.LeftButton, Qt.MouseButton.MiddleButton, Qt.KeyboardModifier.ShiftModifier
 NO_KEYS, CONTROL_KEY = Qt.KeyboardModifier.NoModifier, Qt.KeyboardModifier.ControlModifier

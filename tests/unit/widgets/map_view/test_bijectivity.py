@@ -7,12 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.editing.document import MapDocument
-from app.maps.build import build_map
-from app.maps.evaluation.distortion import distortion
-from app.maps.evaluation.quality import measure
+from tactile_maps.editing.document import MapDocument
+from tactile_maps.maps.build import build_map
+from tactile_maps.maps.evaluation.distortion import distortion
+from tactile_maps.maps.evaluation.quality import measure
+from tactile_widgets.views.map.items.bijectivity import FlawFinder
 from tests.support.surfaces import frustum, named, skin_of
-from widgets.map_view.bijectivity import FlawFinder
 
 
 @pytest.fixture(scope="module")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from widgets.map_view.map_coordinates import HIGHEST_ZOOM, LOWEST_ZOOM, MARGIN_PX, MapCamera
+from tactile_widgets.views.map.items.map_coordinates import HIGHEST_ZOOM, LOWEST_ZOOM, MARGIN_PX, MapCamera
 
 VIEW = (700.0, 500.0)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from widgets.map_view.map_coordinates import SCENE_SIZE, SceneTransform, format_three_digits
+from tactile_widgets.views.map.items.map_coordinates import SCENE_SIZE, SceneTransform, format_three_digits
 
 
 @pytest.mark.parametrize("bounds", [[[0, 0], [0.5, 0.2]], [[-3, 1], [-2.9, 4]], [[0, 0], [1e-3, 1e-3]]])

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from tactile_widgets.views.overlays.body_overlays import area_outlines, area_triangles
 from tests.support.surfaces import cap, sheet
-from widgets.overlays.body_overlays import area_outlines, area_triangles
 
 
 def flat(mesh):

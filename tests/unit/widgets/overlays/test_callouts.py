@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from PySide6.QtCore import QPointF, QRectF, QSizeF
 
-from widgets.overlays.callouts import Spot, place_callouts
+from tactile_widgets.views.overlays.callouts import Spot, place_callouts
 
 ROOM = QRectF(0, 0, 500, 400)
 WORDS = QSizeF(52, 22)

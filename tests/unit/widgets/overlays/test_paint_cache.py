@@ -10,7 +10,7 @@ from PySide6.QtCore import QBuffer, QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QImage, QPainter, QPen, QTransform
 from PySide6.QtSvg import QSvgGenerator
 
-from widgets.overlays.paint_cache import PaintCache
+from tactile_widgets.views.overlays.paint_cache import PaintCache
 
 BOUNDS = QRectF(-30, -20, 60, 40)
 

@@ -9,12 +9,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.contacts.regions import ContactRegion
-from app.control.command import ControlSettings, TaskReport
-from app.core.reading_units import ReadingUnits
+from tactile_maps.contacts.detection.regions import ContactRegion
+from tactile_maps.control.motion.command import ControlSettings, TaskReport
+from tactile_maps.core.reading_units import ReadingUnits
+from tactile_widgets.views.overlays.task_overlay import NO_TASK, TRAIL_SECONDS, lines_on_skin
+from tactile_widgets.views.overlays.task_overlay_builder import TaskOverlayBuilder, TrailRecorder
 from tests.widgets.support.samples import leaf_map, shifted, touched
-from widgets.overlays.task_overlay import NO_TASK, TRAIL_SECONDS, lines_on_skin
-from widgets.overlays.task_overlay_builder import TaskOverlayBuilder, TrailRecorder
 
 LEFT, RIGHT = 0, 1
 

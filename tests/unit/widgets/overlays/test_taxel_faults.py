@@ -4,12 +4,19 @@ from __future__ import annotations
 
 import numpy as np
 
-from app.contacts.filled_readings import TaxelFill
-from app.skin.skin import TaxelIdentity
-from app.tactile.sensor_effects import DEAD, STUCK
+from tactile_maps.contacts.detection.filled_readings import TaxelFill
+from tactile_maps.skin.model.skin import TaxelIdentity
+from tactile_maps.tactile.sensors.sensor_effects import DEAD, STUCK
+from tactile_widgets.overlays.taxel_faults import (
+    NO_FAULTS,
+    STROKES,
+    Fault,
+    TaxelFaults,
+    broken_channels,
+    fault_legend,
+)
+from tactile_widgets.panels.touch.contacts_panel import faults_text, faults_tip
 from tests.support.touch import bar_skin
-from widgets.overlays.taxel_faults import NO_FAULTS, STROKES, Fault, TaxelFaults, broken_channels, fault_legend
-from widgets.panels.touch.contacts_panel import faults_text, faults_tip
 
 PRESSURES = np.array([0.0, 5e3, 180e3, 179e3, 200e3, 180e3])
 FAULTS = TaxelFaults(np.array([1, 0, 0, 0, 0, 2], np.int8), 180e3)

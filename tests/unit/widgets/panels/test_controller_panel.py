@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.control.command import CHOICES, ControlSettings, TaskReport
-from app.control.command import RegraspState as State
-from app.control.limits import Limit, LimitKind
+from tactile_maps.control.motion.command import CHOICES, ControlSettings, TaskReport
+from tactile_maps.control.motion.command import RegraspState as State
+from tactile_maps.control.motion.limits import Limit, LimitKind
+from tactile_widgets.panels.control.controller_panel import StepResponseMonitor, step_response_text, task_status_text
 from tests.widgets.support.samples import leaf_map, touched
-from widgets.panels.control.controller_panel import StepResponseMonitor, step_response_text, task_status_text
 
 TICK = 0.016
 

@@ -6,11 +6,11 @@ from dataclasses import replace
 
 import pytest
 
-from app.core.timing import Timings
-from app.scene.effects import EFFECTS
-from app.scene.scene import Scene, with_override
-from app.tactile.sensor_effects import Noise, SensorEffects
-from widgets.panels.simulation.effects_panel import (
+from tactile_maps.core.timing import Timings
+from tactile_maps.scene.effects import EFFECTS
+from tactile_maps.scene.scene import Scene, with_override
+from tactile_maps.tactile.sensors.sensor_effects import Noise, SensorEffects
+from tactile_widgets.panels.model.effects_panel import (
     EffectCosts,
     automatic_rows,
     credited_decision,

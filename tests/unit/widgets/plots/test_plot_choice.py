@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from widgets.plots.plot_choice import STANDARD, PlotChoice, PlotKey, PlotKind
+from tactile_widgets.plots.choice.plot_choice import STANDARD, PlotChoice, PlotKey, PlotKind
 
 FORCE, ERROR, SPEED, LIMITS, PRESSURE, TIME, EVENTS = STANDARD
 ELBOW, CONTACT = PlotKey(PlotKind.JOINT, "elbow"), PlotKey(PlotKind.CONTACT, "4")

@@ -7,13 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.robots.kinematics import Configuration
-from app.scene.object_meshes import make_objects
-from app.scene.objects import ObjectSpec
-from app.scene.scene_file import load_scene
+from tactile_maps.robots.kinematics import Configuration
+from tactile_maps.scene.object_meshes import make_objects
+from tactile_maps.scene.objects import ObjectSpec
+from tactile_maps.scene.scene_file import load_scene
+from tactile_widgets.views.robot.scene.camera import Viewpoint, framing, orbit, pan, zoom
+from tactile_widgets.views.robot.scene.opening_view import DEFAULT_DIRECTION, initial_direction, places_of_interest
 from tests.support.touch import arm
-from widgets.robot_view.camera import Viewpoint, framing, orbit, pan, zoom
-from widgets.robot_view.scene.opening_view import DEFAULT_DIRECTION, initial_direction, places_of_interest
 
 SIZE = (900, 700)
 

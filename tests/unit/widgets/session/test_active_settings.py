@@ -6,10 +6,10 @@ from dataclasses import replace
 
 import pytest
 
-from app.control.command import ControlSettings
-from app.session.runtime_settings import RuntimeSettings
+from tactile_maps.control.motion.command import ControlSettings
+from tactile_maps.session.runtime_settings import RuntimeSettings
+from tactile_widgets.session.active_settings import ActiveSettings
 from tests.support.touch import prepared_bar
-from widgets.session.active_settings import ActiveSettings
 
 BAR = prepared_bar()
 START = RuntimeSettings.of_scene(BAR)

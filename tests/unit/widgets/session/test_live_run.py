@@ -6,12 +6,12 @@ from dataclasses import replace
 
 import pytest
 
-from app.control.command import ControlSettings
-from app.session.inputs import ControlChanged, EffectsChanged
-from app.session.session import Session
+from tactile_maps.control.motion.command import ControlSettings
+from tactile_maps.session.inputs import ControlChanged, EffectsChanged
+from tactile_maps.session.session import Session
+from tactile_widgets.session.live_run import LiveRun
+from tactile_widgets.session.session_runner import InlineRunner
 from tests.support.touch import prepared_bar
-from widgets.session.live_run import LiveRun
-from widgets.session.session_runner import InlineRunner
 
 BAR = prepared_bar()
 STIFF = ControlSettings(stiffness=20.0)

@@ -10,9 +10,9 @@ from PySide6.QtCore import QEvent, QObject
 from PySide6.QtGui import QColor, QImage, QPalette
 from PySide6.QtWidgets import QDialog, QPushButton, QWidget
 
-from widgets.common.colours import DARK, LIGHT
-from widgets.theme.application_theme import apply_theme
-from widgets.theme.dialog_icons import dialog_icons, dock_icons
+from tactile_widgets.common.application_theme import apply_theme
+from tactile_widgets.common.colours import DARK, LIGHT
+from tactile_widgets.common.dialog_icons import dialog_icons, dock_icons
 
 
 @pytest.fixture

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from widgets.timeline.playhead import Playhead, clock_text, nice_step
+from tactile_widgets.plots.timeline.playhead import Playhead, clock_text, nice_step
 
 
 def test_it_plays_by_elapsed_time_and_speed():

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from app.control.command import ControlSettings
-from widgets.tools.control.control_settings_editor import MOST_STEPS, ControlUndoStack
+from tactile_maps.control.motion.command import ControlSettings
+from tactile_widgets.tools.control.control_settings_editor import MOST_STEPS, ControlUndoStack
 
 FIRST = ControlSettings()
 PATH = replace(FIRST, controller="hybrid", task="follow_path", path=((0.0, 0.0), (0.1, 0.0)))

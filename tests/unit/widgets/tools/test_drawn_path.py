@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.maps.paths import draw_path
-from widgets.interaction.polyline import simplify_polyline
-from widgets.tools.control.drawn_path import DrawnPath, HandleKind, PathHandle, PathSketch
+from tactile_maps.maps.paths import draw_path
+from tactile_widgets.tools.control.drawn_path import DrawnPath, HandleKind, PathHandle, PathSketch
+from tactile_widgets.views.interaction.polyline import simplify_polyline
 
 BENT = ((0.0, 0.0), (0.1, 0.0), (0.1, 0.06))
 RING = (*BENT, BENT[0])

@@ -5,13 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.editing.document import MapDocument, show_patches
-from app.flattening.cut import shortest_edge_path
-from app.geometry.mesh import SurfacePoint
-from app.maps.build import build_map
-from tests.support.surfaces import frustum, sheet, skin_of
-from widgets.interaction.view_tool import PointerHit
-from widgets.tools.map_editing.mesh_picking import (
+from tactile_maps.editing.document import MapDocument, show_patches
+from tactile_maps.flattening.cut import shortest_edge_path
+from tactile_maps.geometry.surface.mesh import SurfacePoint
+from tactile_maps.maps.build import build_map
+from tactile_widgets.tools.map_editing.mesh_picking import (
     PICK_RADIUS_PX,
     EdgePaths,
     as_edges,
@@ -25,6 +23,8 @@ from widgets.tools.map_editing.mesh_picking import (
     vertex_point,
     vertices_under_brush,
 )
+from tactile_widgets.views.interaction.view_tool import PointerHit
+from tests.support.surfaces import frustum, sheet, skin_of
 
 
 @pytest.fixture(scope="module")

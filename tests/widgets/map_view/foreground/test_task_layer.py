@@ -8,15 +8,21 @@ import numpy as np
 import pytest
 from PySide6.QtGui import QColor
 
-from app.editing.document import MapDocument, show_patches
+from tactile_maps.editing.document import MapDocument, show_patches
+from tactile_widgets.common.colours import DARK, LIGHT, PressureScale
+from tactile_widgets.views.layers import LAYERS, at_first
+from tactile_widgets.views.map.painting.map_layers import ellipses_on_map
+from tactile_widgets.views.map.painting.task_layer import ACTUAL, TARGET, WANTED, task_legend_entries
+from tactile_widgets.views.overlays.task_overlay import (
+    NO_TASK,
+    ContactTrail,
+    ReferencePath,
+    TaskOverlay,
+    lines_on_skin,
+)
 from tests.widgets.support.layered_map_view import layered_map_view
 from tests.widgets.support.samples import leaf_map, middle_taxel, touched
 from tests.widgets.support.snapshots import check_picture, pixels
-from widgets.common.colours import DARK, LIGHT, PressureScale
-from widgets.layers.registry import LAYERS, at_first
-from widgets.map_view.foreground.map_layers import ellipses_on_map
-from widgets.map_view.foreground.task_layer import ACTUAL, TARGET, WANTED, task_legend_entries
-from widgets.overlays.task_overlay import NO_TASK, ContactTrail, ReferencePath, TaskOverlay, lines_on_skin
 
 
 @pytest.fixture(scope="module")

@@ -7,10 +7,10 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QLabel, QPushButton, QToolButton
 
-from app.control.behaviours import Behaviour
+from tactile_maps.control.behaviours import Behaviour
+from tactile_widgets.common.panel import FlatComboBox
+from tactile_widgets.panels.control.behaviours_panel import BehavioursPanel
 from tests.support.touch import prepared_bar
-from widgets.common.panel import FlatComboBox
-from widgets.panels.control.behaviours_panel import BehavioursPanel
 
 pytestmark = pytest.mark.qt_log_ignore("This plugin does not support", extend=True)  # offscreen, of lists
 RETREAT = Behaviour("press", "bar", then={"controller": "hybrid", "task": "retreat"})

@@ -11,23 +11,23 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QLabel, QPushButton
 
-from app.control.command import CHOICES, ControlSettings, TaskReport
-from app.control.controller_registry import CONTROLLERS, effective_settings
-from app.control.controllers import CONTROL_SCHEMES
-from app.control.limit_texts import limit_text
-from app.control.limits import Limit, LimitKind
-from app.session.inputs import ControlChanged
-from app.session.session import Session
-from app.tactile.poke import Finger, PokePressed
+from tactile_maps.control.controller_registry import CONTROLLERS, effective_settings
+from tactile_maps.control.controllers import CONTROL_SCHEMES
+from tactile_maps.control.limit_texts import limit_text
+from tactile_maps.control.motion.command import CHOICES, ControlSettings, TaskReport
+from tactile_maps.control.motion.limits import Limit, LimitKind
+from tactile_maps.session.inputs import ControlChanged
+from tactile_maps.session.session import Session
+from tactile_maps.tactile.poke import Finger, PokePressed
+from tactile_widgets.common.application_theme import apply_theme
+from tactile_widgets.common.colours import DARK, LIGHT
+from tactile_widgets.common.controller_settings import SLIDERS
+from tactile_widgets.common.panel import MIXED_VALUES
+from tactile_widgets.panels.control.controller_panel import ControllerPanel, LimitState, LimitStatusLine
+from tactile_widgets.plots.traces.history import ShownLimit
 from tests.support.touch import arm
 from tests.widgets.support.samples import touched
 from tests.widgets.support.snapshots import pixels
-from widgets.common.colours import DARK, LIGHT
-from widgets.common.controller_settings import SLIDERS
-from widgets.common.panel import MIXED_VALUES
-from widgets.panels.control.controller_panel import ControllerPanel, LimitState, LimitStatusLine
-from widgets.plots.traces.history import ShownLimit
-from widgets.theme.application_theme import apply_theme
 
 
 @pytest.fixture

@@ -10,17 +10,17 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QLabel, QPushButton
 
-from app.editing.arrange import mirror, move
-from app.editing.document import MapDocument, rename_patch
-from app.editing.document_file import save_document
-from app.editing.pins import pin_places
-from app.editing.reflatten import set_method
-from app.maps.evaluation.comparison import TaxelLayout, compare_maps, procrustes
-from app.maps.formats.map_file import save_map
-from app.skin.formats.taxel_files import write_taxels
+from tactile_maps.editing.arrange import mirror, move
+from tactile_maps.editing.document import MapDocument, rename_patch
+from tactile_maps.editing.document_file import save_document
+from tactile_maps.editing.pins import pin_places
+from tactile_maps.editing.reflatten import set_method
+from tactile_maps.maps.evaluation.comparison import TaxelLayout, compare_maps, procrustes
+from tactile_maps.maps.formats.map_file import save_map
+from tactile_maps.skin.formats.taxel_files import write_taxels
+from tactile_widgets.panels.maps.compare_panel import ComparePanel
+from tactile_widgets.panels.panel_column import COLUMN_WIDTH, PanelColumn
 from tests.widgets.support.samples import leaf_map
-from widgets.panels.maps.compare_panel import ComparePanel
-from widgets.panels.panel_column import COLUMN_WIDTH, PanelColumn
 
 LEFT = Qt.MouseButton.LeftButton
 

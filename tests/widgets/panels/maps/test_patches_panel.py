@@ -11,21 +11,21 @@ from PySide6.QtGui import QDragEnterEvent, QDragMoveEvent, QDropEvent, QShortcut
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QComboBox, QLabel, QLineEdit, QMenu, QPushButton, QToolButton, QWidget
 
-from app.editing.arrange import scale
-from app.editing.document import MapDocument, rename_patch, show_patches
-from app.editing.pins import add_pin
-from app.editing.reflatten import set_lengths, set_method
-from app.flattening.methods import METHODS
-from app.maps.layout import MapLayout, Placement
-from app.maps.tactile_map import TactileMap
-from app.skin.skin import Skin
+from tactile_maps.editing.arrange import scale
+from tactile_maps.editing.document import MapDocument, rename_patch, show_patches
+from tactile_maps.editing.pins import add_pin
+from tactile_maps.editing.reflatten import set_lengths, set_method
+from tactile_maps.flattening.methods import METHODS
+from tactile_maps.maps.model.layout import MapLayout, Placement
+from tactile_maps.maps.model.tactile_map import TactileMap
+from tactile_maps.skin.model.skin import Skin
+from tactile_widgets.common.panel import LabelledSlider
+from tactile_widgets.document.map_editor import MapEditor
+from tactile_widgets.panels.maps.patch_list import PATCHES_MIME, PINS_ROLE, ROW_HEIGHT, SEAMS_ROLE
+from tactile_widgets.panels.maps.patches_panel import FILTER_FROM, PatchesPanel
+from tactile_widgets.panels.panel_column import COLUMN_WIDTH
+from tactile_widgets.workers.scene_worker import InlineSceneWorker, SceneWorker
 from tests.widgets.support.samples import leaf_map
-from widgets.common.panel import LabelledSlider
-from widgets.document.map_editor import MapEditor
-from widgets.panels.maps.patch_list import PATCHES_MIME, PINS_ROLE, ROW_HEIGHT, SEAMS_ROLE
-from widgets.panels.maps.patches_panel import FILTER_FROM, PatchesPanel
-from widgets.panels.panel_column import COLUMN_WIDTH
-from widgets.workers.scene_worker import InlineSceneWorker, SceneWorker
 
 LEFT, NONE, ALT = Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier, Qt.KeyboardModifier.AltModifier
 CTRL, SHIFT = Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.ShiftModifier

@@ -9,15 +9,15 @@ import pytest
 from PySide6.QtGui import QPalette
 from PySide6.QtWidgets import QApplication, QLabel
 
-from app.maps.evaluation.comparison import TaxelLayout, compare_maps
-from app.maps.evaluation.distortion import DistortionSummary
-from app.maps.evaluation.quality import measure
-from app.maps.evaluation.topography import BodyDistances
+from tactile_maps.maps.evaluation.comparison import TaxelLayout, compare_maps
+from tactile_maps.maps.evaluation.distortion import DistortionSummary
+from tactile_maps.maps.evaluation.quality import measure
+from tactile_maps.maps.evaluation.topography import BodyDistances
+from tactile_widgets.common.application_theme import apply_theme
+from tactile_widgets.common.colours import DARK, LIGHT
+from tactile_widgets.panels.maps.quality_panel import QualityPanel
+from tactile_widgets.panels.panel_column import COLUMN_WIDTH
 from tests.widgets.support.samples import leaf_map
-from widgets.common.colours import DARK, LIGHT
-from widgets.panels.maps.quality_panel import QualityPanel
-from widgets.panels.panel_column import COLUMN_WIDTH
-from widgets.theme.application_theme import apply_theme
 
 
 @pytest.fixture(scope="module")

@@ -14,22 +14,22 @@ import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication, QComboBox, QLabel, QPushButton
 
-from app.editing.document import MapDocument
-from app.editing.reflatten import apply_result, reflatten
-from app.maps.build import build_map
-from app.skin.skin import Patch, Skin
-from app.skin.taxel_placement.sampling import place_evenly
-from app.studies.stages.registry import STAGES
-from app.studies.testbeds.reference_bodies import MESHES
-from app.studies.work_precision import Setting
-from app.studies.work_precision import method_title as method_name
+from tactile_maps.editing.document import MapDocument
+from tactile_maps.editing.reflatten import apply_result, reflatten
+from tactile_maps.maps.build import build_map
+from tactile_maps.skin.model.skin import Patch, Skin
+from tactile_maps.skin.taxel_placement.sampling import place_evenly
+from tactile_maps.studies.stages.registry import STAGES
+from tactile_maps.studies.study.work_precision import Setting
+from tactile_maps.studies.study.work_precision import method_title as method_name
+from tactile_maps.studies.testbeds.reference_bodies import MESHES
+from tactile_widgets.common.application_theme import apply_theme
+from tactile_widgets.common.colours import DARK, LIGHT
+from tactile_widgets.document.stage_settings import reflatten_for
+from tactile_widgets.panels.model.accuracy_panel import AccuracyPanel
+from tactile_widgets.panels.panel_column import COLUMN_WIDTH
+from tactile_widgets.workers.accuracy_worker import AccuracyWorker, InlineAccuracyWorker
 from tests.support.touch import prepared_bar
-from widgets.common.colours import DARK, LIGHT
-from widgets.document.stage_settings import reflatten_for
-from widgets.panels.panel_column import COLUMN_WIDTH
-from widgets.panels.simulation.accuracy_panel import AccuracyPanel
-from widgets.theme.application_theme import apply_theme
-from widgets.workers.accuracy_worker import AccuracyWorker, InlineAccuracyWorker
 
 LONG = 60_000
 
@@ -187,7 +187,7 @@ def test_another_error_redraws_and_a_map_that_changed_is_told(panel, qtbot, docu
 
 
 def test_the_views_image_setting_is_ringed(panel, qtbot, monkeypatch):
-    monkeypatch.setattr("app.studies.stages.image.PIXELS", (64, 128))
+    monkeypatch.setattr("tactile_maps.studies.stages.image.PIXELS", (64, 128))
     panel.show_present(Setting("image", "nearest", {"pixels": 128}))
     measure(panel, qtbot, "image")
     assert panel.board.plot._named(None).startswith("Present: Nearest, ")

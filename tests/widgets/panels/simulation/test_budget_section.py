@@ -8,13 +8,13 @@ import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication, QPushButton
 
-from app.core.timing import Timings
-from app.studies.budget.measurement import BudgetMeasurement
-from app.studies.budget.proposal import Cost, Option
-from app.studies.work_precision import Setting, Trial
-from widgets.common.colours import DARK
-from widgets.panels.simulation.budget_section import BudgetSection
-from widgets.theme.application_theme import apply_theme
+from tactile_maps.core.timing import Timings
+from tactile_maps.studies.budget.measurement import BudgetMeasurement
+from tactile_maps.studies.budget.proposal import Cost, Option
+from tactile_maps.studies.study.work_precision import Setting, Trial
+from tactile_widgets.common.application_theme import apply_theme
+from tactile_widgets.common.colours import DARK
+from tactile_widgets.panels.model.budget_section import BudgetSection
 
 NOW = {
     "simulation": Setting("simulation", "implicitfast", {"timestep_ms": 1.0}),

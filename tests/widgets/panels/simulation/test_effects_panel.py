@@ -10,13 +10,13 @@ from PySide6.QtGui import QPalette, QWheelEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QLabel, QPushButton
 
-from app.core.errors import Finding
-from app.core.timing import Timings
-from app.scene.effects import EFFECTS, SENSOR_KEYS
-from app.scene.scene import with_override
-from app.tactile.contact_notes import ContactNote, ContactNoteKind
+from tactile_maps.core.errors import Finding
+from tactile_maps.core.timing import Timings
+from tactile_maps.scene.effects import EFFECTS, SENSOR_KEYS
+from tactile_maps.scene.scene import with_override
+from tactile_maps.tactile.mechanics.contact_notes import ContactNote, ContactNoteKind
+from tactile_widgets.panels.model.effects_panel import EffectsPanel, automatic_rows
 from tests.widgets.support.samples import touched
-from widgets.panels.simulation.effects_panel import EffectsPanel, automatic_rows
 
 LEFT, NONE = Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier
 pytestmark = pytest.mark.qt_log_ignore("This plugin does not support", extend=True)  # offscreen, of lists

@@ -10,15 +10,15 @@ from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QLabel
 
-from app.control.command import ControlSettings
-from app.session.reference_run import ReferenceDifference
-from app.session.session import Session
+from tactile_maps.control.motion.command import ControlSettings
+from tactile_maps.session.reference_run import ReferenceDifference
+from tactile_maps.session.session import Session
+from tactile_widgets.panels.model.accuracy_panel import AccuracyPanel
+from tactile_widgets.panels.model.reference_section import SECONDS, ReferenceSection
+from tactile_widgets.workers.reference_worker import ReferenceWorker
+from tactile_widgets.workers.worker_process import SourceToken
 from tests.support.touch import prepared_bar
 from tests.widgets.support.window_driver import press_map, run
-from widgets.panels.simulation.accuracy_panel import AccuracyPanel
-from widgets.panels.simulation.reference_section import SECONDS, ReferenceSection
-from widgets.workers.reference_worker import ReferenceWorker
-from widgets.workers.worker_process import SourceToken
 
 LONG = 60_000
 

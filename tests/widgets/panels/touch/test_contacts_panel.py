@@ -10,23 +10,23 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QInputDialog, QLabel, QScrollBar
 
-from app.contacts.force_estimation.estimate import ESTIMATORS, EstimateRefusal, ForceEstimate
-from app.contacts.pipeline import ReadingSettings
-from app.control.command import TaskReport
-from app.core.reading_units import ReadingUnits
-from app.scene.effects import Effects
-from app.session.session import Session
-from app.tactile.poke import PokePressed
-from app.tactile.sensor_effects import Noise, SensorEffects
-from tests.widgets.support.samples import leaf_map, touched
-from widgets.panels.touch.contacts_panel import ESTIMATORS as WORDS
-from widgets.panels.touch.contacts_panel import (
+from tactile_maps.contacts.force_estimation.estimate import ESTIMATORS, EstimateRefusal, ForceEstimate
+from tactile_maps.contacts.pipeline import ReadingSettings
+from tactile_maps.control.motion.command import TaskReport
+from tactile_maps.core.reading_units import ReadingUnits
+from tactile_maps.scene.effects import Effects
+from tactile_maps.session.session import Session
+from tactile_maps.tactile.poke import PokePressed
+from tactile_maps.tactile.sensors.sensor_effects import Noise, SensorEffects
+from tactile_widgets.panels.touch.contacts_panel import ESTIMATORS as WORDS
+from tactile_widgets.panels.touch.contacts_panel import (
     SHEAR_TIP,
     ContactsPanel,
     EstimationControls,
     estimate_text,
     uncertainty_text,
 )
+from tests.widgets.support.samples import leaf_map, touched
 
 TOLD = ForceEstimate(
     2.0, None, np.arange(14), np.full(14, 1 / 7), 4.12, 12, 14, 110.0, 100.0, peak=41_000.0, mean=12_300.0

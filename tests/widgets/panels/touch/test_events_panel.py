@@ -7,10 +7,10 @@ from dataclasses import replace
 import pytest
 from PySide6.QtCore import Qt
 
-from app.contacts.events import ContactEvent
-from app.geometry.mesh import SurfacePoint
+from tactile_maps.contacts.events import ContactEvent
+from tactile_maps.geometry.surface.mesh import SurfacePoint
+from tactile_widgets.panels.touch.events_panel import EventsPanel, event_lines
 from tests.widgets.support.samples import leaf_map, touched
-from widgets.panels.touch.events_panel import EventsPanel, event_lines
 
 AT = SurfacePoint(0, 0, (1.0, 0.0, 0.0))
 

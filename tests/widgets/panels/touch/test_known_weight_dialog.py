@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 from PySide6.QtWidgets import QFileDialog, QLabel, QPushButton
 
-from app.live.arrival import Arrived
-from app.live.readings import Reading, Unit
-from widgets.panels.touch.live_input_panel import LiveInputPanel
-from widgets.session.live_input import LiveInputSettings
+from tactile_maps.live.readings.arrival import Arrived
+from tactile_maps.live.readings.readings import Reading, Unit
+from tactile_widgets.panels.touch.live_input_panel import LiveInputPanel
+from tactile_widgets.session.live_input import LiveInputSettings
 
 
 def test_a_weight_calibrates_and_is_taken_back(window, tmp_path, monkeypatch):

@@ -7,16 +7,16 @@ import re
 import pytest
 from PySide6.QtWidgets import QApplication, QComboBox, QLabel, QPushButton
 
-from app.live.sources.open import SourceOptions
-from app.recording.player import open_recording
+from tactile_maps.live.sources.open import SourceOptions
+from tactile_maps.recording.player import open_recording
+from tactile_widgets.panels.control.behaviours_panel import BehavioursPanel
+from tactile_widgets.panels.control.controller_panel import ControllerPanel
+from tactile_widgets.panels.model.effects_panel import EffectsPanel
+from tactile_widgets.panels.panel_column import COLUMN_WIDTH
+from tactile_widgets.panels.touch.contacts_panel import ContactsPanel
+from tactile_widgets.panels.touch.live_input_panel import LiveInputPanel
+from tactile_widgets.session.live_input import LiveInputSettings
 from tests.widgets.support.window_driver import run
-from widgets.panels.control.behaviours_panel import BehavioursPanel
-from widgets.panels.control.controller_panel import ControllerPanel
-from widgets.panels.panel_column import COLUMN_WIDTH
-from widgets.panels.simulation.effects_panel import EffectsPanel
-from widgets.panels.touch.contacts_panel import ContactsPanel
-from widgets.panels.touch.live_input_panel import LiveInputPanel
-from widgets.session.live_input import LiveInputSettings
 
 TABLE = "time,sequence,{}\n" + "".join(f"{0.01 * i},{i}{{}}\n" for i in (0, 1, 3, 4, 5))
 

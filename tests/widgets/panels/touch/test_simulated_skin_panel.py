@@ -10,18 +10,18 @@ from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QLabel
 
-from app.live.simulated_skin import SimulatedSkin
-from app.live.sources.open import SourceOptions
-from app.maps.build import build_map
-from app.scene.scene import Scene
-from app.session.prepare import PreparedScene
+from tactile_maps.live.simulated_skin import SimulatedSkin
+from tactile_maps.live.sources.open import SourceOptions
+from tactile_maps.maps.build import build_map
+from tactile_maps.scene.scene import Scene
+from tactile_maps.session.prepare import PreparedScene
+from tactile_widgets.panels.touch.simulated_skin_panel import SimulatedSkinPanel
+from tactile_widgets.session.live_input import LiveInputSettings
+from tactile_widgets.workers.simulated_skin_worker import SimulatedSkinWorker
+from tactile_widgets.workers.worker_process import SourceToken
 from tests.support.touch import pair
 from tests.unit.live.test_simulated_skin import frame_of
 from tests.widgets.support.window_driver import run
-from widgets.panels.touch.simulated_skin_panel import SimulatedSkinPanel
-from widgets.session.live_input import LiveInputSettings
-from widgets.workers.simulated_skin_worker import SimulatedSkinWorker
-from widgets.workers.worker_process import SourceToken
 
 SLIDE = 0.032
 """Of the pair's joint [m]: both covers are pressed."""

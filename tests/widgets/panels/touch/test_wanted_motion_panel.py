@@ -12,14 +12,14 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QComboBox, QLabel, QLineEdit, QPushButton
 
-from app.live.motion.motion_output import MotionOutput
-from app.live.sources.open import SourceOptions
-from app.tactile.press import press_skin
+from tactile_maps.live.motion.motion_output import MotionOutput
+from tactile_maps.live.sources.open import SourceOptions
+from tactile_maps.tactile.press import press_skin
+from tactile_widgets.panels.panel_column import COLUMN_WIDTH
+from tactile_widgets.panels.touch.wanted_motion_panel import WantedMotionPanel
+from tactile_widgets.session.live_input import LiveInputSettings
 from tests.support.touch import bar_skin, prepared_bar
 from tests.widgets.support.window_driver import run
-from widgets.panels.panel_column import COLUMN_WIDTH
-from widgets.panels.touch.wanted_motion_panel import WantedMotionPanel
-from widgets.session.live_input import LiveInputSettings
 
 
 @pytest.fixture

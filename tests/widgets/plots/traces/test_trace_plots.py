@@ -12,13 +12,13 @@ from PySide6.QtGui import QColor
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QLabel, QPushButton
 
+from tactile_widgets.common.colours import DARK
+from tactile_widgets.common.tool_kinds import SelectionMode
+from tactile_widgets.document.taxel_selection import TAXEL_COLOURS, SelectionUpdate, TaxelSelection, region_colour
+from tactile_widgets.panels.touch.contacts_panel import ContactsPanel
+from tactile_widgets.plots.live_plots import LivePlots
+from tactile_widgets.plots.traces.trace_plots import TracePlot
 from tests.widgets.support.samples import touched
-from widgets.common.colours import DARK
-from widgets.common.tool_kinds import SelectionMode
-from widgets.document.taxel_selection import TAXEL_COLOURS, SelectionUpdate, TaxelSelection, region_colour
-from widgets.panels.touch.contacts_panel import ContactsPanel
-from widgets.plots.live_plots import LivePlots
-from widgets.plots.traces.trace_plots import TracePlot
 
 NEAR, OTHER = 10, 70
 LEFT = Qt.MouseButton.LeftButton

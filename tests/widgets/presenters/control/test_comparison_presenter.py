@@ -12,18 +12,18 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QFileDialog, QLabel, QPushButton
 
-from app.recording.recorder import Recorder
-from app.scene.scene_file import load_scene
-from app.session.session import Session
-from app.studies.controller_comparison import controller_metrics
-from app.tactile.poke import PokePressed
+from tactile_maps.recording.recorder import Recorder
+from tactile_maps.scene.scene_file import load_scene
+from tactile_maps.session.session import Session
+from tactile_maps.studies.controller_comparison import controller_metrics
+from tactile_maps.tactile.poke import PokePressed
+from tactile_widgets.common.colours import DARK, LIGHT
+from tactile_widgets.dialogs.controller_comparison.comparison_plots import LETTERS, contender_pen
+from tactile_widgets.dialogs.controller_comparison.comparison_view import ComparisonView
+from tactile_widgets.dialogs.controller_comparison.metrics_table import NONE, ROWS, format_metric
+from tactile_widgets.workers.worker_process import Result
 from tests.widgets.support.samples import middle_taxel
 from tests.widgets.support.window_driver import run
-from widgets.common.colours import DARK, LIGHT
-from widgets.controller_comparison.comparison_plots import LETTERS, contender_pen
-from widgets.controller_comparison.comparison_view import ComparisonView
-from widgets.controller_comparison.metrics_table import NONE, ROWS, format_metric
-from widgets.workers.worker_process import Result
 
 
 @pytest.fixture(scope="module")

@@ -10,12 +10,12 @@ from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
-from app.editing.arrange import move
+from tactile_maps.editing.arrange import move
+from tactile_widgets.tools.registry import PATH
 from tests.widgets.support.map_view_driver import LEFT, NONE
 from tests.widgets.support.robot_view_driver import skin_pixel
 from tests.widgets.support.samples import middle_taxel
 from tests.widgets.support.window_driver import press_map, run
-from widgets.tools.registry import PATH
 
 
 @pytest.fixture

@@ -9,12 +9,12 @@ from PySide6.QtGui import QGuiApplication
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QAbstractButton, QApplication
 
-from app.recording.player import RecordingPlayer
-from app.recording.verify import verify
-from app.robots.kinematics import Configuration
-from app.session.inputs import PosturePlaced, RestChanged
+from tactile_maps.recording.player import RecordingPlayer
+from tactile_maps.recording.verify import verify
+from tactile_maps.robots.kinematics import Configuration
+from tactile_maps.session.inputs import PosturePlaced, RestChanged
+from tactile_widgets.panels.control.posture_panel import PosturePanel
 from tests.widgets.support.window_driver import run, visible_skin
-from widgets.panels.control.posture_panel import PosturePanel
 
 LEFT = Qt.MouseButton.LeftButton
 pytestmark = pytest.mark.qt_log_ignore("This plugin does not support")

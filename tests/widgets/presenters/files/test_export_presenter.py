@@ -6,9 +6,9 @@ import socket
 
 import pytest
 
-from app.export.export import FORMATS
+from tactile_maps.export.export import FORMATS
+from tactile_widgets.presenters.files.export_presenter import EXPORT_JOB
 from tests.widgets.support.window_driver import run
-from widgets.presenters.files.export_presenter import EXPORT_JOB
 
 
 @pytest.fixture

@@ -16,21 +16,21 @@ from PySide6.QtGui import QAction, QDesktopServices, QDropEvent, QGuiApplication
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QFileDialog, QInputDialog, QMenu
 
-from app.cli.parser import build_parser
-from app.cli.scenes import scene_from_arguments
-from app.recording.player import RecordingPlayer
-from app.recording.verify import verify
-from app.robots.load import load_robot_file
-from app.scene.scene_file import load_scene, scene_for, scene_for_taxels, scene_names
-from app.session.prepare import load_robot_and_skin
-from app.skin.formats.import_skin import NO_ROBOT
-from app.skin.formats.taxel_files import write_taxels
+from tactile_maps.cli.parser import build_parser
+from tactile_maps.cli.shared.scenes import scene_from_arguments
+from tactile_maps.recording.player import RecordingPlayer
+from tactile_maps.recording.verify import verify
+from tactile_maps.robots.load import load_robot_file
+from tactile_maps.scene.scene_file import load_scene, scene_for, scene_for_taxels, scene_names
+from tactile_maps.session.prepare import load_robot_and_skin
+from tactile_maps.skin.formats.import_skin import NO_ROBOT
+from tactile_maps.skin.formats.taxel_files import write_taxels
+from tactile_widgets.presenters.files.file_presenter import scene_words
+from tactile_widgets.session.backends import INLINE
+from tactile_widgets.views.interaction.pointed_at import PointedAt
+from tactile_widgets.workers.scene_worker import SceneWorker
 from tests.support.taxel_formats import FORMATS, cylinder_taxels, write_formats
 from tests.widgets.support.window_driver import press_map, run
-from widgets.interaction.pointed_at import PointedAt
-from widgets.presenters.files.file_presenter import scene_words
-from widgets.session.backends import INLINE
-from widgets.workers.scene_worker import SceneWorker
 
 
 @pytest.fixture(scope="module")

@@ -7,9 +7,9 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QFileDialog
 
+from tactile_widgets.dialogs.figures.film_worker import FilmRequest
+from tactile_widgets.presenters.files.film_presenter import FILM_JOB
 from tests.widgets.support.window_driver import run
-from widgets.figures.film_worker import FilmRequest
-from widgets.presenters.files.film_presenter import FILM_JOB
 
 LEFT = Qt.MouseButton.LeftButton
 pytestmark = pytest.mark.qt_log_ignore("This plugin does not support")

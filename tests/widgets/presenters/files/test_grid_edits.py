@@ -11,13 +11,13 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QFileDialog, QMessageBox
 
-from app.editing.arrange import move, rotate
-from app.scene.scene_file import load_scene
-from app.skin.fit import is_grid_patch
+from tactile_maps.editing.arrange import move, rotate
+from tactile_maps.scene.scene_file import load_scene
+from tactile_maps.skin.fitting.fit import is_grid_patch
+from tactile_widgets.dialogs.dialogs import Button
+from tactile_widgets.session.live_input import LiveInputSettings
 from tests.widgets.support.window_driver import answer, run
 from tests.widgets.tools.map_editing.test_grid_tool import corners
-from widgets.context.dialogs import Button
-from widgets.session.live_input import LiveInputSettings
 
 LEFT = Qt.MouseButton.LeftButton
 

@@ -11,17 +11,17 @@ from PySide6.QtCore import Qt, QTimer
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QFileDialog, QMessageBox, QToolButton
 
-from app.editing.arrange import move, rotate
-from app.editing.document_file import DocumentFile, load_document, save_document
-from app.maps.formats.map_file import save_map
-from app.recording.player import open_recording
-from app.scene.scene_file import load_scene
-from app.studies.testbeds.reference_bodies import flat_map
+from tactile_maps.editing.arrange import move, rotate
+from tactile_maps.editing.document_file import DocumentFile, load_document, save_document
+from tactile_maps.maps.formats.map_file import save_map
+from tactile_maps.recording.player import open_recording
+from tactile_maps.scene.scene_file import load_scene
+from tactile_maps.studies.testbeds.reference_bodies import flat_map
+from tactile_widgets.common.settings import Settings
+from tactile_widgets.session.backends import INLINE
+from tactile_widgets.window.main_window import MainWindow
 from tests.support.special_files import is_special, make_special_file, special_kinds
 from tests.widgets.support.window_driver import answer, run
-from widgets.common.settings import Settings
-from widgets.session.backends import INLINE
-from widgets.window.main_window import MainWindow
 
 
 @pytest.fixture

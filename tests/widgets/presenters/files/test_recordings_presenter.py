@@ -7,13 +7,19 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QFileDialog, QInputDialog, QMessageBox, QPushButton
 
-from app.recording.annotations import Annotations, LabelledEpisode, Outcome, load_annotations, save_annotations
-from app.recording.player import RecordingPlayer
-from app.recording.recorder import Recorder
-from app.session.session import Session
+from tactile_maps.recording.encoding.annotations import (
+    Annotations,
+    LabelledEpisode,
+    Outcome,
+    load_annotations,
+    save_annotations,
+)
+from tactile_maps.recording.player import RecordingPlayer
+from tactile_maps.recording.recorder import Recorder
+from tactile_maps.session.session import Session
+from tactile_widgets.plots.timeline.playhead import Span
+from tactile_widgets.workers.recording_worker import RecordingWorker
 from tests.support.recordings import with_checksum_damage
-from widgets.timeline.playhead import Span
-from widgets.workers.recording_worker import RecordingWorker
 
 LEFT = Qt.MouseButton.LeftButton
 

@@ -8,12 +8,12 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QMenu, QPushButton
 
-from app.studies.catalogue import STUDY_NAMES, load_study
-from app.studies.running.study_table import read_study_table
-from assets import asset
-from widgets.common.colours import LIGHT
-from widgets.context.study_dialog import StudyDialog
-from widgets.presenters.files.study_presenter import no_replay
+from tactile_maps.core.assets import asset
+from tactile_maps.studies.catalogue import STUDY_NAMES, load_study
+from tactile_maps.studies.running.study_table import read_study_table
+from tactile_widgets.common.colours import LIGHT
+from tactile_widgets.dialogs.study_dialog import StudyDialog
+from tactile_widgets.presenters.files.study_presenter import no_replay
 
 LOOPS, PATHS = asset("findings", "loop-laws.csv"), asset("findings", "representation.csv")
 

@@ -10,10 +10,10 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QPushButton, QToolButton
 
-from app.scene.scene import with_override
-from app.scene.stability import stability_warning
-from app.session.inputs import EffectsChanged
-from app.studies.work_precision import Setting
+from tactile_maps.scene.scene import with_override
+from tactile_maps.scene.stability import stability_warning
+from tactile_maps.session.inputs import EffectsChanged
+from tactile_maps.studies.study.work_precision import Setting
 from tests.widgets.support.window_driver import press_map, run
 
 LEFT = Qt.MouseButton.LeftButton

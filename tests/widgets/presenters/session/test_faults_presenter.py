@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from PySide6.QtWidgets import QLabel
 
-from app.live.sources.open import SourceOptions
-from app.recording.player import open_recording
+from tactile_maps.live.sources.open import SourceOptions
+from tactile_maps.recording.player import open_recording
+from tactile_widgets.overlays.taxel_faults import Fault
+from tactile_widgets.panels.touch.contacts_panel import ContactsPanel
+from tactile_widgets.session.live_input import LiveInputSettings
 from tests.widgets.support.window_driver import run
-from widgets.overlays.taxel_faults import Fault
-from widgets.panels.touch.contacts_panel import ContactsPanel
-from widgets.session.live_input import LiveInputSettings
 
 
 @pytest.fixture

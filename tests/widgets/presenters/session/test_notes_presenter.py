@@ -8,13 +8,19 @@ from PySide6.QtGui import QContextMenuEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QInputDialog
 
-from app.recording.annotations import LabelledEpisode, Mark, Outcome, annotations_file, load_annotations
-from app.recording.recorder import Recorder
-from app.session.session import Session
+from tactile_maps.recording.encoding.annotations import (
+    LabelledEpisode,
+    Mark,
+    Outcome,
+    annotations_file,
+    load_annotations,
+)
+from tactile_maps.recording.recorder import Recorder
+from tactile_maps.session.session import Session
+from tactile_widgets.dialogs.episode_dialog import EpisodeDialog
+from tactile_widgets.plots.timeline.playhead import Span
+from tactile_widgets.plots.timeline.scrub_bar import ScrubBar
 from tests.widgets.support.window_driver import run
-from widgets.context.episode_dialog import EpisodeDialog
-from widgets.timeline.playhead import Span
-from widgets.timeline.scrub_bar import ScrubBar
 
 CONTROL, SHIFT = Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.ShiftModifier
 LEFT = Qt.MouseButton.LeftButton

@@ -9,13 +9,13 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QFileDialog, QInputDialog
 
-from app.control.command import ControlSettings
-from app.recording.recorder import Recorder
-from app.session.session import Session
-from app.tactile.poke import PokePressed
+from tactile_maps.control.motion.command import ControlSettings
+from tactile_maps.recording.recorder import Recorder
+from tactile_maps.session.session import Session
+from tactile_maps.tactile.poke import PokePressed
+from tactile_widgets.presenters.session.overlay_presenter import first_touch, same_skin
 from tests.support.recordings import record, small_arm
 from tests.widgets.support.window_driver import run
-from widgets.presenters.session.overlay_presenter import first_touch, same_skin
 
 ALT_SHIFT = Qt.KeyboardModifier.AltModifier | Qt.KeyboardModifier.ShiftModifier
 TAXEL = 20

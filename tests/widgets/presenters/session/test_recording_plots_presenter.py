@@ -8,15 +8,15 @@ import pytest
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 
-from app.control.limits import LimitKind
-from app.recording.overview.curves import CURVES
-from app.recording.recorder import Recorder
-from app.session.inputs import PokePressed
-from app.session.session import Session
-from widgets.plots.plot_choice import PlotKey, PlotKind
-from widgets.timeline.playhead import Span
-from widgets.workers.recording_worker import ReadCurves, RecordingWorker
-from widgets.workers.worker_process import SourceToken
+from tactile_maps.control.motion.limits import LimitKind
+from tactile_maps.recording.overview.curves import CURVES
+from tactile_maps.recording.recorder import Recorder
+from tactile_maps.session.inputs import PokePressed
+from tactile_maps.session.session import Session
+from tactile_widgets.plots.choice.plot_choice import PlotKey, PlotKind
+from tactile_widgets.plots.timeline.playhead import Span
+from tactile_widgets.workers.recording_worker import ReadCurves, RecordingWorker
+from tactile_widgets.workers.worker_process import SourceToken
 
 LEFT, NONE = Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.recording.player import open_recording
-from app.recording.recorder import Recorder
-from app.session.inputs import PokePressed, PokeReleased
-from app.session.session import Session
+from tactile_maps.recording.player import open_recording
+from tactile_maps.recording.recorder import Recorder
+from tactile_maps.session.inputs import PokePressed, PokeReleased
+from tactile_maps.session.session import Session
 
 
 def drawn_forces(window):

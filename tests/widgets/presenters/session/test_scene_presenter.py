@@ -5,12 +5,12 @@ from __future__ import annotations
 import pytest
 from PySide6.QtTest import QTest
 
-from app.editing.seams import propose_seam
-from app.flattening.methods import METHODS
+from tactile_maps.editing.seams import propose_seam
+from tactile_maps.flattening.methods import METHODS
+from tactile_widgets.tools.registry import INTEREST, PINS, SEAMS
 from tests.hard_cases.touch import dressed
 from tests.support.touch import bar, bar_skin
 from tests.widgets.support.window_driver import run
-from widgets.tools.registry import INTEREST, PINS, SEAMS
 
 ORDER = ["effects", "views", "panels", "map"]
 

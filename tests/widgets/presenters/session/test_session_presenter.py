@@ -7,10 +7,10 @@ from datetime import datetime
 import pytest
 from mcap.reader import make_reader
 
-from app.recording.damage import DamageKind
+from tactile_maps.recording.file.damage import DamageKind
+from tactile_widgets.plots.timeline.scrub_bar import ScrubBar
+from tactile_widgets.session.recording_writer import DiskSpace
 from tests.widgets.support.window_driver import run
-from widgets.session.recording_writer import DiskSpace
-from widgets.timeline.scrub_bar import ScrubBar
 
 
 @pytest.fixture
@@ -41,7 +41,7 @@ def test_a_damaged_recording_says_what_it_has_lost_and_marks_where(window, tmp_p
 
 
 def test_two_recordings_of_one_second_have_two_names(window, tmp_path, monkeypatch):
-    monkeypatch.setattr("widgets.presenters.session.session_presenter.datetime", SameSecond)
+    monkeypatch.setattr("tactile_widgets.presenters.session.session_presenter.datetime", SameSecond)
     for _ in range(3):
         window.action("record").trigger()
         run(window, 0.1)

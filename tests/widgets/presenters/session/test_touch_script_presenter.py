@@ -8,8 +8,8 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QFileDialog, QToolButton
 
-from app.recording.player import RecordingPlayer
-from app.stimuli.stimulus_file import load_stimuli
+from tactile_maps.recording.player import RecordingPlayer
+from tactile_maps.stimuli.stimulus_file import load_stimuli
 from tests.widgets.support.window_driver import blow_up, press_map, run
 
 LEFT = Qt.MouseButton.LeftButton

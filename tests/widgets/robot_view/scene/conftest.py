@@ -5,9 +5,9 @@ from __future__ import annotations
 import pytest
 import pyvista as pv
 
+from tactile_widgets.common.colours import DARK, PressureScale
+from tactile_widgets.views.robot.scene.robot_scene import RobotScene
 from tests.widgets.support.robot_view_driver import PICTURE
-from widgets.common.colours import DARK, PressureScale
-from widgets.robot_view.scene.robot_scene import RobotScene
 
 
 @pytest.fixture

@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from widgets.common.colours import LIGHT
-from widgets.overlays.taxel_faults import NO_FAULTS, TaxelFaults
-from widgets.robot_view.camera import look_from
+from tactile_widgets.common.colours import LIGHT
+from tactile_widgets.overlays.taxel_faults import NO_FAULTS, TaxelFaults
+from tactile_widgets.views.robot.scene.camera import look_from
 
 
 @pytest.fixture

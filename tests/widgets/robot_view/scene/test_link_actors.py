@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 import pyvista as pv
 
-from app.geometry.mesh import Mesh
-from app.robots.load import robot_of_mesh
-from app.session.link_levels import LinkLevels
+from tactile_maps.geometry.surface.mesh import Mesh
+from tactile_maps.robots.load import robot_of_mesh
+from tactile_maps.session.link_levels import LinkLevels
+from tactile_widgets.common.colours import DARK, LIGHT
+from tactile_widgets.views.robot.scene.camera import Viewpoint, orbit, zoom
+from tactile_widgets.views.robot.scene.link_actors import PIXELS, LinkActors
 from tests.widgets.support.robot_view_driver import PICTURE
-from widgets.common.colours import DARK, LIGHT
-from widgets.robot_view.camera import Viewpoint, orbit, zoom
-from widgets.robot_view.scene.link_actors import PIXELS, LinkActors
 
 ROWS = PICTURE[1]
 

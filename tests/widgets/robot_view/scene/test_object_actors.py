@@ -7,12 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.recording.player import RecordingPlayer
-from app.recording.recorder import Recorder
-from app.scene.object_meshes import make_objects
-from app.scene.objects import ObjectSpec
-from app.session.session import Session
-from widgets.common.colours import DARK, LIGHT
+from tactile_maps.recording.player import RecordingPlayer
+from tactile_maps.recording.recorder import Recorder
+from tactile_maps.scene.object_meshes import make_objects
+from tactile_maps.scene.objects import ObjectSpec
+from tactile_maps.session.session import Session
+from tactile_widgets.common.colours import DARK, LIGHT
 
 BALL = ObjectSpec("ball", "sphere", size=(0.06,), at=(0.2, 0.5, 0.4), mass=0.2)
 CRATE = ObjectSpec("crate", "box", size=(0.2, 0.1, 0.1), at=(0.5, -0.1, 0.05), turn=(0.0, 0.0, 30.0))

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.robots.kinematics import Configuration
-from app.session.session import Session
-from app.tactile.poke import PokePressed
+from tactile_maps.robots.kinematics import Configuration
+from tactile_maps.session.session import Session
+from tactile_maps.tactile.poke import PokePressed
+from tactile_widgets.common.colours import DARK, LIGHT, PressureScale
+from tactile_widgets.views.robot.scene.robot_scene import RobotScene
 from tests.widgets.support.robot_view_driver import PICTURE
-from widgets.common.colours import DARK, LIGHT, PressureScale
-from widgets.robot_view.scene.robot_scene import RobotScene
 
 
 @pytest.fixture(scope="module")

@@ -13,13 +13,13 @@ from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
+from tactile_widgets.common.tool_kinds import SELECT_BOX, SelectionMode
+from tactile_widgets.document.taxel_selection import SelectionUpdate
+from tactile_widgets.views.robot.scene.camera import CameraRay
+from tactile_widgets.views.robot.scene.skin_actors import PEELED, morphed, ray_mesh_intersection
 from tests.widgets.support.samples import middle_taxel, touched
 from tests.widgets.support.snapshots import pixels, shared_share
 from tests.widgets.support.window_driver import run, visible_skin
-from widgets.common.tool_kinds import SELECT_BOX, SelectionMode
-from widgets.document.taxel_selection import SelectionUpdate
-from widgets.robot_view.camera import CameraRay
-from widgets.robot_view.scene.skin_actors import PEELED, morphed, ray_mesh_intersection
 
 LEFT = Qt.MouseButton.LeftButton
 

@@ -8,17 +8,17 @@ import numpy as np
 import pytest
 import pyvista as pv
 
-from app.control.command import ControlSettings
-from app.session.inputs import ControlChanged
-from app.session.session import Session
-from app.tactile.poke import PokePressed
+from tactile_maps.control.motion.command import ControlSettings
+from tactile_maps.session.inputs import ControlChanged
+from tactile_maps.session.session import Session
+from tactile_maps.tactile.poke import PokePressed
+from tactile_widgets.common.colours import DARK, LIGHT, PressureScale, rgb
+from tactile_widgets.views.layers import LAYERS, body_layers
+from tactile_widgets.views.overlays.task_overlay import ContactTrail
+from tactile_widgets.views.overlays.task_overlay_builder import TaskOverlayBuilder
+from tactile_widgets.views.robot.scene.robot_scene import RobotScene
+from tactile_widgets.views.robot.scene.tool_and_task_marks import TaskMarks
 from tests.widgets.support.snapshots import shared_share
-from widgets.common.colours import DARK, LIGHT, PressureScale, rgb
-from widgets.layers.registry import LAYERS, body_layers
-from widgets.overlays.task_overlay import ContactTrail
-from widgets.overlays.task_overlay_builder import TaskOverlayBuilder
-from widgets.robot_view.scene.robot_scene import RobotScene
-from widgets.robot_view.scene.tool_and_task_marks import TaskMarks
 
 
 @pytest.fixture(scope="module")

@@ -10,7 +10,12 @@ from PySide6.QtCore import QEvent, QPoint, QPointF, Qt
 from PySide6.QtGui import QColor, QMouseEvent
 from PySide6.QtTest import QTest
 
-from app.geometry.mesh import SurfacePoint
+from tactile_maps.geometry.surface.mesh import SurfacePoint
+from tactile_widgets.common.colours import DARK
+from tactile_widgets.tools.control.control_tool import FINE_STEP, STEP
+from tactile_widgets.tools.control.path_tool import PathTool
+from tactile_widgets.tools.control.target_tool import TargetTool
+from tactile_widgets.views.interaction.view_tool import PointerHit
 from tests.widgets.support.map_view_driver import (
     LEFT,
     NONE,
@@ -22,11 +27,6 @@ from tests.widgets.support.map_view_driver import (
     set_path_kind,
     wheel,
 )
-from widgets.common.colours import DARK
-from widgets.interaction.view_tool import PointerHit
-from widgets.tools.control.control_tool import FINE_STEP, STEP
-from widgets.tools.control.path_tool import PathTool
-from widgets.tools.control.target_tool import TargetTool
 
 
 @pytest.mark.parametrize("made", [PathTool, TargetTool])

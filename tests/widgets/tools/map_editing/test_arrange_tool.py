@@ -11,12 +11,12 @@ from PySide6.QtGui import QMouseEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QLineEdit
 
-from app.editing.document import show_patches
+from tactile_maps.editing.document import show_patches
+from tactile_widgets.tools.map_editing.transform_box import ROTATION_HANDLE
+from tactile_widgets.views.interaction.view_tool import PointerHit
+from tactile_widgets.views.overlays.body_overlays import NO_MARKS
 from tests.widgets.support.arrange_driver import CONTROL, LEFT, NONE, SHIFT, Bench
 from tests.widgets.support.samples import leaf_map, middle_taxel, touched
-from widgets.interaction.view_tool import PointerHit
-from widgets.overlays.body_overlays import NO_MARKS
-from widgets.tools.map_editing.transform_box import ROTATION_HANDLE
 
 BESIDE = (6.0, 300.0)
 FREE = np.array([23.0, -31.0])

@@ -7,14 +7,14 @@ import pytest
 from PySide6.QtCore import QEvent, QPointF, Qt
 from PySide6.QtGui import QKeyEvent, QMouseEvent
 
-from app.geometry.mesh import SurfacePoint
-from app.scene.scene_file import scene_for
-from app.skin.fit import is_grid_patch
+from tactile_maps.geometry.surface.mesh import SurfacePoint
+from tactile_maps.scene.scene_file import scene_for
+from tactile_maps.skin.fitting.fit import is_grid_patch
+from tactile_widgets.tools.map_editing.grid_tool import GridSteps, GridTool
+from tactile_widgets.tools.registry import GRID
+from tactile_widgets.views.interaction.view_tool import PointerHit
+from tactile_widgets.views.overlays.body_overlays import MarkRole
 from tests.widgets.support.window_driver import run
-from widgets.interaction.view_tool import PointerHit
-from widgets.overlays.body_overlays import MarkRole
-from widgets.tools.map_editing.grid_tool import GridSteps, GridTool
-from widgets.tools.registry import GRID
 
 
 def press(tool, at):

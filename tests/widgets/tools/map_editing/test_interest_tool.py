@@ -7,10 +7,10 @@ import pytest
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 
-from app.editing.reflatten import set_method
+from tactile_maps.editing.reflatten import set_method
+from tactile_widgets.tools.map_editing.interest_tool import InterestTool
+from tactile_widgets.tools.registry import INTEREST
 from tests.widgets.support.map_view_driver import ALT, CAP, LEFT, SHEET, HeldWorker, MapViewDriver, middle
-from widgets.tools.map_editing.interest_tool import InterestTool
-from widgets.tools.registry import INTEREST
 
 
 @pytest.fixture

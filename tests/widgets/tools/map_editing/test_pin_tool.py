@@ -7,11 +7,11 @@ import pytest
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtGui import QColor
 
-from app.editing.pins import add_pin, pin_places
-from app.editing.reflatten import set_method
+from tactile_maps.editing.pins import add_pin, pin_places
+from tactile_maps.editing.reflatten import set_method
+from tactile_widgets.common.colours import DARK
+from tactile_widgets.tools.map_editing.pin_tool import PinTool
 from tests.widgets.support.map_view_driver import CAP, SHEET, SHIFT, HeldWorker, MapViewDriver, flips, middle
-from widgets.common.colours import DARK
-from widgets.tools.map_editing.pin_tool import PinTool
 
 
 @pytest.fixture
@@ -141,7 +141,7 @@ def test_a_pin_that_cannot_follow_says_how_far_off_it_is(hand, editor, document,
     lag = np.linalg.norm(pin_places(editor.document, CAP)[0] - place(editor))
     assert lag > 0.05
     said = hand.picture()
-    monkeypatch.setattr("widgets.tools.map_editing.pin_tool._LAG_PX", np.inf)
+    monkeypatch.setattr("tactile_widgets.tools.map_editing.pin_tool._LAG_PX", np.inf)
     assert hand.picture() != said
     hand.key(Qt.Key.Key_Escape)
 

@@ -9,8 +9,11 @@ from PySide6.QtGui import QMouseEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
-from app.editing.reflatten import set_method
-from app.editing.seams import paint_interest
+from tactile_maps.editing.reflatten import set_method
+from tactile_maps.editing.seams import paint_interest
+from tactile_widgets.tools.map_editing.seam_tool import SeamTool
+from tactile_widgets.tools.registry import SEAMS
+from tactile_widgets.views.overlays.body_overlays import MarkRole
 from tests.widgets.support.map_view_driver import (
     ALT,
     CAP,
@@ -24,9 +27,6 @@ from tests.widgets.support.map_view_driver import (
     middle,
     sheet_vertex,
 )
-from widgets.overlays.body_overlays import MarkRole
-from widgets.tools.map_editing.seam_tool import SeamTool
-from widgets.tools.registry import SEAMS
 
 
 @pytest.fixture

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 
-from app.cli.main import run_command
+from tactile_maps.cli.main import run_command
 from tests.support.recordings import record, small_arm
 
 

@@ -6,9 +6,9 @@ import json
 
 import pytest
 
-from app.cli.main import run_command
-from app.recording.annotations import Annotations, LabelledEpisode, save_annotations
-from app.recording.player import RecordingPlayer
+from tactile_maps.cli.main import run_command
+from tactile_maps.recording.encoding.annotations import Annotations, LabelledEpisode, save_annotations
+from tactile_maps.recording.player import RecordingPlayer
 from tests.support.recordings import record, small_arm
 
 

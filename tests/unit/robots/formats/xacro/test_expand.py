@@ -8,10 +8,10 @@ from xml.etree.ElementTree import Element, tostring
 
 import pytest
 
-from app.core.errors import RobotError
-from app.robots.files.model_files import PackageResolver
-from app.robots.files.safe_files import parse_model_xml
-from app.robots.formats.xacro import process_xacro
+from tactile_maps.core.errors import RobotError
+from tactile_maps.robots.files.model_files import PackageResolver
+from tactile_maps.robots.files.safe_files import parse_model_xml
+from tactile_maps.robots.formats.xacro import process_xacro
 
 Expand = Callable[..., Element]
 

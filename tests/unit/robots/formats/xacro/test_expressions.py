@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from app.robots.formats.xacro.expressions import Budget, ExpressionError, evaluate
+from tactile_maps.robots.formats.xacro.expressions import Budget, ExpressionError, evaluate
 
 VALUES = {"a": 3, "word": "left", "table": {"x": {"y": [1, 2.5]}}, "list": [1, 2]}
 

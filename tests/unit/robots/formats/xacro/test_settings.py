@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from app.core.errors import RobotError
-from app.robots.formats.xacro.settings import parse_settings
+from tactile_maps.core.errors import RobotError
+from tactile_maps.robots.formats.xacro.settings import parse_settings
 
 pytest.importorskip("yaml")
 FILE = Path("limits.yaml")

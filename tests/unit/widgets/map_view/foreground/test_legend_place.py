@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from PySide6.QtCore import QRectF, QSizeF
 
-from widgets.map_view.foreground.legend_place import LegendPlace
-from widgets.map_view.map_coordinates import SceneTransform
-from widgets.map_view.map_shapes import ChartShape, MapShapes, PatchShape
+from tactile_widgets.views.map.items.map_coordinates import SceneTransform
+from tactile_widgets.views.map.items.map_shapes import ChartShape, MapShapes, PatchShape
+from tactile_widgets.views.map.painting.legend_place import LegendPlace
 
 EDGE, ROOM, SIZE = 12.0, QRectF(0, 0, 400, 400), QSizeF(120, 60)
 

@@ -7,7 +7,7 @@ from collections import Counter
 import numpy as np
 import pytest
 
-from widgets.map_view.foreground.map_layers import contour_segments
+from tactile_widgets.views.map.painting.map_layers import contour_segments
 
 
 def _disc(radius: float) -> np.ndarray:

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.contacts.events import ContactEvent
-from app.control.limits import Limit, LimitKind
-from app.core.timing import Timings
-from app.geometry.mesh import SurfacePoint
-from widgets.plots.traces.history import (
+from tactile_maps.contacts.events import ContactEvent
+from tactile_maps.control.motion.limits import Limit, LimitKind
+from tactile_maps.core.timing import Timings
+from tactile_maps.geometry.surface.mesh import SurfacePoint
+from tactile_widgets.plots.traces.history import (
     LIMIT_SHOWN_FOR,
     EventHistory,
     LimitHistory,

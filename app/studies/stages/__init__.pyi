@@ -1,6 +1,0 @@
-from .registry import STAGES, edits_map
-
-__all__ = [
-    "STAGES",
-    "edits_map",
-]

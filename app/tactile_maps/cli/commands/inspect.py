@@ -1,0 +1,447 @@
+"""``inspect``: what a robot, skin, map, scene or recording holds, and what is wrong with it; and the plug-ins."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+from tactile_maps.cli.shared.output import plain_text, print_fields, print_json, print_line, progress_line
+from tactile_maps.cli.shared.robot_options import home_of, package_roots
+from tactile_maps.cli.shared.unused_options import refuse_with_input
+from tactile_maps.core.errors import Finding, RecordingError, TactileMapsError, UsageError
+from tactile_maps.core.plugins import Plugin, Registry, unknown_kinds
+from tactile_maps.maps.formats.map_file import load_map
+from tactile_maps.recording.file.damage import DamageKind, damage_text
+from tactile_maps.robots.formats.touch_sensors import read_touch_sensors
+from tactile_maps.robots.library import load_robot
+from tactile_maps.robots.model.robot import Robot
+from tactile_maps.robots.workspace import inertia_ratio, reach
+from tactile_maps.scene.scene import Scene
+from tactile_maps.scene.scene_file import scene_names
+from tactile_maps.session.prepare import PreparedScene, open_scene
+from tactile_maps.session.prepared_cache import load_robot_cached, prepare_cached
+from tactile_maps.skin.controllable import controllable_share
+from tactile_maps.skin.formats.icub_layout import read_icub_layout
+from tactile_maps.skin.formats.import_skin import TAXEL_ENDINGS, holds_taxels, is_own_skin, is_robot_with_taxels
+from tactile_maps.skin.formats.taxel_files import read_taxel_sets, taxel_format_for
+from tactile_maps.skin.link_hulls import skinned_links
+from tactile_maps.skin.link_pieces import collision_finding, hull_fit, link_pieces, pieces_fit
+from tactile_maps.skin.model.skin import Skin, identity_summary, identity_text, join_identities
+from tactile_maps.skin.model.skin_file import load_skin
+
+REGISTRIES: Mapping[str, tuple[str, str]] = {
+    "contact_models": ("tactile_maps.tactile.models.contact_model", "CONTACT_MODELS"),
+    "map_methods": ("tactile_maps.flattening.methods", "METHODS"),
+    "sensor_stages": ("tactile_maps.tactile.sensors.sensor_chain", "SENSOR_STAGES"),
+    "controllers": ("tactile_maps.control.controller_registry", "CONTROLLERS"),
+    "estimators": ("tactile_maps.contacts.force_estimation.estimation", "FORCE_ESTIMATORS"),
+    "importers": ("tactile_maps.skin.formats.taxel_files", "TAXEL_FORMATS"),
+    "exporters": ("tactile_maps.export.export", "FORMATS"),
+    "sources": ("tactile_maps.live.sources.open", "SOURCE_KINDS"),
+}
+"""By kind the module and name of its registry; imported when it is asked."""
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    """Open whatever it is and describe it."""
+    if arguments.plugins == (arguments.input is not None):
+        raise UsageError("there is nothing to inspect", remedy="Give one file or name, or --plugins alone")
+    if arguments.costs and not _is_scene(arguments.input):
+        purpose = "It measures the effects of a scene"
+        refuse_with_input(arguments, ["--costs"], "input", arguments.input, purpose=purpose)
+    if arguments.plugins:
+        return _list_plugins(as_json=arguments.json)
+    home = home_of(arguments)
+    found = describe(arguments.input, package_roots=package_roots(arguments), costs=arguments.costs, home=home)
+    if "limits" not in found:
+        refuse_with_input(arguments, ["--home"], "input", arguments.input, purpose="It is for robots and scenes")
+    apart = ("effects", "problems", "identity", "coverage", "collision", "limits", "controllable")
+    plain = {key.capitalize(): _text(value) for key, value in found.items() if key not in apart}
+    if found.get("reach") is not None:
+        plain["Reach"] = f"{found['reach']:.3f} m from the first joint"
+    if found.get("inertia_ratio") is not None:
+        plain["Inertia ratio"] = f"{found['inertia_ratio']:.3g} (largest to smallest joint inertia at home)"
+    plain.pop("Inertia_ratio", None)
+    plain["Identity"] = identity_text(found.get("identity", {}))
+    if "coverage" in found:
+        plain["Coverage"] = f"{100 * found['coverage']:.1f} % of the requested surface"
+    if "controllable" in found:
+        plain["Force control"] = _controllable_text(found["controllable"])
+    if arguments.report:
+        from tactile_maps.cli.shared.pages import write_fact_page
+
+        tables = {
+            "Effects": found.get("effects", ()),
+            "Collision": found.get("collision", ()),
+            "Limits of the joints": found.get("limits", ()),
+            "Problems": found["problems"],
+        }
+        write_fact_page(arguments.report, arguments.input, plain, tables=tables)
+    if arguments.json:
+        print_json(found)
+        return 0
+    print_fields({key: value for key, value in plain.items() if value})
+    _print_effects(found.get("effects", ()))
+    _print_collision(found.get("collision", ()))
+    _print_limits(found.get("limits", ()))
+    if "effects" in found and not arguments.costs:
+        print_line("What each costs here: add --costs")
+    for problem in found["problems"]:
+        print_line(f"  {problem['kind']} ({problem['count']}) {problem['where']}: {problem['remedy']}")
+    if arguments.report:
+        print_line(f"Written to {arguments.report}")
+    return 0
+
+
+def _print_effects(effects: Sequence[dict[str, Any]]) -> None:
+    """What is on with its cost and reason, then what is off, each a line."""
+    for word, on in (("On", True), ("Off", False)):
+        rows = [row for row in effects if row["on"] == on]
+        if rows:
+            print_line(f"{word}:")
+        for row in rows:
+            cost = f"{row['ms']:8.3f} ms" if row["ms"] is not None else " " * 11
+            value = row["value"] if row["value"] not in ("on", "off") else ""
+            print_line(f"  {row['title']:<24}{value:<14}{cost}  {row['why']}")
+
+
+def _print_collision(rows: Sequence[dict[str, Any]]) -> None:
+    """Print the shape with which each link with skin collides, and how far it stands proud of the skin."""
+    if rows:
+        print_line(
+            "Links with skin collide as (above the skin: largest, 95 % of area, angle; above bare parts next to it):"
+        )
+    for row in rows:
+        distances = f"{row['largest_mm']:8.2f} mm {row['usual_mm']:7.2f} mm {row['angle_deg']:5.1f} deg"
+        print_line(f"  {row['link']:<24}{row['shape']:<14}{distances} {row['bare_mm']:7.2f} mm")
+
+
+def _controllable_text(links: Mapping[str, float]) -> str:
+    """Return the shares of the links on which force can be controlled, and the condition."""
+    shares = ", ".join(f"{100 * share:.0f} % of {link}" for link, share in links.items())
+    return f"{shares} at home (motion of the joints at more than 15 degrees to the skin)"
+
+
+def _print_limits(rows: Sequence[dict[str, Any]]) -> None:
+    """Print the limits of each joint; what the model does not limit is a dash."""
+    if rows:
+        print_line("Joints (home; range; speed and effort that the model allows):")
+    for row in rows:
+        angle, effort = ("m", "N") if row["slide"] else ("rad", "N m")
+        ends = " to ".join(_limit(row[key]) for key in ("lower", "upper"))
+        drive = f"{_limit(row['max_speed']):>8} {angle + '/s':<6}{_limit(row['max_effort']):>8} {effort}"
+        print_line(f"  {row['joint']:<24}{row['home']:8.3f} {angle:<4}{ends:<18}{drive}")
+
+
+def _limit(value: float) -> str:
+    return f"{value:.4g}" if math.isfinite(value) else "-"
+
+
+def describe(
+    name: str, *, package_roots: Sequence[str] = (), costs: bool = False, home: Mapping[str, float] | None = None
+) -> dict[str, Any]:
+    """What ``name`` is, by its ending; names of scenes come before names of robots.
+
+    Args:
+        name: A file, or the name of a scene or robot.
+        package_roots: Folders with packages or meshes.
+        costs: Measure what each effect of a scene costs, for one to two seconds.
+        home: Joint positions of the home posture by joint name [rad, m], instead of those of the scene or robot.
+
+    Raises:
+        TactileMapsError: It is none of them, or broken.
+    """
+    ending = Path(name).suffix.lower()
+    if ending == ".mcap":
+        return _recording(name)
+    if ending == ".urdf" and holds_taxels(name):
+        return _robot_with_taxels(name, home) if is_robot_with_taxels(name) else _taxel_file(name)
+    if ending in (".xml", ".mjcf") and holds_taxels(name):
+        return _robot_with_touch_sensors(name, package_roots, home)
+    if ending == ".npz" and (is_own_skin(name) or not holds_taxels(name)):
+        return _arrays(name)
+    if ending in (".npz", *TAXEL_ENDINGS):
+        return _taxel_file(name)
+    if ending == ".ini":
+        return _layout(name)
+    if _is_scene(name):
+        scene = open_scene(name, package_roots=package_roots, load=load_robot_cached)
+        return _scene(replace(scene, home={**scene.home, **(home or {})}), costs=costs)
+    if taxel_format_for(Path(name)) is not None:
+        return _taxel_file(name)
+    return {"kind": "robot", **_robot(load_robot(name, package_roots=package_roots, home=home))}
+
+
+def _is_scene(name: str) -> bool:
+    return Path(name).suffix.lower() == ".toml" or name in scene_names()
+
+
+def _robot_with_taxels(name: str, home: Mapping[str, float] | None) -> dict[str, Any]:
+    """A robot description that states its taxels: what it holds of both."""
+    robot, taxels = _robot(load_robot(name, home=home)), _taxel_file(name)
+    found = {"kind": "robot with taxels", **robot, **{key: taxels[key] for key in ("taxels", "identity")}}
+    return found | {"taxel_links": taxels["links"], "problems": robot["problems"] + taxels["problems"]}
+
+
+def _robot_with_touch_sensors(
+    name: str, package_roots: Sequence[str], home: Mapping[str, float] | None
+) -> dict[str, Any]:
+    """An MJCF model with touch sensors: what it holds of both."""
+    robot = load_robot(name, package_roots=package_roots, home=home)
+    sensors, findings = read_touch_sensors(Path(name), package_roots=[Path(root) for root in package_roots])
+    found = {"kind": "robot with taxels", **_robot(robot), "taxels": sum(len(sensor.origins) for sensor in sensors)}
+    found |= {"taxel_links": list(dict.fromkeys(sensor.link for sensor in sensors))}
+    return found | {
+        "touch_sensors": [sensor.name for sensor in sensors],
+        "problems": found["problems"] + _problems(findings),
+    }
+
+
+def _robot(robot: Robot) -> dict[str, Any]:
+    return {
+        "name": robot.name,
+        "source": robot.source,
+        "links": [link.name for link in robot.links],
+        "joints": [joint.name for joint in robot.joints],
+        "bodies": len(robot.links),
+        "reach": reach(robot),
+        "inertia_ratio": inertia_ratio(robot),
+        "limits": [
+            {
+                "joint": joint.name,
+                "slide": joint.slide,
+                "home": float(home),
+                "lower": joint.lower,
+                "upper": joint.upper,
+                "max_speed": joint.max_speed,
+                "max_effort": joint.max_effort,
+            }
+            for joint, home in zip(robot.joints, robot.home, strict=True)
+        ],
+        "problems": _problems(robot.findings),
+    }
+
+
+def _skin(skin: Skin) -> dict[str, Any]:
+    return {
+        "taxels": len(skin),
+        "patches": [
+            {"name": patch.name, "link": patch.link, "taxels": len(patch.taxels), "cm2": 1e4 * patch.surface.area}
+            for patch in skin.patches
+        ],
+        "coverage": skin.coverage,
+        "identity": identity_summary(skin.identity),
+    }
+
+
+def _scene(scene: Scene, *, costs: bool) -> dict[str, Any]:
+    prepared = prepare_cached(scene, progress=progress_line())
+    measured = _costs(prepared) if costs else {}
+    effects = [
+        {
+            "name": row.name,
+            "title": row.title,
+            "on": row.on,
+            "value": row.value,
+            "why": row.why,
+            "overridden": row.overridden,
+            "ms": measured.get(row.name),
+        }
+        for row in scene.decision.rows
+    ]
+    bodies = (finding for body in prepared.objects for finding in body.findings)
+    collision, shapes = _collision(prepared)
+    problems = (*scene.decision.warnings, *prepared.robot.findings, *prepared.skin.findings, *bodies, *shapes)
+    return {
+        "kind": "scene",
+        **_robot(prepared.robot),
+        "name": scene.name,
+        "title": scene.title,
+        "robot": scene.robot,
+        "task": scene.task,
+        "outputs": list(scene.wanted),
+        **_skin(prepared.skin),
+        "objects": [
+            {"name": spec.name, "kind": spec.kind, "mass": spec.mass, "at": list(spec.at)} for spec in scene.objects
+        ],
+        "effects": effects,
+        "collision": collision,
+        "controllable": controllable_share(prepared.robot, prepared.skin),
+        "problems": _problems(problems),
+    }
+
+
+def _collision(prepared: PreparedScene) -> tuple[list[dict[str, Any]], list[Finding]]:
+    """Return a row for each link with skin, and findings about its shape.
+
+    Pieces are made only where the effects let something touch the link.
+    """
+    from tactile_maps.simulation.model.contact_pairs import collides_by_shapes  # loads MuJoCo
+
+    robot, skin = prepared.robot, prepared.skin
+    rows: list[dict[str, Any]] = []
+    findings: list[Finding] = []
+    touched = collides_by_shapes(prepared.scene.objects, prepared.scene.effects)
+    for link in skinned_links(skin):
+        pieces = link_pieces(robot, skin, link) if touched else None
+        fit = hull_fit(robot, skin, link) if pieces is None else pieces_fit(pieces, robot, skin, link)
+        if (finding := collision_finding(robot, link, fit, pieces)) is not None:
+            findings.append(finding)
+        rows.append(
+            {
+                "link": link,
+                "shape": "hull" if pieces is None else f"{len(pieces.hulls)} pieces",
+                "largest_mm": 1e3 * fit.largest,
+                "usual_mm": 1e3 * fit.usual,
+                "angle_deg": math.degrees(fit.angle),
+                "bare_mm": 1e3 * fit.bare,
+            }
+        )
+    return rows, findings
+
+
+def _costs(prepared: PreparedScene) -> Mapping[str, float]:
+    from tactile_maps.studies.ablation import ablation_cost  # 0.1 s: it simulates
+
+    return ablation_cost(prepared)
+
+
+def _recording(name: str) -> dict[str, Any]:
+    from tactile_maps.recording.player import RecordingPlayer  # 0.1 s: it can simulate anew what is recorded
+
+    player = RecordingPlayer(name)
+    tick = player.prepared.scene.tick
+    problems = [
+        {
+            "kind": damage.kind.value,
+            "where": damage_text(damage, tick),
+            "remedy": "Inspect it again when the recording has ended"
+            if damage.kind == DamageKind.BEING_RECORDED
+            else f"tactile-maps recover {name} -o recovered.mcap keeps what is whole",
+            "count": damage.count or 1,
+        }
+        for damage in player.damage
+    ]
+    try:
+        said = player.annotations()
+    except RecordingError as error:
+        said = player.recorded_annotations
+        problems.append({"kind": "notes", "where": str(error), "remedy": error.remedy or "", "count": 1})
+    return {
+        "kind": "recording",
+        "name": player.prepared.scene.name,
+        "robot": player.prepared.robot.name,
+        "links": [link.name for link in player.prepared.robot.links],
+        "joints": [joint.name for joint in player.prepared.robot.joints],
+        **_skin(player.prepared.skin),
+        "frames": len(player),
+        "complete": player.complete,
+        "seconds": player.duration,
+        "inputs": len(player.inputs),
+        "marks": [f"{mark.name} at {player.seconds_at(mark.tick):.2f} s" for mark in said.marks],
+        "episodes": [
+            f"{one.label}, {player.seconds_at(one.first):.2f} to {player.seconds_at(one.last):.2f} s"
+            for one in said.episodes
+        ],
+        "versions": player.versions,
+        "problems": problems,
+    }
+
+
+def _arrays(name: str) -> dict[str, Any]:
+    """A map, or failing that a skin; both are npz."""
+    from tactile_maps.maps.evaluation.quality import measure  # only a map is measured
+
+    try:
+        map_ = load_map(name)
+    except TactileMapsError as not_a_map:
+        try:
+            skin = load_skin(name)
+        except TactileMapsError:
+            raise not_a_map from None
+        return {"kind": "skin", "name": Path(name).stem, **_skin(skin), "problems": _problems(skin.findings)}
+    return {
+        "kind": "map",
+        "name": Path(name).stem,
+        **_skin(map_.skin),
+        "quality": measure(map_).to_json(),
+        "problems": _problems(map_.skin.findings),
+    }
+
+
+def _taxel_file(name: str) -> dict[str, Any]:
+    sets = read_taxel_sets(name)
+    return {
+        "kind": "taxel file",
+        "name": Path(name).stem,
+        "links": [taxels.link for taxels in sets],
+        "taxels": sum(map(len, sets)),
+        "mapped": sum(int(taxels.mapped.sum()) for taxels in sets),
+        "identity": identity_summary(join_identities([taxels.identity for taxels in sets])),
+        "problems": _problems(finding for taxels in sets for finding in taxels.findings),
+    }
+
+
+def _layout(name: str) -> dict[str, Any]:
+    layout = read_icub_layout(name)
+    return {
+        "kind": "layout",
+        "name": layout.name,
+        "modules": len(layout.modules),
+        "taxels": len(layout.numbers),
+        "problems": _problems(layout.findings),
+    }
+
+
+def _problems(findings: Iterable[Finding]) -> list[dict[str, Any]]:
+    return [{"kind": f.kind, "where": f.where, "remedy": f.action, "count": f.count} for f in findings]
+
+
+def _text(value: object) -> str:
+    return ", ".join(_item(item) for item in value) if isinstance(value, list) else plain_text(value)
+
+
+def _item(item: object) -> str:
+    """A patch or an object in few words."""
+    if not isinstance(item, dict):
+        return plain_text(item)
+    return f"{item['name']} ({item['taxels']} taxels)" if "taxels" in item else f"{item['name']} ({item['kind']})"
+
+
+def _list_plugins(*, as_json: bool) -> int:
+    """What other installed packages add, kind by kind; 0 also when some of it is left out."""
+    found = tuple(_every_plugin())
+    if as_json:
+        print_json({"plugins": [_plugin_row(plugin) for plugin in found]})
+        return 0
+    if not found:
+        print_line("No plug-ins are installed.")
+    width = [max((len(cell) for cell in column), default=0) for column in zip(*map(_plugin_cells, found), strict=True)]
+    for plugin in found:
+        print_line(
+            "  ".join(f"{cell:<{wide}}" for cell, wide in zip(_plugin_cells(plugin), width, strict=True)).rstrip()
+        )
+    return 0
+
+
+def _every_plugin() -> Iterator[Plugin]:
+    for module, name in REGISTRIES.values():
+        registry: Registry[Any] = getattr(import_module(module), name)
+        yield from registry.plugins()
+    yield from unknown_kinds(tuple(REGISTRIES))
+
+
+def _plugin_cells(plugin: Plugin) -> tuple[str, ...]:
+    state = "in use" if plugin.problem is None else f"left out: {plugin.problem}"
+    return plugin.kind, plugin.name, f"{plugin.package} {plugin.version}", state
+
+
+def _plugin_row(plugin: Plugin) -> dict[str, object]:
+    state = "in use" if plugin.problem is None else "left out"
+    about = {"kind": plugin.kind, "name": plugin.name, "package": plugin.package, "version": plugin.version}
+    return {**about, "target": plugin.target, "state": state, "problem": plugin.problem}

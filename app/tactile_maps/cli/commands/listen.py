@@ -1,0 +1,426 @@
+"""``listen``: readings of a real skin without a window: how they arrive, what touches the skin, and a recording."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, closing, contextmanager
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from tactile_maps.cli.shared.output import print_fields, print_json, print_warning, progress_line, write_error
+from tactile_maps.cli.shared.scenes import scene_from_arguments
+from tactile_maps.cli.shared.unused_options import given_options, refuse_with_input
+from tactile_maps.control.controller_registry import check_settings, settings_from
+from tactile_maps.control.limit_texts import limit_text
+from tactile_maps.control.motion.command import ControlSettings
+from tactile_maps.core.errors import LiveError, TactileMapsError, UsageError
+from tactile_maps.core.files import read_bounded_text
+from tactile_maps.live.channels.calibration import ValueMode, check_mass, load_calibration, save_calibration
+from tactile_maps.live.channels.matching import load_matching
+from tactile_maps.live.frame_recording import FrameRecording
+from tactile_maps.live.motion.command_latency import LatencyFigures, latency_text
+from tactile_maps.live.motion.command_loop import CommandLoop
+from tactile_maps.live.motion.driver_channel import (
+    check_not_source,
+    check_readings,
+    check_sending,
+    driver_channel,
+    needs_token,
+)
+from tactile_maps.live.motion.motion_output import MotionOutput
+from tactile_maps.live.motion.motion_sender import DEADLINE, MotionLimits, SendingState, StopReason
+from tactile_maps.live.prepare import prepare_measured
+from tactile_maps.live.session.connection import Connection, ConnectionState, ConnectionStatus, refused_text
+from tactile_maps.live.session.measured_session import MeasuredFacts, MeasuredSession, silent_text, swapped_texts
+from tactile_maps.live.sources.network import check_token, is_this_machine
+from tactile_maps.live.sources.open import SourceOptions, host_and_port, is_live, open_source, uses_option
+from tactile_maps.recording.recorder import Recorder
+from tactile_maps.scene.scene import Scene
+from tactile_maps.session.frame import Frame
+from tactile_maps.session.prepare import PreparedScene
+
+CLOCK: Callable[[], float] = time.monotonic
+"""Clock [s] by which readings and commands have their ages. Tests replace it and so do not depend on the machine."""
+_TOLD_EVERY = 1.0
+"""Seconds between two lines of statistics on a terminal."""
+_LATENCY = ("median", "p95", "p99", "largest")
+_FINISH_SECONDS = 1.0
+"""Readings that wait when listening to a live source ends are taken for at most so long [s]."""
+_PAUSE = 0.01
+"""Seconds between two looks at how listening goes."""
+_WEIGHT_SECONDS = 0.5
+"""Readings of so long [s] are averaged for ``--weight`` by default."""
+_PURPOSES = {
+    "speed": "It sets how fast a file is played",
+    "mapping": "It names the topics and fields of ROS 2 messages",
+    "token": "It is for packets: of udp:, zmq: and serial: sources, and of --send",
+    "remote": "It is for udp: sources that other machines reach, such as udp://0.0.0.0:9870, and for --send to others",
+}
+"""What the options of a source are for, by their names in ``SourceOptions``."""
+_NAMED = 8
+"""Unknown ids and silent channels that are named; all are counted."""
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    """Receive until the source ends, the time is over, or Ctrl-C."""
+    if arguments.weight is not None:
+        with _blaming("--weight"):
+            check_mass(arguments.weight)
+    arguments.token = _token(arguments)
+    limits = _limits(arguments)
+    scene = _with_threshold(scene_from_arguments(arguments), arguments.threshold)
+    settings = _settings(arguments, scene)
+    if arguments.send:
+        check_sending(arguments.send, remote=arguments.remote)
+        check_not_source(arguments.send, arguments.source)
+        _refuse_no_motion(arguments, settings.controller)
+        check_readings(arguments.source, arguments.token)
+    _refuse_source_options(arguments)
+    mapping = Path(arguments.mapping) if arguments.mapping else None
+    options = SourceOptions(arguments.token, arguments.remote, mapping, arguments.speed, CLOCK)
+    connection = Connection(open_source(arguments.source, options), clock=options.clock)
+    prepared = prepare_measured(scene, progress=progress_line())
+    session = _session(arguments, connection, prepared)
+    motion = None
+    if arguments.controller or arguments.send:
+        motion = MotionOutput(session, settings, connection.ages, clock=CLOCK)
+    stated = connection.source.address
+    connection.open()
+    with ExitStack() as outer:
+        outer.callback(connection.close)
+        if connection.source.address != stated:  # port 0: the sender needs the port that was chosen
+            write_error(f"tactile-maps: listening at {connection.source.address}\n")
+        recording = None
+        with ExitStack() as stack:
+            if arguments.output:
+                address = connection.source.address
+                recorder = Recorder(prepared, arguments.output, overwrite=arguments.overwrite, measured=address)
+                recording = FrameRecording(outer.enter_context(recorder), lossless=connection.source.finite)
+                stack.callback(recording.close)
+            if motion is not None and arguments.send:
+                put = stack.enter_context(driver_channel(arguments.send))
+                motion.start_sending(put, limits, token=arguments.token)
+                stack.callback(motion.halt)
+            result = _listen(connection, session, recording, motion, arguments.seconds)
+        if arguments.weight is not None:
+            calibration = session.weigh(arguments.weight)
+            if arguments.save_calibration:
+                save_calibration(calibration, arguments.save_calibration)
+    status, facts = connection.status, session.facts
+    result |= _figures(status, facts, session) | {"file": arguments.output, "source": status.address}
+    result["left_out"] = 0 if recording is None else recording.left_out
+    if motion is not None:
+        result["motion"] = _motion_figures(motion, session)
+    for warning in _warnings(session, facts, status):
+        print_warning(warning)
+    if result["left_out"]:
+        print_warning(f"{result['left_out']} frames were not recorded: the disk is too slow")
+    if facts.readings == 0:
+        problem = status.problem or facts.problem or status.malformed
+        remedy = "Check that the sender runs and sends to this address"
+        raise LiveError("no reading came", place=status.address, value=problem, remedy=remedy)
+    latency = None if motion is None else motion.latency.figures
+    (print_json(result) if arguments.json else print_fields(_rows(result, status, latency)))
+    return 0
+
+
+def _token(arguments: argparse.Namespace) -> str | None:
+    """The token, from the command line or from a file, which other users of the computer need not be able to read."""
+    if arguments.token_file is None:
+        token: str | None = arguments.token
+        return token
+    if arguments.token is not None:
+        raise UsageError("the token is given twice", value="--token-file", remedy="Give one of both")
+    token = read_bounded_text(Path(arguments.token_file), error=LiveError).strip()
+    check_token(token)
+    return token
+
+
+def _with_threshold(scene: Scene, threshold: float | None) -> Scene:
+    """The scene with a contact threshold in the unit shown; within the program a count is 1 kPa as well."""
+    return scene if threshold is None else replace(scene, reading={**scene.reading, "threshold": 1e3 * threshold})
+
+
+def _session(arguments: argparse.Namespace, connection: Connection, prepared: PreparedScene) -> MeasuredSession:
+    table = load_matching(arguments.ids, prepared.skin) if arguments.ids else None
+    calibration = load_calibration(arguments.calibration, prepared.skin) if arguments.calibration else None
+    finite = connection.source.finite
+    session = MeasuredSession(prepared, connection.take, table=table, calibration=calibration, finite=finite)
+    if arguments.mode:
+        session.request_mode(ValueMode(arguments.mode))
+    if arguments.tare is not None:
+        with _blaming("--tare"):
+            session.tare(arguments.tare)
+    if arguments.weight is not None:
+        with _blaming("--weight-seconds"):
+            session.remember(_WEIGHT_SECONDS if arguments.weight_seconds is None else arguments.weight_seconds)
+    return session
+
+
+def _refuse_source_options(arguments: argparse.Namespace) -> None:
+    """Refuse options that have no effect with the source and the address of ``--send``; raises UsageError."""
+    sent_to = arguments.send and host_and_port(arguments.send)[0]
+    used_by_sending = {"token": bool(sent_to), "remote": bool(sent_to) and not is_this_machine(sent_to)}
+    for name, purpose in _PURPOSES.items():
+        options = {"--token", "--token-file"} if name == "token" else {f"--{name}"}
+        if options.isdisjoint(given_options(arguments)) or used_by_sending.get(name):
+            continue
+        if not uses_option(arguments.source, name):
+            refuse_with_input(arguments, sorted(options), "source", arguments.source, purpose=purpose)
+
+
+@contextmanager
+def _blaming(option: str, *, problem: str | None = None) -> Iterator[None]:
+    """Turn errors into usage errors of an option."""
+    try:
+        yield
+    except TactileMapsError as error:
+        raise error.at(kind=UsageError, place=option, problem=problem) from error
+
+
+def _limits(arguments: argparse.Namespace) -> MotionLimits:
+    """Return the limits of motion; raises UsageError."""
+    limits = MotionLimits()
+    if arguments.max_speed is not None:
+        with _blaming("--max-speed"):
+            limits = replace(limits, speed=arguments.max_speed)
+    if arguments.max_force is not None:
+        with _blaming("--max-force"):
+            limits = replace(limits, force=arguments.max_force)
+    return limits
+
+
+def _settings(arguments: argparse.Namespace, scene: Scene) -> ControlSettings:
+    """Return the settings of the controller; raises UsageError for an unknown one."""
+    settings = settings_from(dict(scene.control))
+    if arguments.controller:
+        with _blaming("--controller", problem="unknown controller"):
+            settings = check_settings(replace(settings, controller=arguments.controller))
+    return settings
+
+
+def _refuse_no_motion(arguments: argparse.Namespace, controller: str) -> None:
+    """Refuse to send where no motion can follow, whatever is read.
+
+    Raises:
+        UsageError: The controller gives torques, or the readings are not shown as pressures.
+    """
+    mode = arguments.mode
+    if controller == "impedance":
+        remedy = "Add --controller hold_force, hybrid or another that gives velocities"
+        if needs_token(arguments.source) and arguments.token is None:
+            remedy += ", and --token, which the sender must put into every packet"
+        raise UsageError("this controller gives no motion to send", place="--send", value=controller, remedy=remedy)
+    if mode in (ValueMode.RAW, ValueMode.BASELINE):
+        remedy = "Leave out --mode, and add --calibration FILE where the sender does not send pressures"
+        raise UsageError(
+            "motion needs forces: calibrated readings", place="--send", value=f"--mode {mode}", remedy=remedy
+        )
+
+
+@contextmanager
+def _until_interrupted(*, live: bool) -> Iterator[None]:
+    """Ctrl-C ends listening to what goes on by itself; the figures are told then."""
+    try:
+        yield
+    except KeyboardInterrupt as stop:
+        if not live or type(stop) is not KeyboardInterrupt:
+            raise
+
+
+class _Felt:
+    """What the skin felt so far. Mutable."""
+
+    def __init__(self) -> None:
+        self.contacts: set[int] = set()
+        self.strongest = 0.0
+
+    def add(self, frame: Frame) -> None:
+        """Take a frame."""
+        self.contacts.update(region.id for region in frame.regions)
+        self.strongest = max([self.strongest, *(region.force for region in frame.regions)])
+
+
+def _listen(
+    connection: Connection,
+    session: MeasuredSession,
+    recording: FrameRecording | None,
+    motion: MotionOutput | None,
+    seconds: float | None,
+) -> dict[str, Any]:
+    """Figures of what was felt."""
+    felt, start = _Felt(), time.monotonic()
+    told, said = start, ("", -_TOLD_EVERY)
+
+    def each(frame: Frame) -> None:
+        felt.add(frame)
+        if recording is not None:
+            recording.put(frame, session.inputs)
+
+    commands = CommandLoop(connection, session, motion, each)
+    with _until_interrupted(live=is_live(connection.source.address)), closing(commands):
+        connection.start()
+        commands.start()
+        while not commands.finished.wait(_PAUSE) and (seconds is None or time.monotonic() - start < seconds):
+            commands.raise_error()
+            if recording is not None and recording.error is not None:
+                if motion is not None:
+                    motion.halt(StopReason.RECORDING, str(recording.error))
+                raise recording.error
+            said = _say_sending(said, motion, time.monotonic())
+            if time.monotonic() - told > _TOLD_EVERY:
+                told = time.monotonic()
+                _tell(connection.status, len(session.frame.regions))
+    listened = time.monotonic() - start
+    connection.close()
+    commands.finish(_FINISH_SECONDS)
+    force = None if session.units.force is None else felt.strongest
+    return {"listened_s": listened, "readings": commands.taken, "contacts": len(felt.contacts), "max_force_N": force}
+
+
+def _say_sending(said: tuple[str, float], motion: MotionOutput | None, now: float) -> tuple[str, float]:
+    """Print how sending goes where that changed: what is waited for once a second at most. What was said, and when."""
+    if motion is None:
+        return said
+    sending = motion.sending
+    text = _sending_text(sending, motion.speed_limits)
+    if text == said[0] or (sending.waiting is not None and now - said[1] < _TOLD_EVERY):
+        return said
+    write_error(f"tactile-maps: {text}\n")
+    return text, now
+
+
+def _sending_text(sending: SendingState, speed_limits: str) -> str:
+    """What a user must know of sending at once; empty for nothing."""
+    if sending.waiting is not None:
+        return f"no motion is sent yet: waiting for {sending.waiting}"
+    if sending.stopped is not None:
+        detail = f" ({sending.detail})" if sending.detail else ""
+        return f"sending stopped: {sending.stopped}{detail}"
+    return f"motion is sent, {speed_limits}" if sending.sending else ""
+
+
+def _tell(status: ConnectionStatus, touched: int) -> None:
+    if sys.stderr.isatty():
+        problem = f", {status.problem}" if status.problem else ""
+        write_error(f"\r\x1b[K{status.state}: {status.rate:.0f} Hz, {touched} contacts, {_counts(status)}{problem}")
+
+
+def _counts(status: ConnectionStatus) -> str:
+    counts = vars(status.counts)
+    told = [f"{number} {name}" for name, number in counts.items() if number or name in ("received", "lost")]
+    return ", ".join(told)
+
+
+def _figures(status: ConnectionStatus, facts: MeasuredFacts, session: MeasuredSession) -> dict[str, Any]:
+    delay = status.delay
+    return {
+        **vars(status.counts),
+        "loss": status.counts.loss,
+        "reconnects": status.reconnects,
+        "refused_senders": dict(status.refused),
+        "delay_ms": None if delay is None else {name: 1e3 * value for name, value in vars(delay).items()},
+        "mean_rate_hz": session.mean_rate,
+        "shown": facts.readings,
+        "refused": facts.refused,
+        "mistimed": facts.mistimed,
+        "unit": facts.unit,
+        "mode": facts.mode,
+        "calibrated": facts.calibrated,
+        "tared": facts.tared,
+        "taxels": len(session.prepared.skin),
+        "unheard": facts.unheard,
+        "unknown": list(facts.unknown),
+        "unknown_values": facts.unknown_values,
+        "unknown_joints": list(facts.unknown_joints),
+        "silent": [vars(one) for one in facts.silent],
+        "swapped": [vars(one) for one in facts.swapped],
+    }
+
+
+def _motion_figures(motion: MotionOutput, session: MeasuredSession) -> dict[str, Any]:
+    wanted, sending, late = motion.wanted, motion.sending, motion.latency.figures
+    names = (joint.name for joint in session.prepared.robot.joints)
+    return {
+        "controller": motion.settings.controller,
+        "velocities": None if wanted is None else dict(zip(names, wanted.velocity.tolist(), strict=True)),
+        "limits": [] if wanted is None else [limit_text(limit) for limit in wanted.limits],
+        "problem": motion.problem,
+        "sent": sending.sent,
+        "slowed": sending.slowed,
+        "stopped": sending.stopped,
+        "detail": sending.detail,
+        "latency_ms": None if late is None else {name: 1e3 * getattr(late, name) for name in _LATENCY},
+        "deadline_ms": 1e3 * DEADLINE,
+        "deadline_misses": 0 if late is None else late.misses,
+    }
+
+
+def _motion_text(motion: dict[str, Any]) -> str:
+    """What was wanted at the end, and what was sent."""
+    said = [motion["controller"]]
+    if motion["problem"]:
+        said.append(f"nothing wanted: {motion['problem']}")
+    elif motion["velocities"]:
+        name, speed = max(motion["velocities"].items(), key=lambda item: abs(item[1]))
+        said.append(f"in the end {name} at {speed:+.3f} rad/s")
+    if motion["stopped"]:
+        detail = f" ({motion['detail']})" if motion["detail"] else ""
+        said.append(f"{motion['sent']} sent, {motion['slowed']} of them slowed, until {motion['stopped']}{detail}")
+    return "; ".join([*said, *motion["limits"]])
+
+
+def _rows(result: dict[str, Any], status: ConnectionStatus, latency: LatencyFigures | None) -> dict[str, object]:
+    delay, strongest = status.delay, result["max_force_N"]
+    force = "forces unknown: not calibrated" if strongest is None else f"up to {strongest:.2f} N"
+    return {
+        "Source": status.address,
+        "Readings": f"{result['shown']} in {result['listened_s']:.2f} s, {result['mean_rate_hz']:.1f} a second",
+        "Arrival": f"{_counts(status)} ({100 * status.counts.loss:.2g} % lost or late)",
+        "Delay": "unknown"
+        if delay is None
+        else f"median {1e3 * delay.median:.1f} ms, 95 % within {1e3 * delay.p95:.1f} ms, beyond the quickest",
+        "Taxels": f"{result['taxels'] - result['unheard']} of {result['taxels']} heard",
+        "Values": f"{result['unit']}, shown as {result['mode']}{', tared' if result['tared'] else ''}",
+        "Contacts": f"{result['contacts']}, {force}",
+        **({"Motion": _motion_text(result["motion"])} if "motion" in result else {}),
+        **({"Commands": latency_text(latency)} if latency is not None else {}),
+        "Recorded to": result["file"] or "nothing",
+    }
+
+
+def _warnings(session: MeasuredSession, facts: MeasuredFacts, status: ConnectionStatus) -> Iterator[str]:
+    """What a person should know although readings came."""
+    if status.counts.malformed:
+        yield f"{status.counts.malformed} packets could not be understood; the last: {status.malformed}"
+    if status.refused:
+        yield f"once motion was sent, packets of a second sender were refused: {refused_text(status.refused)}"
+    if status.counts.overflowed:
+        yield f"{status.counts.overflowed} readings were dropped: they came faster than they were taken"
+    if facts.refused:
+        yield f"{facts.refused} readings do not fit the skin; the last: {facts.problem}"
+    if facts.mistimed:
+        yield f"{facts.mistimed} readings have a time that does not fit the others; their time of arrival was used"
+    if facts.unknown:
+        yield f"{facts.unknown_values} values of taxels that the skin does not have: {_named(list(facts.unknown))}"
+    if facts.unknown_joints:
+        yield f"joints that the robot does not have: {_named(list(facts.unknown_joints))}"
+    if facts.silent:
+        names = [silent_text(session, one) for one in facts.silent]
+        yield f"{len(names)} channels do not change while their neighbours do: {_named(names)}"
+    if facts.swapped:
+        words = _named(list(swapped_texts(session, facts.swapped)))
+        yield f"{len(facts.swapped)} pairs of channels seem swapped: {words}"
+    if status.state is ConnectionState.FAILED:
+        yield f"the source failed: {status.problem}"
+    if facts.taring:
+        yield "the readings ended before the skin was tared"
+
+
+def _named(names: list[str]) -> str:
+    more = len(names) - _NAMED
+    return ", ".join(names[:_NAMED]) + (f" and {more} more" if more > 0 else "")

@@ -1,0 +1,319 @@
+"""``map``: make a tactile map from whatever there is, write it, and say how good it is.
+
+With ``--learn`` the map is learned from touch: from babbling on the skin, or from the readings of a recording.
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from collections.abc import Mapping
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from tactile_maps.cli.shared.output import print_fields, print_json, print_line, progress_line
+from tactile_maps.cli.shared.robot_options import home_of, package_roots
+from tactile_maps.cli.shared.unused_options import PLACEMENT, refuse_with_input
+from tactile_maps.core.arrays import FloatArray
+from tactile_maps.core.errors import Finding, MapError, RecordingError, UsageError
+from tactile_maps.core.progress import Progress
+from tactile_maps.flattening.cut import SeamPlan
+from tactile_maps.flattening.methods import METHODS
+from tactile_maps.maps.build import build_map
+from tactile_maps.maps.evaluation.comparison import TaxelLayout, compare_maps, drawn_layout
+from tactile_maps.maps.evaluation.quality import measure
+from tactile_maps.maps.evaluation.topography import BodyDistances
+from tactile_maps.maps.formats.export import ENDINGS, write_map
+from tactile_maps.maps.formats.map_file import load_map
+from tactile_maps.maps.formats.obj import read_map_obj
+from tactile_maps.maps.model.tactile_map import TactileMap
+from tactile_maps.robots.files.mesh_files import MESH_SUFFIXES
+from tactile_maps.robots.library import load_robot
+from tactile_maps.robots.load import MESH_LINK
+from tactile_maps.skin.fitting.fit import GridSpec
+from tactile_maps.skin.formats.icub_layout import apply_layout, read_icub_layout
+from tactile_maps.skin.formats.icub_module_orientation import propose_orientations
+from tactile_maps.skin.formats.import_skin import holds_taxels, is_own_skin, is_robot_with_taxels
+from tactile_maps.skin.formats.mujoco_touch import mesh_folder, write_touch_sensors
+from tactile_maps.skin.formats.taxel_files import read_taxels
+from tactile_maps.skin.model.skin import Skin, identity_summary, identity_text
+from tactile_maps.skin.open import SkinOptions, open_skin
+from tactile_maps.skin.taxel_placement.placement import BoundaryZone, PlacementSpec
+
+if TYPE_CHECKING:
+    from tactile_maps.recording.player import RecordingPlayer
+
+SENSORS_ENDING = ".xml"
+"""The robot as MJCF with a touch sensor for each taxel."""
+
+
+def recorded_touch(path: str | Path) -> tuple[Skin, FloatArray]:
+    """The skin of a recording, and what its taxels read (frames, taxels) [Pa].
+
+    Raises:
+        RecordingError: It cannot be read, or nothing was touched in it.
+    """
+    player = _recording(path)
+    readings = np.stack([player.frame(number).pressures for number in range(len(player))])
+    if not readings.any():
+        raise RecordingError("the recording contains no contact", file=path, remedy="Record strokes over the skin")
+    return player.prepared.skin, readings
+
+
+def _recording(path: str | Path) -> RecordingPlayer:
+    from tactile_maps.recording.player import RecordingPlayer  # 0.2 s: it can simulate anew what is recorded
+
+    return RecordingPlayer(path)
+
+
+def learned_map(arguments: argparse.Namespace, skin: Skin, readings: FloatArray | None, report: Progress) -> TactileMap:
+    """The map of ``skin`` by the builder asked for, from ``readings`` or from babbling.
+
+    Raises:
+        UsageError: There is no such builder.
+    """
+    from tactile_maps.maps.learned.as_tactile_map import learned_tactile_map
+    from tactile_maps.maps.learned.methods import LEARNING_METHODS
+    from tactile_maps.tactile.babbling import BabbleSpec, babble  # what touches and learns: 0.1 s, which few ask for
+
+    if arguments.learn not in LEARNING_METHODS:
+        raise UsageError(
+            "there is no such learning method",
+            value=arguments.learn,
+            remedy=f"Choose one of: {', '.join(LEARNING_METHODS)}",
+        )
+    if readings is None:
+        report("Babbling", 0.0)
+        strokes = arguments.learn in ("temporal-correlation", "human-touch")
+        spec = BabbleSpec(
+            arguments.babble,
+            arguments.touches,
+            samples=8 if strokes else 1,
+            rest=2 if strokes else 0,
+            seed=arguments.seed,
+        )
+        readings = babble(skin, spec)
+    learned = LEARNING_METHODS[arguments.learn](readings, seed=arguments.seed, progress=report)
+    return learned_tactile_map(skin, learned)
+
+
+def print_quality(result: Mapping[str, Any]) -> None:
+    """What ``map`` found, the numbers that matter first; then its findings, and the comparison if there is one."""
+    print_fields(
+        {
+            "Patches": result["patches"],
+            "Taxels": result["taxels"],
+            "Coverage": f"{100 * result['coverage']:.1f} % of the requested surface",
+            "Identity": identity_text(result.get("identity", {})) or "none stated",
+            "Faces": result["faces"],
+            "One-to-one": "yes"
+            if result["bijective"]
+            else f"no ({result['flips']} flipped triangles, {result['overlaps']} overlaps)",
+            "Distortion": "infinite: a face has no area on the map"
+            if result["symmetric_dirichlet"] is None
+            else f"{result['symmetric_dirichlet']:.4f} (4 is isometric)",
+            "Angles, s1 / s2": _spread_text(result["angle"]),
+            "Areas": _spread_text(result["area"]),
+            "Neighbour distances": f"{_percent_text(result['edge_error'])} off (rms)",
+            "Split neighbours": f"{_percent_text(result['torn'])} on {result['seam_mm']:.0f} mm of seams",
+            "Stress": _number_text(result["stress"]),
+            "Rank correlation": _number_text(result["spearman"]),
+            "Trustworthiness": _number_text(result["trustworthiness"]),
+            "Continuity": _number_text(result["continuity"]),
+            "Round-trip error": f"{_number_text(result['round_trip_mm'])} mm through a pixel",
+            "Force error of the image": f"{_number_text(result['force_error'])} off (relative)",
+            "Time": f"{result['seconds']:.2f} s",
+            "Written to": result["file"] or "nothing",
+        }
+    )
+    for finding in result["findings"]:
+        print_fields({f"  {finding['kind']} ({finding['count']}) {finding['where']}": finding["action"]})
+    if "comparison" in result:
+        _print_comparison(result["comparison"])
+
+
+def _print_comparison(comparison: Mapping[str, Any]) -> None:
+    print_line("")
+    print_line(f"{'':<34}{'this map':>12}{'the other':>12}")
+    marks = {"first": "  this is better", "second": "  the other is better", "neither": ""}
+    for row in comparison["measures"]:
+        name = row["name"].replace("_", " ")
+        print_line(f"{name:<34}{_number_text(row['first']):>12}{_number_text(row['second']):>12}{marks[row['better']]}")
+    print_line(f"{'taxels apart at best fit, rms':<34}{_number_text(comparison['procrustes_mm']):>12} mm")
+    for finding in comparison["findings"]:
+        print_line(f"  {finding['kind']} ({finding['count']}) {finding['where']}: {finding['action']}")
+
+
+def _spread_text(values: Mapping[str, float | None]) -> str:
+    """JSON has no infinity, so that null is infinite here: a face that the map makes a line."""
+    return ", ".join(f"{'infinite' if value is None else f'{value:.3f}'} {name}" for name, value in values.items())
+
+
+def _percent_text(value: float | None) -> str:
+    return "unknown" if value is None else f"{100 * value:.2f} %"
+
+
+def _number_text(value: float | None) -> str:
+    return "unknown" if value is None else f"{value:.4g}"
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    """Make the map, write it where asked, report its quality."""
+    target = _output_path(arguments)
+    if arguments.method not in METHODS:
+        raise UsageError("there is no such method", value=arguments.method, remedy=METHODS.remedy(arguments.method))
+    _refuse_unused(arguments)
+    report, start = progress_line(), time.perf_counter()
+    skin, map_ = _make_map(arguments, report)
+    seconds = time.perf_counter() - start
+    body = BodyDistances(skin, sources=arguments.exact_distances)
+    result = measure(map_, distances=body).to_json() | {"identity": identity_summary(skin.identity)}
+    result |= {"seconds": seconds, "file": str(target) if target else None}
+    if arguments.compare:
+        result["comparison"] = _comparison(arguments, map_, body)
+    if target is not None:
+        _write(map_, target, arguments)
+    if arguments.json:
+        print_json(result)
+    else:
+        print_quality(result)
+    return 0
+
+
+def _refuse_unused(arguments: argparse.Namespace) -> None:
+    """Refuse options that have no effect with the method, the compared file or the input; raises UsageError."""
+    refuse = partial(refuse_with_input, arguments)
+    if not METHODS[arguments.method].slides:
+        sliding = ", ".join(name for name, method in METHODS.items() if method.slides)
+        refuse(["--lengths"], "method", arguments.method, purpose=f"It is for {sliding}")
+    if arguments.compare and Path(arguments.compare).suffix.lower() != ".ini":
+        refuse(["--fix-modules"], "file", arguments.compare, purpose="It corrects the modules of a layout (.ini)")
+    if not arguments.grid:
+        _refuse_with_skin(arguments, Path(arguments.input))
+
+
+def _refuse_with_skin(arguments: argparse.Namespace, path: Path) -> None:
+    """Refuse options that have no effect with the skin or mesh at ``path``; raises UsageError."""
+    refuse = partial(refuse_with_input, arguments, noun="input", value=path)
+    ending = path.suffix.lower()
+    covered = arguments.surface == "cover"
+    surfaces = "It is for meshes, and for robots that state taxels"
+    if ending == ".mcap":
+        refuse(["--babble", "--touches"], purpose="A recording has its own touches")
+        refuse([*PLACEMENT, "--surface", "--links", "--robot", "--home"], purpose="A recording has its own skin")
+    elif ending == ".npz" or (not covered and holds_taxels(path)):
+        refuse(PLACEMENT, purpose="It places taxels, and this file states them")
+        if not is_robot_with_taxels(path):
+            refuse(["--surface"], purpose=surfaces)
+        if is_own_skin(path):
+            refuse(["--links"], purpose="It chooses links, and a skin is used whole")
+    else:
+        refuse(["--robot"], purpose="It names the robot that carries the taxels of a file")
+        if not covered and ending in MESH_SUFFIXES:
+            refuse(["--links"], purpose="It chooses links of a robot, and a mesh has none")
+        elif not covered:
+            refuse(["--surface"], purpose=surfaces)
+
+
+def _write(map_: TactileMap, target: Path, arguments: argparse.Namespace) -> None:
+    """As the ending says; a robot with touch sensors needs the robot too."""
+    if target.suffix.lower() != SENSORS_ENDING:
+        write_map(map_, target)
+    elif Path(arguments.input).suffix.lower() == ".mcap":
+        write_touch_sensors(map_.skin, _recording(arguments.input).prepared.robot, target)
+    else:
+        roots = package_roots(arguments)
+        robot = load_robot(arguments.robot or arguments.input, package_roots=roots, home=home_of(arguments))
+        write_touch_sensors(map_.skin, robot, target)
+
+
+def _make_map(arguments: argparse.Namespace, report: Progress) -> tuple[Skin, TactileMap]:
+    """The skin and its map."""
+    recorded = Path(arguments.input).suffix.lower() == ".mcap"
+    skin, readings = recorded_touch(arguments.input) if recorded else (None, None)
+    if skin is None:
+        skin = open_skin(arguments.input, _skin_options(arguments), progress=report)
+    if arguments.learn:
+        return skin, learned_map(arguments, skin, readings, report)
+    return skin, _flattened_map(arguments, skin, report)
+
+
+def _output_path(arguments: argparse.Namespace) -> Path | None:
+    """Where to write; refused before any work is done."""
+    if not arguments.output:
+        return None
+    target = Path(arguments.output)
+    if target.suffix.lower() not in (*ENDINGS, SENSORS_ENDING):
+        endings = ", ".join((*ENDINGS, SENSORS_ENDING))
+        raise UsageError(
+            "a map cannot be exported in this format",
+            file=target,
+            value=target.suffix or "no file extension",
+            remedy=f"Choose one of: {endings}",
+        )
+    if target.suffix.lower() == SENSORS_ENDING and not arguments.overwrite and mesh_folder(target).exists():
+        problem, remedy = "the folder for the model's meshes exists", "Choose another name, or add --overwrite"
+        raise MapError(problem, file=mesh_folder(target), remedy=remedy)
+    return target
+
+
+def _skin_options(arguments: argparse.Namespace) -> SkinOptions:
+    if arguments.grid:
+        links, roots = tuple(arguments.links), package_roots(arguments)
+        return SkinOptions(links=links, grid=_grid(arguments), package_roots=roots, home=home_of(arguments))
+    if arguments.first or arguments.last:
+        raise UsageError("a corner is named, but no grid", remedy="Add --grid ROWSxCOLUMNS")
+    if arguments.mirrored is not None:
+        raise UsageError("there is no grid to mirror", remedy="Add --grid ROWSxCOLUMNS")
+    zones = () if arguments.keep_border is None else (BoundaryZone(1e-3 * arguments.keep_border),)
+    taxels = None if arguments.pitch is not None or arguments.pattern == "modules" else arguments.taxels
+    pitch = None if arguments.pitch is None else 1e-3 * arguments.pitch
+    placement = PlacementSpec(pitch, taxels, arguments.pattern, arguments.density, zones, arguments.seed)
+    return SkinOptions(placement, tuple(arguments.links), arguments.robot, arguments.surface,
+                       package_roots=package_roots(arguments), home=home_of(arguments))  # fmt: skip
+
+
+def _grid(arguments: argparse.Namespace) -> GridSpec:
+    """The grid that is asked for.
+
+    Raises:
+        UsageError: A corner is missing, or not one link is named.
+    """
+    if not (arguments.first and arguments.last):
+        raise UsageError("a grid needs two opposite corners", remedy="Add --from X,Y,Z and --to X,Y,Z [mm]")
+    if len(arguments.links) > 1:
+        raise UsageError("a grid lies on one link", value=", ".join(arguments.links), remedy="Name one as --links")
+    link = arguments.links[0] if arguments.links else MESH_LINK
+    rows, columns = arguments.grid
+    return GridSpec(link, rows, columns, arguments.first, arguments.last, mirrored=arguments.mirrored)
+
+
+def _flattened_map(arguments: argparse.Namespace, skin: Skin, report: Progress) -> TactileMap:
+    """Flattened as asked, or as another program has unwrapped it."""
+    if arguments.uv:
+        return read_map_obj(arguments.uv, skin)
+    plan = None if arguments.seams is None else SeamPlan(extra=arguments.seams)
+    seams = {patch.name: plan for patch in skin.patches} if plan else None
+    return build_map(skin, method=arguments.method, lengths=arguments.lengths, seams=seams, progress=report)
+
+
+def _comparison(arguments: argparse.Namespace, map_: TactileMap, body: BodyDistances) -> dict[str, Any]:
+    """The map beside another of the same skin or one drawn by hand, and what is wrong with the drawing's modules."""
+    path, findings = Path(arguments.compare), list[Finding]()
+    other: TactileMap | TaxelLayout
+    if path.suffix.lower() == ".npz":
+        other = load_map(path)
+    elif path.suffix.lower() == ".ini":
+        taxels, layout = read_taxels(arguments.input), read_icub_layout(path)
+        candidates = propose_orientations(taxels, layout, seed=arguments.seed)
+        findings += [found] if (found := candidates.finding(path.name)) else []
+        other = drawn_layout(
+            apply_layout(taxels, candidates.apply(layout) if arguments.fix_modules else layout), map_.skin
+        )
+    else:
+        other = drawn_layout(read_taxels(path), map_.skin)
+    result = compare_maps(map_, other, distances=body).to_json()
+    return result | {"findings": [vars(finding) for finding in findings]}

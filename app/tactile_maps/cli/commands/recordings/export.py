@@ -1,0 +1,51 @@
+"""``export``: a recording in the format of another program."""
+
+from __future__ import annotations
+
+import argparse
+import time
+from pathlib import Path
+
+from tactile_maps.cli.shared.damage import damage_rows
+from tactile_maps.cli.shared.output import print_fields, print_json, print_warning, progress_line
+from tactile_maps.cli.shared.unused_options import refuse_with_input
+from tactile_maps.core.errors import UsageError
+from tactile_maps.export.export import FORMATS, ExportOptions, export_recording
+from tactile_maps.recording.file.damage import damage_text
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    """Write the recording in the format asked for."""
+    if arguments.to not in FORMATS:
+        raise UsageError("there is no such format", value=arguments.to, remedy=FORMATS.remedy(arguments.to))
+    for name in ("image_width", "rate"):
+        if name not in FORMATS[arguments.to].uses:
+            others = ", ".join(form.name for form in FORMATS.values() if name in form.uses)
+            option = f"--{name.replace('_', '-')}"
+            refuse_with_input(arguments, [option], "format", arguments.to, purpose=f"It is for {others}")
+    options = ExportOptions(image_width=arguments.image_width, rate=arguments.rate)
+    report, start = progress_line(), time.perf_counter()
+    target = Path(arguments.output)
+    try:
+        player = export_recording(
+            arguments.input, target, to=arguments.to, options=options, overwrite=arguments.overwrite, progress=report
+        )
+    finally:
+        report("", 1.0)
+    tick = player.prepared.scene.tick
+    for one in player.damage:
+        print_warning(damage_text(one, tick))
+    size = sum(part.stat().st_size for part in (target.rglob("*") if target.is_dir() else [target]) if part.is_file())
+    if arguments.json:
+        result = {"file": str(target), "format": arguments.to, "frames": len(player), "bytes": size}
+        print_json(result | {"complete": player.complete, "damage": list(player.damage)})
+    else:
+        print_fields(
+            {
+                "Frames": len(player),
+                "Duration": f"{player.duration:.2f} s",
+                **damage_rows(player.damage, tick),
+                "Written to": f"{target}, {1e-6 * size:.1f} MB in {time.perf_counter() - start:.1f} s",
+            }
+        )
+    return 0

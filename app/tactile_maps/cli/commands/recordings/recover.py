@@ -1,0 +1,33 @@
+"""``recover``: what is intact of a recording that was cut off."""
+
+from __future__ import annotations
+
+import argparse
+
+from tactile_maps.cli.shared.damage import damage_rows
+from tactile_maps.cli.shared.output import print_fields, print_json
+from tactile_maps.recording.recover import recover
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    """Write what is whole to a new file."""
+    saved = recover(arguments.input, arguments.output, overwrite=arguments.overwrite)
+    if arguments.json:
+        print_json(
+            {
+                "frames": saved.frames,
+                "lost_frames": saved.lost_frames,
+                "damage": list(saved.damage),
+                "file": saved.file,
+            }
+        )
+    else:
+        print_fields(
+            {
+                "Frames": saved.frames,
+                "Known to be missing": saved.lost_frames,
+                **damage_rows(saved.damage, saved.tick),
+                "Written to": saved.file,
+            }
+        )
+    return 0

@@ -1,0 +1,52 @@
+"""``trim``: a part of a recording, or each of its episodes, in files of their own."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from tactile_maps.cli.shared.output import print_fields, print_json, print_warning, progress_line
+from tactile_maps.core.errors import RecordingError, UsageError
+from tactile_maps.core.files import make_output_folder
+from tactile_maps.recording.file.damage import damage_text
+from tactile_maps.recording.player import RecordingPlayer
+from tactile_maps.recording.trim import TrimResult, trim, trim_episodes
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    """Write the part, or the episodes."""
+    if arguments.end is not None and arguments.end < arguments.start:
+        span = f"{arguments.start:g} to {arguments.end:g} s"
+        raise UsageError("the part ends before it begins", value=span, remedy="Give --from before --to")
+    report = progress_line()
+    try:
+        player = RecordingPlayer(arguments.input, progress=report)
+        if arguments.episodes:
+            folder = make_output_folder(Path(arguments.output), error=RecordingError)
+            written = trim_episodes(player, folder, overwrite=arguments.overwrite, progress=report)
+        else:
+            written = [_part(player, arguments)]
+    finally:
+        report("", 1.0)
+    for one in written:
+        for damage in one.damage:
+            print_warning(f"{one.file}: {damage_text(damage, one.tick)}")
+    if arguments.json:
+        print_json({"files": [_row(one) for one in written]})
+    else:
+        print_fields({one.file: f"{one.seconds:.2f} s, {one.frames} frames" for one in written})
+    return 0
+
+
+def _row(one: TrimResult) -> dict[str, object]:
+    return {"file": one.file, "frames": one.frames, "seconds": one.seconds, "complete": not one.damage,
+            "damage": list(one.damage)}  # fmt: skip
+
+
+def _part(player: RecordingPlayer, arguments: argparse.Namespace) -> TrimResult:
+    if arguments.start > player.duration:
+        remedy = f"It is {player.duration:.2f} s long"
+        raise RecordingError("the part begins behind the end", value=f"{arguments.start:g} s", remedy=remedy)
+    first = player.tick_at(arguments.start)
+    last = None if arguments.end is None else player.tick_at(arguments.end)
+    return trim(player.path, arguments.output, first=first, last=last, overwrite=arguments.overwrite)

@@ -1,0 +1,1 @@
+"""Shared by the commands: output, progress, scene options and worker processes."""

@@ -1,0 +1,191 @@
+"""Facts on standard output, progress and failures on standard error.
+
+``prepare_streams`` makes both usable in any environment: closed, or with an encoding that lacks characters such as ².
+Standard output that takes no more raises ``StandardOutputError``. A failure of standard error is not reported, as there
+is no place to report it.
+"""
+
+from __future__ import annotations
+
+import codecs
+import io
+import json
+import math
+import os
+import sys
+import unicodedata
+from collections.abc import Mapping
+from contextlib import suppress
+from dataclasses import is_dataclass
+from typing import Any, TextIO
+
+from tactile_maps.core.errors import TactileMapsError
+from tactile_maps.core.interrupts import terminal_closed
+from tactile_maps.core.progress import Progress
+
+_PLAIN = {
+    "°": " deg", "×": "x", "·": "*", "µ": "u", "π": "pi", "√": "sqrt", "±": "+/-", "−": "-", "–": "-", "—": "-",
+    "→": "->", "←": "<-", "≤": "<=", "≥": ">=", "∞": "inf", "…": "...", "“": '"', "”": '"', "‘": "'", "’": "'",
+}  # fmt: skip
+"""Replacements in encodings that lack a character; others lose their accents or become a question mark."""
+_ERRORS = "tactile-maps-plain"
+"""Name of the handler of characters that an encoding lacks."""
+
+
+class StandardOutputError(TactileMapsError):
+    """Standard output that takes no more.
+
+    Attributes:
+        closed_by_reader: Whether the program that reads it has ended, which is not reported.
+    """
+
+    def __init__(self, cause: OSError) -> None:
+        self.closed_by_reader = isinstance(cause, BrokenPipeError)
+        value, remedy = cause.strerror, "Free space, or write the output to another place"
+        super().__init__("the output cannot be written", file="standard output", value=value, remedy=remedy)
+
+
+def prepare_streams() -> None:
+    """Open standard streams that are closed, for nothing; let none of them fail for lack of a character."""
+    for number in range(3):
+        try:
+            os.fstat(number)
+        except OSError:  # else the next file that is opened would receive what libraries print
+            os.open(os.devnull, os.O_RDWR)
+    sys.stdout = _usable(sys.stdout, 1)
+    sys.stderr = _usable(sys.stderr, 2)
+
+
+def _usable(stream: TextIO | None, number: int) -> TextIO:
+    if stream is None:
+        return open(number, "w", encoding="utf8", errors=_ERRORS, closefd=False)
+    if isinstance(stream, io.TextIOWrapper):
+        stream.reconfigure(errors=_ERRORS)
+    return stream
+
+
+def _plain_characters(error: UnicodeError) -> tuple[str, int]:
+    if not isinstance(error, UnicodeEncodeError):
+        raise error
+    return "".join(map(_plain_character, error.object[error.start : error.end])), error.end
+
+
+def _plain_character(character: str) -> str:
+    known = _PLAIN.get(character)
+    return known or unicodedata.normalize("NFKD", character).encode("ascii", "ignore").decode() or "?"
+
+
+codecs.register_error(_ERRORS, _plain_characters)
+
+
+def write_output(text: str) -> None:
+    """Write text to standard output.
+
+    Raises:
+        StandardOutputError: It cannot be written.
+    """
+    try:
+        sys.stdout.write(text)
+    except OSError as error:
+        raise _output_lost(error) from error
+
+
+def flush_output() -> None:
+    """Write what is buffered.
+
+    Raises:
+        StandardOutputError: It cannot be written.
+    """
+    try:
+        sys.stdout.flush()
+    except OSError as error:
+        raise _output_lost(error) from error
+
+
+def _output_lost(error: OSError) -> OSError | StandardOutputError:
+    """The error to raise; what is still buffered goes nowhere, so that the program's end does not fail again."""
+    if terminal_closed():
+        return error
+    _discard(sys.stdout)
+    return StandardOutputError(error)
+
+
+def _discard(stream: TextIO) -> None:
+    with suppress(OSError):  # a stream that is no file has nothing to discard
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nowhere, stream.fileno())
+        os.close(nowhere)
+
+
+def write_error(text: str) -> None:
+    """Write text to standard error; it is lost where that fails."""
+    try:
+        sys.stderr.write(text)
+        sys.stderr.flush()
+    except OSError:
+        if terminal_closed():
+            raise
+        _discard(sys.stderr)
+
+
+def print_line(text: str) -> None:
+    """One line for a person."""
+    write_output(text + "\n")
+
+
+def print_fields(rows: Mapping[str, object]) -> None:
+    """Aligned facts for a person."""
+    width = max((len(name) for name in rows), default=0)
+    for name, value in rows.items():
+        print_line(f"{name:<{width}}  {plain_text(value)}")
+
+
+def plain_text(value: object) -> str:
+    """A fact as a person reads it: numbers with four digits, what belongs together with commas between."""
+    if isinstance(value, float):
+        return f"{value:.4g}"
+    if isinstance(value, dict):
+        return ", ".join(f"{key} {plain_text(item)}" for key, item in value.items())
+    if isinstance(value, list | tuple):
+        return ", ".join(plain_text(item) for item in value)
+    return str(value)
+
+
+def print_json(result: Mapping[str, Any]) -> None:
+    """One object on one line, for a program; what JSON cannot say (NaN, infinity) becomes null."""
+    write_output(json.dumps(_json_value(result), allow_nan=False) + "\n")
+
+
+def print_error(text: str) -> None:
+    """A failure, on standard error."""
+    write_error(f"tactile-maps: {text}\n")
+
+
+def print_warning(text: str) -> None:
+    """Something a person should know although the work goes on, on standard error."""
+    write_error(f"tactile-maps: warning: {text}\n")
+
+
+def progress_line() -> Progress:
+    """Progress on one line of a terminal; nothing where standard error is a file."""
+    if not sys.stderr.isatty():
+        return lambda _text, _fraction: None
+
+    def report(text: str, fraction: float) -> None:
+        write_error(f"\r\x1b[K{100 * fraction:3.0f} %  {text}" + ("\r\x1b[K" if fraction >= 1.0 else ""))
+
+    return report
+
+
+def _json_value(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {str(key): _json_value(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_json_value(item) for item in value]
+    if is_dataclass(value) and not isinstance(value, type):
+        return _json_value(vars(value))
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if hasattr(value, "item"):
+        return _json_value(value.item())
+    return value

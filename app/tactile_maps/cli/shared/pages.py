@@ -1,0 +1,45 @@
+"""One-page reports of commands that measure or describe, in the look of the studies' reports."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from html import escape
+from pathlib import Path
+
+from tactile_maps.cli.shared.output import plain_text
+from tactile_maps.core.errors import ExportError
+from tactile_maps.core.files import write_atomically
+from tactile_maps.studies.base.figures import BarChart
+from tactile_maps.studies.base.rows import Row
+from tactile_maps.studies.study.report import describe_machine, facts_html, figure_html, page_html, rows_html
+
+
+def write_fact_page(
+    path: str | Path,
+    title: str,
+    facts: Mapping[str, object],
+    *,
+    tables: Mapping[str, Sequence[Row]] | None = None,
+    charts: Sequence[BarChart] = (),
+) -> Path:
+    """Write one HTML page that needs nothing else to be shown.
+
+    Args:
+        path: The file; one that is there is replaced.
+        title: Its heading.
+        facts: What there is to say, by name; what is empty is left out.
+        tables: Rows by heading; those without a row are left out.
+        charts: Diagrams.
+
+    Returns:
+        The file.
+
+    Raises:
+        ExportError: It cannot be written.
+    """
+    body = facts_html({name: plain_text(value) for name, value in facts.items() if value not in (None, "", [], {})})
+    body += "".join(map(figure_html, charts))
+    body += "".join(f"<h2>{escape(heading)}</h2>{rows_html(rows)}" for heading, rows in (tables or {}).items() if rows)
+    body += f"<h2>Made on</h2>{facts_html(describe_machine())}"
+    write_atomically(Path(path), page_html(title, body).encode(), error=ExportError)
+    return Path(path)

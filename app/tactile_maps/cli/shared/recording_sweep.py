@@ -1,0 +1,151 @@
+"""``run --sweep``: many short recordings of one scene with varied settings, and an index of them."""
+
+from __future__ import annotations
+
+import argparse
+import time
+from collections.abc import Mapping, Sequence
+from contextlib import closing
+from dataclasses import replace
+from functools import partial
+from hashlib import blake2b
+from pathlib import Path
+from typing import Any
+
+from tactile_maps.cli.shared.output import print_fields, print_json, print_warning, progress_line
+from tactile_maps.cli.shared.outputs import check_outputs_in
+from tactile_maps.cli.shared.workers import workers_from_arguments
+from tactile_maps.contacts.pipeline import reading_from
+from tactile_maps.control.behaviours import behaviours_from
+from tactile_maps.control.controller_registry import settings_from
+from tactile_maps.core.errors import RecordingError, TactileMapsError, UsageError
+from tactile_maps.core.files import write_atomically
+from tactile_maps.recording.sweep_recording import SweepRecording, record_case
+from tactile_maps.scene.scene import Scene
+from tactile_maps.scene.scene_file import scene_to_toml
+from tactile_maps.scene.scene_sweep import SceneSweep, load_sweep, varied_scene
+from tactile_maps.studies.base.rows import Row
+from tactile_maps.studies.running.case_log import CaseLog
+from tactile_maps.studies.running.case_run import CaseRun, paced
+from tactile_maps.studies.running.tables import csv_table, parquet_table
+
+_CHECKED = 500
+"""So many variations are tried before anything is simulated: what is wrong with a later one stands in the index."""
+
+
+def record_sweep(scene: Scene, arguments: argparse.Namespace) -> int:
+    """Record every variation that is not there yet; Ctrl-C keeps what is whole."""
+    folder = _folder(arguments)
+    sweep = load_sweep(arguments.sweep)
+    sweep = replace(sweep, seconds=arguments.seconds or sweep.seconds)
+    _check(scene, sweep)
+    with closing(CaseLog(folder / "index.cases.jsonl", resume=arguments.resume, overwrite=arguments.overwrite)) as log:
+        if not (arguments.resume or arguments.overwrite):
+            check_outputs_in(folder, [case["file"] for case in _cases(sweep)], overwrite=False)
+        start = time.perf_counter()
+        run = _run(scene, sweep, folder, log, arguments)
+        seconds = time.perf_counter() - start
+        log.end()
+    files = _write_index(folder, run.rows)
+    _tell(run, seconds, files, folder, arguments)
+    return 1 if all("problem" in row for row in run.rows) else 0
+
+
+def _folder(arguments: argparse.Namespace) -> Path:
+    """Where the recordings go.
+
+    Raises:
+        UsageError: None is named, another run's are there, or something is asked that goes with one recording alone.
+    """
+    if arguments.serve or arguments.rerun:
+        raise UsageError("a sweep runs as fast as it goes and shows nothing", remedy="Leave out --serve and --rerun")
+    if not arguments.output:
+        raise UsageError("many recordings need a folder", place="--output", remedy="Add -o DIR")
+    folder = Path(arguments.output)
+    if (folder / "index.csv").exists() and not (arguments.resume or arguments.overwrite):
+        remedy = "--resume records what is not there yet, --overwrite begins anew"
+        raise UsageError("the folder holds recordings of a sweep", file=folder, remedy=remedy)
+    return folder
+
+
+def _check(scene: Scene, sweep: SceneSweep) -> None:
+    """Refuse what a session of the first variations would refuse.
+
+    Raises:
+        SceneError: Naming the sweep's file and key.
+    """
+    for settings in sweep.variants[:_CHECKED]:
+        varied = varied_scene(scene, settings, file=sweep.file)
+        try:
+            settings_from(dict(varied.control))
+            behaviours_from(varied.behaviours)
+            reading_from(varied.reading)
+        except TactileMapsError as error:
+            raise error.at(file=sweep.file, place=f"vary.{error.place}" if error.place else "vary") from error
+
+
+def _cases(sweep: SceneSweep) -> list[Mapping[str, Any]]:
+    return [
+        {"file": f"{number:06}.mcap", "seconds": sweep.seconds, **settings}
+        for number, settings in enumerate(sweep.variants)
+    ]
+
+
+def _run(scene: Scene, sweep: SceneSweep, folder: Path, log: CaseLog, arguments: argparse.Namespace) -> CaseRun:
+    for left in folder.glob(".tactile-maps-*.part"):
+        left.unlink(missing_ok=True)  # of a run that was killed
+    common = SweepRecording(scene, folder.absolute(), sweep.file, arguments.viewers)
+    # What all have in common is part of their name: of another scene none is done.
+    name = f"{blake2b(scene_to_toml(scene).encode(), digest_size=16).hexdigest()} {arguments.viewers}"
+    run = CaseRun(
+        name,
+        partial(record_case, common=common),
+        _cases(sweep),
+        workers=workers_from_arguments(arguments)[1],
+        log=log,
+        progress=progress_line(),
+        watch=paced(lambda: _write_csv(folder, run.rows)),
+        holds=lambda rows: all((folder / str(row["file"])).is_file() for row in rows),
+    )
+    try:
+        run.go_on()
+    except KeyboardInterrupt:
+        if run.done:
+            _write_csv(folder, run.rows)
+            done = f"{run.done} of {len(run.cases)} recordings are whole"
+            print_warning(f"{done}; the same command with --resume goes on")
+        raise
+    return run
+
+
+def _write_csv(folder: Path, rows: Sequence[Row]) -> Path:
+    path = folder / "index.csv"
+    write_atomically(path, csv_table(rows), error=RecordingError)
+    return path
+
+
+def _write_index(folder: Path, rows: Sequence[Row]) -> list[Path]:
+    files = [_write_csv(folder, rows)]
+    data = parquet_table(rows)
+    if data is not None:
+        files.append(folder / "index.parquet")
+        write_atomically(files[-1], data, error=RecordingError)
+    return files
+
+
+def _tell(run: CaseRun, seconds: float, files: list[Path], folder: Path, arguments: argparse.Namespace) -> None:
+    failed = sum("problem" in row for row in run.rows)
+    whole = {row["file"] for row in run.rows if "problem" not in row}
+    others = sum(path.name not in whole for path in folder.glob("*.mcap"))
+    if others:
+        print_warning(f"{folder} holds {others} recordings that are not of this sweep")
+    if failed:
+        print_warning(f"{failed} variations could not be recorded: their problem stands in the index")
+    if arguments.json:
+        told = {"files": [str(file) for file in files], "recordings": len(whole), "known": run.known, "failed": failed}
+        print_json(told | {"seconds": seconds})
+        return
+    before = f", {run.known} of them before" if run.known else ""
+    print_fields(
+        {"Recorded": f"{len(whole)} in {seconds:.1f} s{before}", "Failed": failed, "Index": ", ".join(map(str, files))}
+    )

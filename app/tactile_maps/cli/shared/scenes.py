@@ -1,0 +1,88 @@
+"""Which scene a command means."""
+
+from __future__ import annotations
+
+import argparse
+import os
+from dataclasses import replace
+
+from tactile_maps.cli.shared.robot_options import home_of, package_roots
+from tactile_maps.cli.shared.unused_options import refuse_with_input
+from tactile_maps.core.errors import SkinError, UsageError
+from tactile_maps.scene.scene import Scene, with_package_roots
+from tactile_maps.scene.scene_file import scene_for, scene_for_taxels, scene_names, with_taxels
+from tactile_maps.session.prepare import open_scene
+from tactile_maps.session.prepared_cache import load_robot_cached
+from tactile_maps.skin.formats.import_skin import NO_ROBOT, holds_taxels, is_own_skin
+from tactile_maps.stimuli.stimulus_file import load_stimuli
+
+
+def scene_from_arguments(arguments: argparse.Namespace) -> Scene:
+    """The scene named by ``SCENE``, ``--scene`` or ``--robot``; the arm's by default.
+
+    With both, the scene is played by the other robot, on links chosen by themselves. With ``--skin``, the robot wears
+    the taxels of that file; with nothing else, the robot that is meant by it. With ``--stimuli``, that script plays
+    instead of the scene's own.
+
+    Raises:
+        UsageError: Two scenes are named, or a link without a skin.
+        SceneError: There is no such scene or script.
+    """
+    scene, script = _skinned_scene(arguments), getattr(arguments, "stimuli", None)
+    scene = with_home(with_package_roots(scene, package_roots(arguments)), arguments)
+    return replace(scene, stimuli=load_stimuli(script)) if script else scene
+
+
+def with_home(scene: Scene, arguments: argparse.Namespace) -> Scene:
+    """Return the scene with the positions of ``--home``; other joints keep those of the scene."""
+    return replace(scene, home={**scene.home, **home_of(arguments)})
+
+
+def _skinned_scene(arguments: argparse.Namespace) -> Scene:
+    """The scene, with the taxels of ``--skin`` where there is one."""
+    path, link = getattr(arguments, "skin", None), getattr(arguments, "link", None)
+    if not path:
+        if link:
+            raise UsageError("a link is named, but no skin to lie on it", value=link, remedy="Add --skin FILE")
+        return _named_scene(arguments)
+    named = any(getattr(arguments, name, None) for name in ("scene_file", "scene", "robot"))
+    bare = getattr(arguments, "robot", None) == NO_ROBOT
+    if not os.path.exists(path):
+        raise SkinError("there is no such file", file=path)
+    if link and is_own_skin(path):
+        purpose = "It names the link that carries taxels, and this skin states it"
+        refuse_with_input(arguments, ["--link"], "skin", path, purpose=purpose)
+    scene = _named_scene(arguments) if named and not bare else scene_for_taxels(path)
+    return with_taxels(replace(scene, robot=NO_ROBOT) if bare else scene, path, links=(link,) if link else ())
+
+
+def _named_scene(arguments: argparse.Namespace) -> Scene:
+    first, second = getattr(arguments, "scene_file", None), getattr(arguments, "scene", None)
+    if first and second:
+        raise UsageError("two scenes are named", value=f"{first}, {second}", remedy="Name one")
+    name, robot = first or second, getattr(arguments, "robot", None)
+    if name and is_skin_folder(name):
+        return with_taxels(scene_for(robot), name) if robot else scene_for_taxels(name)
+    if name and robot:
+        scene = open_scene(name, package_roots=package_roots(arguments), load=load_robot_cached)
+        cover = replace(scene.cover, links=())
+        return replace(scene, robot=robot, cover=cover, stimuli=scene_for(robot).stimuli, motion=(), home={})
+    return (
+        open_scene(name, package_roots=package_roots(arguments), load=load_robot_cached)
+        if name
+        else scene_for(robot or "arm")
+    )
+
+
+def is_skin_folder(name: str) -> bool:
+    """Whether ``name`` is a folder of a skin's files, which stands for the scene of its usual carrier.
+
+    Raises:
+        UsageError: It is a folder with nothing of a skin in it.
+    """
+    if not os.path.isdir(name) or name in scene_names():
+        return False
+    if not holds_taxels(name):
+        remedy = "Give a scene, or a folder of a skin's positions files (*.txt)"
+        raise UsageError("a folder is no scene", file=name, remedy=remedy)
+    return True

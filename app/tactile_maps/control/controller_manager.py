@@ -1,0 +1,305 @@
+"""The controller manager a session asks: it runs the selected controller, with settings that may change at any time.
+
+Controllers change without a jump. One safety monitor stops every controller. Gains are held to what skin, arm and
+contact can hold (``force_loop``), and what they cannot is said.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from tactile_maps.contacts.detection.regions import ContactRegion
+from tactile_maps.contacts.force_estimation.wrench_consistency import WrenchMismatch
+from tactile_maps.control.controller_registry import build_controller, check_settings
+from tactile_maps.control.controllers import Controller
+from tactile_maps.control.force_loop.loop_stability import SensorTiming, assume_goal_where_saturated
+from tactile_maps.control.gain_limits import GainLimiter
+from tactile_maps.control.motion.command import ControlSettings, JointCommand, TaskReport
+from tactile_maps.control.motion.joint_impedance import YieldingImpedance, joint_efforts, within_effort
+from tactile_maps.control.motion.limits import ActiveLimits, Limit, LimitKind
+from tactile_maps.control.motion.map_kinematics import MapKinematics
+from tactile_maps.control.motion.unmeasured_force import (
+    NO_FORCE,
+    DriveTorques,
+    UnmeasuredForce,
+    UnmeasuredForceMonitor,
+)
+from tactile_maps.control.path_following.clearance import Surroundings, nothing_around
+from tactile_maps.control.task_control.monitors import SafetyMonitor, greatest_point_speed, is_readable
+from tactile_maps.control.task_control.tasks import TaskManager
+from tactile_maps.core.arrays import FloatArray, largest
+from tactile_maps.maps.model.tactile_map import TactileMap
+from tactile_maps.robots.kinematics import Configuration
+from tactile_maps.robots.model.robot import Robot
+
+BLEND_TIME = 0.2
+"""Time constant with which what is left of another controller's torque fades [s]."""
+RESUME_TIME = 2.0
+"""Time constant with which a controller takes over again after a stop [s]: it presses slowly on what is still there."""
+
+
+class ControllerManager:
+    """Turns posture and contact regions into joint commands. Mutable; ``reset`` forgets the past.
+
+    Controllers change without a jump: the new one starts as near as it can to the torque asked for, and the rest of the
+    difference fades.
+
+    Args:
+        robot: Whose joints.
+        map_: Of the skin; ``use`` takes another.
+        settings: May be replaced at any time.
+        surroundings: Tells what stands around the arm, when a way through it is planned.
+
+    Raises:
+        SceneError: A setting is out of range; the last good ones stay.
+    """
+
+    def __init__(
+        self,
+        robot: Robot,
+        map_: TactileMap,
+        settings: ControlSettings,
+        *,
+        surroundings: Surroundings = nothing_around,
+    ) -> None:
+        self._robot, self._rest, self._sight = robot, robot.home, MapKinematics(map_)
+        self._task_manager = TaskManager(robot, surroundings=surroundings)
+        self._controllers: dict[str, Controller] = {}
+        self._gain_limiter = GainLimiter(robot)
+        self._safety = SafetyMonitor(robot.joints)
+        self._unmeasured = UnmeasuredForceMonitor(robot)
+        self._configuration = Configuration(robot)
+        self._yielding = YieldingImpedance(self._configuration, self._safety.yield_speed)
+        self._beyond: tuple[Limit, ...] = ()
+        self._strained: tuple[str, ...] = ()
+        self._efforts = joint_efforts(robot)
+        self._settings = check_settings(settings)
+        self._last: JointCommand | None = None
+        self._fading: FloatArray | None = None
+        self._blend_time = BLEND_TIME
+        self._switched = False
+
+    @property
+    def settings(self) -> ControlSettings:
+        """The settings in force."""
+        return self._settings
+
+    @settings.setter
+    def settings(self, settings: ControlSettings) -> None:
+        check_settings(settings)
+        if settings.controller != self._settings.controller:
+            self._switched = True
+            self._blend_time = BLEND_TIME
+        self._settings = settings
+
+    @property
+    def rest(self) -> FloatArray:
+        """(n,) the posture kept while nothing touches; the robot's home until it is set. A reset keeps it."""
+        return self._rest
+
+    @rest.setter
+    def rest(self, posture: FloatArray) -> None:
+        self._rest = posture
+        for controller in self._controllers.values():
+            controller.rest = posture
+
+    @property
+    def why_limited(self) -> tuple[Limit, ...]:
+        """What bounds the answer now, and what of the settings the skin cannot hold; empty for nothing."""
+        limits = ActiveLimits()
+        for limit in self._controller.why_limited:
+            limits.add(limit)
+        if self._strained:
+            limits.add(Limit(LimitKind.TORQUE_LIMIT, self._strained))
+        return (*limits.found, *self._beyond)
+
+    @property
+    def readings(self) -> SensorTiming | None:
+        """What is known of the skin's readings; None for nothing."""
+        return self._gain_limiter.readings
+
+    @readings.setter
+    def readings(self, readings: SensorTiming | None) -> None:
+        self._gain_limiter.readings = readings
+
+    @property
+    def report(self) -> TaskReport | None:
+        """How the task goes; None for a controller without one."""
+        return self._controller.report
+
+    def use(self, map_: TactileMap) -> None:
+        """Take another map of the same skin from now on; a path starts afresh."""
+        self._sight = MapKinematics(map_)
+        for controller in self._controllers.values():
+            controller.use(self._sight)
+
+    def prepare(self, tasks: Iterable[str], map_: TactileMap) -> None:
+        """Build ahead what tasks need that no control tick has the time for, before one of them is put in force.
+
+        Args:
+            tasks: Any of which may be in force next.
+            map_: With them.
+
+        Raises:
+            RobotError: MuJoCo refuses the shapes of the robot that collide.
+
+        Cost: for ``follow_path`` 0.1 to 0.3 s, once for a robot, its skin and what stands around; else none.
+        """
+        if "follow_path" in tasks:
+            self._task_manager.regrasp.prepare(map_.skin)
+
+    def reset(self) -> None:
+        """Forget the past; keep the settings."""
+        self._task_manager.reset()
+        self._gain_limiter.reset()
+        self._safety.reset()
+        self._unmeasured.reset()
+        self._last, self._fading, self._switched, self._beyond = None, None, False, ()
+        self._strained = ()
+        for controller in self._controllers.values():
+            controller.reset()
+
+    def command(
+        self,
+        posture: FloatArray,
+        velocity: FloatArray,
+        regions: Sequence[ContactRegion],
+        dt: float,
+        *,
+        readable: bool = True,
+        mismatch: WrenchMismatch | None = None,
+        torques: DriveTorques | None = None,
+    ) -> JointCommand:
+        """What the joints should do for the next ``dt`` seconds.
+
+        Args:
+            posture: (n,) found.
+            velocity: (n,) found.
+            regions: All contacts, the strongest first.
+            dt: [s].
+            readable: Whether all taxels read numbers. If not, what presses there is not known, and might be taken for a
+                contact that was lost: controllers that read contacts stand still.
+            mismatch: Several contacts that were read as one, by a wrench that none of them explains; likewise.
+            torques: Of the drives since the previous command; None where they are not known. Force that the skin does
+                not measure is not found then.
+        """
+        unmeasured = self._unmeasured_force(posture, velocity, regions, torques, dt)
+        stop = self._must_stop(
+            posture, velocity, regions, dt, readable=readable, mismatch=mismatch, unmeasured=unmeasured
+        )
+        if stop:
+            command = self._yielding.about(self._safety.posture, velocity)
+            command, _ = within_effort(command, posture, velocity, self._efforts)
+            self._strained = ()
+            self._last = command
+            return command
+        before = self._last.torque_at(posture, velocity) if self._switched and self._last is not None else None
+        if before is not None:
+            self._controller.start(posture, before)
+        self._switched = False
+        settings, read = self._effective_inputs(posture, regions, dt) if readable else (self._settings, ())
+        command = self._controller.command(settings, posture, velocity, read, dt, readable=readable, mismatch=mismatch)
+        if before is not None:
+            self._fading = before - command.torque_at(posture, velocity)
+        if self._fading is not None:
+            command = replace(command, torque=command.torque + self._fading)
+            self._fading = self._fading * np.exp(-dt / self._blend_time)
+            self._fading = self._fading if largest(self._fading) > 1e-6 else None
+        command, excess = within_effort(command, posture, velocity, self._efforts)
+        joints = zip(self._robot.joints, excess.tolist(), strict=True)
+        self._strained = tuple(joint.name for joint, found in joints if found)
+        self._last = command
+        return command
+
+    def _unmeasured_force(
+        self,
+        posture: FloatArray,
+        velocity: FloatArray,
+        regions: Sequence[ContactRegion],
+        torques: DriveTorques | None,
+        dt: float,
+    ) -> UnmeasuredForce:
+        self._configuration.update(posture)
+        if torques is None:
+            self._unmeasured.reset()
+            return NO_FORCE
+        readings = self.readings
+        latency = 0.0 if readings is None else readings.period + readings.delay
+        readable = [region for region in regions if is_readable(region)]
+        return self._unmeasured.look(self._configuration, velocity, readable, torques, dt, latency=latency)
+
+    def _must_stop(
+        self,
+        posture: FloatArray,
+        velocity: FloatArray,
+        regions: Sequence[ContactRegion],
+        dt: float,
+        *,
+        readable: bool,
+        mismatch: WrenchMismatch | None,
+        unmeasured: UnmeasuredForce,
+    ) -> bool:
+        """Return True if force, speed or the state of the skin stop the controller.
+
+        An unreadable skin stops only controllers that need it: impedance does not read it, and hold force keeps its
+        posture. One monitor serves all controllers, so that a stop outlasts a change of the controller.
+        """
+        max_force, needs_skin = self._settings.max_force, self._controller.needs_skin
+        if not needs_skin:
+            regions = [region for region in regions if is_readable(region)]
+            readable = readable or self._safety.reason is None
+            mismatch = mismatch if mismatch is not None and mismatch.strongest > max_force else None
+        safe = self._safety.check(
+            max_force,
+            posture,
+            velocity,
+            regions,
+            dt,
+            point_speed=greatest_point_speed(self._configuration, velocity, regions),
+            readable=readable,
+            mismatch=mismatch,
+            unmeasured=unmeasured,
+        )
+        if safe:
+            return False
+        self._controller.stop()
+        self._blend_time = RESUME_TIME
+        self._switched = True  # so that the controller starts from the torque of the stop
+        self._fading = None
+        self._beyond = () if self._safety.reason is None else (self._safety.reason,)
+        return True
+
+    def _effective_inputs(
+        self, posture: FloatArray, regions: Sequence[ContactRegion], dt: float
+    ) -> tuple[ControlSettings, tuple[ContactRegion, ...]]:
+        """Settings and regions as controllers may take them; what is to be said of the skin's limits is kept."""
+        settings, read, said = self._settings, tuple(regions), list[Limit]()
+        if settings.controller != "impedance":
+            goal = settings.force_goal
+            if self.readings is not None:
+                read, plateau = assume_goal_where_saturated(regions, goal, self.readings.highest)
+                said += [Limit(LimitKind.SKIN_SATURATED)] if plateau else []
+            wanted = None if self._last is None else self._last.posture
+            settings, limits = self._gain_limiter.effective_settings(settings, posture, regions, dt, wanted=wanted)
+            said += limits
+            self._controller.hold_integrals(self._gain_limiter.stuck)
+            if self._gain_limiter.exhausted:
+                said.append(Limit(LimitKind.OSCILLATION_AT_SMALLEST_GAIN, value=settings.force_gain))
+            elif self._gain_limiter.reduced:
+                said.append(Limit(LimitKind.OSCILLATION, value=settings.force_gain))
+            elif self._gain_limiter.oscillates:
+                said.append(Limit(LimitKind.OSCILLATION))
+        self._beyond = tuple(said)
+        return settings, read
+
+    @property
+    def _controller(self) -> Controller:
+        """The controller in force, built when it is first wanted."""
+        name = self._settings.controller
+        if name not in self._controllers:
+            self._controllers[name] = build_controller(name, self._robot, self._task_manager, self._sight)
+            self._controllers[name].rest = self._rest
+        return self._controllers[name]

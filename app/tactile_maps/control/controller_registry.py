@@ -1,0 +1,350 @@
+"""The controllers by name, built in and of plug-ins: what people call each, which settings it uses, whether it does a
+task, and how it is built; and the check of settings where they come in: from a scene, a recording or a person.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, fields, replace
+from math import isfinite
+
+import numpy as np
+
+from tactile_maps.contacts.detection.regions import ContactRegion
+from tactile_maps.contacts.force_estimation.wrench_consistency import WrenchMismatch
+from tactile_maps.control.controllers import (
+    CONTROL_SCHEMES,
+    Controller,
+    HoldForceController,
+    ImpedanceController,
+    TaskController,
+)
+from tactile_maps.control.motion.command import (
+    CHOICES,
+    MOST_POINTS,
+    MOST_STARTS,
+    RANGES,
+    ControlSettings,
+    JointCommand,
+    TaskReport,
+    is_number,
+    range_remedy,
+)
+from tactile_maps.control.motion.limits import Limit
+from tactile_maps.control.motion.map_kinematics import MapKinematics
+from tactile_maps.control.motion.task_priority import ControlScheme
+from tactile_maps.control.task_control.tasks import TaskManager
+from tactile_maps.core.arrays import FloatArray
+from tactile_maps.core.errors import SceneError
+from tactile_maps.core.plugins import Plugin, Registry, check_call, check_members
+from tactile_maps.core.toml import check_keys
+from tactile_maps.robots.model.robot import Robot
+
+BuildController = Callable[[Robot, TaskManager, MapKinematics], Controller]
+
+
+@dataclass(frozen=True)
+class ControllerEntry:
+    """One controller.
+
+    Attributes:
+        name: In settings.
+        title: For people.
+        tip: What it does, in a sentence without its full stop.
+        build: For a robot, the task's manager (shared by all controllers) and a view of the map; see
+            ``build_by_scheme``.
+        settings: Those of ``ControlSettings`` that it uses, besides its task's; shown as sliders.
+        has_task: Whether it does the task that the settings name: its contacts' goals come from the task's manager.
+    """
+
+    name: str
+    title: str
+    tip: str
+    build: BuildController
+    settings: tuple[str, ...] = ()
+    has_task: bool = False
+
+
+def build_by_scheme(scheme: Callable[[], ControlScheme]) -> BuildController:
+    """The ``build`` of a controller with a task: all but how errors become joint velocities is that of the built-in
+    ones.
+
+    Args:
+        scheme: Makes a fresh one.
+    """
+    return lambda robot, task_manager, sight: TaskController(robot, scheme(), task_manager, sight)
+
+
+class _GuardedController:
+    """A plug-in's controller, whose commands are looked at before anybody takes them."""
+
+    def __init__(self, plugin: Plugin, controller: Controller, robot: Robot) -> None:
+        check_members(plugin, controller, "rest", "why_limited", "report", "use", "reset", "start", "command")
+        self._plugin, self._controller, self._joints = plugin, controller, robot.home.shape
+
+    @property
+    def rest(self) -> FloatArray:
+        return self._controller.rest
+
+    @rest.setter
+    def rest(self, posture: FloatArray) -> None:
+        self._controller.rest = posture
+
+    @property
+    def needs_skin(self) -> bool:
+        with self._plugin.at_work():
+            return bool(getattr(self._controller, "needs_skin", False))
+
+    @property
+    def why_limited(self) -> tuple[Limit, ...]:
+        with self._plugin.at_work():
+            return tuple(self._controller.why_limited)
+
+    @property
+    def report(self) -> TaskReport | None:
+        with self._plugin.at_work():
+            return self._controller.report
+
+    def use(self, sight: MapKinematics) -> None:
+        with self._plugin.at_work():
+            self._controller.use(sight)
+
+    def reset(self) -> None:
+        with self._plugin.at_work():
+            self._controller.reset()
+
+    def stop(self) -> None:
+        with self._plugin.at_work():
+            getattr(self._controller, "stop", self._controller.reset)()
+
+    def hold_integrals(self, contacts: frozenset[int]) -> None:
+        with self._plugin.at_work():
+            getattr(self._controller, "hold_integrals", lambda _: None)(contacts)
+
+    def start(self, posture: FloatArray, torque: FloatArray) -> None:
+        with self._plugin.at_work():
+            self._controller.start(posture, torque)
+
+    def command(
+        self,
+        settings: ControlSettings,
+        posture: FloatArray,
+        velocity: FloatArray,
+        regions: Sequence[ContactRegion],
+        dt: float,
+        *,
+        readable: bool = True,
+        mismatch: WrenchMismatch | None = None,
+    ) -> JointCommand:
+        with self._plugin.at_work():
+            found = self._controller.command(
+                settings, posture, velocity, regions, dt, readable=readable, mismatch=mismatch
+            )
+        if not isinstance(found, JointCommand):
+            raise self._plugin.error("it gave no JointCommand", type(found).__name__)
+        for part in fields(found):
+            values = getattr(found, part.name)
+            if values.shape != self._joints or not np.isfinite(values).all():
+                raise self._plugin.error(f"it gave no finite {part.name} for each joint", f"shape {values.shape}")
+        if (found.stiffness < 0).any() or (found.damping < 0).any():
+            raise self._plugin.error("it gave a stiffness or damping below zero")
+        return found
+
+
+def _guarded(plugin: Plugin, entry: ControllerEntry) -> ControllerEntry:
+    check_call(plugin, entry.build, "robot", "task_manager", "sight")
+    unknown = sorted(set(entry.settings) - {field.name for field in fields(ControlSettings)})
+    if unknown:
+        raise plugin.error(f"it uses settings that there are not: {', '.join(unknown)}")
+
+    def build(robot: Robot, task_manager: TaskManager, sight: MapKinematics) -> Controller:
+        with plugin.at_work():
+            controller = entry.build(robot, task_manager, sight)
+        return _GuardedController(plugin, controller, robot)
+
+    return replace(entry, build=build)
+
+
+def _by_scheme(name: str, title: str, tip: str, *settings: str) -> ControllerEntry:
+    return ControllerEntry(name, title, tip, build_by_scheme(CONTROL_SCHEMES[name]), settings, has_task=True)
+
+
+CONTROLLERS: Registry[ControllerEntry] = Registry(
+    "controllers",
+    ControllerEntry,
+    (
+        ControllerEntry(
+            "impedance",
+            "Impedance",
+            "Joint impedance: a spring to the rest posture, which yields to a touch and returns",
+            lambda robot, task_manager, sight: ImpedanceController(robot),
+            ("stiffness", "damping_ratio"),
+        ),
+        ControllerEntry(
+            "hold_force",
+            "Hold force",
+            "The arm retreats from or follows a touch so that its force stays at the goal",
+            lambda robot, task_manager, sight: HoldForceController(robot),
+            ("force_goal", "force_gain", "integral_time"),
+        ),
+        _by_scheme(
+            "admittance",
+            "Admittance",
+            "The force error drives a virtual mass with damping, and the arm follows it; no integral, "
+            "so an error may stay",
+            "force_gain",
+            "inertia_time",
+        ),
+        _by_scheme(
+            "hybrid",
+            "Hybrid",
+            "Force along the contact's normal, position across it: neither disturbs the other where "
+            "the normal is right",
+            "force_gain",
+            "integral_time",
+        ),
+        _by_scheme(
+            "parallel",
+            "Parallel",
+            "Position and force act in all directions, and the force integral wins: the force comes "
+            "true, the place gives",
+            "force_gain",
+            "integral_time",
+            "position_gain",
+            "inertia_time",
+        ),
+        _by_scheme(
+            "projection",
+            "Projection",
+            "Errors are taken on the map as if it were isometric: cheapest, and wrong by as much as "
+            "the map is stretched",
+            "force_gain",
+            "integral_time",
+        ),
+        _by_scheme(
+            "priority",
+            "Priority",
+            "Strict order: force, then position on the map, then rest posture; what is later never "
+            "disturbs what is first",
+            "force_gain",
+            "integral_time",
+        ),
+        _by_scheme(
+            "qp",
+            "Quadratic program",
+            "Force and place within bounds on speed, acceleration, joints and forces: it slows down "
+            "before a bound is met",
+            "force_gain",
+            "integral_time",
+        ),
+    ),
+    _guarded,
+)
+"""By name; then those of plug-ins."""
+
+
+def has_task(controller: str) -> bool:
+    """Whether a controller of that name does tasks."""
+    return controller in CONTROLLERS and CONTROLLERS[controller].has_task
+
+
+TASKS_AT_A_PLACE = ("hold_point", "follow_path", "guide")
+"""Tasks that want the contact at a place of the map."""
+
+
+def effective_settings(settings: ControlSettings) -> frozenset[str]:
+    """Names of the settings that make a difference to the controller and task chosen, besides ``controller``."""
+    entry = CONTROLLERS[settings.controller]
+    names = {*entry.settings, "max_force"} | ({"gains"} if settings.controller != "impedance" else set())
+    if not entry.has_task:
+        return frozenset(names)
+    names |= {"task", "jacobian"}  # the normal, too, is taken by the Jacobian's word
+    if settings.task != "retreat":
+        names.add("force_goal")
+    if settings.task in TASKS_AT_A_PLACE:
+        names.add("position_gain")
+    if settings.task in ("hold_point", "follow_path"):
+        names.add("path")
+    if settings.task == "follow_path":
+        names |= {"path_kind", "path_speed"} | ({"path_size"} if len(settings.path) < 2 else set())
+    return frozenset(names)
+
+
+def build_controller(name: str, robot: Robot, task_manager: TaskManager, sight: MapKinematics) -> Controller:
+    """A controller by its name, one of ``CONTROLLERS``.
+
+    Args:
+        name: Which.
+        robot: Whose joints.
+        task_manager: Of the task, shared by all controllers.
+        sight: Of the map.
+    """
+    return CONTROLLERS[name].build(robot, task_manager, sight)
+
+
+def check_settings(settings: ControlSettings) -> ControlSettings:
+    """Return the settings, or refuse them.
+
+    Raises:
+        SceneError: Naming the setting, its value and its range.
+    """
+    for name, known in CHOICES.items():
+        value = getattr(settings, name)
+        if value not in known and not (name == "controller" and value in CONTROLLERS):
+            remedy = f"Choose {', '.join(known[:-1])} or {known[-1]}"
+            if name == "controller":
+                remedy = CONTROLLERS.remedy(str(value))
+            raise SceneError(
+                "the controller does not know that choice", place=f"control.{name}", value=value, remedy=remedy
+            )
+    for name, (low, high) in RANGES.items():
+        value = getattr(settings, name)
+        if not low <= value <= high:  # NaN is in no range
+            raise SceneError(
+                "that setting is out of range", place=f"control.{name}", value=value, remedy=range_remedy(name)
+            )
+    if type(settings.starts) is not int or not 0 <= settings.starts <= MOST_STARTS:
+        raise SceneError(
+            "the number of starts is out of range",
+            place="control.starts",
+            value=settings.starts,
+            remedy=f"Choose 0 to {MOST_STARTS}",
+        )
+    _check_path(settings)
+    return settings
+
+
+def _check_path(settings: ControlSettings) -> None:
+    path = settings.path
+    good = all(len(point) == 2 and all(is_number(x) and isfinite(x) for x in point) for point in path)
+    if not good or len(path) > MOST_POINTS:
+        raise SceneError(
+            "this is not a path on the map",
+            place="control.path",
+            value=path[:3],
+            remedy=f"Give up to {MOST_POINTS} points of two finite numbers in metres",
+        )
+
+
+def settings_from(values: Mapping[str, object]) -> ControlSettings:
+    """Settings from a scene's table.
+
+    Raises:
+        SceneError: An unknown key, or a value out of range.
+    """
+    check_keys(values, ControlSettings, place="control")
+    try:
+        settings = ControlSettings(**values)  # type: ignore[arg-type]
+    except TypeError as error:
+        remedy = "Give a list of points of two numbers in metres"
+        raise SceneError(
+            "this is not a path on the map", place="control.path", value=values["path"], remedy=remedy
+        ) from error
+    return check_settings(settings)
+
+
+def scene_values(settings: ControlSettings) -> dict[str, str | float | tuple[tuple[float, float], ...]]:
+    """A scene's table, from which ``settings_from`` reads these settings: what differs from the defaults, by name."""
+    default = ControlSettings()
+    values = {field.name: getattr(settings, field.name) for field in fields(settings)}
+    return {name: value for name, value in values.items() if value != getattr(default, name)}

@@ -1,0 +1,582 @@
+"""The eight controllers: the one question they all answer, and what each of them does. ``controller_registry`` has
+them by name.
+
+* impedance: the arm as a spring to its rest posture; it yields to a touch and comes back (Hogan 1985, in joint space).
+* hold force: the arm follows or retreats from a touch so that the contact force stays at a goal, and goes back to rest
+afterwards. An admittance
+  along the contact's normal: force error makes velocity, proportional and integral, so that a finger that keeps
+  advancing is held at the goal without lasting error. (Against a spring k this is second order: natural frequency
+  sqrt(gain k / integral_time), damping ratio half of sqrt(gain k integral_time).) The velocity of the touched point
+  becomes joint velocity by damped least squares; the wanted posture is its integral, held by a stiff joint impedance.
+* six with a task (``TaskController``): contacts in, joint velocities out, integrated to a posture that a stiff
+impedance holds. What is common to all of
+  them is here: the contacts' Jacobians at the present posture, going home when nothing is wanted, the bounds and the
+  energy tank. How errors become velocities is the ``ControlScheme``'s matter (``schemes``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from math import inf, isfinite
+from typing import Protocol
+
+import numpy as np
+
+from tactile_maps.contacts.detection.regions import ContactRegion
+from tactile_maps.contacts.force_estimation.wrench_consistency import WrenchMismatch
+from tactile_maps.control.force_loop.normal_motion import (
+    ENOUGH_TILT,
+    LEAST_TILT,
+    RisingForces,
+    bearable_tilt,
+    slow_aside,
+)
+from tactile_maps.control.motion.command import ControlSettings, JointCommand, TaskReport
+from tactile_maps.control.motion.joint_impedance import (
+    MAX_POINT_SPEED,
+    JointImpedance,
+    PostureReference,
+    limit_joint_speed,
+)
+from tactile_maps.control.motion.limits import ActiveLimits, Limit, LimitKind
+from tactile_maps.control.motion.map_kinematics import MapKinematics
+from tactile_maps.control.motion.task_priority import (
+    ArmState,
+    ContactGoal,
+    ContactPresence,
+    ControlScheme,
+    PriorityLevel,
+    TaskContact,
+    single_level,
+    solve_within_limits,
+)
+from tactile_maps.control.path_following.slide_observer import COARSE, SlideObserver
+from tactile_maps.control.task_control.contact_selection import ContactSelection, ControlledContact, ReliefMonitor
+from tactile_maps.control.task_control.monitors import EnergyTank, StallDetector, mismatch_limit
+from tactile_maps.control.task_control.schemes import (
+    AdmittanceScheme,
+    ForceServo,
+    HybridScheme,
+    ParallelScheme,
+    PriorityScheme,
+    ProjectionScheme,
+    QuadraticProgramScheme,
+)
+from tactile_maps.control.task_control.tasks import TaskManager
+from tactile_maps.core.arrays import FloatArray, any_true, largest, length, readonly
+from tactile_maps.robots.kinematics import Configuration
+from tactile_maps.robots.model.robot import Robot
+
+
+class Controller(Protocol):
+    """A controller. Mutable; ``reset`` forgets the past.
+
+    Attributes:
+        rest: (n,) the posture it keeps while nothing touches, and comes back to: home, until a scene moves it.
+        why_limited: What bounds the answer now; empty when nothing does.
+        report: How its task goes; None for a controller without one.
+        needs_skin: True if the arm must stop where the skin cannot be read or reads several contacts as one.
+    """
+
+    rest: FloatArray
+
+    @property
+    def needs_skin(self) -> bool:
+        """True if the arm must stop where the skin cannot be read; False if the controller handles this itself."""
+
+    @property
+    def why_limited(self) -> tuple[Limit, ...]:
+        """What bounds the answer now; empty when nothing does."""
+
+    @property
+    def report(self) -> TaskReport | None:
+        """How its task goes; None for a controller without one."""
+
+    def use(self, sight: MapKinematics) -> None:
+        """See the map so from now on: it was edited."""
+
+    def reset(self) -> None:
+        """Start without history; ``rest`` stays."""
+
+    def stop(self) -> None:
+        """Forget the contact. Called at every tick at which the safety monitor stops the arm."""
+
+    def hold_integrals(self, contacts: frozenset[int]) -> None:
+        """Let integrals of these contacts not grow: their points do not make the commanded motion."""
+
+    def start(self, posture: FloatArray, torque: FloatArray) -> None:
+        """Start without history in the middle of another controller's work, as near as it can to what that one asks
+        for.
+
+        Args:
+            posture: (n,) found.
+            torque: (n,) asked for now, besides damping [N m].
+        """
+
+    def command(
+        self,
+        settings: ControlSettings,
+        posture: FloatArray,
+        velocity: FloatArray,
+        regions: Sequence[ContactRegion],
+        dt: float,
+        *,
+        readable: bool = True,
+        mismatch: WrenchMismatch | None = None,
+    ) -> JointCommand:
+        """What the joints should do for the next ``dt`` seconds.
+
+        Args:
+            settings: In force.
+            posture: (n,) found.
+            velocity: (n,) found.
+            regions: All contacts, the strongest first.
+            dt: [s].
+            readable: Whether the skin can be read. If not, ``regions`` is empty but something may touch: a controller
+                that reads contacts stands still.
+            mismatch: Several contacts that were read as one, by a wrench that none of them explains: likewise.
+        """
+
+
+class ImpedanceController:
+    """Holds the rest posture with a stiffness and damping; contacts are not read, they are felt by yielding."""
+
+    why_limited: tuple[Limit, ...] = ()
+    report: TaskReport | None = None
+    needs_skin = False
+
+    def __init__(self, robot: Robot) -> None:
+        self.rest = robot.home
+        self._configuration = Configuration(robot)
+        self._max_speed = np.array([joint.max_speed for joint in robot.joints])
+
+    def use(self, sight: MapKinematics) -> None:
+        """It sees no map."""
+
+    def reset(self) -> None:
+        """Forget the last limits; nothing else is remembered."""
+        self.why_limited = ()
+
+    def stop(self) -> None:
+        """Forget the last limits."""
+        self.reset()
+
+    def hold_integrals(self, contacts: frozenset[int]) -> None:
+        """It has none."""
+
+    def start(self, posture: FloatArray, torque: FloatArray) -> None:
+        """Its answer follows from the rest posture alone, whatever was asked before."""
+
+    def command(
+        self,
+        settings: ControlSettings,
+        posture: FloatArray,
+        velocity: FloatArray,
+        regions: Sequence[ContactRegion],
+        dt: float,
+        *,
+        readable: bool = True,
+        mismatch: WrenchMismatch | None = None,
+    ) -> JointCommand:
+        """Hold the rest posture with the gains of the current posture."""
+        self._configuration.update(posture)
+        impedance = JointImpedance(
+            self._configuration, frequency=settings.stiffness, damping_ratio=settings.damping_ratio
+        )
+        deviation = impedance.deviation()
+        self.why_limited = () if deviation is None else (deviation,)
+        # The spring moves a joint no faster than its stiffness times the deflection over its damping.
+        most = self._max_speed * impedance.damping / impedance.stiffness
+        aim = np.minimum(np.maximum(self.rest, posture - most), posture + most)
+        if any_true(aim != self.rest):
+            self.why_limited += (Limit(LimitKind.JOINT_SPEED),)
+        return impedance.about(aim)
+
+
+class HoldForceController:
+    """Keeps the strongest contact, and all others above the goal, at the goal force. Mutable.
+
+    Args:
+        robot: Whose joints; it may have none.
+
+    Cost: 50 µs a command in contact.
+    """
+
+    report: TaskReport | None = None
+    needs_skin = False
+
+    def __init__(self, robot: Robot) -> None:
+        self.rest, self._configuration = robot.home, Configuration(robot)
+        self._reference = PostureReference(robot, self._configuration)
+        self._selection, self._relief = ContactSelection(), ReliefMonitor()
+        self.reset()
+
+    def use(self, sight: MapKinematics) -> None:
+        """It sees no map."""
+
+    def reset(self) -> None:
+        """No contact known; the posture found at the next command is where it starts from."""
+        self.why_limited: tuple[Limit, ...] = ()
+        self._servo = ForceServo(MAX_POINT_SPEED)
+        self._selection.reset()
+        self._relief.reset()
+        self._reference.reset()
+
+    def stop(self) -> None:
+        """Forget all contacts."""
+        self.reset()
+
+    def hold_integrals(self, contacts: frozenset[int]) -> None:
+        """See ``Controller``."""
+        self._servo.stuck = contacts
+
+    def start(self, posture: FloatArray, torque: FloatArray) -> None:
+        """Without history, from the posture at which this controller asks for ``torque`` (n,) of an arm at rest."""
+        self.reset()
+        self._configuration.update(posture)
+        self._reference.start(posture, torque)
+
+    def command(
+        self,
+        settings: ControlSettings,
+        posture: FloatArray,
+        velocity: FloatArray,
+        regions: Sequence[ContactRegion],
+        dt: float,
+        *,
+        readable: bool = True,
+        mismatch: WrenchMismatch | None = None,
+    ) -> JointCommand:
+        """Retreat along the inward normals of contacts that press too hard; advance where the strongest is too weak."""
+        limits = ActiveLimits()
+        self._configuration.update(posture)
+        start = self._reference.start_posture(posture)
+        kept, left_out = self._selected(settings, regions) if readable and regions else ([], [])
+        self._servo.keep((region.id, ContactPresence.FELT) for region in kept)
+        if not readable or not all(isfinite(region.force) for region in kept):
+            limits.add(Limit(LimitKind.SKIN_UNREADABLE))
+            speed = np.zeros_like(start)
+        elif mismatch is not None:
+            limits.add(mismatch_limit(mismatch))
+            speed = np.zeros_like(start)
+        elif regions:
+            self._reference.stop_homing()
+            speed = self._follow(settings, start, kept, left_out, dt, limits)
+        else:
+            speed = self._reference.home_speed(start, self.rest, dt)
+        command = self._reference.move(posture, speed, dt, limits, velocity=velocity)
+        self.why_limited = limits.found
+        return command
+
+    def _selected(
+        self, settings: ControlSettings, regions: Sequence[ContactRegion]
+    ) -> tuple[list[ContactRegion], list[ContactRegion]]:
+        """Return the contacts to be controlled, and others above the goal that the joints cannot relieve as well."""
+        unrelieved = self._relief.unrelieved
+        first = next((region for region in regions if region.id not in unrelieved), regions[0])
+        others = self._selection.others(first, regions, settings.force_goal)
+        kept = [first, *(region for region in others if region.id not in unrelieved)]
+        return kept, [region for region in others if region.id in unrelieved]
+
+    def _follow(
+        self,
+        settings: ControlSettings,
+        start: FloatArray,
+        regions: Sequence[ContactRegion],
+        left_out: Sequence[ContactRegion],
+        dt: float,
+        limits: ActiveLimits,
+    ) -> FloatArray:
+        self._servo.held = self._reference.torque_limited
+        levels, controlled, moves = [], [], []
+        for region in regions:
+            error = settings.force_goal - region.force
+            push = self._servo.push(settings, (region.id, ContactPresence.FELT), error, dt, limits)
+            normal, move = self._normal_and_motion(region)
+            row = normal.dot(move)
+            tilt = bearable_tilt(row, move)
+            if tilt >= LEAST_TILT:
+                levels.append(PriorityLevel(row[None], np.array((push,)), normal[None]))
+            else:
+                levels.append(PriorityLevel(move, push * normal, np.eye(3)))
+            controlled.append(ControlledContact(region.id, region.link, region.force, settings.force_goal, row))
+            moves.append((move, normal, tilt))
+        speed = solve_within_limits(single_level(levels), self._reference, start, limits)
+        for move, normal, tilt in moves:
+            speed = slow_aside(move, normal, tilt, speed, limits)
+        for region in left_out:
+            normal, move = self._normal_and_motion(region)
+            row = normal.dot(move)
+            controlled.append(
+                ControlledContact(region.id, region.link, region.force, settings.force_goal, row, left_out=True)
+            )
+        self._relief.look(controlled, speed, self._reference.max_speed, settings.force_gain, dt, limits)
+        return speed
+
+    def _normal_and_motion(self, region: ContactRegion) -> tuple[FloatArray, FloatArray]:
+        """Return the outward normal (3,) of a contact in the world, and the Jacobian (3, n) of its point."""
+        normal = self._configuration.pose(region.link).rotation.dot(region.link_normal)
+        return normal, self._configuration.jacobian(region.link, region.link_position)
+
+
+LOST_SPEED = 0.1
+"""Of a joint on the way home after a contact was lost that was wanted [rad/s]: at half a metre from the joint, 5 kg and
+2e5 N/m then meet with 50 N, where ``HOME_SPEED`` meets with 300 (v sqrt(m k), theory page, 5.6)."""
+_AT_HOME = 0.01
+ALL_CONTACTS = ("balance", "retreat")
+"""Tasks in which no contact has precedence."""
+STAY = ("retreat", "guide")
+"""Tasks after which the arm stays where it is."""
+_HOME_SPEED = 0.2
+"""At which joints that a task leaves free go back to rest, at most [rad/s]."""
+_NO_MAP, _NO_VELOCITY = readonly(np.zeros((2, 3))), readonly(np.zeros(2))
+
+
+class TaskController:
+    """One scheme at work. Mutable: wanted posture, and what scheme, tank and monitors remember.
+
+    The velocity wanted is integrated to a posture that a stiff impedance holds. It is not fed forward as a torque too:
+    against something hard that torque is force at once, and more of it than the error it came from.
+
+    Args:
+        robot: Whose joints; it may have none.
+        scheme: How errors become joint velocities.
+        task_manager: Of the task; shared by all controllers, so that a task goes on when the controller is changed.
+        sight: Of the map.
+
+    Attributes:
+        tank: What contacts were given.
+
+    Cost: 0.08 ms a command with one contact that may slide, 0.14 ms with one that is led to a place.
+    """
+
+    needs_skin = True
+
+    def __init__(self, robot: Robot, scheme: ControlScheme, task_manager: TaskManager, sight: MapKinematics) -> None:
+        self.rest, self.sight, self._scheme, self._task_manager = robot.home, sight, scheme, task_manager
+        self._configuration = Configuration(robot)
+        self._reference = PostureReference(robot, self._configuration)
+        self.tank, self._stall = EnergyTank(), StallDetector(1.5 * sight.pitch)
+        self._relief = ReliefMonitor()
+        self._slide = SlideObserver()
+        self.reset()
+
+    def reset(self) -> None:
+        """No contact known; the posture found at the next command is where it starts from."""
+        self.why_limited: tuple[Limit, ...] = ()
+        self._scheme.reset()
+        self._reference.reset()
+        self.tank.reset()
+        self._stall.reset()
+        self._relief.reset()
+        self._slide.reset()
+        self._slippery: dict[int, float] = {}
+        self._rising = RisingForces()
+        self._stuck: frozenset[int] = frozenset()
+        self._speed = np.zeros_like(self.rest)
+
+    def hold_integrals(self, contacts: frozenset[int]) -> None:
+        """See ``Controller``."""
+        self._stuck = contacts
+
+    def start(self, posture: FloatArray, torque: FloatArray) -> None:
+        """Without history, from the posture at which this controller asks for ``torque`` (n,) of an arm at rest."""
+        self.reset()
+        self._configuration.update(posture)
+        self._reference.start(posture, torque)
+
+    def command(
+        self,
+        settings: ControlSettings,
+        posture: FloatArray,
+        velocity: FloatArray,
+        regions: Sequence[ContactRegion],
+        dt: float,
+        *,
+        readable: bool = True,
+        mismatch: WrenchMismatch | None = None,
+    ) -> JointCommand:
+        """Do the task for a tick. All regions are readable: the manager stops the arm where they are not."""
+        self._configuration.update(posture)
+        limits = ActiveLimits()
+        start = self._reference.start_posture(posture)
+        goals = self._task_manager.goals(settings, regions, self.sight, self._configuration, dt, limits)
+        carried = self._task_manager.regrasp.speed(start, self.rest, self._configuration, dt)
+        if carried is not None:
+            self._scheme.reset()
+            self._slide.reset()
+            self._reference.stop_homing()
+            speed = limit_joint_speed(carried, self._reference.max_speed, limits)
+        elif goals:
+            self._reference.stop_homing()
+            speed = self._work(settings, goals, regions, start, velocity, dt, limits)
+        else:
+            speed = self._idle(settings, start, dt, limits)
+        self._speed = speed
+        command = self._reference.move(posture, speed, dt, limits, velocity=velocity)
+        self.why_limited = limits.found
+        return command
+
+    def use(self, sight: MapKinematics) -> None:
+        """See the map so from now on; a path starts afresh."""
+        self.sight = sight
+
+    @property
+    def report(self) -> TaskReport:
+        """How the task goes."""
+        report = self._task_manager.report(self.tank)
+        controlled = tuple(one for one in report.controlled if one not in self._relief.unrelieved)
+        return replace(report, controlled=controlled)
+
+    def stop(self) -> None:
+        """Forget the contact; the task continues from where it is."""
+        self.why_limited = ()
+        self._scheme.reset()
+        self._slide.reset()
+        self._task_manager.let_go()
+        self._reference.reset()
+        self._speed = np.zeros_like(self.rest)
+
+    def _idle(self, settings: ControlSettings, start: FloatArray, dt: float, limits: ActiveLimits) -> FloatArray:
+        self._scheme.reset()
+        self.tank.reset()
+        self._relief.reset()
+        self._slide.reset()
+        self._slippery.clear()
+        if settings.task in STAY:
+            return np.zeros_like(start)
+        if not self._task_manager.lost:
+            return self._reference.home_speed(start, self.rest, dt)
+        if largest(self.rest - start) > _AT_HOME:
+            limits.add(Limit(LimitKind.SLOW_HOMING))
+        return self._reference.home_speed(start, self.rest, dt, most=LOST_SPEED)
+
+    def _work(
+        self,
+        settings: ControlSettings,
+        goals: Sequence[ContactGoal],
+        regions: Sequence[ContactRegion],
+        start: FloatArray,
+        velocity: FloatArray,
+        dt: float,
+        limits: ActiveLimits,
+    ) -> FloatArray:
+        together = settings.task in ALL_CONTACTS
+        unrelieved = frozenset() if together else self._relief.unrelieved
+        left_out = [goal for goal in goals[1:] if goal.region.id in unrelieved]
+        goals = [goals[0], *(goal for goal in goals[1:] if goal.region.id not in unrelieved)]
+        contacts = tuple(self._contact(settings, want) for want in goals)
+        wanted = {contact.id for contact in contacts}
+        others = tuple(self._contact(settings, ContactGoal(r, r.force)) for r in regions if r.id not in wanted)
+        most = self._reference.slow_speed(_HOME_SPEED)
+        home = np.minimum(np.maximum(self.rest - start, -most), most)
+        arm = ArmState(start, home, self._speed, self._reference, contacts + others, dt, self._stuck)
+        pressed = [(c.id, c.force, c.force + c.force_error, c.tilt) for c in contacts]
+        if self._rising.look(pressed, settings.max_force):
+            limits.add(Limit(LimitKind.FORCE_RISES))
+            self._scheme.reset()
+            return np.zeros_like(start)
+        contacts = self._led(settings, contacts, goals, dt, limits)
+        # An integral cannot add force where the tank slows the motion down, or where contacts oppose each other.
+        free = self.tank.share == 1.0 and not (together and self._relief.unrelieved)
+        asked = settings if free else replace(settings, integral_time=inf)
+        levels = self._scheme.levels(asked, contacts, arm, limits)
+        speed = self._scheme.solve(levels, settings, contacts, arm, limits)
+        for contact in (one for one in contacts if one.tilt < ENOUGH_TILT):
+            aside = length(contact.along(settings.position_gain, MAX_POINT_SPEED))
+            speed = slow_aside(contact.move, contact.normal, contact.tilt, speed, limits, wanted=aside)
+        speed = self._within_energy(contacts, speed, velocity, dt, limits)
+        controlled = [
+            ControlledContact(one.id, goal.region.link, one.force, goal.force, one.outward)
+            for one, goal in zip(contacts, goals, strict=True)
+        ]
+        for goal in left_out:
+            row = self._contact(settings, goal).outward
+            controlled.append(
+                ControlledContact(goal.region.id, goal.region.link, goal.region.force, goal.force, row, left_out=True)
+            )
+        self._relief.look(controlled, speed, self._reference.max_speed, settings.force_gain, dt, limits)
+        return speed
+
+    def _contact(self, settings: ControlSettings, want: ContactGoal) -> TaskContact:
+        region, pose = want.region, self._configuration.pose(want.region.link)
+        normal = pose.rotation.dot(self.sight.normal(region, settings.jacobian))
+        move = self._configuration.jacobian(region.link, region.link_position)
+        tilt = self._tilt(region.id, normal.dot(move), move)
+        to_map = want.to_map
+        if to_map is None and want.error is not None:
+            to_map = self.sight.jacobian(region.at, settings.jacobian, self._configuration)
+        return TaskContact(
+            id=region.id,
+            force=region.force,
+            force_error=want.force - region.force,
+            normal=normal,
+            point=pose.points(region.link_position),
+            move=move,
+            to_map=_NO_MAP if to_map is None else to_map,
+            error=want.error,
+            velocity=_NO_VELOCITY if want.velocity is None else want.velocity,
+            presence=want.presence,
+            tilt=tilt,
+            straight=tilt < LEAST_TILT,
+        )
+
+    def _tilt(self, contact: int, outward: FloatArray, move: FloatArray) -> float:
+        """By how much a contact's normal may err [rad]: the least since it began, if that was little."""
+        tilt = min(bearable_tilt(outward, move), self._slippery.get(contact, inf))
+        if tilt < LEAST_TILT:
+            self._slippery[contact] = tilt
+        return tilt
+
+    def _led(
+        self,
+        settings: ControlSettings,
+        contacts: tuple[TaskContact, ...],
+        goals: Sequence[ContactGoal],
+        dt: float,
+        limits: ActiveLimits,
+    ) -> tuple[TaskContact, ...]:
+        """Return the contacts, the first with its missing velocity on a path, or sliding where it is stuck."""
+        first = contacts[0]
+        if first.error is None:
+            self._slide.reset()
+            return contacts
+        asked = settings.position_gain * first.error + first.velocity
+        tried = -first.to_map @ (first.move @ self._speed)
+        point = goals[0].region.map_point
+        stalled = self._stall.look(first.id, point, first.error, asked, tried, dt, target=self._task_manager.target)
+        if stalled is not None:
+            limits.add(Limit(stalled))
+            self._slide.reset()
+            return (replace(first, error=None), *contacts[1:])
+        felt = first.presence is ContactPresence.FELT
+        if settings.task != "follow_path" or not felt or self.sight.pitch > COARSE:
+            return contacts
+        missing = self._slide.look(first.id, point, tried, dt, rate=settings.position_gain, speed=settings.path_speed)
+        return (replace(first, velocity=first.velocity + missing), *contacts[1:])
+
+    def _within_energy(
+        self, contacts: Sequence[TaskContact], speed: FloatArray, velocity: FloatArray, dt: float, limits: ActiveLimits
+    ) -> FloatArray:
+        """Count what contacts are given, and slow down what would give more than the tank holds."""
+        effort = np.zeros(len(speed))  # joint torques with which the arm presses on its contacts
+        for contact in contacts:
+            effort += contact.force * contact.outward
+        self.tank.flow(float(effort.dot(velocity)), float(self._reference.impedance.damping.dot(velocity**2)), dt)
+        gives = effort.dot(speed) > 0
+        if not gives or self.tank.share == 1.0:
+            return speed
+        limits.add(Limit(LimitKind.ENERGY_TANK, value=self.tank.given))
+        return speed * self.tank.share
+
+
+CONTROL_SCHEMES: dict[str, Callable[[], ControlScheme]] = {
+    "admittance": AdmittanceScheme,
+    "hybrid": HybridScheme,
+    "parallel": ParallelScheme,
+    "projection": ProjectionScheme,
+    "priority": PriorityScheme,
+    "qp": QuadraticProgramScheme,
+}
+"""Controllers with a task."""

@@ -1,0 +1,180 @@
+"""The words for why the arm is limited, for the screen, the terminal and reports; made nowhere else."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from tactile_maps.control.motion.limits import Limit, LimitKind, RegraspFailure
+
+_NAMES = {
+    LimitKind.JOINT_LIMIT: "joint limit",
+    LimitKind.TORQUE_LIMIT: "torque limit",
+    LimitKind.JOINT_SPEED: "joint speed",
+    LimitKind.JOINT_ACCELERATION: "joint acceleration",
+    LimitKind.POINT_SPEED: "contact point speed",
+    LimitKind.FORCE_CAP: "force cap",
+    LimitKind.WEAK_DIRECTION: "singular configuration: little motion along the contact",
+    LimitKind.FORCE_RISES: "no force control here: the joints hardly move the skin off",
+    LimitKind.HELD_BACK: "the arm is blocked",
+    LimitKind.ENERGY_TANK: "net energy output to the contact",
+    LimitKind.SLOW_HOMING: "slow return to the rest posture",
+    LimitKind.JOINT_RESPONSE: "joint response differs",
+    LimitKind.CONTACT_LOST: "contact lost",
+    LimitKind.CONTACT_STICKS: "the contact sticks to the skin",
+    LimitKind.OUT_OF_REACH: "the target is out of reach",
+    LimitKind.CONTACTS_OPPOSED: "force not controlled: the joints cannot relieve all contacts at once",
+    LimitKind.CONTACT_IMMOBILE: "force not controlled: no joint moves the skin there",
+    LimitKind.PATH_WAITS: "the path waits for the contact",
+    LimitKind.PATH_LEAVES_SKIN: "the path leaves the skin",
+    LimitKind.PATH_REFUSED: "the path cannot be projected onto the skin",
+    LimitKind.POINT_OFF_SKIN: "the point to hold is not on the skin",
+    LimitKind.CONTACT_ELSEWHERE: "the contact is on another patch than the point to hold",
+    LimitKind.REGRASP_PLANNED: "planning a regrasp",
+    LimitKind.REGRASP_MOVES: "regrasping",
+    LimitKind.REGRASP_RETURNS: "returning from a regrasp",
+    LimitKind.REGRASP_FAILED: "the regrasp failed",
+    LimitKind.SKIN_UNREADABLE: "no valid skin readings",
+    LimitKind.SKIN_SATURATED: "the skin is saturated",
+    LimitKind.OSCILLATION: "the force oscillates",
+    LimitKind.OSCILLATION_AT_SMALLEST_GAIN: "the force oscillates at the smallest gain",
+    LimitKind.FORCE_GAIN_HELD: "force gain reduced",
+    LimitKind.FORCE_GAIN_RAISED: "force gain raised for soft joints",
+    LimitKind.POSITION_GAIN_HELD: "position gain reduced",
+    LimitKind.FORCE_GAIN_UNSTABLE: "force gain too high",
+    LimitKind.STOPPED_BY_FORCE: "stopped: contact force too high",
+    LimitKind.STOPPED_BY_SPEED: "stopped: joint speed too high",
+    LimitKind.STOPPED_BY_SLIDE_SPEED: "stopped: sliding joint too fast",
+    LimitKind.STOPPED_BY_POINT_SPEED: "stopped: contact point speed too high",
+    LimitKind.STOPPED_BY_UNMEASURED_FORCE: "stopped: force that the skin does not measure",
+    LimitKind.STOPPED_UNREADABLE: "stopped: no valid skin readings",
+    LimitKind.STOPPED_BY_MISMATCH: "stopped: one wrench from several contacts",
+}
+_CAUSES = {
+    RegraspFailure.NO_ARM: "the robot has no actuated joints",
+    RegraspFailure.UNREACHABLE: "out of the arm's reach",
+    RegraspFailure.FACES_AWAY: "the skin there cannot be turned towards the object",
+    RegraspFailure.NO_POSTURE: "no posture of the arm was found",
+    RegraspFailure.NO_LIFT: "the skin cannot be lifted off the object",
+    RegraspFailure.BLOCKED: "every posture found collides",
+    RegraspFailure.NO_PATH: "no collision-free path was found",
+    RegraspFailure.NOTHING_THERE: "no contact at the new place",
+    RegraspFailure.TIMEOUT: "timed out",
+    RegraspFailure.OBSTACLE: "an obstacle was hit",
+    RegraspFailure.OBJECT_FOLLOWS: "the object moved with the skin",
+}
+_GO_ON = "remove the contact to continue"
+
+
+def limit_name(kind: LimitKind) -> str:
+    """What a limit is called, without figures: the same for as long as it lasts."""
+    return _NAMES[kind]
+
+
+def limit_text(limit: Limit) -> str:
+    """A limit with its figures, like "joint limit: elbow" or "net energy output to the contact: 0.9 J"."""
+    fact = _fact(limit)
+    return f"{_NAMES[limit.kind]}: {fact}" if fact else _NAMES[limit.kind]
+
+
+def limit_texts(limits: Iterable[Limit]) -> str:
+    """All of them in one line, parted by semicolons; empty for none."""
+    return "; ".join(limit_text(limit) for limit in limits)
+
+
+def _fact(limit: Limit) -> str:
+    names, value, bound = [name.replace("_", " ") for name in limit.names], limit.value, limit.bound
+    match limit.kind:
+        case LimitKind.JOINT_LIMIT | LimitKind.TORQUE_LIMIT:
+            return ", ".join(names)
+        case LimitKind.ENERGY_TANK:
+            return "" if value is None else f"{value:.1f}\u202fJ"
+        case LimitKind.CONTACTS_OPPOSED | LimitKind.CONTACT_IMMOBILE:
+            return ", ".join(names) if value is None else f"{', '.join(names)}, {value:.1f}\u202fN"
+        case LimitKind.SLOW_HOMING:
+            return "the lost contact may be in the way"
+        case LimitKind.WEAK_DIRECTION:
+            return _weak_direction(limit)
+        case LimitKind.JOINT_RESPONSE:
+            if value is None or limit.damping_ratio is None:
+                return ""
+            return f"{names[0]}, {value:.2g}\u202frad/s, damping ratio {limit.damping_ratio:.2g}"
+        case LimitKind.PATH_REFUSED:
+            return limit.detail
+        case LimitKind.CONTACT_ELSEWHERE:
+            return f"point on the {names[0]}, contact on the {names[1]}" if names else ""
+        case LimitKind.REGRASP_PLANNED | LimitKind.REGRASP_MOVES:
+            return _destination(names)
+        case LimitKind.REGRASP_RETURNS | LimitKind.REGRASP_FAILED:
+            return ", ".join(part for part in (_destination(names), _why_no_regrasp(limit)) if part)
+        case LimitKind.SKIN_SATURATED:
+            return "no more force is applied"
+        case LimitKind.OSCILLATION:
+            if limit.value is None:
+                return "reduce the force gain"
+            return f"force gain reduced to {1e3 * limit.value:.2g}\u202fmm/s per N"
+        case LimitKind.OSCILLATION_AT_SMALLEST_GAIN | LimitKind.FORCE_GAIN_RAISED:
+            return "" if value is None else f"{1e3 * value:.2g}\u202fmm/s per N"
+        case LimitKind.FORCE_GAIN_HELD:
+            return "" if value is None else f"{1e3 * value:.2g}\u202fmm/s per N, skin {_timing(limit)}"
+        case LimitKind.POSITION_GAIN_HELD:
+            return "" if value is None else f"{value:.2g}/s, skin {_timing(limit)}"
+        case LimitKind.FORCE_GAIN_UNSTABLE:
+            most = "" if bound is None else f"stable up to {1e3 * bound:.2g}\u202fmm/s per N, "
+            return f"{most}skin {_timing(limit)}"
+        case LimitKind.STOPPED_BY_FORCE:
+            return _GO_ON if value is None else f"{value:.0f}\u202fN, more than {bound or 0:.0f}\u202fN; {_GO_ON}"
+        case LimitKind.STOPPED_BY_UNMEASURED_FORCE:
+            if value is None:
+                return _GO_ON
+            return f"{_of(names)}at least {value:.0f}\u202fN, more than {bound or 0:.0f}\u202fN; {_GO_ON}"
+        case LimitKind.STOPPED_BY_SPEED:
+            return _GO_ON if value is None else f"{_of(names)}{value:.1f}\u202frad/s; {_GO_ON}"
+        case LimitKind.STOPPED_BY_SLIDE_SPEED:
+            return _GO_ON if value is None else f"{_of(names)}{value:.2g}\u202fm/s; {_GO_ON}"
+        case LimitKind.STOPPED_BY_POINT_SPEED:
+            return _GO_ON if value is None else f"{value:.2g}\u202fm/s; {_GO_ON}"
+        case LimitKind.STOPPED_UNREADABLE:
+            return _GO_ON
+        case LimitKind.STOPPED_BY_MISMATCH:
+            left = "" if value is None else f"{value:.2g}\u202fN\u202fm unexplained; "
+            return f"{_of(names)}{left}leave one contact to continue"
+        case _:
+            return ""
+
+
+def _of(names: list[str]) -> str:
+    """Return "elbow, " for a limit with a name, else an empty text."""
+    return f"{names[0]}, " if names else ""
+
+
+def _destination(names: list[str]) -> str:
+    """From the links that are left and entered."""
+    if not names:
+        return ""
+    return f"to the {names[-1]}" if names[0] != names[-1] else f"to another place of the {names[-1]}"
+
+
+def _why_no_regrasp(limit: Limit) -> str:
+    """Like "out of the arm's reach by 120 mm" or "every posture found collides: forearm with post 1"."""
+    cause = "" if limit.cause is None else _CAUSES[limit.cause]
+    if limit.cause is RegraspFailure.UNREACHABLE and limit.value is not None:
+        cause += f" by {1e3 * limit.value:.0f}\u202fmm"
+    if not limit.between:
+        return cause
+    one, other = (name.replace("_", " ") for name in limit.between)
+    return f"{cause}: {one} with {other}"
+
+
+def _weak_direction(limit: Limit) -> str:
+    """Return a text like "30 mm/s lost along (0, 0, 1), at most 20 mm/s there"."""
+    if limit.value is None:
+        return ""
+    text = f"{1e3 * limit.value:.2g}\u202fmm/s lost"
+    if limit.direction is not None:
+        text += f" along ({', '.join(f'{round(x, 2) + 0.0:g}' for x in limit.direction)})"
+    return text if limit.bound is None else f"{text}, at most {1e3 * limit.bound:.2g}\u202fmm/s there"
+
+
+def _timing(limit: Limit) -> str:
+    rate = f"read at {1 / limit.period:.3g}\u202fHz" if limit.period else "read continuously"
+    return f"{rate}, {1e3 * limit.delay:.0f}\u202fms delay" if limit.delay else rate

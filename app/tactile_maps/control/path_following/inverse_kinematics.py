@@ -1,0 +1,118 @@
+"""Finds a posture in which a place of the skin comes to a place in the world, facing the other way round or not."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from tactile_maps.core.arrays import FloatArray, largest
+from tactile_maps.robots.kinematics import Configuration
+
+ROUNDS = 60
+"""Of one attempt."""
+CLOSE = 0.002
+"""To the place [m], at which an attempt has succeeded."""
+TILT = np.deg2rad(35.0)
+"""Between the normals, at most [rad]: so far the skin still presses what it pressed before."""
+_LONGEST = 0.3
+"""Step of any joint in one round [rad]."""
+_STRAIGHT = np.deg2rad(2.0)
+_DAMPING = 0.02
+
+
+@dataclass(frozen=True, eq=False)
+class LinkPoint:
+    """A place of the skin, fixed to its link.
+
+    Attributes:
+        link: Name of the link.
+        point: (3,) link frame [m].
+        normal: (3,) outward, link frame.
+    """
+
+    link: str
+    point: FloatArray
+    normal: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class PointTarget:
+    """Where a spot is wanted in the world.
+
+    Attributes:
+        point: (3,) [m].
+        normal: (3,) where its normal is to point.
+    """
+
+    point: FloatArray
+    normal: FloatArray
+
+    def raised(self, height: float) -> PointTarget:
+        """The same farther along the normal by ``height`` [m]."""
+        return PointTarget(self.point + height * self.normal, self.normal)
+
+
+def solve_inverse_kinematics(
+    configuration: Configuration,
+    spot: LinkPoint,
+    goal: PointTarget,
+    start: FloatArray,
+    lower: FloatArray,
+    upper: FloatArray,
+) -> Iterator[FloatArray | None]:
+    """Postures (n,) tried one after the other; the last is the answer, or None where there is none near ``start``.
+
+    The place first, by least squares; its normal as far as that leaves free; joints at a limit stay there.
+
+    Args:
+        configuration: Moved as it likes.
+        spot: Of the skin.
+        goal: Where it is wanted.
+        start: (n,) where to begin.
+        lower: (n,) limits of the joints.
+        upper: (n,).
+
+    Cost: 0.1 ms a round.
+    """
+    posture = np.clip(start, lower, upper)
+    for _ in range(ROUNDS):
+        configuration.update(posture)
+        pose = configuration.pose(spot.link)
+        normal = pose.rotation @ spot.normal
+        off, turn = goal.point - pose.points(spot.point), goal.normal - normal
+        angle = float(np.arccos(np.clip(normal @ goal.normal, -1, 1)))
+        if np.linalg.norm(off) < CLOSE and angle < _STRAIGHT:
+            yield posture
+            return
+        if angle > np.pi / 2:  # where they point apart, the difference says less and less
+            turn = turn / max(float(np.linalg.norm(turn)), 1e-9)
+        move = configuration.jacobian(spot.link, spot.point)
+        rotate = configuration.jacobian(spot.link, spot.point + spot.normal) - move
+        posture = np.clip(posture + _step(move, off, rotate, turn, posture, lower, upper), lower, upper)
+        yield posture
+    good = np.linalg.norm(off) < 2 * CLOSE and angle < TILT
+    yield posture if good else None
+
+
+def _step(
+    move: FloatArray, off: FloatArray, rotate: FloatArray, turn: FloatArray,
+    posture: FloatArray, lower: FloatArray, upper: FloatArray,
+) -> FloatArray:  # fmt: skip
+    """(n,) towards both, the place first; without the joints that would leave their range."""
+    free = np.ones(len(posture), dtype=bool)
+    for _ in range(len(posture)):
+        first = _damped(move * free, off)
+        kernel = np.diag(free.astype(float)) - np.linalg.pinv(move * free, rcond=1e-2) @ (move * free)
+        step = first + kernel @ _damped(rotate @ kernel, turn - rotate @ first)
+        stuck = free & (((posture <= lower) & (step < 0)) | ((posture >= upper) & (step > 0)))
+        if not stuck.any():
+            break
+        free &= ~stuck
+    fastest = largest(step)
+    return step * min(1.0, _LONGEST / max(fastest, 1e-12))
+
+
+def _damped(rows: FloatArray, wanted: FloatArray) -> FloatArray:
+    return rows.T @ np.linalg.solve(rows @ rows.T + _DAMPING**2 * np.eye(len(rows)), wanted)

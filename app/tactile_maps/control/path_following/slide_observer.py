@@ -1,0 +1,78 @@
+"""Map velocity that is missing while a contact is led: what the arm is to make less what the contact makes.
+
+A target that moves is followed with its velocity and a speed proportional to the error. The contact then stays behind
+by the missing velocity over the gain:
+
+* On curved skin the point of contact rolls: an object of radius R on skin of radius r lets it move at r / (r + R) of
+  the speed at which the skin slides.
+* Friction bends the arm, and the deflection turns with the direction of motion.
+* The Jacobian of the map is off.
+
+``SlideObserver`` finds the missing velocity w by a first-order filter with the rate of the position gain K (disturbance
+observer, Ohnishi, Shibata and Murakami 1996). Added to the request, w = K e + K² times the integral of e: constant
+disturbances leave no error, and without any the contact moves as without the observer. Both poles are at K.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tactile_maps.core.arrays import FloatArray, length
+
+MOST_MISSING = 0.01
+"""Bound of the missing velocity [m/s], and no more than the speed of the path: faster sliding disturbs the force."""
+_JUMP = 0.005
+"""A contact that moves farther within a tick has crossed a seam, behind which directions on the map differ [m]."""
+COARSE = 0.0125
+"""Pitch of taxels above which the observer is not used [m]: the measured place of a contact then errs by millimetres,
+with the period of the taxels, and the arm would follow these errors."""
+
+
+class SlideObserver:
+    """Estimates the missing map velocity of a contact. Mutable; ``reset`` forgets it.
+
+    Attributes:
+        missing: (2,) estimate [m/s].
+    """
+
+    def __init__(self) -> None:
+        self.reset()
+
+    def reset(self) -> None:
+        """Start from no missing velocity."""
+        self.missing: FloatArray = np.zeros(2)
+        self._contact: int | None = None
+        self._point: FloatArray = np.zeros(2)
+
+    def look(
+        self,
+        contact: int,
+        point: FloatArray,
+        tried: FloatArray,
+        dt: float,
+        *,
+        rate: float,
+        speed: float,
+    ) -> FloatArray:
+        """Return the missing velocity (2,) [m/s] after one more tick.
+
+        Args:
+            contact: Identifier of the contact; another one starts from zero.
+            point: (2,) place of the contact on the map [m].
+            tried: (2,) map velocity that the arm was to make in the last tick [m/s].
+            dt: Time since the last tick [s].
+            rate: Rate of the filter [1/s].
+            speed: Speed of the path [m/s], for the bound.
+        """
+        moved = point - self._point
+        if contact != self._contact or length(moved) > _JUMP:
+            self.reset()
+        else:
+            share = min(rate * dt, 1.0)
+            self.missing = self.missing + share * (tried - moved / dt - self.missing)
+            found, most = length(self.missing), min(MOST_MISSING, speed)
+            if found > most:
+                self.missing = self.missing * (most / found)
+        self._contact = contact
+        self._point = point
+        return self.missing

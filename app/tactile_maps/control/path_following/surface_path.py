@@ -1,0 +1,227 @@
+"""A path on the skin: where what was drawn on the map lies on the body."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+
+import numpy as np
+
+from tactile_maps.control.motion.command import ControlSettings, TaskReport
+from tactile_maps.core.arrays import FloatArray, freeze_arrays, readonly
+from tactile_maps.core.errors import MapError
+from tactile_maps.geometry.surface.mesh import SurfacePoint
+from tactile_maps.geometry.surface.triangle_walk import TriangleWalk
+from tactile_maps.maps.model.seam_transitions import SeamTransitions
+from tactile_maps.maps.paths import (
+    NEAR_PITCHES,
+    MapPath,
+    PathProjection,
+    PathSegment,
+    back_project_inside,
+    draw_path,
+    path_about,
+)
+
+_BODY_STEP = 0.002
+"""Between two points of a line on the body [m on the map]."""
+
+
+@dataclass(frozen=True)
+class PathCrossing:
+    """Where a path goes on elsewhere on the body.
+
+    Attributes:
+        way: Walked along the path until there [m].
+        leaves: Where it goes away from.
+        enters: Where it goes on.
+    """
+
+    way: float
+    leaves: SurfacePoint
+    enters: SurfacePoint
+
+
+@dataclass(frozen=True, eq=False)
+class BodyLine:
+    """A path's part in one piece on the body.
+
+    Attributes:
+        link: Of which link.
+        points: (k, 3) link frame [m], on the skin, 2 mm of the map apart at most.
+    """
+
+    link: str
+    points: FloatArray
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, "points")
+
+
+class SurfacePath:
+    """A path on the skin, asked by the length walked along it; crossings have none.
+
+    Args:
+        path: On the map.
+        transitions: Of the map.
+        drawn: Whether a person drew it as the map is seen. Else it never crosses to another place: over a seam it goes
+            on behind the other side until it, or the skin, ends.
+
+    Attributes:
+        length: Of the part that is on the skin, on the map [m].
+        whole: Whether all of it is, besides crossings.
+        closed: Whether it can be walked round and round.
+        crossings: In their order along the path.
+        end: (2,) where it ends on the map [m].
+
+    Raises:
+        MapError: It does not start on the skin.
+
+    Cost: 0.3 ms and 5 µs a side inside a patch, 10 µs a side behind a seam; 2 ms when a patch of 10,000 triangles is
+    first asked about, then 10 µs a question.
+    """
+
+    def __init__(self, path: MapPath, transitions: SeamTransitions, *, drawn: bool = True) -> None:
+        self._map = transitions.map
+        start = self._map.to_body(path.points[0])
+        if start is None:
+            x, y = 1e3 * path.points[0]
+            place = f"({x:.0f}, {y:.0f}) mm"
+            raise MapError(f"the path does not start on the skin, but at {place}", value=place, remedy="Begin it there")
+        walk = PathProjection(transitions, start, path.points, drawn=drawn)
+        self._start, self._pieces, self._jumps, self.whole = start, walk.pieces, walk.jumps, walk.whole
+        sides = np.array([piece.points[1] - piece.points[0] for piece in self._pieces]).reshape(-1, 2)
+        self._walks: dict[int, TriangleWalk] = {}
+        self._last = -1, 0
+        self._lengths = np.linalg.norm(sides, axis=1)
+        self._directions = sides / np.maximum(self._lengths, 1e-12)[:, None]
+        self._ends = np.concatenate([[0.0], np.cumsum(self._lengths)])
+        self.length = float(self._ends[-1])
+        self.closed = path.closed and self.whole and self._ends_meet()
+        self.end = readonly(self._pieces[-1].points[1] if self._pieces else path.points[0])
+        self.crossings = tuple(
+            PathCrossing(float(self._ends[k]), self._pieces[k - 1].end, self._pieces[k].start) for k in self._jumps
+        )
+
+    def at(self, way: float) -> tuple[SurfacePoint, FloatArray]:
+        """The place on the body after ``way`` metres, and the direction (2,) on the map there, zero beyond its ends."""
+        if not self._pieces:
+            return self._start, np.zeros(2)
+        if not 0 <= way < self.length:
+            return (self._pieces[-1].end if way > 0 else self._pieces[0].start), np.zeros(2)
+        number = int(np.searchsorted(self._ends, way, side="right")) - 1
+        piece, direction = self._pieces[number], self._directions[number]
+        return self._place(piece, piece.points[0] + (way - self._ends[number]) * direction), direction
+
+    def _place(self, piece: PathSegment, point: FloatArray) -> SurfacePoint:
+        """The place behind a point (2,) of a piece: a few triangles from the last one that was asked for."""
+        patch = piece.patch
+        walk = self._walks.get(patch)
+        if walk is None:
+            walk = self._walks[patch] = TriangleWalk(self._map.charts[patch].faces)
+        last_patch, last_face = self._last
+        x, y = point.tolist()
+        found = walk.find(self._map.uv[patch], (x, y), last_face if last_patch == patch else piece.start.face)
+        if found is None:  # the walk met a border
+            return back_project_inside(self._map, patch, piece.points.mean(axis=0), point)
+        a, b, c = found[1].tolist()
+        self._last = patch, found[0]
+        return SurfacePoint(patch, found[0], (a, b, c))
+
+    def piece(self, way: float) -> int:
+        """Number of the part between two crossings in which it is after ``way`` metres."""
+        return int(np.searchsorted([crossing.way for crossing in self.crossings], way, side="right"))
+
+    def nearest(self, at: SurfacePoint) -> float | None:
+        """The way [m] at which the path is nearest to a place, on the map and in its patch; None if not in that."""
+        own = [number for number, piece in enumerate(self._pieces) if piece.patch == at.patch]
+        if not own:
+            return 0.0 if not self._pieces and self._start.patch == at.patch else None
+        starts = np.array([self._pieces[number].points[0] for number in own])
+        lengths, directions = self._lengths[own], self._directions[own]
+        along = np.clip(np.einsum("ki,ki->k", self._map.to_map(at) - starts, directions), 0, lengths)
+        away = np.linalg.norm(starts + along[:, None] * directions - self._map.to_map(at), axis=1)
+        best = int(away.argmin())
+        return min(float(self._ends[own[best]] + along[best]), self.length * (1 - 1e-12))
+
+    @cached_property
+    def points_on_map(self) -> tuple[FloatArray, ...]:
+        """Polylines (k, 2) on the map [m]: broken at seams and crossings; a single point for a path of one."""
+        if not self._pieces:
+            return (readonly(self._map.to_map(self._start)[None]),)
+        lines, pieces = [], self._pieces
+        for number, piece in enumerate(pieces):
+            before = pieces[number - 1] if number else None
+            if before is None or before.patch != piece.patch or np.abs(before.points[1] - piece.points[0]).max() > 1e-6:
+                lines.append([piece.points[0]])
+            lines[-1].append(piece.points[1])
+        return tuple(readonly(np.array(line)) for line in lines)
+
+    @cached_property
+    def points_on_body(self) -> tuple[BodyLine, ...]:
+        """The same on the body: broken at crossings only. Cost: 1 ms a decimetre."""
+        bounds = [0, *self._jumps, len(self._pieces)]
+        lines = [self._body_line(self._pieces[a:b]) for a, b in pairwise(bounds) if b > a]
+        return tuple(lines) or (self._body_line([]),)
+
+    def _ends_meet(self) -> bool:
+        """Whether it ends on the body where it starts; behind seams it need not."""
+        if not self._pieces:
+            return False
+        first, last, skin = self._pieces[0].start, self._pieces[-1].end, self._map.skin
+        away = np.linalg.norm(skin.position(first) - skin.position(last))
+        return first.patch == last.patch and bool(away < NEAR_PITCHES * np.sqrt(skin.areas.mean()))
+
+    def _body_line(self, pieces: list[PathSegment]) -> BodyLine:
+        skin = self._map.skin
+        if not pieces:
+            return BodyLine(skin.link(self._start), skin.position(self._start)[None])
+        points = np.concatenate([_sampled(piece) for piece in pieces])
+        patch, face, weights = self._map.to_body_many(points)
+        own = patch == pieces[0].patch
+        surface = skin.patches[pieces[0].patch].surface
+        corners = surface.vertices[surface.faces[face[own]]]
+        inner = np.einsum("kc,kcd->kd", weights[own], corners)
+        ends = [skin.position(pieces[0].start)[None], inner, skin.position(pieces[-1].end)[None]]
+        return BodyLine(skin.link(pieces[0].start), np.concatenate(ends))
+
+
+def active_path(
+    settings: ControlSettings, report: TaskReport | None, transitions: SeamTransitions
+) -> SurfacePath | None:
+    """The path now in force, for drawing: the one that was drawn, or that was laid about ``report.laid_at``.
+
+    Args:
+        settings: Of the controller.
+        report: What the controller says of its task at the time; None under a controller without a task.
+        transitions: Of the map.
+
+    Returns:
+        None where no path is followed, none is laid yet, or what was drawn cannot lie on the skin.
+    """
+    if report is None or settings.task != "follow_path" or not (settings.path or report.laid_at):
+        return None
+    try:
+        return project_path(settings, np.array(report.laid_at or (0.0, 0.0)), transitions)
+    except MapError:
+        return None
+
+
+def project_path(settings: ControlSettings, about: FloatArray, transitions: SeamTransitions) -> SurfacePath:
+    """What is drawn; or a path of the kind wanted about the one point drawn, or else about ``about`` (2,) [m].
+
+    Raises:
+        MapError: It cannot lie on the skin.
+    """
+    if len(settings.path) > 1:
+        return SurfacePath(draw_path(settings.path_kind, settings.path), transitions)
+    centre = np.array(settings.path[0]) if settings.path else about
+    return SurfacePath(path_about(settings.path_kind, centre, settings.path_size), transitions, drawn=False)
+
+
+def _sampled(piece: PathSegment) -> FloatArray:
+    """(k, 2) points along a piece, just inside its ends."""
+    start, end = piece.points
+    count = int(np.ceil(np.linalg.norm(end - start) / _BODY_STEP)) + 1
+    return start + np.linspace(1e-6, 1 - 1e-6, count)[:, None] * (end - start)

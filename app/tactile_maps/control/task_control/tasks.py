@@ -1,0 +1,285 @@
+"""What the chosen task wants of the contacts, tick by tick.
+
+``keep_force`` keeps the strongest contact at the force goal and lets it slide. ``hold_point`` also keeps it at a place
+of the skin: the first point of the path, or where it began. ``follow_path`` leads it along the path with the force, and
+takes it over to other places where the path crosses. All other contacts above the force goal are kept at it too, and
+may slide. ``balance`` moves until all contacts press alike; a single one is
+kept at the goal. ``retreat`` goes away from whatever touches, and stays away. ``guide`` follows a hand in all
+directions, and stays where the hand leaves it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from tactile_maps.contacts.detection.regions import ContactRegion
+from tactile_maps.control.motion.command import ControlSettings, RegraspState, TaskReport
+from tactile_maps.control.motion.limits import ActiveLimits, Limit, LimitKind, RegraspFailure
+from tactile_maps.control.motion.map_kinematics import MapKinematics
+from tactile_maps.control.motion.task_priority import ContactGoal, ContactPresence
+from tactile_maps.control.path_following.clearance import Surroundings, nothing_around
+from tactile_maps.control.path_following.follower import PathFollower, across_borders, over_borders
+from tactile_maps.control.path_following.regrasp import RegraspManager
+from tactile_maps.control.path_following.surface_path import PathCrossing
+from tactile_maps.control.task_control.contact_selection import ContactSelection
+from tactile_maps.control.task_control.monitors import EnergyTank
+from tactile_maps.core.arrays import FloatArray, length
+from tactile_maps.geometry.surface.mesh import SurfacePoint
+from tactile_maps.maps.paths import NEAR_PITCHES
+from tactile_maps.robots.kinematics import Configuration
+from tactile_maps.robots.model.robot import Robot
+
+SEARCH_TIME = 0.4
+"""How long a lost contact is looked for along its normal [s]."""
+OVER = 2.0
+"""At so many times a path's speed the contact is led over a crossing, where the target itself jumps."""
+MOST_ERROR = 0.02
+"""Of the way on the body that controllers are given [m]: far goals are approached at this one's speed."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Now:
+    """One tick, as ``TaskManager.goals`` is asked for it."""
+
+    settings: ControlSettings
+    regions: Sequence[ContactRegion]
+    sight: MapKinematics
+    configuration: Configuration
+    dt: float
+    limits: ActiveLimits
+
+
+class TaskManager:
+    """Remembers which contact a task is about, where it began and how far along the path it is. Mutable.
+
+    Args:
+        robot: Whose arm can carry a contact to another place; without one it is never carried.
+        surroundings: Tells what stands around the arm.
+
+    Attributes:
+        follower: Of the path.
+        regrasp: Of a contact to another place.
+        target, error, force_goal, controlled: As ``TaskReport`` has them.
+        lost: Whether a contact that was wanted has gone for good, and nothing has touched since.
+    """
+
+    def __init__(self, robot: Robot | None = None, *, surroundings: Surroundings = nothing_around) -> None:
+        self.follower, self.regrasp = PathFollower(), RegraspManager(robot, surroundings=surroundings)
+        self._selection = ContactSelection()
+        self.reset()
+
+    def reset(self) -> None:
+        """No contact, at the start of the path."""
+        self.follower.reset()
+        self.regrasp.reset()
+        self._selection.reset()
+        self.target: SurfacePoint | None = None
+        self.error: float | None = None
+        self.force_goal: float | None = None
+        self.controlled: tuple[int, ...] = ()
+        self._task: object = None
+        self._place: object = None
+        self._last: ContactRegion | None = None
+        self._searching, self.lost = 0.0, False
+        self._off_skin = False
+
+    def report(self, tank: EnergyTank) -> TaskReport:
+        """How the task goes, with the energy that ``tank`` counted."""
+        follower = self.follower
+        return TaskReport(
+            target=self.target,
+            error=self.error,
+            force_goal=self.force_goal,
+            controlled=self.controlled,
+            laid_at=follower.laid_at,
+            way=follower.way,
+            energy=tank.given,
+            tank=tank.level,
+            piece=follower.piece,
+            regrasp=self.regrasp.state,
+        )
+
+    def let_go(self) -> None:
+        """Forget the contact, as if it had not been; the path goes on from where it is."""
+        self._last, self.controlled = None, ()
+        self.regrasp.reset()
+
+    def goals(
+        self,
+        settings: ControlSettings,
+        regions: Sequence[ContactRegion],
+        sight: MapKinematics,
+        configuration: Configuration,
+        dt: float,
+        limits: ActiveLimits,
+    ) -> list[ContactGoal]:
+        """What is wanted now, of the contact the task is about first; nothing when nothing touches.
+
+        Args:
+            settings: Which task; another one starts afresh. A path that changes goes on where it is nearest.
+            regions: The strongest first.
+            sight: Of the map; on another one a path is laid anew, and a place is the same.
+            configuration: At the present posture.
+            dt: Since the last tick [s].
+            limits: Told what holds the task up.
+        """
+        now = _Now(settings, regions, sight, configuration, dt, limits)
+        self._start_if_new(settings, sight)
+        self.error = None
+        wants = self._carried(now) if self.regrasp.moves else self._goals(now)
+        self.force_goal = wants[0].force if wants else None
+        self.controlled = tuple(want.region.id for want in wants if want.presence is ContactPresence.FELT)
+        return wants
+
+    def _goals(self, now: _Now) -> list[ContactGoal]:
+        region = self._contact(now.regions)
+        if region is None:
+            return self._search(now)
+        new = self._last is None or self._last.id != region.id
+        self._last, self._searching, self.lost = region, 0.0, False
+        if now.settings.task == "balance":
+            return _balanced(now.settings, now.regions)
+        if now.settings.task == "retreat":
+            return [ContactGoal(one, 0.0) for one in now.regions]
+        goal = now.settings.force_goal
+        if now.settings.task == "keep_force":
+            others = self._selection.others(region, now.regions, goal)
+            return [ContactGoal(one, goal) for one in (region, *others)]
+        across = {one.id for one in across_borders(region, now.regions, now.sight, now.configuration)}
+        apart = [one for one in now.regions if one.id not in across]
+        others = self._selection.others(region, apart, goal)
+        whole = over_borders(region, now.regions, now.sight, now.configuration, now.settings.jacobian)
+        led = self._on_path if now.settings.task == "follow_path" else self._at_a_place
+        return [led(now, whole, new), *(ContactGoal(one, goal) for one in others)]
+
+    def _carried(self, now: _Now) -> list[ContactGoal]:
+        """Nothing while a contact is on its way; what the task wants of it as soon as it has come."""
+        region, crossing = self.regrasp.watch(now.regions, now.dt), self.regrasp.crossing
+        carrying = self.regrasp.limit
+        assert crossing is not None
+        assert carrying is not None
+        if self.regrasp.moves:
+            now.limits.add(carrying)
+            self._last = None
+            return []
+        if self.regrasp.state is RegraspState.ARRIVED:
+            self.follower.go_to(crossing.way)
+        else:
+            self.follower.stay(carrying, crossing.leaves)
+        self.regrasp.reset()
+        self._last, self._searching = region, 0.0
+        return self._goals(now)
+
+    def _start_if_new(self, settings: ControlSettings, sight: MapKinematics) -> None:
+        if (settings.task, settings.starts) != self._task:
+            self.reset()
+            self._task = settings.task, settings.starts
+        place = (settings.path[0], sight) if settings.path else None  # without one it is the same on every map
+        if settings.task == "hold_point" and place != self._place:
+            self._place, self.target = place, None
+
+    def _contact(self, regions: Sequence[ContactRegion]) -> ContactRegion | None:
+        """The contact known from before, else the strongest; on a path rather the one that is where it leads to."""
+        known = None if self._last is None else self._last.id
+        found = next((region for region in regions if region.id == known), regions[0] if regions else None)
+        target = self.follower.target
+        if found is None or target is None or found.at.patch == target.patch:
+            return found
+        return self.follower.there(regions) or found
+
+    def _search(self, now: _Now) -> list[ContactGoal]:
+        """A contact just lost is sought for a while, as one without force; not by tasks that yield."""
+        if self._last is None:
+            return []
+        task, goal = now.settings.task, now.settings.force_goal
+        self._searching += now.dt
+        if task in ("retreat", "guide", "balance") or self._searching > SEARCH_TIME or not goal:
+            self.lost = task not in ("retreat", "guide", "balance")
+            self._last = None
+            self.regrasp.reset()
+            self.target = None if task in ("hold_point", "guide") else self.target
+            return []
+        now.limits.add(Limit(LimitKind.CONTACT_LOST))
+        return [ContactGoal(replace(self._last, force=0.0), goal, presence=ContactPresence.LOST)]
+
+    def _on_path(self, now: _Now, region: ContactRegion, new: bool) -> ContactGoal:
+        follower = self.follower
+        if follower.lay(now.settings, region, now.sight):
+            self.regrasp.reset()
+        elif new:
+            follower.join(region, now.sight, now.configuration)
+        velocity = np.zeros(2)
+        if self.regrasp.state is RegraspState.PLAN:
+            self._look(now)
+        else:
+            velocity, crossing = follower.walk(now.settings, region, now.sight, now.configuration, now.dt)
+            if crossing is not None:
+                self._take_over(crossing, region, now)
+            elif follower.waits:
+                now.limits.add(Limit(LimitKind.PATH_WAITS))
+        for limit in (follower.problem, follower.blocked):
+            if limit is not None:
+                now.limits.add(limit)
+        self.target = follower.target
+        return self._led(now, region, velocity)
+
+    def _take_over(self, crossing: PathCrossing, region: ContactRegion, now: _Now) -> None:
+        if self.regrasp.ask(crossing, region, now.regions, now.sight.map.skin, now.sight.pitch):
+            self.follower.target = crossing.leaves
+        else:
+            links = now.sight.map.skin.link(crossing.leaves), now.sight.map.skin.link(crossing.enters)
+            no_arm = Limit(LimitKind.REGRASP_FAILED, links, cause=RegraspFailure.NO_ARM)
+            self.follower.stay(no_arm, crossing.leaves)
+
+    def _look(self, now: _Now) -> None:
+        """The contact is held while a way for it is looked for."""
+        self.regrasp.watch(now.regions, now.dt)
+        crossing, limit = self.regrasp.crossing, self.regrasp.limit
+        if crossing is None or limit is None:
+            return
+        if self.regrasp.state is RegraspState.FAILED:
+            self.follower.stay(limit, crossing.leaves)
+            self.regrasp.reset()
+        else:
+            now.limits.add(limit)
+
+    def _at_a_place(self, now: _Now, region: ContactRegion, new: bool) -> ContactGoal:
+        path, guided = now.settings.path, now.settings.task == "guide"
+        if self.target is None or (new and guided):
+            drawn = now.sight.map.to_body(np.array(path[0])) if path else region.at
+            self.target = region.at if drawn is None or guided else drawn
+            self._off_skin = drawn is None
+        if self._off_skin:
+            now.limits.add(Limit(LimitKind.POINT_OFF_SKIN))
+        want = self._led(now, region, np.zeros(2))
+        if self.target.patch == region.at.patch:
+            return want
+        if now.sight.apart(self.target, region.at, now.configuration) <= NEAR_PITCHES * now.sight.pitch:
+            return want
+        names = tuple(now.sight.map.skin.patches[at.patch].name for at in (self.target, region.at))
+        now.limits.add(Limit(LimitKind.CONTACT_ELSEWHERE, names))
+        return ContactGoal(region, now.settings.force_goal)
+
+    def _led(self, now: _Now, region: ContactRegion, velocity: FloatArray) -> ContactGoal:
+        """The contact led to the target, over seams too."""
+        assert self.target is not None
+        jacobian = now.sight.jacobian(region.at, now.settings.jacobian, now.configuration)
+        error = now.sight.error(self.target, region, jacobian, now.configuration)
+        self.error = length(error)
+        most = MOST_ERROR * now.sight.map.layout.placements[region.at.patch].scale
+        if self.follower.leads_over:
+            most = min(most, OVER * now.settings.path_speed / max(now.settings.position_gain, 1e-3))
+        return ContactGoal(region, now.settings.force_goal, _bounded_error(error, most), velocity, jacobian)
+
+
+def _balanced(settings: ControlSettings, regions: Sequence[ContactRegion]) -> list[ContactGoal]:
+    goal = settings.force_goal if len(regions) == 1 else float(np.mean([region.force for region in regions]))
+    return [ContactGoal(region, goal) for region in regions]
+
+
+def _bounded_error(error: FloatArray, most: float) -> FloatArray:
+    way = length(error)
+    return error * (most / way) if way > most else error

@@ -1,0 +1,16 @@
+"""Where the robots, scenes, findings and guide pages lie that come with the program."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+_PACKAGE = Path(__file__).parents[1]
+_INSTALLED = _PACKAGE / "assets"
+_CHECKOUT = _PACKAGE.parents[1] / "assets"
+ASSETS = _INSTALLED if _INSTALLED.is_dir() else _CHECKOUT
+"""Inside the package where a wheel was installed; beside ``app`` in a checkout, an editable install included."""
+
+
+def asset(*parts: str) -> Path:
+    """Return the path of a shipped file, e.g. ``asset("scenes", "arm.toml")``; it need not exist."""
+    return ASSETS.joinpath(*parts)

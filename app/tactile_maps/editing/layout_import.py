@@ -1,0 +1,245 @@
+"""Another layout of the same skin: read from a file to be compared with the document, and taken over as an edit.
+
+A saved map is taken over as it is. A drawing says only where taxels lie, nothing of what lies between them, and may put
+two of them on one place; so the map is brought as near to it as it goes, in two edits that a person can undo and mend:
+``arrange_as_drawn`` lays each patch over its drawing, and ``pin_as_drawn`` then pins taxels to where they were drawn.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from tactile_maps.core.arrays import FloatArray, IntArray
+from tactile_maps.core.errors import MapError, SkinError
+from tactile_maps.editing.arrange import repack
+from tactile_maps.editing.document import MapDocument
+from tactile_maps.editing.document_file import load_document
+from tactile_maps.editing.reflatten import ReflattenRequest, request_reflatten
+from tactile_maps.flattening.chart import Pin
+from tactile_maps.maps.evaluation.comparison import TaxelLayout, drawn_layout
+from tactile_maps.maps.model.layout import MapLayout, Placement, fit_placement
+from tactile_maps.skin.formats.icub_layout import apply_layout, read_icub_layout
+from tactile_maps.skin.formats.taxel_files import read_taxel_sets, read_taxels
+from tactile_maps.skin.model.skin import Patch, Skin
+from tactile_maps.skin.model.taxel_set import TaxelSet
+from tactile_maps.skin.taxel_placement.sampling import farthest_points
+
+ImportedLayout = MapDocument | TaxelLayout
+"""Another layout: a whole map, or only where the taxels lie."""
+
+MOST_PINS = 60
+"""Pins on one patch for a drawing: more hardly improve the fit and are hard to edit."""
+
+
+def same_skin(first: Skin, second: Skin) -> bool:
+    """Whether both have the same patches on the same links, with the same surfaces and taxels; names do not count."""
+    if first is second:
+        return True
+    if len(first.patches) != len(second.patches):
+        return False
+    pairs = zip(first.patches, second.patches, strict=True)
+    return all(
+        _same_surface(one, other)
+        and np.array_equal(one.taxels.faces, other.taxels.faces)
+        and np.array_equal(one.taxels.weights, other.taxels.weights)
+        for one, other in pairs
+    )
+
+
+def adopt_document(document: MapDocument, other: MapDocument) -> MapDocument:
+    """The document with everything of ``other``: charts, layout, what is wanted of each patch; the skin stays.
+
+    Raises:
+        MapError: The other is of another skin.
+    """
+    if not same_skin(document.skin, other.skin):
+        raise _another_skin(other.skin, document.skin)
+    if other.map is document.map and other.patches == document.patches and other.order == document.order:
+        return document
+    return replace(other, map=replace(other.map, skin=document.skin))
+
+
+def adopt_patches(document: MapDocument, other: MapDocument) -> MapDocument:
+    """Return the document with chart, placement and settings of each patch that ``other`` also has.
+
+    Two patches correspond if their links and surfaces are equal; their taxels may differ. The remaining patches move to
+    the free space closest to where they are.
+    """
+    matches = _corresponding(document.skin, other.skin)
+    charts, placements, patches = list(document.charts), list(document.layout.placements), list(document.patches)
+    for own, theirs in matches.items():
+        charts[own] = other.charts[theirs]
+        placements[own] = other.layout.placements[theirs]
+        edit = other.patches[theirs]
+        pins = tuple(replace(pin, at=replace(pin.at, patch=own)) for pin in edit.pins)
+        patches[own] = replace(edit, pins=pins)
+    layout = replace(document.layout, placements=tuple(placements))
+    map_ = replace(document.map, charts=tuple(charts), layout=layout)
+    adopted = MapDocument(map_, tuple(patches), document.order)
+    return repack(adopted, set(range(len(patches))) - matches.keys()) if matches else document
+
+
+def _corresponding(first: Skin, second: Skin) -> dict[int, int]:
+    """Numbers of the patches of ``second`` by those of ``first`` with the same link and surface."""
+    found: dict[int, int] = {}
+    for number, patch in enumerate(first.patches):
+        for other, candidate in enumerate(second.patches):
+            if other not in found.values() and _same_surface(patch, candidate):
+                found[number] = other
+                break
+    return found
+
+
+def _same_surface(first: Patch, second: Patch) -> bool:
+    return (
+        first.link == second.link
+        and np.array_equal(first.surface.faces, second.surface.faces)
+        and np.array_equal(first.surface.vertices, second.surface.vertices)
+    )
+
+
+def read_other_layout(paths: Sequence[str | Path], document: MapDocument) -> ImportedLayout:
+    """Another layout of the document's skin: one file, or an iCub layout (.ini) along with its positions file.
+
+    Args:
+        paths: A document or map that this program saved, or a drawing: taxels with map points in any format we read.
+        document: Whose skin it must be.
+
+    Raises:
+        MapError: It cannot be read, is of another skin, or has no map points.
+        SkinError: The taxels in it are not sound.
+    """
+    files = sorted((Path(path) for path in paths), key=lambda path: path.suffix.lower() != ".ini")
+    if len(files) == 2 and files[0].suffix.lower() == ".ini":
+        return drawing_from_taxels([apply_layout(read_taxels(files[1]), read_icub_layout(files[0]))], document.skin)
+    if len(files) != 1:
+        remedy = "Choose one file, or an iCub layout (.ini) and its positions"
+        raise MapError("the files are not one layout", value=f"{len(files)} files", remedy=remedy)
+    if files[0].suffix.lower() == ".npz":
+        return _saved_or_drawn(files[0], document)
+    return drawing_from_taxels(read_taxel_sets(files[0]), document.skin)
+
+
+def drawing_from_taxels(sets: Sequence[TaxelSet], skin: Skin) -> TaxelLayout:
+    """The map points of ``sets``, each given to the taxels of the link that it names, or else to the nearest of all.
+
+    Raises:
+        MapError: As ``drawn_layout``.
+    """
+    links = {patch.link for patch in skin.patches}
+    points, numbers = [], []
+    for taxels in [taxels for taxels in sets if taxels.mapped.any()] or sets:
+        on_link = [patch.link == taxels.link or taxels.link not in links for patch in skin.patches]
+        own = np.flatnonzero(np.asarray(on_link)[skin.patch_of])
+        layout = drawn_layout(taxels, Skin(tuple(p for p, mine in zip(skin.patches, on_link, strict=True) if mine)))
+        assert layout.numbers is not None
+        points.append(layout.points)
+        numbers.append(own[layout.numbers])
+    _, first = np.unique(np.concatenate(numbers), return_index=True)
+    return TaxelLayout(np.concatenate(points)[first], np.concatenate(numbers)[first])
+
+
+def arrange_as_drawn(document: MapDocument, drawing: TaxelLayout) -> MapDocument:
+    """Each patch laid over its drawing as well as its chart allows: moved, turned and mirrored, at its true size.
+
+    The drawing is enlarged as a whole until the patch that is drawn smallest has its true size, so that patches that
+    are apart on it come to lie apart. Patches that are not on it stay.
+
+    Raises:
+        MapError: No taxel is drawn, or a patch would come to lie beyond ``FARTHEST_OFFSET``.
+    """
+    fits = _fits(document, drawing)
+    enlarged = 1 / min(fit.scale for fit in fits.values())
+    placements = list(document.layout.placements)
+    for number, fit in fits.items():
+        points, plane = _drawn(document, drawing, number)
+        turn = Placement(fit.angle, mirrored=fit.mirrored)
+        x, y = enlarged * points.mean(axis=0) - turn.apply(plane).mean(axis=0)
+        placements[number] = replace(turn, offset=(float(x), float(y)))
+    layout = MapLayout(tuple(placements))
+    return document if layout == document.layout else document.with_layout(layout)
+
+
+def pin_as_drawn(document: MapDocument, drawing: TaxelLayout, *, most: int = MOST_PINS) -> ReflattenRequest:
+    """Taxels pinned to where they are drawn, evenly chosen, in place of the pins that were there.
+
+    Each patch keeps its cut; where the drawing is cut elsewhere its pins end short of their goals.
+
+    Args:
+        document: To be pinned; where its patches lie does not matter.
+        drawing: Of its taxels.
+        most: Pins on one patch.
+
+    Raises:
+        MapError: No taxel is drawn.
+    """
+    wanted = []
+    for number, fit in _fits(document, drawing).items():
+        points, _ = _drawn(document, drawing, number)
+        goals, taxels = fit.back(points), _taxels(document, drawing, number)
+        chosen = _spread_out(document.map.taxel_points[taxels], most)
+        pins = tuple(
+            Pin(document.skin.taxel_point(int(taxels[k])), (float(goals[k, 0]), float(goals[k, 1]))) for k in chosen
+        )
+        wanted.append((number, replace(document.patches[number], pins=pins)))
+    return request_reflatten(document, "Pin as in the drawing", wanted)
+
+
+def _saved_or_drawn(path: Path, document: MapDocument) -> ImportedLayout:
+    """What an npz holds, which may be either."""
+    try:
+        other = load_document(path)
+    except MapError as refused:
+        try:
+            sets = read_taxel_sets(path)
+        except SkinError:
+            raise refused from None
+        return drawing_from_taxels(sets, document.skin)
+    if not same_skin(document.skin, other.skin):
+        raise _another_skin(other.skin, document.skin, file=path)
+    return other
+
+
+def _another_skin(other: Skin, own: Skin, *, file: Path | None = None) -> MapError:
+    sizes = [f"{len(skin)} taxels in {len(skin.patches)} patches" for skin in (other, own)]
+    found = sizes[0] if sizes[0] == sizes[1] else f"{sizes[0]}, here {sizes[1]}"
+    remedy = "Open the robot that it was made for, or choose a map of this one"
+    return MapError("the map is of another skin", file=file, value=found, remedy=remedy)
+
+
+def _taxels(document: MapDocument, drawing: TaxelLayout, number: int) -> IntArray:
+    """(k,) the drawn taxels of a patch."""
+    numbers = np.arange(len(drawing.points)) if drawing.numbers is None else drawing.numbers
+    first, end = document.skin.first[number : number + 2]
+    return numbers[(numbers >= first) & (numbers < end)]
+
+
+def _drawn(document: MapDocument, drawing: TaxelLayout, number: int) -> tuple[FloatArray, FloatArray]:
+    """(k, 2) where a patch's taxels are drawn, and (k, 2) where they are on its chart."""
+    numbers = np.arange(len(drawing.points)) if drawing.numbers is None else drawing.numbers
+    taxels = _taxels(document, drawing, number)
+    row = np.argsort(numbers)[np.searchsorted(np.sort(numbers), taxels)]
+    plane = document.layout.placements[number].back(document.map.taxel_points[taxels])
+    return drawing.points[row], plane
+
+
+def _fits(document: MapDocument, drawing: TaxelLayout) -> dict[int, Placement]:
+    """For each patch with at least two drawn places, the placement that lays its chart over them, drawing's scale."""
+    fits = {}
+    for number in range(len(document.patches)):
+        points, plane = _drawn(document, drawing, number)
+        if len(points) > 1 and np.ptp(points, axis=0).any() and np.ptp(plane, axis=0).any():
+            fits[number] = fit_placement(plane, points)
+    if not fits:
+        raise MapError("the drawing has no taxel of this skin", remedy="Choose a drawing of this skin")
+    return fits
+
+
+def _spread_out(points: FloatArray, most: int) -> IntArray:
+    """Numbers of at most so many of ``points`` (k, 2), each as far as can be from those before; no two on one place."""
+    start = np.linalg.norm(points - points.mean(axis=0), axis=1).argmax()
+    return farthest_points(points, min(most, len(np.unique(points, axis=0))), np.array([start]))

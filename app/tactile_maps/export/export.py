@@ -1,0 +1,185 @@
+"""A recording written in the format of another program: the formats, and one function for all of them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import ExitStack
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from tactile_maps.core.errors import ExportError
+from tactile_maps.core.files import make_atomically
+from tactile_maps.core.plugins import Plugin, Registry, check_call
+from tactile_maps.core.progress import Progress, no_progress
+from tactile_maps.export.film import write_film
+from tactile_maps.export.lerobot import write_lerobot
+from tactile_maps.export.rerun_file import write_rerun
+from tactile_maps.export.rosbag import write_rosbag
+from tactile_maps.export.sinks import CsvSink, Hdf5Sink, ParquetSink, npz_sink
+from tactile_maps.export.tables import column_labels, write_tables
+from tactile_maps.recording.player import RecordingPlayer
+
+
+@dataclass(frozen=True)
+class ExportOptions:
+    """What a person may choose.
+
+    Attributes:
+        image_width: Pixels of tactile images on their longer side; 0 leaves them out where they are one part of many.
+        rate: Of a film, and of pictures in logs [Hz].
+    """
+
+    image_width: int = 64
+    rate: float = 25.0
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.image_width <= 2048:
+            raise ExportError("this is no width of an image", value=self.image_width, remedy="Give 0 to 2048 pixels")
+        if not 0.1 <= self.rate <= 1000:
+            raise ExportError("this is no rate of pictures", value=self.rate, remedy="Give 0.1 to 1000 Hz")
+
+
+Writer = Callable[[RecordingPlayer, Path, ExportOptions, Progress], None]
+
+
+@dataclass(frozen=True)
+class ExportFormat:
+    """One format.
+
+    Attributes:
+        name: For the command line.
+        title: For people.
+        ending: Of the file; empty for a folder.
+        write: Makes the file or folder at a path where nothing is.
+        uses: Names of the ``ExportOptions`` that have an effect.
+    """
+
+    name: str
+    title: str
+    ending: str
+    write: Writer
+    uses: tuple[str, ...] = ("image_width", "rate")
+
+
+def _csv(player: RecordingPlayer, path: Path, _: ExportOptions, progress: Progress) -> None:
+    path.mkdir()
+    with ExitStack() as files:
+        sink = CsvSink(path, column_labels(player.prepared), files)
+        write_tables(player, sink, image_width=0, progress=progress)
+
+
+def _parquet(player: RecordingPlayer, path: Path, options: ExportOptions, progress: Progress) -> None:
+    path.mkdir()
+    with ExitStack() as files:
+        sink = ParquetSink(path, column_labels(player.prepared), files)
+        write_tables(player, sink, image_width=options.image_width, progress=progress)
+
+
+def _hdf5(player: RecordingPlayer, path: Path, options: ExportOptions, progress: Progress) -> None:
+    with ExitStack() as files:
+        slides = [joint.slide for joint in player.prepared.robot.joints]
+        sink = Hdf5Sink(path, column_labels(player.prepared), files, slides=slides)
+        write_tables(player, sink, image_width=options.image_width, progress=progress)
+
+
+def _npz(player: RecordingPlayer, path: Path, options: ExportOptions, progress: Progress) -> None:
+    with npz_sink(path, column_labels(player.prepared)) as sink:
+        write_tables(player, sink, image_width=options.image_width, progress=progress)
+
+
+def _rosbag(player: RecordingPlayer, path: Path, options: ExportOptions, progress: Progress) -> None:
+    write_rosbag(player, path, rate=options.rate, progress=progress)
+
+
+def _film(player: RecordingPlayer, path: Path, options: ExportOptions, progress: Progress) -> None:
+    write_film(player, path, rate=options.rate, progress=progress)
+
+
+def _rerun(player: RecordingPlayer, path: Path, options: ExportOptions, progress: Progress) -> None:
+    write_rerun(player, path, rate=options.rate, progress=progress)
+
+
+def _guarded(plugin: Plugin, form: ExportFormat) -> ExportFormat:
+    """A plug-in's format; who cancels by an error of the progress is heard, and a file that was not made is told."""
+    check_call(plugin, form.write, "player", "path", "options", "progress")
+
+    def write(player: RecordingPlayer, path: Path, options: ExportOptions, progress: Progress) -> None:
+        stops: list[Exception] = []
+
+        def told(text: str, fraction: float) -> None:
+            try:
+                progress(text, fraction)
+            except Exception as stop:
+                stops.append(stop)
+                raise
+
+        try:
+            with plugin.at_work():
+                form.write(player, path, options, told)
+        except Exception:
+            if stops:
+                raise stops[0] from None
+            raise
+        if stops:  # the plug-in kept it to itself
+            raise stops[0]
+        if not path.exists():
+            raise plugin.error("it wrote nothing")
+
+    return replace(form, write=write)
+
+
+_IMAGES = ("image_width",)
+_PICTURES = ("rate",)
+FORMATS: Registry[ExportFormat] = Registry(
+    "exporters",
+    ExportFormat,
+    (
+        ExportFormat("csv", "CSV tables", "", _csv, ()),
+        ExportFormat("parquet", "Parquet tables", "", _parquet, _IMAGES),
+        ExportFormat("npz", "NumPy arrays", ".npz", _npz, _IMAGES),
+        ExportFormat("hdf5", "HDF5", ".h5", _hdf5, _IMAGES),
+        ExportFormat("lerobot", "LeRobot data set", "", lambda p, f, o, t: write_lerobot(p, f, progress=t), ()),
+        ExportFormat("rosbag2", "ROS 2 bag", "", _rosbag, _PICTURES),
+        ExportFormat("mp4", "Film of the tactile image", ".mp4", _film, _PICTURES),
+        ExportFormat("rerun", "Rerun recording", ".rrd", _rerun, _PICTURES),
+    ),
+    _guarded,
+)
+"""By name."""
+_DEFAULT = ExportOptions()
+
+
+def export_recording(
+    source: RecordingPlayer | str | Path,
+    target: str | Path,
+    *,
+    to: str,
+    options: ExportOptions = _DEFAULT,
+    overwrite: bool = False,
+    progress: Progress = no_progress,
+) -> RecordingPlayer:
+    """Write a recording in another format, a few frames in memory at a time; the recording is returned.
+
+    A damaged recording is exported as far as it goes; ``damage`` of what is returned says what it has lost, and so does
+    the table ``damage`` of the formats that have tables.
+
+    Args:
+        source: A recording, or its file.
+        target: The file or folder; it must not exist.
+        to: One of ``FORMATS``.
+        options: Sizes and rates.
+        overwrite: Replace an existing file; a folder never is.
+        progress: Told how far it is, 0 to 1; may raise to cancel, and then nothing stays.
+
+    Raises:
+        ExportError: There is no such format, a package that it needs is not installed, or it cannot be written.
+        RecordingError: The recording cannot be read.
+    """
+    chosen = FORMATS.get(to)
+    if chosen is None:
+        raise ExportError("there is no such format", value=to, remedy=FORMATS.remedy(to))
+    target = Path(target)
+    player = source if isinstance(source, RecordingPlayer) else RecordingPlayer(source)
+    with make_atomically(target, error=ExportError, overwrite=overwrite) as part:
+        chosen.write(player, part, options, progress)
+    return player

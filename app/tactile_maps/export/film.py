@@ -1,0 +1,93 @@
+"""The tactile image of a recording as a film: H.264 in MP4, in simulated time, with colour bar and contacts."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tactile_maps.core.errors import ExportError
+from tactile_maps.core.progress import Progress, part_of_progress
+from tactile_maps.export.optional import packages_of
+from tactile_maps.export.pictures import FilmFrame
+from tactile_maps.maps.pressure_colours import rounded_scale
+from tactile_maps.recording.player import RecordingPlayer
+from tactile_maps.session.inputs import MapEdited
+
+
+class FilmWriter:
+    """A film being written, picture by picture. ``open_film`` makes one."""
+
+    def __init__(self, container: Any, stream: Any, av: Any) -> None:
+        self._container, self._stream, self._av, self._count = container, stream, av, 0
+
+    def add(self, picture: NDArray[np.uint8]) -> None:
+        """The next picture (height, width, 3)."""
+        frame = self._av.VideoFrame.from_ndarray(np.ascontiguousarray(picture), format="rgb24")
+        frame.pts, self._count = self._count, self._count + 1
+        for packet in self._stream.encode(frame):
+            self._container.mux(packet)
+
+    def finish(self) -> None:
+        """What the encoder still holds."""
+        for packet in self._stream.encode():
+            self._container.mux(packet)
+
+
+@contextmanager
+def open_film(path: Path, size: tuple[int, int], rate: Fraction, *, quality: int = 20) -> Iterator[FilmWriter]:
+    """A film of pictures of ``size`` (width, height) [px], both even.
+
+    Args:
+        path: The file, of any name.
+        size: Of each picture.
+        rate: Pictures a second.
+        quality: Of H.264: 0 keeps everything, 51 is worst.
+
+    Raises:
+        ExportError: PyAV is not installed, or has no H.264.
+    """
+    with packages_of("export"):
+        import av
+    if "libx264" not in av.codecs_available:
+        remedy = "pip install av: the wheels of PyAV have it"
+        raise ExportError("this PyAV cannot write H.264", file=path, value=av.__version__, remedy=remedy)
+    with av.open(str(path), "w", format="mp4") as container:
+        stream = container.add_stream("libx264", rate=rate, options={"crf": str(quality), "preset": "veryfast"})
+        stream.width, stream.height, stream.pix_fmt = *size, "yuv420p"
+        stream.thread_count = 1
+        writer = FilmWriter(container, stream, av)
+        yield writer
+        writer.finish()
+
+
+def write_film(player: RecordingPlayer, path: Path, *, rate: float, progress: Progress) -> None:
+    """Write the film; one scale of colours for all of it, the next round number above the highest pressure shown.
+
+    Where frames are missing the last one stays. Cost: 10 ms a picture.
+    """
+    count = int(player.duration * rate + 1e-9) + 1
+    highest, look = 0.0, part_of_progress(progress, 0.0, 0.1)
+    for done in range(count):
+        if done % 100 == 0:
+            look("Looking for the highest pressure", done / count)
+        frame = player.frame(player.number_at(done / rate))
+        highest = max(highest, float(np.nanmax(frame.pressures, initial=0.0)))
+    edits = [tick for tick, session_input in player.inputs if isinstance(session_input, MapEdited)]
+    passed, draw = 0, part_of_progress(progress, 0.1, 1.0)
+    canvas = FilmFrame(player.prepared.map, rounded_scale(1e-3 * highest))
+    with open_film(path, canvas.size, Fraction(rate).limit_denominator(1000)) as film:
+        for done in range(count):
+            frame = player.frame(player.number_at(done / rate))
+            if (now := sum(tick <= frame.tick for tick in edits)) != passed:
+                canvas.use_map(player.runtime_settings_at(frame.tick).map)
+                passed = now
+            film.add(canvas.picture(frame))
+            if done % 20 == 0:
+                draw("Filming", done / count)
+    progress("Filming", 1.0)

@@ -1,0 +1,350 @@
+"""A recording as a LeRobot data set, version 3.0 (https://huggingface.co/docs/lerobot/lerobot-dataset-v3).
+
+An episode is one that a person labelled, its task the instruction or else the label; where there is none, each run of
+ticks without a gap, its task the scene's name. Frames outside of episodes are left out. Features: joint positions and
+velocities (``observation.state``, ``observation.velocity``), pressures by taxel (``observation.tactile`` [Pa], named
+by hardware id), the commanded positions (``action``), and a film of the tactile image
+(``observation.images.tactile``) at the rate of ticks. All in single precision, as LeRobot has it. A real skin is read
+at any times: of it there are rows at equal steps, as many a second as it usually sent, each with the newest reading;
+in counts where it was not calibrated, which ``meta/info.json`` says (``tactile_unit``). Without joints there are no
+features of joints.
+"""
+
+from __future__ import annotations
+
+import json
+from bisect import bisect_right
+from collections.abc import Mapping
+from contextlib import ExitStack
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tactile_maps.core.arrays import IntArray
+from tactile_maps.core.errors import ExportError
+from tactile_maps.core.progress import Progress, part_of_progress
+from tactile_maps.core.reading_units import ReadingUnits
+from tactile_maps.export.film import open_film
+from tactile_maps.export.optional import packages_of
+from tactile_maps.export.sinks import RowGroups
+from tactile_maps.export.tables import BATCH, LOOKING, Episode, episodes, highest_reading, taxel_labels, units_of
+from tactile_maps.maps.model.tactile_image import TactileImage
+from tactile_maps.maps.pressure_colours import colour_image, rounded_scale
+from tactile_maps.recording.player import RecordingPlayer
+from tactile_maps.session.frame import Frame
+
+_VIDEO = "observation.images.tactile"
+_FILE = "chunk-000/file-000"
+_WIDTH = 128
+_INDEX = ("timestamp", "frame_index", "episode_index", "index", "task_index")
+_KEYS = {
+    "observation.state": lambda frame: frame.posture,
+    "observation.velocity": lambda frame: frame.velocity,
+    "observation.tactile": lambda frame: frame.pressures,
+    "action": lambda frame: frame.command.posture,
+}
+
+
+def write_lerobot(player: RecordingPlayer, folder: Path, *, progress: Progress) -> None:
+    """Write the data set into a new folder.
+
+    Raises:
+        ExportError: A package is not installed, or ticks do not come a whole number of times a second.
+    """
+    with packages_of("export"):
+        import pyarrow.parquet as parquet
+    rows_of = _rows_of(player)
+    found, counts = rows_of.episodes, _in_counts(player)
+    statistics = [_Statistics() for _ in found]
+    image = TactileImage(player.prepared.map, width=_WIDTH)
+    rows, columns = image.shape
+    size = (rows + rows % 2, columns + columns % 2)
+    scale = rounded_scale(1e-3 * highest_reading(player, part_of_progress(progress, 0.0, LOOKING)))
+    progress = part_of_progress(progress, LOOKING, 1.0)
+    rate = rows_of.rate
+    _folder_of(folder / "data" / f"{_FILE}.parquet")
+    video = folder / "videos" / _VIDEO / f"{_FILE}.mp4"
+    _folder_of(video)
+    with ExitStack() as files:
+        film = files.enter_context(open_film(video, size[::-1], Fraction(rate), quality=18))
+        writer = None
+        done = 0
+        for start in range(0, len(rows_of.frames), BATCH):
+            progress("Exporting", start / len(rows_of.frames))
+            frames = [player.frame(int(number)) for number in rows_of.frames[start : start + BATCH]]
+            table = _rows(frames, done, found, rate, statistics, counts=counts)
+            if writer is None:
+                path = folder / "data" / f"{_FILE}.parquet"
+                writer = RowGroups(parquet.ParquetWriter(path, table.schema, compression="snappy"), files)
+            writer.add(table)
+            for number, frame in enumerate(frames, start=done):
+                picture = np.full((*size, 3), 255, dtype=np.uint8)
+                picture[:rows, :columns] = colour_image(image, frame.pressures, scale)
+                film.add(picture)
+                statistics[_episode_of(number, found)].add(_VIDEO, picture.reshape(-1, 3) / 255.0)
+            done += len(frames)
+    progress("Exporting", 1.0)
+    _write_meta(player, folder, rows_of, statistics, size, counts=counts)
+
+
+@dataclass(frozen=True)
+class _RowsOf:
+    """The rows of the data set, ``rate`` a second within each episode: the number of the frame that each shows."""
+
+    rate: int
+    frames: IntArray
+    episodes: list[Episode]
+
+
+def _rows_of(player: RecordingPlayer) -> _RowsOf:
+    """Each tick; of a real skin, whose readings come at any time, the newest at each of equal steps."""
+    found = episodes(player)
+    if player.measured is None:
+        rate = 1.0 / player.prepared.scene.tick
+        if abs(rate - round(rate)) > 1e-6 * rate:
+            remedy = "Record with a tick of 0.005 s, 0.004 s, ... or export to parquet"
+            raise ExportError("LeRobot needs a whole number of ticks a second", value=f"{rate:.6g}", remedy=remedy)
+        return _each_tick(round(rate), found)
+    steps = np.diff(player.times)
+    usual = max(round(1 / float(np.median(steps))), 1) if len(steps) else 1
+    done = 0
+    frames, sampled = [], []
+    for one in found:
+        times = player.times[one.first : one.first + one.frames]
+        count = int((times[-1] - times[0]) * usual + 1e-6) + 1
+        wanted = times[0] + np.arange(count) / usual + 1e-9
+        sampled.append(replace(one, first=done, frames=count))
+        frames.append(one.first + np.searchsorted(times, wanted, side="right") - 1)
+        done += count
+    return _RowsOf(usual, np.concatenate(frames), sampled)
+
+
+def _each_tick(rate: int, found: list[Episode]) -> _RowsOf:
+    """Every frame of every episode, one after the other."""
+    firsts = np.cumsum([0, *(one.frames for one in found)]).tolist()
+    rows = [replace(one, first=first) for one, first in zip(found, firsts[:-1], strict=True)]
+    return _RowsOf(rate, np.concatenate([np.arange(one.first, one.first + one.frames) for one in found]), rows)
+
+
+def _in_counts(player: RecordingPlayer) -> bool:
+    """Whether the readings are no pressures.
+
+    Raises:
+        ExportError: Some are and some are not: a data set has one unit.
+    """
+    found = {units is ReadingUnits.COUNTS for units in units_of(player)}
+    if len(found) > 1:
+        remedy = "Record it again in one mode: tactile-maps listen RECORDING --mode kPa -o OTHER.mcap"
+        raise ExportError("the readings are counts at first and pressures later", file=player.path, remedy=remedy)
+    return found == {True}
+
+
+def _folder_of(path: Path) -> None:
+    path.parent.mkdir(parents=True)
+
+
+def _tasks(found: list[Episode]) -> list[str]:
+    """What was to be done in the episodes, each once."""
+    return list(dict.fromkeys(one.task for one in found))
+
+
+def _episode_of(number: int, found: list[Episode]) -> int:
+    return bisect_right(found, number, key=lambda one: one.first) - 1
+
+
+def _rows(
+    frames: list[Frame], first: int, found: list[Episode], rate: int, statistics: list[_Statistics], *, counts: bool
+) -> Any:
+    import pyarrow as arrow
+
+    index = np.arange(first, first + len(frames))
+    firsts, tasks = np.array([one.first for one in found]), _tasks(found)
+    episode = np.searchsorted(firsts, index, side="right") - 1
+    within = index - firsts[episode]
+    columns: dict[str, Any] = {}
+    parts = {key: part for key, part in _KEYS.items() if part(frames[0]).size}
+    values = {key: np.stack([part(frame) for frame in frames]).astype(np.float32) for key, part in parts.items()}
+    if counts:
+        values["observation.tactile"] *= np.float32(1e-3)  # one count stands for 1 kPa
+    plain = {
+        "timestamp": (within / rate).astype(np.float32),
+        "frame_index": within,
+        "episode_index": episode,
+        "index": index,
+        "task_index": np.array([tasks.index(found[number].task) for number in episode.tolist()]),
+    }
+    for key, rows in values.items():
+        columns[key] = arrow.FixedSizeListArray.from_arrays(arrow.array(rows.ravel()), rows.shape[1])
+    columns |= {key: arrow.array(rows) for key, rows in plain.items()}
+    for number in np.unique(episode).tolist():
+        for key, rows in (values | {key: rows[:, None] for key, rows in plain.items()}).items():
+            statistics[number].add(key, rows[episode == number])
+    return arrow.table(columns)
+
+
+class _Statistics:
+    """Least, largest, mean and deviation of each number, and quantiles from a sample, as they come."""
+
+    _MOST = 2000
+
+    def __init__(self) -> None:
+        self._sums: dict[str, list[NDArray[np.float64]]] = {}
+        self._counts: dict[str, int] = {}
+        self._samples: dict[str, list[NDArray[np.float64]]] = {}
+
+    def add(self, key: str, rows: NDArray[Any]) -> None:
+        """More rows (k, n)."""
+        rows = rows.astype(np.float64)
+        new = [rows.min(axis=0), rows.max(axis=0), rows.sum(axis=0), (rows**2).sum(axis=0)]
+        if key in self._sums:
+            low, high, total, squares = self._sums[key]
+            new = [np.minimum(low, new[0]), np.maximum(high, new[1]), total + new[2], squares + new[3]]
+        self._sums[key], self._counts[key] = new, self._counts.get(key, 0) + len(rows)
+        kept = self._samples.setdefault(key, [])
+        if len(kept) < self._MOST:
+            kept.append(rows[len(rows) // 2].copy())  # a view would keep them all
+
+    def merge(self, other: _Statistics) -> None:
+        """The rows of another too."""
+        for key, (low, high, total, squares) in other._sums.items():
+            own = self._sums.get(key, [low, high, 0.0 * total, 0.0 * squares])
+            self._sums[key] = [np.minimum(own[0], low), np.maximum(own[1], high), own[2] + total, own[3] + squares]
+            self._counts[key] = self._counts.get(key, 0) + other._counts[key]
+            self._samples[key] = self._samples.get(key, []) + other._samples[key]
+
+    def result(self) -> dict[str, dict[str, list[Any]]]:
+        """By feature; of the film by colour, as LeRobot has it."""
+        return {key: self._of(key) for key in self._sums}
+
+    def _of(self, key: str) -> dict[str, list[Any]]:
+        low, high, total, squares = self._sums[key]
+        count = self._counts[key]
+        mean = total / count
+        found = {"min": low, "max": high, "mean": mean, "std": np.sqrt(np.maximum(squares / count - mean**2, 0.0))}
+        shares = {"q01": 0.01, "q10": 0.1, "q50": 0.5, "q90": 0.9, "q99": 0.99}
+        sample = np.stack(self._samples[key])
+        found |= {name: np.quantile(sample, share, axis=0) for name, share in shares.items()}
+        shape = (3, 1, 1) if key == _VIDEO else low.shape
+        return {name: values.reshape(shape).tolist() for name, values in found.items()} | {"count": [count]}
+
+
+def _write_meta(
+    player: RecordingPlayer,
+    folder: Path,
+    rows_of: _RowsOf,
+    statistics: list[_Statistics],
+    size: tuple[int, ...],
+    *,
+    counts: bool,
+) -> None:
+    import pyarrow as arrow
+    import pyarrow.parquet as parquet
+
+    meta = folder / "meta"
+    (meta / "episodes" / "chunk-000").mkdir(parents=True)
+    whole = _Statistics()
+    for one in statistics:
+        whole.merge(one)
+    (meta / "info.json").write_text(json.dumps(_info(player, rows_of, size, counts=counts), indent=4), encoding="utf8")
+    (meta / "stats.json").write_text(json.dumps(whole.result(), indent=4), encoding="utf8")
+    told = _tasks(rows_of.episodes)
+    tasks = arrow.table({"task_index": arrow.array(range(len(told))), "task": arrow.array(told)})
+    parquet.write_table(tasks.replace_schema_metadata(_PANDAS_INDEX), meta / "tasks.parquet")
+    with ExitStack() as files:
+        writer = None
+        for number, (episode, own) in enumerate(zip(rows_of.episodes, statistics, strict=True)):
+            row = arrow.Table.from_pylist([_episode_row(number, episode, own.result(), rows_of.rate)])
+            if writer is None:
+                writer = RowGroups(parquet.ParquetWriter(meta / "episodes" / f"{_FILE}.parquet", row.schema), files)
+            writer.add(row)
+
+
+_PANDAS_INDEX = {
+    "pandas": json.dumps(
+        {
+            "index_columns": ["task"],
+            "column_indexes": [],
+            "columns": [
+                {"name": "task_index", "field_name": "task_index", "pandas_type": "int64", "numpy_type": "int64",
+                 "metadata": None},
+                {"name": "task", "field_name": "task", "pandas_type": "unicode", "numpy_type": "object",
+                 "metadata": None},
+            ],
+            "creator": {"library": "pyarrow"},
+            "pandas_version": "2.0.0",
+        }
+    )
+}  # fmt: skip
+"""By which pandas, and so LeRobot, takes the tasks for the table's index."""
+
+
+def _episode_row(number: int, one: Episode, stats: Mapping[str, Mapping[str, Any]], rate: int) -> dict[str, Any]:
+    row: dict[str, Any] = {
+        "episode_index": number,
+        "tasks": [one.task],
+        "length": one.frames,
+        "data/chunk_index": 0,
+        "data/file_index": 0,
+        f"videos/{_VIDEO}/chunk_index": 0,
+        f"videos/{_VIDEO}/file_index": 0,
+        f"videos/{_VIDEO}/from_timestamp": one.first / rate,
+        f"videos/{_VIDEO}/to_timestamp": (one.first + one.frames) / rate,
+        "dataset_from_index": one.first,
+        "dataset_to_index": one.first + one.frames,
+        "meta/episodes/chunk_index": 0,
+        "meta/episodes/file_index": 0,
+    }
+    return row | {f"stats/{key}/{name}": value for key, of in stats.items() for name, value in of.items()}
+
+
+def _info(player: RecordingPlayer, rows_of: _RowsOf, size: tuple[int, ...], *, counts: bool) -> dict[str, Any]:
+    prepared, rate, found = player.prepared, rows_of.rate, rows_of.episodes
+    joints = [joint.name for joint in prepared.robot.joints]
+    names = {"observation.tactile": taxel_labels(prepared.skin)}
+    features: dict[str, Any] = {
+        key: {"dtype": "float32", "shape": [len(names.get(key, joints))], "names": names.get(key, joints)}
+        for key in _KEYS
+        if names.get(key, joints)
+    }
+    features[_VIDEO] = {
+        "dtype": "video",
+        "shape": [*size, 3],
+        "names": ["height", "width", "channels"],
+        "info": {
+            "video.fps": rate,
+            "video.height": size[0],
+            "video.width": size[1],
+            "video.channels": 3,
+            "video.codec": "h264",
+            "video.pix_fmt": "yuv420p",
+            "video.is_depth_map": False,
+            "has_audio": False,
+        },
+    }
+    for key in _INDEX:
+        features[key] = {"dtype": "float32" if key == "timestamp" else "int64", "shape": [1], "names": None}
+    return {
+        "codebase_version": "v3.0",
+        "robot_type": prepared.robot.name,
+        "total_episodes": len(found),
+        "total_frames": len(rows_of.frames),
+        "total_tasks": len(_tasks(found)),
+        "chunks_size": 1000,
+        "data_files_size_in_mb": 100,
+        "video_files_size_in_mb": 200,
+        "fps": rate,
+        "splits": {"train": f"0:{len(found)}"},
+        "data_path": "data/chunk-{chunk_index:03d}/file-{file_index:03d}.parquet",
+        "video_path": "videos/{video_key}/chunk-{chunk_index:03d}/file-{file_index:03d}.mp4",
+        "features": features,
+        "tactile_maps": {
+            "complete": player.complete,
+            "damage": [one.kind.value for one in player.damage],
+            "tactile_unit": "counts" if counts else "Pa",
+            "measured": player.measured,
+        },
+    }

@@ -1,0 +1,146 @@
+"""A running session in a Rerun viewer that is open: we connect to the viewer, and nobody connects to us."""
+
+from __future__ import annotations
+
+import socket
+import threading
+from types import TracebackType
+from urllib.parse import urlsplit
+
+import numpy as np
+
+from tactile_maps.core.errors import ExportError
+from tactile_maps.export.optional import packages_of
+from tactile_maps.export.rerun_log import RerunLog
+from tactile_maps.maps.model.tactile_map import TactileMap
+from tactile_maps.maps.pressure_colours import rounded_scale
+from tactile_maps.session.frame import Frame
+from tactile_maps.session.prepare import PreparedScene
+
+VIEWER = "rerun+http://127.0.0.1:9876/proxy"
+"""Where a viewer that was started by ``rerun`` listens."""
+_PERIOD = 0.04
+"""Of session time between two frames that are sent [s]: more than a viewer shows."""
+_LOOK_EVERY = 2.0
+"""Seconds between two looks whether the viewer is still there: Rerun keeps for ever what it cannot hand over."""
+
+
+class LiveRerun:
+    """Sends frames to a viewer. Mutable; ``close`` ends it, and it is also a context manager.
+
+    Frames are handed over in memory; a thread of its own sends the newest, so that whoever ticks never waits for it.
+
+    Args:
+        prepared: What the session runs on.
+        address: Of the viewer.
+
+    Attributes:
+        address: As above.
+
+    Raises:
+        ExportError: It is no address, the package is not installed, or no viewer listens there.
+    """
+
+    def __init__(self, prepared: PreparedScene, *, address: str = VIEWER) -> None:
+        self._place = _place_of(address)
+        with packages_of("rerun"):
+            import rerun
+        self.address, self._rerun = address, rerun
+        if not _listens(self._place):
+            remedy = "Start the viewer first: rerun"
+            raise ExportError("no Rerun viewer listens there", place=address, remedy=remedy)
+        self._changed = threading.Condition()
+        self._closed = False
+        self._waiting: tuple[Frame, TactileMap] | None = None
+        self._stream = rerun.RecordingStream("tactile-maps")
+        self._stream.connect_grpc(address)
+        self._map, self._scale, self._next = prepared.map, rounded_scale(0.0), -np.inf
+        self._log = RerunLog(prepared, rerun, self._stream, scale=self._scale)
+        self._log.open()
+        self._thread = threading.Thread(target=self._loop, name="live rerun", daemon=True)
+        self._thread.start()
+
+    def offer(self, frame: Frame, map_: TactileMap) -> None:
+        """Show a tick, on the map in force; from any thread, without waiting. Cost: 2 µs."""
+        with self._changed:
+            self._waiting = frame, map_
+            self._changed.notify()
+
+    @property
+    def gone(self) -> bool:
+        """Whether the viewer was closed: nothing more is sent then."""
+        return not self._thread.is_alive()
+
+    def close(self) -> None:
+        """End it; the viewer keeps what it has. Closing twice does nothing."""
+        with self._changed:
+            self._closed = True
+            self._changed.notify()
+        self._thread.join()
+        self._stream.disconnect()
+
+    def __enter__(self) -> LiveRerun:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def _loop(self) -> None:
+        looked = 0.0
+        while True:
+            with self._changed:
+                while self._waiting is None and not self._closed:
+                    self._changed.wait()
+                if self._waiting is None:
+                    return
+                (frame, map_), self._waiting = self._waiting, None
+            if frame.time < self._next - _PERIOD:
+                self._next = -np.inf  # a reset, or a place before in a recording
+            if frame.time < self._next:
+                continue
+            self._next = frame.time + _PERIOD
+            if abs(frame.time - looked) > _LOOK_EVERY:
+                looked = frame.time
+                if not _listens(self._place):
+                    return
+            self._send(frame, map_)
+
+    def _send(self, frame: Frame, map_: TactileMap) -> None:
+        if map_ is not self._map:
+            self._map = map_
+            self._log.use_map(map_)
+        scale = rounded_scale(1e-3 * float(np.nanmax(frame.pressures, initial=0.0)))
+        if scale > self._scale:
+            self._scale = scale
+            self._log.use_scale(scale)
+        self._stream.set_time("time", duration=frame.time)
+        self._log.add(frame)
+        for event in frame.events:
+            self._stream.log("events", self._rerun.TextLog(event.words, level="INFO"))
+
+
+def _place_of(address: str) -> tuple[str, int]:
+    """Host and port.
+
+    Raises:
+        ExportError: It is no address of a viewer.
+    """
+    try:
+        parts = urlsplit(address)
+        host = parts.hostname
+        port = parts.port
+    except ValueError:
+        host = port = None
+    if not port or host is None or not parts.scheme.startswith("rerun") or parts.path != "/proxy":
+        raise ExportError("this is no address of a Rerun viewer", value=address, remedy=f"Give one like {VIEWER}")
+    return host, port
+
+
+def _listens(place: tuple[str, int]) -> bool:
+    try:
+        with socket.create_connection(place, timeout=1.0):
+            return True
+    except OSError:
+        return False

@@ -1,0 +1,176 @@
+"""A running session live in Foxglove and Lichtblick: a WebSocket server with the messages that recordings hold too.
+
+It listens on this computer alone unless another address is asked for. Viewers only watch: nothing that they send is
+taken.
+"""
+
+from __future__ import annotations
+
+import logging
+import threading
+import time
+from collections.abc import Callable
+from types import TracebackType
+
+import foxglove
+from foxglove.websocket import ChannelView, Client, ServerListener
+
+from tactile_maps.core.errors import ExportError
+from tactile_maps.maps.model.tactile_map import TactileMap
+from tactile_maps.recording.encoding.viewer_messages import ENCODING, ROBOT_TOPIC, ViewerMessages
+from tactile_maps.session.frame import Frame
+from tactile_maps.session.prepare import PreparedScene
+
+LOOPBACK, PORT = "127.0.0.1", 8765
+"""8765 is the port at which viewers look by default."""
+_DRIFT_NS = 500_000_000
+"""Times are the wall's to this [ns]: simulated time in between, begun again where it has been left behind."""
+
+
+class LiveServer:
+    """A server for one session. Mutable; ``close`` ends it, and it is also a context manager.
+
+    Frames are handed over in memory; a thread of its own makes the messages, of the newest frame alone where several
+    wait, so that whoever ticks never waits for it.
+
+    Args:
+        prepared: What the session runs on.
+        host: Address to listen on; by default only this computer's own.
+        port: 0 for any that is free.
+        clock: Wall time [ns since 1970].
+
+    Attributes:
+        address: For a viewer: ``ws://HOST:PORT``.
+
+    Raises:
+        ExportError: The port is taken, or there is no such address here.
+    """
+
+    def __init__(
+        self,
+        prepared: PreparedScene,
+        *,
+        host: str = LOOPBACK,
+        port: int = PORT,
+        clock: Callable[[], int] = time.time_ns,
+    ) -> None:
+        self._prepared, self._clock = prepared, clock
+        self._changed = threading.Condition()
+        self._opening_wanted, self._closed = True, False
+        # Kept, since channels close with their context. That a viewer went away without a word is none of our logs.
+        self._context = context = foxglove.Context()
+        logging.getLogger("foxglove.websocket").setLevel(logging.CRITICAL)
+        listener = _Listener(self._on_subscribe)
+        try:
+            self._server = foxglove.start_server(
+                name="Tactile Maps", host=host, port=port, context=context, server_listener=listener
+            )
+        except (RuntimeError, OSError) as error:
+            remedy = "Choose another port, or end the program that has it"
+            raise ExportError("the live server cannot begin", place=f"{host}:{port}", value=error, remedy=remedy) from (
+                error
+            )
+        self.address = f"ws://{host}:{self._server.port}"
+        self._messages = self._fresh(0)
+        self._channels = {
+            topic: foxglove.Channel(
+                topic,
+                message_encoding=ENCODING,
+                schema=foxglove.Schema(name=schema.name, encoding=schema.encoding, data=schema.data),
+                context=context,
+            )
+            for topic, schema in self._messages.schemas.items()
+        }
+        self._waiting: tuple[Frame, TactileMap] | None = None
+        self._map, self._last = prepared.map, -1
+        self._thread = threading.Thread(target=self._loop, name="live server", daemon=True)
+        self._thread.start()
+
+    def offer(self, frame: Frame, map_: TactileMap) -> None:
+        """Show a tick, on the map in force; from any thread, without waiting. Cost: 2 µs."""
+        with self._changed:
+            self._waiting = frame, map_
+            self._changed.notify()
+
+    @property
+    def gone(self) -> bool:
+        """Whether nothing can be shown any more: a server waits for viewers, and never is."""
+        return False
+
+    def close(self) -> None:
+        """End it; viewers see that it is gone. Closing twice does nothing."""
+        with self._changed:
+            if self._closed:
+                return
+            self._closed = True
+            self._changed.notify()
+        self._thread.join()
+        self._server.stop()
+
+    def __enter__(self) -> LiveServer:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def _on_subscribe(self) -> None:
+        """A viewer that comes late is told the robot's surfaces, which are told once."""
+        with self._changed:
+            self._opening_wanted = True
+            self._changed.notify()
+
+    def _fresh(self, tick: int) -> ViewerMessages:
+        """Messages whose times are the wall's, tick ``tick`` being now."""
+        self._started = self._clock() - self._after(tick)
+        return ViewerMessages(self._prepared, started=self._started)
+
+    def _after(self, tick: int) -> int:
+        return round(1e9 * tick * self._prepared.scene.tick)
+
+    def _loop(self) -> None:
+        frame: Frame | None = None
+        while True:
+            with self._changed:
+                while self._waiting is None and not self._closed and not (self._opening_wanted and frame is not None):
+                    self._changed.wait()
+                if self._closed:
+                    return
+                opening, self._opening_wanted = self._opening_wanted, False
+                waiting, self._waiting = self._waiting, None
+            if waiting is not None:
+                frame = waiting[0]
+                self._follow(*waiting)
+            if frame is not None:
+                self._send(frame, opening=opening, new=waiting is not None)
+
+    def _follow(self, frame: Frame, map_: TactileMap) -> None:
+        """Begin again where time has jumped: a reset, or the wall's clock went on while the session was paused."""
+        lag = self._clock() - self._started - self._after(frame.tick)
+        if frame.tick < self._last or abs(lag) > _DRIFT_NS:
+            self._messages, self._opening_wanted = self._fresh(frame.tick), True
+            self._messages.use_map(map_)
+        elif map_ is not self._map:
+            self._messages.use_map(map_)
+        self._map, self._last = map_, frame.tick
+
+    def _send(self, frame: Frame, *, opening: bool, new: bool) -> None:
+        messages = self._messages.opening(frame.tick) if opening else []
+        if new:
+            messages += self._messages.of(frame)
+        at = self._started + self._after(frame.tick)
+        for topic, data in messages:
+            self._channels[topic].log(data, log_time=at)
+
+
+class _Listener(ServerListener):
+    """Hears that a viewer subscribed to something; what else viewers may do changes nothing."""
+
+    def __init__(self, subscribed: Callable[[], None]) -> None:
+        self._subscribed = subscribed
+
+    def on_subscribe(self, client: Client, channel: ChannelView) -> None:
+        """Called on the server's thread."""
+        if channel.topic == ROBOT_TOPIC:
+            self._subscribed()

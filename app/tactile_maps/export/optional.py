@@ -1,0 +1,23 @@
+"""Packages that only some formats need: imported where they are used, and their absence told with its remedy."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from tactile_maps.core.errors import ExportError
+
+
+@contextmanager
+def packages_of(extra: str) -> Iterator[None]:
+    """Imports of packages that the extra ``extra`` of this program installs.
+
+    Raises:
+        ExportError: One of them is not installed.
+    """
+    try:
+        yield
+    except ImportError as error:
+        package = (error.name or str(error)).partition(".")[0]
+        remedy = f"pip install 'tactile-maps[{extra}]'"
+        raise ExportError("this format needs a package that is not installed", value=package, remedy=remedy) from error

@@ -1,0 +1,287 @@
+"""One patch from the body to the plane: cut, flattened by any method, mended where not one-to-one, and proved.
+
+``seam_curve`` shows how much each further seam would gain: the curve by which a person chooses how many.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from tactile_maps.core.arrays import FloatArray
+from tactile_maps.core.errors import Finding, MapError
+from tactile_maps.flattening import methods
+from tactile_maps.flattening.bijectivity import BoundaryBarrier, crossings, flipped
+from tactile_maps.flattening.chart import Chart, canonical_pose
+from tactile_maps.flattening.cut import CutSurface, SeamPlan, planned_cuts
+from tactile_maps.flattening.initial_map import Disk
+from tactile_maps.flattening.methods import Method, find_method
+from tactile_maps.flattening.newton import DescentStopped, Iterate, OnRound, minimise
+from tactile_maps.geometry.surface.mesh import Mesh
+
+WORTH_A_SEAM = 4.6
+"""Mean energy above which one more seam is tried (a hemisphere has 4.14)."""
+EASY_ENERGY = 1e6
+"""Mean energy of a first map from which a good one is reached soon. Above it further seams are tried."""
+GIVEN_UP_ENERGY = 1e7
+"""Mean energy of a first map from which one more seam is the last one tried if it does not help."""
+HARDEST_ENERGY = 1e10
+"""Mean energy of a first map that is tried at last: 20,000 faces with 81 handles begin at 7e6 and take 30 CPU s."""
+TAUTEST_ENERGY = 1e12
+"""Mean energy up to which a patch pulled taut is tried. Needles of 10,000 radii in rungs for 1000 taxels begin at 7e10
+and reach 4.2; those of 100,000 begin at 1.7e12, fold, and end nowhere near in a minute."""
+MOST_FACE_ROUNDS = 60_000_000
+"""Faces times rounds that a patch's descents take together: about 30 CPU s. Counted, not timed: the map stays the same
+on a slower machine."""
+_LEAST_ROUNDS = 100
+"""Rounds that any patch may take, however many its faces."""
+_BARRIER_COST = 8
+"""Times as long as a round without the border's barrier."""
+_MOST_SEAMS = 3
+_SEAMS_TO_OPEN = (0, 1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64)
+"""Extra seams that are tried for an initial map: a body with limbs takes one into each."""
+_WORTH_KEEPING = 0.1
+
+
+def flatten(
+    surface: Mesh,
+    *,
+    method: str = "symmetric-dirichlet",
+    lengths: float = 1.0,
+    seams: SeamPlan | None = None,
+    name: str = "patch",
+    on_round: OnRound | None = None,
+) -> Chart:
+    """Flatten one connected, manifold surface one-to-one: a bijective parameterization of it.
+
+    Args:
+        surface: With any topology; it is cut to a disk first.
+        method: A name in ``flattening.methods``. Where its map would flip or overlap, our own minimiser makes the one
+            nearest to its intent, and a finding says so.
+        lengths: From 1, keep lengths, to 0, keep angles; for methods that can.
+        seams: What is wanted of seams; by default those that the topology asks for and those that are worth it.
+        name: The patch's name, for findings and errors.
+        on_round: Told each round; may raise to cancel.
+
+    Raises:
+        MapError: An unknown method, or a surface that cannot be cut or opened.
+    """
+    how, plan = find_method(method), seams or SeamPlan()
+    if not 0 <= lengths <= 1:
+        raise MapError("the slider between angles and lengths goes from 0 to 1", place="lengths", value=lengths)
+    if not surface.area > 0:
+        raise MapError("the surface has no area to flatten", place=name, value=f"{len(surface.faces)} faces")
+    job = _FlatteningJob(surface, how, lengths, plan, name, on_round)
+    extra = job.openable()
+    notes = (
+        [Finding("seam-added", name, "without it the surface is too deep to flatten", extra)]
+        if plan.extra is None and extra
+        else []
+    )
+    chart, reached = job.flatten(extra)
+    while job.seeks_seams and not job.spent and reached > WORTH_A_SEAM and extra < _MOST_SEAMS:
+        extra += 1
+        better, after = job.flatten(extra)
+        if reached - after < _WORTH_KEEPING * (reached - 4):
+            break
+        notes.append(Finding("seam-added", name, f"distortion {reached:.2f} -> {after:.2f} (4 is isometric)"))
+        chart, reached = better, after
+    return replace(chart, findings=(*chart.findings, *notes))
+
+
+class _FlatteningJob:
+    """One surface to be flattened in one way, with as many seams as it takes."""
+
+    def __init__(
+        self, surface: Mesh, how: Method, lengths: float, plan: SeamPlan, name: str, on_round: OnRound | None
+    ) -> None:
+        self._surface, self._how, self._lengths = surface, how, lengths
+        self._plan, self._name, self._on_round = plan, name, on_round
+        self._further_cuts = planned_cuts(surface, plan)
+        self._rounds, self._most_rounds = 0, max(MOST_FACE_ROUNDS / len(surface.faces), _LEAST_ROUNDS)
+        self._converged = True  # the descent last told
+        self._cuts: list[CutSurface] = []
+        self._disks: dict[int, tuple[CutSurface, Disk]] = {}
+
+    @property
+    def seeks_seams(self) -> bool:
+        """Whether seams that nobody asked for may be added; a method to be compared gets the topology's only."""
+        return self._how.name == "symmetric-dirichlet" and self._plan.extra is None
+
+    @property
+    def spent(self) -> bool:
+        """Whether the descents have taken all rounds that they may."""
+        return self._rounds >= self._most_rounds
+
+    def openable(self) -> int:
+        """How many extra seams it takes for a first map that a descent gets anywhere from.
+
+        Raises:
+            MapError: No number does.
+        """
+        extra = self._least_hopeless()
+        _, disk = self._cut(extra)
+        energy = disk.energy.energy(disk.taut)
+        if self._how.slides and energy > TAUTEST_ENERGY:
+            across = float(disk.rest.edge_lengths.min() * np.sqrt(self._surface.area))
+            raise MapError(
+                "the surface is too long and thin to be flattened",
+                place=self._name,
+                value=f"{self._surface.size:.3g} m long with edges of {across:.3g} m, {len(self._surface.faces)} faces",
+                remedy="Cut off or thicken its needles, or ask for fewer taxels",
+            )
+        return extra
+
+    def _least_hopeless(self) -> int:
+        """Return the number of extra seams with which the first map has a moderate energy, or the least energy.
+
+        On a long, deep cup the initial map shrinks the bottom towards the smallest number; a seam into it lets it open.
+        A body with limbs needs a seam into almost each of them: one limb without a seam is lost in rounding.
+        """
+        asked = self._plan.extra or 0
+        best, least = asked, np.inf
+        for extra in sorted({asked, *(count for count in _SEAMS_TO_OPEN if count > asked)}):
+            _, disk = self._cut(extra)
+            energy = disk.energy.energy(disk.start)
+            if energy < EASY_ENERGY:
+                return extra
+            # Stop where seams do not help, as on a surface with many handles. A larger energy is decided by the limb
+            # that is nearest to being lost in rounding and says nothing about the next seam.
+            settled = least < GIVEN_UP_ENERGY and energy > 0.1 * least
+            if energy < least:
+                best, least = extra, energy
+            if settled:
+                break
+        if least < HARDEST_ENERGY:
+            return best
+        raise MapError(
+            "no initial map of the surface was found",
+            place=self._name,
+            value=f"{len(self._surface.faces)} faces, up to {extra} extra seams",
+            remedy="Remove its thinnest limbs or needles, or split it into several patches",
+        )
+
+    def _cut(self, extra: int) -> tuple[CutSurface, Disk]:
+        if extra not in self._disks:
+            while len(self._cuts) <= extra:
+                self._cuts.append(next(self._further_cuts))
+            self._disks[extra] = self._cuts[extra], Disk.of(self._surface, self._cuts[extra])
+        return self._disks[extra]
+
+    def flatten(self, extra: int) -> tuple[Chart, float]:
+        """The chart with so many extra seams, and the energy that the method or the slider asks to be small."""
+        cut, disk = self._cut(extra)
+        rounds, findings = self._valid(disk)
+        best = rounds[-1].plane
+        plane = canonical_pose(best * np.sqrt(self._surface.area), self._surface.vertices[cut.vertex_of])
+        if flipped(plane, cut.faces).any() or crossings(plane[disk.loop]):
+            raise MapError("no one-to-one map was found", place=self._name, remedy="Split the patch, or draw a seam")
+        if disk.energy.mollified:
+            note = Finding(
+                "thin-face", self._name, "enlarged to the least area that can be flattened", disk.energy.mollified
+            )
+            findings.append(note)
+        energies, seconds = tuple(r.energy for r in rounds), tuple(r.seconds for r in rounds)
+        chart = Chart(cut.faces, plane, cut.vertex_of, cut.seams, self._how.name, energies, seconds, tuple(findings))
+        return chart, rounds[-1].energy if self._lengths == 1 else methods.blended_energy(disk, self._lengths).energy(
+            best
+        )
+
+    def _valid(self, disk: Disk) -> tuple[list[Iterate], list[Finding]]:
+        """Rounds that end in a map without flips and overlaps, and what it took."""
+        findings, clock = list[Finding](), _Clock()
+        rounds: list[Iterate] = []
+        try:
+            rounds += self._told(disk, clock, self._how.run(disk, self._lengths))
+        except RuntimeError as error:  # libigl's only way to say that a system is singular
+            findings.append(
+                Finding("method-failed", self._name, f"{self._how.name}: {error}; the built-in method was used instead")
+            )
+        target = methods.blended_energy(disk, self._lengths if self._how.slides else self._how.lengths)
+        if not rounds or not np.isfinite(rounds[-1].energy):
+            if not findings:
+                findings.append(
+                    Finding("flips-mended", self._name, f"{self._how.name} flips triangles on this surface")
+                )
+            rounds += self._told(disk, clock, (r.plane for r in minimise(target, disk.taut)))
+        apart = BoundaryBarrier(target, disk.loop, rounds[-1].plane)
+        if apart.touches(rounds[-1].plane):
+            # The first map does not overlap, and a barrier between the border's parts keeps it so.
+            rounds += self._told(disk, clock, (r.plane for r in minimise(apart, disk.taut)), cost=_BARRIER_COST)
+            note = f"boundary barrier, distortion {rounds[-1].energy:.2f}"
+            findings.append(Finding("overlap-avoided", self._name, note))
+        if not self._converged:
+            note = f"after {len(rounds)} rounds, distortion {rounds[-1].energy:.4g} (4 is isometric)"
+            findings.append(Finding("descent-stopped", self._name, note))
+        return rounds, findings
+
+    def _told(
+        self, disk: Disk, clock: Callable[[], float], planes: Iterable[FloatArray], *, cost: int = 1
+    ) -> list[Iterate]:
+        """Each plane at unit area, with its energy and the time it came; at least one, then while rounds are left."""
+        rounds = list[Iterate]()
+        try:
+            for plane in planes:
+                self._rounds += cost
+                scaled = disk.scaled(plane)
+                rounds.append(Iterate(scaled, disk.energy.energy_at_best_scale(scaled), clock(), 1.0))
+                if self._on_round is not None:
+                    self._on_round(rounds[-1])
+                if self.spent:
+                    break
+            self._converged = not self.spent
+        except DescentStopped:
+            self._converged = False
+        return rounds
+
+
+class _Clock:
+    """Seconds since it was made."""
+
+    def __init__(self) -> None:
+        self._start = time.perf_counter()
+
+    def __call__(self) -> float:
+        return time.perf_counter() - self._start
+
+
+@dataclass(frozen=True, eq=False)
+class SeamStep:
+    """A patch with some number of extra seams.
+
+    Attributes:
+        extra: How many.
+        energy: Mean symmetric Dirichlet energy; 4 is an isometry.
+        length: Of all seams on the body [m].
+        chart: The patch, cut and flattened.
+    """
+
+    extra: int
+    energy: float
+    length: float
+    chart: Chart
+
+
+def seam_curve(
+    surface: Mesh, *, most: int = 5, plan: SeamPlan | None = None, method: str = "symmetric-dirichlet"
+) -> Iterator[SeamStep]:
+    """The patch with 0, 1, ... ``most`` extra seams: number of cuts against distortion, told as it is computed.
+
+    Args:
+        surface: As for ``flatten``.
+        most: Extra seams at the end of the curve.
+        plan: Drawn seams and areas of interest that hold throughout; its ``extra`` does not matter.
+        method: See ``flattening.methods``.
+
+    Raises:
+        MapError: The surface cannot be flattened with any of these.
+    """
+    given = plan or SeamPlan()
+    for extra in range(most + 1):
+        chart = flatten(surface, method=method, seams=SeamPlan(extra, given.drawn, given.importance))
+        ends = surface.vertices[chart.seams]
+        length = float(np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1).sum())
+        yield SeamStep(extra, chart.energies[-1], length, chart)

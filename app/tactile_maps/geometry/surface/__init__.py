@@ -1,0 +1,1 @@
+"""Triangle meshes and queries on them: connectivity, closest points, rays and walks."""

@@ -1,0 +1,162 @@
+"""Triangle meshes and points on them, as frozen values.
+
+A ``Mesh`` is checked once when made, so that native libraries can be called safely. A ``SurfacePoint`` is a point on
+the skin: the one form in which body and map name a place.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from tactile_maps.core.arrays import FloatArray, IntArray, freeze_arrays, readonly
+from tactile_maps.core.errors import MeshError
+from tactile_maps.geometry.surface.connectivity import Connectivity
+
+
+@dataclass(frozen=True, eq=False)
+class Mesh:
+    """A triangle mesh.
+
+    Attributes:
+        vertices: (n, 3) [m], finite.
+        faces: (m, 3) indices into vertices, in range; counter-clockwise seen from outside.
+    """
+
+    vertices: FloatArray
+    faces: IntArray
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, "vertices", columns=3)
+        freeze_arrays(self, "faces", dtype=np.int64, columns=3)
+        if not np.isfinite(self.vertices).all():
+            bad = np.flatnonzero(~np.isfinite(self.vertices).all(axis=1))[0]
+            value, remedy = self.vertices[bad].tolist(), "Export the mesh again without NaN or infinity"
+            raise MeshError("a vertex is not a finite number", place=f"vertex {bad}", value=value, remedy=remedy)
+        if self.faces.min(initial=0) < 0 or self.faces.max(initial=-1) >= len(self.vertices):
+            outside = np.flatnonzero(((self.faces < 0) | (self.faces >= len(self.vertices))).any(axis=1))[0]
+            raise MeshError(
+                "a face names a vertex that does not exist",
+                place=f"face {outside}",
+                value=self.faces[outside].tolist(),
+                remedy="Export the mesh again",
+            )
+
+    @cached_property
+    def _cross(self) -> FloatArray:
+        a, b, c = (self.vertices[self.faces[:, k]] for k in range(3))
+        return np.cross(b - a, c - a)
+
+    @cached_property
+    def face_areas(self) -> FloatArray:
+        """(m,) [m²]."""
+        return readonly(0.5 * np.linalg.norm(self._cross, axis=1))
+
+    @cached_property
+    def face_normals(self) -> FloatArray:
+        """(m, 3) unit outward normals; zero for a face without area."""
+        length = np.linalg.norm(self._cross, axis=1, keepdims=True)
+        return readonly(np.divide(self._cross, length, out=np.zeros_like(self._cross), where=length > 0))
+
+    @cached_property
+    def vertex_normals(self) -> FloatArray:
+        """(n, 3) area-weighted unit normals; zero where no face with area meets the vertex."""
+        corners, count = self.faces.ravel(), len(self.vertices)
+        total = np.stack(
+            [np.bincount(corners, np.repeat(column, 3), count) for column in self._cross.T], 1, dtype=float
+        )
+        length = np.linalg.norm(total, axis=1, keepdims=True)
+        return readonly(np.divide(total, length, out=np.zeros_like(total), where=length > 0))
+
+    @cached_property
+    def connectivity(self) -> Connectivity:
+        """Which faces, edges and vertices meet; computed once."""
+        return Connectivity(self.faces)
+
+    @property
+    def edges(self) -> IntArray:
+        """(e, 2) undirected edges, each once, smaller index first, sorted."""
+        return self.connectivity.edges
+
+    @cached_property
+    def edge_lengths(self) -> FloatArray:
+        """(e,) [m]."""
+        return readonly(edge_lengths(self.vertices, self.edges))
+
+    @staticmethod
+    def of(connectivity: Connectivity, vertices: FloatArray) -> Mesh:
+        """A mesh over ``vertices`` (n, 3) [m] of which it is known already what meets what."""
+        mesh = Mesh(vertices, connectivity.faces)
+        mesh.__dict__["connectivity"] = connectivity
+        return mesh
+
+    def __getstate__(self) -> dict[str, Any]:
+        """What was computed from a mesh does not travel with it."""
+        return {part.name: getattr(self, part.name) for part in fields(self)}
+
+    @property
+    def area(self) -> float:
+        """Total area [m²]."""
+        return float(self.face_areas.sum())
+
+    @cached_property
+    def is_solid(self) -> bool:
+        """Whether each of its bodies is closed and its faces look outward: nobody outside sees the back of one.
+
+        A body may touch itself in edges and vertices, as most meshes from drawings do.
+
+        Cost: 2 ms for 5,000 faces.
+        """
+        if not (len(self.faces) and self.connectivity.is_closed):
+            return False
+        a, b, c = np.moveaxis(self.vertices[self.faces] - self.vertices[self.faces[:1, 0]], 1, 0)
+        bodies = self.connectivity.touching
+        volumes = np.bincount(bodies, np.einsum("ij,ij->i", a, np.cross(b, c)))[np.unique(bodies)]  # six times
+        return bool((volumes > 0).all())
+
+    @cached_property
+    def bounds(self) -> FloatArray:
+        """(2, 3) smallest and largest coordinates [m]."""
+        return readonly(np.stack([self.vertices.min(axis=0), self.vertices.max(axis=0)]))
+
+    @property
+    def size(self) -> float:
+        """Length of the bounding box's diagonal [m]; zero for an empty mesh."""
+        return float(np.linalg.norm(np.ptp(self.vertices, axis=0))) if len(self.vertices) else 0.0
+
+    def point(self, face: int, weights: FloatArray | tuple[float, float, float]) -> FloatArray:
+        """The point (3,) [m] with barycentric ``weights`` in ``face``."""
+        return np.asarray(weights) @ self.vertices[self.faces[face]]
+
+    def points(self, faces: IntArray, weights: FloatArray) -> FloatArray:
+        """The points (k, 3) [m] with barycentric ``weights`` (k, 3) in ``faces`` (k,)."""
+        return np.einsum("kc,kcd->kd", weights, self.vertices[self.faces[faces]])
+
+    def normal(self, face: int, weights: FloatArray | tuple[float, float, float]) -> FloatArray:
+        """The smooth outward unit normal (3,) at a point: corner normals blended by ``weights``."""
+        blended = np.asarray(weights) @ self.vertex_normals[self.faces[face]]
+        length = float(np.linalg.norm(blended))
+        return blended / length if length > 0 else self.face_normals[face]
+
+
+def edge_lengths(points: FloatArray, edges: IntArray) -> FloatArray:
+    """(e,) how far apart the two ends of ``edges`` (e, 2) are, for points (n, d)."""
+    return np.asarray(np.linalg.norm(points[edges[:, 1]] - points[edges[:, 0]], axis=1))
+
+
+@dataclass(frozen=True)
+class SurfacePoint:
+    """A place on the skin that moves with it.
+
+    Attributes:
+        patch: Index of the patch in the skin.
+        face: Index of the triangle in the patch's surface.
+        weights: Barycentric weights of the triangle's three corners; they sum to one and are not negative.
+    """
+
+    patch: int
+    face: int
+    weights: tuple[float, float, float]

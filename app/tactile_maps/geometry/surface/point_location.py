@@ -1,0 +1,119 @@
+"""Which triangle of the plane holds a point: exact, by a grid of candidates built once.
+
+``BoxGrid`` is a regular grid that lists which boxes touch which cell: the coarse half of every search on the map.
+``PointLocator`` asks it for the triangles a point may lie in, and tests those by their barycentric weights.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tactile_maps.core.arrays import FloatArray, IntArray
+from tactile_maps.geometry.surface.plane import cross
+
+_MOST_CELLS = 4_000_000
+
+
+class BoxGrid:
+    """Axis-aligned boxes sorted into square cells. Built once from frozen boxes, asked often.
+
+    Args:
+        low: (b, 2) lower-left corners, at least one.
+        high: (b, 2) upper-right corners.
+        cell: Side of a cell, in the same unit; about a box's size keeps the lists short. Made larger where the plane
+            would need more than four million cells.
+    """
+
+    def __init__(self, low: FloatArray, high: FloatArray, cell: float) -> None:
+        self._low = low.min(axis=0)
+        extent = high.max(axis=0) - self._low
+        self._cell = max(cell, float(np.sqrt(np.prod(extent) / _MOST_CELLS)), float(extent.max()) / _MOST_CELLS, 1e-300)
+        first = np.floor((low - self._low) / self._cell).astype(np.int64)
+        spans = np.floor((high - self._low) / self._cell).astype(np.int64) - first + 1
+        self._shape: IntArray = (first + spans).max(axis=0)
+        counts = spans.prod(axis=1)
+        owner, step = owner_and_rank(counts)
+        row = first[owner, 0] + step % spans[owner, 0]
+        column = first[owner, 1] + step // spans[owner, 0]
+        key = row * self._shape[1] + column
+        order = np.argsort(key, kind="stable")
+        self._boxes = owner[order]
+        self._start = np.searchsorted(key[order], np.arange(int(self._shape.prod()) + 1))
+
+    def candidates(self, points: FloatArray) -> tuple[IntArray, IntArray]:
+        """Pairs (point, box) for ``points`` (k, 2), such that every box that holds a point is among them."""
+        cells = np.floor((np.where(np.isfinite(points), points, -np.inf) - self._low) / self._cell)
+        asked = np.flatnonzero((cells[:, 0] >= 0) & (cells[:, 1] >= 0) & np.all(cells < self._shape, axis=1))
+        cell = cells[asked, 0].astype(np.int64) * self._shape[1] + cells[asked, 1].astype(np.int64)
+        row, step = owner_and_rank(self._start[cell + 1] - self._start[cell])
+        return asked[row], self._boxes[self._start[cell][row] + step]
+
+    def pairs(self) -> tuple[IntArray, IntArray]:
+        """Pairs (i, j), i < j and each once, of boxes that share a cell."""
+        ends = np.repeat(self._start[1:], np.diff(self._start))
+        row, step = owner_and_rank(ends - np.arange(len(self._boxes)) - 1)
+        i, j = self._boxes[row], self._boxes[row + 1 + step]
+        count = int(self._boxes.max()) + 1
+        return np.divmod(np.unique(np.minimum(i, j) * count + np.maximum(i, j)), count)
+
+
+def owner_and_rank(counts: IntArray) -> tuple[IntArray, IntArray]:
+    """For counts (2, 3): owners (0, 0, 1, 1, 1) and steps (0, 1, 0, 1, 2)."""
+    owner = np.repeat(np.arange(len(counts)), counts)
+    return owner, np.arange(len(owner)) - np.repeat(np.cumsum(counts) - counts, counts)
+
+
+_TOLERANCE = 1e-9
+"""Weights down to minus this still count as inside, so that rounding loses no point on a side."""
+
+_AT_ONCE = 8192
+"""Points whose candidates stay in the processor's cache."""
+
+
+class PointLocator:
+    """Finds containing triangles among many that do not overlap.
+
+    Args:
+        triangles: (t, 3, 2) corners, in either direction; a triangle without area holds no point.
+    """
+
+    def __init__(self, triangles: FloatArray) -> None:
+        a, first, second = triangles[:, 0], triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]
+        area = cross(first, second)
+        self._sound = area != 0
+        safe = np.where(self._sound, area, 1.0)
+        # Weight of corner 1 is row . (p - a) with the first row, of corner 2 with the second.
+        self._origin = a
+        self._rows = np.stack([second[:, 1], -second[:, 0], -first[:, 1], first[:, 0]], axis=1) / safe[:, None]
+        self._grid: BoxGrid | None = None
+        if len(triangles):
+            low, high = triangles.min(axis=1), triangles.max(axis=1)
+            slack = 4 * _TOLERANCE * float((high - low).max())
+            # Half a box is the size at which building the grid and asking it a picture's pixels cost least together.
+            size = 0.5 * float(np.sqrt(np.prod(high - low, axis=1).mean()))
+            self._grid = BoxGrid(low - slack, high + slack, size)
+
+    def query(self, points: FloatArray) -> tuple[IntArray, FloatArray]:
+        """The triangle (k,) that holds each of ``points`` (k, 2), or -1, and the weights (k, 3) there, not negative.
+
+        On a shared side it is one of the two; a point that is not finite is in none.
+        """
+        found, weights = np.full(len(points), -1, dtype=np.int64), np.zeros((len(points), 3))
+        for start in range(0, len(points) if self._grid else 0, _AT_ONCE):
+            part = slice(start, start + _AT_ONCE)
+            self._find(points[part], found[part], weights[part])
+        return found, weights
+
+    def _find(self, points: FloatArray, found: IntArray, weights: FloatArray) -> None:
+        """Fills in ``found`` (k,) and ``weights`` (k, 3) where a triangle holds a point."""
+        assert self._grid is not None
+        row, triangle = self._grid.candidates(points)
+        x, y = (points[row] - self._origin[triangle]).T
+        m = self._rows[triangle]
+        second, third = m[:, 0] * x + m[:, 1] * y, m[:, 2] * x + m[:, 3] * y
+        first = 1 - second - third
+        depth = np.minimum(np.minimum(first, second), third)
+        held = np.flatnonzero((depth >= -_TOLERANCE) & self._sound[triangle])
+        inner = np.maximum(np.stack([first[held], second[held], third[held]], axis=1), 0.0)
+        found[row[held]] = triangle[held]
+        weights[row[held]] = inner / inner.sum(axis=1, keepdims=True)

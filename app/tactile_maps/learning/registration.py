@@ -1,0 +1,36 @@
+"""The names under which Gymnasium makes our environments.
+
+``gymnasium.make("tactile_maps.learning:TactileMaps-Follow-v0")`` imports this package by itself; Gymnasium has read
+no entry points of installed packages since 1.0.
+"""
+
+from __future__ import annotations
+
+from tactile_maps.core.errors import LearningError
+
+ENVIRONMENTS = {
+    "TactileMaps-Follow-v0": "tactile_maps.learning.tasks:FollowEnvironment",
+    "TactileMaps-Retreat-v0": "tactile_maps.learning.tasks:RetreatEnvironment",
+    "TactileMaps-Explore-v0": "tactile_maps.learning.tasks:ExploreEnvironment",
+}
+"""Class by name."""
+EPISODE_STEPS = 200
+"""After which an episode is truncated."""
+
+
+def register_environments() -> None:
+    """Make the environments known to Gymnasium; those it knows already stay.
+
+    Raises:
+        LearningError: Gymnasium is not installed.
+    """
+    try:
+        from gymnasium.envs.registration import register, registry
+    except ImportError as error:
+        remedy = "pip install 'tactile-maps[learning]'"
+        raise LearningError(
+            "learning needs a package that is not installed", value="gymnasium", remedy=remedy
+        ) from error
+    for name, entry_point in ENVIRONMENTS.items():
+        if name not in registry:
+            register(id=name, entry_point=entry_point, max_episode_steps=EPISODE_STEPS)

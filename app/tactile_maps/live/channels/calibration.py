@@ -1,0 +1,286 @@
+"""What a value means: pressure = gain (value - offset - baseline), for each taxel.
+
+Gains and offsets come from a file, the baseline from readings of the untouched skin (tare), and where no gain is known
+one for all taxels from a known weight that lies on the skin.
+"""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from enum import StrEnum
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from tactile_maps.core.arrays import FloatArray, IntArray, freeze_arrays
+from tactile_maps.core.errors import LiveError
+from tactile_maps.core.files import read_bounded_text, write_atomically
+from tactile_maps.core.toml import parse_toml
+from tactile_maps.live.channels.matching import read_rows, whole
+from tactile_maps.live.readings.readings import Unit
+from tactile_maps.skin.model.skin import Skin
+
+GRAVITY = 9.80665
+SHOWN_AS = 1000.0
+"""Pascals that one count is shown as where nothing says what it means: forces mean nothing then."""
+_LARGEST_GAIN = 1e9
+
+
+class ValueMode(StrEnum):
+    """What of the readings is shown, and read contacts from."""
+
+    RAW = "raw"
+    BASELINE = "baseline"
+    PRESSURE = "kPa"
+
+
+@dataclass(frozen=True, eq=False)
+class Calibration:
+    """Of each of n taxels.
+
+    Attributes:
+        gain: (n,) pascals for each unit of the readings; negative where values fall under pressure, never 0.
+        offset: (n,) value of the untouched taxel, in the readings' unit.
+        known: Whether the gains were measured; if not they only make values visible.
+
+    Raises:
+        LiveError: A number is not finite, or a gain is 0 or not plausible.
+    """
+
+    gain: FloatArray
+    offset: FloatArray
+    known: bool = True
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, "gain", "offset")
+        for name, values in (("gain", self.gain), ("offset", self.offset)):
+            bad = ~np.isfinite(values) | (np.abs(values) > _LARGEST_GAIN)
+            if name == "gain":
+                bad |= values == 0
+            if bad.any():
+                taxel = int(bad.argmax())
+                problem = "a calibration is no such number"
+                raise LiveError(problem, place=f"{name}, taxel {taxel}", value=values[taxel], remedy="Measure it again")
+
+    @classmethod
+    def plain(cls, taxels: int, unit: Unit) -> Calibration:
+        """Of a skin that nothing is known of but the unit of its readings."""
+        scale = unit.pascals
+        return cls(np.full(taxels, scale or SHOWN_AS), np.zeros(taxels), scale is not None)
+
+    def values(self, readings: FloatArray, baseline: FloatArray, mode: ValueMode) -> FloatArray:
+        """(n,) what is shown for readings (n,), as pascals.
+
+        ``raw`` and ``baseline`` show a unit of the readings as 1 kPa, or as what it is where it is a pressure; the gain
+        of a calibration is for ``kPa`` alone. Suction (below the baseline) is kept.
+        """
+        if mode is ValueMode.PRESSURE:
+            return self.gain * (readings - self.offset - baseline)
+        return readings - baseline if mode is ValueMode.BASELINE else readings
+
+    def with_weight(
+        self, change: FloatArray, areas: FloatArray, mass: float, *, taxels: IntArray | None = None
+    ) -> Calibration:
+        """The same, gains scaled so that what lies on the skin weighs ``mass``.
+
+        Of a weight on some taxels only their readings count and only their gains change, unless no gain was measured
+        yet: then all of them do.
+
+        Args:
+            change: (n,) values above the untouched skin's, in the readings' unit.
+            areas: (n,) of the taxels [m²].
+            mass: [kg].
+            taxels: (k,) on which it lies; None for any.
+
+        Raises:
+            LiveError: There is no such weight, or it is not felt.
+        """
+        check_mass(mass)
+        under: IntArray | slice = slice(None) if taxels is None else taxels
+        force = float((self.gain * change * areas)[under].sum())
+        if force < 0:
+            remedy = (
+                "Check that nothing touched the skin during the tare. Where readings fall under pressure, "
+                "add --calibration FILE with a negative gain (TOML: gain = -1.0)"
+            )
+            raise LiveError("the weight is not felt: the readings fall under it", value=f"{force:.3g} N", remedy=remedy)
+        if not force > 0:
+            remedy = "Tare the skin while nothing touches it, then lay the weight on it"
+            raise LiveError("the weight is not felt", value=f"{force:.3g} N", remedy=remedy)
+        gain = self.gain.copy()
+        gain[under if self.known else slice(None)] *= mass * GRAVITY / force
+        return replace(self, gain=gain, known=True)
+
+
+def check_mass(mass: float) -> None:
+    """Refuse what is no weight [kg]; raises LiveError."""
+    if not (math.isfinite(mass) and 0 < mass < 1000):
+        raise LiveError("the weight is out of range", value=f"{mass} kg", remedy="Choose above 0 and below 1000 kg")
+
+
+def load_calibration(path: str | Path, skin: Skin) -> Calibration:
+    """From CSV (``id`` or ``taxel``, ``gain``, ``offset``; taxels that are not named have gain 1) or TOML.
+
+    TOML: ``gain`` and ``offset`` for all, and ``[[taxel]]`` tables with ``id`` or ``taxel`` for single ones.
+
+    Args:
+        path: The file; gains in Pa a unit of the readings, offsets in that unit.
+        skin: Whose taxels are named.
+
+    Raises:
+        LiveError: It cannot be read, or names what there is not.
+    """
+    file = Path(path)
+    if file.suffix.lower() == ".toml":
+        return _from_toml(file, skin)
+    rows = [
+        (f"line {line}", {name: _cell(text, file, line, name) for name, text in row.items() if text != ""})
+        for line, row in read_rows(file, ("gain",))
+    ]
+    return _of_rows(file, skin, rows, gain=None, offset=0.0)
+
+
+def save_calibration(calibration: Calibration, path: str | Path) -> None:
+    """As CSV by running number of the taxel.
+
+    Raises:
+        LiveError: The file cannot be written.
+    """
+    rows = zip(calibration.gain.tolist(), calibration.offset.tolist(), strict=True)
+    lines = ["taxel,gain,offset", *(f"{taxel},{gain!r},{offset!r}" for taxel, (gain, offset) in enumerate(rows)), ""]
+    write_atomically(Path(path), "\n".join(lines).encode(), error=LiveError)
+
+
+def _cell(text: str, path: Path, line: int, column: str) -> float | int:
+    if column in ("id", "taxel"):
+        return whole(text, path, line, column)
+    try:
+        return float(text)
+    except ValueError as error:
+        raise LiveError("expected a number", file=path, place=f"line {line}, {column}", value=text) from error
+
+
+def _from_toml(path: Path, skin: Skin) -> Calibration:
+    try:
+        text = read_bounded_text(path, error=LiveError)
+        table = parse_toml(text, file=path, error=LiveError)
+    except tomllib.TOMLDecodeError as error:
+        raise LiveError("the file is not TOML", file=path, value=error) from error
+    if more := table.keys() - {"gain", "offset", "taxel"}:
+        raise LiveError("a key is not known", file=path, place=min(more), remedy="The keys are: gain, offset, taxel")
+    entries = table.get("taxel", [])
+    if not isinstance(entries, list) or not all(isinstance(entry, dict) for entry in entries):
+        raise LiveError("expected tables", file=path, place="taxel", remedy="Write [[taxel]] above each of them")
+    rows = [(f"taxel {number}", entry) for number, entry in enumerate(entries, start=1)]
+    return _of_rows(path, skin, rows, gain=_toml_number(path, table, "gain"),
+                    offset=_toml_number(path, table, "offset") or 0.0)  # fmt: skip
+
+
+def _toml_number(path: Path, table: Mapping[str, Any], key: str) -> float | None:
+    value = table.get(key)
+    if value is not None and (isinstance(value, bool) or not isinstance(value, int | float)):
+        raise LiveError("expected a number", file=path, place=key, value=value)
+    return None if value is None else float(value)
+
+
+def _of_rows(
+    path: Path, skin: Skin, rows: list[tuple[str, dict[str, Any]]], *, gain: float | None, offset: float
+) -> Calibration:
+    gains, offsets = np.full(len(skin), 1.0 if gain is None else gain), np.full(len(skin), offset)
+    seen: set[int] = set()
+    for place, row in rows:
+        if more := row.keys() - {"id", "taxel", "gain", "offset"}:
+            raise LiveError("a column is not known", file=path, place=place, value=min(more),
+                            remedy="They are: id or taxel, gain, offset")  # fmt: skip
+        taxel = _taxel(path, place, row, skin)
+        if taxel in seen:
+            raise LiveError("a taxel is calibrated twice", file=path, place=place, value=taxel)
+        seen.add(taxel)
+        gains[taxel] = gains[taxel] if (own := _toml_number(path, row, "gain")) is None else own
+        offsets[taxel] = offsets[taxel] if (own := _toml_number(path, row, "offset")) is None else own
+    if gain is None and len(seen) < len(skin):
+        found, remedy = f"{len(seen)} of {len(skin)}", "Name every taxel, or in TOML a gain for all others"
+        raise LiveError("taxels are without a gain", file=path, value=found, remedy=remedy)
+    try:
+        return Calibration(gains, offsets)
+    except LiveError as error:
+        raise error.at(file=path) from error
+
+
+def _taxel(path: Path, place: str, row: Mapping[str, Any], skin: Skin) -> int:
+    number = row.get("taxel", row.get("id"))
+    if isinstance(number, bool) or not isinstance(number, int):
+        raise LiveError("a taxel is not named", file=path, place=place, value=number, remedy="Give its id or taxel")
+    found = [number] if "taxel" in row else skin.taxels_with_id(number).tolist()
+    if len(found) != 1 or not 0 <= found[0] < len(skin):
+        problem = "several taxels have that id" if len(found) > 1 else "there is no such taxel"
+        remedy = f"Name it by its running number, 0 to {len(skin) - 1}"
+        raise LiveError(problem, file=path, place=place, value=number, remedy=remedy)
+    return int(found[0])
+
+
+MOST_KEPT = 200
+"""Largest number of readings of a tare that are kept for the shape of the noise."""
+
+
+class TareResult(NamedTuple):
+    """Readings of the untouched skin in a few numbers.
+
+    Attributes:
+        mean: (n,) mean of each taxel's readings; the latest value where it was not heard.
+        spread: (n,) root mean square deviation from the mean.
+        counts: (n,) number of readings that had a value of the taxel.
+        readings: (k, n) the first readings, at most ``MOST_KEPT``; NaN where a taxel was not heard.
+    """
+
+    mean: FloatArray
+    spread: FloatArray
+    counts: IntArray
+    readings: FloatArray
+
+
+class Tare:
+    """Averages readings of an untouched skin. Mutable.
+
+    Args:
+        taxels: How many the skin has.
+        frames: Of how many readings; each taxel needs one at least to have a baseline.
+    """
+
+    def __init__(self, taxels: int, frames: int) -> None:
+        if not 1 <= frames <= 100_000:
+            raise LiveError("the number of readings is out of range", value=frames, remedy="Choose 1 to 100000")
+        self._left = frames
+        self._counts: IntArray = np.zeros(taxels, dtype=np.int64)
+        self._first, self._sum, self._squares = np.zeros(taxels), np.zeros(taxels), np.zeros(taxels)
+        self._kept: list[FloatArray] = []
+
+    def add(self, values: FloatArray, heard: IntArray) -> bool:
+        """Add a reading; return whether it was the last one needed.
+
+        Args:
+            values: (n,) of all taxels; those that were not heard keep their latest value.
+            heard: (k,) taxels that the reading has a value of.
+        """
+        self._first = np.where(self._counts == 0, values, self._first)
+        away = (values - self._first)[heard]  # of small numbers: no cancellation
+        self._left -= 1
+        self._counts[heard] += 1
+        self._sum[heard] += away
+        self._squares[heard] += away * away
+        if len(self._kept) < MOST_KEPT:
+            row = np.full(len(values), np.nan)
+            row[heard] = values[heard]
+            self._kept.append(row)
+        return self._left == 0
+
+    def result(self) -> TareResult:
+        """Means, standard deviations and numbers of the readings added."""
+        counts = np.maximum(self._counts, 1)
+        mean = self._sum / counts
+        variance = np.maximum(self._squares / counts - mean * mean, 0.0)
+        return TareResult(self._first + mean, np.sqrt(variance), self._counts.copy(), np.array(self._kept))

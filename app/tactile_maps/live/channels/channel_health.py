@@ -1,0 +1,96 @@
+"""Channels that do not follow the skin: their values stay exactly the same while those of their neighbours change.
+
+Channels that are swapped do change; ``channel_swaps`` looks for them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tactile_maps.core.arrays import FloatArray, IntArray
+from tactile_maps.skin.model.skin import Skin
+
+QUIET_SECONDS = 5.0
+"""A channel is suspected when it has not changed for so long [s]."""
+_LONGEST_GAP = 0.2
+"""A longer gap between two readings counts as this share of that time: during a gap, or the jump of a clock, no channel
+can change."""
+_LIVELY = 5
+"""Changes in that time that show that a neighbour feels something."""
+
+
+@dataclass(frozen=True)
+class SilentChannel:
+    """A channel that says nothing.
+
+    Attributes:
+        taxel: Running number.
+        value: That it stays at, as it is sent.
+        stuck: Whether that is above what any of its neighbours has said; if not, it is dead.
+    """
+
+    taxel: int
+    value: float
+    stuck: bool
+
+
+class ChannelHealth:
+    """Watches the values of all taxels. Mutable.
+
+    Args:
+        skin: Whose neighbours are compared.
+        seconds: For which a channel may be quiet.
+    """
+
+    def __init__(self, skin: Skin, *, seconds: float = QUIET_SECONDS) -> None:
+        self._seconds, pairs = seconds, skin.neighbours
+        self._from: IntArray = np.concatenate([pairs[:, 0], pairs[:, 1]])
+        self._to: IntArray = np.concatenate([pairs[:, 1], pairs[:, 0]])
+        self._degree = np.bincount(self._from, minlength=len(skin))
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget all: nobody is silent yet."""
+        count = len(self._degree)
+        self._values: FloatArray | None = None
+        self._since = np.full(count, np.nan)  # when each last changed; NaN before its first value
+        self._changes, self._before = np.zeros(count, np.int64), np.zeros(count, np.int64)
+        self._highest = np.full(count, -np.inf)
+        self._window: float | None = None
+        self._newest = np.inf
+        self.silent: tuple[SilentChannel, ...] = ()
+
+    def add(self, taxels: IntArray, values: FloatArray, time: float) -> None:
+        """Values (k,) that came for taxels (k,) at ``time`` [s]. Cost: 20 µs for 1000 taxels."""
+        if self._values is None:
+            self._values, self._window = np.full(len(self._degree), np.nan), time
+        assert self._window is not None
+        unobserved = max(time - self._newest - _LONGEST_GAP * self._seconds, 0.0)
+        self._since += unobserved
+        self._window += unobserved
+        self._newest = time
+        new = self._values[taxels] != values  # NaN differs from any
+        changed = taxels[new]
+        self._values[taxels] = values
+        self._since[changed] = time
+        self._changes[changed] += 1
+        self._highest[taxels] = np.maximum(self._highest[taxels], values)
+        if time - self._window >= self._seconds / 2:
+            self._judge(time)
+            self._before, self._changes, self._window = self._changes, np.zeros_like(self._changes), time
+
+    def _judge(self, time: float) -> None:
+        """Who has been quiet for long enough while at least half of its neighbours changed often."""
+        assert self._values is not None
+        lively = (self._changes + self._before) >= _LIVELY
+        busy = np.bincount(self._from, weights=lively[self._to], minlength=len(lively))
+        quiet = time - self._since >= self._seconds  # NaN compares false
+        suspects = np.flatnonzero(quiet & (self._degree > 0) & (2 * busy >= self._degree))
+        around = np.full(len(lively), -np.inf)
+        np.maximum.at(around, self._from, self._highest[self._to])
+        self.silent = tuple(
+            SilentChannel(int(taxel), float(self._values[taxel]), bool(self._values[taxel] > around[taxel]))
+            for taxel in suspects
+        )

@@ -1,0 +1,136 @@
+"""The connection to a robot's driver, and what must hold before motion is sent over it."""
+
+from __future__ import annotations
+
+import secrets
+import socket
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from typing import Any
+from urllib.parse import urlsplit
+
+from tactile_maps.core.errors import LiveError, UsageError
+from tactile_maps.live.sources.network import check_token, is_group, is_this_machine
+from tactile_maps.live.sources.open import host_and_port
+from tactile_maps.live.sources.send import sender
+
+_ANY_HOST = ("0.0.0.0", "::")
+
+
+def check_sending(address: str, *, remote: bool) -> None:
+    """Refuse to move a robot on another machine unless the user requests it, and to move many at once.
+
+    Raises:
+        UsageError: The user did not, the address is that of a group of machines, or there is no such address.
+    """
+    host, _ = host_and_port(address)
+    if urlsplit(address).scheme not in ("udp", "zmq"):
+        remedy = "Give udp://HOST:PORT or zmq://HOST:PORT"
+        raise UsageError("motion cannot be sent to such an address", place="--send", value=address, remedy=remedy)
+    if is_group(host):
+        remedy = "Give the address of the computer that the robot's driver runs on"
+        raise UsageError("motion is sent to one driver, not to a group", place="--send", value=host, remedy=remedy)
+    if not (remote or is_this_machine(host)):
+        remedy = "Send to 127.0.0.1, or add --remote"
+        raise UsageError("motion for other machines is not asked for", value=host, remedy=remedy)
+
+
+def check_not_source(address: str, source: str) -> None:
+    """Refuse to send motion to the address at which this program receives readings.
+
+    Args:
+        address: Of the driver.
+        source: Address of the readings.
+
+    Raises:
+        UsageError: They are the same.
+    """
+    try:
+        driver = host_and_port(address)
+        readings = host_and_port(source, any_free=True)
+    except UsageError:  # no such port, which is reported where the address is used
+        return
+    schemes = {urlsplit(address).scheme, urlsplit(source).scheme}
+    if len(schemes) > 1 or schemes.isdisjoint({"udp", "zmq"}) or driver[1] != readings[1]:
+        return
+    own = is_this_machine(driver[0]) and (is_this_machine(readings[0]) or readings[0] in _ANY_HOST)
+    if own or driver[0] == readings[0]:
+        remedy = "Give the address at which the robot's driver receives"
+        raise UsageError("the readings are received at this address", place="--send", value=address, remedy=remedy)
+
+
+def needs_token(source: str) -> bool:
+    """Return whether readings of ``source`` need a token while motion is sent."""
+    return source.partition(":")[0] in ("udp", "zmq")
+
+
+def check_readings(source: str, token: str | None) -> None:
+    """Refuse to move a robot by packets that any program on the network or on this computer could have sent.
+
+    A serial port and a file belong to whoever may open them. YARP and ROS 2 have no token: who may publish there is a
+    matter of their own network.
+
+    Args:
+        source: Address of the readings.
+        token: That every packet must carry; None for none.
+
+    Raises:
+        UsageError: A token is needed and not set, or too short.
+    """
+    if not needs_token(source):
+        return
+    if token is None:
+        remedy = f"Set a token, for example {secrets.token_urlsafe(12)}, and let the sender put it into every packet"
+        problem = "while motion is sent, readings need a token: any program could send them"
+        raise UsageError(problem, value=source, remedy=remedy)
+    check_token(token)
+
+
+@contextmanager
+def driver_channel(address: str) -> Iterator[Callable[[bytes], Any]]:
+    """Return what sends a packet to the driver at ``udp://HOST:PORT``, or publishes it at ``zmq://HOST:PORT``.
+
+    A UDP socket is connected: it has the address of the network that leads to the driver, receives from nobody else,
+    and raises ConnectionRefusedError for the packet after one that no program received. A ZeroMQ publisher cannot
+    notice that.
+
+    Raises:
+        UsageError: There is no such address.
+        LiveError: It cannot be sent to, or another program on this computer sends motion to it.
+    """
+    host, port = host_and_port(address)
+    if urlsplit(address).scheme != "udp":
+        with sender(address) as put:
+            yield put
+        return
+    with ExitStack() as opened:
+        try:
+            found = socket.getaddrinfo(host, port, type=socket.SOCK_DGRAM)
+            family, kind, protocol, _, place = found[0]
+            channel = opened.enter_context(socket.socket(family, kind, protocol))
+            channel.connect(place)
+        except (OSError, ValueError) as error:
+            raise LiveError("the driver's address cannot be used", place=address, value=error) from error
+        opened.enter_context(_claimed(address, channel.getpeername()))
+        yield channel.send
+
+
+@contextmanager
+def _claimed(address: str, place: tuple[Any, ...]) -> Iterator[None]:
+    """Hold the right to send to a driver. Only Linux has names that end with their process; elsewhere nothing is held.
+
+    Raises:
+        LiveError: Another program holds it.
+    """
+    if not sys.platform.startswith("linux"):
+        yield
+        return
+    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as claim:
+        try:
+            claim.bind(f"\0tactile-maps/driver/{place[0]}:{place[1]}")
+        except OSError as error:
+            remedy = "End that program, or stop sending there"
+            problem = "another program on this computer sends motion to this driver"
+            raise LiveError(problem, place=address, remedy=remedy) from error
+        yield

@@ -1,0 +1,1 @@
+"""Readings as they arrive: their wire format, time and age."""

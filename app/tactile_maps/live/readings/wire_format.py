@@ -1,0 +1,192 @@
+"""Packets of readings, format 1: JSON for whoever writes one by hand, compact binary for large skins. Stated in the
+guide's page *Live input*.
+
+JSON: one object a packet, keys ``v`` (1), ``seq``, ``t`` [s], ``unit``, ``values``, and if known ``ids`` or
+``channels`` (pairs of module and channel), ``joints`` (positions by name) and ``token``. No others.
+
+Binary, little-endian, without padding: ``HEADER``, the token (UTF-8), int32 ids (n) or int32 pairs (n, 2) as ``labels``
+says, float32 values (n), then for each joint a byte with the length of its name, the name (UTF-8) and a float64.
+"""
+
+from __future__ import annotations
+
+import hmac
+import json
+import math
+import struct
+from typing import Any
+
+import numpy as np
+
+from tactile_maps.core.codec import parse_json
+from tactile_maps.core.errors import TactileMapsError
+from tactile_maps.live.readings.readings import MOST_VALUES, MalformedReadingError, Reading, Unit, unit_of
+
+VERSION = 1
+MAGIC = b"TMLR"
+HEADER = struct.Struct("<4sBBBBIdIH")
+"""Magic, version, labels (0 none, 1 ids, 2 channels), unit (0 counts, 1 Pa, 2 kPa), bytes of the token, sequence
+number, time [s], number of values, number of joints."""
+_UNITS = tuple(Unit)
+_KEYS = {"v", "seq", "t", "unit", "values", "ids", "channels", "joints", "token"}
+LARGEST_PACKET = 4_000_000
+
+
+def encode_json(reading: Reading, *, token: str | None = None) -> bytes:
+    """A packet as one line of JSON, without a line end."""
+    fields: dict[str, Any] = {"v": VERSION, "t": reading.time, "unit": reading.unit.value}
+    if reading.sequence is not None:
+        fields["seq"] = reading.sequence
+    for name in ("ids", "channels"):
+        if (labels := getattr(reading, name)) is not None:
+            fields[name] = labels.tolist()
+    fields["values"] = reading.values.tolist()
+    if reading.joints:
+        fields["joints"] = dict(reading.joints)
+    if token is not None:
+        fields["token"] = token
+    return json.dumps(fields, separators=(",", ":")).encode()
+
+
+def encode_binary(reading: Reading, *, token: str | None = None) -> bytes:
+    """A compact packet: 26 bytes, and 8 for each value with its id. Values lose what is beyond a float32."""
+    labels, which = (reading.ids, 1) if reading.ids is not None else (reading.channels, 2)
+    secret = (token or "").encode()
+    which = 0 if labels is None else which
+    unit, count = _UNITS.index(reading.unit), len(reading.values)
+    sequence = 0 if reading.sequence is None else reading.sequence
+    parts = [
+        HEADER.pack(MAGIC, VERSION, which, unit, len(secret), sequence, reading.time, count, len(reading.joints)),
+        secret,
+        b"" if labels is None else labels.astype("<i4").tobytes(),
+        reading.values.astype("<f4").tobytes(),
+    ]
+    for name, position in reading.joints.items():
+        text = name.encode()
+        parts += [bytes([len(text)]), text, struct.pack("<d", position)]
+    return b"".join(parts)
+
+
+def decode(packet: bytes, *, token: str | None = None) -> Reading:
+    """The reading of a packet from anyone, JSON or binary.
+
+    Args:
+        packet: One whole packet.
+        token: That it must carry; None where none is asked for.
+
+    Raises:
+        MalformedReadingError: It is no such packet, of another version, or does not carry the token.
+
+    Cost: 5,000 values with ids 0.1 ms binary, 4 ms JSON.
+    """
+    if len(packet) > LARGEST_PACKET:
+        raise MalformedReadingError("the packet is too large", value=f"{len(packet)} bytes")
+    return _decode_binary(packet, token) if packet.startswith(MAGIC) else _decode_json(packet, token)
+
+
+def is_plausible(packet: bytes) -> bool:
+    """Return False for a packet that is no reading by its first bytes. Cost: 0.3 µs."""
+    if packet.startswith(MAGIC):
+        return len(packet) >= HEADER.size and packet[len(MAGIC)] == VERSION
+    return packet.lstrip().startswith(b"{")
+
+
+def _check_token(found: object, wanted: str | None) -> None:
+    if wanted is not None and not hmac.compare_digest(str(found or "").encode(), wanted.encode()):
+        remedy = "Let the sender put the token that was set here into every packet"
+        raise MalformedReadingError("the packet does not carry the token", place="token", remedy=remedy)
+
+
+def _check_version(found: object) -> None:
+    if found != VERSION or isinstance(found, bool):
+        raise MalformedReadingError("the packet is of another version", place="v", value=found, remedy="Send version 1")
+
+
+def _decode_json(packet: bytes, token: str | None) -> Reading:
+    try:
+        fields = parse_json(packet)
+    except (TactileMapsError, ValueError) as error:
+        raise MalformedReadingError("the packet is no JSON object", value=packet[:40]) from error
+    if not isinstance(fields, dict):
+        raise MalformedReadingError("the packet is no JSON object", value=packet[:40])
+    _check_token(fields.get("token"), token)
+    _check_version(fields.get("v"))
+    if more := fields.keys() - _KEYS:
+        remedy = f"The keys are: {', '.join(sorted(_KEYS))}"
+        raise MalformedReadingError("a key is not known", place=min(more), remedy=remedy)
+    joints = fields.get("joints", {})
+    if not isinstance(joints, dict):
+        raise MalformedReadingError("the joints are no object", place="joints", value=joints)
+    sequence = fields.get("seq")
+    return Reading(
+        _number(fields.get("t"), "t"),
+        _numbers(fields, "values", np.float64),
+        unit_of(fields.get("unit", "counts")),
+        _numbers(fields, "ids", np.int64) if "ids" in fields else None,
+        _numbers(fields, "channels", np.int64) if "channels" in fields else None,
+        {name: _number(position, f"joints, {name}") for name, position in joints.items()},
+        None if sequence is None else _sequence(sequence),
+    )
+
+
+def _number(value: object, place: str) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise MalformedReadingError("expected a number", place=place, value=value)
+    try:
+        return float(value)
+    except OverflowError as error:
+        raise MalformedReadingError("a number is too large", place=place) from error
+
+
+def _sequence(value: object) -> int:
+    if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value < 2**32:
+        raise MalformedReadingError("expected a whole number below 2³²", place="seq", value=value)
+    return value
+
+
+def _numbers(fields: dict[str, Any], name: str, dtype: Any) -> Any:
+    """A list of numbers, or for channels of pairs; of nothing else, such as strings or true."""
+    values = fields.get(name)
+    try:
+        array = np.array(values)
+        good = isinstance(values, list) and (not values or array.dtype.kind in ("iu" if dtype is np.int64 else "iuf"))
+        if good:
+            return array.astype(dtype)
+    except (ValueError, OverflowError) as error:
+        raise MalformedReadingError("expected a list of numbers", place=name) from error
+    raise MalformedReadingError("expected a list of numbers", place=name, value=values)
+
+
+def _decode_binary(packet: bytes, token: str | None) -> Reading:
+    if len(packet) < HEADER.size:
+        raise MalformedReadingError("the packet ends too early", value=f"{len(packet)} bytes")
+    _magic, version, which, unit, secret, sequence, time, count, joints = HEADER.unpack_from(packet)
+    _check_version(version)
+    width = {0: 0, 1: 1, 2: 2}.get(which)
+    if width is None or unit >= len(_UNITS) or count > MOST_VALUES:
+        found = f"labels {which}, unit {unit}, {count} values"
+        raise MalformedReadingError("the packet's header is not one of format 1", value=found)
+    start = HEADER.size + secret
+    middle, end = start + 4 * width * count, start + 4 * (width + 1) * count
+    if end > len(packet):
+        raise MalformedReadingError("the packet ends too early", value=f"{len(packet)} bytes")
+    _check_token(packet[HEADER.size : start].decode(errors="replace"), token)
+    labels = np.frombuffer(packet[start:middle], "<i4").astype(np.int64)
+    values = np.frombuffer(packet[middle:end], "<f4").astype(np.float64)
+    ids, channels = labels if width == 1 else None, labels.reshape(-1, 2) if width == 2 else None
+    return Reading(time, values, _UNITS[unit], ids, channels, _joints(packet, end, joints), sequence)
+
+
+def _joints(packet: bytes, at: int, count: int) -> dict[str, float]:
+    found = {}
+    for _ in range(count):
+        if at >= len(packet) or at + 9 + packet[at] > len(packet):
+            raise MalformedReadingError("the packet ends too early", place="joints")
+        name = packet[at + 1 : at + 1 + packet[at]].decode(errors="replace")
+        at += 9 + packet[at]
+        found[name] = struct.unpack_from("<d", packet, at - 8)[0]
+    if at != len(packet):
+        raise MalformedReadingError("there are bytes behind the packet's end", value=len(packet) - at)
+    if not all(map(math.isfinite, found.values())):
+        raise MalformedReadingError("a joint's position is not finite", place="joints")
+    return found

@@ -1,0 +1,1 @@
+"""A session on measured readings, and its connection to a source."""

@@ -1,0 +1,405 @@
+"""A source that is kept open: opened again, with growing pauses, when it breaks; its readings in order and counted.
+
+Usually every reading is decoded when it arrives and taken in order. While motion is sent (``keep_newest``) only the
+newest data count: whatever has arrived is taken at once, the newest packet first, and older packets are decoded only
+as far as they contain a taxel or joint that no newer one has. The system keeps the oldest packets of a full buffer, so
+``take_newest`` empties it before it looks for the newest. It does so on the thread that commands: Python runs one
+thread at a time, and a receiving thread that waits for its turn after each packet would fall behind a busy one.
+"""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections import deque
+from collections.abc import Callable, Iterable, Mapping
+from contextlib import suppress
+from dataclasses import dataclass, field
+from enum import StrEnum
+
+from tactile_maps.core.errors import LiveError, TactileMapsError, describe_unexpected_error
+from tactile_maps.live.readings.arrival import PATIENCE, ArrivalCounts, ArrivalTracker, Arrived, Delay
+from tactile_maps.live.readings.data_age import DataAge
+from tactile_maps.live.readings.readings import MalformedReadingError, PacketSource, Reading, Source, SourceEndedError
+
+FIRST_PAUSE, LONGEST_PAUSE = 0.25, 5.0
+"""Seconds before a broken source is opened again: each time twice as long, until a reading comes."""
+MOST_WAITING = 20_000
+"""Readings that wait to be taken; beyond, the oldest is dropped and counted."""
+_MOST_PACKET_BYTES = 64_000_000
+"""Packets that wait to be decoded; beyond, the oldest are dropped and counted."""
+_REST = 0.001
+"""Pause [s] between two looks for packets of which only the newest count; it leaves the processor to the commands."""
+_POLL = 0.005
+"""For so long [s] a source is waited for before those that wait for others are looked at again."""
+
+
+class ConnectionState(StrEnum):
+    """What a connection does."""
+
+    CLOSED = "closed"
+    WAITING = "waiting for readings"
+    RECEIVING = "receiving"
+    RECONNECTING = "reconnecting"
+    ENDED = "ended"
+    FAILED = "failed"
+
+
+SILENT_SECONDS = 1.0
+"""A source that has said nothing for so long [s] is waited for again."""
+
+
+@dataclass(frozen=True)
+class ConnectionStatus:
+    """How a connection is, at one time.
+
+    Attributes:
+        state: What it does.
+        address: Of the source.
+        counts: Of what came.
+        rate: Readings a second [Hz].
+        delay: Beyond the quickest reading; None before there are two.
+        reconnects: How often the source was opened again.
+        problem: Why it is not receiving; None while it is.
+        next_try: Seconds until the source is opened again; None where that is not planned.
+        malformed: What was wrong with the newest packet that could not be understood; None where there was none.
+        refused: Number of packets of a second sender that were refused once motion was sent, by its address.
+    """
+
+    state: ConnectionState
+    address: str
+    counts: ArrivalCounts
+    rate: float
+    delay: Delay | None
+    reconnects: int = 0
+    problem: str | None = None
+    next_try: float | None = None
+    malformed: str | None = None
+    refused: Mapping[str, int] = field(default_factory=dict)
+
+
+def refused_text(refused: Mapping[str, int]) -> str:
+    """Refused senders in words."""
+    return ", ".join(f"{number} of {address}" for address, number in refused.items())
+
+
+class Connection:
+    """Keeps a source open. Mutable; ``step`` is for one thread, ``take`` and ``status`` for any.
+
+    Args:
+        source: Which.
+        clock: Wall time [s], of the same kind as the sender's for packets that tell theirs.
+        patience: For so long [s] a reading waits for those sent before it.
+
+    Attributes:
+        source: As above.
+        ages: Ages of the readings that arrived.
+    """
+
+    def __init__(
+        self, source: Source, *, clock: Callable[[], float] = time.monotonic, patience: float | None = None
+    ) -> None:
+        self.source, self._clock, self._lock = source, clock, threading.Lock()
+        self._patience = PATIENCE if patience is None else patience
+        self._tracker = ArrivalTracker(patience=self._patience)
+        self.ages = DataAge(live=not source.finite)
+        self._waiting: deque[Arrived] = deque()
+        self._packets: deque[tuple[float, bytes]] = deque()
+        self._packet_bytes = 0
+        self._newest_only = False
+        self._receiving = threading.Lock()  # guards the source of packets, which two threads receive from
+        self._arrived = threading.Event()
+        self._open, self._ended = False, False
+        self._pause, self._retry_at, self._last = FIRST_PAUSE, float("-inf"), float("-inf")
+        self._reconnects, self._opened = 0, 0
+        self._problem: str | None = None
+        self._malformed: str | None = None
+        self._failed = False
+        self._stop = threading.Event()
+        self._thread: threading.Thread | None = None
+
+    def open(self) -> None:
+        """Open the source now, so that what is wrong with it is told at once; raises LiveError."""
+        self.source.open()
+        self._open, self._opened = True, self._opened + 1
+
+    def start(self) -> None:
+        """Receive on a thread of its own from now on, until ``close``."""
+        self._thread = threading.Thread(target=self._loop, name="live input", daemon=True)
+        self._thread.start()
+
+    def close(self) -> None:
+        """Stop and let go of the source; what arrived can still be taken. Twice does nothing."""
+        self._stop.set()
+        if self._thread is not None:
+            self._thread.join()
+            self._thread = None
+        with self._receiving:
+            self.source.close()
+            self._open = False
+        with self._lock:
+            self._decode_all()
+            self._keep(self._tracker.flush())
+
+    @property
+    def ended(self) -> bool:
+        """Whether the source has no more, and nothing waits to be taken."""
+        return self._ended and not (self._waiting or self._packets)
+
+    def keep_newest(self, *, on: bool) -> None:
+        """Keep only what ``take_newest`` needs, from one sender; or every reading again. A file is read in order.
+
+        The stream keeps its one sender afterwards: what is shown and recorded after a stop is the robot that was moved.
+        """
+        on = on and not self.source.finite
+        if on is self._newest_only:
+            return
+        if on and isinstance(self.source, PacketSource):
+            self.source.one_sender = True
+        with self._lock:
+            self._newest_only = on
+            self._tracker.patience = 0.0 if on else self._patience
+            if on:
+                self._keep(self._tracker.due(self._clock()))
+            else:
+                self._decode_all()
+
+    def step(self, timeout: float = _POLL) -> None:
+        """Receive what there is, for ``timeout`` [s] at most; open the source where it is broken and it is time to."""
+        if self._ended or not (self._open or self._reopen(timeout)):
+            return
+        if self._newest_only and isinstance(self.source, PacketSource):
+            try:
+                if self.source.wait_for_packet(timeout):
+                    self._drain()
+            except LiveError as error:
+                self._break(error)
+            return
+        now = self._clock
+        try:
+            reading = self.source.receive(timeout)
+        except SourceEndedError:
+            with self._lock:
+                self._ended = True
+                self._keep(self._tracker.flush())
+            return
+        except MalformedReadingError as error:
+            with self._lock:
+                self._tracker.malformed()
+                self._malformed = str(error)
+                self._keep(self._tracker.due(now()))
+            return
+        except LiveError as error:
+            self._break(error)
+            return
+        with self._lock:
+            if reading is None:
+                self._keep(self._tracker.due(now()))
+            else:
+                at = now()
+                self._received(at)
+                self._keep(self._tracker.take(reading, at))
+
+    def take(self) -> Arrived | None:
+        """The next reading in order; None where none waits."""
+        with self._lock:
+            if not self._waiting:
+                self._arrived.clear()
+                return None
+            return self._waiting.popleft()
+
+    def take_newest(self, needed: Callable[[Reading], bool]) -> list[Arrived]:
+        """Take all that has arrived, in order, without readings that newer ones have replaced; those are counted.
+
+        Args:
+            needed: Called for each reading from the newest to the oldest; returns False once the readings that it was
+                called for contain all that is needed.
+        """
+        if self._newest_only and self._open and isinstance(self.source, PacketSource):
+            with suppress(LiveError):  # the receiving thread meets it too, and opens the source again
+                self._drain()
+        with self._lock:
+            self._arrived.clear()
+            packets, self._packets, self._packet_bytes = self._packets, deque(), 0
+            waiting, self._waiting = self._waiting, deque()
+            more = True
+            decoded: list[tuple[float, Reading]] = []
+            while more and packets:
+                at, packet = packets.pop()
+                reading = self._decode(packet)
+                if reading is not None:
+                    decoded.append((at, reading))
+                    more = needed(reading)
+            kept: list[Arrived] = []
+            while more and waiting:
+                kept.append(waiting.pop())
+                more = needed(kept[-1].reading)
+            self._tracker.supersede(self._plausible(packets), decoded=False)
+            self._tracker.supersede([item.at for item in waiting], decoded=True)
+            kept.reverse()
+            for at, reading in reversed(decoded):
+                kept += self._aged(self._tracker.take(reading, at))
+            return kept
+
+    def wait(self, timeout: float) -> bool:
+        """Wait for a reading for at most ``timeout`` [s]; whether there is one."""
+        return self._arrived.wait(timeout)
+
+    @property
+    def status(self) -> ConnectionStatus:
+        """How it is now."""
+        with self._lock:
+            now = self._clock()
+            next_try = None if self._open or self._state(now) is not ConnectionState.RECONNECTING else max(
+                self._retry_at - now, 0.0
+            )  # fmt: skip
+            return ConnectionStatus(
+                self._state(now),
+                self.source.address,
+                self._tracker.counts,
+                self._tracker.rate(now),
+                None if self.source.finite else self._tracker.delay,  # a file is taken when it is taken
+                self._reconnects,
+                self._problem,
+                next_try,
+                self._malformed,
+                self.source.refused if isinstance(self.source, PacketSource) else {},
+            )
+
+    def _state(self, now: float) -> ConnectionState:
+        if self._failed:
+            return ConnectionState.FAILED
+        if self._ended:
+            return ConnectionState.ENDED
+        if self._stop.is_set():
+            return ConnectionState.CLOSED
+        if not self._open:
+            return ConnectionState.RECONNECTING if self._problem else ConnectionState.CLOSED
+        return ConnectionState.RECEIVING if now - self._last < SILENT_SECONDS else ConnectionState.WAITING
+
+    def _drain(self) -> None:
+        """Receive every packet that the system has kept; raises LiveError where the connection is lost."""
+        source = self.source
+        assert isinstance(source, PacketSource)
+        with self._receiving:
+            received = []
+            size, most = 0, _MOST_PACKET_BYTES
+            while size < most and self._open and (packet := source.receive_packet(0.0)) is not None:
+                received.append(packet)
+                size += len(packet)
+            if not received:
+                return
+            with self._lock:
+                now = self._clock()
+                self._received(now)
+                self._packets.extend((now, packet) for packet in received)
+                self._packet_bytes += size
+                while self._packet_bytes > most:
+                    self._packet_bytes -= len(self._packets.popleft()[1])
+                    self._tracker.overflowed()
+                if not self._newest_only:  # another thread has changed it since: nobody takes packets any more
+                    self._decode_all()
+                self._arrived.set()
+
+    def _received(self, at: float) -> None:
+        self._pause, self._problem, self._last = FIRST_PAUSE, None, at
+
+    def _aged(self, arrived: list[Arrived]) -> list[Arrived]:
+        """Readings whose turn it is, with their ages; those that come too late to be taken measure nothing."""
+        return [item._replace(age=self.ages.add(item.reading.time, item.at)) for item in arrived]
+
+    def _decode(self, packet: bytes) -> Reading | None:
+        """The reading of a packet; None for a malformed one, which is counted."""
+        assert isinstance(self.source, PacketSource)
+        try:
+            return self.source.decode_packet(packet)
+        except MalformedReadingError as error:
+            self._tracker.malformed()
+            self._malformed = str(error)
+            return None
+
+    def _plausible(self, packets: Iterable[tuple[float, bytes]]) -> list[float]:
+        """Arrivals of those packets that look like readings; the others are counted as malformed, not decoded."""
+        times = []
+        for at, packet in packets:
+            assert isinstance(self.source, PacketSource)
+            if self.source.is_plausible_packet(packet):
+                times.append(at)
+            else:
+                self._tracker.malformed()
+                self._malformed = self._malformed or f"it does not begin as a reading (found: {packet[:40]!r})"
+        return times
+
+    def drop_waiting(self) -> None:
+        """Drop the readings that wait to be taken, and count them as overflowed."""
+        with self._lock:
+            self._tracker.overflowed(len(self._waiting) + len(self._packets))
+            self._waiting.clear()
+            self._packets.clear()
+            self._packet_bytes = 0
+
+    def _decode_all(self) -> None:
+        """Decode the packets that wait, in order."""
+        while self._packets:
+            at, packet = self._packets.popleft()
+            reading = self._decode(packet)
+            if reading is not None:
+                self._keep(self._tracker.take(reading, at))
+        self._packet_bytes = 0
+
+    def _keep(self, arrived: list[Arrived]) -> None:
+        for item in self._aged(arrived):
+            if len(self._waiting) >= MOST_WAITING:
+                self._waiting.popleft()
+                self._tracker.overflowed()
+            self._waiting.append(item)
+        if arrived:
+            self._arrived.set()
+
+    def _break(self, error: TactileMapsError) -> None:
+        """The source is lost: try again after a pause. A file that cannot be read once cannot be read again."""
+        with self._receiving:
+            self.source.close()
+            self._open = False
+        with self._lock:
+            self._open, self._problem = False, str(error)
+            self._keep(self._tracker.flush())
+            self._tracker.forget_sequence()
+            self.ages.reset()
+            if self.source.finite:
+                self._failed = self._ended = True
+            self._retry_at = self._clock() + self._pause
+            self._pause = min(2 * self._pause, LONGEST_PAUSE)
+
+    def _reopen(self, timeout: float) -> bool:
+        wait = self._retry_at - self._clock()
+        if wait > 0:
+            self._stop.wait(min(wait, timeout))
+            return False
+        try:
+            self.source.open()
+        except TactileMapsError as error:
+            self._break(error)
+            return False
+        self._open = True
+        self._reconnects += bool(self._opened)
+        self._opened += 1
+        return True
+
+    def _loop(self) -> None:
+        try:
+            while not (self._stop.is_set() or self._ended):
+                if self.source.finite and len(self._waiting) >= MOST_WAITING:
+                    self._stop.wait(_POLL)  # a file waits until its readings are taken; nothing of it is dropped
+                else:
+                    self.step()
+                    if self._newest_only:
+                        self._stop.wait(_REST)
+        except TactileMapsError as error:
+            self._fail(str(error))
+        except Exception as error:  # the thread's last door: beyond it nobody would notice that nothing comes any more
+            self._fail(describe_unexpected_error(error))
+
+    def _fail(self, problem: str) -> None:
+        with self._lock:
+            self._problem, self._failed, self._ended = problem, True, True

@@ -1,0 +1,331 @@
+"""Recorded readings, played again at the speed at which they were made or as fast as they are taken.
+
+A table has one row a reading. Its columns: ``time`` [s]; if known ``sequence``; for each taxel its hardware id
+(``87012``) or module and channel (``14.3``); ``joint:NAME`` for positions. A first line ``# unit: kPa`` tells the unit.
+An empty cell is a taxel that did not report.
+"""
+
+from __future__ import annotations
+
+import csv
+import math
+import os
+import time
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from itertools import chain
+from pathlib import Path
+
+import numpy as np
+
+from tactile_maps.core.arrays import FloatArray, IntArray
+from tactile_maps.core.errors import LiveError, RecordingError
+from tactile_maps.live.readings.readings import MalformedReadingError, Reading, SourceEndedError, Unit, unit_of
+from tactile_maps.recording.file.mcap_file import read_recording as read_mcap
+from tactile_maps.recording.player import RecordingPlayer
+from tactile_maps.session.inputs import CalibrationUsed
+from tactile_maps.session.measured_values import MeasuredValues
+
+Item = Reading | MalformedReadingError
+"""A row: what it says, or why it cannot be used."""
+_INSTALL = "pip install 'tactile-maps[pyarrow]'"
+
+
+class FileSource:
+    """A file's readings at their times. Mutable.
+
+    Args:
+        path: The file.
+        read: Makes readings of it, one after the other.
+        speed: Recorded seconds a second; None for as fast as it goes.
+        clock: Wall time [s].
+        wait: Lets so many seconds pass.
+
+    Attributes:
+        address: The path.
+        finite: True.
+        slow: Whether more than its first lines are read to begin.
+    """
+
+    finite = True
+
+    def __init__(
+        self,
+        path: Path,
+        read: Callable[[Path], Iterable[Item]],
+        *,
+        speed: float | None = 1.0,
+        clock: Callable[[], float] = time.monotonic,
+        wait: Callable[[float], None] = time.sleep,
+    ) -> None:
+        self.address, self._path, self._read = str(path), path, read
+        self.slow = path.suffix.lower() not in (".csv", ".txt")
+        self._speed, self._clock, self._wait = speed, clock, wait
+        self._items: Iterator[Item] | None = None
+        self._next: Item | None = None
+        self._start: tuple[float, float] | None = None
+
+    def open(self) -> None:
+        """Begin at the first reading; raises LiveError where the file cannot be read."""
+        items = iter(self._read(self._path))
+        first = next(items, None)
+        if first is None:
+            raise LiveError("the file holds no readings", file=self._path)
+        self._items, self._next, self._start = items, first, None
+
+    def receive(self, timeout: float) -> Reading | None:
+        """The next reading once its time has come."""
+        if self._items is None:
+            raise LiveError("the file is not open", file=self._path)
+        item = self._next
+        if item is None:
+            raise SourceEndedError("the file is read to its end", file=self._path)
+        if isinstance(item, Reading) and (early := self._early(item.time)) > 0:
+            self._wait(min(early, timeout))
+            if early > timeout:
+                return None
+        self._next = next(self._items, None)
+        if isinstance(item, MalformedReadingError):
+            raise item
+        return item
+
+    def close(self) -> None:
+        """Let go of it."""
+        self._items = self._next = None
+
+    def _early(self, at: float) -> float:
+        """Seconds until a reading of that time is due."""
+        if self._speed is None:
+            return 0.0
+        if self._start is None:
+            self._start = at, self._clock()
+        return (at - self._start[0]) / self._speed - (self._clock() - self._start[1])
+
+
+def read_recording(path: Path) -> Iterator[Item]:
+    """Values and posture of a recording of this program: of a real skin as they were sent, else simulated pressures.
+
+    The first reading of a real skin carries the calibration and baseline that were in force in the end.
+
+    Raises:
+        RecordingError: It cannot be read.
+    """
+    player = RecordingPlayer(path)
+    names = [joint.name for joint in player.prepared.robot.joints]
+    ids = player.prepared.skin.identity.ids
+    ids = ids if ids is not None and len(np.unique(ids)) == len(ids) else None
+    used = [found for _, found in player.inputs if isinstance(found, CalibrationUsed)]
+    recorded = used[-1] if used else None
+    for number, frame in enumerate(player):
+        joints = dict(zip(names, frame.posture.tolist(), strict=True))
+        if frame.measured is None:
+            yield Reading(frame.time, frame.pressures, Unit.PASCAL, ids, joints=joints, sequence=number)
+        elif frame.measured.sent is not None:
+            yield _as_sent(frame.measured, ids, joints, recorded)
+            recorded = None
+
+
+def _as_sent(
+    measured: MeasuredValues, ids: IntArray | None, joints: dict[str, float], recorded: CalibrationUsed | None
+) -> Item:
+    """A frame's values of the taxels that had any, under the sender's time and number."""
+    there = ~np.isnan(measured.raw)
+    labels = np.arange(len(there)) if ids is None else ids
+    assert measured.sent is not None
+    return Reading(
+        measured.sent,
+        measured.raw[there],
+        Unit(measured.unit),
+        None if there.all() and ids is None else labels[there],
+        joints=joints,
+        sequence=measured.sequence,
+        recorded=recorded,
+    )
+
+
+def is_own_recording(path: Path) -> bool:
+    """Whether an MCAP file was made by this program.
+
+    Raises:
+        RecordingError: It cannot be opened, or is no MCAP file.
+    """
+    if os.path.isdir(path) or path.suffix.lower() != ".mcap":
+        return False
+    try:
+        return bool(read_mcap(path).metadata)
+    except RecordingError as error:
+        if error.problem == "the recording has another format":
+            raise
+        if not os.path.isfile(path):
+            raise error.at(kind=LiveError) from error
+        return False
+
+
+def _is_id(word: str) -> bool:
+    return word.isdecimal() and len(word) <= 18
+
+
+@dataclass(frozen=True, eq=False)
+class _Columns:
+    """Of a table, by place: what they are."""
+
+    time: int
+    sequence: int | None
+    values: list[int]
+    ids: list[int] | None
+    channels: list[tuple[int, int]] | None
+    joints: dict[str, int]
+
+    @classmethod
+    def of_header(cls, names: Sequence[str], path: Path) -> _Columns:
+        words = [name.strip() for name in names]
+        lower = [word.lower() for word in words]
+        if "time" not in lower:
+            remedy = "Its header needs: time, then one column a taxel"
+            raise LiveError("a column is missing", file=path, place="header", value="time", remedy=remedy)
+        ids: dict[int, int] = {}
+        channels: dict[tuple[int, int], int] = {}
+        joints = {word[len("joint:") :]: at for at, word in enumerate(words) if word.startswith("joint:")}
+        for at, word in enumerate(words):
+            if lower[at] in ("time", "sequence") or word.startswith("joint:"):
+                continue
+            module, dot, channel = word.partition(".")
+            if not (_is_id(module) and (not dot or _is_id(channel))):
+                remedy = "Columns are time, sequence, joint:NAME, and taxels by id (87012) or module.channel (14.3)"
+                raise LiveError("a column is not known", file=path, place="header", value=word, remedy=remedy)
+            label = (int(module), int(channel)) if dot else int(module)
+            target: dict = channels if dot else ids  # type: ignore[type-arg]
+            if target.setdefault(label, at) != at:
+                raise LiveError("a taxel has two columns", file=path, place="header", value=word)
+        if ids and channels:
+            remedy = "Name all taxels by id, or all by module.channel"
+            raise LiveError("taxels are named in two ways", file=path, place="header", remedy=remedy)
+        return cls(
+            lower.index("time"),
+            lower.index("sequence") if "sequence" in lower else None,
+            list(ids.values() or channels.values()),
+            list(ids) or None,
+            list(channels) or None,
+            joints,
+        )
+
+    def reading(self, cells: FloatArray, unit: Unit) -> Reading:
+        """Of a row, NaN where a cell is empty."""
+        values = cells[self.values]
+        there = ~np.isnan(values)
+        sequence = None if self.sequence is None else cells[self.sequence]
+        if sequence is not None and not (float(sequence).is_integer() and 0 <= sequence < 2**32):
+            raise MalformedReadingError("expected a whole number", place="sequence", value=sequence)
+        joints = {name: float(cells[at]) for name, at in self.joints.items() if not math.isnan(cells[at])}
+        labels = np.array(self.ids if self.ids is not None else self.channels or [])
+        labels = labels.reshape(-1, 2) if self.channels is not None else labels
+        return Reading(
+            float(cells[self.time]),
+            values[there],
+            unit,
+            None if self.ids is None else labels[there],
+            None if self.channels is None else labels[there],
+            joints,
+            None if sequence is None else int(sequence),
+        )
+
+
+def read_table(path: Path) -> Iterator[Item]:
+    """Rows of a CSV or Parquet table.
+
+    Raises:
+        LiveError: The file or its header cannot be read.
+    """
+    yield from _read_parquet(path) if path.suffix.lower() == ".parquet" else _read_csv(path)
+
+
+def _read_csv(path: Path) -> Iterator[Item]:
+    try:
+        with path.open(newline="", encoding="utf-8-sig") as stream:
+            unit, line, number = Unit.COUNTS, stream.readline(), 1
+            while line.startswith("#"):
+                key, _, value = line[1:].partition(":")
+                unit = unit_of(value.strip()) if key.strip().lower() == "unit" else unit
+                line, number = stream.readline(), number + 1
+            rows = csv.reader(chain([line], stream))
+            columns = _Columns.of_header(next(rows, []), path)
+            width = max([columns.time, *columns.values, *columns.joints.values(), columns.sequence or 0]) + 1
+            for place, row in enumerate(rows, start=number + 1):
+                if row:
+                    yield _item(columns, row, unit, width, f"line {place}")
+    except MalformedReadingError as error:
+        raise error.at(kind=LiveError, file=path) from error
+    except OSError as error:
+        raise LiveError("the file cannot be read", file=path, value=error.strerror) from error
+    except (UnicodeDecodeError, csv.Error) as error:
+        raise LiveError("the file is no table", file=path, value=error) from error
+
+
+def _item(columns: _Columns, row: Sequence[str], unit: Unit, width: int, place: str) -> Item:
+    try:
+        if len(row) < width:
+            raise MalformedReadingError("a row is too short", place=place, value=f"{len(row)} columns")
+        return columns.reading(np.array([float(cell) if cell.strip() else np.nan for cell in row]), unit)
+    except ValueError as error:
+        return MalformedReadingError("expected numbers", place=place, value=error)
+    except MalformedReadingError as error:
+        return error
+
+
+def _read_parquet(path: Path) -> Iterator[Item]:
+    try:
+        import pyarrow
+        import pyarrow.parquet
+    except ImportError as error:
+        raise LiveError("Parquet files need pyarrow", file=path, remedy=f"Install it with: {_INSTALL}") from error
+    try:
+        with pyarrow.parquet.ParquetFile(path) as file:
+            columns = _Columns.of_header(file.schema_arrow.names, path)
+            told = (file.schema_arrow.metadata or {}).get(b"unit", b"counts").decode(errors="replace")
+            unit = unit_of(told)
+            for batch in file.iter_batches(1000):
+                cells = np.column_stack([_floats(column, path) for column in batch.columns])
+                for row in cells:
+                    try:
+                        yield columns.reading(row, unit)
+                    except MalformedReadingError as error:
+                        yield error
+    except MalformedReadingError as error:
+        raise error.at(kind=LiveError, file=path) from error
+    except (OSError, pyarrow.ArrowException) as error:
+        raise LiveError("the file cannot be read as Parquet", file=path, value=error) from error
+
+
+def _floats(column: object, path: Path) -> FloatArray:
+    """A column as numbers, NaN where it is null."""
+    import pyarrow
+    import pyarrow.compute
+
+    try:
+        cast = pyarrow.compute.cast(column, pyarrow.float64())
+        return np.asarray(cast.to_numpy(zero_copy_only=False), dtype=np.float64)
+    except pyarrow.ArrowException as error:
+        raise LiveError("a column holds no numbers", file=path, value=error) from error
+
+
+def read_text(path: Path) -> Iterator[Item]:
+    """The text files that CySkin's acquisition writes: a line of ids, then on each line a running number, the time [s]
+    and one value for each id, in counts.
+
+    Raises:
+        LiveError: It is none.
+    """
+    try:
+        with path.open(encoding="utf8") as stream:
+            words = stream.readline().split()
+            if not words or not all(map(_is_id, words)):
+                remedy = "Its first line has one hardware id for each value of the lines below"
+                raise LiveError("this is no file of readings", file=path, place="line 1", remedy=remedy)
+            columns = _Columns(1, 0, list(range(2, 2 + len(words))), [int(word) for word in words], None, {})
+            for number, line in enumerate(stream, start=2):
+                if cells := line.split():
+                    yield _item(columns, cells, Unit.COUNTS, 2 + len(words), f"line {number}")
+    except OSError as error:
+        raise LiveError("the file cannot be read", file=path, value=error.strerror) from error
+    except UnicodeDecodeError as error:
+        raise LiveError("the file is no text", file=path) from error

@@ -1,0 +1,270 @@
+"""A source by its address."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from pathlib import Path
+from urllib.parse import SplitResult, parse_qs, parse_qsl, urlsplit
+
+from tactile_maps.core.errors import LiveError, PluginError, UsageError
+from tactile_maps.core.files import open_regular_file
+from tactile_maps.core.plugins import Plugin, Registry, check_call, check_members
+from tactile_maps.live.readings.readings import Reading, Source
+
+DEFAULT_PORT = 9870
+"""Of UDP and ZeroMQ, unless the address names another."""
+FILE_SUFFIXES = (".csv", ".txt", ".parquet", ".mcap", ".db3")
+ADDRESSES = "udp://127.0.0.1:9870, zmq://127.0.0.1:9870, serial:///dev/ttyUSB0, yarp://HOST:PORT, ros2: or a file"
+
+
+@dataclass(frozen=True)
+class SourceOptions:
+    """What an address alone does not say.
+
+    Attributes:
+        token: That every packet must carry; needed to listen beyond this machine.
+        remote: Whether packets from other machines are wanted.
+        mapping: TOML that names the topics and fields of ROS 2 messages.
+        speed: Of a file, recorded seconds a second; None for as fast as it goes.
+        clock: Receiver's clock [s], for ages of readings and commands, and for the time that a sender owns a stream.
+    """
+
+    token: str | None = None
+    remote: bool = False
+    mapping: Path | None = None
+    speed: float | None = 1.0
+    clock: Callable[[], float] = time.monotonic
+
+
+_USUAL = SourceOptions()
+
+
+@dataclass(frozen=True)
+class SourceKind:
+    """A kind of source that a plug-in adds.
+
+    Attributes:
+        name: The scheme of its addresses, before the colon.
+        title: For people.
+        build: The source at an address, not opened yet.
+    """
+
+    name: str
+    title: str
+    build: Callable[[str, SourceOptions], Source]
+
+
+class _GuardedSource:
+    """A plug-in's source, whose failures are named."""
+
+    def __init__(self, plugin: Plugin, source: Source) -> None:
+        check_members(plugin, source, "address", "finite", "slow", "open", "receive", "close")
+        self._plugin, self._source = plugin, source
+        self.address, self.finite, self.slow = source.address, source.finite, source.slow
+
+    def open(self) -> None:
+        with self._named():
+            self._source.open()
+
+    def receive(self, timeout: float) -> Reading | None:
+        with self._named():
+            found: object = self._source.receive(timeout)
+        if found is None or isinstance(found, Reading):
+            return found
+        raise self._plugin.error("it gave no Reading", type(found).__name__).at(kind=LiveError)
+
+    def close(self) -> None:
+        with self._named():
+            self._source.close()
+
+    @contextmanager
+    def _named(self) -> Iterator[None]:
+        """Failures as of any source, so that it is opened again as others are."""
+        try:
+            with self._plugin.at_work():
+                yield
+        except PluginError as error:
+            raise error.at(kind=LiveError) from error
+
+
+def _guarded(plugin: Plugin, kind: SourceKind) -> SourceKind:
+    check_call(plugin, kind.build, "address", "options")
+
+    def build(address: str, options: SourceOptions) -> Source:
+        with plugin.at_work():
+            source = kind.build(address, options)
+        return _GuardedSource(plugin, source)
+
+    return replace(kind, build=build)
+
+
+_BUILT_IN = ("udp", "zmq", "serial", "yarp", "ros2")
+SOURCE_KINDS: Registry[SourceKind] = Registry("sources", SourceKind, (), _guarded, reserved=_BUILT_IN)
+"""Those of plug-ins by scheme; the built-in ones are ``ADDRESSES``."""
+
+
+def open_source(address: str, options: SourceOptions = _USUAL) -> Source:
+    """The source at ``address``; it is not opened yet.
+
+    Raises:
+        UsageError: There is no such kind of source, or listening beyond this machine is not safe as asked.
+        LiveError: A mapping or a file cannot be read.
+    """
+    if not address.strip():
+        raise UsageError("no source is named", remedy=f"Give one of: {ADDRESSES}")
+    scheme, found, rest = address.partition(":")
+    if not found or len(scheme) == 1:  # a drive of Windows is no scheme
+        return _file(address, options)
+    # Imported here: each brings a library of its own, which may not be installed.
+    if scheme == "udp":
+        from tactile_maps.live.sources.network import UdpSource, check_single
+
+        host, port = host_and_port(address, any_free=True)
+        check_single(host, address)
+        return UdpSource(host, port, token=options.token, remote=options.remote, clock=options.clock)
+    if scheme == "zmq":
+        from tactile_maps.live.sources.network import ZmqSource, check_single
+
+        host, port = host_and_port(address)
+        check_single(host, address)
+        return ZmqSource(host, port, token=options.token)
+    if scheme == "serial":
+        from tactile_maps.live.sources.serial_port import SerialSource
+
+        parts = _split(address)
+        return SerialSource(parts.path or parts.netloc, baud=_baud(address, parts), token=options.token)
+    if scheme == "yarp":
+        from tactile_maps.live.sources.yarp import YarpSource
+
+        host, port = host_and_port(address, 10000)
+        path = urlsplit(address).path
+        return YarpSource(host, port, name=path if len(path) > 1 else None)
+    if scheme == "ros2":
+        from tactile_maps.live.sources.ros2 import Ros2Source, load_topics
+
+        return Ros2Source(load_topics(Path(rest) if rest else options.mapping))
+    if scheme in SOURCE_KINDS:
+        return SOURCE_KINDS[scheme].build(address, options)
+    added = "".join(f", {name}:" for name in SOURCE_KINDS)
+    remedy = f"Give one of: {ADDRESSES}{added}; or install the plug-in that adds it"
+    raise UsageError("there is no such kind of source", value=address, remedy=remedy)
+
+
+def uses_option(address: str, name: str) -> bool:
+    """Return whether one of the ``SourceOptions`` has an effect for the source at ``address``.
+
+    Sources of plug-ins may use all of them; a file that does not exist is reported where it is opened.
+
+    Args:
+        address: Of the source.
+        name: ``token``, ``remote``, ``mapping`` or ``speed``.
+
+    Raises:
+        UsageError: The address is not valid.
+        LiveError: A recording cannot be read.
+    """
+    if not is_live(address):
+        path = Path(address)
+        return name == "speed" or (name == "mapping" and (not path.exists() or _is_bag(path)))
+    scheme, _, rest = address.partition(":")
+    if scheme not in _BUILT_IN:
+        return True
+    if name == "remote":
+        from tactile_maps.live.sources.network import is_this_machine
+
+        return scheme == "udp" and not is_this_machine(host_and_port(address, any_free=True)[0])
+    if name == "token":
+        return scheme in ("udp", "zmq", "serial")
+    return name == "mapping" and scheme == "ros2" and not rest
+
+
+def host_and_port(address: str, default: int = DEFAULT_PORT, *, any_free: bool = False) -> tuple[str, int]:
+    """Return the host and port of ``address``: this computer and ``default`` where it states none.
+
+    Args:
+        address: For example ``udp://HOST:PORT``.
+        default: The port of an address without one.
+        any_free: True where port 0 means any free port, which is possible only for listening.
+
+    Raises:
+        UsageError: The port is not a whole number up to 65535, or it is 0 where no program can be reached at it, or the
+            address has parameters after a question mark.
+    """
+    parts = _split(address)
+    _refuse_unknown_parameters(address, parts)
+    port = parts.port
+    if port == 0 and not any_free:
+        remedy = f"Give the port that the other program uses, 1 to 65535, or none for {default}"
+        raise UsageError("no program can be reached at port 0", value=address, remedy=remedy)
+    return parts.hostname or "127.0.0.1", default if port is None else port
+
+
+def _split(address: str) -> SplitResult:
+    """Return the parts of ``address``, whose port is valid."""
+    try:
+        parts = urlsplit(address)
+    except ValueError as error:
+        raise UsageError("the address is not understood", value=address, remedy=f"Give one of: {ADDRESSES}") from error
+    try:
+        _ = parts.port  # reading it checks it
+    except ValueError as error:
+        port = parts.netloc.rpartition(":")[2]
+        remedy = "Give a whole number from 1 to 65535"
+        raise UsageError("the port number is not valid", place=address, value=port, remedy=remedy) from error
+    return parts
+
+
+def _refuse_unknown_parameters(address: str, parts: SplitResult, *known: str) -> None:
+    """Refuse parameters after the question mark of ``address`` that have no meaning there."""
+    unknown = [word for word, _ in parse_qsl(parts.query, keep_blank_values=True) if word not in known]
+    if unknown:
+        allowed = f"Choose {', '.join(known)}" if known else "Remove the question mark and everything after it"
+        raise UsageError(
+            "the address has an unknown parameter", place=address, value=", ".join(unknown), remedy=allowed
+        )
+
+
+def _baud(address: str, parts: SplitResult) -> int:
+    _refuse_unknown_parameters(address, parts, "baud")
+    text = parse_qs(parts.query, keep_blank_values=True).get("baud", ["115200"])[0]
+    if not text.isdecimal() or len(text) > 8 or not 50 <= int(text) <= 20_000_000:
+        raise UsageError(
+            "the baud rate is not valid", value=address, remedy="Choose 50 to 20000000, for example ?baud=115200"
+        )
+    return int(text)
+
+
+def _file(address: str, options: SourceOptions) -> Source:
+    from tactile_maps.live.sources.files import FileSource, read_recording, read_table, read_text
+
+    path = Path(address)
+    if path.exists() and not path.is_dir():
+        with open_regular_file(path, error=LiveError):
+            pass  # a pipe or device is refused before anything waits for it
+    if _is_bag(path):
+        from tactile_maps.live.sources.ros2 import load_topics, read_bag
+
+        topics = load_topics(options.mapping)
+        return FileSource(path, lambda file: read_bag(file, topics), speed=options.speed)
+    if path.suffix.lower() == ".mcap":
+        return FileSource(path, read_recording, speed=options.speed)
+    if path.suffix.lower() not in FILE_SUFFIXES:
+        raise UsageError("there is no such kind of source", value=address, remedy=f"Give one of: {ADDRESSES}")
+    return FileSource(path, read_text if path.suffix.lower() == ".txt" else read_table, speed=options.speed)
+
+
+def _is_bag(path: Path) -> bool:
+    """Return True for a recording of ROS 2: a folder or a file that is not one of our own recordings."""
+    from tactile_maps.live.sources.files import is_own_recording
+
+    return os.path.isdir(path) or (path.suffix.lower() in (".mcap", ".db3") and not is_own_recording(path))
+
+
+def is_live(address: str) -> bool:
+    """Whether the address is of something that goes on by itself, not of a file."""
+    scheme, found, _ = address.partition(":")
+    return bool(found) and len(scheme) > 1

@@ -1,0 +1,238 @@
+"""Two maps of the same taxels side by side: say, an automatic one and one drawn by hand.
+
+A drawing is told in the taxels of a skin (``drawn_layout``), so that it can be compared with the skin's own map.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import asdict, dataclass
+from itertools import pairwise
+from typing import Any, Literal
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from tactile_maps.core.arrays import FloatArray, IntArray, freeze_arrays
+from tactile_maps.core.errors import MapError
+from tactile_maps.maps.evaluation.quality import measure
+from tactile_maps.maps.evaluation.topography import BodyDistances, Topography, json_value, measure_topography
+from tactile_maps.maps.model.layout import fit_placement
+from tactile_maps.maps.model.tactile_map import TactileMap
+from tactile_maps.skin.model.skin import Skin
+from tactile_maps.skin.model.taxel_set import TaxelSet
+
+Better = Literal["first", "second", "neither"]
+
+IDEALS: dict[str, float] = {
+    "flips": 0.0,
+    "overlaps": 0.0,
+    "coverage": 1.0,
+    "symmetric_dirichlet": 4.0,
+    "angle": 1.0,
+    "area": 1.0,
+    "isometry": 1.0,
+    "edge_error": 0.0,
+    "torn": 0.0,
+    "torn_between_modules": 0.0,
+    "stress": 0.0,
+    "spearman": 1.0,
+    "trustworthiness": 1.0,
+    "continuity": 1.0,
+    "trustworthiness_between_modules": 1.0,
+    "continuity_between_modules": 1.0,
+    "round_trip_mm": 0.0,
+    "force_error": 0.0,
+    "seam_mm": 0.0,
+}
+"""What each measure is for a map that loses nothing; of a spread the 95th percentile counts."""
+_ALIKE = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class TaxelLayout:
+    """A map known only by where its taxels are, such as one drawn by hand.
+
+    Attributes:
+        points: (n, 2) [m], in the taxels' order.
+        numbers: (n,) which taxel of the other map each is; by default they are the same in the same order.
+    """
+
+    points: FloatArray
+    numbers: IntArray | None = None
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, "points", columns=2)
+        if not np.isfinite(self.points).all():
+            raise MapError("a taxel of the layout has no finite place", value=int((~np.isfinite(self.points)).sum()))
+        freeze_arrays(self, "numbers", dtype=np.int64)
+
+
+@dataclass(frozen=True)
+class ComparedMeasure:
+    """One measure of both maps; None where a map does not have it, or it cannot be known.
+
+    Attributes:
+        name: A key of ``MapQuality``.
+        first: Of the initial map.
+        second: Of the second.
+        better: Which is nearer to the ideal.
+    """
+
+    name: str
+    first: float | None
+    second: float | None
+    better: Better
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Both maps, measured alike.
+
+    Attributes:
+        first: All that is known of the initial map.
+        second: Likewise.
+        measures: Side by side.
+        procrustes_mm: Rms distance between the maps' taxels after the best rigid motion, mirroring and scale, patch by
+            patch [mm of the initial map]. Says how alike they are, not which is better.
+    """
+
+    first: Topography
+    second: Topography
+    measures: tuple[ComparedMeasure, ...]
+    procrustes_mm: float
+
+    def to_json(self) -> dict[str, Any]:
+        """As plain values."""
+        return {key: json_value(value) for key, value in asdict(self).items()}
+
+
+def compare_maps(
+    first: TactileMap | TaxelLayout,
+    second: TactileMap | TaxelLayout,
+    *,
+    distances: BodyDistances | None = None,
+    modules: IntArray | None = None,
+) -> Comparison:
+    """Measure two maps of the same taxels.
+
+    Args:
+        first: A map, or only its taxels' points.
+        second: Likewise; taxels correspond by number.
+        distances: Of the body; by default of the skin of the first that is a map.
+        modules: (n,) the module that carries each taxel.
+
+    Raises:
+        MapError: Different taxels, or two layouts and no distances.
+
+    Example:
+        >>> conformal = tm.build_map(skin, method="lscm")
+        >>> comparison = tm.compare_maps(tactile_map, conformal)
+        >>> {measure.name: measure.better for measure in comparison.measures}["edge_error"]
+        'first'
+    """
+    skins = [map_.skin for map_ in (first, second) if isinstance(map_, TactileMap)]
+    if distances is None and not skins:
+        raise MapError("two layouts contain no distances on the body", remedy="Give the distances between the taxels")
+    body = BodyDistances(skins[0]) if distances is None else distances
+    a, b = _points(first, int(body.first[-1])), _points(second, int(body.first[-1]))
+    one, other = _measured(first, a, body, modules), _measured(second, b, body, modules)
+    return Comparison(one, other, _side_by_side(one, other), 1e3 * procrustes(a, b, body.first))
+
+
+def procrustes(first: FloatArray, second: FloatArray, starts: IntArray) -> float:
+    """Rms distance of points (n, 2) after the best similarity, maybe mirrored, of each part of the second (Gower 1975).
+
+    Args:
+        first: (n, 2).
+        second: (n, 2).
+        starts: (parts + 1,) number of each part's first point, and n.
+    """
+    squares = 0.0
+    for a, b in pairwise(starts):
+        if b > a:
+            fit = fit_placement(second[a:b], first[a:b])
+            squares += ((first[a:b] - fit.apply(second[a:b])) ** 2).sum()
+    return float(np.sqrt(squares / max(len(first), 1)))
+
+
+def _points(map_: TactileMap | TaxelLayout, count: int) -> FloatArray:
+    if isinstance(map_, TactileMap) or map_.numbers is None:
+        points = map_.taxel_points if isinstance(map_, TactileMap) else map_.points
+        if len(points) != count:
+            raise MapError("the maps do not have the same taxels", value=f"{len(points)} and {count}")
+        return points
+    if sorted(map_.numbers.tolist()) != list(range(count)):
+        raise MapError(
+            "the layout does not name each taxel once",
+            value=f"{len(np.unique(map_.numbers))} different numbers for {count} taxels",
+            remedy="Compare only the taxels that both maps have",
+        )
+    points = np.empty((count, 2))
+    points[map_.numbers] = map_.points
+    return points
+
+
+def _measured(
+    map_: TactileMap | TaxelLayout, points: FloatArray, body: BodyDistances, modules: IntArray | None
+) -> Topography:
+    if isinstance(map_, TactileMap):
+        return measure(map_, distances=body, modules=modules)
+    return measure_topography(points, body, modules=modules)
+
+
+def _side_by_side(first: Topography, second: Topography) -> tuple[ComparedMeasure, ...]:
+    rows = []
+    for name, ideal in IDEALS.items():
+        a, b = _value(first, name), _value(second, name)
+        if a is not None or b is not None:
+            rows.append(ComparedMeasure(name, a, b, _better(a, b, ideal)))
+    return tuple(rows)
+
+
+def _value(quality: Topography, name: str) -> float | None:
+    value = getattr(quality, name, None)
+    value = getattr(value, "p95", value)
+    return None if value is None else float(value)
+
+
+def _better(a: float | None, b: float | None, ideal: float) -> Better:
+    """Which is nearer to the ideal; what is infinite is no more to be compared than what is unknown."""
+    if a is None or b is None or not (math.isfinite(a) and math.isfinite(b)):
+        return "neither"
+    here, there = abs(a - ideal), abs(b - ideal)
+    if abs(here - there) <= _ALIKE:
+        return "neither"
+    return "first" if here < there else "second"
+
+
+FARTHEST_TAXEL = 0.02
+"""A taxel of the drawing farther than this [m] from every taxel of the skin is another skin's."""
+
+
+def drawn_layout(taxels: TaxelSet, skin: Skin) -> TaxelLayout:
+    """The map points of ``taxels``, each given to the taxel of ``skin`` that is nearest to it on the body.
+
+    Raises:
+        MapError: The taxels have no map points, or most lie on another body.
+    """
+    if taxels.points is None or not taxels.mapped.any():
+        raise MapError(
+            "the file has no map points to compare with", file=taxels.name, remedy="Give columns u and v, or a layout"
+        )
+    shown = taxels.select(taxels.mapped)
+    own = np.concatenate([patch.taxels.positions for patch in skin.patches])
+    away, nearest = cKDTree(own).query(shown.positions)
+    if np.median(away) > FARTHEST_TAXEL:
+        raise MapError(
+            "the drawing is not of this skin",
+            file=taxels.name,
+            value=f"taxels {1e3 * np.median(away):.0f} mm from the skin's in the median",
+            remedy="Compare maps of the same taxels, in the same frame",
+        )
+    # Of several at one place, the nearest speaks for all.
+    order = np.argsort(away, kind="stable")
+    _, first = np.unique(nearest[order], return_index=True)
+    chosen = np.sort(order[first])
+    assert shown.points is not None
+    return TaxelLayout(shown.points[chosen], nearest[chosen])

@@ -1,0 +1,1 @@
+"""The tactile map: charts, interpolation, images, Jacobians and transitions across seams."""

@@ -1,0 +1,229 @@
+"""Where the patches lie on the map: one placement each, the only thing that arranging changes; and their packing.
+
+Charts are packed as they sit on the body: from the base outwards, left limbs left and right limbs right. Rows are read
+like text. In the middle of a row are the charts that have no twin, from left to right; the twins of a pair (``l_hand``
+and ``r_hand``) lie at the same distance left and right of them, outer ones farther out. Charts are neither turned nor
+mirrored, so each stays upright, its far end up, and seen from outside.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+
+from tactile_maps.core.arrays import FloatArray
+from tactile_maps.core.errors import MapError
+from tactile_maps.flattening.chart import Chart
+from tactile_maps.geometry.surface.plane import cross
+
+FARTHEST_OFFSET = 1e6
+"""No patch lies farther from the map's origin [m]."""
+SMALLEST_SCALE, LARGEST_SCALE = 0.1, 10.0
+"""A patch is drawn no smaller and no larger than so many times its true size."""
+
+
+@dataclass(frozen=True)
+class Placement:
+    """How one chart is put on the map: mirrored (if so), then scaled, turned and moved.
+
+    Angles stay true, and lengths at scale 1, which everything automatic uses; only a person enlarges a patch, to see a
+    small one better, and ``distortion`` then counts the enlargement as what it is.
+
+    Attributes:
+        angle: Counter-clockwise [rad].
+        offset: (x, y) [m].
+        mirrored: Whether x is negated first.
+        scale: How many times longer lengths are on the map than on the chart.
+    """
+
+    angle: float = 0.0
+    offset: tuple[float, float] = (0.0, 0.0)
+    mirrored: bool = False
+    scale: float = 1.0
+
+    def apply(self, plane: FloatArray) -> FloatArray:
+        """Map coordinates (k, 2) of chart coordinates (k, 2) [m]."""
+        return (plane * self._stretch) @ self._turn + np.asarray(self.offset)
+
+    def back(self, points: FloatArray) -> FloatArray:
+        """Chart coordinates (k, 2) of map coordinates (k, 2) [m]."""
+        return ((points - np.asarray(self.offset)) @ self._turn.T) / self._stretch
+
+    def after(self, first: Placement) -> Placement:
+        """The placement that does what ``first`` does, and then what this one does."""
+        x, y = self.apply(np.array([first.offset]))[0]
+        angle = self.angle + (-first.angle if self.mirrored else first.angle)
+        mirrored, scale = self.mirrored ^ first.mirrored, self.scale * first.scale
+        return Placement(math.remainder(angle, math.tau), (float(x), float(y)), mirrored, scale)
+
+    @property
+    def _stretch(self) -> FloatArray:
+        return np.array([-self.scale if self.mirrored else self.scale, self.scale])
+
+    @property
+    def _turn(self) -> FloatArray:
+        cosine, sine = np.cos(self.angle), np.sin(self.angle)
+        return np.array([[cosine, sine], [-sine, cosine]])
+
+
+def fit_placement(plane: FloatArray, points: FloatArray, *, rigid: bool = False) -> Placement:
+    """The placement that brings ``plane`` nearest to ``points`` by least squares (orthogonal Procrustes analysis).
+
+    In closed form for the plane, where the best rotation is an angle (Schönemann 1966; Umeyama 1991).
+
+    Args:
+        plane: (k, 2) at least one chart coordinate [m].
+        points: (k, 2) where each should be [m].
+        rigid: Only turned and moved; by default also scaled, and mirrored where that is nearer. The scale is 0 where
+            all of ``plane`` is one point.
+    """
+    goals, tried = points - points.mean(axis=0), []
+    for mirrored in (False,) if rigid else (False, True):
+        flat = (plane - plane.mean(axis=0)) * [-1.0 if mirrored else 1.0, 1.0]
+        along = float((flat * goals).sum())
+        across = float(cross(flat, goals).sum())
+        tried.append((np.hypot(along, across), np.arctan2(across, along), mirrored))
+    kept, angle, mirrored = max(tried)
+    size = float(((plane - plane.mean(axis=0)) ** 2).sum())
+    scale = 1.0 if rigid else float(kept / size) if size > 0 else 0.0
+    turn = Placement(float(angle), mirrored=mirrored, scale=scale)
+    x, y = points.mean(axis=0) - turn.apply(plane).mean(axis=0)
+    return replace(turn, offset=(float(x), float(y)))
+
+
+@dataclass(frozen=True)
+class MapLayout:
+    """All placements, in the order of the skin's patches."""
+
+    placements: tuple[Placement, ...]
+
+    def __post_init__(self) -> None:
+        numbers = [value for p in self.placements for value in (p.angle, *p.offset, p.scale)]
+        if not np.isfinite(numbers).all():
+            raise MapError("a placement is not finite", value=numbers)
+        farthest = max((abs(x) for p in self.placements for x in p.offset), default=0.0)
+        if farthest >= FARTHEST_OFFSET:
+            raise MapError(
+                "a patch would be too far from the origin", value=f"{farthest:g} m", remedy="Bring it nearer"
+            )
+        for scale in (p.scale for p in self.placements):
+            if not SMALLEST_SCALE <= scale <= LARGEST_SCALE:
+                most = f"Between {SMALLEST_SCALE:g} and {LARGEST_SCALE:g} times its true size is possible"
+                raise MapError("a patch would be drawn too small or too large", value=f"{scale:g}", remedy=most)
+
+
+PACKING_ASPECT = 0.85
+"""Wanted width over height of the whole map: that of the window's map pane, which stands beside the body's."""
+PACKING_MARGIN = 0.09
+"""Free space around a chart, as a share of the median chart size."""
+_TRIED = 12
+_WORDS = re.compile(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])|\d+")
+_SIDES = {"l": "left", "left": "left", "r": "right", "right": "right"}
+_OPPOSITE = {"left": "right", "right": "left"}
+
+Unit = tuple[int, ...]
+"""One chart, or the left and the right chart of a pair."""
+
+
+def pack_charts(charts: Sequence[Chart], *, links: Sequence[str] | None = None) -> MapLayout:
+    """Place charts in rows, none overlapping, in the body's order.
+
+    All ways to break the order into rows are tried for up to twelve charts or pairs; the one closest to the wanted
+    shape wins. The charts' boxes are kept apart, and so are the charts.
+
+    Args:
+        charts: In the skin's order, each with its box's first corner at the origin.
+        links: Name of each chart's link or patch, to find left and right; without, no chart has a twin.
+
+    Raises:
+        MapError: Not one name for each chart.
+    """
+    if links is not None and len(links) != len(charts):
+        raise MapError("each chart needs the name of its link", value=f"{len(links)} names for {len(charts)} charts")
+    if not charts:
+        return MapLayout(())
+    sizes = np.array([np.ptp(chart.plane, axis=0) for chart in charts])
+    margin = PACKING_MARGIN * float(np.median(sizes.max(axis=1)))
+    units = pair_up(links) if links is not None else [(k,) for k in range(len(charts))]
+    tried = (_rows(sizes, [units[a:b] for a, b in rows], margin) for rows in _breaks(len(units)))
+    corners = min(tried, key=lambda corners: _misfit(corners, sizes))
+    corners = corners - corners.min(axis=0)
+    return MapLayout(tuple(Placement(offset=(float(x), float(y))) for x, y in corners))
+
+
+def pair_up(links: Sequence[str]) -> list[Unit]:
+    """Charts and (left, right) pairs of charts in the body's order; a pair comes where its first chart does.
+
+    Two names are a pair if one says left (``l``, ``left``) and the other right in the same place, and they are alike
+    otherwise; of several patches on such a link the first goes with the first, and so on.
+    """
+    waiting: dict[tuple[tuple[str, ...], str], list[int]] = {}
+    twin: dict[int, int] = {}
+    named = [_side(name) for name in links]
+    for number, (rest, side) in enumerate(named):
+        others = waiting.get((rest, _OPPOSITE.get(side, "")))
+        if others:
+            other = others.pop(0)
+            twin[number], twin[other] = other, number
+        elif side:
+            waiting.setdefault((rest, side), []).append(number)
+    firsts = [k for k in range(len(links)) if twin.get(k, k) >= k]
+    pairs = {k: (k, twin[k]) if named[k][1] == "left" else (twin[k], k) for k in firsts if k in twin}
+    return [pairs.get(k, (k,)) for k in firsts]
+
+
+def _side(name: str) -> tuple[tuple[str, ...], str]:
+    """The words of a name without that for its side, and the side; empty if there is none, or more than one."""
+    words = [word.lower() for word in _WORDS.findall(name)]
+    sides = [_SIDES[word] for word in words if word in _SIDES]
+    if len(sides) != 1:
+        return tuple(words), ""
+    return tuple("" if word in _SIDES else word for word in words), sides[0]
+
+
+def _breaks(count: int) -> list[list[tuple[int, int]]]:
+    """Ways to break units into rows [a, b): every one for few units, rows of equal length for many."""
+    if count > _TRIED:
+        starts = [list(range(0, count, step)) for step in range(1, count + 1)]
+    else:
+        starts = [[0, *(k for k in range(1, count) if bits >> (k - 1) & 1)] for bits in range(2 ** (count - 1))]
+    return [list(pairwise([*row, count])) for row in starts]
+
+
+def _rows(sizes: FloatArray, rows: Sequence[Sequence[Unit]], margin: float) -> FloatArray:
+    """(n, 2) lower-left corners, rows from the top, all centred on one line."""
+    corners, top = np.zeros_like(sizes), 0.0
+    for row in rows:
+        own = [number for unit in row for number in unit]
+        height = sizes[own, 1].max()
+        for number, middle in _along_row(sizes[:, 0], row, margin).items():
+            corners[number] = middle - 0.5 * sizes[number, 0], top - 0.5 * (height + sizes[number, 1])
+        top -= height + margin
+    return corners
+
+
+def _along_row(widths: FloatArray, row: Sequence[Unit], margin: float) -> dict[int, float]:
+    """Where the middle of each chart of a row is, left or right of the row's own: singles inside, pairs around them."""
+    singles, middles = [unit[0] for unit in row if len(unit) == 1], {}
+    inner = sum(widths[k] + margin for k in singles)
+    x = -0.5 * inner
+    for number in singles:
+        middles[number] = x + 0.5 * (widths[number] + margin)
+        x += widths[number] + margin
+    reach = 0.5 * inner
+    for left, right in (unit for unit in row if len(unit) == 2):
+        slot = max(widths[left], widths[right]) + margin
+        middles[left], middles[right] = -reach - 0.5 * slot, reach + 0.5 * slot
+        reach += slot
+    return middles
+
+
+def _misfit(corners: FloatArray, sizes: FloatArray) -> tuple[float, float]:
+    """How large a window of the wanted shape must be to show it all, then how far from that shape it is."""
+    width, height = (corners + sizes).max(axis=0) - corners.min(axis=0)
+    return max(width, PACKING_ASPECT * height), abs(width - PACKING_ASPECT * height)

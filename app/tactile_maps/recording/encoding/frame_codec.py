@@ -1,0 +1,505 @@
+"""Frames as bytes, exact to the last bit; read without trust.
+
+Numbers that every frame has are binary, by the constants here; the rest, ``FrameText``, is JSON by
+``tactile_maps.core.codec``.
+A message is one field of bytes in Protobuf, see ``frame_schema``. The bytes are little-endian, without padding:
+``HEADER``, ``ARRAYS``, a ``POKE`` for each finger, a ``REGION`` for each contact region, the regions' taxel numbers one
+region after the other (int32), and the JSON. ``FRAME_LAYOUT`` says the same, and is in the file.
+"""
+
+from __future__ import annotations
+
+import json
+import struct
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from operator import attrgetter
+from types import MappingProxyType
+from typing import Any, Literal, NamedTuple, cast
+
+import numpy as np
+
+from tactile_maps.contacts.detection.regions import ContactRegion
+from tactile_maps.contacts.force_estimation.estimate import ForceEstimate
+from tactile_maps.control.motion.command import JointCommand, TaskReport
+from tactile_maps.control.motion.limits import Limit
+from tactile_maps.core.arrays import FloatArray, IntArray
+from tactile_maps.core.codec import LATER, AnyFloat, dump_json, json_schema, load_json
+from tactile_maps.core.errors import RecordingError
+from tactile_maps.core.reading_units import ReadingUnits
+from tactile_maps.core.timing import Timings
+from tactile_maps.geometry.surface.mesh import SurfacePoint
+from tactile_maps.recording.encoding.frame_schema import PREFIX_BYTES, descriptor, has_prefix, prefix
+from tactile_maps.session.bundle import DAMAGED
+from tactile_maps.session.frame import Frame
+from tactile_maps.session.measured_values import MeasuredValues
+from tactile_maps.session.prepare import PreparedScene
+from tactile_maps.skin.model.skin import Skin
+from tactile_maps.tactile.mechanics.contact_notes import ContactNote
+from tactile_maps.tactile.poke import PokeState
+
+HEADER: Mapping[str, str] = MappingProxyType(
+    {
+        "tick": "q",
+        "time": "d",
+        "joints": "i",
+        "taxels": "i",
+        "objects": "i",
+        "raw": "i",
+        "pokes": "i",
+        "regions": "i",
+        "region taxels": "i",
+        "text bytes": "i",
+    }
+)
+"""Name and type (as in ``struct``) of each number: which frame, when [s], and how many there are of what follows."""
+ARRAYS: Mapping[str, str] = MappingProxyType(
+    {
+        "posture": "joints",
+        "velocity": "joints",
+        "pressures": "taxels",
+        "command.posture": "joints",
+        "command.stiffness": "joints",
+        "command.damping": "joints",
+        "command.torque": "joints",
+        "objects": "objects",
+        "measured.raw": "raw",
+    }
+)
+"""By attribute of the frame, how many float64 it has; ``objects`` are 16 each, poses row by row. SI units;
+``measured.raw`` as it was sent, none where the skin is simulated."""
+_PLACE: list[tuple[Any, ...]] = [("at.patch", "<i4"), ("at.face", "<i4"), ("at.weights", "<f8", (3,))]
+POKE = np.dtype(
+    [
+        ("id", "<i8"),
+        *_PLACE,
+        ("force", "<f8"),
+        ("world_position", "<f8", (3,)),
+        ("world_normal", "<f8", (3,)),
+        ("radius", "<f8"),
+    ]
+)
+"""Attributes of a ``PokeState``."""
+REGION = np.dtype(
+    [
+        ("id", "<i8"),
+        *_PLACE,
+        ("force", "<f8"),
+        ("area", "<f8"),
+        ("peak", "<f8"),
+        ("mean", "<f8"),
+        ("map_point", "<f8", (2,)),
+        ("link_position", "<f8", (3,)),
+        ("link_normal", "<f8", (3,)),
+        ("link_axes", "<f8", (2, 3)),
+        ("map_axes", "<f8", (2, 2)),
+        ("place_error", "<f8"),
+        ("force_error", "<f8"),
+        ("partner", "<i8"),
+        ("split_from", "<i8"),
+        ("torn", "u1"),
+        ("taxels.size", "<i4"),
+    ]
+)
+"""Attributes of a ``ContactRegion``; its link follows from its place, and what it merged with stands in the text. An id
+of 0 stands for none: regions count from 1."""
+_OPTIONAL_IDS = ("partner", "split_from")
+
+
+@dataclass(frozen=True)
+class MeasuredText:
+    """Of ``MeasuredValues`` all but the values."""
+
+    unit: Literal["counts", "Pa", "kPa"]
+    sent: float | None
+    sequence: int | None
+    units: ReadingUnits
+
+
+@dataclass(frozen=True)
+class FrameText:
+    """What a frame has in words or in varying number, as JSON.
+
+    Attributes:
+        why_limited: As in ``Frame``.
+        notes: The same.
+        ms: Milliseconds by stage.
+        merged: By region, the ids that became part of it at this tick; only of those that have any.
+        task: As in ``Frame``.
+        estimates: The same.
+        measured: Its facts but the values, which are among the arrays; None where the skin is simulated.
+        touched: Number of touched taxels by region; recordings of earlier versions do not store it.
+        parts: Parts of the force's uncertainty [N] by region and name; only of regions that have any.
+        limits: The same parts for the interval of 95 % [N].
+    """
+
+    why_limited: tuple[Limit, ...]
+    notes: tuple[ContactNote, ...]
+    ms: Mapping[str, float]
+    merged: Mapping[int, tuple[int, ...]]
+    task: TaskReport | None
+    estimates: Mapping[int, ForceEstimate]
+    measured: MeasuredText | None
+    touched: Mapping[int, int] = field(default_factory=dict, metadata=LATER)
+    parts: Mapping[int, Mapping[str, AnyFloat]] = field(default_factory=dict, metadata=LATER)
+    limits: Mapping[int, Mapping[str, AnyFloat]] = field(default_factory=dict, metadata=LATER)
+
+
+def _columns(record: np.dtype[Any]) -> list[str]:
+    return [f"{name}: {record[name].base.name}{list(record[name].shape) or ''}" for name in record.names or ()]
+
+
+FRAME_LAYOUT = json.dumps(
+    {
+        "type": "object",
+        "title": "tactile_maps.Frame",
+        "description": "Little-endian without padding: header, arrays of float64, pokes, regions, int32 taxel numbers "
+        "of all regions, text as JSON in UTF-8",
+        "header": dict(HEADER),
+        "arrays": dict(ARRAYS),
+        "poke": _columns(POKE),
+        "region": _columns(REGION),
+        "text": json_schema(FrameText),
+    }
+)
+
+FRAME_SCHEMA = descriptor("tactile_maps", "Frame", FRAME_LAYOUT)
+"""The message, described for Protobuf, with the layout as its comment."""
+_HEADER = struct.Struct("<" + "".join(HEADER.values()))
+_ARRAYS_AT = PREFIX_BYTES + _HEADER.size
+_POSE = 16
+_FINITE = ("force", "area", "peak", "mean", "map_point", "link_position", "link_normal", "link_axes", "map_axes")
+"""Of a region; its error bars may be infinite."""
+_COMMAND = ("posture", "stiffness", "damping", "torque")
+_NO_RAW = np.zeros(0)
+_arrays_of = attrgetter(*[name for name in ARRAYS if name != "measured.raw"])
+_poke_row, _region_row = attrgetter(*POKE.names or ()), attrgetter(*REGION.names or ())
+
+
+def encode_frame(frame: Frame) -> bytes:
+    """One frame as a message. Cost: 30 µs, 10 µs a region and 10 µs an estimate."""
+    regions = frame.regions
+    text = FrameText(
+        frame.why_limited,
+        frame.notes,
+        frame.timings.ms,
+        {region.id: region.merged for region in regions if region.merged},
+        frame.task,
+        frame.estimates,
+        _measured_text(frame.measured),
+        {region.id: region.touched for region in regions if region.touched is not None},
+        {region.id: region.force_parts for region in regions if region.force_parts},
+        {region.id: region.force_limits for region in regions if region.force_limits},
+    )
+    raw = _NO_RAW if frame.measured is None else frame.measured.raw
+    words = dump_json(text)
+    taxels = [region.taxels.astype("<i4").tobytes() for region in regions]
+    head = _HEADER.pack(
+        frame.tick,
+        frame.time,
+        len(frame.posture),
+        len(frame.pressures),
+        len(frame.objects),
+        len(raw),
+        len(frame.pokes),
+        len(regions),
+        sum(map(len, taxels)) // 4,
+        len(words),
+    )
+    arrays = [np.asarray(values, dtype="<f8").tobytes() for values in (*_arrays_of(frame), raw)]
+    pokes = np.array([_poke_row(poke) for poke in frame.pokes], dtype=POKE).tobytes() if frame.pokes else b""
+    rows = [tuple(0 if value is None else value for value in _region_row(region)) for region in regions]
+    records = np.array(rows, dtype=REGION).tobytes() if rows else b""
+    data = b"".join([head, *arrays, pokes, records, *taxels, words])
+    return prefix(len(data)) + data
+
+
+def _measured_text(measured: MeasuredValues | None) -> MeasuredText | None:
+    if measured is None:
+        return None
+    unit = cast("Literal['counts', 'Pa', 'kPa']", measured.unit)
+    return MeasuredText(unit, measured.sent, measured.sequence, measured.units)
+
+
+def decode_frame(data: bytes, prepared: PreparedScene, *, file: str | None = None) -> Frame:
+    """The frame of a message.
+
+    Args:
+        data: The message, from anyone.
+        prepared: The scene that was recorded.
+        file: Where it came from, for errors.
+
+    Raises:
+        RecordingError: It is damaged, or a frame of another scene: the place says which part.
+    """
+    return _FrameReader(data, prepared, file).frame()
+
+
+def tick_of(data: bytes, *, file: str | None = None) -> int:
+    """The tick of a frame's message, without reading the rest.
+
+    Raises:
+        RecordingError: There is none.
+    """
+    if len(data) < _ARRAYS_AT or (tick := int(_HEADER.unpack_from(data, PREFIX_BYTES)[0])) < 0:
+        problem = "the frame has no tick"
+        raise RecordingError(problem, file=file, place="/frame: header", value=f"{len(data)} bytes", remedy=DAMAGED)
+    return tick
+
+
+class FrameNumbers(NamedTuple):
+    """The few numbers of a frame that its curves are made of.
+
+    Attributes:
+        tick: Of the frame.
+        force: Of all contacts together [N]; of a real skin what its units say.
+        peak: Highest reading [Pa].
+        speed: Of the fastest joint [rad/s], or slide [m/s].
+        error: On the map [m]; NaN where no task has one.
+    """
+
+    tick: int
+    force: float
+    peak: float
+    speed: float
+    error: float
+
+
+class FrameArrays(NamedTuple):
+    """What a frame's message has in numbers, as views of it, and its text unread.
+
+    Attributes:
+        tick: Of the frame.
+        posture: (joints,) [rad], of slides [m].
+        velocity: (joints,) [rad/s], [m/s].
+        pressures: (taxels,) [Pa].
+        patches: (k,) of the contacts.
+        forces: (k,) of the contacts [N].
+        text: ``FrameText`` as JSON.
+    """
+
+    tick: int
+    posture: FloatArray
+    velocity: FloatArray
+    pressures: FloatArray
+    patches: IntArray
+    forces: FloatArray
+    text: bytes
+
+
+def frame_arrays(data: bytes) -> FrameArrays | None:
+    """These of a frame's message, without making the frame; None where it is not sound. Cost: 8 µs."""
+    if len(data) < _ARRAYS_AT or not has_prefix(data):
+        return None
+    tick, _time, *counts = _HEADER.unpack_from(data, PREFIX_BYTES)
+    sizes = _Sizes(*counts)
+    floats = 6 * sizes.joints + sizes.taxels + _POSE * sizes.objects + sizes.raw
+    before = _ARRAYS_AT + 8 * floats + sizes.pokes * POKE.itemsize
+    text = before + sizes.regions * REGION.itemsize + 4 * sizes.members
+    if min(sizes) < 0 or text + sizes.text != len(data):
+        return None
+    joints = sizes.joints
+    values = np.frombuffer(data, "<f8", 2 * joints + sizes.taxels, _ARRAYS_AT)
+    regions = np.frombuffer(data, REGION, sizes.regions, before)
+    return FrameArrays(
+        tick,
+        values[:joints],
+        values[joints : 2 * joints],
+        values[2 * joints :],
+        regions["at.patch"],
+        regions["force"],
+        data[text:],
+    )
+
+
+def frame_numbers(frame: FrameArrays) -> FrameNumbers:
+    """The numbers of a frame that its curves are made of."""
+    peak, speed = np.fmax.reduce(frame.pressures, initial=0.0), np.abs(frame.velocity).max(initial=0.0)
+    return FrameNumbers(frame.tick, float(frame.forces.sum()), float(peak), float(speed), _map_error(frame.text))
+
+
+def _map_error(text: bytes) -> float:
+    if b'"task":null' in text:
+        return float("nan")
+    try:
+        error = json.loads(text)["task"]["error"]
+    except (ValueError, LookupError, TypeError):
+        return float("nan")
+    return float(error) if isinstance(error, int | float) else float("nan")
+
+
+class _Sizes(NamedTuple):
+    """How many there are, in the order of ``HEADER``."""
+
+    joints: int
+    taxels: int
+    objects: int
+    raw: int
+    pokes: int
+    regions: int
+    members: int
+    text: int
+
+
+class _FrameReader:
+    """Takes a message apart from its beginning to its end; what is not sound is refused with its place."""
+
+    def __init__(self, data: bytes, prepared: PreparedScene, file: str | None) -> None:
+        self._data, self._skin, self._file = data, prepared.skin, file
+        if len(data) < _ARRAYS_AT:
+            raise self._refusal("the frame is too short", "header", f"{len(data)} bytes")
+        if not has_prefix(data):
+            raise self._refusal("the frame is not one field of bytes", "prefix", f"{len(data)} bytes")
+        self._tick, self._time, *counts = _HEADER.unpack_from(data, PREFIX_BYTES)
+        self._sizes, self._at = _Sizes(*counts), _ARRAYS_AT
+        if self._tick < 0 or not np.isfinite(self._time):
+            raise self._refusal("there is no such time", "header", f"tick {self._tick}, {self._time} s")
+        self._check_sizes(prepared)
+
+    def _check_sizes(self, prepared: PreparedScene) -> None:
+        sizes = self._sizes
+        if min(sizes) < 0:
+            raise self._refusal("a number of parts is negative", "header", tuple(sizes))
+        known = (len(prepared.robot.joints), len(prepared.skin), len(prepared.objects))
+        if (sizes.joints, sizes.taxels, sizes.objects) != known:
+            raise self._refusal("the frame is of another robot, skin or scene", "header", tuple(sizes))
+        if sizes.raw not in (0, sizes.taxels):
+            raise self._refusal("there is not one raw value for each taxel", "header", sizes.raw)
+        floats = sum(self._length(of) for of in ARRAYS.values())
+        records = sizes.pokes * POKE.itemsize + sizes.regions * REGION.itemsize
+        if self._at + 8 * floats + records + 4 * sizes.members + sizes.text != len(self._data):
+            raise self._refusal("the sizes do not add up", "header", f"{len(self._data)} bytes")
+
+    def frame(self) -> Frame:
+        """The frame; called once."""
+        arrays = {name: self._take(np.dtype("<f8"), self._length(of)) for name, of in ARRAYS.items()}
+        for name in ("posture", "velocity", "objects"):
+            self._check_finite(arrays[name], name)
+        pokes, regions = self._take(POKE, self._sizes.pokes), self._take(REGION, self._sizes.regions)
+        members = self._take(np.dtype("<i4"), self._sizes.members)
+        text = load_json(FrameText, self._data[self._at :], error=RecordingError, place="/frame", file=self._file,
+                         remedy=DAMAGED)  # fmt: skip
+        return Frame(
+            tick=self._tick,
+            time=self._time,
+            posture=arrays["posture"],
+            velocity=arrays["velocity"],
+            pressures=arrays["pressures"],
+            regions=self._regions(regions, members, text),
+            pokes=self._pokes(pokes),
+            command=JointCommand(*(arrays[f"command.{name}"] for name in _COMMAND)),
+            why_limited=text.why_limited,
+            timings=Timings(dict(text.ms)),
+            objects=arrays["objects"].reshape(-1, 4, 4),
+            notes=text.notes,
+            task=self._task(text.task),
+            estimates=self._estimates(text.estimates),
+            measured=self._measured(text.measured, arrays["measured.raw"]),
+        )
+
+    def _length(self, of: str) -> int:
+        return getattr(self._sizes, of) * (_POSE if of == "objects" else 1)
+
+    def _take(self, dtype: np.dtype[Any], count: int) -> Any:
+        """(count,) the next values."""
+        values = np.frombuffer(self._data, dtype, count, self._at)
+        self._at += values.nbytes
+        return values
+
+    def _pokes(self, rows: Any) -> tuple[PokeState, ...]:
+        if not len(rows):
+            return ()
+        for name in ("force", "world_position", "world_normal", "radius"):
+            self._check_finite(rows[name], f"pokes.{name}")
+        places = self._places(rows, "pokes")
+        return tuple(PokeState(at=at, **values) for at, values in zip(places, _fields(rows), strict=True))
+
+    def _regions(self, rows: Any, members: IntArray, text: FrameText) -> tuple[ContactRegion, ...]:
+        counts = rows["taxels.size"]
+        if (counts < 0).any() or int(counts.sum(dtype=np.int64)) != len(members):
+            raise self._refusal("the regions' taxels do not add up", "regions.taxels.size", counts.tolist())
+        if not len(rows):
+            return ()
+        if members.size and not 0 <= members.min() <= members.max() < len(self._skin):
+            raise self._refusal("there is no such taxel", "regions.taxels", f"{members.min()} to {members.max()}")
+        if (rows["torn"] > 1).any():
+            raise self._refusal("this must be 0 or 1", "regions.torn", rows["torn"].tolist())
+        for name in _FINITE:
+            self._check_finite(rows[name], f"regions.{name}")
+        for number, count in zip(rows["id"].tolist(), counts.tolist(), strict=True):
+            touched = text.touched.get(number)
+            if touched is not None and not 0 < touched <= count:
+                raise self._refusal(f"this must be 1 to {count}", f"touched.{number}", touched)
+        places, groups = self._places(rows, "regions"), np.split(members, np.cumsum(counts)[:-1])
+        return tuple(
+            ContactRegion(
+                **values | {"torn": bool(values["torn"])} | {name: values[name] or None for name in _OPTIONAL_IDS},
+                at=at,
+                taxels=taxels,
+                link=self._skin.link(at),
+                merged=text.merged.get(values["id"], ()),
+                touched=text.touched.get(values["id"]),
+                force_parts=text.parts.get(values["id"], {}),
+                force_limits=text.limits.get(values["id"], {}),
+            )
+            for values, at, taxels in zip(_fields(rows), places, groups, strict=True)
+        )
+
+    def _places(self, rows: Any, part: str) -> list[SurfacePoint]:
+        columns = (rows[name].tolist() for name in ("at.patch", "at.face", "at.weights"))
+        places = [SurfacePoint(patch, face, (a, b, c)) for patch, face, (a, b, c) in zip(*columns, strict=True)]
+        for number, at in enumerate(places):
+            check_place(at, self._skin, place=f"/frame: {part}[{number}].at", file=self._file)
+        return places
+
+    def _task(self, task: TaskReport | None) -> TaskReport | None:
+        if task is not None and task.target is not None:
+            check_place(task.target, self._skin, place="/frame: task.target", file=self._file)
+        return task
+
+    def _estimates(self, estimates: Mapping[int, ForceEstimate]) -> Mapping[int, ForceEstimate]:
+        for number, estimate in estimates.items():
+            if estimate.at is not None:
+                check_place(estimate.at, self._skin, place=f"/frame: estimates.{number}.at", file=self._file)
+        return estimates
+
+    def _measured(self, text: MeasuredText | None, raw: FloatArray) -> MeasuredValues | None:
+        if text is None:
+            if len(raw):
+                raise self._refusal("raw values have no unit", "measured", None)
+            return None
+        if len(raw) != self._sizes.taxels or np.isinf(raw).any():
+            raise self._refusal("there is not one raw value for each taxel", "measured.raw", len(raw))
+        return MeasuredValues(raw, text.unit, text.sent, text.sequence, text.units)
+
+    def _check_finite(self, values: FloatArray, name: str) -> None:
+        if not np.isfinite(values).all():
+            raise self._refusal("this must be a finite number", name, values[~np.isfinite(values)][0])
+
+    def _refusal(self, problem: str, part: str, value: object) -> RecordingError:
+        return RecordingError(problem, file=self._file, place=f"/frame: {part}", value=value, remedy=DAMAGED)
+
+
+def _fields(rows: Any) -> list[dict[str, Any]]:
+    """Of each row its values by name; without those of a place and of lengths."""
+    names = [name for name in rows.dtype.names if "." not in name]
+    columns = [rows[name] if rows[name].ndim > 1 else rows[name].tolist() for name in names]
+    return [dict(zip(names, values, strict=True)) for values in zip(*columns, strict=True)]
+
+
+def check_place(at: SurfacePoint, skin: Skin, *, place: str, file: str | None = None) -> None:
+    """Refuse a place that is not on the skin.
+
+    Args:
+        at: Read from a recording.
+        skin: Of its scene.
+        place: Where it stands, for the error.
+        file: The recording, for the error.
+
+    Raises:
+        RecordingError: No such patch or face, or weights that are none.
+    """
+    known = 0 <= at.patch < len(skin.patches) and 0 <= at.face < len(skin.patches[at.patch].surface.faces)
+    # NaN compares false
+    if not (known and min(at.weights) >= -1e-6 and abs(sum(at.weights) - 1) < 1e-6):
+        raise RecordingError("there is no such place on the skin", file=file, place=place, value=at, remedy=DAMAGED)

@@ -1,0 +1,1 @@
+"""The MCAP file of a recording: its messages, and what is done about damage."""

@@ -1,0 +1,339 @@
+"""Writes a session to a file while it runs, so that what was recorded survives whatever happens next.
+
+``record`` writes what a session does within a block. ``save_failure_report`` keeps what stopped a session, as a
+recording that stops again when it is replayed.
+"""
+
+from __future__ import annotations
+
+import platform
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from importlib.metadata import version
+from itertools import takewhile
+from pathlib import Path
+from types import TracebackType
+
+from mcap.writer import CompressionType, Writer
+
+from tactile_maps.core.errors import RecordingError
+from tactile_maps.core.interrupts import interrupts_held
+from tactile_maps.recording.encoding.annotations import Mark
+from tactile_maps.recording.encoding.frame_codec import encode_frame
+from tactile_maps.recording.encoding.message_codecs import encode_event, encode_failure, encode_input, encode_mark
+from tactile_maps.recording.encoding.viewer_messages import ViewerMessages
+from tactile_maps.recording.file.mcap_file import MEASURED, NO_SPACE, STARTED, add_viewer_channels, begin_recording
+from tactile_maps.recording.file.recording_file import RecordingFile
+from tactile_maps.recording.machine import machine_facts
+from tactile_maps.session.bundle import pack_scene
+from tactile_maps.session.frame import Failure, Frame
+from tactile_maps.session.inputs import MapEdited, SessionInput
+from tactile_maps.session.prepare import PreparedScene
+from tactile_maps.session.session import Session
+
+FRAMES_A_CHUNK = 6
+"""A killed process loses at most the frames of the chunk being filled."""
+
+
+class Recorder:
+    """A recording being written. Mutable; ``close`` completes the file, and it is also a context manager.
+
+    A block that ends with an exception, Ctrl-C included, does not replace an existing file: the new recording is
+    completed as ``written``, and a note of the exception names both files. Ctrl-C waits until what is being written is
+    whole.
+
+    The file is created and locked at once, see ``RecordingFile``. The robot, skin, map and scene go in with the first
+    tick and are flushed, then chunks of a few frames, each flushed when full. A recording without a frame is removed
+    when it is closed.
+
+    Args:
+        prepared: What the session runs on.
+        path: The file; it must not exist.
+        overwrite: Replace an existing file once the new recording is complete.
+        viewers: Write also what viewers of other programs show, see ``viewer_messages``; a replay is the same without.
+        started: Wall-clock time [ns since 1970] of the session's tick 0, from which the file's times count; by default
+            now.
+        measured: Where the frames' readings were measured; None where they are simulated.
+
+    Raises:
+        RecordingError: The file exists, another program writes it, or it cannot be written.
+
+    Cost: about 0.05 ms a frame of 1000 taxels, as much again with the messages for viewers; the first one 0.1
+    to 1 s, in which robot and map are compressed.
+    """
+
+    def __init__(
+        self,
+        prepared: PreparedScene,
+        path: str | Path,
+        *,
+        overwrite: bool = False,
+        viewers: bool = True,
+        started: int | None = None,
+        measured: str | None = None,
+    ) -> None:
+        self._measured = {} if measured is None else {MEASURED: measured}
+        self.path, self.frames = Path(path), 0
+        self._started = time.time_ns() if started is None else started
+        self._for_viewers = viewers
+        self._viewers: ViewerMessages | None = None  # made with the file's beginning
+        self.tick, self._inputs, self._map, self._told = prepared.scene.tick, 0, prepared.map, -1
+        self._prepared: PreparedScene | None = prepared  # until it is in the file
+        self._file = RecordingFile(self.path, overwrite=overwrite)
+        self._stream = self._file.stream
+        frame_bytes = 8 * (len(prepared.skin) + 6 * len(prepared.robot.joints)) + 256
+        self._writer = Writer(
+            self._stream,
+            chunk_size=FRAMES_A_CHUNK * frame_bytes,
+            compression=CompressionType.ZSTD,
+            enable_data_crcs=True,
+        )
+
+    def _begin(self) -> None:
+        """Write what goes before the messages, if it is not in the file yet: whoever writes waits for it, not
+        whoever makes the recorder.
+        """
+        prepared, self._prepared = self._prepared, None
+        if prepared is None:
+            return
+        scene = prepared.scene
+        metadata = versions() | machine_facts()
+        metadata |= {"seed": str(scene.seed), "tick_s": repr(scene.tick), STARTED: str(self._started)}
+        metadata |= self._measured
+        try:
+            channels = begin_recording(self._writer, metadata, pack_scene(prepared))
+            if self._for_viewers:
+                self._viewers = ViewerMessages(prepared, started=self._started)
+                channels = {**channels, **add_viewer_channels(self._writer, self._viewers.schemas)}
+            self._channels, self._numbers = channels, dict.fromkeys(channels, 0)
+            self._stream.flush()
+        except OSError as error:
+            self.abandon()
+            raise RecordingError(
+                "the recording cannot be written",
+                file=self.written,
+                value=error,
+                remedy="Free space or choose another folder",
+            ) from error
+
+    def write(self, frame: Frame, inputs: Sequence[tuple[int, SessionInput]]) -> None:
+        """Add a frame, and the session's inputs and contact events that are not in the file yet.
+
+        Args:
+            frame: The newest.
+            inputs: All of the session's inputs since its reset.
+
+        Raises:
+            RecordingError: The disk is full or the file is gone; the file stays readable up to there.
+        """
+        with interrupts_held():
+            self._begin()
+            told = takewhile(lambda event: event.tick > self._told, frame.recent)
+            events = [("/event", event.tick, encode_event(event)) for event in told][::-1]
+            shown = self._shown(frame, inputs[self._inputs :])
+            self._add(inputs, *events, ("/frame", frame.tick, encode_frame(frame)), *shown)
+            self._told = frame.tick
+            self.frames += 1
+
+    def mark(self, mark: Mark) -> None:
+        """Add a moment with a name; after the frame of its tick.
+
+        Raises:
+            RecordingError: As ``write``.
+        """
+        with interrupts_held():
+            self._put([("/mark", mark.tick, encode_mark(mark))])
+
+    def fail(self, failure: Failure) -> None:
+        """Add why the session stopped, and the inputs of its last tick: whoever replays the file sees it stop again.
+
+        The last good frame goes in first where there is none yet.
+
+        Raises:
+            RecordingError: As ``write``.
+        """
+        if not self.frames:
+            self.write(failure.frame, [item for item in failure.inputs if item[0] < failure.tick])
+        shown = [] if self._viewers is None else self._viewers.of_failure(failure)
+        told = [(topic, failure.tick, data) for topic, data in shown]
+        with interrupts_held():
+            self._add(failure.inputs, ("/failure", failure.tick, encode_failure(failure.tick, failure.error)), *told)
+
+    def _shown(self, frame: Frame, news: Sequence[tuple[int, SessionInput]]) -> list[tuple[str, int, bytes]]:
+        """What viewers are told of a frame; ``news`` are the inputs since the last."""
+        if self._viewers is None:
+            return []
+        for _, session_input in news:
+            if isinstance(session_input, MapEdited):
+                self._viewers.use_map(session_input.map)
+        messages = self._viewers.of(frame)
+        if not self.frames:
+            messages = self._viewers.opening(frame.tick) + messages
+        return [(topic, frame.tick, data) for topic, data in messages]
+
+    def _add(self, inputs: Sequence[tuple[int, SessionInput]], *more: tuple[str, int, bytes]) -> None:
+        """The inputs that are not in the file yet, and more messages, each of a topic and tick."""
+        news = [
+            ("/input", tick, encode_input(tick, session_input, self._map))
+            for tick, session_input in inputs[self._inputs :]
+        ]
+        self._put([*news, *more])
+        self._inputs = len(inputs)
+
+    def _put(self, messages: Sequence[tuple[str, int, bytes]]) -> None:
+        """Messages, each of a topic and tick."""
+        self._begin()
+        try:
+            for topic, tick, data in messages:
+                at = self._started + round(1e9 * tick * self.tick)
+                # A running number for each topic: whoever reads the file sees by it that a message is gone.
+                self._writer.add_message(self._channels[topic], at, data, at, self._numbers[topic])
+                self._numbers[topic] += 1
+            self._stream.flush()
+        except OSError as error:
+            raise RecordingError(
+                "the recording cannot be written further", file=self.written, value=error, remedy=NO_SPACE
+            ) from error
+
+    @property
+    def written(self) -> Path:
+        """The file being written: another one than ``path`` while an existing file is replaced."""
+        return self._file.written
+
+    @property
+    def bytes_written(self) -> int:
+        """So far."""
+        return self._stream.tell()
+
+    def check_file(self) -> None:
+        """Make sure that what is written can be found again: a file that was removed takes bytes all the same.
+
+        Raises:
+            RecordingError: The file is not where it was made.
+        """
+        if not self._file.is_present():
+            remedy = "Record again; do not move a recording before it is complete"
+            raise RecordingError("the recording was removed or replaced while it was written", file=self.written,
+                                 remedy=remedy)  # fmt: skip
+
+    def close(self, *, replace: bool = True) -> None:
+        """Complete the file with its index; remove one that has no frame. Closing twice does nothing.
+
+        Args:
+            replace: Replace an existing file; False to keep it, and the new recording as ``written``.
+
+        Raises:
+            RecordingError: The last bytes could not be written, or the file was removed meanwhile.
+        """
+        if self._stream.closed:
+            return
+        with interrupts_held():
+            self._complete(replace=replace)
+
+    def _complete(self, *, replace: bool) -> None:
+        if not self.frames:
+            self._file.discard()
+            return
+        try:
+            self._writer.finish()
+            self._stream.flush()
+            self.check_file()
+            self._file.complete(replace=replace)
+        except RecordingError:
+            self.abandon()
+            raise
+        except OSError as error:
+            self.abandon()
+            raise RecordingError(
+                "the recording could not be completed", file=self.written, value=error, remedy=NO_SPACE
+            ) from error
+
+    def abandon(self) -> None:
+        """Close a file that takes no more bytes, without completing it; remove one that has no frame."""
+        if self.frames:
+            self._file.abandon()
+        else:
+            self._file.discard()
+
+    def __enter__(self) -> Recorder:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        kept = (
+            f"{self.path} is unchanged; the new recording up to here is {self.written}" if self._file.replaces else ""
+        )
+        try:
+            self.close(replace=kind is None)
+        except RecordingError as failure:
+            self._add_note(failure, kept)
+            raise
+        if error is not None:
+            self._add_note(error, kept)
+
+    def _add_note(self, error: BaseException, note: str) -> None:
+        if note and self.frames:
+            error.add_note(note)
+
+
+def versions() -> dict[str, str]:
+    """What the numbers depend on: the programs' versions and the kind of machine."""
+    names = ("tactile-maps", "numpy", "scipy", "mujoco", "libigl")
+    return {name: version(name) for name in names} | {
+        "python": platform.python_version(),
+        "machine": f"{platform.system()} {platform.machine()}",
+    }
+
+
+def save_failure_report(session: Session, path: str | Path, *, overwrite: bool = False) -> Path:
+    """Write why ``session`` stopped: its scene, all inputs, the last good frame and the error; the file's path.
+
+    Anyone may replay and verify it: the inputs are simulated again, and must end at the same tick with the same words.
+
+    Args:
+        session: One whose ``failure`` is set.
+        path: The file; it must not exist.
+        overwrite: Replace an existing file.
+
+    Raises:
+        RecordingError: Nothing stopped the session, or the file cannot be written.
+    """
+    failure = session.failure
+    if failure is None:
+        raise RecordingError("there is nothing to report: the session did not stop by itself", file=path)
+    with Recorder(session.prepared, path, overwrite=overwrite, viewers=False) as recorder:
+        recorder.fail(failure)
+    return Path(path)
+
+
+@contextmanager
+def record(session: Session, path: str | Path, *, overwrite: bool = False, viewers: bool = True) -> Iterator[Recorder]:
+    """Write every tick of ``session`` to a file while the block runs, the frame it begins with included.
+
+    Where the physics gives up, the file says so, and replays to the same stop.
+
+    Args:
+        session: Which.
+        path: The file, usually ``.mcap``; it must not exist.
+        overwrite: Replace an existing file.
+        viewers: Write also what viewers of other programs show, as ``Recorder``.
+
+    Raises:
+        RecordingError: The file exists or cannot be written.
+
+    Example:
+        >>> with tm.record(session, "touch.mcap") as recording:
+        ...     frame = session.run_for(0.1)
+        >>> recording.frames
+        21
+    """
+    with Recorder(session.prepared, path, overwrite=overwrite, viewers=viewers) as recorder:
+        recorder.write(session.frame, session.inputs)
+        with session.watched(lambda frame: recorder.write(frame, session.inputs)):
+            try:
+                yield recorder
+            finally:
+                if session.failure is not None:
+                    recorder.fail(session.failure)

@@ -1,0 +1,94 @@
+"""One recording of a sweep: a scene with settings of its own, simulated for a while and written to a file.
+
+A case names the file and the settings; whoever makes many of them, in one process or on many machines, asks for one
+after the other. Robot, skin and map are kept between those that share them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+from tactile_maps.core.errors import RecordingError
+from tactile_maps.core.files import make_atomically
+from tactile_maps.recording.recorder import Recorder
+from tactile_maps.scene.object_meshes import make_objects
+from tactile_maps.scene.scene import Scene
+from tactile_maps.scene.scene_sweep import varied_scene
+from tactile_maps.session.prepare import PreparedScene
+from tactile_maps.session.prepared_cache import prepare_cached
+from tactile_maps.session.session import Session
+from tactile_maps.skin.fitting.cover import CoverSpec
+from tactile_maps.skin.fitting.fit import GridSpec
+
+OWN = ("file", "seconds")
+"""Keys of a case that are no settings of the scene."""
+_KEPT = 4
+
+
+@dataclass(frozen=True)
+class SweepRecording:
+    """What all recordings of a sweep have in common.
+
+    Attributes:
+        scene: Which is varied.
+        folder: Where the files go.
+        sweep: The sweep's file, for errors.
+        viewers: Whether other programs can show them, see ``Recorder``.
+    """
+
+    scene: Scene
+    folder: Path
+    sweep: str
+    viewers: bool = True
+
+
+def record_case(case: Mapping[str, Any], *, common: SweepRecording) -> list[dict[str, str | float | int | bool | None]]:
+    """Simulate and record one; a file that is there is replaced once the new one is whole.
+
+    Args:
+        case: ``file``, ``seconds``, and settings of the scene by their dotted keys.
+        common: The rest.
+
+    Returns:
+        One row: frames, contacts, and the strongest contact's force [N].
+
+    Raises:
+        TactileMapsError: The settings are wrong, the simulation stopped, or the file cannot be written; then there is
+            no file.
+
+    Cost: that of the simulation, and 0.1 to 1 s in which robot and map are written.
+    """
+    settings = {key: value for key, value in case.items() if key not in OWN}
+    scene = varied_scene(common.scene, settings, file=common.sweep)
+    session = Session(_prepared(scene), effects=scene.unattended.effects)
+    contacts: set[int] = set()
+    strongest, touched, count = 0.0, 0, max(1, round(case["seconds"] / scene.tick))
+    target = common.folder / case["file"]
+    with (
+        make_atomically(target, error=RecordingError, overwrite=True) as part,
+        Recorder(session.prepared, part, viewers=common.viewers) as recorder,
+    ):
+        for _ in range(count):
+            frame = session.tick()
+            recorder.write(frame, session.inputs)
+            contacts |= {region.id for region in frame.regions}
+            strongest = max([strongest, *(region.force for region in frame.regions)])
+            touched += bool(frame.regions)
+    return [{"frames": count, "contacts": len(contacts), "touched": touched / count, "max_force_N": strongest}]
+
+
+def _prepared(scene: Scene) -> PreparedScene:
+    base = _base(scene.robot, scene.taxel_file, scene.cover, scene.grids, scene.package_roots)
+    return replace(base, scene=scene, objects=make_objects(scene))
+
+
+@lru_cache(maxsize=_KEPT)
+def _base(
+    robot: str, taxel_file: str, cover: CoverSpec, grids: tuple[GridSpec, ...], roots: tuple[str, ...]
+) -> PreparedScene:
+    """Robot, skin and map, which depend on nothing else of a scene."""
+    return prepare_cached(Scene("sweep", robot, taxel_file=taxel_file, cover=cover, grids=grids, package_roots=roots))

@@ -1,0 +1,226 @@
+"""Cuts a part out of a recording into a new file; the recording itself is only read.
+
+The part holds the frames of its ticks, all inputs up to its end, so that it is simulated again as the whole is, and
+what is said of these ticks.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from mcap.records import Message
+from mcap.writer import CompressionType, Writer
+
+from tactile_maps.core.errors import RecordingError
+from tactile_maps.core.files import check_output, open_atomically
+from tactile_maps.core.progress import Progress, no_progress, part_of_progress
+from tactile_maps.recording.encoding.annotations import (
+    LabelledEpisode,
+    annotations_entry,
+    annotations_in,
+    load_annotations,
+)
+from tactile_maps.recording.encoding.viewer_messages import ROBOT_TOPIC, viewer_schemas
+from tactile_maps.recording.file import mcap_file
+from tactile_maps.recording.file.damage import DamageKind, RecordingDamage
+from tactile_maps.recording.file.messages import FramePlaces, RecordedMessages, damage_entry, read_messages
+from tactile_maps.recording.player import RecordingPlayer
+from tactile_maps.session.bundle import unpack_scene
+from tactile_maps.session.prepare import PreparedScene
+
+_CHUNK_BYTES = 1_000_000
+_CHUNKS_A_STEP = 50
+_OF_FRAMES = (DamageKind.FRAMES_MISSING, DamageKind.FRAMES_REPEATED, DamageKind.FRAMES_OUT_OF_ORDER)
+
+
+@dataclass(frozen=True)
+class TrimResult:
+    """What was written.
+
+    Attributes:
+        frames: How many.
+        seconds: From the first to the last.
+        file: The new file.
+        damage: What the source had lost that affects the part; the new file states the same.
+        tick: Time step of the scene [s].
+    """
+
+    frames: int
+    seconds: float
+    file: str
+    damage: tuple[RecordingDamage, ...] = ()
+    tick: float = 0.0
+
+
+def trim(
+    source: str | Path,
+    target: str | Path,
+    *,
+    first: int = 0,
+    last: int | None = None,
+    overwrite: bool = False,
+    progress: Progress = no_progress,
+) -> TrimResult:
+    """Write the ticks ``first`` to ``last`` of a recording to a new one.
+
+    Args:
+        source: The recording; it stays as it is.
+        target: The new file.
+        first: Tick.
+        last: Tick, which is within; None for the end.
+        overwrite: Replace an existing file.
+        progress: Told how far it is, 0 to 1; may raise to cancel, and then nothing stays.
+
+    Raises:
+        RecordingError: The source is no recording or has no frame there; the target exists or cannot be written.
+    """
+    source, target = Path(source), Path(target)
+    check_apart(source, target)
+    contents = mcap_file.read_recording(source)
+    prepared = unpack_scene(contents.attachments, file=str(source))
+    messages = read_messages(contents, prepared, file=str(source), progress=lambda text, done: progress(text, done / 2))
+    ticks = messages.frames.ticks
+    if not len(ticks):
+        raise contents.no_frame()
+    kept = messages.frames.within(first, int(ticks[-1]) if last is None else last).ticks
+    if not len(kept):
+        span = f"ticks {first} to {'the end' if last is None else last}"
+        has = f"It has ticks {ticks[0]} to {ticks[-1]}"
+        raise RecordingError("the recording has no frame there", file=source, value=span, remedy=has)
+    begin, end = int(kept[0]), int(kept[-1])
+    own = annotations_in(contents.metadata, messages.marks, file=str(source))
+    said = (load_annotations(source, of=contents.metadata.get(mcap_file.STARTED, "")) or own).within(begin, end)
+    part = _Part(contents, messages, prepared, begin, end)
+    with open_atomically(target, error=RecordingError, overwrite=overwrite) as stream:
+        writer = Writer(stream, chunk_size=_CHUNK_BYTES, compression=CompressionType.ZSTD, enable_data_crcs=True)
+        part.write(writer, annotations_entry(said), progress)
+    seconds = (end - begin) * prepared.scene.tick
+    return TrimResult(len(kept), seconds, str(target), part.damage, prepared.scene.tick)
+
+
+def check_apart(source: Path, target: Path) -> None:
+    """Refuse to write a part over the recording it is cut out of.
+
+    Raises:
+        RecordingError: They are the same file.
+    """
+    if source.resolve() == target.resolve():
+        raise RecordingError("a recording cannot be cut into itself", file=target, remedy="Name another file")
+
+
+class _Part:
+    """What of a recording goes into the new file."""
+
+    def __init__(
+        self,
+        contents: mcap_file.RecordingContents,
+        messages: RecordedMessages,
+        prepared: PreparedScene,
+        first: int,
+        last: int,
+    ) -> None:
+        self._contents, self._prepared, self._first, self._last = contents, prepared, first, last
+        frames = messages.frames.within(first, last)
+        self._number = int(frames.numbers.min())  # running numbers begin at 0, and keep their gaps
+        self.damage = tuple(one for one in messages.damage if _concerns(one, first, last))
+        self._to_end = last == messages.frames.ticks[-1]
+        self._frames = _by_chunk(frames)
+        start = contents.messages(int(frames.chunks[0]))
+        assert start is not None
+        self._start_time = start[int(frames.places[0])][1].log_time
+        self._end_time = self._start_time + round(1e9 * (last - first) * prepared.scene.tick)
+
+    def write(self, writer: Writer, entry: dict[str, str], progress: Progress) -> None:
+        contents = self._contents
+        metadata = contents.metadata | damage_entry(self.damage) | entry
+        channels = mcap_file.begin_recording(writer, metadata, contents.attachments)
+        shown = viewer_schemas(self._prepared)
+        if not shown.keys().isdisjoint(contents.channels.values()):
+            channels = {**channels, **mcap_file.add_viewer_channels(writer, shown)}
+        for number, messages in enumerate(contents.all_messages()):
+            if number % _CHUNKS_A_STEP == 0:
+                progress("Writing the part", 0.5 + 0.5 * number / len(contents.chunks))
+            frames = self._frames(number)
+            for place, (topic, message) in enumerate(messages or ()):
+                for time, sequence in self._as_kept(topic, message, kept=place in frames):
+                    if topic in channels:
+                        writer.add_message(channels[topic], time, message.data, time, sequence)
+        writer.finish()
+
+    def _as_kept(self, topic: str, message: Message, *, kept: bool) -> Iterator[tuple[int, int]]:
+        """Yield time and running number of a message in the new file; nothing where it does not belong there.
+
+        Args:
+            topic: The topic.
+            message: The message.
+            kept: Whether it is one of the frames of the part.
+        """
+        time, inside = message.log_time, self._start_time <= message.log_time <= self._end_time
+        if topic == "/frame":
+            if kept:
+                yield time, message.sequence - self._number
+        elif topic == "/failure":
+            if self._to_end:
+                yield time, message.sequence
+        elif topic in ("/input", "/event"):
+            if time <= self._end_time:
+                yield time, message.sequence
+        elif topic == ROBOT_TOPIC:
+            yield max(time, self._start_time), message.sequence
+        elif topic != "/mark" and inside:
+            yield time, message.sequence
+
+
+def _by_chunk(frames: FramePlaces) -> Callable[[int], frozenset[int]]:
+    """Return a function that gives the indices of the frames among the messages of a chunk."""
+    order = np.lexsort((frames.places, frames.chunks))
+    chunks, places = frames.chunks[order], frames.places[order]
+
+    def of(chunk: int) -> frozenset[int]:
+        return frozenset(places[slice(*np.searchsorted(chunks, (chunk, chunk + 1)).tolist())].tolist())
+
+    return of
+
+
+def _concerns(damage: RecordingDamage, first: int, last: int) -> bool:
+    """Whether the damage can affect these ticks: missing frames within them, missing inputs and events also before.
+
+    Damage without a place in time (unreadable chunks, checksums) may affect any part.
+    """
+    if damage.first is None:
+        return True
+    if damage.first > last:
+        return False
+    return damage.kind not in _OF_FRAMES or damage.last is None or damage.last >= first
+
+
+def trim_episodes(
+    player: RecordingPlayer, folder: Path, *, overwrite: bool = False, progress: Progress = no_progress
+) -> list[TrimResult]:
+    """Write each episode of a recording that was labelled to a file of its own, "01 press.mcap".
+
+    Raises:
+        RecordingError: None was labelled, or as ``trim``.
+    """
+    episodes = player.annotations().episodes
+    if not episodes:
+        remedy = "Label them in the window: Recording > Range as episode"
+        raise RecordingError("no episode of the recording is labelled", file=player.path, remedy=remedy)
+    for number, one in enumerate(episodes, start=1):  # all of them before the first is written
+        check_output(folder / episode_file_name(number, one), error=RecordingError, overwrite=overwrite)
+    written = []
+    for number, one in enumerate(episodes, start=1):
+        own = part_of_progress(progress, (number - 1) / len(episodes), number / len(episodes))
+        target = folder / episode_file_name(number, one)
+        written.append(trim(player.path, target, first=one.first, last=one.last, overwrite=overwrite, progress=own))
+    return written
+
+
+def episode_file_name(number: int, episode: LabelledEpisode) -> str:
+    """What the file of an episode is called: "01 press.mcap"."""
+    label = re.sub(r"[^\w\-]+", " ", episode.label).strip()[:80]
+    return f"{number:02d} {label or 'episode'}.mcap"

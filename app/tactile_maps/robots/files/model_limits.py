@@ -1,0 +1,190 @@
+"""What a model may ask for, counted in its text: before MuJoCo reads it, and before anything is made of it.
+
+``check_amounts`` bounds what costs time and memory. ``check_contents`` admits nothing but a robot: no file outside the
+given ones, no plug-in, no order for memory, no other kind of section.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Collection
+from pathlib import Path
+from xml.etree.ElementTree import Element
+
+from tactile_maps.core.errors import RobotError
+
+MAX_COPIES = 2000
+MAX_BODIES = 500
+MAX_JOINTS = 500
+MAX_SHAPES = 5000
+MAX_COUPLINGS = 500
+MAX_MESHES = 5000
+"""The time to look one up by its name grows with their number."""
+MAX_CLASSES = 500
+"""Classes of defaults; resetting one takes milliseconds."""
+MAX_PAIRS = 3000
+"""Pairs of bodies or shapes that the model excludes from contact or that it lists."""
+MAX_MODEL_ELEMENTS = 50_000
+"""Elements of all kinds, copies included."""
+MAX_CHAIN = 200
+"""Links in a row; MuJoCo's time grows with the third power, and it stops at 1,000."""
+MAX_BUILT_IN_FACES = 200_000
+MAX_MESH_PARAMETER = 256.0  # MuJoCo's own shapes are grids of at most this many cells a side
+LARGEST_MAGNITUDE = 1e6
+"""m, or the same number of anything else; beyond it float32 shapes lose their form."""
+
+_COUNTED = (
+    ("bodies", ("body", "link"), MAX_BODIES),
+    ("joints", ("joint", "freejoint"), MAX_JOINTS),
+    ("shapes", ("geom", "visual", "collision"), MAX_SHAPES),
+    ("couplings", ("connect", "weld", "mimic"), MAX_COUPLINGS),
+    ("meshes", ("mesh",), MAX_MESHES),
+    ("classes of defaults", ("default",), MAX_CLASSES),
+    ("pairs in its contact section", ("exclude", "pair"), MAX_PAIRS),
+)
+_PLACED = ("body", "link", "geom", "joint", "inertial", "origin", "sphere", "box", "cylinder", "capsule")
+_LENGTHS = ("size", "pos", "fromto", "radius", "length", "xyz")
+
+
+def check_amounts(root: Element, file: Path | str) -> None:
+    """Count what the model would hold, copies by ``<replicate>`` included.
+
+    Args:
+        root: MJCF, its includes unfolded, or URDF.
+        file: For errors.
+
+    Raises:
+        RobotError: It asks for more than the limits above, or has a size out of range.
+    """
+    counts = _counts(root, file)
+    for name, tags, most in _COUNTED:
+        count = sum(counts[tag] for tag in tags)
+        if count > most:
+            remedy = f"The most is {most}: leave out what is no part of the robot, or merge rigid parts"
+            raise RobotError(f"the robot has more than {most} {name}", file=file, value=count, remedy=remedy)
+    if counts.total() > MAX_MODEL_ELEMENTS:
+        remedy = f"The most is {MAX_MODEL_ELEMENTS}, copies included"
+        raise RobotError("the robot has too many elements", file=file, value=counts.total(), remedy=remedy)
+    _check_meshes(root, file)
+    _check_lengths(root, file)
+    _check_chain(root, file)
+
+
+def _counts(root: Element, file: Path | str) -> Counter[str]:
+    """How many elements of each kind there are once copies are made."""
+    counts: Counter[str] = Counter()
+    todo: list[tuple[Element, float]] = [(root, 1.0)]
+    while todo:
+        element, copies = todo.pop()
+        if element.tag == "replicate":
+            copies *= max(1.0, _number(element.get("count", "1"), file))
+            if copies > MAX_COPIES:
+                remedy = f"The most is {MAX_COPIES}, those nested in each other multiplied"
+                raise RobotError("<replicate> asks for too many copies", file=file, value=copies, remedy=remedy)
+        counts[element.tag] += int(copies)
+        # What a default contains are settings, except further defaults.
+        todo.extend((child, copies) for child in element if element.tag != "default" or child.tag == "default")
+    return counts
+
+
+def _check_meshes(root: Element, file: Path | str) -> None:
+    """Bound the shapes that MuJoCo makes itself from a few words."""
+    faces = 0.0
+    for mesh in root.iter("mesh"):
+        finest = max((_number(word, file) for word in mesh.get("params", "").split()), default=0.0)
+        if not finest <= MAX_MESH_PARAMETER:
+            raise RobotError(
+                "a built-in mesh is too fine", file=file, place=mesh.get("name"), value=mesh.get("params"),
+                remedy=f"The most is {MAX_MESH_PARAMETER:g} cells a side",
+            )  # fmt: skip
+        if mesh.get("builtin", "none") != "none":
+            faces += 20 * 4 ** min(finest, 10) if "sphere" in mesh.get("builtin", "") else 2 * max(finest, 8) ** 2
+    if faces > MAX_BUILT_IN_FACES:
+        remedy = f"The most is {MAX_BUILT_IN_FACES} triangles together: lower their params"
+        raise RobotError("the built-in meshes are too fine", file=file, value=f"{faces:.0f} triangles", remedy=remedy)
+
+
+def _check_lengths(root: Element, file: Path | str) -> None:
+    for element in root.iter():
+        if element.tag not in _PLACED:
+            continue
+        for name in _LENGTHS:
+            for word in element.get(name, "").split():
+                try:
+                    value = float(word)
+                except ValueError:
+                    continue  # MuJoCo says what is wrong with the word
+                if not abs(value) < LARGEST_MAGNITUDE:
+                    raise RobotError(
+                        "a place or size is implausibly large", file=file,
+                        place=f"{element.tag} {element.get('name', '')}".strip() + f", {name}", value=word,
+                        remedy=f"Lengths are in metres, below {LARGEST_MAGNITUDE:g}",
+                    )  # fmt: skip
+
+
+def _check_chain(root: Element, file: Path | str) -> None:
+    """Bound the longest row of links of a URDF; that of an MJCF file is as deep as its text."""
+    parents: dict[str, str] = {}
+    for joint in root.iter("joint"):
+        parent, child = joint.find("parent"), joint.find("child")
+        if parent is not None and child is not None:
+            parents[child.get("link", "")] = parent.get("link", "")
+    for link in parents:
+        length, above = 1, link
+        while above in parents and length <= MAX_CHAIN:
+            length, above = length + 1, parents[above]
+        if length > MAX_CHAIN:
+            remedy = "Look for links that are each other's parents, or merge rigid parts"
+            problem = f"more than {MAX_CHAIN} links hang on each other in a row"
+            raise RobotError(problem, file=file, place=f"link {link}", remedy=remedy)
+
+
+def _number(text: str, file: Path | str) -> float:
+    try:
+        value = float(text)
+    except ValueError as error:
+        raise RobotError("a count is not a number", file=file, value=text, remedy="Write a whole number") from error
+    return value if math.isfinite(value) else math.inf
+
+
+NO_ROBOT_SECTIONS = frozenset(
+    ("actuator", "sensor", "tendon", "option", "size", "visual", "statistic", "custom", "extension", "deformable")
+)
+"""Sections of MJCF that say nothing of the robot's links."""
+_NEVER = frozenset(
+    ("include", "attach", "model", "plugin", "extension", "composite", "flexcomp", "hfield", "texture", "skin", "size",
+     "option")
+)  # fmt: skip
+_FOLDERS = ("meshdir", "texturedir", "assetdir")
+
+
+def check_contents(root: Element, files: Collection[str], file: Path | str) -> None:
+    """Admit a robot alone, with the files that are at hand.
+
+    Args:
+        root: Of what MuJoCo will be given.
+        files: Names of the files it may name.
+        file: Where the text came from, for errors.
+
+    Raises:
+        RobotError: It names another file or folder, or holds what is no part of a robot.
+    """
+    if root.tag not in ("mujoco", "robot"):
+        raise RobotError("this is no robot", file=file, value=f"<{root.tag}>", remedy="Its root is <mujoco> or <robot>")
+    remedy = "A robot is made of rigid links: remove it"
+    for section in root:
+        if section.tag in NO_ROBOT_SECTIONS:
+            raise RobotError(f"<{section.tag}> is not allowed in a robot", file=file, remedy=remedy)
+    for element in root.iter():
+        if element.tag in _NEVER:
+            named = element.get("plugin") or element.get("file") or element.get("name")
+            raise RobotError(f"<{element.tag}> is not allowed in a robot", file=file, value=named, remedy=remedy)
+        for folder in _FOLDERS:
+            if element.get(folder):
+                raise RobotError("a robot may not name folders", file=file, place=folder, value=element.get(folder))
+        for name, value in element.attrib.items():
+            if name.startswith("file") and value not in files:
+                problem = "MuJoCo cannot build the robot: it names a file that is not its own"
+                remedy = "Only the files that came with it are opened"
+                raise RobotError(problem, file=file, place=f"<{element.tag}>", value=value, remedy=remedy)

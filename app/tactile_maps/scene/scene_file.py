@@ -1,0 +1,235 @@
+"""Scenes as TOML: text and back, by name or file.
+
+What is written reads as an equal scene, so that a recording holds its own. Scenes are those that ship with the app, a
+person's own files, and one for any robot.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, replace
+from pathlib import Path
+from typing import Any
+
+from tactile_maps.core.assets import asset
+from tactile_maps.core.errors import SceneError, did_you_mean
+from tactile_maps.core.files import read_bounded_file
+from tactile_maps.core.toml import TomlReader, as_float, toml_lines
+from tactile_maps.scene.motion import Waypoint
+from tactile_maps.scene.objects import ObjectSpec
+from tactile_maps.scene.scene import Scene, Setting
+from tactile_maps.skin.fitting.cover import CoverSpec
+from tactile_maps.skin.fitting.fit import GridSpec
+from tactile_maps.skin.formats.import_skin import NO_ROBOT, holds_taxels, is_robot_with_taxels, usual_carrier
+from tactile_maps.stimuli.stimulus_file import read_stimulus, stimulus_to_table
+from tactile_maps.stimuli.stimulus_kinds import Stroke
+from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
+
+_POINTS = ("path",)
+"""Settings of the controller that are lists of points."""
+_WORDS = ("name", "title", "description", "suggestion")
+_PLAIN = (*_WORDS, "robot", "task", "outputs", "package_roots", "taxel_file", "tick", "seed")
+_TABLES = (
+    "home", "cover", "layer", "grids", "objects", "effects", "control", "contacts", "behaviours", "motion", "stimuli",
+)  # fmt: skip
+
+
+def scene_from_toml(text: str, *, name: str, file: str | None = None) -> Scene:
+    """Read a scene.
+
+    Args:
+        text: TOML.
+        name: Of the scene, where the text does not say.
+        file: Where the text came from, for messages.
+
+    Raises:
+        SceneError: Naming the line and the key, the value, what is allowed there and the nearest spelling.
+    """
+    reader = TomlReader(text, file=file or name, top=_PLAIN)
+    known = {key: value for key, value in reader.raw.items() if key not in _TABLES}
+    values = reader.fields(Scene, {"name": name, **known}, ())
+    values |= {
+        "home": reader.value(reader.table("home"), Mapping[str, float], ("home",)),
+        "cover": reader.build(CoverSpec, reader.table("cover"), ("cover",)),
+        "layer": reader.build(ElasticLayer, reader.table("layer"), ("layer",)),
+        "grids": tuple(reader.build(GridSpec, *place) for place in reader.tables("grids")),
+        "objects": tuple(reader.build(ObjectSpec, *place) for place in reader.tables("objects")),
+        "overrides": reader.table("effects"),
+        "control": _control(reader),
+        "reading": _contacts(reader),
+        "behaviours": tuple(table for table, _ in reader.tables("behaviours")),
+        "motion": tuple(reader.build(Waypoint, *place) for place in reader.tables("motion")),
+        "stimuli": tuple(read_stimulus(reader, *place) for place in reader.tables("stimuli")),
+    }
+    with reader.locating_errors(reader.raw, ()):
+        return Scene(**values)
+
+
+def _stated(spec: GridSpec | ObjectSpec) -> dict[str, Any]:
+    """Return the values of a table that are there; TOML has no null."""
+    return {key: value for key, value in asdict(spec).items() if value is not None}
+
+
+def scene_to_toml(scene: Scene) -> str:
+    """The same scene as text; reading it gives an equal scene."""
+    parts = [toml_lines({key: getattr(scene, key) for key in _PLAIN})]
+    tables: dict[str, Mapping[str, Any]] = {"home": scene.home} if scene.home else {}
+    tables |= {"cover": asdict(scene.cover), "layer": asdict(scene.layer), "effects": scene.overrides}
+    for key, table in (tables | {"control": scene.control, "contacts": scene.reading}).items():
+        parts += [f"[{key}]", toml_lines(table)]
+    lists = {
+        "grids": map(_stated, scene.grids),
+        "objects": map(_stated, scene.objects),
+        "behaviours": scene.behaviours,
+        "motion": map(asdict, scene.motion),
+        "stimuli": map(stimulus_to_table, scene.stimuli),
+    }
+    for key, items in lists.items():
+        for item in items:
+            parts += [f"[[{key}]]", toml_lines(item)]
+    return "\n".join(parts) + "\n"
+
+
+def _control(reader: TomlReader) -> dict[str, Setting]:
+    """Words, numbers, infinity among them, and points; the controller knows which names there are."""
+    result: dict[str, Setting] = {}
+    for key, value in reader.table("control").items():
+        if key in _POINTS:
+            result[key] = reader.value(value, tuple[tuple[float, float], ...], ("control", key))
+            continue
+        number = as_float(value) if type(value) in (int, float) else math.nan
+        if math.isnan(number) and not isinstance(value, str):
+            problem = "a controller setting must be a number or a word"
+            raise reader.error_at(problem, ("control", key), value=value)
+        result[key] = value if isinstance(value, str | int) else number
+    return result
+
+
+def _contacts(reader: TomlReader) -> dict[str, str | float]:
+    """Words and numbers; who reads contacts knows which names there are."""
+    table = reader.table("contacts")
+    for key, value in table.items():
+        if type(value) not in (int, float, str):
+            raise reader.error_at("this must be a number or a word", ("contacts", key), value=value)
+    return table
+
+
+_MAX_BYTES = 1_000_000
+
+
+def scene_names() -> tuple[str, ...]:
+    """Names of the scenes that ship with the app."""
+    return tuple(sorted(path.stem for path in asset("scenes").glob("*.toml")))
+
+
+def _accept(_scene: Scene) -> None:
+    """Nothing more is checked."""
+
+
+def _check_files(scene: Scene) -> None:
+    """Refuse a scene whose files of taxels or meshes do not exist."""
+    files = {"taxel_file": scene.taxel_file}
+    files |= {f"objects.{number}.file": spec.file for number, spec in enumerate(scene.objects)}
+    for place, file in files.items():
+        if file and not os.path.exists(file):
+            remedy = "Name a file relative to the scene's folder"
+            raise SceneError("there is no such file", place=place, value=file, remedy=remedy)
+
+
+def load_scene(name: str, *, check: Callable[[Scene], None] = _accept) -> Scene:
+    """The scene of that name or file. In a file, robot, taxels and meshes may be named relative to its folder.
+
+    Args:
+        name: Of a shipped scene, or a path.
+        check: Refuses what this folder cannot know, by an error whose place says the keys; it gets its line.
+
+    Raises:
+        SceneError: There is none, or it has a mistake; the message names the line and the key.
+
+    Example:
+        >>> scene = tm.load_scene("slide")
+        >>> scene.robot, scene.task
+        ('arm', 'slide')
+    """
+    path = asset("scenes", f"{name}.toml") if name in scene_names() else Path(name)
+    if not os.path.exists(path):
+        remedy = f"{did_you_mean(name, scene_names())}, or give the path of a file"
+        raise SceneError("there is no such scene", value=name, remedy=remedy)
+    try:
+        text = read_bounded_file(path, error=SceneError, most=_MAX_BYTES).decode("utf8")
+    except UnicodeDecodeError as error:
+        raise SceneError("the scene cannot be read", file=path, value=error, remedy="Save it as UTF-8") from error
+    scene = scene_from_toml(text, name=path.stem, file=str(path))
+    scene = replace(
+        scene,
+        robot=_beside(path, scene.robot),
+        package_roots=tuple(str(path.parent / root) for root in scene.package_roots),
+        taxel_file=_beside(path, scene.taxel_file, folders=True),
+        objects=tuple(replace(spec, file=_beside(path, spec.file)) for spec in scene.objects),
+    )
+    reader = TomlReader(text, file=str(path))
+    with reader.locating_errors(reader.raw, ()):
+        _check_files(scene)
+        check(scene)
+    return scene
+
+
+def scene_for(robot: str) -> Scene:
+    """The scene for a robot's name or file: the shipped one of that name, or one with a cover and a stroke.
+
+    A URDF that states its taxels wears those instead of a cover; with taxels and no shapes it is no robot.
+    """
+    if robot in scene_names():
+        return load_scene(robot)
+    path = Path(robot)
+    described = path.suffix.lower() == ".urdf"  # the touch sensors of MJCF models are often a handful: where asked for
+    own = robot if described and is_robot_with_taxels(path) else ""
+    if described and not own and holds_taxels(path):
+        return scene_for_taxels(robot)
+    return Scene(name=path.stem or robot, robot=robot, title=path.name, taxel_file=own, stimuli=(Stroke(),))
+
+
+def scene_for_taxels(path: str) -> Scene:
+    """The scene for a file of taxels where no robot is named: on itself, on iCub for its positions, or on none."""
+    if is_robot_with_taxels(path):
+        scene = scene_for(path)
+        return scene if scene.taxel_file else with_taxels(scene, path)
+    return with_taxels(scene_for(usual_carrier(path)), path)
+
+
+def with_taxels(scene: Scene, path: str, *, links: tuple[str, ...] = ()) -> Scene:
+    """The same robot with the taxels of a file; the scripted finger touches the first patch.
+
+    Args:
+        scene: Whose robot.
+        path: The file.
+        links: The link that carries them, where the file does not name it.
+    """
+    stimuli = tuple(replace(stimulus, patch="") for stimulus in scene.stimuli[:1])
+    alone, file = scene.robot == NO_ROBOT, Path(path)
+    name, title = (file.stem, file.name) if alone else (scene.name, f"{scene.title} with {file.name}")
+    title = f"{file.name} with its own taxels" if path == scene.robot else title
+    cover = replace(scene.cover, links=links)
+    return replace(scene, name=name, title=title, taxel_file=path, cover=cover, stimuli=stimuli)
+
+
+def with_grid(scene: Scene, grid: GridSpec, covered: Sequence[str]) -> Scene:
+    """The scene with one more grid, instead of the cover of its link.
+
+    Args:
+        scene: Whose robot.
+        grid: What is added.
+        covered: The links that the scene's cover, named or chosen, lies on; all others keep theirs.
+    """
+    links = () if scene.taxel_file else tuple(link for link in dict.fromkeys(covered) if link != grid.link)
+    cover = scene.cover if scene.taxel_file else replace(scene.cover, links=links)
+    stimuli = tuple(replace(stimulus, patch="") for stimulus in scene.stimuli[:1])
+    return replace(scene, cover=cover, grids=(*scene.grids, grid), stimuli=stimuli)
+
+
+def _beside(scene: Path, value: str, *, folders: bool = False) -> str:
+    """A file's name that is meant from the scene's folder, as a path; anything else unchanged."""
+    path = scene.parent / value
+    return str(path) if value and (os.path.isfile(path) or (folders and os.path.isdir(path))) else value

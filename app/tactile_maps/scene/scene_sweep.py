@@ -1,0 +1,216 @@
+"""Many scenes from one: a sweep file says which settings are varied and how, in the words of a scene file.
+
+    seconds = 3.0                                     # simulated, each
+    draws = 200                                       # so many, drawn at random; left out: every combination
+    seed = 1                                          # of the draws
+
+    [vary]                                            # any setting of a scene, by its key there
+    seed = { from = 0, count = 50 }                   # whole numbers 0 to 49
+    control.controller = ["impedance", "hold_force"]  # each of a list
+    layer.stiffness = { from = 1e4, to = 1e6, steps = 5, log = true }
+    stimuli.0.force = { from = 1.0, to = 8.0 }        # anything between: only where scenes are drawn
+    stimuli.0.at = { from = [0.2, 0.0], to = [0.8, 1.0] }
+
+A draw depends on its number, its key and the seed alone: more draws or another key leave the others as they were.
+"""
+
+from __future__ import annotations
+
+import copy
+import math
+import os
+import tomllib
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import product
+from pathlib import Path
+from typing import Any, TypeAlias
+from zlib import crc32
+
+import numpy as np
+
+from tactile_maps.core.assets import asset
+from tactile_maps.core.errors import SceneError
+from tactile_maps.core.files import read_bounded_text
+from tactile_maps.core.toml import KeyPath, TomlReader, toml_lines
+from tactile_maps.scene.scene import Scene
+from tactile_maps.scene.scene_file import scene_from_toml, scene_to_toml
+
+MOST_SCENES = 1_000_000
+Settings: TypeAlias = Mapping[str, Any]
+"""Values by the dotted key of a scene file, as ``stimuli.0.force``."""
+_TOP = ("seconds", "draws", "seed", "vary")
+_RANGE = {"from", "to", "steps", "count", "log"}
+_MAX_BYTES = 1_000_000
+_HOW = "Write a list, { from, to, steps }, { from, count } or, with draws, { from, to }"
+
+
+@dataclass(frozen=True)
+class SceneSweep:
+    """What is varied.
+
+    Attributes:
+        seconds: How long each scene is simulated [s].
+        variants: The settings of each scene.
+        file: Where it was read.
+    """
+
+    seconds: float
+    variants: Sequence[Settings]
+    file: str
+
+
+def load_sweep(name: str | Path) -> SceneSweep:
+    """Read a sweep file, or one that ships with the app by its name: ``pokes``.
+
+    Raises:
+        SceneError: It cannot be read or has a mistake; the message names the line and the key.
+    """
+    shipped = asset("sweeps", f"{name}.toml")
+    path = shipped if os.path.isfile(shipped) else Path(name)
+    reader = TomlReader(read_bounded_text(path, error=SceneError, most=_MAX_BYTES), file=str(path))
+    for key in reader.raw:
+        if key not in _TOP:
+            remedy = f"Write {', '.join(_TOP[:3])} or [vary]"
+            raise reader.error_at("there is no such key", (key,), value=key, remedy=remedy)
+    seconds = reader.value(reader.raw.get("seconds", 5.0), float, ("seconds",))
+    if not 0 < seconds < 1e6:
+        raise reader.error_at("the time is out of range", ("seconds",), value=seconds, remedy="Choose above 0 s")
+    ways = dict(_ways(reader, reader.table("vary"), ("vary",)))
+    draws = reader.value(reader.raw["draws"], int, ("draws",)) if "draws" in reader.raw else None
+    seed = reader.value(reader.raw.get("seed", 0), int, ("seed",))
+    _check_count(reader, ways, draws, seed)
+    variants = _combined(ways) if draws is None else [_drawn(ways, seed, number) for number in range(draws)]
+    return SceneSweep(seconds, variants, str(path))
+
+
+def varied_scene(scene: Scene, settings: Settings, *, file: str) -> Scene:
+    """The scene with these settings.
+
+    Args:
+        scene: Which is varied.
+        settings: Instead of its own.
+        file: The sweep's, for errors.
+
+    Raises:
+        SceneError: There is no such setting, or a value is not right there.
+    """
+    table = tomllib.loads(scene_to_toml(scene))
+    for key, value in settings.items():
+        _put(table, key.split("."), value, SceneError("there is no such setting", file=file, place=f"vary.{key}"))
+    try:
+        return scene_from_toml(toml_lines(table), name=scene.name)
+    except SceneError as error:
+        # The line is one of a text that nobody sees.
+        place = ", ".join(part for part in (error.place or "").split(", ") if not part.startswith("line "))
+        raise error.at(file=file, place=f"vary.{place}" if place else "vary") from error
+
+
+@dataclass(frozen=True)
+class _Way:
+    """How one setting is varied: each of ``values``, or any number from ``low`` to ``high``."""
+
+    values: Sequence[Any] = ()
+    low: Any = None
+    high: Any = None
+    log: bool = False
+
+
+def _ways(reader: TomlReader, table: Mapping[str, Any], path: KeyPath) -> Iterator[tuple[str, _Way]]:
+    for key, value in table.items():
+        place = (*path, key)
+        if isinstance(value, Mapping) and not ("from" in value and set(value) <= _RANGE):
+            yield from _ways(reader, value, place)
+        else:
+            yield ".".join(map(str, place[1:])), _way(reader, value, place)
+
+
+def _way(reader: TomlReader, value: Any, path: KeyPath) -> _Way:
+    if isinstance(value, list):
+        if not value:
+            raise reader.error_at("there is nothing to choose from", path, remedy=_HOW)
+        return _Way(value)
+    if not isinstance(value, Mapping):
+        return _Way([value])
+    first, count = value["from"], value.get("count")
+    if set(value) == {"from", "count"} and type(first) is int and type(count) is int and 0 < count <= MOST_SCENES:
+        return _Way(range(first, first + count))
+    low, high = _numbers(first), _numbers(value.get("to"))
+    log, steps = value.get("log", False), value.get("steps")
+    right = low is not None and high is not None and len(low) == len(high) and "count" not in value
+    right &= isinstance(first, list) == isinstance(value.get("to"), list)
+    if not right or type(log) is not bool or not (steps is None or (type(steps) is int and 1 < steps <= MOST_SCENES)):
+        raise reader.error_at("this is no range", path, value=value, remedy=_HOW)
+    if log and low and high and min(low + high) <= 0:
+        raise reader.error_at("a logarithmic range must lie above 0", path, value=value)
+    way = _Way(low=first, high=value["to"], log=log)
+    return way if steps is None else _Way([_between(way, share) for share in np.linspace(0, 1, steps).tolist()])
+
+
+def _numbers(value: Any) -> list[float] | None:
+    """A number, or a list of them, as a list; None of anything else, or what is not finite."""
+    found = value if isinstance(value, list) else [value]
+    right = bool(found) and all(type(one) in (int, float) and math.isfinite(one) for one in found)
+    return [float(one) for one in found] if right else None
+
+
+def _between(way: _Way, share: float | Sequence[float]) -> Any:
+    """The value so far on the way from low to high; of a list each by its own share."""
+    if isinstance(way.low, list):
+        shares = share if isinstance(share, Sequence) else [share] * len(way.low)
+        each = zip(way.low, way.high, shares, strict=True)
+        return [_between(_Way(low=low, high=high, log=way.log), one) for low, high, one in each]
+    if share in (0.0, 1.0):
+        return float(way.high if share else way.low)
+    if way.log:
+        return float(way.low * (way.high / way.low) ** share)
+    return float(way.low + (way.high - way.low) * share)
+
+
+def _check_count(reader: TomlReader, ways: Mapping[str, _Way], draws: int | None, seed: int) -> None:
+    if seed < 0:
+        raise reader.error_at("a seed cannot be negative", ("seed",), value=seed, remedy="Choose 0 or more")
+    if draws is None:
+        for key, way in ways.items():
+            if not way.values:
+                remedy = "Add steps = 5, or draws = 100 at the top"
+                raise reader.error_at("how many of this range?", ("vary", *key.split(".")), remedy=remedy)
+    count = math.prod(len(way.values) for way in ways.values()) if draws is None else draws
+    if not 0 < count <= MOST_SCENES:
+        place = ("vary",) if draws is None else ("draws",)
+        raise reader.error_at("too many scenes, or none", place, value=count, remedy=f"At most {MOST_SCENES:,}")
+
+
+def _combined(ways: Mapping[str, _Way]) -> list[Settings]:
+    return [dict(zip(ways, values, strict=True)) for values in product(*(way.values for way in ways.values()))]
+
+
+def _drawn(ways: Mapping[str, _Way], seed: int, number: int) -> Settings:
+    return {key: _draw(way, np.random.default_rng((seed, number, crc32(key.encode())))) for key, way in ways.items()}
+
+
+def _draw(way: _Way, random: np.random.Generator) -> Any:
+    if way.values:
+        return way.values[int(random.integers(len(way.values)))]
+    return _between(way, random.random(len(way.low)).tolist() if isinstance(way.low, list) else random.random())
+
+
+def _put(table: Any, keys: list[str], value: Any, error: SceneError) -> None:
+    """Set what is at the keys; tables that are missing are made, elements of lists are not."""
+    for position, key in enumerate(keys):
+        last = position == len(keys) - 1
+        if isinstance(table, list):
+            if not key.isdecimal() or int(key) >= len(table):
+                remedy = f"This scene has {len(table)} of them, counted from 0"
+                raise error.at(value=key, remedy=remedy)
+            if last:
+                table[int(key)] = copy.deepcopy(value)
+            else:
+                table = table[int(key)]
+        elif isinstance(table, dict):
+            if last:
+                table[key] = copy.deepcopy(value)
+            else:
+                table = table.setdefault(key, {})
+        else:
+            raise error.at(value=key, remedy="It has no parts")

@@ -1,0 +1,246 @@
+"""Everything a scene needs, made once: the slow work before a session can start.
+
+``open_scene`` opens a person's own scene file: what only robot, controller and other files can tell is checked with its
+line. ``prepare`` loads the robot, puts on its skin and makes the map.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from tactile_maps.core.errors import Finding, SceneError, SkinError, TactileMapsError
+from tactile_maps.core.progress import Progress, no_progress, part_of_progress
+from tactile_maps.geometry.surface.mesh import Mesh
+from tactile_maps.maps.build import build_map
+from tactile_maps.maps.model.tactile_map import TactileMap
+from tactile_maps.robots.library import load_robot
+from tactile_maps.robots.load import robot_of_mesh
+from tactile_maps.robots.model.home_posture import check_home
+from tactile_maps.robots.model.robot import Robot
+from tactile_maps.scene.motion import Motion
+from tactile_maps.scene.object_meshes import make_objects
+from tactile_maps.scene.objects import SceneObject
+from tactile_maps.scene.scene import Scene, with_package_roots
+from tactile_maps.scene.scene_file import load_scene, scene_names
+from tactile_maps.skin.fitting.cover import cover_robot
+from tactile_maps.skin.fitting.fit import add_grids
+from tactile_maps.skin.formats.import_skin import NO_ROBOT, check_links, import_skin
+from tactile_maps.skin.link_hulls import skinned_links
+from tactile_maps.skin.link_pieces import shape_finding
+from tactile_maps.skin.model.skin import Skin
+
+
+@dataclass(frozen=True, eq=False)
+class PreparedScene:
+    """A scene made real. A plain value: it crosses processes and is kept in recordings.
+
+    Attributes:
+        scene: What was made.
+        robot: Which robot.
+        skin: On its links.
+        map: Of the skin.
+        objects: The scene's, in its order.
+        findings: About the shapes with which links collide, where the scene lets something touch them.
+    """
+
+    scene: Scene
+    robot: Robot
+    skin: Skin
+    map: TactileMap
+    objects: tuple[SceneObject, ...] = ()
+    findings: tuple[Finding, ...] = ()
+
+
+def findings_of(prepared: PreparedScene) -> tuple[Finding, ...]:
+    """Return the findings about its robot, skin, objects, map, collision shapes and effects, in this order."""
+    parts: tuple[Iterable[Finding], ...] = (
+        prepared.robot.findings,
+        prepared.skin.findings,
+        *(body.findings for body in prepared.objects),
+        *(chart.findings for chart in prepared.map.charts),
+        prepared.findings,
+        prepared.scene.decision.warnings,
+    )
+    return tuple(finding for part in parts for finding in part)
+
+
+def prepare(scene: Scene, *, progress: Progress = no_progress) -> PreparedScene:
+    """Make the objects, load the robot, put on its skin, make the map.
+
+    Args:
+        scene: What to make.
+        progress: Told what is being done and how far it is, 0 to 1; may raise to cancel.
+
+    Raises:
+        TactileMapsError: Any part says what is wrong with the scene, its objects, the robot or the skin.
+
+    Example:
+        >>> scene = tm.Scene("touch", robot="arm", cover=tm.CoverSpec(links=("hand",), taxels=40))
+        >>> prepared = tm.prepare(scene)
+        >>> len(prepared.skin), prepared.map.taxel_points.shape
+        (40, (40, 2))
+
+    Cost: 2 to 5 s for 1000 taxels.
+    """
+    objects = make_objects(scene)  # first, since it costs nothing and may fail
+    robot, skin = load_robot_and_skin(scene, progress=progress)
+    map_ = build_map(skin, progress=part_of_progress(progress, 0.4, 1.0))
+    started = check_start(scene, robot, skin, objects)
+    return PreparedScene(scene, robot, skin, map_, started, check_shapes(scene, robot, skin))
+
+
+def check_start(scene: Scene, robot: Robot, skin: Skin, objects: Sequence[SceneObject]) -> tuple[SceneObject, ...]:
+    """Return the objects with a finding for each that overlaps the robot at the start, see ``with_overlaps``."""
+    if not objects:
+        return ()
+    from tactile_maps.simulation.start_overlaps import with_overlaps  # what maps and skins alone do not need
+
+    return with_overlaps(robot, skin, scene.effects, objects)
+
+
+def check_shapes(scene: Scene, robot: Robot, skin: Skin) -> tuple[Finding, ...]:
+    """Return the findings about the shapes with which links collide; none where the scene lets nothing touch them.
+
+    Cost: 10 ms a link, and 1 ms for each of its convex pieces; making the pieces takes longer, see ``link_pieces``.
+    """
+    from tactile_maps.simulation.model.contact_pairs import (  # what maps and skins alone do not need
+        collides_by_shapes,
+    )
+
+    if not collides_by_shapes(scene.objects, scene.effects):
+        return ()
+    found = (shape_finding(robot, skin, link) for link in skinned_links(skin))
+    return tuple(finding for finding in found if finding is not None)
+
+
+def load_robot_and_skin(scene: Scene, *, progress: Progress = no_progress) -> tuple[Robot, Skin]:
+    """The scene's robot and its skin, without a map.
+
+    Args:
+        scene: What to make.
+        progress: As for ``prepare``; ends at 0.4.
+
+    Raises:
+        TactileMapsError: Robot or skin cannot be made.
+    """
+    if scene.robot == NO_ROBOT:
+        progress("Importing taxels", 0.1)
+        robot, alone = _skin_alone(scene)
+        return robot, add_grids(robot, alone, scene.grids, thickness=scene.cover.thickness)
+    progress(f"Loading {scene.robot}", 0.0)
+    robot = load_robot_of(scene)
+    skin: Skin | None = None
+    if scene.taxel_file:
+        progress("Importing taxels", 0.1)
+        links, thickness = scene.cover.links, scene.cover.thickness
+        roots = scene.package_roots
+        skin = import_skin(scene.taxel_file, robot, links=links, thickness=thickness, package_roots=roots)
+    elif scene.cover.links or not scene.grids:
+        skin = cover_robot(robot, scene.cover, progress=part_of_progress(progress, 0.1, 0.3))
+    progress("Placing grids", 0.3)
+    return robot, add_grids(robot, skin, scene.grids, thickness=scene.cover.thickness)
+
+
+def _skin_alone(scene: Scene) -> tuple[Robot, Skin]:
+    """The skin of the scene's file, and a body in its shape that is fixed in the world."""
+    _need_taxel_file(scene)
+    skin = import_skin(scene.taxel_file, links=scene.cover.links)
+    links = tuple(dict.fromkeys(patch.link for patch in skin.patches))
+    if len(links) > 1:
+        remedy = "Open it with the robot that carries them, or choose one link"
+        raise SkinError("the taxels of several links need a robot", file=scene.taxel_file, value=links, remedy=remedy)
+    surfaces = [patch.surface for patch in skin.patches]
+    starts = np.cumsum([0, *(len(surface.vertices) for surface in surfaces)])
+    faces = [surface.faces + start for surface, start in zip(surfaces, starts[:-1], strict=True)]
+    mesh = Mesh(np.concatenate([surface.vertices for surface in surfaces]), np.concatenate(faces))
+    robot = robot_of_mesh(mesh, name=Path(scene.taxel_file).stem, source=scene.taxel_file, link=links[0])
+    check_home(scene.home, robot.joints, source=scene.name)
+    return robot, skin
+
+
+def _need_taxel_file(scene: Scene) -> None:
+    if not scene.taxel_file:
+        remedy = "Name a robot, or the file of a skin as taxel_file"
+        raise SceneError("there is neither a robot nor a skin", file=scene.name, place="robot", remedy=remedy)
+
+
+def load_robot_of(scene: Scene) -> Robot:
+    """The robot that a scene names; errors as ``load_robot``."""
+    return load_robot(scene.robot, package_roots=scene.package_roots, home=scene.home)
+
+
+def open_scene(
+    name: str,
+    *,
+    package_roots: Sequence[str] = (),
+    load: Callable[[Scene], Robot] = load_robot_of,
+) -> Scene:
+    """The scene of that name or file, as ``load_scene``; in a file, also names of joints, settings and files are right.
+
+    Args:
+        name: Of a shipped scene, or a path.
+        package_roots: Joined to those the scene names.
+        load: Gives the robot of a scene, which is checked against it.
+
+    Raises:
+        SceneError: There is none, or it has a mistake; the message names the line and the key.
+
+    Cost: that of loading the robot, for a file; none for a scene that ships with the app.
+    """
+    if name in scene_names():
+        return load_scene(name)
+    return with_package_roots(
+        load_scene(name, check=lambda scene: _check(with_package_roots(scene, package_roots), load)), package_roots
+    )
+
+
+def _check(scene: Scene, load: Callable[[Scene], Robot]) -> None:
+    """Refuse what a session of the scene would refuse, with its place in the scene."""
+    from tactile_maps.contacts.pipeline import reading_from  # 0.2 s, and a scene that ships needs no checking
+    from tactile_maps.control.behaviours import behaviours_from
+    from tactile_maps.control.controller_registry import settings_from
+
+    robot = _checked_robot(scene, load)
+    if scene.taxel_file:
+        _check_taxels(scene, robot)
+    elif robot is not None:
+        for number, link in enumerate(scene.cover.links):
+            try:
+                robot.link(link)
+            except TactileMapsError as error:
+                raise error.at(kind=SceneError, place=f"cover.links.{number}") from error
+    for number, grid in enumerate(scene.grids):
+        try:
+            if robot is not None:
+                robot.link(grid.link)
+        except TactileMapsError as error:
+            raise error.at(kind=SceneError, place=f"grids.{number}.link") from error
+    settings_from(dict(scene.control))
+    behaviours_from(scene.behaviours)
+    reading_from(scene.reading)
+    Motion(load_robot_and_skin(scene)[0] if robot is None else robot, scene.motion)
+    make_objects(scene)
+
+
+def _checked_robot(scene: Scene, load: Callable[[Scene], Robot]) -> Robot | None:
+    if scene.robot == NO_ROBOT:
+        _need_taxel_file(scene)
+        return None
+    try:
+        return load(scene)
+    except TactileMapsError as error:
+        place = error.place if error.place is not None and error.place.startswith("home.") else "robot"
+        raise error.at(kind=SceneError, place=place, value=error.value or scene.robot) from error
+
+
+def _check_taxels(scene: Scene, robot: Robot | None) -> None:
+    try:
+        check_links(scene.taxel_file, robot, scene.cover.links)
+    except TactileMapsError as error:
+        place, problem = ", ".join(str(part) for part in (error.file, error.place) if part), error.problem
+        remedy = (error.remedy or "").replace("Choose the link", "Name as cover.links the link")
+        raise error.at(kind=SceneError, place="taxel_file", problem=f"{place}: {problem}", remedy=remedy) from error

@@ -1,0 +1,214 @@
+"""Fingers on the skin: springs from fingertips that stand still in the world, evaluated at every physics step."""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+
+from tactile_maps.core.arrays import FloatArray, readonly
+from tactile_maps.core.errors import SimulationError
+from tactile_maps.geometry.surface.mesh import SurfacePoint
+from tactile_maps.skin.model.skin import Skin
+from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
+from tactile_maps.tactile.mechanics.loads import Load, sphere_load
+from tactile_maps.tactile.poke import Finger, PokeInput, PokePressed, PokeReleased, PokeState
+from tactile_maps.tactile.press import check_place
+
+_STABLE_DT = 0.6
+"""An explicit spring stays stable while dt < 0.6 sqrt(m / k); measured, for a mass without damping."""
+_NO_TORQUE = np.zeros(3)
+
+
+class Fingers:
+    """All fingers that touch the skin. Mutable; ``reset`` lifts them all.
+
+    A finger touches one body point with a frictionless spring along the skin's normal there. The fingertip stands still
+    in the world along that normal and slides with the point sideways, as a finger that tracks a place does; it advances
+    into the skin at the finger's speed while it pushes less than its limit. An arm that yields feels less, and
+    the spring gives back what it took: a tip pinned sideways as well would act from afar once the arm has turned away
+    and feed it energy (measured: 0.6 J became 50 J within 6 s).
+
+    Pressing an id that is down presses there afresh; pressing it where it is with another finger changes how it
+    presses, from the depth it has. Moving or releasing one that is not down does nothing, since a release may cross a
+    reset.
+
+    Args:
+        model: The compiled model.
+        skin: Where fingers touch.
+        layer: The skin's cover.
+        yields: Whether the robot can be pushed; without dynamics it cannot.
+        averages: Whether ``loads`` are the mean since ``begin``.
+    """
+
+    def __init__(
+        self, model: mujoco.MjModel, skin: Skin, layer: ElasticLayer, *, yields: bool = True, averages: bool = False
+    ) -> None:
+        self._model, self._skin, self._layer, self._yields = model, skin, layer, yields and model.nv > 0
+        self._body = {patch.link: int(model.body(patch.link).id) for patch in skin.patches}
+        self._down: dict[int, _Touch] = {}
+        self._averages, self._steps = averages, 0
+
+    def __len__(self) -> int:
+        """How many are down."""
+        return len(self._down)
+
+    def begin(self) -> None:
+        """A tick begins."""
+        self._steps = 0
+        for touch in self._down.values():
+            touch.sum = 0.0
+
+    def use(self, model: mujoco.MjModel, data: mujoco.MjData, *, yields: bool, averages: bool) -> None:
+        """Go on, on another model of the same robot.
+
+        Args:
+            model: The new model.
+            data: Its state, at the same posture, with kinematics.
+            yields: Whether the robot can be pushed there.
+            averages: Whether ``loads`` are the mean since ``begin``.
+
+        Raises:
+            SimulationError: A finger is too stiff for the new time step; nothing changed then.
+        """
+        before = self._model, self._yields
+        self._model, self._yields = model, yields and model.nv > 0
+        try:
+            for touch in self._down.values():
+                self._refuse_stiff(data, touch)
+        except SimulationError:
+            self._model, self._yields = before
+            raise
+        self._averages = averages
+
+    def reset(self) -> None:
+        """Lift all fingers."""
+        self._down.clear()
+
+    def apply(self, data: mujoco.MjData, poke: PokeInput) -> None:
+        """Do what the user did. A moved finger keeps its depth, so its force does not jump.
+
+        Raises:
+            SimulationError: There is no such place on the skin, or the finger is too stiff for the time step and the
+                arm's mass there; all fingers stay as they were.
+        """
+        if isinstance(poke, PokeReleased):
+            self._down.pop(poke.id, None)
+        elif isinstance(poke, PokePressed):
+            self._down[poke.id] = self._pressed(data, poke)
+        elif poke.id in self._down:
+            old = self._down[poke.id]
+            touch = self._touch(data, poke.at, old.finger)
+            old.follow(data)  # how far the skin yielded since the last step counts
+            touch.depth, touch.force = old.depth, old.force
+            self._down[poke.id] = touch
+
+    def push(self, data: mujoco.MjData) -> None:
+        """Add all fingers' wrenches to ``data.qfrc_applied`` at the current positions, and advance the fingertips."""
+        step = self._model.opt.timestep
+        self._steps += 1
+        for touch in self._down.values():
+            touch.follow(data)
+            limit = touch.finger.max_force
+            touch.force = min(max(touch.finger.stiffness * touch.depth, 0.0), limit)
+            touch.sum += touch.force
+            if self._yields and touch.force > 0:
+                force = -touch.force * touch.normal
+                mujoco.mj_applyFT(self._model, data, force, _NO_TORQUE, touch.point, touch.body, data.qfrc_applied)
+            if touch.force < limit:
+                touch.depth += touch.finger.speed * step
+
+    def loads(self) -> list[Load]:
+        """What the fingers did to the skin at the last step, or on average since the tick began.
+
+        A ball is as deep in the skin as any body that presses as hard: the spring's way is mostly the finger's own.
+        """
+        loads = []
+        for touch in self._down.values():
+            force = touch.sum / self._steps if self._averages and self._steps else touch.force
+            if force:
+                radius, depth = touch.finger.radius, force / self._layer.stiffness
+                loads.append(sphere_load(touch.link, touch.local, touch.local_normal, force, radius, depth=depth))
+        return loads
+
+    def states(self, data: mujoco.MjData) -> tuple[PokeState, ...]:
+        """All fingers as values."""
+        return tuple(
+            PokeState(number, touch.at, touch.force, *touch.world(data), touch.finger.radius)
+            for number, touch in self._down.items()
+        )
+
+    def numbers(self) -> FloatArray:
+        """Everything about the fingers that the future depends on, as one vector, for comparing runs."""
+        rows = [[number, *touch.numbers()] for number, touch in self._down.items()]
+        return np.array(rows, dtype=np.float64).ravel()
+
+    def _pressed(self, data: mujoco.MjData, poke: PokePressed) -> _Touch:
+        touch, old = self._touch(data, poke.at, poke.finger), self._down.get(poke.id)
+        if old is not None and old.at == poke.at and old.finger != poke.finger:
+            old.follow(data)
+            limit = poke.finger.max_force
+            touch.depth = min(old.depth, limit / poke.finger.stiffness)
+            touch.force = min(old.force, limit)
+        return touch
+
+    def _touch(self, data: mujoco.MjData, at: SurfacePoint, finger: Finger) -> _Touch:
+        check_place(self._skin, at)
+        touch = _Touch(self._skin, self._body, at, finger)
+        touch.point, touch.normal = touch.world(data)
+        self._refuse_stiff(data, touch)
+        return touch
+
+    def _refuse_stiff(self, data: mujoco.MjData, touch: _Touch) -> None:
+        mass, stiffness, step = self._mass(data, touch), touch.finger.stiffness, self._model.opt.timestep
+        if step > _STABLE_DT * np.sqrt(mass / stiffness):
+            raise SimulationError(
+                "the finger is too stiff for the time step",
+                place=f"on {touch.link}",
+                value=f"{stiffness:g} N/m",
+                remedy=f"The arm weighs {mass:.3g} kg there: use at most {mass * (_STABLE_DT / step) ** 2:.3g} N/m",
+            )
+
+    def _mass(self, data: mujoco.MjData, touch: _Touch) -> float:
+        """What the arm weighs along the normal at the touched point [kg]: 1 / (J M⁻¹ Jᵀ); inf when nothing can move."""
+        if not self._yields:
+            return float("inf")
+        jacobian = np.zeros((3, self._model.nv))
+        mujoco.mj_jac(self._model, data, jacobian, None, touch.point, touch.body)
+        row = (touch.normal @ jacobian)[None]
+        solved = np.zeros_like(row)
+        mujoco.mj_makeM(self._model, data)
+        mujoco.mj_factorM(self._model, data)
+        mujoco.mj_solveM(self._model, data, solved, row)
+        mobility = float((row @ solved.T)[0, 0])
+        return 1.0 / mobility if mobility > 1e-12 else float("inf")
+
+
+class _Touch:
+    """One finger at one body point: ``depth`` is how far its tip is below the skin along the normal [m]."""
+
+    def __init__(self, skin: Skin, bodies: dict[str, int], at: SurfacePoint, finger: Finger) -> None:
+        self.at, self.finger, self.link = at, finger, skin.link(at)
+        self.body = bodies[self.link]
+        self.local, self.local_normal = readonly(skin.position(at)), readonly(skin.normal(at))
+        self._both = np.stack([self.local, self.local_normal])
+        self._data: mujoco.MjData | None = None
+        self.depth, self.force, self.sum = 0.0, 0.0, 0.0
+        self.point, self.normal = np.zeros(3), np.zeros(3)
+
+    def world(self, data: mujoco.MjData) -> tuple[FloatArray, FloatArray]:
+        """The touched point [m] and the outward normal there, in the world."""
+        if data is not self._data:  # a state keeps its arrays where they are, and looking for them is dear
+            self._data, self._turn, self._origin = data, data.xmat[self.body].reshape(3, 3).T, data.xpos[self.body]
+        moved = self._both.dot(self._turn)
+        return moved[0] + self._origin, moved[1]
+
+    def follow(self, data: mujoco.MjData) -> None:
+        """Let the skin move against the standing tip: with the mean normal, exact to second order in the motion."""
+        point, normal = self.world(data)
+        self.depth += 0.5 * float((self.normal + normal).dot(point - self.point))
+        self.point, self.normal = point, normal
+
+    def numbers(self) -> list[float]:
+        finger = self.finger
+        return [self.body, *self.local, *self.local_normal, *self.point, *self.normal, self.depth, self.force,
+                finger.stiffness, finger.radius, finger.max_force, finger.speed]  # fmt: skip

@@ -1,0 +1,111 @@
+"""The convex shapes with which links with skin collide, and the pairs of links that never collide.
+
+A link collides as the convex hull of link and skin, or in convex pieces where the hull spans hollows. Contacts of the
+solver, self contact of the foundation and the pairs that never collide use the same shapes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from functools import lru_cache
+
+import igl
+import mujoco
+import numpy as np
+
+from tactile_maps.core.arrays import FloatArray
+from tactile_maps.geometry.surface.mesh import Mesh
+from tactile_maps.robots.files.sanitize import overlapping_bodies
+from tactile_maps.robots.kinematics import Configuration
+from tactile_maps.robots.model.mujoco_spec import compile_spec, drop_found_exclusions
+from tactile_maps.robots.model.robot import Robot
+from tactile_maps.skin.link_hulls import (
+    LinkPairs,
+    add_hull,
+    hull_name,
+    hull_points,
+    hulls_spec,
+    overlapping_hulls,
+    skinned_links,
+)
+from tactile_maps.skin.link_pieces import add_pieces, link_pieces
+from tactile_maps.skin.model.skin import Skin
+
+_INSIDE = 0.5
+"""Winding number above which a point is inside a surface."""
+
+
+def add_collision_shapes(spec: mujoco.MjSpec, robot: Robot, skin: Skin, link: str) -> list[mujoco.MjsGeom]:
+    """Add the shapes with which a link collides to its body, without weight; nothing collides with them yet."""
+    pieces = link_pieces(robot, skin, link)
+    return [add_hull(spec, robot, skin, link)] if pieces is None else add_pieces(spec, pieces, link)
+
+
+@lru_cache(maxsize=8)
+def excluded_pairs(robot: Robot, skin: Skin) -> LinkPairs:
+    """Return the pairs of links that never collide: neighbours, and those that overlap at home or mostly.
+
+    Links overlap where their collision shapes touch, or where one is inside the surface of the other.
+
+    Raises:
+        RobotError: MuJoCo refuses the robot with hulls around its skin.
+
+    Cost: that of ``overlapping_hulls``; as much again, and the pieces of the links concerned, where overlapping hulls
+    span hollows.
+    """
+    never, overlapping = overlapping_hulls(robot, skin)
+    return never | _overlapping(robot, skin, overlapping)
+
+
+def _overlapping(robot: Robot, skin: Skin, pairs: LinkPairs) -> LinkPairs:
+    """Return those of the pairs of links with overlapping hulls whose collision shapes overlap as well."""
+    surfaces = {
+        link: pieces.surface
+        for link in skinned_links(skin)
+        if any(link in pair for pair in pairs) and (pieces := link_pieces(robot, skin, link)) is not None
+    }
+    doubtful = {pair for pair in pairs if not pair.isdisjoint(surfaces)}
+    if not doubtful:
+        return pairs
+    model = compile_spec(_shapes_spec(robot, skin, surfaces, frozenset[str]().union(*doubtful)), source=robot.source)
+    kept = {frozenset(pair) for pair in overlapping_bodies(model, robot.home)} & doubtful
+    home = Configuration(robot)
+    for pair in doubtful - kept:
+        for one, other in (sorted(pair), sorted(pair, reverse=True)):
+            if one in surfaces and _holds(surfaces[one], home, one, other, _points(robot, skin, other)):
+                kept.add(pair)
+    return pairs - doubtful | kept
+
+
+def _shapes_spec(robot: Robot, skin: Skin, divided: Collection[str], links: Collection[str]) -> mujoco.MjSpec:
+    """Return a spec of the robot alone in which only some links collide, those in ``divided`` in pieces."""
+    spec = hulls_spec(robot, skin)
+    drop_found_exclusions(spec)
+    for link in divided:
+        spec.geom(hull_name(link)).contype = spec.geom(hull_name(link)).conaffinity = 0
+        for piece in add_collision_shapes(spec, robot, skin, link):
+            piece.contype = piece.conaffinity = 1
+    for body in spec.bodies:
+        if body.name not in links:
+            for geom in body.geoms:
+                geom.contype = geom.conaffinity = 0
+    return spec
+
+
+def _holds(surface: Mesh, home: Configuration, link: str, other: str, points: FloatArray) -> bool:
+    """Return whether any of the points (n, 3) of another link is inside the surface of a link at home."""
+    seen = home.pose(link).inverse.points(home.pose(other).points(points))
+    low, high = surface.bounds
+    seen = seen[((seen > low) & (seen < high)).all(axis=1)]
+    if not len(seen):
+        return False
+    winding = igl.fast_winding_number(surface.vertices, surface.faces, np.ascontiguousarray(seen))
+    return bool((winding > _INSIDE).any())
+
+
+def _points(robot: Robot, skin: Skin, link: str) -> FloatArray:
+    """Return (n, 3) points on a link and its skin [m], link frame."""
+    if link in skinned_links(skin):
+        return hull_points(robot, skin, link)
+    mesh = robot.link(link).mesh
+    return np.zeros((0, 3)) if mesh is None else mesh.vertices

@@ -1,0 +1,266 @@
+"""Contacts of the skin as stiff as its cover, with Coulomb friction: from N/m to the numbers of MuJoCo's solver.
+
+MuJoCo's solver gives a contact the acceleration a with  f = (a_ref - a) / R,  where  a_ref = -B v - K depth  and R is
+the regularizer. With a direct ``solref = (-k, -b)`` and a constant impedance d, a contact has the stiffness
+k / ((1 - d) w)  [N/m]. The inverse mass w of a pair is estimated as the sum of the bodies' ``body_invweight0``,
+independent of the posture (verified to rounding for 0.1 to 5 kg).
+
+Two shapes may meet in several points. Each has its own spring and damper, so that a pair with n points at equal depth
+would be n times as stiff. ``ContactSharing`` therefore multiplies R of all points of a pair by
+
+    n = (sum of depths) / (largest depth),
+
+which is the number of points for equal depths, and changes continuously as points come and go. The force of all is then
+what the deepest point alone would have, shared in proportion to the depths.
+
+A link that collides in pieces meets a body in several pairs of geoms, which count as one pair. Their normals differ;
+see ``shared_counts``.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+import mujoco
+import numpy as np
+
+from tactile_maps.core.arrays import FloatArray
+from tactile_maps.simulation.model.contact_points import centre_on_cap, centre_on_side, correct_normal
+from tactile_maps.simulation.model.model_names import is_hull, plain_name
+from tactile_maps.simulation.model.piece_contacts import PieceContacts, piece_groups, shared_counts
+from tactile_maps.skin.link_pieces import piece_number
+from tactile_maps.tactile.mechanics.contact_notes import ContactNote, ContactNoteKind
+from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
+
+SOLVER_IMPEDANCE = 0.5
+"""MuJoCo's ``d`` of skin contacts, constant: with 0.9 the error of a held force is eight times as large (measured)."""
+FRICTION_RATIO = 1000.0
+"""MuJoCo's ``impratio``: how much harder friction is than the normal direction.
+
+MuJoCo's friction is viscous up to Coulomb's force, so that bodies at rest creep. On a slope of 10 degrees a body creeps
+by 8 mm/s with a ratio of 1, and by 3 um/s with 1,000 (0.5 kg, time step 1 ms).
+"""
+_FRICTION_DAMPING = 0.5
+"""Reference damping B of friction times the time step: sliding ends within a few steps."""
+_DILATION = 0.8
+"""Largest share of the normal reference acceleration that friction may add to it.
+
+In MuJoCo's convex model sliding at speed v also pushes the bodies apart, with the acceleration  mu B v: without a limit
+the contact hops, and a pressing force of 10 N varies by 13 N at 0.3 m/s. While bodies slide, friction is Coulomb's
+force for any reference above the deceleration  mu g,  so that the limit does not change it. What is left of the push is
+subtracted from the normal reference, except with ``discrete``, which does not need it.
+"""
+_ROUND = {
+    int(shape) for shape in (mujoco.mjtGeom.mjGEOM_SPHERE, mujoco.mjtGeom.mjGEOM_PLANE, mujoco.mjtGeom.mjGEOM_CAPSULE)
+}
+"""Shapes for which MuJoCo always finds the direction of the contact exactly, as numbers: its enumerations are not equal
+to NumPy's integers."""
+_SEMI_IMPLICIT = 2 * math.sqrt(2) - 2
+"""Largest  h sqrt(k)  of a critically damped spring under semi-implicit Euler.
+
+Such a spring has the double pole  -sqrt(k).  Semi-implicit Euler, which all of MuJoCo's first-order integrators are for
+a contact, is unstable from  h^2 k + 4 h sqrt(k) = 4  on. Measured on our arm, UR5e and iCub, pressed at 3 to 300 kN/m:
+0.98 to 1.00 of it (Euler once 0.82, where a servo becomes unstable first).
+"""
+
+
+class ContactSharing:
+    """Keeps every pair of skin and something else at the stiffness of the cover, in one compiled model.
+
+    The model's pairs are set once. ``apply`` then works on the constraints of one step, between ``mj_step1`` and
+    ``mj_step2``; it has no memory. Two skins in series have half the stiffness.
+
+    The integrator ``discrete`` solves for the end of the step and builds its constraints again in ``mj_step2``, from
+    the parameters of each contact. Its solver weighs bodies together with their servos and dampers, in contact with a
+    very stiff joint up to seven times heavier; so there the numbers are those for the weight in this step.
+
+    Args:
+        model: Compiled; its contact pairs are set.
+        layer: The skin's cover.
+        pieces: Corrects the contacts of links that collide in pieces; without it their pairs are only set.
+    """
+
+    def __init__(self, model: mujoco.MjModel, layer: ElasticLayer, *, pieces: PieceContacts | None = None) -> None:
+        self._model, self._step = model, float(model.opt.timestep)
+        self._discrete = model.opt.integrator == mujoco.mjtIntegrator.mjINT_DISCRETE
+        self._pieces, self._groups = pieces, piece_groups(model)
+        self._divided = [
+            any(piece_number(model.geom(geom).name) is not None for geom in geoms) for geoms in _geoms(model)
+        ]
+        self._pairs = {geoms: pair for pair, geoms in enumerate(_geoms(model))}
+        self._pairs |= {geoms[::-1]: pair for geoms, pair in self._pairs.items()}
+        self._stiffness = [layer.stiffness / _skins(model, geoms) for geoms in _geoms(model)]
+        self._exact = [any(int(model.geom_type[geom]) in _ROUND for geom in geoms) for geoms in _geoms(model)]
+        weight = model.body_invweight0[:, 0]
+        for pair, geoms in enumerate(_geoms(model)):
+            mobility = max(sum(float(weight[model.geom_bodyid[geom]]) for geom in geoms), 1e-9)
+            k = self._stiffness[pair] * (1 - SOLVER_IMPEDANCE) * mobility
+            model.pair_solref[pair] = -k, -2 * math.sqrt(k)
+            if model.pair_dim[pair] > 1:
+                model.pair_solreffriction[pair] = -1.0, -_FRICTION_DAMPING * SOLVER_IMPEDANCE / self._step
+
+    def apply(self, data: mujoco.MjData) -> None:
+        """Share the stiffness among the points of each pair, and limit what friction adds to the normal force.
+
+        Cost: 3 us and 2 us a contact, 5 us for each pair that is not round; with ``discrete`` also that of a solution.
+        """
+        points = self._points(data)
+        if self._correct(data, points):
+            points = self._points(data)
+        if self._discrete:
+            self._set_parameters(data, points)
+            return
+        contact = data.contact
+        rows, scaled, factors = contact.efc_address.tolist(), [], []
+        for pair, numbers in points.items():
+            if len(numbers) == 1:
+                continue
+            size = int(self._model.pair_dim[pair])
+            for number, count in zip(numbers, self._counts(data, pair, numbers), strict=True):
+                if count > 1:
+                    scaled += [rows[number] + row for row in range(size)]
+                    factors += [count] * size
+        if scaled:
+            data.efc_R[scaled] *= factors
+            data.efc_D[scaled] /= factors
+        sizes = contact.dim.tolist()
+        if any(size > 1 for size in sizes):
+            reference = data.efc_aref
+            for row, size, friction in zip(rows, sizes, contact.friction[:, 0].tolist(), strict=True):
+                if row >= 0 and size > 1:
+                    _limit_dilation(reference, row, friction)
+
+    def _counts(self, data: mujoco.MjData, pair: int, numbers: list[int]) -> list[float]:
+        """Return by how much each point of a pair is softer than it would be alone."""
+        contact = data.contact
+        depths = (-contact.dist[numbers]).tolist()
+        if not self._divided[pair]:
+            return [effective_count(depths)] * len(depths)
+        bodies = self._model.geom_bodyid[contact.geom[numbers, 0]]
+        signs = np.where(bodies == bodies[0], 1.0, -1.0)
+        counts: list[float] = shared_counts(depths, signs[:, None] * contact.frame[numbers, :3]).tolist()
+        return counts
+
+    def _points(self, data: mujoco.MjData) -> dict[int, list[int]]:
+        """Return the numbers of the contacts of each pair that touches."""
+        points: dict[int, list[int]] = {}
+        rows, geoms = data.contact.efc_address.tolist(), data.contact.geom.tolist()
+        for number, (first, second) in enumerate(geoms):
+            pair = self._pairs.get((self._groups[first], self._groups[second]))
+            if pair is not None and rows[number] >= 0:
+                points.setdefault(pair, []).append(number)
+        return points
+
+    def _correct(self, data: mujoco.MjData, points: Mapping[int, list[int]]) -> bool:
+        """Correct the points that MuJoCo finds between shapes with faces; return whether any changed."""
+        changed = False
+        for pair, numbers in points.items():
+            if self._divided[pair] and self._pieces is not None:
+                self._pieces.correct(data, pair, numbers)
+                changed = True
+            elif not self._exact[pair]:
+                for correct in (correct_normal, centre_on_cap, centre_on_side):
+                    changed |= correct(self._model, data, numbers)
+        if changed:
+            mujoco.mj_makeConstraint(self._model, data)
+            mujoco.mj_projectConstraint(self._model, data)
+            mujoco.mj_fwdVelocity(self._model, data)
+        return changed
+
+    def _set_parameters(self, data: mujoco.MjData, points: Mapping[int, list[int]]) -> None:
+        """Set each contact's own parameters, from which ``discrete`` builds its constraints again."""
+        mujoco.mj_forwardSkip(self._model, data, mujoco.mjtStage.mjSTAGE_VEL, 1)  # computes R
+        rows, depths = data.contact.efc_address.tolist(), (-data.contact.dist).tolist()
+        for pair, numbers in points.items():
+            for number, count in zip(numbers, self._counts(data, pair, numbers), strict=True):
+                self._set_contact(data, number, rows[number], pair, count, depths[number])
+
+    def _set_contact(self, data: mujoco.MjData, number: int, row: int, pair: int, count: float, depth: float) -> None:
+        step, contact = self._step, data.contact
+        k, b = (-self._model.pair_solref[pair]).tolist()
+        # R of a row is  (1 - d) / d  times the inverse mass, divided by  1 + h b / d + h^2 k / d.
+        implicit = 1 + step * (b + step * k) / SOLVER_IMPEDANCE
+        mobility = float(data.efc_R[row]) * implicit * SOLVER_IMPEDANCE / (1 - SOLVER_IMPEDANCE)
+        k = self._stiffness[pair] * (1 - SOLVER_IMPEDANCE) * mobility
+        b = 2 * math.sqrt(k)
+        # This impedance makes R n times as large; the scale keeps the reference as it is.
+        impedance = SOLVER_IMPEDANCE / (SOLVER_IMPEDANCE + count * (1 - SOLVER_IMPEDANCE))
+        scale = impedance / SOLVER_IMPEDANCE
+        contact.solimp[number, :2] = impedance
+        contact.solref[number] = -k * scale, -b * scale
+        if self._model.pair_dim[pair] > 1:
+            damping, speed = _FRICTION_DAMPING / step, math.hypot(data.efc_vel[row + 1], data.efc_vel[row + 2])
+            reference = max(k * depth - b * float(data.efc_vel[row]), 0.0) / SOLVER_IMPEDANCE
+            # The reference of friction is  B v / (1 + h B).
+            friction = float(self._model.pair_friction[pair, 0])
+            allowed = _DILATION * reference / friction if friction > 0 else math.inf
+            if speed * damping > allowed * (1 + step * damping):
+                damping = allowed / (speed - step * allowed)
+            contact.solreffriction[number, 1] = -damping * impedance
+
+
+def _limit_dilation(reference: FloatArray, row: int, friction: float) -> None:
+    """Limit what friction adds to the normal force of the contact at ``row``, also between bodies without skin."""
+    normal, first, second = reference[row : row + 3].tolist()
+    dilation = friction * math.hypot(first, second)
+    allowed = _DILATION * max(normal, 0.0)
+    if dilation > allowed:
+        reference[row + 1 : row + 3] *= allowed / dilation
+    reference[row] = normal - min(dilation, allowed)
+
+
+def effective_count(depths: list[float]) -> float:
+    """Return how many points as deep as the deepest are as stiff as these together; 1 to ``len(depths)``."""
+    largest = max(depths)
+    if largest <= 0:
+        return float(len(depths))
+    return sum(max(depth, 0.0) / largest for depth in depths)
+
+
+def stable_timesteps(model: mujoco.MjModel, layer: ElasticLayer) -> Mapping[tuple[str, str], float]:
+    """Return the longest stable time step of each contact of the skin [s], by the names of both sides.
+
+    It is that of the pair alone, at the bodies' nominal weights: servos, fingers and the rest of the arm are left out.
+
+    Args:
+        model: Compiled.
+        layer: The skin's cover.
+
+    Returns:
+        Nothing with the integrator ``discrete``, which is implicit in the contact as well: none was found too stiff.
+    """
+    if model.opt.integrator == mujoco.mjtIntegrator.mjINT_DISCRETE:
+        return {}
+    found = {}
+    for geoms in _geoms(model):
+        first, second = geoms
+        mobility = sum(float(model.body_invweight0[model.geom_bodyid[geom], 0]) for geom in geoms)
+        k = layer.stiffness / _skins(model, geoms) * (1 - SOLVER_IMPEDANCE) * mobility
+        names = plain_name(model.geom(first).name), plain_name(model.geom(second).name)
+        found[names] = _SEMI_IMPLICIT / math.sqrt(k) if k > 0 else math.inf
+    return found
+
+
+def unstable_contacts(model: mujoco.MjModel, layer: ElasticLayer) -> tuple[ContactNote, ...]:
+    """Contacts of the skin that are stiffer than the time step bears, with what each bears.
+
+    Args:
+        model: Compiled.
+        layer: Of the skin.
+    """
+    step = model.opt.timestep
+    return tuple(
+        ContactNote(ContactNoteKind.UNSTABLE, names, layer.stiffness, layer.stiffness * (longest / step) ** 2, longest)
+        for names, longest in stable_timesteps(model, layer).items()
+        if step > longest
+    )
+
+
+def _skins(model: mujoco.MjModel, geoms: tuple[int, int]) -> int:
+    return sum(is_hull(model.geom(geom).name) for geom in geoms)
+
+
+def _geoms(model: mujoco.MjModel) -> list[tuple[int, int]]:
+    """Both geoms of each pair."""
+    return list(zip(model.pair_geom1.tolist(), model.pair_geom2.tolist(), strict=True))

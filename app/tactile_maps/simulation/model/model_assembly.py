@@ -1,0 +1,97 @@
+"""From robot, skin, objects and effects to a MuJoCo model that holds only what is on."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import mujoco
+
+from tactile_maps.robots.model.mujoco_spec import compile_spec, robot_spec
+from tactile_maps.robots.model.robot import Robot
+from tactile_maps.scene.effects import Effects, Integrator
+from tactile_maps.scene.objects import SceneObject
+from tactile_maps.simulation.model.contact_pairs import add_contact_pairs, allows_self_contact
+from tactile_maps.simulation.model.contact_stiffness import FRICTION_RATIO, ContactSharing
+from tactile_maps.simulation.model.model_names import is_object
+from tactile_maps.simulation.model.object_geoms import add_object, is_simulated
+from tactile_maps.skin.model.skin import Skin
+from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
+from tactile_maps.tactile.models.depth import add_taxel_sensors
+
+_COVER = ElasticLayer()
+_INTEGRATORS: dict[Integrator, mujoco.mjtIntegrator] = {
+    "implicitfast": mujoco.mjtIntegrator.mjINT_IMPLICITFAST,
+    "discrete": mujoco.mjtIntegrator.mjINT_DISCRETE,
+    "euler": mujoco.mjtIntegrator.mjINT_EULER,
+    "implicit": mujoco.mjtIntegrator.mjINT_IMPLICIT,
+}
+
+
+def assemble(
+    robot: Robot, skin: Skin, effects: Effects, *, objects: Sequence[SceneObject] = (), layer: ElasticLayer = _COVER
+) -> mujoco.MjModel:
+    """Compile the robot, one impedance actuator a joint, and the effects that are on; nothing else.
+
+    Joints, bodies and actuators of the robot come first, in the robot's order; objects that nothing can touch are not
+    there. Actuator i drives joint i: force = kp ctrl - kp q - kd q', with kp and kd set live in the model. Without
+    dynamics there are no actuators and no contacts.
+
+    Args:
+        robot: The robot alone.
+        skin: Whose links get colliding hulls that agree with it.
+        effects: What to simulate.
+        objects: What else is there.
+        layer: The skin's cover: its stiffness and friction.
+
+    Raises:
+        RobotError: MuJoCo refuses the model.
+    """
+    spec = robot_spec(robot)
+    _set_options(spec.option, effects)
+    _set_up_robot(spec, effects)
+    outside = [scene_object for scene_object in objects if is_simulated(scene_object.spec.kind, effects)]
+    for scene_object in outside:
+        add_object(spec, scene_object, effects)
+    add_contact_pairs(spec, robot, skin, objects, effects, layer)
+    if outside or allows_self_contact(effects):
+        if effects.skin == "depth":
+            itself = allows_self_contact(effects)
+            add_taxel_sensors(spec, skin, lambda mesh: itself or is_object(mesh))
+    else:
+        spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT
+    model = compile_spec(spec, source=robot.source)
+    ContactSharing(model, layer)  # sets the model's pairs
+    return model
+
+
+def _set_options(option: mujoco.MjOption, effects: Effects) -> None:
+    option.timestep, option.integrator = effects.timestep, _INTEGRATORS[effects.integrator]
+    # MuJoCo 4.0.0 has a wrong sparse Hessian in its Newton solver; for robots dense is as fast.
+    option.jacobian = mujoco.mjtJacobian.mjJAC_DENSE
+    # Left to itself MuJoCo answers a diverging state with a reset to time zero; the guard wants to see it.
+    option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
+    # Constraints are changed within a step; the solver would work on copies of them, one for each island.
+    option.disableflags |= mujoco.mjtDisableBit.mjDSBL_ISLAND
+    if effects.integrator == "discrete":  # it is stable for any stiffness, and this would make the contact softer
+        option.disableflags |= mujoco.mjtDisableBit.mjDSBL_REFSAFE
+    option.cone, option.impratio = mujoco.mjtCone.mjCONE_ELLIPTIC, FRICTION_RATIO
+    option.gravity = [0, 0, 0] if effects.gravity == "off" else [0, 0, -9.81]
+
+
+def _set_up_robot(spec: mujoco.MjSpec, effects: Effects) -> None:
+    if effects.gravity == "compensated":
+        for body in spec.bodies[1:]:
+            body.gravcomp = 1.0
+    for joint in spec.joints:
+        if not effects.joint_limits:
+            joint.limited = mujoco.mjtLimited.mjLIMITED_FALSE
+        if not effects.joint_friction:
+            joint.frictionloss = 0.0
+        if effects.dynamics:
+            _add_impedance(spec, joint.name)
+
+
+def _add_impedance(spec: mujoco.MjSpec, joint: str) -> None:
+    actuator = spec.add_actuator(name=f"impedance {joint}", target=joint, trntype=mujoco.mjtTrn.mjTRN_JOINT)
+    actuator.gaintype, actuator.biastype = mujoco.mjtGain.mjGAIN_FIXED, mujoco.mjtBias.mjBIAS_AFFINE
+    actuator.gainprm[:3], actuator.biasprm[:3] = 0, 0

@@ -1,0 +1,179 @@
+"""The solid shapes of a compiled model's geoms, as contact models want them, and which of them may press which link.
+
+``Solids`` gives each geom its shape. ``contact_candidates`` lists the pairs of a skinned link and a body for a layer
+that makes the contact force itself (the elastic foundation), where the solver has no contact for them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations
+
+import mujoco
+import numpy as np
+from scipy.spatial import ConvexHull
+
+from tactile_maps.core.arrays import FloatArray
+from tactile_maps.geometry.surface.mesh import Mesh
+from tactile_maps.geometry.surface.pose import Pose
+from tactile_maps.robots.model.build import geom_triangles
+from tactile_maps.robots.model.robot import Robot
+from tactile_maps.scene.effects import Effects
+from tactile_maps.scene.objects import SceneObject
+from tactile_maps.simulation.model.collision_shapes import excluded_pairs
+from tactile_maps.simulation.model.contact_pairs import allows_self_contact
+from tactile_maps.simulation.model.model_names import body_name
+from tactile_maps.simulation.model.object_geoms import has_body
+from tactile_maps.skin.link_hulls import hull_name, skinned_links
+from tactile_maps.skin.link_pieces import PIECE_DEPTH, link_pieces
+from tactile_maps.skin.model.skin import Skin
+from tactile_maps.tactile.mechanics.loads import Box, Cylinder, LayerShape, MeshShape, Plane, Shape, Sphere
+from tactile_maps.tactile.models.foundation import ContactCandidate
+
+
+@dataclass(frozen=True, eq=False)
+class Solid:
+    """One geom as a body that presses.
+
+    Attributes:
+        geom: Its number in the model.
+        body: The number of the body it belongs to.
+        shape: In its own frame.
+        pose: ``T_body_shape``.
+        by: Whose it is, for people.
+    """
+
+    geom: int
+    body: int
+    shape: Shape
+    pose: Pose
+    by: str
+
+    def seen_from(self, data: mujoco.MjData, body: int) -> Pose:
+        """``T_body_shape`` from another body's frame, at the state of ``data``."""
+        base, turn = data.xmat[body].reshape(3, 3), data.xmat[self.body].reshape(3, 3)
+        place = turn @ self.pose.translation + data.xpos[self.body]
+        return Pose(base.T @ turn @ self.pose.rotation, (place - data.xpos[body]) @ base)
+
+
+class Solids:
+    """The solids of one model by geom, each made when first asked for.
+
+    A mesh object is its true mesh if that is closed; every other shape that is not a ball, a box, a cylinder or a plane
+    is the convex hull of its vertices, which is what MuJoCo collides.
+
+    Args:
+        model: The compiled model.
+        objects: All of the scene's.
+    """
+
+    def __init__(self, model: mujoco.MjModel, objects: Sequence[SceneObject]) -> None:
+        self._model = model
+        self._known: dict[int, Solid] = {}
+        for scene_object in objects:
+            if has_body(model, scene_object.spec):
+                self._learn(scene_object)
+
+    def __getitem__(self, geom: int) -> Solid:
+        """The solid of a geom."""
+        if geom not in self._known:
+            model, body = self._model, int(self._model.geom_bodyid[geom])
+            shape, pose = _geom_shape(model, geom)
+            self._known[geom] = Solid(geom, body, shape, pose, model.body(body).name)
+        return self._known[geom]
+
+    def _learn(self, scene_object: SceneObject) -> None:
+        """Objects are about their body's own frame."""
+        name = body_name(scene_object.spec)
+        geom, body = int(self._model.geom(name).id), int(self._model.body(name).id)
+        shape: Shape
+        if scene_object.spec.kind == "mesh":
+            solid = (
+                scene_object.mesh
+                if scene_object.mesh.connectivity.is_closed_manifold
+                else _hull(scene_object.mesh.vertices)
+            )
+            shape = MeshShape(solid, where=scene_object.spec.file)
+        elif scene_object.spec.kind == "plane":
+            shape = Plane()
+        else:
+            shape, _ = _geom_shape(self._model, geom)
+        self._known[geom] = Solid(geom, body, shape, Pose.identity(), scene_object.spec.name)
+
+
+def _geom_shape(model: mujoco.MjModel, geom: int) -> tuple[Shape, Pose]:
+    """A geom's shape and ``T_body_shape``."""
+    kind, size = mujoco.mjtGeom(int(model.geom_type[geom])), [float(length) for length in model.geom_size[geom]]
+    rotation = np.empty(9)
+    mujoco.mju_quat2Mat(rotation, model.geom_quat[geom])
+    pose = Pose(rotation.reshape(3, 3), model.geom_pos[geom])
+    if kind == mujoco.mjtGeom.mjGEOM_SPHERE:
+        return Sphere(size[0]), pose
+    if kind == mujoco.mjtGeom.mjGEOM_BOX:
+        return Box((size[0], size[1], size[2])), pose
+    if kind == mujoco.mjtGeom.mjGEOM_CYLINDER:
+        return Cylinder(size[0], size[1]), pose
+    vertices, _ = geom_triangles(model, geom)
+    return MeshShape(_hull(vertices), where=model.geom(geom).name), Pose.identity()
+
+
+def _hull(points: FloatArray) -> Mesh:
+    """The convex hull of ``points`` (n, 3), turned outward."""
+    hull = ConvexHull(points)
+    corners = points[hull.simplices]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    inward = np.einsum("ij,ij->i", normals, hull.equations[:, :3]) < 0
+    faces = np.where(inward[:, None], hull.simplices[:, ::-1], hull.simplices)
+    used, renumbered = np.unique(faces, return_inverse=True)
+    return Mesh(points[used], renumbered.reshape(-1, 3))
+
+
+def contact_candidates(
+    model: mujoco.MjModel, robot: Robot, skin: Skin, effects: Effects, objects: Sequence[SceneObject]
+) -> tuple[ContactCandidate, ...]:
+    """Objects that every link with skin may meet, and links that may meet each other.
+
+    Args:
+        model: The compiled model.
+        robot: The robot.
+        skin: Its skin.
+        effects: What may touch.
+        objects: Those that the model has.
+
+    Raises:
+        MeshError: A mesh object is no solid.
+    """
+    solids, links = Solids(model, objects), skinned_links(skin)
+    things = [solids[int(model.geom(body_name(scene_object.spec)).id)] for scene_object in objects]
+    outside = [_candidate(link, scene_object) for link in links for scene_object in things]
+    if not allows_self_contact(effects):
+        return tuple(outside)
+    apart = excluded_pairs(robot, skin)
+    shapes = {link: _link_solid(solids[int(model.geom(hull_name(link)).id)], robot, skin, link) for link in links}
+    both = [(a, b) for a, b in combinations(links, 2) if frozenset((a, b)) not in apart]
+    bare = [solids[geom] for geom in _bare_geoms(model, robot, links)]
+    return (
+        *outside,
+        *(_candidate(first, shapes[second], own=shapes[first]) for first, second in both),
+        *(_candidate(link, solid) for link in links for solid in bare if frozenset((link, solid.by)) not in apart),
+    )
+
+
+def _link_solid(hull: Solid, robot: Robot, skin: Skin, link: str) -> Solid:
+    """Return the solid of a link with skin: its hull, or the layer behind its surface where it collides in pieces."""
+    pieces = link_pieces(robot, skin, link)
+    if pieces is None:
+        return hull
+    return replace(hull, shape=LayerShape(pieces.surface, depth=PIECE_DEPTH), pose=Pose.identity())
+
+
+def _bare_geoms(model: mujoco.MjModel, robot: Robot, links: Sequence[str]) -> list[int]:
+    """Colliding geoms of links without skin."""
+    bodies = {int(model.body(link.name).id) for link in robot.links if link.name not in links}
+    return [geom for geom in range(model.ngeom) if int(model.geom_bodyid[geom]) in bodies and model.geom_contype[geom]]
+
+
+def _candidate(link: str, other: Solid, *, own: Solid | None = None) -> ContactCandidate:
+    mine = None if own is None else (own.shape, own.pose)
+    return ContactCandidate(link, other.body, other.shape, other.pose, other.by, mine)

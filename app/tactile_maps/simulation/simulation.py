@@ -1,0 +1,434 @@
+"""One scene simulated: an arm under impedance commands, objects around it, fingers on it, and what its skin reports.
+
+When effects change while it runs, the state is carried to the new model by joint name, for the robot and for objects
+that come and go.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import TypeAlias
+
+import mujoco
+import numpy as np
+
+from tactile_maps.core.arrays import BoolArray, FloatArray, freeze_arrays
+from tactile_maps.core.errors import SimulationError
+from tactile_maps.robots.model.robot import Robot
+from tactile_maps.scene.effects import Effects
+from tactile_maps.scene.objects import SceneObject
+from tactile_maps.simulation.contact_loads import add_loads
+from tactile_maps.simulation.fingers import Fingers
+from tactile_maps.simulation.model.object_geoms import initial_pose
+from tactile_maps.simulation.physics import Physics
+from tactile_maps.simulation.robot_contacts import RobotContacts
+from tactile_maps.simulation.step_checks import ImpedanceCommand, check_command
+from tactile_maps.skin.model.bare_surface import with_bare_points
+from tactile_maps.skin.model.skin import Skin
+from tactile_maps.tactile.mechanics.contact_notes import ContactNote
+from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
+from tactile_maps.tactile.mechanics.loads import Load
+from tactile_maps.tactile.models.contact_model import CONTACT_MODELS, ContactModel
+from tactile_maps.tactile.models.foundation import FoundationModel
+from tactile_maps.tactile.poke import PokeInput, PokePressed, PokeState
+from tactile_maps.tactile.sensors.sensor_chain import SensorChain
+from tactile_maps.tactile.sensors.sensor_effects import ALIVE, SensorEffects
+
+_POSITIONS = {mujoco.mjtJoint.mjJNT_FREE: 7, mujoco.mjtJoint.mjJNT_BALL: 4}
+_VELOCITIES = {mujoco.mjtJoint.mjJNT_FREE: 6, mujoco.mjtJoint.mjJNT_BALL: 3}
+
+
+@dataclass(frozen=True, eq=False)
+class JointState:
+    """One joint at one instant.
+
+    Attributes:
+        position: Its coordinates [rad, m].
+        velocity: [rad/s, m/s].
+        acceleration: Of the last step, from which the solver starts.
+    """
+
+    position: FloatArray
+    velocity: FloatArray
+    acceleration: FloatArray
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, "position", "velocity", "acceleration")
+
+    @property
+    def at_rest(self) -> JointState:
+        """The same, without motion."""
+        return JointState(self.position, 0 * self.velocity, 0 * self.acceleration)
+
+
+def joint_states(model: mujoco.MjModel, data: mujoco.MjData) -> dict[str, JointState]:
+    """All joints of ``data`` by name."""
+    states = {}
+    for joint in range(model.njnt):
+        at, way = _slices(model, joint)
+        states[model.joint(joint).name] = JointState(data.qpos[at], data.qvel[way], data.qacc_warmstart[way])
+    return states
+
+
+def restore_joint_states(physics: Physics, states: Mapping[str, JointState], time: float) -> None:
+    """Bring ``physics`` to these states and that time; joints without one stay where they are.
+
+    Args:
+        physics: Fresh, or at any state.
+        states: By joint name.
+        time: [s].
+    """
+    model, data = physics.model, physics.data
+    data.time = time
+    warm = np.zeros(model.nv)
+    for joint in range(model.njnt):
+        state = states.get(model.joint(joint).name)
+        if state is not None:
+            at, way = _slices(model, joint)
+            data.qpos[at], data.qvel[way], warm[way] = state.position, state.velocity, state.acceleration
+    physics.forward()
+    data.qacc_warmstart[:] = warm
+
+
+def _slices(model: mujoco.MjModel, joint: int) -> tuple[slice, slice]:
+    """Of the joint's coordinates in ``qpos`` and ``qvel``."""
+    kind = mujoco.mjtJoint(int(model.jnt_type[joint]))
+    at, way = int(model.jnt_qposadr[joint]), int(model.jnt_dofadr[joint])
+    return slice(at, at + _POSITIONS.get(kind, 1)), slice(way, way + _VELOCITIES.get(kind, 1))
+
+
+SensorStage: TypeAlias = Callable[[FloatArray], FloatArray]
+_COVER = ElasticLayer()
+_STATE = int(mujoco.mjtState.mjSTATE_INTEGRATION)
+
+
+class Simulation:
+    """One robot with one skin. Mutable; ``reset`` starts again. Deterministic: same calls, same numbers, bit for bit.
+
+    Args:
+        robot: The robot.
+        skin: Its skin.
+        effects: What to simulate; ``use`` changes it live.
+        objects: What else is there.
+        layer: What the skin's cover is made of.
+        tick: From one reading of the skin to the next [s].
+        seed: Of what is random in the sensor.
+
+    Raises:
+        RobotError: MuJoCo refuses the model.
+        MeshError: A mesh object is no solid.
+    """
+
+    def __init__(
+        self,
+        robot: Robot,
+        skin: Skin,
+        effects: Effects,
+        *,
+        objects: Sequence[SceneObject] = (),
+        layer: ElasticLayer = _COVER,
+        tick: float = 0.005,
+        seed: int = 0,
+    ) -> None:
+        self._robot, self._skin, self._effects = robot, skin, effects
+        self._objects, self._layer, self._tick, self._seed = tuple(objects), layer, tick, seed
+        self._physics = Physics(robot, skin, effects, self._objects, layer)
+        averages = effects.time_averaging
+        self._fingers = Fingers(self._model, skin, layer, yields=effects.dynamics, averages=averages)
+        self._touch = self._build_touch(self._physics, effects)
+        self._chain: SensorChain | None = None
+        self._contact_search: RobotContacts | None = None  # built when first asked for
+        self._use_sensor(effects)
+        self.reset()
+
+    def reset(self) -> None:
+        """The robot at home and at rest, objects where the scene has them, no fingers, time zero, a fresh sensor."""
+        self._command: ImpedanceCommand | None = None
+        self._drive_torque: FloatArray | None = None
+        self._left: dict[str, JointState] = {}
+        self._left_poses: dict[str, FloatArray] = {}
+        self._fingers.reset()
+        self._physics.start(self._robot.home)
+        if self._chain is not None:
+            self._chain.reset()
+
+    def apply(self, poke: PokeInput) -> None:
+        """Let a finger do something, from the next step on.
+
+        Raises:
+            SimulationError: There is no such place, the finger is too stiff, or fingers are off.
+        """
+        if self._effects.fingers:
+            self._physics.refresh()
+            self._fingers.apply(self._data, poke)
+        elif isinstance(poke, PokePressed):
+            remedy = "Switch the effect fingers on"
+            raise SimulationError(
+                "fingers are off, so the skin cannot be poked", value=f"finger {poke.id}", remedy=remedy
+            )
+
+    def step(self, count: int, command: ImpedanceCommand) -> None:
+        """Advance ``count`` time steps under one command.
+
+        Args:
+            count: How many.
+            command: Posture, stiffness, damping and added torque for each joint.
+
+        Raises:
+            SimulationError: The command holds something that is no number, the state left the numbers that mean
+                something, or the layer is too stiff; the state is then the last good one.
+        """
+        if command is not self._command:
+            check_command(self._robot, command)
+            self._physics.apply_command(command)
+            self._command = command
+        self._fingers.begin()
+        fingers = self._fingers.push if len(self._fingers) else None
+        if self._effects.dynamics:
+            before = self.posture, self.velocity
+            self._physics.step(count, fingers)
+            self._drive_torque = self._mean_torque(*before, command, count)
+        else:
+            self._drive_torque = None
+            self._physics.pose_at(command.posture, count, fingers)
+
+    def use(self, effects: Effects) -> None:
+        """Simulate with other effects from now on. The state stays: joints by name, fingers, what the sensor remembers.
+
+        An object that nothing can touch any more stands where it was left until something can.
+
+        Raises:
+            RobotError: MuJoCo refuses the model; nothing changed then, as with the others.
+            MeshError: A mesh object is no solid.
+            SimulationError: A finger is too stiff for the new time step.
+        """
+        old, physics, touch = self._physics, self._physics, self._touch
+        if _physics_effects(effects) != _physics_effects(self._effects):
+            physics = self._carried(effects)
+        if physics is not old or _contact_model_effects(effects) != _contact_model_effects(self._effects):
+            touch = self._build_touch(physics, effects)
+        if physics is not old:
+            averages = effects.time_averaging
+            self._fingers.use(physics.model, physics.data, yields=effects.dynamics, averages=averages)
+            self._leave_behind(physics)
+        if not effects.fingers:
+            self._fingers.reset()
+        self._physics, self._touch, self._effects = physics, touch, effects
+        physics.felt = effects.skin != "off"
+        self._contact_search = None
+        self._use_sensor(effects)
+
+    def touching(self, posture: FloatArray) -> str:
+        """What would touch the robot in ``posture`` (n,), all else being where it is; empty for nothing.
+
+        Cost: 0.1 ms; the first time under other effects as long as assembling the model takes.
+        """
+        if self._contact_search is None:
+            self._contact_search = RobotContacts(self._robot, self._skin, self._effects, self._objects, self._layer)
+        return self._contact_search.words(joint_states(self._model, self._data), posture)
+
+    def place(self, posture: FloatArray) -> None:
+        """The robot stands still in ``posture`` (n,), without having gone there; nothing may touch it."""
+        data, count = self._data, len(self._robot.joints)
+        data.qpos[:count], data.qvel[:count], data.qacc_warmstart[:count] = posture, 0.0, 0.0
+        self._drive_torque = None
+        self._physics.forward()
+
+    def sense(self) -> FloatArray:
+        """(taxels,) what the taxels report [Pa] of the last step's loads; zeros without a skin model.
+
+        With time averaging, of the mean loads of the last call of ``step``.
+        """
+        pressures = np.zeros(len(self._skin))
+        for _, read in self.readings:
+            pressures = read(pressures)
+        return pressures
+
+    @property
+    def readings(self) -> tuple[tuple[str, SensorStage], ...]:
+        """The stages of one reading by name, each from the pressures (taxels,) [Pa] of the one before.
+
+        The first, ``touch``, asks the physics and takes no notice of what it is given. To be called in turn, once a
+        tick. Empty without a skin model.
+        """
+        if self._touch is None:
+            return ()
+        return (("touch", self._feel), *(self._chain.stages if self._chain else ()))
+
+    @property
+    def effects(self) -> Effects:
+        """What is simulated."""
+        return self._effects
+
+    @property
+    def notes(self) -> tuple[ContactNote, ...]:
+        """What is not as it should be: how meshes touch, what the contact model had to do instead."""
+        return (*self._physics.notes, *(self._touch.notes if self._touch else ()))
+
+    @property
+    def broken_taxels(self) -> BoolArray:
+        """(taxels,) whether each is dead or stuck."""
+        return np.zeros(len(self._skin), dtype=bool) if self._chain is None else self._chain.dead != ALIVE
+
+    @property
+    def object_poses(self) -> FloatArray:
+        """(k, 4, 4) ``T_world_object`` of every object; one that the physics leaves out stands still."""
+        poses = np.zeros((len(self._objects), 4, 4))
+        for row, scene_object in zip(poses, self._objects, strict=True):
+            pose = self._physics.pose(scene_object.spec.name)
+            row[:] = (
+                self._left_poses.get(scene_object.spec.name, initial_pose(scene_object.spec)) if pose is None else pose
+            )
+        return poses
+
+    @property
+    def pokes(self) -> tuple[PokeState, ...]:
+        """All fingers on the skin."""
+        self._physics.refresh()
+        return self._fingers.states(self._data)
+
+    @property
+    def loads(self) -> tuple[Load, ...]:
+        """All that truly presses the skin at the last step, fingers first, whatever the sensor makes of it.
+
+        With time averaging, on average in the steps of the last call of ``step``.
+        """
+        return (*self._fingers.loads(), *self._physics.loads())
+
+    @property
+    def total_normal_force(self) -> float:
+        """How hard all of it presses the skin at the last step [N], each by the force along its own normal.
+
+        Where the contact model makes the forces itself, the whole force of each: it knows no friction. With time
+        averaging, on average in the steps of the last call of ``step``.
+        """
+        pushed = self._touch.total_force if isinstance(self._touch, FoundationModel) else 0.0
+        return sum(load.force for load in self.loads) + pushed
+
+    def wrenches(self) -> dict[str, FloatArray]:
+        """By link with skin, (6,) what all that touches it does to it at the last step, fingers included.
+
+        Force [N] and torque [N m] about the link's origin, link frame; see ``contact_loads``. With time averaging, on
+        average in the steps of the last call of ``step``.
+        """
+        wrenches = self._physics.wrenches()
+        add_loads(wrenches, self._fingers.loads())
+        return wrenches
+
+    def sum_wrenches(self, on: bool) -> None:
+        """Set whether ``wrenches`` follow time averaging. Off saves 20 µs a contact and step where they are unread."""
+        self._physics.sums_wrenches = on
+
+    @property
+    def posture(self) -> FloatArray:
+        """(n,) of the robot [rad, or m]."""
+        return self._data.qpos[: len(self._robot.joints)].copy()
+
+    @property
+    def velocity(self) -> FloatArray:
+        """(n,) of the robot [rad/s, or m/s]."""
+        return self._data.qvel[: len(self._robot.joints)].copy()
+
+    @property
+    def drive_torque(self) -> FloatArray | None:
+        """(n,) mean torque of the robot's drives in the last call of ``step`` [N m, or N for a slide].
+
+        A torque sensor in each joint would read it; torque that compensates gravity is left out. None before the first
+        step and without dynamics.
+        """
+        return self._drive_torque
+
+    @property
+    def time(self) -> float:
+        """Simulated seconds since the reset."""
+        return float(self._data.time)
+
+    @property
+    def timestep(self) -> float:
+        """Of the physics [s]."""
+        return float(self._model.opt.timestep)
+
+    def state(self) -> FloatArray:
+        """Everything the future depends on as one vector: of MuJoCo, the fingers, the sensor, and what stands aside."""
+        state = np.zeros(mujoco.mj_stateSize(self._model, _STATE))
+        mujoco.mj_getState(self._model, self._data, state, _STATE)
+        aside = [joint.position for joint in self._left.values()]
+        sensor = [self._chain.state()] if self._chain else []
+        return np.concatenate([state, self._fingers.numbers(), *sensor, *aside])
+
+    @property
+    def _model(self) -> mujoco.MjModel:
+        return self._physics.model
+
+    @property
+    def _data(self) -> mujoco.MjData:
+        return self._physics.data
+
+    def _feel(self, _: FloatArray) -> FloatArray:
+        assert self._touch is not None
+        return self._touch.pressures(self.loads)
+
+    def _mean_torque(
+        self, posture: FloatArray, velocity: FloatArray, command: ImpedanceCommand, count: int
+    ) -> FloatArray:
+        """(n,) of ``count`` steps under ``command`` that began in ``posture`` with ``velocity``.
+
+        A step takes the spring's torque at its start and the damper's at its end, except for Euler's.
+        """
+        speed = (self.posture - posture) / (count * self.timestep)
+        middle = 0.5 * (posture + self.posture) - 0.5 * self.timestep * speed
+        if self._effects.integrator == "euler":
+            speed = speed - (self.velocity - velocity) / count
+        spring = command.stiffness * (command.posture - middle)
+        return np.asarray(spring - command.damping * speed + command.torque)
+
+    def _carried(self, effects: Effects) -> Physics:
+        """The physics of other effects in the present state; objects that come back do so at rest."""
+        physics = Physics(self._robot, self._skin, effects, self._objects, self._layer)
+        physics.sums_wrenches = self._physics.sums_wrenches
+        if self._command is not None:
+            physics.apply_command(self._command)
+        states = {**self._left, **joint_states(self._model, self._data)}
+        restore_joint_states(physics, states, self.time)
+        return physics
+
+    def _leave_behind(self, physics: Physics) -> None:
+        """Remember where those objects are that the new physics does not have."""
+        here, there = joint_states(self._model, self._data), joint_states(physics.model, physics.data)
+        poses = self.object_poses
+        left = {**self._left, **{name: state.at_rest for name, state in here.items()}}
+        self._left = {name: state for name, state in left.items() if name not in there}
+        self._left_poses = {
+            scene_object.spec.name: pose
+            for scene_object, pose in zip(self._objects, poses, strict=True)
+            if physics.pose(scene_object.spec.name) is None
+        }
+
+    def _build_touch(self, physics: Physics, effects: Effects) -> ContactModel | None:
+        if effects.skin == "off":
+            return None
+        skin = with_bare_points(self._robot, self._skin)
+        return physics.touch or CONTACT_MODELS[effects.skin].build(skin, self._layer, effects.sensor)
+
+    def _use_sensor(self, effects: Effects) -> None:
+        """Keep what an effect that stays on remembers; without a stage there is no chain."""
+        stages = replace(effects.sensor, area_averaging=None)
+        if effects.skin == "off" or stages == SensorEffects():
+            self._chain = None
+            return
+        if self._chain is None:
+            self._chain = SensorChain(self._skin, stages, tick=self._tick, seed=self._seed)
+        self._chain.use(stages, averages=effects.time_averaging)
+
+
+def _physics_effects(effects: Effects) -> Effects:
+    """The part of the effects that needs another model."""
+    inside = effects.skin in ("foundation", "depth")
+    sensor = replace(SensorEffects(), area_averaging=effects.sensor.area_averaging if inside else None)
+    return replace(effects, sensor=sensor, fingers=True, skin=effects.skin if inside else "off")
+
+
+def _contact_model_effects(effects: Effects) -> tuple[object, ...]:
+    """The part of the effects that needs another contact model."""
+    return effects.skin, effects.sensor.area_averaging

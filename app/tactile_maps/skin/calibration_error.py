@@ -1,0 +1,233 @@
+"""A skin as a calibration with errors would believe it: the same taxels, each somewhat beside where it is.
+
+A robot knows where its taxels are only from a calibration: 2 mm off on the average at best, 7 mm as published for an
+iCub's arm. The map is made from those places, and the controller trusts it; the skin that is touched is another one.
+
+Each taxel moves by a normal error along all three axes: by itself, or rigidly with the module of about ten that it was
+made in. The surface goes along, linearly between neighbouring taxels, as where a mesh's vertices are the taxels. So
+triangles between taxels tilt, shear and, from a quarter of the pitch on, turn over (theory page, 5.2). Nothing else
+changes: the same taxels in the same order with the same areas and neighbours, and the same triangles, so that a
+``SurfacePoint`` of the one skin is the same place, materially, on the other.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Literal, TypeAlias
+
+import numpy as np
+from scipy.sparse import coo_matrix
+from scipy.sparse.linalg import lsmr
+from scipy.spatial import cKDTree
+from scipy.spatial.transform import Rotation
+
+from tactile_maps.core.arrays import FloatArray, IntArray
+from tactile_maps.core.errors import Finding, SkinError
+from tactile_maps.geometry.surface.closest_point import ClosestPoint
+from tactile_maps.geometry.surface.mesh import Mesh
+from tactile_maps.skin.model.skin import Patch, Skin, Taxels
+from tactile_maps.skin.reconstruction.triangulation import triangulate
+from tactile_maps.skin.taxel_placement.sampling import farthest_points
+
+ErrorUnit: TypeAlias = Literal["taxel", "module"]
+
+MODULE_TAXELS = 10
+"""Taxels of a module, as of iCub's triangles."""
+MAX_ERROR = 0.05
+"""Greatest error [m] that is still a calibration."""
+_CANCELLED = 1e-6
+"""Length of a mean of unit normals below which it points nowhere."""
+
+
+def with_calibration_error(skin: Skin, sd: float, *, seed: int = 0, by: ErrorUnit = "taxel") -> Skin:
+    """The skin that is believed in where a calibration has an error.
+
+    Areas stay the true ones: a taxel's size is known from how it was made, whatever its place is taken for.
+
+    Args:
+        skin: As it is.
+        sd: Standard deviation of a taxel's error along each axis [m], 0 to 0.05.
+        seed: Of the errors. Skins with the same number are wrong in the same way, more or less so by ``sd``.
+        by: What is misplaced as one: each ``taxel``, or each ``module`` of about ten neighbouring ones, which is moved
+            and turned, with half the error's variance each.
+
+    Raises:
+        SkinError: The error is no number in its range, or there is no such unit.
+
+    Cost: 0.1 s for 1000 taxels.
+    """
+    if not 0 <= sd <= MAX_ERROR:  # NaN compares false
+        raise SkinError(
+            "the calibration error is out of range", place="sd", value=f"{sd} m", remedy="Choose 0 to 0.05 m"
+        )
+    if by not in _SHIFTS:
+        raise SkinError("there is no such unit", place="by", value=by, remedy=f"Choose {' or '.join(_SHIFTS)}")
+    if sd == 0:
+        return skin
+    streams = np.random.default_rng(seed).spawn(len(skin.patches))
+    moved = [
+        _shift_patch(patch, sd * _SHIFTS[by](patch.taxels.positions, stream, sd))
+        for patch, stream in zip(skin.patches, streams, strict=True)
+    ]
+    note = Finding("misplaced", "skin", f"believed {1e3 * sd:g} mm off along each axis, by {by}", len(skin))
+    return replace(skin, patches=tuple(moved), findings=(*skin.findings, note))
+
+
+def with_sleeve_displaced(skin: Skin, *, shift: float = 0.0, turn: float = 0.0) -> Skin:
+    """The skin that is believed in where the whole sleeve sits elsewhere than it is taken to sit.
+
+    Each patch moves as one along the longest axis of its taxels and about it: a sleeve that was pulled on too far, or
+    turned. Its shape, and so its map, is the same.
+
+    Args:
+        skin: As it is.
+        shift: Along the axis [m].
+        turn: About the axis through the taxels' middle [rad].
+
+    Raises:
+        SkinError: A number is not finite, or the shift is longer than 5 cm.
+    """
+    if not (abs(shift) <= MAX_ERROR and np.isfinite(turn)):  # NaN compares false
+        raise SkinError(
+            "the sleeve cannot be displaced so",
+            value=f"{shift} m, {turn} rad",
+            remedy="Choose a shift of -0.05 to 0.05 m and a finite turn",
+        )
+    moved = tuple(_displaced(patch, shift, turn) for patch in skin.patches)
+    note = Finding("misplaced", "skin", f"believed {1e3 * shift:g} mm along and {turn:g} rad about its axis", len(skin))
+    return replace(skin, patches=moved, findings=(*skin.findings, note))
+
+
+def _displaced(patch: Patch, shift: float, turn: float) -> Patch:
+    positions = patch.taxels.positions
+    middle = positions.mean(axis=0)
+    axis = np.linalg.svd(positions - middle, full_matrices=False)[2][0]
+    rotation = Rotation.from_rotvec(turn * axis).as_matrix()
+
+    def move(points: FloatArray) -> FloatArray:
+        return np.asarray(middle + (points - middle) @ rotation.T + shift * axis)
+
+    taxels, quadrature = patch.taxels, patch.taxels.quadrature
+    return replace(
+        patch,
+        surface=Mesh(move(patch.surface.vertices), patch.surface.faces),
+        taxels=replace(
+            taxels,
+            positions=move(positions),
+            normals=taxels.normals @ rotation.T,
+            quadrature=replace(quadrature, positions=move(quadrature.positions)),
+        ),
+    )
+
+
+def with_area_error(skin: Skin, factor: float) -> Skin:
+    """The skin that is believed in where every taxel's gain is wrong alike: pressure times area is ``factor`` of it.
+
+    Args:
+        skin: As it is.
+        factor: Believed force over true force, 0.01 to 100.
+
+    Raises:
+        SkinError: The factor is out of its range.
+    """
+    if not 0.01 <= factor <= 100:  # NaN compares false
+        raise SkinError("the gain error is out of range", place="factor", value=factor, remedy="Choose 0.01 to 100")
+    return replace(skin, patches=tuple(_enlarged(patch, factor) for patch in skin.patches))
+
+
+def _enlarged(patch: Patch, factor: float) -> Patch:
+    taxels, quadrature = patch.taxels, patch.taxels.quadrature
+    quadrature = replace(quadrature, areas=factor * quadrature.areas)
+    return replace(patch, taxels=replace(taxels, areas=factor * taxels.areas, quadrature=quadrature))
+
+
+def _taxel_errors(positions: FloatArray, stream: np.random.Generator, _sd: float) -> FloatArray:
+    """(n, 3) errors of single taxels, in units of ``sd``."""
+    return stream.standard_normal(positions.shape)
+
+
+def _module_errors(positions: FloatArray, stream: np.random.Generator, sd: float) -> FloatArray:
+    """(n, 3) errors of modules, moved and turned about their middles, in units of ``sd`` [m]."""
+    shift = np.empty_like(positions)
+    for module in group_into_modules(positions):
+        arms = positions[module] - positions[module].mean(axis=0)
+        reach = float(np.sqrt(2 / 3 * (arms**2).sum(axis=1).mean()))
+        way, turn = stream.standard_normal((2, 3)) * (0.5**0.5 if reach > 0 else 1.0)
+        turned = Rotation.from_rotvec(turn * sd / reach).apply(arms) - arms if reach > 0 else 0.0
+        shift[module] = way + turned / sd
+    return shift
+
+
+_SHIFTS: dict[str, Callable[[FloatArray, np.random.Generator, float], FloatArray]] = {
+    "taxel": _taxel_errors,
+    "module": _module_errors,
+}
+
+
+def group_into_modules(positions: FloatArray) -> list[IntArray]:
+    """Groups of about ten neighbouring taxels, each rising: those nearest to evenly spread middles.
+
+    Args:
+        positions: (n, 3) [m].
+    """
+    count = max(round(len(positions) / MODULE_TAXELS), 1)
+    middles = positions[farthest_points(positions, count, np.zeros(1, dtype=np.int64))]
+    for _ in range(8):
+        nearest = cKDTree(middles).query(positions)[1]
+        size = np.bincount(nearest, minlength=count)
+        sums = np.stack([np.bincount(nearest, positions[:, k], count) for k in range(3)], axis=1)
+        middles = np.where(size[:, None] > 0, sums / np.maximum(size, 1)[:, None], middles)
+    groups = [np.flatnonzero(nearest == number) for number in range(count)]
+    return [group for group in groups if len(group)]
+
+
+def _shift_patch(patch: Patch, shift: FloatArray) -> Patch:
+    """The patch with its taxels moved by ``shift`` (n, 3) [m] and all that lies between them along with them."""
+    surface, taxels = patch.surface, patch.taxels
+    moves = _interpolate_shift(patch, shift, surface.vertices)
+    corners = surface.faces[taxels.faces]
+    moves += _least_norm_correction(
+        corners, taxels.weights, shift - np.einsum("nc,ncd->nd", taxels.weights, moves[corners]), moves
+    )
+    believed = Mesh(surface.vertices + moves, surface.faces)
+    quadrature = taxels.quadrature
+    return replace(
+        patch,
+        surface=believed,
+        taxels=replace(
+            taxels,
+            positions=believed.points(taxels.faces, taxels.weights),
+            normals=_shifted_normals(believed, taxels),
+            quadrature=replace(
+                quadrature, positions=quadrature.positions + _interpolate_shift(patch, shift, quadrature.positions)
+            ),
+        ),
+    )
+
+
+def _interpolate_shift(patch: Patch, shift: FloatArray, points: FloatArray) -> FloatArray:
+    """(k, 3) shifts of ``points`` (k, 3) of the surface: linear within the triangles between taxels."""
+    taxels = patch.taxels
+    joined = triangulate(taxels.positions, normals=taxels.normals, where=patch.name).mesh
+    if not len(joined.faces):
+        return shift[cKDTree(taxels.positions).query(points)[1]]
+    faces, weights, _ = ClosestPoint(joined).query(points)
+    return np.einsum("kc,kcd->kd", weights, shift[joined.faces[faces]])
+
+
+def _least_norm_correction(corners: IntArray, weights: FloatArray, left: FloatArray, moves: FloatArray) -> FloatArray:
+    """The least moves of vertices, shaped as ``moves``, that carry points within triangles the way that is ``left``.
+
+    Linear functions between taxels have a kink at each, which the triangles that are there round off.
+    """
+    rows = np.repeat(np.arange(len(left)), 3)
+    carry = coo_matrix((weights.ravel(), (rows, corners.ravel())), shape=(len(left), len(moves))).tocsr()
+    return np.stack([lsmr(carry, left[:, k], atol=1e-12, btol=1e-12)[0] for k in range(3)], axis=1)
+
+
+def _shifted_normals(believed: Mesh, taxels: Taxels) -> FloatArray:
+    """(n, 3) the believed surface's at the taxels; the true one where the surface around is turned against itself."""
+    normals = np.einsum("nc,ncd->nd", taxels.weights, believed.vertex_normals[believed.faces[taxels.faces]])
+    length = np.linalg.norm(normals, axis=1, keepdims=True)
+    return np.where(length > _CANCELLED, normals / np.maximum(length, _CANCELLED), taxels.normals)

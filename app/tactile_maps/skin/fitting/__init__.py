@@ -1,0 +1,1 @@
+"""Place given taxels on a robot's links."""

@@ -1,0 +1,323 @@
+"""A skin that places itself on a robot: links chosen, wrapped, kept clear of their joints, and set with taxels.
+
+``CoverSpec`` says what is wanted. Each link's mesh, in whatever state it is, gets a wrap; what lies too close to other
+links or is not visible from outside is left bare (``usable_surface``); the rest gets its share of taxels by area. Where
+no links are named, ``choose_links`` takes the three that show the most of themselves and move.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TypeAlias
+
+import numpy as np
+from scipy.spatial import ConvexHull, QhullError
+
+from tactile_maps.core.arrays import FloatArray
+from tactile_maps.core.errors import Finding, SkinError
+from tactile_maps.core.progress import Progress, no_progress
+from tactile_maps.geometry.remesh.repair import clean_mesh
+from tactile_maps.geometry.remesh.wrap import coarsest_voxel, wrap_mesh
+from tactile_maps.geometry.surface.mesh import Mesh
+from tactile_maps.geometry.surface.pose import Pose
+from tactile_maps.robots.kinematics import Configuration
+from tactile_maps.robots.model.robot import Robot
+from tactile_maps.skin.model.skin import LOW_COVERAGE, PLACEHOLDER_COVERED, Patch, Skin, low_coverage, patch_name
+from tactile_maps.skin.taxel_placement.sampling import place_evenly
+from tactile_maps.skin.taxel_placement.usable_surface import (
+    sample_surface,
+    usable_components,
+    vertices_clear_of,
+    visible_from_outside,
+)
+
+MAX_COVER_TAXELS = 20_000
+CLOSING_FACTOR = 3.0
+"""A cover spans what a ball with a radius of this many thicknesses cannot roll into."""
+
+
+@dataclass(frozen=True)
+class CoverSpec:
+    """A wanted cover.
+
+    Attributes:
+        links: Names of the links to cover; empty to choose the largest ones.
+        taxels: How many in all, shared out by area.
+        thickness: Of the cover over the link's mesh [m].
+        seed: Of the one random choice: where each patch's first taxel lies.
+
+    Example:
+        >>> tm.CoverSpec(links=("upper_arm", "forearm"), taxels=400).thickness
+        0.003
+    """
+
+    links: tuple[str, ...] = ()
+    taxels: int = 1000
+    thickness: float = 0.003
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        if not 4 <= self.taxels <= MAX_COVER_TAXELS:
+            raise SkinError(
+                "the number of taxels is out of range",
+                place="taxels",
+                value=self.taxels,
+                remedy=f"Choose 4 to {MAX_COVER_TAXELS}",
+            )
+        if not 1e-4 <= self.thickness <= 0.1:
+            raise SkinError(
+                "the cover thickness is out of range",
+                place="thickness",
+                value=f"{self.thickness} m",
+                remedy="Choose 0.0001 to 0.1 m",
+            )
+
+
+FACES_PER_TAXEL = 12
+JOINT_CLEARANCE = 0.010
+"""Skin keeps this far from the links beside it [m], so that joints can move."""
+_MIN_TAXELS = 12
+_MIN_SHARE = 0.15
+_MAX_HOLE_TAXELS = 4
+
+
+@dataclass(frozen=True, eq=False)
+class _Piece:
+    link: str
+    surface: Mesh
+
+
+def cover_robot(robot: Robot, spec: CoverSpec | None = None, *, progress: Progress = no_progress) -> Skin:
+    """Cover ``robot`` as ``spec`` says.
+
+    Args:
+        robot: Its links' meshes may be in any state; see ``geometry.remesh.wrap``.
+        spec: What is wanted; by default 1000 taxels on the three links that show the most of themselves. Where these
+            have no room for skin, the next three are covered instead (a Finding).
+        progress: Told what is being done and how far it is, 0 to 1; may raise to cancel.
+
+    Raises:
+        SkinError: No link can be covered, or a named link has no geometry.
+        RobotError: A named link does not exist.
+
+    Example:
+        >>> skin = tm.cover_robot(robot, tm.CoverSpec(links=("hand",), taxels=60))
+        >>> len(skin), [patch.link for patch in skin.patches]
+        (60, ['hand'])
+
+    Cost: about 1 s for 1000 taxels on three links.
+    """
+    spec = spec or CoverSpec()
+    choices = [spec.links] if spec.links else _link_choices(robot)
+    meshes, findings = _cleaned_links(robot)
+    _check_links(robot, choices[0], meshes)
+    findings += placeholder_notes(robot, spec.links)
+    configuration = Configuration(robot)
+    pieces: list[_Piece] = []
+    for links in choices:
+        usable_area = 0.0
+        voxel = _voxel({name: meshes[name] for name in links}, spec.taxels)
+        spacing = min(voxel, coarsest_voxel(spec.thickness))
+        clouds = {name: sample_surface(mesh, spacing) for name, mesh in meshes.items()}
+        for i, name in enumerate(links):
+            progress(f"Covering {name}", 0.7 * i / len(links))
+            found, area, notes = _usable_pieces(configuration, meshes, clouds, name, spec.thickness, voxel)
+            pieces += found
+            usable_area += area
+            findings += notes
+        if pieces:
+            break
+    if not pieces:
+        raise SkinError(
+            "no surface is left for skin outside the clearance of the joints",
+            file=robot.source,
+            place=", ".join(choices[0]),
+            remedy="Choose other links or a thinner cover" if spec.links else "Choose a thinner cover",
+        )
+    if links is not choices[0]:
+        action = f"covered, because there is no room on {', '.join(choices[0])}"
+        covered = dict.fromkeys(piece.link for piece in pieces)
+        findings.append(Finding("other-links", ", ".join(covered), action, len(covered)))
+    progress("Placing taxels", 0.7)
+    patches = _patches(pieces, spec)
+    skin = Skin(patches, bare_area=max(usable_area - sum(patch.surface.area for patch in patches), 0.0))
+    if skin.coverage < LOW_COVERAGE:
+        reasons = f"pieces below {100 * _MIN_SHARE:.0f} % of their link's cover or {_MIN_TAXELS} taxels are left out"
+        remedy = "place more taxels, or name other links"
+        findings.append(low_coverage(", ".join(links), skin.coverage, reasons, remedy, 1))
+    return replace(skin, findings=tuple(findings))
+
+
+def _check_links(robot: Robot, links: tuple[str, ...], meshes: dict[str, Mesh]) -> None:
+    bare = [name for name in links if robot.link(name).name not in meshes]
+    if bare:
+        raise SkinError(
+            "the link has no geometry for a skin",
+            file=robot.source,
+            value=bare[0],
+            remedy=f"Choose among: {', '.join(meshes)}",
+        )
+
+
+def placeholder_notes(robot: Robot, links: Sequence[str]) -> list[Finding]:
+    """Return a finding for each of the links whose mesh is missing: a cover of it is one of the placeholder."""
+    action = "its mesh is missing: the small box in its place is covered, as the link is named"
+    return [Finding(PLACEHOLDER_COVERED, link, action) for link in links if robot.link(link).missing]
+
+
+def _cleaned_links(robot: Robot) -> tuple[dict[str, Mesh], list[Finding]]:
+    meshes: dict[str, Mesh] = {}
+    findings: list[Finding] = []
+    for link in robot.links:
+        if link.mesh is not None and len(link.mesh.faces):
+            meshes[link.name], notes = clean_mesh(link.mesh, where=link.name)
+            findings += notes
+    return meshes, findings
+
+
+def _voxel(meshes: dict[str, Mesh], taxels: int) -> float:
+    """Edge length that gives each taxel about ``FACES_PER_TAXEL`` faces; a voxel² of surface carries about three."""
+    area = sum(hull_area(mesh) for mesh in meshes.values())
+    return float(np.sqrt(3.0 * area / (taxels * FACES_PER_TAXEL)))
+
+
+def _usable_pieces(
+    configuration: Configuration,
+    meshes: dict[str, Mesh],
+    clouds: dict[str, FloatArray],
+    name: str,
+    thickness: float,
+    voxel: float,
+) -> tuple[list[_Piece], float, list[Finding]]:
+    """The pieces of a link, its area clear of others and visible [m²], and what is noted.
+
+    ``clouds`` are points of all links' meshes, in their own frames.
+    """
+    wrapped = wrap_mesh(meshes[name], thickness=thickness, voxel=voxel, closing=CLOSING_FACTOR * thickness, where=name)
+    here = configuration.pose(name).inverse
+    poses = {other: here @ configuration.pose(other) for other in meshes if other != name}
+    others = [(pose, meshes[other]) for other, pose in poses.items()]
+    blockers = [pose.points(clouds[other]) for other, pose in poses.items()]
+    usable = vertices_clear_of(wrapped.surface, others, distance=JOINT_CLEARANCE)
+    usable &= visible_from_outside(wrapped.surface, blockers, voxel=wrapped.voxel)
+    taxel_area = FACES_PER_TAXEL * voxel**2 / 3
+    smallest = max(_MIN_SHARE * wrapped.surface.area, _MIN_TAXELS * taxel_area)
+    found = usable_components(wrapped.surface, usable, smallest=smallest, largest_hole=_MAX_HOLE_TAXELS * taxel_area)
+    notes = list(wrapped.findings)
+    if not found:
+        notes.append(Finding("no-room", name, "not covered: neighbouring links are too close everywhere"))
+    usable_area = float(wrapped.surface.face_areas[usable[wrapped.surface.faces].all(axis=1)].sum())
+    return [_Piece(name, surface) for surface in found], usable_area, notes
+
+
+def _patches(pieces: list[_Piece], spec: CoverSpec) -> tuple[Patch, ...]:
+    shares = np.array([piece.surface.area for piece in pieces])
+    shares = spec.taxels * shares / shares.sum()
+    counts = np.floor(shares).astype(int)
+    # Largest remainders get the taxels that rounding down left over, so that the total is what was asked for.
+    counts[np.argsort(counts - shares, kind="stable")[: spec.taxels - counts.sum()]] += 1
+    counts = np.maximum(counts, 1)
+    patches = []
+    for i, piece in enumerate(pieces):
+        before = sum(other.link == piece.link for other in pieces[:i])
+        taxels = place_evenly(piece.surface, int(counts[i]), seed=spec.seed)
+        patches.append(Patch(patch_name(piece.link, before), piece.link, piece.surface, taxels))
+    return tuple(patches)
+
+
+AUTOMATIC_LINKS = 3
+_SAMPLES = 200
+_Hull: TypeAlias = tuple[FloatArray, ConvexHull | None]
+
+
+def choose_links(robot: Robot) -> tuple[str, ...]:
+    """The three links a joint moves (any, on a robot without joints) with the largest exposed hulls, in robot order.
+
+    Raises:
+        SkinError: No link has geometry of its own.
+    """
+    return _link_choices(robot)[0]
+
+
+def _link_choices(robot: Robot) -> list[tuple[str, ...]]:
+    """Choices of at most three links each, in robot order: the links a joint moves by their exposed hulls, then others.
+
+    The placeholder of a missing mesh is never chosen.
+
+    A hull's area counts where it does not lie inside the hull of another link at home: a thick hub buried in its
+    neighbours is no place for skin.
+
+    Raises:
+        SkinError: No link has geometry of its own.
+    """
+    configuration = Configuration(robot)
+    hulls = {
+        link.name: _convex_hull(link.mesh)
+        for link in robot.links
+        if link.mesh is not None and len(link.mesh.faces) and not link.missing
+    }
+    moved = _moved_links(robot, configuration)
+    candidates = list(hulls)
+    missing = [link.name for link in robot.links if link.missing]
+    if not candidates and missing:
+        first = [f"{note.where}: {note.action}" for note in robot.findings if note.kind == "missing-mesh"][:1]
+        raise SkinError(
+            "the meshes of all links with a shape are missing",
+            file=robot.source,
+            value="; ".join([", ".join(missing), *first]),
+            remedy="Put the mesh files in place, or name the links to cover the small boxes in their place",
+        )
+    if not candidates:
+        raise SkinError("no link of the robot has geometry", file=robot.source, remedy="Open a robot with meshes")
+    poses = {name: configuration.pose(name) for name in hulls}
+    exposed = {name: _exposed_area(name, hulls, poses) for name in candidates}
+    ranked = sorted(candidates, key=lambda name: -exposed[name])
+    groups = [group for group in ([n for n in ranked if n in moved], [n for n in ranked if n not in moved]) if group]
+    chosen = [group[i : i + AUTOMATIC_LINKS] for group in groups for i in range(0, len(group), AUTOMATIC_LINKS)]
+    return [tuple(name for name in hulls if name in links) for links in chosen]
+
+
+def _exposed_area(name: str, hulls: dict[str, _Hull], poses: dict[str, Pose]) -> float:
+    """Area of the link's hull outside the hulls of the others [m²], from some of its triangles."""
+    vertices, hull = hulls[name]
+    corners = vertices if hull is None else hull.points[hull.simplices]
+    every = -(-len(corners) // _SAMPLES)
+    corners = corners[::every]
+    points = poses[name].points(corners.mean(axis=1))
+    buried = np.zeros(len(points), dtype=bool)
+    for other, (_, around) in hulls.items():
+        if other != name and around is not None:
+            local = poses[other].inverse.points(points)
+            buried |= (local @ around.equations[:, :3].T + around.equations[:, 3] < 0).all(axis=1)
+    return every * float(_triangle_areas(corners)[~buried].sum())
+
+
+def hull_area(mesh: Mesh) -> float:
+    """Area of the convex hull [m²]: the outer area as far as it can be told from a mesh in any state."""
+    _, hull = _convex_hull(mesh)
+    return mesh.area if hull is None else float(hull.area)
+
+
+def _convex_hull(mesh: Mesh) -> _Hull:
+    """The mesh's triangles (m, 3, 3), and its hull; a flat mesh has none."""
+    try:
+        return mesh.vertices[mesh.faces], ConvexHull(mesh.vertices)
+    except QhullError:
+        return mesh.vertices[mesh.faces], None
+
+
+def _triangle_areas(corners: FloatArray) -> FloatArray:
+    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    return np.asarray(0.5 * np.linalg.norm(cross, axis=1))
+
+
+def _moved_links(robot: Robot, configuration: Configuration) -> set[str]:
+    """Names of links that move when the joints do; the configuration is back at home afterwards."""
+    if not robot.joints:
+        return set()
+    at_home = configuration.poses()
+    configuration.update(robot.home + 0.1)
+    moved = np.abs(configuration.poses() - at_home).max(axis=(1, 2)) > 1e-9
+    configuration.reset()
+    return {link.name for link, does in zip(robot.links, moved, strict=True) if does}

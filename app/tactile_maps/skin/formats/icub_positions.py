@@ -1,0 +1,284 @@
+"""iCub skin positions files: read with every known defect counted, and fitted to a link of a robot.
+
+The format is that of iCubSkinGui (robotology/icub-main, app/skinGui/conf/positions): a few named values, then one row
+``x y z [nx ny nz]`` a taxel, metres, link frame. Twelve rows make a triangular module; ``taxel2Repr`` says for each
+taxel which one represents its module, -1 where nothing is fitted and -2 where the pad measures temperature. An older
+form has rows only. All rows are read here; the original reader loses the last one, so a row of zeros is written after.
+
+``read_position_rows`` takes the lines apart and checks them; what they mean is decided in ``read_icub_positions``.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from tactile_maps.core.arrays import BoolArray, FloatArray, IntArray
+from tactile_maps.core.errors import Finding, SkinError, add_finding, errors_in_file
+from tactile_maps.core.files import read_bounded_text, write_lines
+from tactile_maps.robots.model.robot import Robot
+from tactile_maps.skin.fitting.fit import carrying_link, place_taxels
+from tactile_maps.skin.formats.icub_frames import icub_frames
+from tactile_maps.skin.model.skin import Skin, number_ranges
+from tactile_maps.skin.model.taxel_set import (
+    MAX_COORDINATE,
+    MAX_TAXELS,
+    TaxelSet,
+    is_number,
+    line_error,
+    unit_normals,
+)
+
+ROWS_PER_MODULE = 12
+THERMAL_PADS = (6, 10)
+THERMAL, UNFITTED, FITTED, UNKNOWN = -2, -1, 0, 1
+"""What is known of a row; the first two as the list writes them."""
+REPRESENTATIVE_PAD = 3
+"""The pad in the middle of its module."""
+COINCIDENT_DISTANCE = 1e-5
+"""Taxels closer than this [m] are one: the files state tenths of a millimetre."""
+_MAX_PLANE_OFFSET = 1e-3
+"""Taxels with one normal for all may be this far [m] from one plane; farther, and the normal is a dummy."""
+
+
+def read_icub_positions(path: str | Path) -> TaxelSet:
+    """The usable taxels in the positions file at ``path``; a taxel's id is its row, its channel the row in its module.
+
+    Raises:
+        SkinError: It cannot be read, or a line is not what the format allows; names the line and the value.
+    """
+    path = Path(path)
+    rows = read_position_rows(path)
+    findings: list[Finding] = []
+    usable = _fitted(rows, path, findings)
+    number = np.flatnonzero(usable)
+    number = number[_distinct(rows.values[number, :3], number, path, findings)]
+    if not len(number):
+        raise SkinError(
+            "the file has no usable taxel",
+            file=path,
+            value=f"{len(rows.values)} rows",
+            remedy="Choose a positions file with rows that are not all zero",
+        )
+    positions = rows.values[number, :3]
+    normals = _normals(positions, rows.values[number, 3:], path, findings)
+    with errors_in_file(path):
+        return TaxelSet(
+            path.stem,
+            rows.name,
+            number,
+            positions,
+            normals,
+            modules=number // ROWS_PER_MODULE,
+            ids=number,
+            channels=number % ROWS_PER_MODULE,
+            findings=tuple(findings),
+        )
+
+
+def write_icub_positions(taxels: TaxelSet, path: str | Path) -> None:
+    """Write ``taxels`` as a positions file: the row is the id, and what lies between is zero and not fitted.
+
+    Raises:
+        SkinError: A number beyond what the format can hold, a taxel that its rows cannot tell from an unused one, or
+            the file cannot be written.
+    """
+    path, ids = Path(path), taxels.stated_ids
+    problem = "a taxel's number is its row in this format"
+    if ids.max() >= MAX_ROWS:
+        raise SkinError(problem, file=path, value=int(ids.max()), remedy="Renumber the taxels, or write .csv")
+    values, counts = np.unique(ids, return_counts=True)
+    if (counts > 1).any():
+        twice = f"{number_ranges(values[counts > 1])} come more than once"
+        raise SkinError(problem, file=path, value=twice, remedy="Write .csv, which keeps ids that repeat")
+    count = ROWS_PER_MODULE * (int(ids.max()) // ROWS_PER_MODULE + 1)
+    rows = np.zeros((count, 6))
+    rows[ids, :3] = taxels.positions
+    if taxels.normals is not None:
+        rows[ids, 3:] = taxels.normals
+    if not rows[ids].any(axis=1).all():
+        raise SkinError("a taxel at the origin without a normal would read as unused", file=path)
+    lines = [f"name {' '.join((taxels.link or '').split())}".rstrip(), "spatial_sampling taxel"]
+    lines += [f"taxel2Repr ( {' '.join(map(str, _representatives(ids, count).tolist()))} )", "[calibration]"]
+    lines += [" ".join(map(repr, row)) for row in rows.tolist()]
+    lines += [" ".join(["0.0"] * 6)] * ROWS_PER_MODULE
+    write_lines(path, lines, error=SkinError)
+
+
+def _representatives(numbers: IntArray, count: int) -> IntArray:
+    """(count + MODULE,) what ``taxel2Repr`` says: the middle pad of the module, or its first where that is missing."""
+    listed = np.full(count + ROWS_PER_MODULE, UNFITTED)
+    listed[np.flatnonzero(np.isin(np.arange(count) % ROWS_PER_MODULE, THERMAL_PADS))] = THERMAL
+    numbers = np.sort(numbers)
+    modules, first = np.unique(numbers // ROWS_PER_MODULE, return_index=True)
+    middle = modules * ROWS_PER_MODULE + REPRESENTATIVE_PAD
+    chosen = np.where(np.isin(middle, numbers), middle, numbers[first])
+    listed[numbers] = chosen[np.searchsorted(modules, numbers // ROWS_PER_MODULE)]
+    return listed
+
+
+def _fitted(rows: PositionRows, path: Path, findings: list[Finding]) -> BoolArray:
+    """(n,) rows that hold a taxel that feels touch: fitted by the list, not thermal, not all zero."""
+    where, count = path.name, len(rows.values)
+    placed, state = (rows.values != 0).any(axis=1), _states(rows)
+    listed = 0 if rows.representatives is None else len(rows.representatives)
+    if listed:
+        action = f"taxel2Repr has {listed} entries for {count} rows; rows beyond it are fitted where they are not zero"
+        add_finding(findings, "list-length", where, action, abs(listed - count))
+    left_out = {
+        "unused-row": ("the row is all zero", ~placed),
+        "thermal-pad": ("it measures temperature", placed & (state == THERMAL)),
+        "unfitted-taxel": ("it has a position, but taxel2Repr says not fitted", placed & (state == UNFITTED)),
+        "missing-position": ("taxel2Repr says fitted, but its row is all zero", ~placed & (state == FITTED)),
+    }
+    for kind, (reason, which) in left_out.items():
+        add_finding(findings, kind, where, f"left out: {reason}", int(which.sum()))
+    return np.asarray(placed & ((state == FITTED) | (state == UNKNOWN)))
+
+
+def _states(rows: PositionRows) -> IntArray:
+    """(n,) FITTED, UNFITTED, THERMAL, or UNKNOWN beyond the end of the list."""
+    count = len(rows.values)
+    state = np.full(count, UNKNOWN)
+    if rows.representatives is not None:
+        listed = rows.representatives[:count]
+        state[: len(listed)] = np.where(listed >= 0, FITTED, listed)
+    if count % ROWS_PER_MODULE == 0:
+        # Older files mark thermal pads -1; where nothing is listed only the pad's place in its module tells.
+        pad = np.isin(np.arange(count) % ROWS_PER_MODULE, THERMAL_PADS)
+        state[pad & (state != FITTED)] = THERMAL
+    return state
+
+
+def _distinct(positions: FloatArray, ids: IntArray, path: Path, findings: list[Finding]) -> IntArray:
+    """Indices of the first taxel at each place."""
+    _, first = np.unique(np.rint(positions / COINCIDENT_DISTANCE), axis=0, return_index=True)
+    merged = np.delete(ids, first)
+    action = f"merged: two taxels at one place; without a taxel of its own: id {number_ranges(merged)}"
+    add_finding(findings, "duplicate-taxel", path.name, action, len(merged))
+    return np.sort(first)
+
+
+def _normals(positions: FloatArray, normals: FloatArray, path: Path, findings: list[Finding]) -> FloatArray | None:
+    """Unit normals, or None where they are absent or the same dummy throughout."""
+    if not normals.shape[1]:
+        return None
+    same = bool((normals == normals[0]).all())
+    if same and normals[0].any() and np.ptp(positions @ (normals[0] / np.linalg.norm(normals[0]))) > _MAX_PLANE_OFFSET:
+        add_finding(
+            findings,
+            "dummy-normals",
+            path.name,
+            "not used: one normal for taxels that are not in one plane",
+            len(normals),
+        )
+        return None
+    return unit_normals(normals, path.name, findings)
+
+
+def import_icub_skin(robot: Robot, path: str | Path, *, link: str | None = None, thickness: float = 0.003) -> Skin:
+    """The skin of the positions file at ``path``, on the link it names.
+
+    Args:
+        robot: Usually iCub; any robot with a link that fits.
+        path: The positions file.
+        link: Which link it covers; None for the one the file names.
+        thickness: Of the cover over the link's mesh [m].
+
+    Raises:
+        SkinError: The file cannot be used, the robot has no link of its name, or the taxels lie far from the link.
+        RobotError: The robot has no link called ``link``.
+    """
+    taxels = read_icub_positions(path)
+    name = link or carrying_link(robot, taxels.link, Path(path))
+    return place_taxels(robot, name, taxels, thickness=thickness, file=path, frames=icub_frames(robot, name))
+
+
+MAX_BYTES = 16 * 2**20
+MAX_ROWS = MAX_TAXELS
+
+
+@dataclass(frozen=True, eq=False)
+class PositionRows:
+    """What a positions file says.
+
+    Attributes:
+        name: The link it names, or None.
+        representatives: The list ``taxel2Repr``, or None.
+        values: (n, 6) or (n, 3), finite.
+    """
+
+    name: str | None
+    representatives: IntArray | None
+    values: FloatArray
+
+
+def read_position_rows(path: Path) -> PositionRows:
+    """Read the file at ``path``; tabs, spaces and any line ends separate.
+
+    Raises:
+        SkinError: It cannot be read, or a line is not what the format allows.
+    """
+    name: str | None = None
+    representatives: IntArray | None = None
+    rows: list[list[float]] = []
+    for number, line in enumerate(read_bounded_text(path, most=MAX_BYTES, error=SkinError).splitlines(), start=1):
+        words = line.split()
+        if not words or words[0].startswith(("//", "#", "[")):
+            continue
+        if is_number(words[0]):
+            rows.append(_row(words, rows, path, number))
+        elif rows:
+            raise line_error("a row must be 3 or 6 numbers", path, number, line)
+        elif words[0] == "name":
+            name = " ".join(words[1:]) or None
+        elif words[0] == "taxel2Repr":
+            representatives = _representatives_list(line, path, number)
+    if not rows:
+        raise SkinError("the file has no taxel rows", file=path, remedy="Choose an iCub skin positions file")
+    most = max(len(rows), 0 if representatives is None else len(representatives))
+    if representatives is not None and (representatives >= most).any():
+        raise SkinError(
+            "taxel2Repr names a taxel that does not exist",
+            file=path,
+            place="taxel2Repr",
+            value=int(representatives.max()),
+            remedy=f"The file has {len(rows)} rows",
+        )
+    return PositionRows(name, representatives, np.array(rows))
+
+
+def _row(words: list[str], rows: list[list[float]], path: Path, number: int) -> list[float]:
+    if len(words) not in (3, 6) or not all(is_number(word) for word in words):
+        raise line_error("a row must be 3 or 6 numbers", path, number, " ".join(words))
+    if rows and len(words) != len(rows[0]):
+        raise line_error(f"the rows before have {len(rows[0])} numbers", path, number, " ".join(words))
+    if len(rows) >= MAX_ROWS:
+        raise line_error(f"more than {MAX_ROWS} rows", path, number, None)
+    row = [float(word) for word in words]
+    if not np.isfinite(row).all():
+        raise line_error("a number is not finite", path, number, " ".join(words))
+    if max(abs(x) for x in row[:3]) > MAX_COORDINATE:
+        raise line_error(
+            f"a taxel is more than {MAX_COORDINATE:g} m from its link; positions are in metres",
+            path,
+            number,
+            " ".join(words[:3]),
+        )
+    return row
+
+
+def _representatives_list(line: str, path: Path, number: int) -> IntArray:
+    """The whole numbers between the brackets, each -2 or more."""
+    inside = line.split("taxel2Repr", 1)[1].strip()
+    if not (inside.startswith("(") and inside.endswith(")")):
+        raise line_error("taxel2Repr must be a list in brackets", path, number, inside)
+    words = inside[1:-1].split()
+    for word in words:
+        if not word.removeprefix("-").isdecimal() or len(word) > 9 or int(word) < -2:
+            raise line_error("taxel2Repr holds something that is not a taxel number, -1 or -2", path, number, word)
+    if len(words) > MAX_ROWS:
+        raise line_error(f"taxel2Repr has more than {MAX_ROWS} entries", path, number, len(words))
+    return np.array([int(word) for word in words], dtype=np.int64)

@@ -1,0 +1,265 @@
+"""Taxels from and to the files of other programs: the ending says which format, and the content where it does not.
+
+Read: iCub positions (.txt), tables (.csv, .tsv), npz, Genoa's JSON, URDF with tactile sensors. Written: the same, from
+a skin or from sets of taxels.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from tactile_maps.core.arrays import FloatArray
+from tactile_maps.core.errors import SkinError, errors_in_file
+from tactile_maps.core.files import read_bounded_file
+from tactile_maps.core.plugins import Plugin, Registry, check_call
+from tactile_maps.skin.formats.csv_table import read_table, write_table
+from tactile_maps.skin.formats.icub_positions import read_icub_positions, write_icub_positions
+from tactile_maps.skin.formats.npz import read_taxel_npz, write_taxel_npz
+from tactile_maps.skin.formats.unige_json import UnigeFile, UnigeMap, read_unige, write_unige
+from tactile_maps.skin.formats.urdf_tactile import read_urdf_taxels, write_urdf_taxels
+from tactile_maps.skin.model.skin import Skin, join_identities
+from tactile_maps.skin.model.taxel_set import TaxelSet
+from tactile_maps.skin.reconstruction.triangulation import triangulate
+
+_COLUMN_UNIT = re.compile("_m{1,2}$")
+_POSITIONS_BEGIN = (["name"], ["spatial_sampling"], ["taxel2repr"], ["[calibration]"])
+
+
+@dataclass(frozen=True)
+class TaxelFormat:
+    """A format of taxel files that a plug-in reads.
+
+    Attributes:
+        name: In lists of plug-ins.
+        title: For people.
+        endings: Of its files, in small letters with their dots; none of a built-in format's.
+        read: The sets of taxels in the file at a path, one a link; what it cannot use it refuses by a ``SkinError``.
+    """
+
+    name: str
+    title: str
+    endings: tuple[str, ...]
+    read: Callable[[Path], tuple[TaxelSet, ...]]
+
+
+_KNOWN_ENDINGS = frozenset((
+    ".txt", ".csv", ".tsv", ".npz", ".json", ".urdf", ".xml", ".mjcf", ".xacro", ".ini", ".toml", ".mcap",
+    ".obj", ".stl", ".ply", ".off", ".glb", ".dae",
+))  # fmt: skip
+
+
+def _guarded(plugin: Plugin, form: TaxelFormat) -> TaxelFormat:
+    """A plug-in's format, which tells of sets of taxels or of the file why not."""
+    check_call(plugin, form.read, "path")
+    if not form.endings or not all(re.fullmatch(r"\.[a-z0-9_.]+", ending) for ending in form.endings):
+        raise plugin.error("its endings are not like .taxels, in small letters")
+    if known := _KNOWN_ENDINGS.intersection(form.endings):
+        raise plugin.error(f"its ending {min(known)} is that of a built-in format")
+
+    def read(path: Path) -> tuple[TaxelSet, ...]:
+        read_bounded_file(path, error=SkinError)  # no device, nothing too large
+        with plugin.at_work():
+            found = tuple(form.read(path))
+        if not found or not all(isinstance(one, TaxelSet) for one in found):
+            raise plugin.error("it gave no TaxelSet", [type(one).__name__ for one in found])
+        return found
+
+    return replace(form, read=read)
+
+
+TAXEL_FORMATS: Registry[TaxelFormat] = Registry("importers", TaxelFormat, (), _guarded)
+"""Those of plug-ins by name; the built-in formats are told by ending and content."""
+
+
+def taxel_format_for(path: Path) -> TaxelFormat | None:
+    """The plug-in's format for a file of such a name; None for all that a built-in one reads."""
+    name = path.name.lower()
+    if path.suffix.lower() in _KNOWN_ENDINGS or "." not in name:
+        return None
+    return next((form for form in TAXEL_FORMATS.values() if name.endswith(form.endings)), None)
+
+
+def read_taxels(path: str | Path, *, link: str | None = None) -> TaxelSet:
+    """The taxels in the file at ``path``: iCub positions, table, npz, Genoa's JSON, or URDF with tactile sensors.
+
+    Args:
+        path: The file.
+        link: Which link's, in a file that has several.
+
+    Raises:
+        SkinError: It is none of them, broken, or holds several links and none was chosen.
+    """
+    sets = read_taxel_sets(path)
+    chosen = [taxels for taxels in sets if link is None or taxels.link == link]
+    if len(chosen) != 1:
+        links = ", ".join(taxels.link or "no name" for taxels in sets)
+        problem = "the file has several links" if link is None else "the file has no such link"
+        raise SkinError(problem, file=path, value=links if link is None else link, remedy=f"Choose one of: {links}")
+    return chosen[0]
+
+
+def read_taxel_sets(path: str | Path) -> tuple[TaxelSet, ...]:
+    """The taxels in the file at ``path``, one set a link.
+
+    Raises:
+        SkinError: It is of no known kind, or broken.
+    """
+    path = Path(path)
+    return _reader(path)(path)
+
+
+def _reader(path: Path) -> Callable[[Path], tuple[TaxelSet, ...]]:
+    if (form := taxel_format_for(path)) is not None:
+        return form.read
+    ending = path.suffix.lower()
+    by_ending: dict[str, Callable[[Path], tuple[TaxelSet, ...]]] = {
+        ".csv": read_table, ".tsv": read_table, ".npz": read_taxel_npz, ".json": _unige,
+        ".urdf": read_urdf_taxels, ".xml": read_urdf_taxels,
+    }  # fmt: skip
+    if ending in by_ending:
+        return by_ending[ending]
+    if ending == ".ini":
+        remedy = "Open the positions file of the same patch, and give this one as its layout"
+        raise SkinError("a layout states no places on the body", file=path, remedy=remedy)
+    return _by_content(path)
+
+
+def _by_content(path: Path) -> Callable[[Path], tuple[TaxelSet, ...]]:
+    start = read_bounded_file(path, error=SkinError)[:4096].lstrip()
+    if start.startswith(b"PK"):
+        return read_taxel_npz
+    if start.startswith(b"{"):
+        return _unige
+    if start.startswith(b"<"):
+        return read_urdf_taxels
+    lines = start.decode("utf-8-sig", errors="replace").lower().splitlines()
+    first = next((line for line in lines if line.strip() and not line.lstrip().startswith(("#", "//"))), "")
+    if {"x", "y", "z"} <= {_COLUMN_UNIT.sub("", name.strip()) for name in first.split("\t")}:
+        return read_table
+    # An old positions file is nothing but numbers between blanks; a table without names has another separator.
+    named = first.split()[:1] in _POSITIONS_BEGIN
+    return read_table if ("," in first or ";" in first) and not named else _icub
+
+
+def _icub(path: Path) -> tuple[TaxelSet, ...]:
+    return (read_icub_positions(path),)
+
+
+def _unige(path: Path) -> tuple[TaxelSet, ...]:
+    file = read_unige(path)
+    return (file.with_points() if file.maps else file.taxels,)
+
+
+WRITTEN_ENDINGS = (".txt", ".csv", ".npz", ".json", ".urdf")
+_MANY_LINKS = {".csv": write_table, ".npz": write_taxel_npz, ".urdf": write_urdf_taxels}
+
+
+def write_taxels(
+    taxels: Skin | TaxelSet | Sequence[TaxelSet], path: str | Path, *, points: FloatArray | None = None
+) -> None:
+    """Write taxels as iCub positions (.txt), a table (.csv), .npz, Genoa's JSON (.json) or URDF sensors (.urdf).
+
+    A format keeps what it has a place for: all of them positions and hardware ids, or else numbers; all but .txt a
+    missing link; normals too where they are known; .csv, .npz and .json modules, channels and map points; .npz and
+    .json faces; .csv areas.
+
+    Args:
+        taxels: A skin, or sets of at most one link each.
+        path: Its ending decides.
+        points: (n, 2) places of all taxels on a map [m], in the order of the skin or of the sets.
+
+    Raises:
+        SkinError: An unknown ending, several links in a format for one, or the file cannot be written.
+    """
+    path = Path(path)
+    ending = path.suffix.lower()
+    if ending not in WRITTEN_ENDINGS:
+        remedy = f"Choose one of: {', '.join(WRITTEN_ENDINGS)}"
+        raise SkinError(
+            "taxels cannot be saved in this format", file=path, value=ending or "no file extension", remedy=remedy
+        )
+    with errors_in_file(path):
+        sets = taxel_sets(taxels, points=points)
+    if ending in _MANY_LINKS:
+        _MANY_LINKS[ending](sets, path)
+        return
+    if len(sets) != 1:
+        links = ", ".join(str(one.link) for one in sets)
+        remedy = f"Write one file a link, or one of: {', '.join(_MANY_LINKS)}"
+        raise SkinError(f"a {ending} file holds the taxels of one link", file=path, value=links, remedy=remedy)
+    if ending == ".txt":
+        write_icub_positions(sets[0], path)
+    else:
+        # Genoa's library knows a skin as a mesh over its taxels, which ours has none of by itself.
+        write_unige(unige_file(_with_faces(sets[0]) if isinstance(taxels, Skin) else sets[0]), path)
+
+
+def taxel_sets(
+    taxels: Skin | TaxelSet | Sequence[TaxelSet], *, points: FloatArray | None = None
+) -> tuple[TaxelSet, ...]:
+    """One set a link; the numbers are those of the skin, ids and modules those of its taxels' identity.
+
+    Args:
+        taxels: A skin, or sets already.
+        points: (n, 2) places of all taxels on a map [m], in their order.
+
+    Raises:
+        SkinError: No taxels, or another number of points.
+    """
+    sets = (
+        _of_skin(taxels) if isinstance(taxels, Skin) else (taxels,) if isinstance(taxels, TaxelSet) else tuple(taxels)
+    )
+    if not sets:
+        raise SkinError("there are no taxels to write")
+    if points is None:
+        return sets
+    if len(points) != sum(map(len, sets)):
+        raise SkinError("map points and taxels differ in number", value=f"{len(points)} and {sum(map(len, sets))}")
+    if isinstance(taxels, Skin):
+        return tuple(replace(one, points=points[one.numbers]) for one in sets)
+    starts = np.cumsum([0, *map(len, sets)])
+    return tuple(replace(one, points=points[a:b]) for one, a, b in zip(sets, starts[:-1], starts[1:], strict=True))
+
+
+def unige_file(taxels: TaxelSet) -> UnigeFile:
+    """``taxels`` in Genoa's form; their points, if any, become its one map."""
+    if taxels.points is None:
+        return UnigeFile(taxels)
+    shown = taxels.select(taxels.mapped)
+    assert shown.points is not None
+    faces = np.zeros((0, 3), dtype=np.int64) if shown.faces is None else shown.faces
+    chart = UnigeMap(taxels.name, np.flatnonzero(taxels.mapped), shown.points, faces)
+    return UnigeFile(replace(taxels, points=None), (chart,))
+
+
+def _with_faces(taxels: TaxelSet) -> TaxelSet:
+    joined = triangulate(taxels.positions, normals=taxels.normals, where=taxels.name)
+    return replace(taxels, faces=joined.mesh.faces if len(joined.mesh.faces) else None)
+
+
+def _of_skin(skin: Skin) -> tuple[TaxelSet, ...]:
+    sets = []
+    for link in dict.fromkeys(patch.link for patch in skin.patches):
+        own = [k for k, patch in enumerate(skin.patches) if patch.link == link and len(patch.taxels)]
+        if own:
+            parts = [skin.patches[k].taxels for k in own]
+            identity = join_identities([part.identity for part in parts])
+            sets.append(
+                TaxelSet(
+                    name=skin.patches[own[0]].name if len(own) == 1 else link,
+                    link=link,
+                    numbers=np.concatenate([np.arange(skin.first[k], skin.first[k + 1]) for k in own]),
+                    positions=np.concatenate([part.positions for part in parts]),
+                    normals=np.concatenate([part.normals for part in parts]),
+                    ids=identity.ids,
+                    modules=identity.modules,
+                    channels=identity.channels,
+                    names=identity.names,
+                )
+            )
+    return tuple(sets)

@@ -1,0 +1,123 @@
+"""Convex hulls of links with their skin, and the pairs of links whose hulls overlap.
+
+A link collides as its hull unless the hull spans hollows (``link_pieces``). Planned motions use hulls for all links.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from itertools import combinations
+from typing import TypeAlias
+
+import mujoco
+import numpy as np
+
+from tactile_maps.core.arrays import FloatArray
+from tactile_maps.robots.files.sanitize import collision_exclusions
+from tactile_maps.robots.model.mujoco_spec import OWN_NAMES, compile_spec, drop_found_exclusions, robot_spec
+from tactile_maps.robots.model.robot import Robot
+from tactile_maps.skin.model.skin import PLACEHOLDER_COVERED, Skin
+
+HULL = f"{OWN_NAMES}skin "
+"""How the names of hulls begin."""
+_FLAT = 1e-4
+"""Thickness over size below which points have no convex hull."""
+_DEPTH = 0.003
+"""Thickness of the hull of points in a plane [m]."""
+
+
+def hull_name(link: str) -> str:
+    """Of a skinned link's hull: its geom and its mesh."""
+    return HULL + link
+
+
+def skinned_links(skin: Skin) -> tuple[str, ...]:
+    """Names of the links that have skin, each once."""
+    return tuple({patch.link: None for patch in skin.patches})
+
+
+def hull_points(robot: Robot, skin: Skin, link: str) -> FloatArray:
+    """Return (n, 3) vertices of a link and its skin [m], link frame.
+
+    The placeholder of a missing mesh is included only if the skin covers it. Points in a plane, which have no convex
+    hull, are repeated at a small depth below the skin.
+    """
+    surfaces = [patch.surface for patch in skin.patches if patch.link == link]
+    points = np.concatenate([surface.vertices for surface in surfaces])
+    carrier = robot.link(link)
+    if carrier.mesh is not None and carries_mesh(robot, skin, link):
+        points = np.concatenate([points, carrier.mesh.vertices])
+    extents = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
+    if extents[-1] <= _FLAT * extents[0]:
+        below = [surface.vertices - _DEPTH * surface.vertex_normals for surface in surfaces]
+        points = np.concatenate([points, *below])
+    return points
+
+
+def carries_mesh(robot: Robot, skin: Skin, link: str) -> bool:
+    """Return whether the mesh of a link is part of its shape; the placeholder of a missing one is only if covered."""
+    covered = any(finding.kind == PLACEHOLDER_COVERED and finding.where == link for finding in skin.findings)
+    return covered or not robot.link(link).missing
+
+
+def add_hull(spec: mujoco.MjSpec, robot: Robot, skin: Skin, link: str) -> mujoco.MjsGeom:
+    """Add the hull of a link to its body, without weight; nothing collides with it yet."""
+    name = hull_name(link)
+    spec.add_mesh(
+        name=name,
+        uservert=hull_points(robot, skin, link).ravel().tolist(),
+        inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_CONVEX,
+    )
+    return spec.body(link).add_geom(
+        name=name, type=mujoco.mjtGeom.mjGEOM_MESH, meshname=name, mass=0.0, contype=0, conaffinity=0, group=3
+    )
+
+
+def hulls_spec(robot: Robot, skin: Skin) -> mujoco.MjSpec:
+    """Return a new spec of the robot alone, in which hulls collide in place of the shapes of links with skin.
+
+    Raises:
+        RobotError: MuJoCo refuses the robot.
+    """
+    spec = robot_spec(robot)
+    for link in skinned_links(skin):
+        for geom in spec.body(link).geoms:
+            geom.contype = geom.conaffinity = 0
+        hull = add_hull(spec, robot, skin, link)
+        hull.contype = hull.conaffinity = 1
+    return spec
+
+
+LinkPairs: TypeAlias = frozenset[frozenset[str]]
+
+
+@lru_cache(maxsize=8)
+def overlapping_hulls(robot: Robot, skin: Skin) -> tuple[LinkPairs, LinkPairs]:
+    """Return the pairs of links that never collide, and the other pairs whose hulls overlap at home or mostly.
+
+    Neighbours and the pairs that the model of the robot excludes never collide. Pairs that overlap by the shapes of
+    the model, which were found when it was loaded, are decided by hulls where one of the links has skin.
+
+    Raises:
+        RobotError: MuJoCo refuses the robot with hulls around its skin.
+
+    Cost: a compilation and 31 collision passes, once for a robot and its skin.
+    """
+    spec, skinned = hulls_spec(robot, skin), skinned_links(skin)
+    bare = {pair for pair in drop_found_exclusions(spec) if pair.isdisjoint(skinned)}
+    stated = {frozenset((exclude.bodyname1, exclude.bodyname2)) for exclude in spec.excludes}
+    model = compile_spec(spec, source=robot.source)
+    never = frozenset(stated | _neighbours(model))
+    found = {frozenset(pair) for pair in collision_exclusions(model, robot.home)}
+    return never, frozenset(found | bare) - never
+
+
+def _neighbours(model: mujoco.MjModel) -> set[frozenset[str]]:
+    """Return bodies that are welded together or joined by one joint; MuJoCo's own filter ignores explicit pairs."""
+    weld, names = model.body_weldid, [model.body(body).name for body in range(model.nbody)]
+    parent = model.body_weldid[model.body_parentid[weld]]
+    return {
+        frozenset((names[a], names[b]))
+        for a, b in combinations(range(1, model.nbody), 2)
+        if weld[a] == weld[b] or (weld[a] and weld[b] and (weld[a] == parent[b] or weld[b] == parent[a]))
+    }

@@ -1,0 +1,186 @@
+"""A skin right on a bare mesh: no robot and no wrap, the taxels lie on the user's own triangles."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+
+from tactile_maps.core.arrays import BoolArray, FloatArray, IntArray
+from tactile_maps.core.errors import Finding, SkinError, add_finding
+from tactile_maps.core.progress import Progress, no_progress
+from tactile_maps.geometry.inner_walls import inner_walls
+from tactile_maps.geometry.remesh.repair import repair_mesh
+from tactile_maps.geometry.surface.connectivity import (
+    components_of,
+    manifold_twins,
+    remove_unreferenced,
+    split_nonmanifold,
+)
+from tactile_maps.geometry.surface.mesh import Mesh
+from tactile_maps.geometry.surface.raycast import outer_faces, without_islands
+from tactile_maps.skin.model.skin import LOW_COVERAGE, Patch, Skin, Taxels, low_coverage, patch_name
+from tactile_maps.skin.taxel_placement.placement import (
+    HEXAGON_AREA,
+    MODULE_PITCH,
+    PlacementSpec,
+    place_taxels,
+    refine_for_spec,
+)
+
+_Part = tuple[Mesh, PlacementSpec]
+
+MIN_COMPONENT_AREA = 0.5
+"""Pieces smaller than this share of a taxel's area are left bare."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Surface:
+    """A repaired mesh, or what is seen of it: ``vertex_of`` (k,) the user's vertices, ``piece`` (m,) its pieces."""
+
+    mesh: Mesh
+    vertex_of: IntArray
+    piece: IntArray
+
+
+def skin_of_mesh(
+    mesh: Mesh,
+    spec: PlacementSpec | None = None,
+    *,
+    name: str = "mesh",
+    surface: Literal["outer", "all"] = "outer",
+    progress: Progress = no_progress,
+) -> Skin:
+    """Set taxels on any mesh: one patch for each connected piece of its surface.
+
+    The mesh is repaired first. Its triangles stay where they are, divided only where they are too coarse for taxels.
+
+    Args:
+        mesh: In any state [m], in the frame of the link that the skin covers.
+        spec: The taxels, over all pieces; what is painted has one value for each of the mesh's vertices. By default
+            1000, evenly.
+        name: Of the mesh, its link and its patches.
+        surface: ``outer`` leaves bare what is seen from nowhere outside (inner shells, parts within parts) and the
+            inner walls of thin shells.
+        progress: Told what is being done and how far it is, 0 to 1; may raise to cancel.
+
+    Raises:
+        MeshError: The mesh has no area, or would need more than two million faces.
+        SkinError: No piece is large enough for a taxel, or none has room for what is asked.
+
+    Cost: 1 s for 1000 taxels on 20,000 faces.
+    """
+    spec = spec or PlacementSpec(taxels=1000)
+    progress(f"Repairing {name}", 0.0)
+    repaired = repair_mesh(mesh, where=name)
+    whole, notes = _Surface(repaired.mesh, repaired.vertex_of, repaired.component), list[Finding]()
+    if surface == "outer":
+        progress(f"Finding the visible surface of {name}", 0.2)
+        whole, notes = _outer_surface(whole, _min_component_area(whole.mesh, spec), name)
+    parts, small = _components_with_specs(whole, spec, name)
+    add_finding(notes, "small-piece", name, "not covered: too small for a taxel", small)
+    patches, refused = _patches(parts, name, progress)
+    skin = Skin(patches, bare_area=_bare_area(whole.mesh, patches))
+    notes += refused
+    if skin.coverage < LOW_COVERAGE:
+        too_small = whole.mesh.area - sum(part.area for part, _ in parts)
+        reasons = f"{small} pieces ({_area_text(too_small)}) are too small for a taxel"
+        if refused:
+            reasons += f", {len(refused)} ({_area_text(skin.bare_area - too_small)}) have no room for taxels"
+        remedy = "join the pieces of the mesh, or place more taxels"
+        notes.append(low_coverage(name, skin.coverage, reasons, remedy, small + len(refused)))
+    return replace(skin, findings=(*repaired.findings, *notes))
+
+
+def _bare_area(mesh: Mesh, patches: tuple[Patch, ...]) -> float:
+    """Area of ``mesh`` without taxels [m²]; what is left of rounding is not counted."""
+    bare = mesh.area - sum(patch.surface.area for patch in patches)
+    return bare if bare > 1e-9 * mesh.area else 0.0
+
+
+def _area_text(area: float) -> str:
+    return f"{1e4 * area:.3g} cm²"
+
+
+def _patches(parts: list[_Part], name: str, progress: Progress) -> tuple[tuple[Patch, ...], list[Finding]]:
+    """A patch on each part that has room for what is asked of it, and why others have none."""
+    patches, refusals = list[Patch](), list[SkinError]()
+    for number, (part, spec) in enumerate(parts):
+        progress(f"Placing taxels on {name}", 0.4 + 0.6 * number / len(parts))
+        try:
+            fine, own = refine_for_spec(part, spec)
+            taxels = _numbered_on(place_taxels(fine.mesh, own), patches)
+            patches.append(Patch(patch_name(name, len(patches)), name, fine.mesh, taxels))
+        except SkinError as refusal:
+            refusals.append(refusal)
+    if not patches:
+        raise refusals[0]
+    return tuple(patches), [Finding("bare-piece", name, f"not covered: {refusal.problem}") for refusal in refusals]
+
+
+def _numbered_on(taxels: Taxels, before: list[Patch]) -> Taxels:
+    """The taxels with module numbers that go on after those of the patches before."""
+    modules = taxels.identity.modules
+    used = [patch.taxels.identity.modules.max() for patch in before if patch.taxels.identity.modules is not None]
+    if modules is None or not used:
+        return taxels
+    return replace(taxels, identity=replace(taxels.identity, modules=modules + 1 + max(used)))
+
+
+def _min_component_area(mesh: Mesh, spec: PlacementSpec) -> float:
+    """The least area [m²] worth a taxel."""
+    if spec.taxels is not None:
+        return MIN_COMPONENT_AREA * mesh.area / spec.taxels
+    return MIN_COMPONENT_AREA * float(HEXAGON_AREA) * (spec.pitch or MODULE_PITCH) ** 2
+
+
+def _outer_surface(whole: _Surface, smallest: float, name: str) -> tuple[_Surface, list[Finding]]:
+    """The outer surface, split again where other faces held it together, and how many faces were left out."""
+    mesh, notes = whole.mesh, list[Finding]()
+    seen: BoolArray = without_islands(mesh, outer_faces(mesh), smallest)
+    inner = inner_walls(mesh, seen)
+    chosen = without_islands(mesh, seen & ~inner, smallest) if inner.any() else seen
+    add_finding(notes, "hidden-face", name, "not covered: not visible from outside", int((~seen).sum()))
+    left_out = seen & ~chosen
+    area = _area_text(float(mesh.face_areas[left_out].sum()))
+    action = f"not covered: inner side of a thin shell, {area}; the surface 'all' covers both sides"
+    add_finding(notes, "inner-wall", name, action, int(left_out.sum()))
+    if chosen.all():
+        return whole, notes
+    twins = manifold_twins(mesh.faces[chosen], whole.piece[chosen])
+    faces, copy_of = split_nonmanifold(mesh.faces[chosen], twins)
+    outer = Mesh(mesh.vertices[copy_of], faces)
+    return _Surface(outer, whole.vertex_of[copy_of], components_of(twins, len(faces))), notes
+
+
+def _components_with_specs(whole: _Surface, spec: PlacementSpec, name: str) -> tuple[list[_Part], int]:
+    """The pieces that get taxels, the largest first, each with what is asked of it; and how many are too small."""
+    areas = np.bincount(whole.piece, whole.mesh.face_areas).astype(np.float64)
+    large = np.flatnonzero(areas >= _min_component_area(whole.mesh, spec))
+    if not len(large):
+        raise SkinError(
+            "no piece of the mesh is large enough for a taxel",
+            place=name,
+            value=f"{len(areas)} pieces, the largest of {1e6 * areas.max(initial=0.0):.3g} mm²",
+            remedy="Ask for more taxels, or join the pieces",
+        )
+    large = large[np.argsort(-areas[large], kind="stable")]
+    counts = [None] * len(large) if spec.taxels is None else _share_by_area(areas[large], spec.taxels).tolist()
+    order = np.argsort(whole.piece, kind="stable")
+    begin = np.searchsorted(whole.piece[order], np.arange(len(areas) + 1))
+    parts = []
+    for number, count in zip(large.tolist(), counts, strict=True):
+        if count != 0:
+            faces, used = remove_unreferenced(whole.mesh.faces[order[begin[number] : begin[number + 1]]])
+            asked = spec.restricted_to(whole.vertex_of[used], taxels=count)
+            parts.append((Mesh(whole.mesh.vertices[used], faces), asked))
+    return parts, len(areas) - len(parts)
+
+
+def _share_by_area(areas: FloatArray, taxels: int) -> IntArray:
+    """(parts,) how many taxels each gets, in all as many as asked for: the largest remainders are rounded up."""
+    shares = taxels * areas / areas.sum()
+    counts = np.floor(shares).astype(np.int64)
+    counts[np.argsort(counts - shares, kind="stable")[: taxels - counts.sum()]] += 1
+    return counts

@@ -1,0 +1,1 @@
+"""A skin: taxels on a surface, its file, and the surface that it leaves bare."""

@@ -1,0 +1,127 @@
+"""Opens whatever a user has as a skin: a robot, a bare mesh, taxels alone, taxels for a robot, a skin or a map of ours.
+
+Which it is follows from the file's ending and, where two kinds share one, from its content.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Literal, get_args
+
+from tactile_maps.core.errors import SkinError
+from tactile_maps.core.progress import Progress, no_progress
+from tactile_maps.robots.files.mesh_files import MESH_SUFFIXES, read_mesh, to_metres
+from tactile_maps.robots.library import load_robot
+from tactile_maps.robots.model.home_posture import check_home
+from tactile_maps.skin.fitting.cover import CoverSpec, cover_robot
+from tactile_maps.skin.fitting.fit import GridSpec, add_grids
+from tactile_maps.skin.formats.import_skin import (
+    NO_ROBOT,
+    holds_taxels,
+    import_skin,
+    is_robot_with_taxels,
+    usual_carrier,
+)
+from tactile_maps.skin.mesh_skin import skin_of_mesh
+from tactile_maps.skin.model.skin import Skin
+from tactile_maps.skin.taxel_placement.placement import PlacementSpec
+
+MeshSurface = Literal["outer", "all", "cover"]
+_DEFAULT_TAXELS = 1000
+
+
+@dataclass(frozen=True, eq=False)
+class SkinOptions:
+    """What a person says about a skin besides where it comes from.
+
+    Attributes:
+        placement: Of the taxels on a mesh; by default 1000, evenly.
+        links: Which links to cover, or which of a file's carry the taxels that are wanted; empty to choose.
+        robot: What carries the taxels of a file: None for iCub with iCub positions, otherwise nothing.
+        surface: Of a robot that states its taxels: these, or a ``cover``. Of a bare mesh: its ``outer`` surface,
+            ``all`` of it, or a ``cover`` over it, as robots get.
+        thickness: Of a cover [m].
+        package_roots: Folders with packages and meshes that a robot's file names, besides its own.
+        grid: Taxels in rows and columns on the cover of one link, instead of all the above.
+        home: Joint positions of the robot's home posture by joint name [rad, m], instead of those of its file.
+
+    Example:
+        >>> options = tm.SkinOptions(links=("hand",), thickness=0.002)
+        >>> options.surface
+        'outer'
+    """
+
+    placement: PlacementSpec = field(default_factory=lambda: PlacementSpec(taxels=_DEFAULT_TAXELS))
+    links: tuple[str, ...] = ()
+    robot: str | None = None
+    surface: MeshSurface = "outer"
+    thickness: float = 0.003
+    package_roots: tuple[str, ...] = ()
+    grid: GridSpec | None = None
+    home: Mapping[str, float] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        if self.surface not in get_args(MeshSurface):
+            remedy = f"Choose one of: {', '.join(get_args(MeshSurface))}"
+            raise SkinError("there is no such surface", place="surface", value=self.surface, remedy=remedy)
+
+
+def open_skin(source: str | Path, options: SkinOptions | None = None, *, progress: Progress = no_progress) -> Skin:
+    """The skin that ``source`` holds or can be covered by; what was repaired on the way is among its findings.
+
+    Args:
+        source: A file, a folder of iCub positions files, or a robot's name.
+        options: How taxels are placed where the source has none, and what carries them.
+        progress: Told what is being done and how far it is, 0 to 1; may raise to cancel.
+
+    Raises:
+        TactileMapsError: The source cannot be read, or cannot be covered as wanted.
+
+    Example:
+        >>> tm.save_map(tactile_map, "hand.npz")
+        >>> [patch.name for patch in tm.open_skin("hand.npz").patches]
+        ['hand']
+    """
+    spec, path = options or SkinOptions(), Path(source)
+    ending = path.suffix.lower()
+    if spec.grid is not None:
+        robot = load_robot(str(source), package_roots=spec.package_roots, home=spec.home)
+        skin = add_grids(robot, None, [spec.grid], thickness=spec.thickness)
+        return replace(skin, findings=(*robot.findings, *skin.findings))
+    covered = spec.surface == "cover" and is_robot_with_taxels(path)
+    if ending == ".npz" or (not covered and holds_taxels(path)):
+        return _read_taxels(path, spec)
+    if ending in MESH_SUFFIXES and spec.surface != "cover":
+        check_home(spec.home, (), source=str(path))
+        mesh, findings = to_metres(read_mesh(path), where=path.name)
+        skin = skin_of_mesh(mesh, spec.placement, name=path.stem, surface=spec.surface, progress=progress)
+        return replace(skin, findings=(*findings, *skin.findings))
+    robot = load_robot(str(source), package_roots=spec.package_roots, home=spec.home)
+    skin = cover_robot(robot, _cover_spec(spec), progress=progress)
+    return replace(skin, findings=(*robot.findings, *skin.findings))
+
+
+def _cover_spec(wanted: SkinOptions) -> CoverSpec:
+    placement = wanted.placement
+    if placement.taxels is None or placement.pattern != "even" or placement.density is not None or placement.keep_out:
+        raise SkinError(
+            "a cover has evenly spread taxels, stated by their number",
+            place="placement",
+            value=None if placement.pattern == "even" else placement.pattern,
+            remedy="Choose a bare mesh's own surface for a pitch, a pattern, a density or a border",
+        )
+    return CoverSpec(wanted.links, placement.taxels, wanted.thickness, placement.seed)
+
+
+def _read_taxels(path: Path, wanted: SkinOptions) -> Skin:
+    """A file's taxels, on the robot that carries them or joined to each other."""
+    name = wanted.robot or usual_carrier(path, wanted.links)
+    if name == NO_ROBOT:
+        check_home(wanted.home, (), source=str(path))
+        return import_skin(path, links=wanted.links, thickness=wanted.thickness)
+    robot = load_robot(name, package_roots=wanted.package_roots, home=wanted.home)
+    roots = wanted.package_roots
+    skin = import_skin(path, robot, links=wanted.links, thickness=wanted.thickness, package_roots=roots)
+    return replace(skin, findings=(*robot.findings, *skin.findings))

@@ -1,0 +1,140 @@
+"""How a script names a place on the skin, and where that is: fractions of a patch, or a point of the link's frame."""
+
+from __future__ import annotations
+
+from typing import TypeAlias
+
+import numpy as np
+
+from tactile_maps.core.arrays import FloatArray
+from tactile_maps.core.errors import SceneError
+from tactile_maps.geometry.geodesics import edge_graph, path_in_tree, shortest_path_tree
+from tactile_maps.geometry.surface.closest_point import ClosestPoint, closest_point
+from tactile_maps.geometry.surface.mesh import SurfacePoint, edge_lengths
+from tactile_maps.skin.model.skin import Patch, Skin
+
+SkinLocation: TypeAlias = tuple[float, ...]
+"""On a patch: (along, around) its long axis, each 0 to 1, or (x, y, z) [m] in the frame of its link."""
+STEP = 0.001
+"""Between the points of a way [m]."""
+_SMOOTHING = 9
+_FARTHEST = 0.01
+_LEAP = 3 * STEP
+
+
+class SkinLocator:
+    """A skin to touch: finds the places that scripts name. The first question to a patch builds its search tree.
+
+    Args:
+        skin: With at least one patch.
+    """
+
+    def __init__(self, skin: Skin) -> None:
+        self.skin = skin
+
+    def patch(self, name: str) -> int:
+        """Index of the patch called ``name``; the first for an empty name.
+
+        Raises:
+            SceneError: There is none; the message names those there are.
+        """
+        names = [patch.name for patch in self.skin.patches]
+        if not names or (name and name not in names):
+            known = f"Choose one of: {', '.join(names)}" if names else "Cover at least one link"
+            raise SceneError("there is no such patch to touch", place="stimuli", value=name, remedy=known)
+        return names.index(name) if name else 0
+
+    def project(self, patch: int, points: FloatArray) -> FloatArray:
+        """(k, 3) the places on the patch's surface nearest to ``points`` (k, 3), link frame [m]."""
+        faces, weights, _ = self._tree(patch).query(points)
+        return self.skin.patches[patch].surface.points(faces, weights)
+
+    def surface_point(self, patch: int, point: FloatArray) -> SurfacePoint:
+        """The place on the patch's surface nearest to ``point`` (3,), link frame [m]. About 20 µs."""
+        faces, weights, _ = self._tree(patch).query(point[None])
+        a, b, c = weights[0]
+        return SurfacePoint(patch, int(faces[0]), (float(a), float(b), float(c)))
+
+    def point(self, patch: int, place: SkinLocation) -> FloatArray:
+        """(3,) where a place is, link frame [m].
+
+        Raises:
+            SceneError: A place in the link's frame is farther than 10 mm from the patch.
+        """
+        if len(place) == 2:
+            return self.skin.patches[patch].taxels.positions[_taxel_at(self.skin.patches[patch], place)]
+        wanted = np.array(place)
+        found = self.project(patch, wanted[None])[0]
+        away = float(np.linalg.norm(found - wanted))
+        if away > _FARTHEST:
+            raise SceneError(
+                "there is no skin at that place",
+                place=f"patch {self.skin.patches[patch].name}",
+                value=list(place),
+                remedy=f"The patch is {1000 * away:.0f} mm away: its nearest place is {np.round(found, 4).tolist()}",
+            )
+        return found
+
+    def surface_path(self, patch: int, first: SkinLocation, last: SkinLocation) -> FloatArray:
+        """(k, 3) points at most about 1 mm apart from one place to another on the patch's surface, link frame [m].
+
+        Straight between two places in the link's frame, unless that leaves the surface; else the shortest way through
+        neighbouring taxels, its corners rounded. Where no way leads there, since the taxels stand in groups, it is the
+        last place alone.
+        """
+        ends = self.point(patch, first), self.point(patch, last)
+        if len(first) == len(last) == 3:
+            straight = self.straight_path(patch, *ends)
+            if np.linalg.norm(np.diff(straight, axis=0), axis=1).max(initial=0.0) < _LEAP:
+                return straight
+        positions = self.skin.patches[patch].taxels.positions
+        taxels = [int(np.linalg.norm(positions - end, axis=1).argmin()) for end in ends]
+        route = _taxels_between(self.skin.patches[patch], *taxels)
+        if route[0] != taxels[0]:
+            return ends[1][None]
+        return self.project(patch, np.concatenate([ends[0][None], _resampled(positions[route])[1:-1], ends[1][None]]))
+
+    def straight_path(self, patch: int, first: FloatArray, last: FloatArray) -> FloatArray:
+        """(k, 3) points of a straight line between two points (3,) laid on the patch's surface, link frame [m]."""
+        count = int(np.ceil(np.linalg.norm(last - first) / STEP)) + 1
+        return self.project(patch, np.linspace(first, last, max(count, 1)))
+
+    def _tree(self, patch: int) -> ClosestPoint:
+        return closest_point(self.skin.patches[patch].surface)
+
+
+def principal_axes(patch: Patch) -> FloatArray:
+    """(3, 3) rows: the directions in which the patch's taxels spread most, next and least; link frame."""
+    centred = patch.taxels.positions - patch.taxels.positions.mean(axis=0)
+    axes = np.linalg.svd(centred, full_matrices=False)[2] if len(centred) > 2 else np.eye(3)
+    # The sign of a singular vector is chance: fix it by its largest component.
+    return axes * np.sign(axes[np.arange(3), np.abs(axes).argmax(axis=1)])[:, None]
+
+
+def _taxel_at(patch: Patch, place: SkinLocation) -> int:
+    """The taxel nearest to fractions (along, around) of the patch's extents about its long axis."""
+    axes, centred = principal_axes(patch), patch.taxels.positions - patch.taxels.positions.mean(axis=0)
+    along = centred @ axes[0]
+    around = np.arctan2(centred @ axes[2], centred @ axes[1]) / (2 * np.pi)
+    miss = (along - along.min()) / max(float(np.ptp(along)), 1e-12) - place[0]
+    turn = (around - place[1] + 0.5) % 1.0 - 0.5
+    return int(np.argmin(miss**2 + turn**2))
+
+
+def _taxels_between(patch: Patch, first: int, last: int) -> list[int]:
+    """The taxels of the shortest way; only the last where there is none."""
+    pairs, positions = patch.taxels.neighbours, patch.taxels.positions
+    graph = edge_graph(pairs, edge_lengths(positions, pairs), len(positions))
+    return path_in_tree(shortest_path_tree(graph, first)[1], last).tolist()
+
+
+def _resampled(line: FloatArray) -> FloatArray:
+    """Points ``STEP`` apart along a polyline, its corners rounded by a running mean."""
+    steps = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
+    places = np.arange(0.0, steps[-1] + STEP, STEP)
+    even = np.stack([np.interp(places, steps, line[:, k]) for k in range(3)], axis=1)
+    width = min(_SMOOTHING, (len(even) - 1) // 2)
+    for _ in range(3):
+        total = np.cumsum(np.pad(even, ((width + 1, width), (0, 0)), mode="edge"), axis=0)
+        even = (total[2 * width + 1 :] - total[: -2 * width - 1]) / (2 * width + 1)
+    return even

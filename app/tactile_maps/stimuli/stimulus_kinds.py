@@ -1,0 +1,409 @@
+"""The kinds of stimuli, each a value that answers with the tracks of its fingers.
+
+- ``Poke``: press at one place, hold, lift.
+- ``Tap``: short pokes at one place, one after the other.
+- ``Stroke``: press at one place, move to another over the skin, lift.
+- ``Roll``: a fingertip that rolls over the skin to and fro, pressing as hard as it may all the while.
+- ``FingerPath``: a finger point by point in time, as it was recorded.
+- ``Grasp``: fingers around a place on a link, which press against each other.
+- ``Babble``: pokes and strokes at random places, seeded.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import ClassVar, TypeAlias
+
+import numpy as np
+
+from tactile_maps.core.arrays import FloatArray
+from tactile_maps.core.errors import SceneError
+from tactile_maps.geometry.surface.raycast import RayCaster
+from tactile_maps.skin.model.skin import Skin
+from tactile_maps.stimuli.skin_locations import SkinLocation, SkinLocator, principal_axes
+from tactile_maps.stimuli.stimulus import FingerTrack, Stimulus, stationary_track
+from tactile_maps.tactile.babbling import KINDS, BabbleSpec, Kind, taxel_pitch, touched_places
+
+
+@dataclass(frozen=True, kw_only=True)
+class Poke(Stimulus):
+    """Press at one place, hold, lift.
+
+    Attributes:
+        at: Where.
+        hold: From the press to the lift [s].
+    """
+
+    kind: ClassVar[str] = "poke"
+    ranges: ClassVar[Mapping[str, tuple[float, float]]] = {"hold": (0.0, 3600.0)}
+
+    at: SkinLocation = (0.5, 0.25)
+    hold: float = 1.0
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        self.check_place("at", self.at)
+
+    def tracks(self, locator: SkinLocator) -> tuple[FingerTrack, ...]:
+        """One finger that stays."""
+        patch = locator.patch(self.patch)
+        return (stationary_track(0, self.tip, patch, locator.point(patch, self.at), press=0.0, lift=self.hold),)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Tap(Stimulus):
+    """Short, quick pokes at one place.
+
+    Attributes:
+        at: Where.
+        taps: How many.
+        down: From each press to its lift [s].
+        up: From each lift to the next press [s].
+    """
+
+    kind: ClassVar[str] = "tap"
+    ranges: ClassVar[Mapping[str, tuple[float, float]]] = {
+        "taps": (1, 10_000),
+        "down": (0.001, 3600.0),
+        "up": (0.001, 3600.0),
+    }
+
+    at: SkinLocation = (0.5, 0.25)
+    taps: int = 5
+    down: float = 0.08
+    up: float = 0.12
+    press: float = 0.1
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        self.check_place("at", self.at)
+
+    def tracks(self, locator: SkinLocator) -> tuple[FingerTrack, ...]:
+        """One finger that comes and goes."""
+        patch, each = locator.patch(self.patch), self.down + self.up
+        point = locator.point(patch, self.at)
+        return tuple(
+            stationary_track(0, self.tip, patch, point, press=number * each, lift=number * each + self.down)
+            for number in range(self.taps)
+        )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Stroke(Stimulus):
+    """Press at one place, move to another over the skin at an even speed, lift. See ``SkinLocator.surface_path`` for
+    the way.
+
+    Attributes:
+        start: Where to press.
+        end: Where to lift.
+        speed: Along the skin [m/s].
+        hold: Time to press in before moving [s].
+        stay: Time at the end before the lift [s].
+    """
+
+    kind: ClassVar[str] = "stroke"
+    ranges: ClassVar[Mapping[str, tuple[float, float]]] = {
+        "speed": (1e-3, 10.0),
+        "hold": (0.0, 3600.0),
+        "stay": (0.0, 3600.0),
+    }
+
+    start: SkinLocation = (0.25, 0.25)
+    end: SkinLocation = (0.75, 0.25)
+    speed: float = 0.06
+    hold: float = 0.8
+    stay: float = 0.0
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        self.check_place("start", self.start)
+        self.check_place("end", self.end)
+
+    def tracks(self, locator: SkinLocator) -> tuple[FingerTrack, ...]:
+        """One finger that moves."""
+        patch = locator.patch(self.patch)
+        line = locator.surface_path(patch, self.start, self.end)
+        times = self.hold + cumulative_lengths(line) / self.speed
+        times = np.concatenate([[0.0], times, [times[-1] + self.stay]])
+        return (
+            FingerTrack(0, self.tip, times, np.full(len(times), patch), np.concatenate([line[:1], line, line[-1:]])),
+        )
+
+
+def cumulative_lengths(line: FloatArray) -> FloatArray:
+    """(k,) how far along a polyline (k, 3) each of its points is [m]."""
+    return np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
+
+
+_SAMPLES_PER_ROLL = 48
+
+
+@dataclass(frozen=True, kw_only=True)
+class Roll(Stimulus):
+    """Press, roll the fingertip to one side, to the other, and back, as often as said, lift.
+
+    A ball that rolls without slipping moves its contact as far over the skin as over itself: ``radius`` times the
+    angle of its surface that touches. So the contact moves about ``at`` as a sine of that width, while the force,
+    reached in ``hold``, stays.
+
+    Attributes:
+        at: The middle.
+        heading: The way of the first roll, turned about the outward normal from the patch's long axis [deg].
+        angle: Of the fingertip's surface that comes to touch, to each side [deg].
+        rolls: How often to and fro.
+        seconds: For each.
+        hold: Time to press in before rolling [s].
+    """
+
+    kind: ClassVar[str] = "roll"
+    ranges: ClassVar[Mapping[str, tuple[float, float]]] = {
+        "heading": (-360.0, 360.0),
+        "angle": (0.0, 180.0),
+        "rolls": (1, 10_000),
+        "seconds": (0.02, 3600.0),
+        "hold": (0.0, 3600.0),
+    }
+
+    at: SkinLocation = (0.5, 0.25)
+    heading: float = 0.0
+    angle: float = 60.0
+    rolls: int = 2
+    seconds: float = 1.5
+    hold: float = 0.8
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        self.check_place("at", self.at)
+
+    def tracks(self, locator: SkinLocator) -> tuple[FingerTrack, ...]:
+        """One finger that sways."""
+        patch = locator.patch(self.patch)
+        middle, width = locator.point(patch, self.at), self.radius * np.deg2rad(self.angle)
+        heading = self._heading(locator, patch, middle)
+        sides = [locator.straight_path(patch, middle, middle + sign * width * heading) for sign in (-1.0, 1.0)]
+        line = np.concatenate([sides[0][:0:-1], sides[1]])
+        turns = np.linspace(0.0, self.rolls, self.rolls * _SAMPLES_PER_ROLL + 1)
+        # The middle is where the two sides meet; on a curved skin they are not quite as long as the tangent.
+        place = cumulative_lengths(line) - cumulative_lengths(sides[0])[-1]
+        sway = width * np.sin(2 * np.pi * turns)
+        points = np.stack([np.interp(sway, place, line[:, k]) for k in range(3)], axis=1)
+        times = np.concatenate([[0.0], self.hold + self.seconds * turns])
+        points = np.concatenate([points[:1], points])
+        return (FingerTrack(0, self.tip, times, np.full(len(times), patch), points),)
+
+    def _heading(self, locator: SkinLocator, patch: int, point: FloatArray) -> FloatArray:
+        """(3,) unit vector along the skin at ``point``, link frame."""
+        normal = locator.skin.normal(locator.surface_point(patch, point))
+        axes = principal_axes(locator.skin.patches[patch])
+        # The long axis may stand on the skin, as on a cap: the next one lies on it then.
+        along = axes[0] if abs(axes[0] @ normal) < 0.9 else axes[1]
+        along = along - (along @ normal) * normal
+        along /= np.linalg.norm(along)
+        turn = np.deg2rad(self.heading)
+        return np.asarray(np.cos(turn) * along + np.sin(turn) * np.cross(normal, along))
+
+
+TimedPoints: TypeAlias = tuple[tuple[float, float, float, float], ...]
+"""(seconds, x, y, z): when, and where in the frame of the patch's link [m]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class FingerPath(Stimulus):
+    """Press at the first point, be at each of the others when it says, straight between them, lift at the last.
+
+    Attributes:
+        points: At least two, from 0 seconds on, each later than the one before.
+        patches: Names of each point's patch where the finger goes over several; ``patch`` for all when empty.
+    """
+
+    kind: ClassVar[str] = "path"
+
+    points: TimedPoints
+    patches: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        times = [point[0] for point in self.points]
+        if len(times) < 2 or times[0] != 0.0 or not all(0 < b - a < 3600.0 for a, b in pairwise(times)):
+            remedy = "Write at least two [seconds, x, y, z], from 0 seconds on, each later than the one before"
+            raise self.refusal("points", times, remedy)
+        if self.patches and len(self.patches) != len(self.points):
+            remedy = f"Name one for each of the {len(self.points)} points, or none"
+            raise self.refusal("patches", list(self.patches), remedy)
+        for point in self.points:
+            self.check_place("points", point[1:])
+
+    def tracks(self, locator: SkinLocator) -> tuple[FingerTrack, ...]:
+        """One finger that goes from point to point."""
+        patches = [locator.patch(name) for name in self.patches or (self.patch,) * len(self.points)]
+        points = [locator.point(patch, point[1:]) for patch, point in zip(patches, self.points, strict=True)]
+        times = np.array([point[0] for point in self.points])
+        return (FingerTrack(0, self.tip, times, np.array(patches), np.array(points)),)
+
+
+_MIN_DEPTH = 1e-3
+
+
+@dataclass(frozen=True, kw_only=True)
+class Grasp(Stimulus):
+    """Several fingers press at once from around a link, hold, lift together.
+
+    The fingers stand in the section across the patch's long axis through ``at``, evenly around its middle, the first
+    one at ``at``; each presses the outermost skin of the link there, whichever patch that is on.
+
+    Attributes:
+        at: Where the first finger presses.
+        fingers: How many.
+        hold: From the press to the lift [s].
+    """
+
+    kind: ClassVar[str] = "grasp"
+    ranges: ClassVar[Mapping[str, tuple[float, float]]] = {"fingers": (2, 20), "hold": (0.0, 3600.0)}
+
+    at: SkinLocation = (0.5, 0.25)
+    fingers: int = 3
+    hold: float = 1.5
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        self.check_place("at", self.at)
+
+    def tracks(self, locator: SkinLocator) -> tuple[FingerTrack, ...]:
+        """One track a finger.
+
+        Raises:
+            SceneError: There is no skin on the side where a finger must press.
+        """
+        patch = locator.patch(self.patch)
+        first, axis = locator.point(patch, self.at), principal_axes(locator.skin.patches[patch])[0]
+        middle = _section_middle(locator, patch, first, axis)
+        places = [
+            (patch, first),
+            *(self._opposing(locator, patch, first, middle, axis, n) for n in range(1, self.fingers)),
+        ]
+        return tuple(stationary_track(n, self.tip, *place, press=0.0, lift=self.hold) for n, place in enumerate(places))
+
+    def _opposing(
+        self, locator: SkinLocator, patch: int, first: FloatArray, middle: FloatArray, axis: FloatArray, number: int
+    ) -> tuple[int, FloatArray]:
+        """Patch and point (3,) of another finger: the first thing a ray towards the middle meets."""
+        turn, out = 2 * np.pi * number / self.fingers, first - middle
+        out = np.cos(turn) * out + np.sin(turn) * np.cross(axis, out)
+        out /= np.linalg.norm(out)
+        patches, link = locator.skin.patches, locator.skin.patches[patch].link
+        far = max(other.surface.size for other in patches if other.link == link)
+        best: tuple[float, int, FloatArray] | None = None
+        for index, other in enumerate(patches):
+            hit = RayCaster(other.surface).first_hit(middle + far * out, -out) if other.link == link else None
+            # Beyond the middle is the other side, which another finger presses.
+            if hit is not None and hit.distance < far and (best is None or hit.distance < best[0]):
+                best = hit.distance, index, other.surface.point(hit.face, hit.weights)
+        if best is None:
+            raise self.refusal(
+                "fingers", self.fingers, f"Finger {number + 1} finds no skin on its side of {link}; grasp elsewhere"
+            )
+        return best[1], best[2]
+
+
+def _section_middle(locator: SkinLocator, patch: int, first: FloatArray, axis: FloatArray) -> FloatArray:
+    """(3,) middle of the link's skin in the plane across ``axis`` through ``first``, link frame [m]; inside of it."""
+    crossings = [first[None]]
+    for other in locator.skin.patches:
+        if other.link == locator.skin.patches[patch].link:
+            ends = other.surface.vertices[other.surface.edges]
+            height = (ends - first) @ axis
+            cut = (height[:, 0] < 0) != (height[:, 1] < 0)
+            share = height[cut, 0] / (height[cut, 0] - height[cut, 1])
+            crossings.append(ends[cut, 0] + share[:, None] * (ends[cut, 1] - ends[cut, 0]))
+    points = np.concatenate(crossings)
+    # Halfway between the outermost, so that a side with more triangles weighs no more.
+    middle = (points.min(axis=0) + points.max(axis=0)) / 2
+    normal = locator.skin.normal(locator.surface_point(patch, first))
+    inward = np.asarray((normal @ axis) * axis - normal)
+    # A flat piece of skin has its middle in itself.
+    return middle if (middle - first) @ inward > _MIN_DEPTH else first + _MIN_DEPTH * inward
+
+
+_SAMPLE_SPACING = 0.7
+"""Pitches between two places of a random way; see ``tactile_maps.tactile.babbling``."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Babble(Stimulus):
+    """Pokes and short strokes at random, equally likely by area, at the places that ``babbling`` would touch.
+
+    Attributes:
+        patch: Where; empty for the whole skin.
+        way: Which places at once: one (``unbiased``), two of different patches (``self-touch``), three
+            (``multi-touch``), or one, but two far places always together (``biased``).
+        touches: How many.
+        strokes: Share of the touches that move.
+        length: Of a stroke, at least [m].
+        speed: Of a stroke, along the skin [m/s].
+        hold: Time to press in [s]; a poke ends then.
+        pause: Between two touches [s].
+        force: Mean; each touch has from half to one and a half of it [N].
+        seed: Chooses places, ways and forces.
+    """
+
+    kind: ClassVar[str] = "babble"
+    ranges: ClassVar[Mapping[str, tuple[float, float]]] = {
+        "touches": (1, 10_000),
+        "strokes": (0.0, 1.0),
+        "length": (0.0, 1.0),
+        "speed": (1e-3, 10.0),
+        "hold": (0.001, 3600.0),
+        "pause": (0.001, 3600.0),
+        "seed": (0, 2**31),
+    }
+
+    way: Kind = "unbiased"
+    touches: int = 20
+    strokes: float = 0.5
+    length: float = 0.04
+    speed: float = 0.06
+    hold: float = 0.5
+    pause: float = 0.2
+    force: float = 3.0
+    press: float = 0.03
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.way not in KINDS:
+            raise self.refusal("way", self.way, f"Choose one of: {', '.join(KINDS)}")
+
+    def tracks(self, locator: SkinLocator) -> tuple[FingerTrack, ...]:
+        """All touches, one after the other."""
+        first, skin = self._skin(locator)
+        samples = math.ceil(self.length / (_SAMPLE_SPACING * taxel_pitch(skin))) + 1
+        spec = BabbleSpec(self.way, self.touches, samples, seed=self.seed)
+        places = touched_places(skin, spec)
+        # Its own stream, so that more strokes do not move the touches.
+        generator = np.random.default_rng([self.seed, 1])
+        forces, moves = generator.uniform(0.5, 1.5, self.touches), generator.random(self.touches) < self.strokes
+        found, begin = [], 0.0
+        for touch in range(self.touches):
+            tip = replace(self.tip, max_force=self.force * float(forces[touch]))
+            end = begin + self.hold
+            for finger in np.flatnonzero(places.pressed[touch, 0]).tolist():
+                patch = first + int(places.patches[touch, 0, finger])
+                line = locator.project(patch, places.positions[touch, : samples if moves[touch] else 1, finger])
+                times = begin + self.hold + cumulative_lengths(line) / self.speed
+                times, line = np.concatenate([[begin], times]), np.concatenate([line[:1], line])
+                found.append(FingerTrack(finger, tip, times, np.full(len(times), patch), line))
+                end = max(end, float(times[-1]))
+            begin = end + self.pause
+        return tuple(found)
+
+    def _skin(self, locator: SkinLocator) -> tuple[int, Skin]:
+        """The skin to touch, and the index of its first patch in the whole."""
+        if not len(locator.skin):
+            raise SceneError("the skin has no taxels to touch", place="stimuli", remedy="Cover at least one link")
+        if not self.patch:
+            return 0, locator.skin
+        first = locator.patch(self.patch)
+        return first, Skin(locator.skin.patches[first : first + 1])

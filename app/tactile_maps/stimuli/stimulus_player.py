@@ -1,0 +1,135 @@
+"""Plays stimuli: from a script to the inputs of scripted fingers at each tick."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from copy import copy
+
+import numpy as np
+
+from tactile_maps.core.arrays import FloatArray
+from tactile_maps.skin.model.skin import Skin
+from tactile_maps.stimuli.skin_locations import SkinLocator
+from tactile_maps.stimuli.stimulus import FingerTrack, Stimulus
+from tactile_maps.tactile.poke import PokeInput, PokeMoved, PokePressed, PokeReleased
+
+FIRST_SCRIPTED_FINGER = 0
+"""Id of the first scripted finger; others count down from it. Hands use ids from 1."""
+_SPAN = 200
+"""Ticks that are looked up together."""
+
+
+class StimulusPlayer:
+    """Plays a script again and again. Which inputs fall on a tick depends on the tick alone.
+
+    A stimulus without ``begin`` starts when the one before it in the script has ended; others start when they say, so
+    that several may play together, each with fingers of its own. The script starts again when all have ended.
+
+    Args:
+        skin: The skin to touch.
+        stimuli: None play nothing.
+        tick: Seconds a tick.
+
+    Attributes:
+        ticks: In one round of the script; 0 for an empty one.
+        fingers: Ids of all its fingers.
+
+    Raises:
+        SceneError: A stimulus names a place that the skin does not have.
+    """
+
+    def __init__(self, skin: Skin, stimuli: Sequence[Stimulus], *, tick: float) -> None:
+        made: list[_ScheduledTrack] = []
+        self.ticks, ended, locator, lanes = 0, 0, SkinLocator(skin), _FingerIds()
+        for stimulus in stimuli:
+            parts = [_ScheduledTrack(locator, track, tick) for track in stimulus.tracks(locator)]
+            period = max(part.lift for part in parts) + max(math.ceil(stimulus.rest / tick - 1e-9), 1)
+            begin = ended if stimulus.begin is None else round(stimulus.begin / tick)
+            for number in range(stimulus.repeat):
+                ids = lanes.take(parts, begin + number * period)
+                made += [part.at(begin + number * period, ids[part.finger]) for part in parts]
+            ended = begin + stimulus.repeat * period
+            self.ticks = max(self.ticks, ended)
+        self.fingers = lanes.ids
+        self._near: dict[int, list[_ScheduledTrack]] = {}
+        for part in made:
+            for span in range(part.press // _SPAN, part.lift // _SPAN + 1):
+                self._near.setdefault(span, []).append(part)
+
+    def inputs(self, tick: int) -> list[PokeInput]:
+        """What the script does at tick number ``tick``, from 0. About 1 µs, and 40 µs a moving finger."""
+        if not self.ticks:
+            return []
+        tick %= self.ticks
+        return [act for part in self._near.get(tick // _SPAN, ()) for act in part.inputs(tick)]
+
+
+class _ScheduledTrack:
+    """One track in ticks: pressed at ``press``, lifted at ``lift``."""
+
+    def __init__(self, locator: SkinLocator, track: FingerTrack, tick: float) -> None:
+        self._locator, self._track, self._tick = locator, track, tick
+        self.begin, self.id, self.finger = 0, FIRST_SCRIPTED_FINGER, track.finger
+        self.press = round(float(track.times[0]) / tick)
+        self.lift = max(math.ceil(float(track.times[-1]) / tick - 1e-9), self.press + 1)
+        # The first search builds the tree: not while the physics waits.
+        self._start = locator.surface_point(*track.at(self.press * tick))
+        moving = np.flatnonzero((np.diff(track.points, axis=0) != 0).any(axis=1) | (np.diff(track.patches) != 0))
+        ends = track.times[[moving[0], moving[-1] + 1]] if moving.size else np.array([np.inf, -np.inf])
+        self._moving = float(ends[0]), float(ends[1]) + tick
+
+    def at(self, begin: int, number: int) -> _ScheduledTrack:
+        """The same ``begin`` ticks later, by finger ``number``."""
+        part = copy(self)
+        part.begin, part.id = begin, number
+        part.press, part.lift = self.press + begin, self.lift + begin
+        return part
+
+    def inputs(self, tick: int) -> list[PokeInput]:
+        """What the finger does at ``tick``."""
+        if not self.press <= tick <= self.lift:
+            return []
+        if tick == self.press:
+            return [PokePressed(self.id, self._start, self._track.tip)]
+        lifted = [PokeReleased(self.id)] if tick == self.lift else []
+        return [*self._moves(tick), *lifted]
+
+    def _moves(self, tick: int) -> list[PokeInput]:
+        """The move since the tick before; none where the finger stands still."""
+        if not self._moving[0] <= (tick - self.begin) * self._tick <= self._moving[1]:
+            return []
+        (patch, point), (before, there) = self._place(tick), self._place(tick - 1)
+        if patch == before and np.array_equal(point, there):
+            return []
+        return [PokeMoved(self.id, self._locator.surface_point(patch, point))]
+
+    def _place(self, tick: int) -> tuple[int, FloatArray]:
+        return self._track.at((tick - self.begin) * self._tick)
+
+
+class _FingerIds:
+    """Fingers' ids in time: an id is free again after its lift."""
+
+    def __init__(self) -> None:
+        self._busy: list[list[tuple[int, int]]] = []
+
+    @property
+    def ids(self) -> tuple[int, ...]:
+        """All ids taken so far, the first finger's first."""
+        return tuple(FIRST_SCRIPTED_FINGER - lane for lane in range(len(self._busy)))
+
+    def take(self, parts: Sequence[_ScheduledTrack], begin: int) -> dict[int, int]:
+        """An id for each finger of a stimulus that begins at tick ``begin``, free while its tracks last."""
+        found = {}
+        for finger in sorted({part.finger for part in parts}):
+            mine = [part for part in parts if part.finger == finger]
+            span = begin + min(part.press for part in mine), begin + max(part.lift for part in mine)
+            lane = 0
+            while lane < len(self._busy) and any(a <= span[1] and span[0] <= b for a, b in self._busy[lane]):
+                lane += 1
+            if lane == len(self._busy):
+                self._busy.append([])
+            self._busy[lane].append(span)
+            found[finger] = FIRST_SCRIPTED_FINGER - lane
+        return found

@@ -1,0 +1,1 @@
+"""Rows of a study, their statistics and figures."""

@@ -1,0 +1,173 @@
+"""The theory of sampled loops: limits and times in closed form, and the same with the posture loop and contact in it.
+
+The closed forms are those of an ideal velocity servo on a spring. ``LinearLoop`` is that loop with what a simulation
+adds, which is still linear: a posture loop of finite stiffness and the mass it moves.
+"""
+
+from __future__ import annotations
+
+import cmath
+import math
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import expm
+
+from tactile_maps.control.force_loop.loop_stability import SensorTiming
+from tactile_maps.core.arrays import FloatArray, IntArray
+from tactile_maps.studies.loop_laws.closed_loop import IDEAL, Loop
+from tactile_maps.studies.loop_laws.gantry import MASS
+from tactile_maps.studies.testbeds.force_loop import Filter
+
+SETTLING_BAND = 0.02
+"""Of a step that may be left."""
+MOST_SAMPLES = 1500
+"""Samples, after which a loop counts as one that never settles."""
+_GAINS = 240
+
+
+def sampled_loop_limit(delay: float) -> float:
+    """Greatest stable gain of a sampled integral loop with ``delay`` samples: 2 sin(pi / (2 (2 d + 1)))."""
+    return 2 * math.sin(math.pi / (2 * (2 * delay + 1)))
+
+
+def max_stable_gain(stiffness: float, readings: SensorTiming) -> float:
+    """The force gain [m/s/N] up to which a sampled loop of ideal joints on a spring [N/m] is stable."""
+    return sampled_loop_limit(readings.delay / readings.period) / (stiffness * readings.period)
+
+
+def settling_samples_of(gains: NDArray[np.complex128] | FloatArray, delay: int) -> IntArray:
+    """(k,) samples until at most 2 % of a step of the contact is left for good; ``LONGEST`` where that does not come.
+
+    Ideal loops; of a step the controller hears ``delay`` samples after it was. (A step of the goal is known at once,
+    and over by so much sooner.)
+
+    Args:
+        gains: (k,) complex where corrections go astray by the angle.
+        delay: Samples.
+    """
+    errors = np.zeros((MOST_SAMPLES + delay + 1, len(gains)), dtype=complex)
+    errors[delay] = 1.0
+    with np.errstate(over="ignore", invalid="ignore"):
+        for k in range(delay, len(errors) - 1):
+            errors[k + 1] = errors[k] - gains * errors[k - delay]
+        beyond = ~(np.abs(errors[delay:]) <= SETTLING_BAND)
+    return MOST_SAMPLES + 1 - np.argmax(beyond[::-1], axis=0)
+
+
+def samples_until_within(errors: FloatArray, bound: float) -> int:
+    """How many of ``errors`` (k,) it takes until all that follow are within ``bound``."""
+    beyond = np.flatnonzero(~(np.abs(errors) <= bound))
+    return int(beyond[-1]) + 1 if len(beyond) else 0
+
+
+def best_gain(slowest: Callable[[FloatArray], IntArray], most: float) -> tuple[float, int]:
+    """The gain that settles soonest, the middle one of equals, and the samples it takes.
+
+    Args:
+        slowest: Samples (k,) to settle with gains (k,).
+        most: Greatest gain worth trying.
+    """
+    gains = np.geomspace(0.01 * most, most, _GAINS)
+    samples = slowest(gains)
+    best = np.flatnonzero(samples == samples.min())
+    return float(gains[best[len(best) // 2]]), int(samples.min())
+
+
+def settling_on_stretched_map(delay: int, stretch: float) -> Callable[[FloatArray], IntArray]:
+    """Samples of the slower of both directions of a map that is taken for an isometry; for ``best_gain``."""
+    root = stretch**0.5
+    return lambda gains: np.maximum(settling_samples_of(gains * root, delay), settling_samples_of(gains / root, delay))
+
+
+def settling_on_turned_map(delay: int, degrees: float) -> Callable[[FloatArray], IntArray]:
+    """Samples where every correction goes astray by an angle; for ``best_gain``."""
+    astray = cmath.exp(1j * math.radians(degrees))
+    return lambda gains: settling_samples_of(np.asarray(gains * astray, dtype=np.complex128), delay)
+
+
+class LinearLoop:
+    """A sampled loop with posture loop, mass and contact.
+
+    Args:
+        loop: Around what.
+        controller: The controller.
+        slides: Whether the loop is that of the place, which no spring resists.
+    """
+
+    def __init__(self, loop: Loop, controller: Filter, *, slides: bool = False) -> None:
+        self._loop, self._controller = loop, controller
+        self._a, self._b, self._c, self._d = _plant(loop, slides)
+
+    def step(self, state: NDArray[np.complex128], *, goal: float = 0.0, noise: float = 0.0) -> NDArray[np.complex128]:
+        """The state (k,) one period on: of the plant, wanted place, its speed, the integral, readings on the way."""
+        loop, controller, n = self._loop, self._controller, len(self._a)
+        x, (wanted, speed, gathered), late = state[:n], state[n : n + 3], state[n + 3 :]
+        late = np.concatenate([[self.reading(state) + noise], late])
+        error, dt, gain = goal - late[loop.delay], loop.tick, controller.gain * cmath.exp(1j * controller.angle)
+        for _ in range(loop.ticks):
+            gathered = gathered + dt * error
+            place = x[0] if n else wanted
+            aim = gain * (error + gathered / controller.integral_time) - controller.position_gain * place
+            speed = speed + dt / controller.inertia_time * (aim - speed) if controller.inertia_time > dt else aim
+            wanted = wanted + dt * speed
+            x = self._a @ x + self._b * wanted
+        return np.concatenate([x, [wanted, speed, gathered], late[: loop.delay]])
+
+    def reading(self, state: NDArray[np.complex128]) -> complex:
+        """Force [N] or place [m] that is read in a state."""
+        n = len(self._a)
+        return complex(self._c @ state[:n] + self._d * state[n])
+
+    @property
+    def stable(self) -> bool:
+        """Whether errors die away."""
+        matrix = np.stack([self.step(row) for row in np.eye(self._size, dtype=complex)], axis=1)
+        if math.isinf(self._controller.integral_time):  # nobody heeds what is gathered
+            kept = np.arange(self._size) != len(self._a) + 2
+            matrix = matrix[np.ix_(kept, kept)]
+        return bool(np.abs(np.linalg.eigvals(matrix)).max() < 1 - 1e-9)
+
+    def settling(self) -> int:
+        """Samples until at most 2 % of a step of the contact are left for good; ``LONGEST`` if they never are."""
+        state, errors = np.zeros(self._size, dtype=complex), np.zeros(MOST_SAMPLES)
+        for k in range(MOST_SAMPLES):
+            errors[k] = abs(1 - self.reading(state))
+            state = self.step(state, goal=float(k >= self._loop.delay))
+        return samples_until_within(errors, SETTLING_BAND)
+
+    def ripple(self) -> float:
+        """Variance of what is true per variance of white noise on what is read."""
+        state, total = self.step(np.zeros(self._size, dtype=complex), noise=1.0), 0.0
+        for _ in range(MOST_SAMPLES):
+            total += abs(self.reading(state)) ** 2
+            state = self.step(state)
+        return total
+
+    @property
+    def _size(self) -> int:
+        return len(self._a) + 3 + self._loop.delay
+
+
+def _plant(loop: Loop, slides: bool) -> tuple[FloatArray, FloatArray, FloatArray, float]:
+    """How the state goes on in a tick, by itself (n, n) and for a wanted place (n,); the reading's rows (n,) and 1.
+
+    MuJoCo's contact with an impedance of one half (``SOLVER_IMPEDANCE``) makes the body that it holds as heavy as two,
+    damps that critically, and bears half of the servo's force and half of what its spring and damper say.
+    """
+    stiffness = 1.0 if slides else loop.stiffness
+    if loop.servo == IDEAL and not loop.lag:
+        return np.zeros((0, 0)), np.zeros(0), np.zeros(0), stiffness
+    if loop.servo == IDEAL:
+        stays = math.exp(-loop.tick / loop.lag)
+        return np.array([[stays]]), np.array([1 - stays]), np.array([stiffness]), 0.0
+    held = np.array([0.0 if slides else loop.stiffness, 0.0])
+    mass = MASS if slides else 2 * MASS
+    held[1] = 2 * math.sqrt(mass * held[0])
+    servo = MASS * np.array([loop.servo**2, 2 * loop.servo])
+    whole = np.zeros((3, 3))
+    whole[0, 1], whole[1, :2], whole[1, 2] = 1.0, -(servo + held) / mass, servo[0] / mass
+    moved = expm(whole * loop.tick)
+    reads = np.array([1.0, 0.0]) if slides else (held - servo) / 2
+    return moved[:2, :2], moved[:2, 2], reads, 0.0 if slides else servo[0] / 2

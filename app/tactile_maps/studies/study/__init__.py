@@ -1,0 +1,1 @@
+"""A study, and how its results are reported."""

@@ -1,0 +1,186 @@
+"""What does each effect cost? One effect at a time on our own arm, as a multiple of a bare step of it."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, get_args
+
+import mujoco
+import numpy as np
+
+from tactile_maps.scene.effects import EFFECTS, ContactScope, Effects, Integrator, SkinModel
+from tactile_maps.simulation.model.model_assembly import assemble
+from tactile_maps.simulation.simulation import Simulation
+from tactile_maps.studies.base.figures import BarChart
+from tactile_maps.studies.base.rows import Case, Row, number
+from tactile_maps.studies.study.study import Study
+from tactile_maps.studies.testbeds.pressed_robot import PressedRobot, pressed_arm
+from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
+from tactile_maps.tactile.poke import Finger, PokePressed
+
+ALL_OFF = Effects(gravity="off", contact="off", joint_limits=False, fingers=False, skin="off")
+"""Everything off that can be: the arm, its joints and nothing else."""
+_PHYSICAL: tuple[SkinModel, ...] = ("foundation", "depth")
+"""Models within the physics, which feel bodies there."""
+_STEPS_A_TICK, _TICKS_A_ROUND, _WARM_TICKS = 5, 10, 300
+
+
+@dataclass(frozen=True)
+class EffectCase:
+    """One effect on, and what it stands on.
+
+    Attributes:
+        effect: Its key in ``EFFECTS``; ``none`` for the row with all off.
+        choice: What it is set to.
+        effects: With it.
+        without: The same without it.
+    """
+
+    effect: str
+    choice: str
+    effects: Effects
+    without: Effects
+
+
+def effect_cases() -> tuple[EffectCase, ...]:
+    """Every effect in every choice that costs something of its own, each on the least that it needs.
+
+    Touch comes from a finger; friction and contact need the probe; what the sensor adds needs a skin.
+    """
+    touched = replace(ALL_OFF, fingers=True)
+    pressed, met = replace(touched, skin="water-fill"), replace(ALL_OFF, contact="probe")
+    rows: list[tuple[str, str, Effects, Effects]] = [
+        ("none", "", ALL_OFF, ALL_OFF),
+        *(("gravity", word, replace(ALL_OFF, gravity=word), ALL_OFF) for word in ("on", "compensated")),
+        ("joint_limits", "on", replace(ALL_OFF, joint_limits=True), ALL_OFF),
+        ("joint_friction", "on", replace(ALL_OFF, joint_friction=True), ALL_OFF),
+        *(("integrator", w, replace(ALL_OFF, integrator=w), ALL_OFF) for w in get_args(Integrator)),
+        ("fingers", "on", touched, ALL_OFF),
+        *(("contact", word, replace(ALL_OFF, contact=word), ALL_OFF) for word in get_args(ContactScope)[1:]),
+        ("friction", "on", replace(met, friction=True), met),
+        *(("skin", w, replace(touched, skin=w), touched) for w in get_args(SkinModel)[1:] if w not in _PHYSICAL),
+        *(("skin", w, replace(met, skin=w), met) for w in _PHYSICAL),
+        (
+            "time_averaging",
+            "on",
+            replace(pressed, contact="probe", time_averaging=True),
+            replace(pressed, contact="probe"),
+        ),
+        *((key, "on", _sensing(pressed, key), pressed) for key, entry in EFFECTS.items() if entry.sensor is not None),
+    ]
+    return tuple(EffectCase(*row) for row in rows)
+
+
+def _sensing(pressed: Effects, key: str) -> Effects:
+    return replace(pressed, sensor=replace(pressed.sensor, **{key: EFFECTS[key].value("on")}))
+
+
+def cases(quick: bool, seed: int) -> list[Case]:
+    """Every effect in every choice."""
+    taxels, rounds = ((1000,), 60) if quick else ((1000, 10_000), 200)
+    return [
+        {"effect": row.effect, "choice": row.choice, "taxels": count, "rounds": rounds, "seed": seed}
+        for count in taxels
+        for row in effect_cases()
+        if count == taxels[0] or row.effect == "none" or row.effect in ("skin", *_sensor_keys())
+    ]
+
+
+def _sensor_keys() -> tuple[str, ...]:
+    return tuple(key for key, entry in EFFECTS.items() if entry.sensor is not None)
+
+
+def measure(case: Case) -> list[Row]:
+    """One row: a step with the effect and without, both as multiples of a bare step, all three by turns."""
+    row = next(row for row in effect_cases() if (row.effect, row.choice) == (case["effect"], case["choice"]))
+    arm = pressed_arm(case["taxels"], case["seed"])
+    acts = {
+        "bare": _bare_stepper(arm),
+        "with": _session_stepper(arm, row.effects),
+        "without": _session_stepper(arm, row.without),
+    }
+    times = _time_in_turns(acts, case["rounds"])
+    bare, with_it, without = (times[name] for name in ("bare", "with", "without"))
+    return [
+        {
+            "ratio": float(np.median(with_it / bare)),
+            "ratio_p95": float(np.percentile(with_it / bare, 95)),
+            "cost": float(np.median((with_it - without) / bare)),
+            "step_us": 1e6 * float(np.median(with_it)),
+            "bare_us": 1e6 * float(np.median(bare)),
+        }
+    ]
+
+
+def _bare_stepper(arm: PressedRobot) -> Callable[[int], None]:
+    """Ticks of MuJoCo's own steps, each asked for by itself, on the arm with all off, held by the same command."""
+    model = assemble(arm.robot, arm.skin, ALL_OFF)
+    data, command = mujoco.MjData(model), arm.command
+    model.actuator_gainprm[:, 0] = command.stiffness
+    model.actuator_biasprm[:, 1], model.actuator_biasprm[:, 2] = -command.stiffness, -command.damping
+    data.qpos[:], data.ctrl[:], data.qfrc_applied[:] = arm.robot.home, command.posture, command.torque
+
+    def run(ticks: int) -> None:
+        for _ in range(ticks * _STEPS_A_TICK):
+            mujoco.mj_step(model, data)
+
+    return run
+
+
+def _session_stepper(arm: PressedRobot, effects: Effects) -> Callable[[int], None]:
+    """Ticks of five steps and, where there is a skin, a reading: what a session asks of the physics."""
+    simulation = Simulation(arm.robot, arm.skin, effects, objects=(arm.probe,), layer=ElasticLayer())
+    if effects.fingers:
+        simulation.apply(PokePressed(1, arm.at, Finger(max_force=10.0)))
+
+    def run(ticks: int) -> None:
+        for _ in range(ticks):
+            simulation.step(_STEPS_A_TICK, arm.command)
+            if effects.skin != "off":
+                simulation.sense()
+
+    run(_WARM_TICKS)
+    return run
+
+
+def _time_in_turns(acts: Mapping[str, Callable[[int], None]], rounds: int) -> Mapping[str, Any]:
+    """(rounds,) seconds of one step by act; a round does each once: they share whatever else the machine does."""
+    seconds = {name: np.zeros(rounds) for name in acts}
+    for turn in range(-1, rounds):  # the first is to warm up
+        for name, act in acts.items():
+            start = time.perf_counter()
+            act(_TICKS_A_ROUND)
+            seconds[name][turn] = (time.perf_counter() - start) / (_TICKS_A_ROUND * _STEPS_A_TICK)
+    return seconds
+
+
+def figures(rows: Sequence[Row]) -> list[BarChart]:
+    """The cost of each effect, the highest first, for each number of taxels."""
+    return [
+        BarChart(
+            f"The cost of each effect with {taxels} taxels",
+            "more time a step than without it, as a multiple of a bare step",
+            {_name(row): number(row["cost"]) for row in rows if row["taxels"] == taxels},
+        )
+        for taxels in dict.fromkeys(row["taxels"] for row in rows)
+    ]
+
+
+def _name(row: Row) -> str:
+    return f"{row['effect']} {row['choice']}".replace("_", " ").removesuffix(" on").strip()
+
+
+STUDY = Study(
+    "effect-cost",
+    "What does each effect cost, relative to a bare step of the same arm?",
+    "Our own arm, held at home and, where bodies or fingers may touch, pressed with 10 N. Each effect is switched on "
+    "alone, on the least that it needs (friction on contact, the sensor's effects on a skin that is touched). The "
+    "ratio is the time of a step with it, in ticks of five and a reading where there is a skin, to that of a bare "
+    "mj_step of the same arm with all off, in ticks of five as well; the cost is the difference to the same without "
+    "it. All three run by turns; medians over the turns.",
+    cases,
+    measure,
+    figures,
+)

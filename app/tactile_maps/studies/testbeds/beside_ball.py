@@ -1,0 +1,210 @@
+"""A robot whose forearm wears skin, at home beside a fixed ball that presses one taxel; where such a ball is best put.
+
+``beside_ball`` puts it there, ``place_to_press`` says where, ``with_finger`` adds somebody's finger elsewhere.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import lru_cache
+
+import mujoco
+import numpy as np
+from scipy.spatial import cKDTree
+
+from tactile_maps.core.arrays import FloatArray, IntArray
+from tactile_maps.core.errors import SkinError
+from tactile_maps.geometry.surface.closest_point import ClosestPoint
+from tactile_maps.maps.model.tactile_map import TactileMap
+from tactile_maps.robots.kinematics import Configuration
+from tactile_maps.scene.effects import SkinModel
+from tactile_maps.scene.object_meshes import make_objects
+from tactile_maps.scene.objects import ObjectSpec
+from tactile_maps.scene.scene_file import scene_for
+from tactile_maps.session.prepare import PreparedScene, prepare
+from tactile_maps.simulation.model.model_assembly import assemble
+from tactile_maps.simulation.model.model_names import body_name
+from tactile_maps.skin.model.skin import Patch, Skin
+from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
+
+SKIN_LINKS = {"arm": "forearm", "ur5e": "forearm_link", "icub": "l_forearm"}
+"""The link of a robot that the skin covers."""
+BALL = 0.03
+"""Radius [m]."""
+DEPTH = 0.001
+"""How deep the ball is in the skin at the start [m]."""
+MARGIN = 0.02
+"""The least way from the ball to the skin's border or to a seam [m], if there is such a place."""
+REACH_SHARE = 0.6
+"""Share of the best reach that a place needs."""
+
+
+@lru_cache(maxsize=4)
+def forearm_skin_scene(robot: str, taxels: int, seed: int = 0) -> PreparedScene:
+    """A robot of ``SKIN_LINKS`` with skin on its forearm alone. Cost: 4 s at 1500 taxels, kept.
+
+    Raises:
+        RobotError: It is not installed.
+    """
+    scene = scene_for(robot)
+    spec = replace(scene.cover, links=(SKIN_LINKS[robot],), taxels=taxels, seed=seed)
+    return prepare(replace(scene, cover=spec, stimuli=(), seed=seed))
+
+
+def beside_ball(
+    prepared: PreparedScene,
+    *,
+    taxel: int | None = None,
+    radius: float = BALL,
+    depth: float = DEPTH,
+    layer: ElasticLayer | None = None,
+    model: SkinModel = "foundation",
+    tick: float | None = None,
+    seed: int | None = None,
+) -> PreparedScene:
+    """The same robot with a fixed ball pressed into a taxel's place at home, and nothing else around.
+
+    Args:
+        prepared: Robot, skin and map; its scene's hand and motion are left out.
+        taxel: Where; by default ``place_to_press``.
+        radius: Of the ball [m].
+        depth: How deep it is pressed in at the start [m].
+        layer: The cover; the scene's by default.
+        model: How contact becomes pressure. The foundation, which knows no friction, touches the skin itself; the
+            solver's contacts touch the convex hull of the link, on real robots some millimetres beside.
+        tick: Of control [s]; the scene's by default, as is ``seed``.
+        seed: Of what is random in the sensor.
+
+    Raises:
+        SkinError: There is no skin to press.
+    """
+    scene, where = prepared.scene, place_to_press(prepared, radius=radius) if taxel is None else taxel
+    x, y, z = points_above(prepared, np.array([where]), radius - depth)[0].tolist()
+    cover = layer or scene.layer
+    ball = ObjectSpec("ball", "sphere", (radius,), at=(x, y, z), friction=cover.friction)
+    alone = replace(scene, objects=(ball,), layer=cover, stimuli=(), motion=(), tick=tick or scene.tick)
+    pressed = replace(
+        alone,
+        description=f"The skin is pressed on a fixed ball of {1e3 * radius:g} mm radius",
+        task="slide",
+        outputs=("force", "pressure"),
+        overrides={**scene.overrides, "skin": model},
+        seed=scene.seed if seed is None else seed,
+    )
+    return replace(prepared, scene=pressed, objects=make_objects(pressed))
+
+
+_FINGER_RADIUS, _BEYOND, _APPROACH = 0.012, 0.03, 0.2
+"""Of the finger [m], how far inside the skin it would end if nothing held it [m], and when it would be there [s]."""
+
+
+def with_finger(prepared: PreparedScene, force: float) -> PreparedScene:
+    """Also a finger that pushes with ``force`` [N] where the skin is farthest from the ball.
+
+    Args:
+        prepared: A robot ``beside_ball``.
+        force: That its spring has at most; without friction.
+    """
+    scene, (ball, *_) = prepared.scene, prepared.scene.objects
+    surface = points_above(prepared, np.arange(len(prepared.skin)), 0.0)
+    farthest = np.array([int(np.argmax(np.linalg.norm(surface - ball.at, axis=1)))])
+    outside, inside = (
+        points_above(prepared, farthest, height)[0].tolist() for height in (_FINGER_RADIUS + 0.002, -_BEYOND)
+    )
+    path = ((0.0, *outside), (_APPROACH, *inside), (3600.0, *inside))
+    finger = ObjectSpec("finger", "probe", (_FINGER_RADIUS,), mass=0.1, friction=0.0, max_force=force, path=path)
+    said = f"{scene.description}, and a finger pushes elsewhere with {force:g} N"
+    both = replace(scene, objects=(ball, finger), description=said)
+    return replace(prepared, scene=both, objects=make_objects(both))
+
+
+def points_above(prepared: PreparedScene, taxels: IntArray, height: float) -> FloatArray:
+    """(k, 3) the points at a height [m] over ``taxels`` (k,) when the robot is at home [m], world frame."""
+    configuration, places = Configuration(prepared.robot), []
+    for patch in prepared.skin.patches:
+        pose = configuration.pose(patch.link)
+        places.append(pose.points(patch.taxels.positions + height * patch.taxels.normals))
+    return np.asarray(np.concatenate(places)[taxels])
+
+
+def place_to_press(prepared: PreparedScene, *, radius: float = BALL, bend: float = 0.0) -> int:
+    """The taxel that a path is best led around: the flattest that the joints move well, with room around it.
+
+    There is room where border and seams are ``MARGIN`` away on the map, and where a ball is as far from whatever else
+    it may touch; where no taxel has as much, those with most are taken. Joints move it well where the least singular
+    value of the Jacobian at home is ``REACH`` of the greatest at any of them.
+
+    Args:
+        prepared: Robot, skin and map.
+        radius: Of the ball [m].
+        bend: The share of such taxels that are to be flatter, from 0 to 1.
+
+    Raises:
+        SkinError: There is no taxel.
+
+    Cost: 0.3 s at 2000 taxels.
+    """
+    skin, configuration = prepared.skin, Configuration(prepared.robot)
+    if not len(skin):
+        raise SkinError("there is no skin to press", remedy="Cover a link")
+    room = np.concatenate([_margin_on_map(prepared.map, number) for number in range(len(skin.patches))])
+    room = np.minimum(room, _margin_to_links(skin, configuration, radius))
+    curvature = np.concatenate([_curvature(patch) for patch in skin.patches])
+    reach = np.array([_least_singular_value(skin, configuration, taxel) for taxel in range(len(skin))])
+    roomy = room >= min(MARGIN, float(room.max()))
+    good = np.flatnonzero(roomy & (reach >= REACH_SHARE * float(reach[roomy].max())))
+    clear = _clearance(prepared, good, radius)
+    good = good[clear >= min(MARGIN, float(clear.max()))]
+    return int(good[np.argsort(curvature[good], kind="stable")[round(bend * (len(good) - 1))]])
+
+
+def _margin_on_map(map_: TactileMap, patch: int) -> FloatArray:
+    """(n,) how far a patch's taxels are from its borders and seams on the map [m]."""
+    first, last = map_.skin.first[patch : patch + 2]
+    edges = np.concatenate([map_.outlines[patch], map_.seams[patch].reshape(-1, 2)])
+    return np.asarray(cKDTree(edges).query(map_.taxel_points[first:last])[0], dtype=np.float64)
+
+
+def _clearance(prepared: PreparedScene, taxels: IntArray, radius: float) -> FloatArray:
+    """(k,) how far a ball over each of ``taxels`` is at home from all shapes that it would touch but skin [m]."""
+    beside = beside_ball(prepared, taxel=0, radius=radius)
+    model = assemble(beside.robot, beside.skin, beside.scene.effects, objects=beside.objects, layer=beside.scene.layer)
+    data, ball = mujoco.MjData(model), model.body(body_name(beside.objects[0].spec))
+    data.qpos[:] = beside.robot.home
+    touching = (model.geom_contype | model.geom_conaffinity) > 0
+    others = np.flatnonzero(touching & (model.geom_bodyid != ball.id)).tolist()
+    clear = np.full(len(taxels), MARGIN)
+    for number, place in enumerate(points_above(prepared, taxels, radius)):
+        model.body_pos[ball.id] = place
+        mujoco.mj_kinematics(model, data)
+        away = [mujoco.mj_geomDistance(model, data, int(ball.geomadr[0]), geom, MARGIN, None) for geom in others]
+        clear[number] = min(away, default=MARGIN)
+    return clear
+
+
+def _margin_to_links(skin: Skin, configuration: Configuration, radius: float) -> FloatArray:
+    """(n,) how far a ball over each taxel is at home from the skin of other links [m]."""
+    apart = []
+    for patch in skin.patches:
+        balls = configuration.pose(patch.link).points(patch.taxels.positions + radius * patch.taxels.normals)
+        away = np.full(len(balls), np.inf)
+        for other in (other for other in skin.patches if other.link != patch.link):
+            places = configuration.pose(other.link).inverse.points(balls)
+            away = np.minimum(away, ClosestPoint(other.surface).query(places)[2] - radius)
+        apart.append(away)
+    return np.concatenate(apart)
+
+
+def _curvature(patch: Patch) -> FloatArray:
+    """(n,) the greatest angle between a taxel's normal and those around it, within ``MARGIN`` [rad]."""
+    positions, normals = patch.taxels.positions, patch.taxels.normals
+    around = cKDTree(positions).query_ball_point(positions, MARGIN)
+    least = [float((normals[near] @ normal).min()) for near, normal in zip(around, normals, strict=True)]
+    return np.arccos(np.clip(least, -1.0, 1.0))
+
+
+def _least_singular_value(skin: Skin, configuration: Configuration, taxel: int) -> float:
+    """How far the joints move a taxel at least, in the direction in which they move it least [m/rad]."""
+    at = skin.taxel_point(taxel)
+    moves = configuration.jacobian(skin.link(at), skin.position(at))
+    return float(np.linalg.svd(moves, compute_uv=False)[-1]) if moves.shape[1] >= 3 else 0.0

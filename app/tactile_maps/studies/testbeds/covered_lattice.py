@@ -1,0 +1,90 @@
+"""Taxels on a hexagonal lattice below a cover, and what they read under a contact of known force, by integration.
+
+15 x 15 taxels 7 mm apart under an elastic half-space; each feels a disc of 1.9 mm. A contact is Hertz's ellipsoid of
+pressure with 1 N. The figures are those of the theory of force from normal stress below a cover.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+from scipy.sparse import csr_matrix
+from scipy.sparse.csgraph import connected_components
+
+from tactile_maps.core.arrays import FloatArray, IntArray
+from tactile_maps.tactile.mechanics.half_space_stress import point_stress, square_stress
+
+PITCH, ELECTRODE, SIDE = 7e-3, 1.9e-3, 15
+AREA = float(np.sqrt(3) / 2 * PITCH**2)
+"""Of a taxel [m²]."""
+PLACES = 8
+"""Of contacts, near the lattice's middle."""
+_PEAK_SHARE, _ABOVE_NOISE = 0.1, 3.0
+_NEAR = 1.1 * PITCH
+
+
+def _lattice() -> FloatArray:
+    i, j = (k.ravel() for k in np.meshgrid(np.arange(SIDE), np.arange(SIDE), indexing="ij"))
+    points = PITCH * np.stack([i + 0.5 * (j % 2), np.sqrt(3) / 2 * j], axis=1)
+    return np.asarray(points - points.mean(axis=0))
+
+
+def disc(radius: float, count: int) -> FloatArray:
+    """(n, 2) points spread evenly over a disc [m], from ``count`` across."""
+    grid = (np.arange(count) + 0.5) / count * 2 - 1
+    x, y = (k.ravel() for k in np.meshgrid(grid, grid))
+    inside = x**2 + y**2 <= 1
+    return np.asarray(radius * np.stack([x[inside], y[inside]], axis=1))
+
+
+TAXELS, FELT = _lattice(), disc(ELECTRODE, 8)
+"""(225, 2) places of the taxels, and the points (n, 2) about each that it feels with [m]."""
+APART: FloatArray = np.linalg.norm(TAXELS[:, None] - TAXELS, axis=2)
+"""(225, 225) how far taxels are from each other [m]."""
+_NEIGHBOURS = (APART < _NEAR) & (APART > 0)
+
+
+@lru_cache(maxsize=32)
+def exact_readings(radius: float, depth: float, *, points: bool = False) -> tuple[FloatArray, ...]:
+    """What the taxels read (225,) [Pa] under 1 N in each of eight places.
+
+    Args:
+        radius: Of the contact [m].
+        depth: Of the taxels [m].
+        points: Whether taxels feel at their middles alone.
+    """
+    at, felt = disc(radius, 16), np.zeros((1, 2)) if points else FELT
+    force = np.sqrt(1 - (at**2).sum(axis=1) / radius**2)
+    force /= force.sum() * len(felt)
+    found = []
+    for centre in np.random.default_rng(0).uniform(-PITCH, PITCH, (PLACES, 2)):
+        away = (np.linalg.norm(TAXELS[:, None] + part - at - centre, axis=2) for part in felt)
+        found.append(np.asarray(sum(point_stress(distance, depth) @ force for distance in away)))
+    return tuple(found)
+
+
+@lru_cache(maxsize=32)
+def area_blur(depth: float) -> FloatArray:
+    """(225, 225) reading of each taxel per pressure on the area above each, by taxels that feel with their discs.
+
+    Args:
+        depth: Of the taxels [m].
+    """
+    side = np.array(np.sqrt(AREA))
+    parts = [square_stress(np.linalg.norm(TAXELS[:, None] + f - TAXELS, axis=2), depth, side=side) for f in FELT]
+    return np.asarray(sum(parts) / len(parts))
+
+
+def contact_region(readings: FloatArray, noise: float) -> tuple[IntArray, IntArray]:
+    """The strongest connected region above 3 sigma and a tenth of the peak; and the same with its one ring.
+
+    Args:
+        readings: (225,) [Pa].
+        noise: Standard deviation of each [Pa].
+    """
+    touched = readings >= max(_ABOVE_NOISE * noise, _PEAK_SHARE * float(readings.max()))
+    joined = csr_matrix(_NEIGHBOURS & touched & touched[:, None])
+    labels = connected_components(joined, directed=False)[1]
+    core = touched & (labels == labels[readings.argmax()])
+    return np.flatnonzero(core), np.flatnonzero(core | _NEIGHBOURS[core].any(axis=0))

@@ -1,0 +1,242 @@
+"""The force loop of a whole robot at a place it is pressed at: all joints, their coupled inertia, the posture loop.
+
+What the theory of sampled loops leaves out of an arm: joints that move each other, a posture loop whose stiffness knows
+of no coupling, and a contact that is as stiff as the pressed layer is at the goal.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import mujoco
+import numpy as np
+from scipy.linalg import expm
+
+from tactile_maps.control.motion.command import ControlSettings
+from tactile_maps.control.motion.joint_impedance import INNER_FREQUENCY, JointImpedance
+from tactile_maps.core.arrays import FloatArray
+from tactile_maps.core.errors import SkinError, UsageError
+from tactile_maps.robots.kinematics import Configuration
+from tactile_maps.robots.model.mujoco_spec import compile_spec, robot_spec
+from tactile_maps.session.session import Session
+from tactile_maps.simulation.physics import Physics
+from tactile_maps.studies.testbeds.path_following import PathSetup
+from tactile_maps.tactile.models.foundation import FoundationModel
+
+REST = 1.5
+"""How long the force comes to rest [s]."""
+_GUESS, _SLACK = 0.01, 1e-7
+_WIDENINGS = 10
+_PROBED = 5e-5
+"""How far the point is moved either way to feel the stiffness [m]: by 0.25 of 3 N. The layer's springs stand apart, and
+over less way their number would count (2 %)."""
+
+
+def critical_gain(delay: int) -> float:
+    """Greatest gain without overshoot, that of the double real pole: d^d / (d + 1)^(d + 1)."""
+    return float(delay**delay / (delay + 1) ** (delay + 1))
+
+
+@dataclass(frozen=True)
+class Filter:
+    """A controller of force or place as a linear filter.
+
+    Attributes:
+        gain: Speed per error [1/s on the map, m/s/N for a force].
+        integral_time: [s].
+        position_gain: Of the parallel controller, along the normal [1/s].
+        inertia_time: [s].
+        angle: By which corrections go astray [rad].
+    """
+
+    gain: float
+    integral_time: float = math.inf
+    position_gain: float = 0.0
+    inertia_time: float = 0.0
+    angle: float = 0.0
+
+
+def stability_limit(is_stable: Callable[[float], bool], guess: float, *, steps: int = 10) -> float:
+    """The value above which something is stable no more, to a part in 2^steps of half an octave.
+
+    Args:
+        is_stable: Whether a value is.
+        guess: Of the answer; up to 60 times more or less is looked at.
+        steps: More are finer.
+
+    Raises:
+        UsageError: There is no such value near the guess.
+    """
+    low, high = 0.8 * guess, 1.25 * guess
+    for _ in range(_WIDENINGS):
+        if not is_stable(low):
+            low, high = low / 1.5, low
+        elif is_stable(high):
+            low, high = high, 1.5 * high
+        else:
+            break
+    else:
+        remedy = f"Guess a value between {low:.2g} and {high:.2g}, or look whether anything is stable at all"
+        raise UsageError("there is no limit of stability near the guess", value=guess, remedy=remedy)
+    for _ in range(steps):
+        middle = math.sqrt(low * high)
+        low, high = (middle, high) if is_stable(middle) else (low, middle)
+    return math.sqrt(low * high)
+
+
+@dataclass(frozen=True, eq=False)
+class ForceLoop:
+    """A robot that is pressed, as a linear plant of its joints. Around it goes a controller's sampled loop.
+
+    Attributes:
+        tick: Of the loop [s].
+        moved: (3 n, 3 n) how offsets of joints, their speeds and the wanted posture go on in a tick.
+        stiffness: Of the contact at the goal [N/m].
+        push: (n,) joint velocity that moves the touched point outward at 1 m/s and not aside.
+        outward: (n,) outward way of the point per offset of a joint [m/rad].
+        shown: (3 n,) outward way that the reading at the end of a tick shows, per state at its start.
+    """
+
+    tick: float
+    moved: FloatArray
+    stiffness: float
+    push: FloatArray
+    outward: FloatArray
+    shown: FloatArray
+
+    @staticmethod
+    def of_rates(
+        tick: float, rates: FloatArray, stiffness: float, push: FloatArray, outward: FloatArray, *, averaged: bool
+    ) -> ForceLoop:
+        """Return the loop of a plant with the state matrix ``rates`` (3 n, 3 n) [1/s].
+
+        Args:
+            tick: Of the loop [s].
+            rates: Change of joint offsets, their speeds and the wanted posture.
+            stiffness: See the attributes, also for the next two.
+            push: (n,).
+            outward: (n,).
+            averaged: Whether a reading is the mean over the tick; otherwise it is the value at its end.
+        """
+        size = len(rates)
+        block = np.zeros((2 * size, 2 * size))
+        block[:size, :size] = rates
+        block[:size, size:] = np.eye(size)
+        over_tick = expm(tick * block)  # the upper right block is the integral over the tick (Van Loan 1978)
+        moved = over_tick[:size, :size]
+        reading = over_tick[:size, size:] / tick if averaged else moved
+        return ForceLoop(tick, moved, stiffness, push, outward, outward @ reading[: len(outward)])
+
+    def stable(self, controller: Filter) -> bool:
+        """Whether errors of the force die away under a controller; offsets that press on nothing may stay."""
+        size = len(self.moved) + 3
+        step = np.stack([self._step(controller, unit) for unit in np.eye(size)], axis=1)
+        kept = np.arange(size) != (size - 1 if math.isinf(controller.integral_time) else size)
+        return bool(np.abs(np.linalg.eigvals(step[np.ix_(kept, kept)])).max() < 1 + _SLACK)
+
+    def _step(self, controller: Filter, state: FloatArray) -> FloatArray:
+        joints = len(self.push)
+        plant, (read, speed, gathered) = state[:-3].copy(), state[-3:]
+        away = float(self.outward @ plant[:joints])
+        error = -self.stiffness * read
+        gathered = gathered + self.tick * error
+        aim = controller.gain * (error + gathered / controller.integral_time)
+        aim -= controller.position_gain * away
+        speed = (
+            speed + self.tick / controller.inertia_time * (aim - speed) if controller.inertia_time > self.tick else aim
+        )
+        plant[2 * joints :] += self.tick * speed * self.push
+        return np.concatenate([self.moved @ plant, [self.shown @ plant, speed, gathered]])
+
+
+def force_loop_at_goal(setup: PathSetup, settings: ControlSettings) -> ForceLoop:
+    """The loop about the posture in which the goal is held.
+
+    Raises:
+        SkinError: Nothing touches there.
+    """
+    session = settled_session(setup, settings)
+    if not session.frame.regions:
+        raise SkinError("nothing touches the skin there", place=setup.prepared.scene.name)
+    region, robot = session.frame.regions[0], setup.prepared.robot
+    configuration = Configuration(robot)
+    configuration.update(session.frame.posture)
+    servo = JointImpedance(configuration, frequency=INNER_FREQUENCY, damping_ratio=1.0).about(configuration.posture)
+    normal = configuration.pose(region.link).rotation @ region.link_normal
+    move = configuration.jacobian(region.link, region.link_position)
+    outward = normal @ move
+    push = np.linalg.pinv(move, rcond=1e-6) @ normal
+    stiffness = contact_stiffness(setup, session.frame.posture, push)
+    inertia, damping = _dynamics(setup, session.frame.posture)
+    n = len(push)
+    whole = np.zeros((3 * n, 3 * n))
+    whole[:n, n : 2 * n] = np.eye(n)
+    held = np.diag(servo.stiffness)
+    forces = [-held - stiffness * np.outer(outward, outward), -np.diag(servo.damping + damping), held]
+    whole[n : 2 * n] = np.linalg.solve(inertia, np.hstack(forces))
+    averaged = setup.effects.time_averaging
+    return ForceLoop.of_rates(setup.prepared.scene.tick, whole, stiffness, push, outward, averaged=averaged)
+
+
+def contact_stiffness(setup: PathSetup, posture: FloatArray, push: FloatArray) -> float:
+    """How much harder something presses per way of the touched point along its normal [N/m], the joints held.
+
+    Measured from force and penetration: the foundation at two postures beside the given one. A formula would have to
+    know how the skin bends there, on which axes, and what else of it is touched. The solver's own contacts are as stiff
+    as the layer says, on any posture.
+
+    Args:
+        setup: The robot and what touches it.
+        posture: (n,) of the robot, in contact.
+        push: (n,) joint velocity that moves the touched point outward at 1 m/s and not aside.
+    """
+    prepared = setup.prepared
+    scene = prepared.scene
+    physics = Physics(prepared.robot, prepared.skin, setup.effects, prepared.objects, scene.layer)
+    foundation = physics.touch
+    if not isinstance(foundation, FoundationModel):
+        return scene.layer.stiffness
+
+    def force(way: float) -> float:
+        physics.start(posture + way * push)
+        return sum(float(np.linalg.norm(wrench.force)) for wrench in foundation.wrenches)
+
+    return (force(_PROBED) - force(-_PROBED)) / (2 * _PROBED)
+
+
+def settled_session(setup: PathSetup, settings: ControlSettings) -> Session:
+    """A session in which the force has come to its goal."""
+    session = setup.session(settings)
+    for _ in range(round(REST / setup.prepared.scene.tick)):
+        session.tick()
+    return session
+
+
+def controller_filter(settings: ControlSettings) -> Filter:
+    """What a controller is along the normal."""
+    slow = settings.controller in ("admittance", "parallel")
+    return Filter(
+        settings.force_gain,
+        integral_time=math.inf if settings.controller == "admittance" else settings.integral_time,
+        position_gain=settings.position_gain if settings.controller == "parallel" else 0.0,
+        inertia_time=settings.inertia_time if slow else 0.0,
+    )
+
+
+def predicted_gain_limit(loop: ForceLoop, settings: ControlSettings) -> float:
+    """The force gain from which on the force oscillates [m/s/N]."""
+    controller = controller_filter(settings)
+    return stability_limit(lambda gain: loop.stable(replace(controller, gain=gain)), _GUESS)
+
+
+def _dynamics(setup: PathSetup, posture: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """The robot's inertia matrix (n, n) at a posture, and its joints' own damping (n,)."""
+    robot = setup.prepared.robot
+    model = compile_spec(robot_spec(robot), source=robot.source)
+    data, inertia = mujoco.MjData(model), np.zeros((model.nv, model.nv))
+    data.qpos[:] = posture
+    mujoco.mj_forward(model, data)
+    mujoco.mj_fullM(model, data, inertia)
+    return inertia, np.array(model.dof_damping)

@@ -1,0 +1,1 @@
+"""Mechanics of an elastic skin: loads, stress and receptive fields."""

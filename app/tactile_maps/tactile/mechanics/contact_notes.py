@@ -1,0 +1,164 @@
+"""What a contact is not simulated as it should be, as values; ``contact_note_text`` words them for a person."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field, replace
+from enum import Enum
+from typing import assert_never
+
+from tactile_maps.core.codec import LATER
+
+
+class ContactNoteKind(Enum):
+    """What was done otherwise than asked. In brackets: what ``ContactNote.bodies`` names."""
+
+    CONVEX_HULL = "convex-hull"
+    """A mesh collides as its convex hull, which is not its surface (the object)."""
+    UNSTABLE = "unstable"
+    """A contact is stiffer than the time step bears (both bodies)."""
+    OUTSIDE_SKIN = "outside-skin"
+    """A load outside its link's skin is not sensed (what presses, the link)."""
+    PARTLY_OUTSIDE = "partly-outside"
+    """More than 1 % of a load is on bare surface next to the skin and is not sensed (what presses, the link)."""
+    BELOW_THRESHOLD = "below-threshold"
+    """A lasting load is below the threshold of all taxels of a link and is not reported (what presses, the link)."""
+    SKIN_EDGE = "skin-edge"
+    """One point at the skin's edge bears a whole load (what presses, the link)."""
+    BENT_SKIN = "bent-skin"
+    """The readings sum to more or less than the force, by geometry: the skin bends (what presses, the link)."""
+    MOMENT_IGNORED = "moment-ignored"
+    """Of a load that acts beside the points under it, only the force is kept (what presses, the link)."""
+    UNSTABLE_SERVO = "unstable-servo"
+    """A joint's servo is stiffer than integrator and time step bear (the joint)."""
+    DEEP = "deep"
+    """One body is deeper in another than any cover is thick, since the last reading (both bodies)."""
+    HARD = "hard"
+    """A contact presses harder than anything with skin bears, since the last reading (both bodies)."""
+    BRIEF = "brief"
+    """A contact came and went between two readings (both bodies)."""
+    BLIND_AREA = "blind-area"
+    """Broken taxels with too few working neighbours to be estimated (the taxels, the link)."""
+
+
+@dataclass(frozen=True)
+class ContactNote:
+    """One thing that physics or the contact model did not do as it should.
+
+    Attributes:
+        kind: Which.
+        bodies: Names, as ``kind`` says; what presses is left out where it has no name.
+        stiffness: Of a contact that may be unstable [N/m]; None for others, as are the next two.
+        max_stiffness: The most that the time step bears [N/m].
+        max_timestep: The longest that the stiffness bears [s].
+        depth: Of one body in the other, of a contact that is too deep, or of a mesh's surface in its convex hull [m];
+            None for others.
+        force: Normal force of a contact that presses too hard, or that no taxel reports [N]; None for others.
+        share: Share of the load that is not sensed, of a contact partly outside the skin, 0 to 1; None for others.
+        ratio: Sum of pressure times area over the force, of a contact on bent skin; None for others.
+        pressure: Highest pressure on a taxel, of a contact that no taxel reports [Pa]; None for others.
+        threshold: Pressure from which a taxel reports it [Pa]; None for others.
+        area: Area of blind taxels [m²]; None for others.
+    """
+
+    kind: ContactNoteKind
+    bodies: tuple[str, ...]
+    stiffness: float | None = None
+    max_stiffness: float | None = None
+    max_timestep: float | None = None
+    depth: float | None = None
+    force: float | None = None
+    share: float | None = None
+    ratio: float | None = None
+    pressure: float | None = field(default=None, metadata=LATER)
+    threshold: float | None = field(default=None, metadata=LATER)
+    area: float | None = field(default=None, metadata=LATER)
+
+
+def load_note(kind: ContactNoteKind, by: str, link: str) -> ContactNote:
+    """About a load on ``link`` by a body that may have no name."""
+    return ContactNote(kind, (by, link) if by else (link,))
+
+
+NOTED_SHARE = 0.01
+"""Share of a load outside the skin from which on a note says so."""
+
+
+def border_notes(share: float, by: str, link: str) -> tuple[ContactNote, ...]:
+    """Return the note about a load on ``link`` of which bare surface bears ``share``; empty where that is little."""
+    if share == 1:
+        return (load_note(ContactNoteKind.OUTSIDE_SKIN, by, link),)
+    if share > NOTED_SHARE:
+        return (replace(load_note(ContactNoteKind.PARTLY_OUTSIDE, by, link), share=share),)
+    return ()
+
+
+NOTED_BIAS = 0.005
+"""Share by which readings differ in sum from the force before a note states it."""
+
+
+def bent_skin_notes(felt: float, force: float, by: str, link: str) -> tuple[ContactNote, ...]:
+    """Return the note about a contact whose readings sum to ``felt`` under ``force`` [N]; empty where they agree."""
+    if abs(felt - force) <= NOTED_BIAS * force:
+        return ()
+    return (replace(load_note(ContactNoteKind.BENT_SKIN, by, link), ratio=felt / force if force > 0 else math.inf),)
+
+
+def contact_note_text(note: ContactNote) -> str:
+    """What a person reads of it, and what to do where something can be done."""
+    link = note.bodies[-1] if note.bodies else "something"
+    by = note.bodies[0] if len(note.bodies) > 1 else "something"
+    match note.kind:
+        case ContactNoteKind.CONVEX_HULL:
+            away = "" if note.depth is None else f", up to {1e3 * note.depth:.2g} mm from its surface"
+            return f"{link} collides as its convex hull{away}"
+        case ContactNoteKind.UNSTABLE:
+            return f"{' and '.join(note.bodies)} may be unstable{_stiffness_advice(note)}"
+        case ContactNoteKind.OUTSIDE_SKIN:
+            return f"{by} presses {link} outside its skin: no reading"
+        case ContactNoteKind.PARTLY_OUTSIDE:
+            share = "part" if note.share is None else f"{100 * note.share:.0f} %"
+            return f"{by} presses {link} across the edge of its skin: {share} of the force is not read"
+        case ContactNoteKind.BELOW_THRESHOLD:
+            return _below_threshold_text(note, " and ".join(note.bodies[:-1]) or "something", link)
+        case ContactNoteKind.SKIN_EDGE:
+            return f"{by} presses the edge of the skin on {link}: one point bears all of it"
+        case ContactNoteKind.BENT_SKIN:
+            ratio = "another sum than" if note.ratio is None else f"{note.ratio:.3f} of"
+            return f"{by} presses {link} where the skin bends: the readings sum to {ratio} the force"
+        case ContactNoteKind.MOMENT_IGNORED:
+            return f"{by} presses {link} beside the points under it: only its force is kept"
+        case ContactNoteKind.UNSTABLE_SERVO:
+            most = "" if note.max_timestep is None else f" at most {1e3 * note.max_timestep:.2g} ms, or"
+            return f"the servo of {link} may be unstable: use{most} the integrator implicitfast or discrete"
+        case ContactNoteKind.DEEP:
+            depth = "" if note.depth is None else f": {1e3 * note.depth:.3g} mm"
+            return f"{by} is deep in {link}{depth}; use a stiffer cover, a lighter body or a smaller force"
+        case ContactNoteKind.HARD:
+            force = "" if note.force is None else f" with {1e-3 * note.force:.3g} kN"
+            return f"{by} presses {link} very hard{force}; use a softer cover, a lighter body or a smaller force"
+        case ContactNoteKind.BRIEF:
+            return f"{by} touched {link} for less than a tick: no reading; use a shorter tick"
+        case ContactNoteKind.BLIND_AREA:
+            area = "" if note.area is None else f", {1e4 * note.area:.3g} cm²"
+            return f"{link} is blind at {by}{area}: they are broken and have too few working neighbours"
+        case _:
+            assert_never(note.kind)
+
+
+def _below_threshold_text(note: ContactNote, by: str, link: str) -> str:
+    if note.force is None or note.pressure is None or note.threshold is None:
+        return f"{by} presses {link} below the threshold of its taxels: no contact is reported"
+    return (
+        f"{by} presses {link} with {note.force:.3g} N, but with at most {1e-3 * note.pressure:.2g} kPa: below the "
+        f"threshold of {1e-3 * note.threshold:.3g} kPa, so no contact is reported"
+    )
+
+
+def _stiffness_advice(note: ContactNote) -> str:
+    if note.stiffness is None or note.max_stiffness is None or note.max_timestep is None:
+        return ""
+    return (
+        f": {note.stiffness:.3g} N/m is too stiff for the time step; use at most {note.max_stiffness:.2g} N/m or "
+        f"{1e3 * note.max_timestep:.2g} ms, or the integrator discrete"
+    )

@@ -1,0 +1,55 @@
+"""What the skin's cover is made of, and how stiff that makes it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from tactile_maps.core.errors import SimulationError
+
+
+@dataclass(frozen=True)
+class ElasticLayer:
+    """The soft cover on the rigid shell of a link.
+
+    Attributes:
+        stiffness: Of one contact with a body [N/m]; what the physics' contacts measure, on any posture.
+        modulus: Young's, of the material [Pa].
+        poisson: Its Poisson ratio, below 0.5: a foam compresses; a layer that cannot is no foundation of springs.
+        thickness: Of the layer that yields [m].
+        depth: Of the taxels' sensing plane below the outer surface [m].
+        friction: Coulomb coefficient against skin, links and objects that state none.
+
+    Raises:
+        SimulationError: A number is out of its range.
+    """
+
+    stiffness: float = 2e4
+    modulus: float = 1e5
+    poisson: float = 0.25
+    thickness: float = 0.004
+    depth: float = 0.002
+    friction: float = 0.5
+
+    def __post_init__(self) -> None:
+        ranges = (("stiffness", 1.0, 1e8), ("modulus", 1e2, 1e10), ("poisson", 0.0, 0.49), ("thickness", 1e-5, 0.1),
+                  ("depth", 1e-5, 0.1), ("friction", 0.0, 5.0))  # fmt: skip
+        for name, low, high in ranges:
+            value = getattr(self, name)
+            if not (math.isfinite(value) and low <= value <= high):
+                raise SimulationError(
+                    f"the {name} of the layer is out of range",
+                    place=f"layer.{name}",
+                    value=value,
+                    remedy=f"Choose {low:g} to {high:g}",
+                )
+
+    @property
+    def foundation(self) -> float:
+        """Stiffness per area of the layer as a bed of springs [Pa/m].
+
+        K = E (1 - nu) / ((1 + nu) (1 - 2 nu) h), a thin layer bonded to a rigid shell (Johnson, Contact Mechanics, 4.3
+        and 5.8). The default, a foam of 0.1 MPa and 4 mm, gives 3e7 Pa/m.
+        """
+        nu = self.poisson
+        return self.modulus * (1 - nu) / ((1 + nu) * (1 - 2 * nu) * self.thickness)

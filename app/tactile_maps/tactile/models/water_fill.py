@@ -1,0 +1,120 @@
+"""Water-fill: the solver's force spread over the skin under the body, exact in force, whatever the contact's stiffness.
+
+The skin is a bed of springs under each quadrature point (a Winkler foundation). A body pressed with force F sinks in
+until the bed carries F: find the depth d with  sum K A_i max(0, d - g_i) = F,  where g_i is how much farther from the
+body point i is than the closest one: like filling a basin with water, exact in a few steps. It uses the force, not a
+penetration, so it is never blind where hull and skin differ, and cannot go unstable.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from tactile_maps.core.arrays import FloatArray, IntArray, dot
+from tactile_maps.skin.model.skin import Skin
+from tactile_maps.tactile.mechanics.broadphase import LinkBroadphase, NearbyPoints, link_broadphases
+from tactile_maps.tactile.mechanics.contact_notes import ContactNote, ContactNoteKind, border_notes, load_note
+from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
+from tactile_maps.tactile.mechanics.loads import Load
+from tactile_maps.tactile.mechanics.receptive_field import ReceptiveField, cell_field
+from tactile_maps.tactile.mechanics.winkler import winkler_level
+
+
+class WaterFillModel:
+    """Pressures on all taxels from what presses them. Built once for a skin.
+
+    Force is conserved: with whole cells as receptive fields the sum of pressure times area is the sum of the loads'
+    forces to rounding. What presses beside the skin is not felt, and said in ``notes``: next to the skin the bare
+    surface of the link bears its share of a load, where the skin has ``bare_points``.
+    Lost: shear, and the moment of the force about the contact (see ``punch``).
+
+    Error: see ``stated_errors``.
+
+    Cost: 10 µs a ball with 1,000 taxels on an arm and 12 µs with 10,000, three to four bare steps of that arm; 11 and
+    14 µs while it slides at 5 cm/s, with a search of 0.05 ms now and then. A box 35 to 75 µs, a mesh 0.1 to 0.5 ms.
+
+    Args:
+        skin: The skin.
+        stiffness: Of the foundation [Pa/m].
+        field: What each taxel feels; its whole cell by default.
+    """
+
+    def __init__(
+        self, skin: Skin, *, stiffness: float = ElasticLayer().foundation, field: ReceptiveField | None = None
+    ) -> None:
+        self.notes: tuple[ContactNote, ...] = ()
+        self._count, self._stiffness = len(skin), stiffness
+        self._field = cell_field(skin) if field is None else field
+        self._beds = link_broadphases(skin)
+
+    def pressures(self, loads: Sequence[Load]) -> FloatArray:
+        """(taxels,) mean pressure that each taxel feels [Pa]; loads add up."""
+        pressures, self.notes = np.zeros(self._count), ()
+        for load in loads:
+            if load.force > 0 and (bed := self._beds.get(load.link)) is not None:
+                self._press(bed, load, pressures)
+        return pressures
+
+    def _press(self, bed: LinkBroadphase, load: Load, pressures: FloatArray) -> None:
+        under = bed.near(load)
+        if under is None:
+            self._press_edge(bed, load, pressures)
+            return
+        points, forces, level = distribute_force(under, load.force, self._stiffness)
+        if (
+            level > under.search_radius
+        ):  # fewer points let the water rise higher: up to this level it will not rise again
+            under = bed.near(load, upto=level) or under
+            points, forces, _ = distribute_force(under, load.force, self._stiffness)
+        self._read(bed, load, pressures, points, forces, bare=under.bare)
+
+    def _press_edge(self, bed: LinkBroadphase, load: Load, pressures: FloatArray) -> None:
+        """No point faces the body: the one closest to it bears all."""
+        point = bed.nearest(load)
+        if point is None or point >= bed.read:
+            self.notes += (load_note(ContactNoteKind.OUTSIDE_SKIN, load.by, load.link),)
+        else:
+            self.notes += (load_note(ContactNoteKind.SKIN_EDGE, load.by, load.link),)
+            self._field.add(pressures, np.array([point]), np.array([load.force]))
+
+    def _read(
+        self,
+        bed: LinkBroadphase,
+        load: Load,
+        pressures: FloatArray,
+        points: IntArray,
+        forces: FloatArray,
+        *,
+        bare: bool,
+    ) -> None:
+        """Add what taxels feel of ``forces`` (k,) [N] on ``points`` (k,), and note the share of bare points, if any."""
+        if bare:
+            read = points < bed.read
+            outside = float(forces[~read].sum())
+            self.notes += border_notes(outside / load.force if read.any() else 1.0, load.by, load.link)
+            points, forces = points[read], forces[read]
+        self._field.add(pressures, points, forces)
+
+
+def distribute_force(under: NearbyPoints, force: float, stiffness: float) -> tuple[IntArray, FloatArray, float]:
+    """Fill water between the skin and the body.
+
+    Args:
+        under: The points and their distances from the body, at least one not inf.
+        force: [N], > 0.
+        stiffness: Of the foundation [Pa/m].
+
+    Returns:
+        Points under water (k,), the force on each (k,) [N], and the level as a distance from the body [m].
+    """
+    wet = winkler_level(under.distances, under.areas, force / stiffness, guess=under.guess)
+    forces = wet.level - wet.floors
+    total = dot(forces, wet.areas)
+    if total > 0:
+        forces *= wet.areas
+        forces *= force / total
+    else:  # a force so small that its volume rounds to nothing: the first point touched bears it
+        forces[0] = force
+    return under.points.take(wet.points), forces, wet.level

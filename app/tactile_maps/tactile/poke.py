@@ -1,0 +1,89 @@
+"""Pokes: a compliant finger pressed on the skin, as data. What a finger did is recorded as these inputs."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from tactile_maps.core.arrays import FloatArray, freeze_arrays
+from tactile_maps.core.errors import SimulationError
+from tactile_maps.geometry.surface.mesh import SurfacePoint
+
+
+@dataclass(frozen=True)
+class Finger:
+    """A frictionless spherical fingertip on a spring.
+
+    Attributes:
+        stiffness: Spring from the world-fixed fingertip to the skin [N/m], > 0.
+        radius: Of the fingertip [m], > 0.
+        max_force: The spring never pushes harder [N]; the finger stops advancing there.
+        speed: How fast the fingertip advances into the skin while held [m/s], >= 0.
+    """
+
+    stiffness: float = 1000.0
+    radius: float = 0.008
+    max_force: float = 20.0
+    speed: float = 0.012
+
+    def __post_init__(self) -> None:
+        for name, lowest in (("stiffness", 1e-3), ("radius", 1e-4), ("max_force", 0.0), ("speed", 0.0)):
+            value = getattr(self, name)
+            if not (math.isfinite(value) and value >= lowest):
+                raise SimulationError(
+                    "there is no such finger",
+                    place=f"finger {name}",
+                    value=value,
+                    remedy=f"Choose a number of at least {lowest:g}",
+                )
+
+
+@dataclass(frozen=True)
+class PokePressed:
+    """A finger ``id`` touches the skin at ``at`` and starts to press."""
+
+    id: int
+    at: SurfacePoint
+    finger: Finger = Finger()
+
+
+@dataclass(frozen=True)
+class PokeMoved:
+    """Finger ``id`` strokes to ``at`` and keeps its depth."""
+
+    id: int
+    at: SurfacePoint
+
+
+@dataclass(frozen=True)
+class PokeReleased:
+    """Finger ``id`` leaves the skin."""
+
+    id: int
+
+
+PokeInput = PokePressed | PokeMoved | PokeReleased
+
+
+@dataclass(frozen=True, eq=False)
+class PokeState:
+    """One finger at one instant.
+
+    Attributes:
+        id: Which finger.
+        at: Where it touches.
+        force: Along the skin's inward normal [N], >= 0.
+        world_position: (3,) touched point [m], world frame.
+        world_normal: (3,) outward skin normal, world frame.
+        radius: Of the fingertip [m].
+    """
+
+    id: int
+    at: SurfacePoint
+    force: float
+    world_position: FloatArray
+    world_normal: FloatArray
+    radius: float
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, "world_position", "world_normal")

@@ -1,0 +1,1 @@
+"""Effects of a sensor between true pressure and reading."""

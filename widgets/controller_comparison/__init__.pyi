@@ -1,5 +1,0 @@
-from .comparison_view import ComparisonView
-
-__all__ = [
-    "ComparisonView",
-]

@@ -1,6 +1,0 @@
-from .registry import LAYERS, LayerSpec
-
-__all__ = [
-    "LAYERS",
-    "LayerSpec",
-]

@@ -1,3 +1,0 @@
-from .map_view import MapView
-
-__all__ = ["MapView"]

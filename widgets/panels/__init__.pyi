@@ -1,5 +1,0 @@
-from .panel_column import PanelColumn
-
-__all__ = [
-    "PanelColumn",
-]

@@ -1,1 +1,0 @@
-"""Panels of what is simulated and what it costs: effects, accuracy against time, timing."""

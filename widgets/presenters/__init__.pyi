@@ -1,6 +1,0 @@
-from .composition import Presenters, build
-
-__all__ = [
-    "Presenters",
-    "build",
-]

@@ -1,5 +1,0 @@
-from .robot_view import RobotView
-
-__all__ = [
-    "RobotView",
-]

@@ -1,0 +1,145 @@
+"""The program ``tactile-maps``: the command line, with the commands that open a window or draw one."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import sys
+from collections.abc import Sequence
+
+from tactile_maps.cli.main import run_command
+from tactile_maps.cli.shared.output import print_fields, print_json, print_warning, progress_line
+from tactile_maps.core.errors import DisplayError, UsageError
+from tactile_maps.recording.file.damage import damage_text
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the command line; the exit code is returned."""
+    words = list(sys.argv[1:] if argv is None else argv)
+    return run_command(words, windows={"gui": _gui, "guide": _guide, "screenshot": _screenshot, "film": _film})
+
+
+def main_gui() -> int:
+    """The window, for a desktop's launcher."""
+    return main(["gui", *sys.argv[1:]])
+
+
+def _gui(arguments: argparse.Namespace) -> int:
+    from tactile_widgets.window.display import require_display
+
+    require_display()  # before the scene and the window are imported, which takes seconds
+    from tactile_maps.cli.shared.scenes import scene_from_arguments
+    from tactile_widgets.common.file_types import FileRole, role_of
+    from tactile_widgets.window.application import launch
+
+    file = getattr(arguments, "file", None)
+    role = None if file is None else role_of(file)
+    if role in (FileRole.RECORDING, FileRole.MAP):
+        return launch(scene_from_arguments(arguments), then=file)
+    if role is not None:
+        if getattr(arguments, role.value, None) is not None:
+            problem, remedy = f"a {role.value} is named twice", f"Give FILE or --{role.value}"
+            raise UsageError(problem, file=file, value=getattr(arguments, role.value), remedy=remedy)
+        setattr(arguments, role.value, file)
+    return launch(scene_from_arguments(arguments))
+
+
+def _guide(arguments: argparse.Namespace) -> int:
+    from tactile_maps.cli.commands.guide import execute, find_page
+
+    page = find_page(arguments.page)
+    if arguments.json:
+        return execute(arguments)
+    from tactile_widgets.window.display import require_display
+
+    try:
+        require_display()
+    except DisplayError:
+        return execute(arguments)
+    from tactile_widgets.window.application import show_guide
+
+    return show_guide(page)
+
+
+def _screenshot(arguments: argparse.Namespace) -> int:
+    if arguments.figure is not None:
+        return _figure(arguments)
+    from tactile_maps.cli.shared.scenes import scene_from_arguments
+    from tactile_widgets.window.application import screenshot
+
+    report = progress_line()
+    screenshot(
+        scene_from_arguments(arguments),
+        arguments.output,
+        at=arguments.at,
+        theme=arguments.theme,
+        size=arguments.size,
+        progress=report,
+    )
+    report("", 1.0)
+    width, height = arguments.size
+    if arguments.json:
+        print_json({"file": arguments.output, "width": width, "height": height, "at_s": arguments.at})
+    else:
+        print_fields({"Written to": arguments.output, "Size": f"{width} x {height}"})
+    return 0
+
+
+def _figure(arguments: argparse.Namespace) -> int:
+    from tactile_maps.cli.shared.scenes import scene_from_arguments
+    from tactile_widgets.window.application import figure
+
+    report, (width, height) = progress_line(), arguments.mm
+    figure(
+        scene_from_arguments(arguments),
+        arguments.output,
+        part=arguments.figure,
+        at=arguments.at,
+        size=arguments.mm,
+        dpi=arguments.dpi,
+        colours=arguments.colours,
+        progress=report,
+    )
+    report("", 1.0)
+    if arguments.json:
+        facts = {"file": arguments.output, "width_mm": width, "height_mm": height, "dpi": arguments.dpi}
+        print_json(facts | {"at_s": arguments.at})
+    else:
+        print_fields({"Written to": arguments.output, "Size": f"{width:g} x {height:g} mm, {arguments.dpi} dpi"})
+    return 0
+
+
+def _film(arguments: argparse.Namespace) -> int:
+    from tactile_widgets.dialogs.figures.view_film import film_recording
+
+    report = progress_line()
+    asked = arguments.first is not None or arguments.last is not None
+    span = (arguments.first or 0.0, math.inf if arguments.last is None else arguments.last) if asked else None
+    try:
+        player = film_recording(
+            arguments.input,
+            arguments.output,
+            size=arguments.size,
+            rate=arguments.rate,
+            theme=arguments.theme,
+            span=span,
+            overwrite=arguments.overwrite,
+            progress=report,
+        )
+    finally:
+        report("", 1.0)
+    for one in player.damage:
+        print_warning(damage_text(one, player.prepared.scene.tick))
+    width, height = arguments.size
+    seconds = player.duration if span is None else min(span[1], player.duration) - span[0]
+    if arguments.json:
+        facts = {"file": arguments.output, "width": width, "height": height, "seconds": seconds}
+        print_json(facts | {"rate": arguments.rate, "complete": player.complete})
+    else:
+        size = f"{width} x {height}, {arguments.rate:g} pictures a second"
+        print_fields({"Written to": arguments.output, "Size": size, "Duration": f"{seconds:.2f} s"})
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

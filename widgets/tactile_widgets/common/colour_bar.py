@@ -1,0 +1,228 @@
+"""The scale between the two views: what a colour means in kPa (or counts), how hard is felt now, and where it ends."""
+
+from __future__ import annotations
+
+import numpy as np
+from PySide6.QtCore import QEvent, QPointF, QRectF, QSize, Qt, Signal
+from PySide6.QtGui import (
+    QAction,
+    QActionGroup,
+    QColor,
+    QContextMenuEvent,
+    QFont,
+    QFontMetricsF,
+    QImage,
+    QKeyEvent,
+    QMouseEvent,
+    QPainter,
+    QPaintEvent,
+    QPen,
+    QPolygonF,
+)
+from PySide6.QtWidgets import QDoubleSpinBox, QMenu, QWidget
+
+from tactile_maps.core.reading_units import ReadingUnits
+from tactile_widgets.common.colours import PressureScale, Theme
+
+MAXIMA = (2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0)
+"""The ends on offer [kPa]."""
+LOWEST, HIGHEST = 0.1, 10_000.0
+WIDTH, BAR_LEFT, BAR_WIDTH, TOP, BOTTOM = 72, 26.0, 12.0, 34.0, 24.0
+
+
+class ColourBar(QWidget):
+    """A slim vertical bar. Double-click, Space, the context menu or Up and Down choose where the scale ends."""
+
+    maximum_changed = Signal(float)
+    """The user chose another end of the scale [kPa]; nothing changes here until ``set_scale``."""
+
+    def __init__(self, theme: Theme, scale: PressureScale, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._theme, self._scale, self._peak = theme, scale, 0.0
+        self._units = ReadingUnits.CALIBRATED
+        self.setObjectName("colour-bar")
+        self.setAccessibleName("Pressure scale")
+        self.setToolTip("Colour scale of pressure in both views. Double-click to set its maximum.")
+        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        self.setFixedWidth(WIDTH)
+        self.setMinimumHeight(160)
+        self._editor = QDoubleSpinBox(self)
+        self._editor.setObjectName("colour-bar-maximum")
+        self._editor.setAccessibleName("Maximum of the pressure scale")
+        self._editor.setRange(LOWEST, HIGHEST)
+        self._editor.setDecimals(1)
+        self._editor.setButtonSymbols(QDoubleSpinBox.ButtonSymbols.NoButtons)
+        self._editor.setGeometry(4, 4, WIDTH - 8, 26)
+        self._editor.editingFinished.connect(self._on_editor_finished)
+        self._editor.hide()
+        self.set_scale(scale)
+
+    def sizeHint(self) -> QSize:
+        """Qt: slim and as tall as there is room."""
+        return QSize(WIDTH, 400)
+
+    def set_theme(self, theme: Theme) -> None:
+        """Take another theme."""
+        self._theme = theme
+        self.update()
+
+    def set_scale(self, scale: PressureScale) -> None:
+        """Show another scale."""
+        self._scale = scale
+        self._gradient = np.ascontiguousarray(scale.lut[::-1, None])
+        self._describe()
+
+    def set_units(self, units: ReadingUnits) -> None:
+        """What the readings that are shown may be called from now on."""
+        if units is not self._units:
+            self._units = units
+            self._describe()
+
+    @property
+    def title(self) -> str:
+        """What it says beside itself, like "Pressure (kPa)"."""
+        return self._units.title
+
+    def _describe(self) -> None:
+        self.setAccessibleDescription(f"From 0 to {self._scale.maximum:g} {self._units.unit}")
+        self.update()
+
+    def set_peak(self, kilopascals: float) -> None:
+        """Mark the highest pressure felt now [kPa]; beyond the scale's end the bar says so."""
+        if kilopascals != self._peak:
+            self._peak = kilopascals
+            self.update()
+
+    def y_of(self, kilopascals: float) -> float:
+        """Where a pressure lies on the bar [px]."""
+        return TOP + (1 - kilopascals / self._scale.maximum) * self._length
+
+    @property
+    def _length(self) -> float:
+        return self.height() - TOP - BOTTOM
+
+    def build_menu(self) -> QMenu:
+        """The context menu: round ends, and any other."""
+        menu = QMenu(self)
+        group = QActionGroup(menu)
+        for maximum in MAXIMA:
+            action = QAction(f"0 to {maximum:g}\u202f{self._units.unit}", group)
+            action.setCheckable(True)
+            action.setChecked(maximum == self._scale.maximum)
+            action.setData(maximum)
+            menu.addAction(action)
+        group.triggered.connect(self._on_menu_triggered)
+        menu.addSeparator()
+        menu.addAction("Other…").triggered.connect(self.edit)
+        return menu
+
+    def edit(self) -> None:
+        """Let the user type the scale's end."""
+        self._editor.setValue(self._scale.maximum)
+        self._editor.show()
+        self._editor.setFocus()
+        self._editor.selectAll()
+
+    def _on_menu_triggered(self, action: QAction) -> None:
+        self.maximum_changed.emit(float(action.data()))
+
+    def _on_editor_finished(self) -> None:
+        if self._editor.isVisible():
+            self._editor.hide()
+            self.setFocus()
+            if self._editor.value() != self._scale.maximum:
+                self.maximum_changed.emit(self._editor.value())
+
+    def contextMenuEvent(self, event: QContextMenuEvent) -> None:
+        """Qt: offer round ends."""
+        menu = self.build_menu()
+        menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        menu.popup(event.globalPos())
+
+    def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
+        """Qt: type the end."""
+        self.edit()
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Qt: Up and Down go to the next round end, Space types one, Escape gives up typing."""
+        key, now = Qt.Key(event.key()), self._scale.maximum
+        if key == Qt.Key.Key_Space:
+            self.edit()
+        elif key == Qt.Key.Key_Escape and self._editor.isVisible():
+            self._editor.setValue(now)
+            self._on_editor_finished()
+        elif key == Qt.Key.Key_Up and now < MAXIMA[-1]:
+            self.maximum_changed.emit(next(maximum for maximum in MAXIMA if maximum > now))
+        elif key == Qt.Key.Key_Down and now > MAXIMA[0]:
+            self.maximum_changed.emit(next(maximum for maximum in reversed(MAXIMA) if maximum < now))
+        else:
+            super().keyPressEvent(event)
+
+    def changeEvent(self, event: QEvent) -> None:
+        """Qt: a new font or palette shows at once."""
+        super().changeEvent(event)
+        self.update()
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Qt: draw label, bar, ticks and the present peak."""
+        painter = QPainter(self)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        painter.fillRect(self.rect(), QColor(self._theme.window))
+        font = QFont(self.font())
+        font.setPixelSize(11)
+        painter.setFont(font)
+        self._paint_bar(painter)
+        self._paint_ticks(painter)
+        self._paint_label(painter)
+        self._paint_peak(painter)
+        painter.end()
+
+    def _paint_bar(self, painter: QPainter) -> None:
+        count = len(self._gradient)
+        image = QImage(self._gradient.data, 1, count, 4, QImage.Format.Format_RGB32)
+        box = QRectF(BAR_LEFT, TOP, BAR_WIDTH, self._length)
+        painter.drawImage(box, image)
+        painter.setPen(QPen(QColor(self._theme.line), 1))
+        painter.drawRect(box)
+
+    def _paint_ticks(self, painter: QPainter) -> None:
+        metrics, left = QFontMetricsF(painter.font()), BAR_LEFT + BAR_WIDTH
+        for value in ticks(self._scale.maximum, most=max(2, int(self._length / 48))):
+            y = self.y_of(value)
+            painter.setPen(QColor(self._theme.quiet))
+            painter.drawLine(QPointF(left + 1, y), QPointF(left + 5, y))
+            painter.drawText(QPointF(left + 8, y + metrics.capHeight() / 2), f"{value:g}")
+
+    def _paint_label(self, painter: QPainter) -> None:
+        painter.save()
+        painter.translate(BAR_LEFT - 9, TOP + self._length / 2)
+        painter.rotate(-90)
+        painter.setPen(QColor(self._theme.quiet))
+        painter.drawText(QRectF(-80, -14, 160, 16), Qt.AlignmentFlag.AlignCenter, self.title)
+        painter.restore()
+
+    def _paint_peak(self, painter: QPainter) -> None:
+        if self._peak <= 0:
+            return
+        beyond = self._peak > self._scale.maximum
+        painter.setPen(Qt.PenStyle.NoPen)
+        painter.setBrush(QColor(self._theme.fault if beyond else self._theme.text))
+        middle = BAR_LEFT + BAR_WIDTH / 2
+        if not beyond:
+            y = self.y_of(self._peak)
+            painter.drawPolygon(
+                QPolygonF([QPointF(BAR_LEFT, y), QPointF(BAR_LEFT - 7, y - 4), QPointF(BAR_LEFT - 7, y + 4)])
+            )
+            return
+        painter.drawPolygon(
+            QPolygonF([QPointF(middle, TOP - 10), QPointF(middle - 6, TOP - 3), QPointF(middle + 6, TOP - 3)])
+        )
+        painter.setPen(QColor(self._theme.text))
+        painter.drawText(QRectF(0, 4, WIDTH, 18), Qt.AlignmentFlag.AlignCenter, f"{self._peak:.0f}")
+
+
+def ticks(maximum: float, *, most: int) -> list[float]:
+    """Zero and round values up to ``maximum``, in at most ``most`` equal steps of 1, 2 or 5 times a power of ten."""
+    power = 10.0 ** np.floor(np.log10(maximum / most))
+    step = float(next(power * factor for factor in (1, 2, 5, 10) if maximum / (power * factor) <= most + 1e-9))
+    return [round(index * step, 9) for index in range(int(maximum / step + 1e-9) + 1)]

@@ -1,0 +1,222 @@
+"""The controller's settings for a person: labels and tool tips of tasks and paths, ranges of all gains.
+
+``ControllerSliders`` shows those settings that the chosen controller and task use; ``GainsByController`` (no Qt)
+remembers each controller's own gains while another one is tried, and where they began. Used by the controller panel,
+the menus and the comparison of controllers.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import replace
+from functools import partial
+from typing import Any, NamedTuple
+
+from PySide6.QtCore import Signal
+from PySide6.QtWidgets import QVBoxLayout, QWidget
+
+from tactile_maps.control.controller_registry import CONTROLLERS, effective_settings
+from tactile_maps.control.motion.command import ControlSettings
+from tactile_widgets.common.panel import LabelledSlider
+
+CONTROLLER_SCENES = {
+    "impedance": "arm",
+    "hold_force": "poke",
+    "admittance": "poke",
+    "hybrid": "follow_path",
+    "parallel": "follow_path",
+    "projection": "follow_path",
+    "priority": "crowded",
+    "qp": "crowded",
+}
+"""The scene that shows best what a controller does differently."""
+SETTING_CHOICES = {
+    "task": (
+        "Task",
+        {
+            "keep_force": "Keep force",
+            "hold_point": "Hold contact position",
+            "follow_path": "Follow path",
+            "balance": "Balance contact forces",
+            "retreat": "Retreat from touch",
+            "guide": "Hand guiding",
+        },
+    ),
+    "path_kind": (
+        "Path shape",
+        {"polyline": "Polyline", "spline": "Spline", "lemniscate": "Figure of eight", "raster": "Raster"},
+    ),
+    "gains": (
+        "Gain limits for sensor rate and delay",
+        {"limited": "Limit gains for sensor rate and delay", "as_given": "Unlimited gains"},
+    ),
+    "jacobian": (
+        "Jacobian of the map",
+        {
+            "smoothed": "Smoothed Jacobian (2-ring)",
+            "raw": "Exact per-triangle Jacobian",
+            "isometric": "Isometric (map distortion ignored)",
+        },
+    ),
+}
+"""Tool tip, and words by value, of each setting that is chosen from a list."""
+
+RESTART_LABELS = {"follow_path": "Restart path", "hold_point": "Hold current position"}
+"""What starting a task afresh does, by the tasks that remember a place."""
+
+
+class SliderSpec(NamedTuple):
+    """A slider: its text, unit, range and step as shown, shown units per SI unit, and tool tip."""
+
+    text: str
+    unit: str
+    low: float
+    high: float
+    step: float
+    scale: float
+    tip: str
+
+
+SLIDERS = {
+    "stiffness": SliderSpec(
+        "Natural frequency",
+        "rad/s",
+        1.0,
+        30.0,
+        0.5,
+        1.0,
+        "Natural frequency of each joint about its home; higher is stiffer",
+    ),
+    "damping_ratio": SliderSpec("Damping ratio", "", 0.1, 2.0, 0.05, 1.0, "1 returns without overshoot"),
+    "force_goal": SliderSpec("Force goal", "N", 0.0, 15.0, 0.5, 1.0, "Contact force to keep; 0 only retreats"),
+    "force_gain": SliderSpec(
+        "Force gain",
+        "mm/s per N",
+        1.0,
+        40.0,
+        1.0,
+        1e3,
+        "Approach or retreat speed per newton of force error",
+    ),
+    "integral_time": SliderSpec(
+        "Integral time", "s", 0.05, 2.0, 0.05, 1.0, "Shorter removes steady-state errors faster, and overshoots more"
+    ),
+    "position_gain": SliderSpec(
+        "Position gain", "1/s", 0.0, 12.0, 0.5, 1.0, "Speed on the map per metre of position error"
+    ),
+    "inertia_time": SliderSpec(
+        "Inertia", "ms", 0.0, 300.0, 10.0, 1e3, "Time constant of the virtual mass: longer reacts more slowly"
+    ),
+    "path_speed": SliderSpec("Path speed", "mm/s", 0.0, 60.0, 1.0, 1e3, "Speed along the path on the map"),
+    "path_size": SliderSpec(
+        "Path size",
+        "mm",
+        10.0,
+        100.0,
+        5.0,
+        1e3,
+        "Size of the default path around the first contact, used when none is drawn",
+    ),
+    "max_force": SliderSpec("Force limit", "N", 5.0, 100.0, 5.0, 1.0, "Contact force above which the arm stops"),
+}
+"""By setting, in the order shown."""
+
+
+GAIN_SETTINGS = (
+    "stiffness", "damping_ratio", "force_gain", "integral_time", "position_gain", "gains", "inertia_time", "jacobian",
+)  # fmt: skip
+"""Settings that say how a controller works; the others say what it is to do."""
+
+
+class GainsByController:
+    """Gains by controller. Mutable: ``switched`` and ``begin``.
+
+    Attributes:
+        defaults: Where gains began, and go back to.
+    """
+
+    def __init__(self) -> None:
+        self.begin(ControlSettings())
+
+    def begin(self, defaults: ControlSettings) -> None:
+        """Another scene: forget the gains of the one before."""
+        self.defaults = defaults
+        self._known: dict[str, dict[str, Any]] = {}
+
+    def switched(self, settings: ControlSettings, controller: str) -> ControlSettings:
+        """The settings with another controller: with the gains it had when it was last in force, else with those of
+        now.
+        """
+        self._known[settings.controller] = {name: getattr(settings, name) for name in GAIN_SETTINGS}
+        return replace(settings, controller=controller, **self._known.get(controller, {}))
+
+    def reset(self, settings: ControlSettings) -> ControlSettings:
+        """The settings with all gains where they began."""
+        began: dict[str, Any] = {name: getattr(self.defaults, name) for name in GAIN_SETTINGS}
+        return replace(settings, **began)
+
+
+def settings_by_controller(settings: ControlSettings) -> dict[str, frozenset[str]]:
+    """The names of the settings that make a difference to each controller, with the task and path of ``settings``."""
+    return {c: effective_settings(replace(settings, controller=c)) for c in CONTROLLERS}
+
+
+class ControllerSliders(QWidget):
+    """Emits settings as a user turns them; a double-click on a name puts that one back to where it began.
+
+    Args:
+        names: Of ``SLIDERS``, in the order shown.
+        parent: Qt parent.
+    """
+
+    settings_edited = Signal(object)
+    """ControlSettings wanted."""
+
+    def __init__(self, names: Iterable[str] = SLIDERS, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._settings = self._defaults = ControlSettings()
+        self.by_name: dict[str, LabelledSlider] = {}
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(8)
+        for name in names:
+            spec = SLIDERS[name]
+            slider = LabelledSlider(spec.text, spec.unit, spec.low, spec.high, spec.step, spec.tip, self)
+            slider.setObjectName(f"gain-{name}")
+            slider.value_changed.connect(partial(self._on_value_changed, name))
+            slider.default_wanted.connect(partial(self._on_default_wanted, name))
+            self.by_name[name] = slider
+            column.addWidget(slider)
+        column.addStretch(1)
+        self._heights = max(slider.sizeHint().height() for slider in self.by_name.values()) + column.spacing()
+        self.set_defaults(self._defaults)
+
+    def set_defaults(self, defaults: ControlSettings) -> None:
+        """Where the numbers began."""
+        self._defaults = defaults
+        for name, slider in self.by_name.items():
+            spec = SLIDERS[name]
+            slider.set_default_tip(f"{getattr(defaults, name) * spec.scale:.4g}\u202f{spec.unit}".strip())
+
+    def show_settings(self, settings: ControlSettings) -> None:
+        """Show the settings in force."""
+        self._settings, names = settings, effective_settings(settings)
+        for name, slider in self.by_name.items():
+            slider.set_value(getattr(settings, name) * SLIDERS[name].scale)
+            slider.setVisible(name in names)
+        self.setMinimumHeight(self._most(settings) * self._heights)
+
+    def _most(self, settings: ControlSettings) -> int:
+        """How many any controller has for this task: so much room is kept that choosing another moves nothing."""
+        of_each = (effective_settings(replace(settings, controller=c)) for c in CONTROLLERS)
+        return max(len(names & self.by_name.keys()) for names in of_each)
+
+    def _on_value_changed(self, name: str, value: float) -> None:
+        self._edit(name, value / SLIDERS[name].scale)
+
+    def _on_default_wanted(self, name: str) -> None:
+        self._edit(name, getattr(self._defaults, name))
+
+    def _edit(self, name: str, value: float) -> None:
+        changed: dict[str, Any] = {name: value}
+        self.settings_edited.emit(replace(self._settings, **changed))

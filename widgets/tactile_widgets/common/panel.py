@@ -1,0 +1,413 @@
+"""What all panels are made of: the base class, its collapsible heading, sliders, combo boxes and value labels.
+
+A panel is a heading that folds a column of content; groups are told apart by space, not by frames. ``FlatComboBox`` is
+a combo box for a column of many: words and a chevron, with a frame only under the pointer or the keyboard focus.
+"""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QPoint, QPointF, QRectF, QSize, Qt, QTimer, Signal
+from PySide6.QtGui import (
+    QContextMenuEvent,
+    QFont,
+    QKeySequence,
+    QMouseEvent,
+    QPainter,
+    QPaintEvent,
+    QPalette,
+    QPen,
+    QPolygonF,
+    QShortcut,
+)
+from PySide6.QtWidgets import (
+    QAbstractButton,
+    QComboBox,
+    QGridLayout,
+    QHBoxLayout,
+    QLabel,
+    QMenu,
+    QSizePolicy,
+    QSlider,
+    QToolButton,
+    QVBoxLayout,
+    QWidget,
+)
+
+from tactile_maps.session.frame import Frame
+from tactile_maps.session.prepare import PreparedScene
+from tactile_widgets.common.colours import Theme
+from tactile_widgets.common.number_field import NumberField
+from tactile_widgets.common.wheel_guard import guard_wheel
+
+_HEADING_CHEVRON = 4.0
+"""Half its width [px]."""
+_HELP_PX = 20
+"""Of the button that opens the guide [px]."""
+
+
+class CollapsibleHeading(QAbstractButton):
+    """Bold words and a chevron at the end of the line: up and it is open; checked means folded."""
+
+    menu_requested = Signal(object)
+    """Its context menu is wanted at a QPoint of the screen."""
+
+    def __init__(self, text: str, parent: QWidget) -> None:
+        super().__init__(parent)
+        self.setText(text)
+        self.setCheckable(True)
+        self.setFocusPolicy(Qt.FocusPolicy.TabFocus)  # a click leaves the keys to the view that has them
+        self.setCursor(Qt.CursorShape.PointingHandCursor)
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+        self.toggled.connect(self._on_toggled)
+        self._on_toggled(False)
+
+    def contextMenuEvent(self, event: QContextMenuEvent) -> None:
+        """Qt: the right button, or the menu key."""
+        self.menu_requested.emit(event.globalPos())
+
+    def sizeHint(self) -> QSize:
+        """Qt: a line of words, and the chevron."""
+        metrics = self.fontMetrics()
+        return QSize(metrics.horizontalAdvance(self.text()) + 32, metrics.height() + 4)
+
+    def minimumSizeHint(self) -> QSize:
+        """Qt: as much as the words need."""
+        return self.sizeHint()
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        """Qt: words at the left, the chevron at the right, a line below while the keys come here."""
+        painter, palette = QPainter(self), self.palette()
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        font = QFont(self.font())
+        font.setWeight(QFont.Weight.DemiBold)
+        painter.setFont(font)
+        painter.setPen(palette.color(QPalette.ColorRole.WindowText))
+        painter.drawText(self.rect(), Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter, self.text())
+        marked = self.underMouse() or self.hasFocus()
+        role = QPalette.ColorRole.Link if marked else QPalette.ColorRole.PlaceholderText
+        painter.setPen(QPen(palette.color(role), 1.6, Qt.PenStyle.SolidLine, Qt.PenCapStyle.RoundCap))
+        middle = QRectF(self.rect()).center()
+        tip = -_HEADING_CHEVRON / 2 if not self.isChecked() else _HEADING_CHEVRON / 2
+        corners = [QPointF(x, tip if x == 0 else -tip) for x in (-_HEADING_CHEVRON, 0.0, _HEADING_CHEVRON)]
+        painter.translate(self.width() - _HEADING_CHEVRON - 2, middle.y())
+        painter.drawPolyline(QPolygonF(corners))
+
+    def _on_toggled(self, folded: bool) -> None:
+        self.setToolTip("Unfold" if folded else "Fold")
+        self.setAccessibleName(f"{self.text()}, folded" if folded else self.text())
+
+
+_SETTLE_MS = 300
+"""Keys and the wheel have come to rest after this long."""
+
+
+SLIM_SCROLL_BAR = """
+    QScrollBar:vertical { width: 8px; margin: 0; background: transparent; border: 0; }
+    QScrollBar::handle:vertical { background: palette(mid); border-radius: 4px; min-height: 32px; }
+    QScrollBar::add-line:vertical, QScrollBar::sub-line:vertical { height: 0; }
+    QScrollBar::add-page:vertical, QScrollBar::sub-page:vertical { background: transparent; }
+"""
+"""Scroll bars that take little room."""
+MIXED_VALUES = "—"
+"""What stands for values that differ."""
+
+
+class Panel(QWidget):
+    """A heading and a column; a click on the heading folds the column away.
+
+    Args:
+        heading: In words.
+        name: Of the object, in settings and tests.
+
+    Attributes:
+        undocked: Whether it stands in a window of its own.
+        help: The button that opens the guide; what the panel holds follows it when the keyboard goes on.
+    """
+
+    folded_changed = Signal(bool)
+    """The user folded or unfolded it."""
+    help_requested = Signal()
+    """The user asks what this is."""
+    undock_requested = Signal()
+    """The user wants it in a window of its own, or back in the column."""
+    simulates = False
+    """Whether what it changes belongs to a simulation: there is nothing to change while a real skin is shown."""
+
+    def __init__(self, heading: str, name: str, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setObjectName(name)
+        self.setAccessibleName(heading)
+        self._heading, self._body = CollapsibleHeading(heading, self), QWidget(self)
+        self._heading.setObjectName(f"{name}-heading")
+        self._heading.toggled.connect(self._body.setHidden)
+        self._heading.clicked.connect(self.folded_changed)
+        self._heading.menu_requested.connect(self._show_menu)
+        self.undocked = False
+        self.column = QVBoxLayout(self._body)
+        self.column.setContentsMargins(0, 0, 0, 0)
+        self.column.setSpacing(8)
+        whole = QVBoxLayout(self)
+        whole.setContentsMargins(12, 12, 12, 4)
+        whole.setSpacing(8)
+        top = QHBoxLayout()
+        top.setSpacing(8)
+        top.addWidget(self._heading, 1)
+        self.help = self._help_button()
+        top.addWidget(self.help)
+        whole.addLayout(top)
+        self._reason: QLabel | None = None
+        whole.addWidget(self._body)
+
+    def set_heading(self, text: str) -> None:
+        """Other words, such as a count."""
+        self._heading.setText(text)
+        self._heading.update()
+
+    def _help_button(self) -> QToolButton:
+        button = QToolButton(self)
+        button.setObjectName(f"{self.objectName()}-help")
+        button.setText("?")
+        button.setAutoRaise(True)
+        button.setFixedSize(_HELP_PX, _HELP_PX)
+        button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+        button.setToolTip("What is this? Opens the guide")
+        button.setAccessibleName(f"What is {self.accessibleName()}?")
+        button.clicked.connect(self.help_requested)
+        return button
+
+    def _show_menu(self, place: QPoint) -> None:
+        menu = QMenu(self)
+        menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        menu.addAction("Unfold" if self.folded else "Fold").triggered.connect(self._heading.click)
+        undock = menu.addAction("Back to the column" if self.undocked else "Undock")
+        undock.setObjectName("undock")
+        undock.triggered.connect(self.undock_requested)
+        menu.addAction("What is this?").triggered.connect(self.help_requested)
+        menu.popup(place)
+
+    @property
+    def folded(self) -> bool:
+        """Whether only the heading is shown."""
+        return self._heading.isChecked()
+
+    def set_folded(self, folded: bool) -> None:
+        """Fold or unfold it without emitting."""
+        self._heading.setChecked(folded)
+
+    # What reaches every panel; each takes what it shows.
+
+    def show_prepared(self, prepared: PreparedScene) -> None:
+        """Another scene is shown."""
+
+    def show_frame(self, frame: Frame) -> None:
+        """Another instant is shown, many times a second: hold it, and draw a few times a second."""
+
+    def set_editable(self, *, editable: bool) -> None:
+        """Let a person change what is simulated, or not, as in a replay."""
+
+    def show_reason(self, text: str) -> None:
+        """Say below the heading why nothing can be changed; empty for nothing to say."""
+        if self._reason is None:
+            if not text:
+                return
+            self._reason = self.caption()
+            self._reason.setObjectName(f"{self.objectName()}-reason")
+            self.column.insertWidget(0, self._reason)
+        self._reason.setText(text)
+        self._reason.setHidden(not text)
+
+    def set_theme(self, theme: Theme) -> None:
+        """Take another theme, where the palette alone does not say it."""
+
+    def caption(self, text: str = "") -> QLabel:
+        """A quiet line of small text at the end of the column."""
+        label = QLabel(text, self)
+        label.setProperty("role", "caption")
+        label.setWordWrap(True)
+        label.setMinimumWidth(1)  # a long path in it is cut, and does not widen the panel
+        self.column.addWidget(label)
+        return label
+
+    def grid(self) -> QGridLayout:
+        """A grid for rows of facts at the end of the column."""
+        grid = QGridLayout()
+        grid.setHorizontalSpacing(12)
+        grid.setVerticalSpacing(4)
+        self.column.addLayout(grid)
+        return grid
+
+
+def value_label(text: str, parent: QWidget, *, right: bool = False) -> QLabel:
+    """A label for a changing fact."""
+    label = QLabel(text, parent)
+    side = Qt.AlignmentFlag.AlignRight if right else Qt.AlignmentFlag.AlignLeft
+    label.setAlignment(side | Qt.AlignmentFlag.AlignVCenter)
+    return label
+
+
+class _ClickableLabel(QLabel):
+    """A name that may be double-clicked."""
+
+    double_clicked = Signal()
+
+    def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
+        """Qt."""
+        event.accept()
+        self.double_clicked.emit()
+
+
+class LabelledSlider(QWidget):
+    """A name, a slider over a range, and the value with its unit, which can be typed."""
+
+    value_changed = Signal(float)
+    rested = Signal(float)
+    """The user let go of a value other than before, for what is too slow to follow it."""
+    default_wanted = Signal()
+    """Its name was double-clicked, or Delete was pressed on the slider: for whoever knows a value to go back to."""
+
+    def __init__(
+        self, text: str, unit: str, low: float, high: float, step: float, tip: str, parent: QWidget | None = None
+    ) -> None:
+        super().__init__(parent)
+        self._low, self._high, self._step = low, high, step
+        self._number = low
+        self._rest: float | None = low  # last told; None for mixed values
+        self._name, self._value = _ClickableLabel(text, self), NumberField(text, unit, low, high, step, tip, self)
+        self._value.valueChanged.connect(self._on_typed)
+        self._slider = QSlider(Qt.Orientation.Horizontal, self)
+        self._slider.setRange(0, round((high - low) / step))
+        self._slider.setAccessibleName(text)
+        self._slider.setToolTip(tip)
+        self._slider.valueChanged.connect(self._on_slider_moved)
+        self._slider.sliderReleased.connect(self._on_rested)
+        self._name.double_clicked.connect(self.default_wanted)
+        delete = QShortcut(QKeySequence(Qt.Key.Key_Delete), self._slider)
+        delete.setContext(Qt.ShortcutContext.WidgetShortcut)
+        delete.activated.connect(self.default_wanted)
+        self._quiet = QTimer(self)
+        self._quiet.setSingleShot(True)
+        self._quiet.setInterval(_SETTLE_MS)
+        self._quiet.timeout.connect(self._on_rested)
+        top = QHBoxLayout()
+        top.addWidget(self._name, 1)
+        top.addWidget(self._value)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(2)
+        column.addLayout(top)
+        column.addWidget(self._slider)
+        self._show()
+
+    @property
+    def value(self) -> float:
+        """In the unit shown."""
+        return self._number
+
+    def set_value(self, value: float) -> None:
+        """Show a value without emitting; outside the range the handle waits at the end, and the number is true."""
+        self._number = self._rest = value
+        self._quiet.stop()
+        near = min(max(value, self._low), self._high)
+        blocked = self._slider.blockSignals(True)
+        self._slider.setValue(round((near - self._low) / self._step))
+        self._slider.blockSignals(blocked)
+        self._show()
+
+    @property
+    def held(self) -> bool:
+        """Whether the user is moving it, so that it must not be set from elsewhere."""
+        return self._slider.isSliderDown() or self._quiet.isActive()
+
+    def set_mixed(self) -> None:
+        """Show that there is no one value; the handle waits in the middle."""
+        self.set_value(0.5 * (self._low + self._high))
+        self._rest = None
+        self._value.show_words(MIXED_VALUES)
+        self._slider.setAccessibleDescription("several values")
+
+    def set_default_tip(self, words: str) -> None:
+        """Say on its name what going back means."""
+        self._name.setToolTip(f"Double-click for {words}, or press Delete on the slider")
+
+    def set_tip(self, tip: str) -> None:
+        """Say something else about it, such as why it is disabled."""
+        self._slider.setToolTip(tip)
+        self.setToolTip(tip)
+
+    def _on_slider_moved(self, position: int) -> None:
+        self._number = self._low + self._step * position
+        self._show()
+        self.value_changed.emit(self.value)
+        if not self._slider.isSliderDown():
+            self._quiet.start()
+
+    def _on_typed(self, number: float) -> None:
+        self.set_value(number)
+        self._rest = None
+        self.value_changed.emit(number)
+        self._on_rested()
+
+    def _on_rested(self) -> None:
+        self._quiet.stop()
+        if self._number != self._rest:
+            self._rest = self._number
+            self.rested.emit(self._number)
+
+    def _show(self) -> None:
+        self._value.show_number(self._number)
+        self._slider.setAccessibleDescription(self._value.text())
+
+
+_PAD, _CHEVRON, _ROUND = 6.0, 3.5, 4.0
+"""Beside the words, half the chevron's width, radius of the frame's corners [px]."""
+
+
+class FlatComboBox(QComboBox):
+    """Says what is in force, whatever its list calls that; a passing wheel does not turn it."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._words, self._quiet = "", False
+        guard_wheel(self)
+        self.setAttribute(Qt.WidgetAttribute.WA_Hover)
+        # Its own text is elided; the list is as wide as it has to be.
+        self.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
+        self.setMinimumContentsLength(12)
+
+    def showPopup(self) -> None:
+        """Qt: the list shows its entries whole."""
+        self.view().setMinimumWidth(self.view().sizeHintForColumn(0) + round(2 * _PAD) + 8)
+        super().showPopup()
+
+    @property
+    def words(self) -> str:
+        """What it says."""
+        return self._words
+
+    def say(self, words: str, *, quiet: bool = False) -> None:
+        """Say this from now on; ``quiet`` for what is off."""
+        self._words, self._quiet = words, quiet
+        self.setAccessibleDescription(words)
+        self.update()
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        """Qt: words, chevron, and a frame where it is about to be used."""
+        painter, palette = QPainter(self), self.palette()
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        box = QRectF(self.rect()).adjusted(0.5, 0.5, -0.5, -0.5)
+        used = self.isEnabled() and (self.underMouse() or self.hasFocus())
+        if used:
+            painter.setPen(palette.color(QPalette.ColorRole.Link if self.hasFocus() else QPalette.ColorRole.Mid))
+            painter.setBrush(palette.color(QPalette.ColorRole.Button))
+            painter.drawRoundedRect(box, _ROUND, _ROUND)
+            painter.setBrush(Qt.BrushStyle.NoBrush)
+        quiet = palette.color(QPalette.ColorRole.PlaceholderText)
+        painter.setPen(quiet if self._quiet and self.isEnabled() else palette.color(QPalette.ColorRole.ButtonText))
+        words = box.adjusted(_PAD, 0, -4 * _CHEVRON, 0)
+        text = self.fontMetrics().elidedText(self._words, Qt.TextElideMode.ElideRight, int(words.width()))
+        painter.drawText(words, Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter, text)
+        if self.isEnabled():
+            painter.setPen(QPen(quiet, 1.4, Qt.PenStyle.SolidLine, Qt.PenCapStyle.RoundCap))
+            painter.translate(box.right() - _PAD - _CHEVRON, box.center().y() - _CHEVRON / 4)
+            corners = [QPointF(x, _CHEVRON / 2 if x == 0 else -_CHEVRON / 2) for x in (-_CHEVRON, 0.0, _CHEVRON)]
+            painter.drawPolyline(QPolygonF(corners))

@@ -1,0 +1,202 @@
+"""Slim bars that float: one message at a time over the views, and the first hints. Nothing modal.
+
+They float because a bar that pushed the views aside would move the robot under a finger that is pressing it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from PySide6.QtCore import QEvent, QObject, Qt, Signal
+from PySide6.QtGui import QAction, QShowEvent
+from PySide6.QtWidgets import QHBoxLayout, QLabel, QSizePolicy, QToolButton, QWidget
+
+from tactile_widgets.common.colours import Theme, mixed
+from tactile_widgets.common.sentence import as_sentence
+
+_EDGE = 12
+HINTS = ("Right-drag: turn the view", "Press skin or map: poke", "Controllers: at the right")
+"""The first needs, in one line; the sheet of F1 says all."""
+
+
+class FloatingBar(QWidget):
+    """A bar in the upper middle of its parent.
+
+    Args:
+        parent: What it floats over.
+        widest: It takes this width [px] where the parent has room.
+    """
+
+    def __init__(self, parent: QWidget, *, widest: int) -> None:
+        super().__init__(parent)
+        self._parent, self._widest = parent, widest
+        self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
+        parent.installEventFilter(self)
+
+    def place(self) -> None:
+        """Take the place that the parent's size gives, above what else is there."""
+        width = min(self._parent.width() - 2 * _EDGE, self._widest)
+        height = self.heightForWidth(width) if self.hasHeightForWidth() else self.sizeHint().height()
+        self.move((self._parent.width() - width) // 2, _EDGE)
+        self.resize(width, height)
+        self.raise_()
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        """Qt: the parent was resized."""
+        if event.type() == QEvent.Type.Resize:
+            self.place()
+        return False
+
+    def showEvent(self, event: QShowEvent) -> None:
+        """Qt: take the place."""
+        super().showEvent(event)
+        self.place()
+
+
+class NotificationBar(FloatingBar):
+    """Says what went wrong, or what was done, until closed or replaced."""
+
+    def __init__(self, theme: Theme, parent: QWidget) -> None:
+        super().__init__(parent, widest=720)
+        self.setObjectName("message-bar")
+        self._theme, self._fault = theme, False
+        self._said = self._answered = 0
+        self._offered: tuple[str, Sequence[QAction], str] | None = None
+        self._text = QLabel(self)
+        self._text.setObjectName("message-text")
+        self._text.setTextFormat(Qt.TextFormat.PlainText)  # an error may quote a tag
+        self._text.setWordWrap(True)
+        self._text.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        self._text.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Minimum)
+        self._remedies = [self._make_button("message-remedy"), self._make_button("message-second-remedy")]
+        self._close = self._make_button("message-dismiss")
+        layout = QHBoxLayout(self)
+        layout.setContentsMargins(12, 6, 8, 6)
+        layout.addWidget(self._text)
+        for button in (*self._remedies, self._close):
+            layout.addWidget(button)
+        self.hide()
+
+    @property
+    def text(self) -> str:
+        """What is said; empty when nothing is."""
+        return self._text.text() if not self.isHidden() else ""
+
+    def say(
+        self, text: str, *, fault: bool = False, remedies: Sequence[QAction] = (), dismiss: str = "Dismiss"
+    ) -> None:
+        """Show a message.
+
+        Args:
+            text: What happened, or what is asked.
+            fault: Something failed.
+            remedies: What helps, up to two buttons.
+            dismiss: What the button is called that does nothing but close.
+        """
+        self._said += 1
+        self._text.setText(as_sentence(text))
+        for number, button in enumerate(self._remedies):
+            for action in button.actions():
+                button.removeAction(action)
+            if number < len(remedies):
+                button.setDefaultAction(remedies[number])
+            button.setVisible(number < len(remedies))
+        self._close.setText(dismiss)
+        self._fault = fault
+        self.setAccessibleName(text)
+        self._update_state()
+        self.show()
+        self.place()
+
+    def offer(self, text: str, *, remedies: Sequence[QAction], dismiss: str) -> None:
+        """Show a message that returns after others until one of its buttons is pressed, or until ``withdraw``."""
+        self._offered = text, remedies, dismiss
+        self.say(text, remedies=remedies, dismiss=dismiss)
+
+    def withdraw(self) -> None:
+        """Hide the offer."""
+        if self._offered is not None and self._text.text() == self._offered[0]:
+            self.hide()
+        self._offered = None
+
+    def set_theme(self, theme: Theme) -> None:
+        """Take another theme."""
+        self._theme = theme
+        self._update_state()
+
+    def _make_button(self, name: str) -> QToolButton:
+        button = QToolButton(self)
+        button.setObjectName(name)
+        button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextOnly)
+        button.pressed.connect(self._on_pressed)
+        button.clicked.connect(self._on_clicked)
+        return button
+
+    def _on_pressed(self) -> None:
+        self._answered = self._said
+
+    def _on_clicked(self) -> None:
+        """Hide what was answered, unless the answer itself had something to say; then show a waiting offer."""
+        if self._answered != self._said:
+            return
+        self.hide()
+        if self._offered is None:
+            return
+        text, remedies, dismiss = self._offered
+        if self._text.text() == text:
+            self._offered = None
+        else:
+            self.say(text, remedies=remedies, dismiss=dismiss)
+
+    def _update_state(self) -> None:
+        edge = self._theme.fault if self._fault else self._theme.accent
+        ground = mixed(self._theme.panel, edge, 0.14)
+        self.setStyleSheet(
+            f"#message-bar {{ background: {ground}; border: 1px solid {edge}; border-left: 4px solid {edge};"
+            " border-radius: 6px; }"
+        )
+
+
+class HintBar(FloatingBar):
+    """Hints for the first minutes, over the whole of a row that says nothing needed then; gone once the skin has been
+    touched, or when dismissed.
+
+    Not over the views: there they hid the robot, or the map.
+    """
+
+    dismissed = Signal()
+    tour_wanted = Signal()
+
+    def __init__(self, theme: Theme, parent: QWidget) -> None:
+        super().__init__(parent, widest=0)
+        self.setObjectName("hint-bar")
+        layout = QHBoxLayout(self)
+        layout.setContentsMargins(12, 0, 6, 0)
+        layout.setSpacing(12)
+        for number, text in enumerate(HINTS, start=1):
+            label = QLabel(f"{number}  {text}", self)
+            label.setObjectName(f"hint-{number}")
+            label.setWordWrap(True)
+            layout.addWidget(label, 1)
+        tour = QToolButton(self)
+        tour.setText("Take the tour")
+        tour.setToolTip("Five steps, each done by doing it; Help > Take the tour offers it again")
+        tour.setObjectName("hint-tour")
+        tour.clicked.connect(self.tour_wanted)
+        layout.addWidget(tour)
+        close = QToolButton(self)
+        close.setText("Got it")
+        close.setObjectName("hint-dismiss")
+        close.clicked.connect(self.dismissed)
+        layout.addWidget(close)
+        self.set_theme(theme)
+
+    def place(self) -> None:
+        """Take all of the parent."""
+        self.setGeometry(self._parent.rect().adjusted(0, 3, 0, -3))
+        self.raise_()
+
+    def set_theme(self, theme: Theme) -> None:
+        """Take another theme."""
+        ground = mixed(theme.panel, theme.accent, 0.10)
+        self.setStyleSheet(f"#hint-bar {{ background: {ground}; border: 1px solid {theme.line}; border-radius: 6px; }}")

@@ -1,0 +1,159 @@
+"""Asks what to connect to: the source of a real skin's readings, and the files that go with it."""
+
+from __future__ import annotations
+
+import secrets
+from pathlib import Path
+
+from PySide6.QtCore import Signal
+from PySide6.QtWidgets import (
+    QComboBox,
+    QDialog,
+    QDialogButtonBox,
+    QFileDialog,
+    QFormLayout,
+    QHBoxLayout,
+    QLabel,
+    QLineEdit,
+    QPushButton,
+    QSpinBox,
+    QWidget,
+)
+
+from tactile_maps.live.sources.open import DEFAULT_PORT, SourceOptions
+from tactile_widgets.common.sentence import as_sentence
+from tactile_widgets.common.wheel_guard import guard_wheel
+from tactile_widgets.session.live_input import LiveInputSettings
+
+KINDS = {
+    "UDP": f"udp://127.0.0.1:{DEFAULT_PORT}",
+    "ZeroMQ": f"zmq://127.0.0.1:{DEFAULT_PORT}",
+    "Serial port": "serial:///dev/ttyACM0?baud=115200",
+    "YARP": "yarp://127.0.0.1:10000/skin/readings",
+    "ROS 2": "ros2:",
+    "File": "",
+}
+"""What may be connected, with an address to begin with."""
+_FILTER = "Readings (*.csv *.txt *.parquet *.mcap *.db3)"
+
+
+class ConnectDialog(QDialog):
+    """Asks for a source; what is wrong with it is said below, and the dialog stays."""
+
+    connect_wanted = Signal(object)
+    """The LiveInputSettings that were asked for."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setObjectName("connect")
+        self.setWindowTitle("Connect to a skin")
+        self.setMinimumWidth(520)
+        form = self._form = QFormLayout(self)
+        self.kind = QComboBox(self)
+        self.kind.addItems(list(KINDS))
+        self.kind.currentTextChanged.connect(self._on_kind_changed)
+        form.addRow("Source", self.kind)
+        self.address, row = self._file_row("Choose the file…", _FILTER)
+        form.addRow("Address or file", row)
+        form.addRow("Token", self._token_row())
+        self.mapping, self._mapping_row = self._file_row("Choose the mapping of ROS messages…", "TOML (*.toml)")
+        self._mapping_row.setObjectName("connect-mapping")
+        self.mapping.setToolTip("Topics and fields of ROS 2 messages")
+        self.mapping.setPlaceholderText("None")
+        form.addRow("ROS mapping", self._mapping_row)
+        self.ids, row = self._file_row("Choose the table of taxel IDs…", "CSV (*.csv)")
+        self.ids.setPlaceholderText("As in the skin")
+        form.addRow("Taxel IDs", row)
+        self.calibration, row = self._file_row("Choose the calibration…", "Calibration (*.csv *.toml)")
+        self.calibration.setPlaceholderText("None")
+        form.addRow("Calibration", row)
+        self.tare = QSpinBox(self)
+        self.tare.setRange(0, 10_000)
+        self.tare.setSpecialValueText("None")
+        self.tare.setSuffix(" readings")
+        self.tare.setToolTip("Take so many readings at the start as those of the untouched skin")
+        form.addRow("Tare at start", self.tare)
+        self.problem = QLabel(self)
+        self.problem.setObjectName("connect-problem")
+        self.problem.setWordWrap(True)
+        form.addRow(self.problem)
+        buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Cancel, self)
+        self.go = buttons.addButton("Connect", QDialogButtonBox.ButtonRole.AcceptRole)
+        buttons.accepted.connect(self._on_accepted)
+        buttons.rejected.connect(self.reject)
+        form.addRow(buttons)
+        guard_wheel(self)
+        self._on_kind_changed(self.kind.currentText())
+        self.say("")
+
+    def say(self, problem: str) -> None:
+        """Show what is wrong; an empty text hides the line."""
+        self.problem.setText(as_sentence(problem))
+        self.problem.setHidden(not problem)
+        self._form.activate()
+        self.resize(self.width(), self._form.totalHeightForWidth(self.width()))
+
+    @property
+    def settings(self) -> LiveInputSettings:
+        """What is asked for now."""
+        address = self.address.text().strip()
+        options = SourceOptions(
+            token=self.token.text() or None, remote=bool(self.token.text()), mapping=_path(self.mapping)
+        )
+        return LiveInputSettings(
+            address, options, _path(self.ids), _path(self.calibration), self.tare.value() or None
+        )  # fmt: skip
+
+    def _file_row(self, title: str, kinds: str) -> tuple[QLineEdit, QWidget]:
+        row = QWidget(self)
+        edit, button = QLineEdit(row), QPushButton("…", row)
+        button.setToolTip(title)
+        button.setAccessibleName(title)
+        button.setAutoDefault(False)
+        button.setMaximumWidth(32)
+
+        def choose() -> None:
+            path = QFileDialog.getOpenFileName(self, title, "", f"{kinds};;All files (*)")[0]
+            if path:
+                edit.setText(path)
+
+        button.clicked.connect(choose)
+        line = QHBoxLayout(row)
+        line.setContentsMargins(0, 0, 0, 0)
+        line.addWidget(edit)
+        line.addWidget(button)
+        return edit, row
+
+    def _token_row(self) -> QWidget:
+        row = QWidget(self)
+        self.token = QLineEdit(row)
+        self.token.setPlaceholderText("None")
+        use = "required for readings from other computers and to move a robot"
+        self.token.setToolTip(f"Every packet must contain it; {use}. At least 8 characters.")
+        self.make_token = QPushButton("Generate", row)
+        self.make_token.setToolTip("Generate a token and copy it to the clipboard; set the same token in the sender")
+        self.make_token.setAutoDefault(False)
+        self.make_token.clicked.connect(self._on_make_token_clicked)
+        line = QHBoxLayout(row)
+        line.setContentsMargins(0, 0, 0, 0)
+        line.addWidget(self.token)
+        line.addWidget(self.make_token)
+        return row
+
+    def _on_make_token_clicked(self) -> None:
+        self.token.setText(secrets.token_urlsafe(12))
+        self.token.selectAll()
+        self.token.copy()
+
+    def _on_kind_changed(self, kind: str) -> None:
+        self.address.setText(KINDS[kind])
+        self._mapping_row.setEnabled(kind in ("ROS 2", "File"))
+        self.say("")
+
+    def _on_accepted(self) -> None:
+        self.connect_wanted.emit(self.settings)
+
+
+def _path(edit: QLineEdit) -> Path | None:
+    text = edit.text().strip()
+    return Path(text) if text else None

@@ -1,0 +1,219 @@
+"""The traces of all compared controllers over each other: one plot a quantity, one time axis for all of them.
+
+One curve is told from another by colour, by dash, and by its letter.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+import pyqtgraph as pg
+from PySide6.QtCore import QPointF, QSize, Qt
+from PySide6.QtGui import QColor, QFont, QPainter, QPaintEvent, QPen
+from PySide6.QtWidgets import QLabel, QVBoxLayout, QWidget
+
+from tactile_maps.core.arrays import FloatArray
+from tactile_maps.studies.controller_comparison import ControllerTrace
+from tactile_widgets.common.colours import Theme
+from tactile_widgets.plots.curve_legend import curve_colour
+from tactile_widgets.plots.traces.plot_canvas import PlotCanvas
+
+LETTERS = "ABCD"
+"""Names of contenders; more than these could not be told apart."""
+_DASHES = ((), (7.0, 5.0), (1.5, 3.5), (9.0, 3.0, 1.5, 3.0))
+"""In widths of the pen; none for a solid line."""
+_WIDE = 34
+
+
+def contender_pen(theme: Theme, letter: str, *, width: float = 1.5) -> QPen:
+    """The pen that draws a contender."""
+    number = LETTERS.index(letter)
+    pen = QPen(curve_colour(theme, number), width)
+    if _DASHES[number]:
+        pen.setDashPattern(_DASHES[number])
+        pen.setCapStyle(Qt.PenCapStyle.FlatCap)
+    pen.setCosmetic(True)
+    return pen
+
+
+class LineSample(QWidget):
+    """A piece of a contender's curve."""
+
+    def __init__(self, letter: str, theme: Theme, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._letter, self._theme = letter, theme
+        self.setFixedSize(QSize(_WIDE, 16))
+
+    def set_theme(self, theme: Theme) -> None:
+        """Take another theme."""
+        self._theme = theme
+        self.update()
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        """Qt."""
+        painter = QPainter(self)
+        painter.setPen(contender_pen(self._theme, self._letter, width=2.0))
+        middle = self.height() / 2
+        painter.drawLine(QPointF(1, middle), QPointF(self.width() - 1, middle))
+
+
+_AXIS = 44
+_ROW, _BELOW = 16, 48
+"""Of a contender's limits, and of the time axis below them [px]."""
+
+
+class Quantity(NamedTuple):
+    """One plot: the trace, what is written over it, shown units per SI unit, and how tall it is."""
+
+    name: str
+    title: str
+    scale: float
+    share: int
+
+
+QUANTITIES = (
+    Quantity("force", "Contact force (N)", 1.0, 3),
+    Quantity("map_error", "Error on the map (mm)", 1e3, 3),
+    Quantity("joint_speed", "Max joint speed", 1.0, 2),
+    Quantity("energy", "Net energy to contacts (J)", 1.0, 2),
+)
+LIMITED = "Limited"
+
+
+class ComparisonPlots(QWidget):
+    """Plots from the top: force with its goals, error, joint speed with its limit, energy, and when each was limited.
+
+    The wheel zooms time, in all of them; a double click shows all of it again.
+    """
+
+    def __init__(self, theme: Theme, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setObjectName("overlaid-traces")
+        self._theme = theme
+        self._traces: tuple[ControllerTrace, ...] = ()
+        self._caption = QFont(self.font())
+        self._caption.setPixelSize(11)
+        self.plots: dict[str, PlotCanvas] = {}
+        self._titles: list[QLabel] = []
+        self._column = QVBoxLayout(self)
+        self._column.setContentsMargins(0, 0, 0, 0)
+        self._column.setSpacing(2)
+        for quantity in QUANTITIES:
+            self._add(quantity.name, quantity.title, quantity.share)
+        self._add("limits", LIMITED, 1)
+        self._limits = self.plots["limits"]
+        self._limits.setYRange(-len(LETTERS), 0, padding=0)
+        self._limits.getAxis("bottom").setStyle(showValues=True)
+        self._limits.setLabel("bottom", "Time", units="s", siPrefix=False)
+        self.set_theme(theme)
+
+    def set_theme(self, theme: Theme) -> None:
+        """Take another theme."""
+        self._theme = theme
+        for title in self._titles:
+            title.setStyleSheet(f"color: {theme.quiet}")
+        for plot in self.plots.values():
+            for side in ("left", "bottom"):
+                plot.getAxis(side).setPen(pg.mkPen(QColor(theme.line)))
+                plot.getAxis(side).setTextPen(pg.mkPen(QColor(theme.quiet)))
+        self.show_traces(self._traces)
+
+    def show_traces(self, traces: Sequence[ControllerTrace]) -> None:
+        """Draw these, and nothing else. Cost: 5 ms for two of ten seconds."""
+        self._traces = tuple(traces)
+        for plot in self.plots.values():
+            plot.clear()
+        for quantity in QUANTITIES:
+            self._draw(quantity)
+        self._draw_limits()
+        self.show_all()
+
+    def show_all(self) -> None:
+        """The whole time, in all plots."""
+        last = max((float(trace.time[-1]) for trace in self._traces if len(trace)), default=1.0)
+        self._limits.setXRange(0.0, last, padding=0.01)
+
+    def _add(self, name: str, title: str, share: int) -> None:
+        label, plot = QLabel(title, self), PlotCanvas(self, viewBox=_TimeBox(self))
+        label.setFont(self._caption)
+        plot.setAccessibleName(title)
+        plot.setMouseEnabled(x=True, y=False)
+        plot.getPlotItem().setDownsampling(auto=True, mode="peak")
+        plot.getPlotItem().setClipToView(True)
+        for side in ("left", "bottom"):
+            plot.getAxis(side).setStyle(tickLength=3)
+        plot.getAxis("left").setWidth(_AXIS)
+        plot.getAxis("bottom").setStyle(showValues=False)
+        if self.plots:
+            plot.setXLink(next(iter(self.plots.values())))
+        self.plots[name] = plot
+        self._titles.append(label)
+        self._column.addWidget(label)
+        self._column.addWidget(plot, share)
+
+    def _draw(self, quantity: Quantity) -> None:
+        plot = self.plots[quantity.name]
+        reach = 0.0
+        for trace in self._traces:
+            values = quantity.scale * getattr(trace, quantity.name)
+            pen = contender_pen(self._theme, trace.name)
+            item = plot.plot(trace.time, values, pen=pen, connect="finite", name=trace.name, antialias=True)
+            item.curve.setSegmentedLineMode("off")  # else each segment begins a dash of its own
+            reach = max(reach, float(np.nanmax(values, initial=0.0)))
+        if quantity.name == "force":
+            reach = max(reach, self._draw_goals(plot))
+        if quantity.name == "joint_speed" and self._traces:
+            reach = self._draw_speed_limit(plot, reach)
+        low = min((float(np.nanmin(getattr(t, quantity.name), initial=0.0)) for t in self._traces), default=0.0)
+        plot.setYRange(quantity.scale * low, reach or 1.0, padding=0.1)
+
+    def _draw_speed_limit(self, plot: PlotCanvas, reach: float) -> float:
+        """Name the unit, draw the limit where the speeds come near it, and return the highest value of the plot."""
+        trace = self._traces[0]
+        self._titles[list(self.plots).index("joint_speed")].setText(f"Max joint speed ({trace.speed_unit})")
+        if reach <= 0.5 * trace.speed_limit:
+            return reach
+        pen = pg.mkPen(QColor(self._theme.warning), width=1.2, style=Qt.PenStyle.DashLine)
+        plot.addItem(pg.InfiniteLine(trace.speed_limit, angle=0, pen=pen))
+        return max(reach, trace.speed_limit)
+
+    def _draw_goals(self, plot: PlotCanvas) -> float:
+        """The goals as one violet line each; equal ones lie on each other."""
+        drawn: list[FloatArray] = []
+        for trace in self._traces:
+            goal = trace.force_goal
+            if np.isfinite(goal).any() and not any(np.array_equal(goal, one, equal_nan=True) for one in drawn):
+                drawn.append(goal)
+                pen = pg.mkPen(QColor(self._theme.intent), width=1.2, style=Qt.PenStyle.DashLine)
+                plot.plot(trace.time, goal, pen=pen, connect="finite")
+        return max((float(np.nanmax(goal)) for goal in drawn), default=0.0)
+
+    def _draw_limits(self) -> None:
+        """A row each, thick where something bounded it."""
+        rows = []
+        for number, trace in enumerate(self._traces):
+            row = -number - 0.5
+            values = np.where([bool(limits) for limits in trace.limits], row, np.nan)
+            pen = contender_pen(self._theme, trace.name, width=5.0)
+            pen.setStyle(Qt.PenStyle.SolidLine)
+            pen.setCapStyle(Qt.PenCapStyle.FlatCap)
+            self._limits.plot(trace.time, values, pen=pen, connect="finite")
+            rows.append((row, trace.name))
+        self._limits.getAxis("left").setTicks([rows])
+        self._limits.setYRange(-max(len(rows), 1), 0, padding=0.05)
+        self._limits.setFixedHeight(_BELOW + _ROW * max(len(rows), 1))
+
+
+class _TimeBox(pg.ViewBox):
+    """A double click asks for all of the time."""
+
+    def __init__(self, owner: ComparisonPlots) -> None:
+        super().__init__()
+        self._owner = owner
+
+    def mouseClickEvent(self, event: object) -> None:
+        """pyqtgraph: a click, maybe a double one."""
+        if event.double():  # type: ignore[attr-defined]
+            self._owner.show_all()

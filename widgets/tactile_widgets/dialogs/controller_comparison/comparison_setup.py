@@ -1,0 +1,277 @@
+"""What is asked of a comparison: which controllers with which gains, on which stimulus, with whose task, and for how
+long.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtWidgets import (
+    QDoubleSpinBox,
+    QFileDialog,
+    QHBoxLayout,
+    QLabel,
+    QPushButton,
+    QToolButton,
+    QVBoxLayout,
+    QWidget,
+)
+
+from tactile_maps.control.controller_registry import CONTROLLERS, effective_settings
+from tactile_maps.control.motion.command import ControlSettings
+from tactile_maps.studies.controller_comparison import MOST_SECONDS
+from tactile_widgets.common.colours import Theme
+from tactile_widgets.common.controller_settings import GAIN_SETTINGS, SLIDERS, ControllerSliders
+from tactile_widgets.common.file_types import RECORDING_FILTER
+from tactile_widgets.common.panel import FlatComboBox
+from tactile_widgets.common.sentence import as_sentence
+from tactile_widgets.common.wheel_guard import guard_wheel
+from tactile_widgets.dialogs.controller_comparison.comparison_plots import LineSample
+from tactile_widgets.workers.comparison_worker import ComparisonStimulus
+
+_SHORTEST = 8
+"""Letters of a controller's name that are always seen; the tool tip has all."""
+
+
+class ContenderCard(QWidget):
+    """Shows settings and emits others; the task among them is not the card's to change."""
+
+    edited = Signal()
+    """Another controller, or other gains."""
+    removed = Signal(str)
+    """This contender is not wanted any more: its letter."""
+
+    def __init__(self, letter: str, settings: ControlSettings, theme: Theme, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.letter = letter
+        self.setObjectName(f"contender-{letter}")
+        self._stroke, self._controller = LineSample(letter, theme, self), FlatComboBox(self)
+        self._gains, self._remove = QPushButton("Gains", self), QToolButton(self)
+        names = [name for name in GAIN_SETTINGS if name in SLIDERS]
+        self.sliders = ControllerSliders(names, self)
+        self.sliders.hide()
+        self._lay_out()
+        self._controller.activated.connect(self._on_controller_chosen)
+        self._gains.toggled.connect(self.sliders.setVisible)
+        self._remove.clicked.connect(self._on_remove_clicked)
+        self.sliders.settings_edited.connect(self._edit)
+        self.show_settings(settings)
+
+    @property
+    def settings(self) -> ControlSettings:
+        """Controller and gains as they are chosen."""
+        return self._settings
+
+    @property
+    def title(self) -> str:
+        """Letter and controller, for legends."""
+        return f"{self.letter}: {CONTROLLERS[self._settings.controller].title}"
+
+    def set_theme(self, theme: Theme) -> None:
+        """Take another theme."""
+        self._stroke.set_theme(theme)
+
+    def set_removable(self, removable: bool) -> None:
+        """Whether it may be taken out: two must stay."""
+        self._remove.setVisible(removable)
+
+    def show_settings(self, settings: ControlSettings) -> None:
+        """Show a controller and its gains."""
+        self._settings = settings
+        self._controller.setCurrentIndex(self._controller.findData(settings.controller))
+        entry = CONTROLLERS[settings.controller]
+        self._controller.say(entry.title)
+        self._controller.setToolTip(f"{entry.title}: {entry.tip}")
+        self.sliders.show_settings(settings)
+        self._gains.setEnabled(any(name in effective_settings(settings) for name in self.sliders.by_name))
+
+    def _lay_out(self) -> None:
+        for controller, entry in CONTROLLERS.items():
+            self._controller.addItem(entry.title, controller)
+            self._controller.setItemData(self._controller.count() - 1, entry.tip, Qt.ItemDataRole.ToolTipRole)
+        self._controller.setObjectName(f"contender-controller-{self.letter}")
+        self._controller.setAccessibleName(f"Controller of {self.letter}")
+        self._controller.setSizeAdjustPolicy(FlatComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
+        self._controller.setMinimumContentsLength(_SHORTEST)
+        self._gains.setObjectName(f"contender-gains-{self.letter}")
+        self._gains.setCheckable(True)
+        self._gains.setToolTip(f"Show the gains of {self.letter}")
+        self._remove.setText("×")
+        self._remove.setObjectName(f"contender-remove-{self.letter}")
+        self._remove.setAccessibleName(f"Leave {self.letter} out")
+        self._remove.setToolTip(f"Leave {self.letter} out")
+        row = QHBoxLayout()
+        row.setSpacing(8)
+        row.addWidget(QLabel(f"<b>{self.letter}</b>", self))
+        for widget in (self._stroke, self._controller, self._gains, self._remove):
+            row.addWidget(widget, int(widget is self._controller))
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(8)
+        column.addLayout(row)
+        column.addWidget(self.sliders)
+
+    def _edit(self, settings: ControlSettings) -> None:
+        self.show_settings(settings)
+        self.edited.emit()
+
+    def _on_controller_chosen(self, row: int) -> None:
+        self._edit(replace(self._settings, controller=self._controller.itemData(row)))
+
+    def _on_remove_clicked(self) -> None:
+        self.removed.emit(self.letter)
+
+
+DONE, SCRIPT, FILE = "done", "script", "file"
+_SOURCES = {
+    DONE: ("Session since the last reset", "All pokes, edits and settings since then, tick by tick"),
+    SCRIPT: ("The scene's own script", "The scripted stimuli, from the scene's start"),
+    FILE: ("A recording…", "The inputs of a recording of any scene"),
+}
+_TASKS = {
+    "recorded": ("Task of the recording", "Task, path and force goal come with the stimulus"),
+    "own": ("Current task", "All controllers do the current task; changes of the force goal are kept"),
+}
+_LEFT_OUT = "Its changes of controller and gains are ignored; each controller keeps its own."
+
+
+class StimulusChoice(QWidget):
+    """Keeps what there is to compare on; ``show_live`` tells it those of the running session."""
+
+    changed = Signal()
+    """Another stimulus, task or time is wanted."""
+    recording_chosen = Signal(str)
+    """The stimulus of this recording is wanted: ``take_recording`` answers."""
+    refresh_wanted = Signal()
+    """What the session has by now is wanted: ``show_live`` answers."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._known: dict[str, ComparisonStimulus] = {}
+        self._source, self._task, self._file_name = DONE, "recorded", ""
+        self._seconds_chosen = False
+        self._box, self._tasks = self._choice("stimulus", _SOURCES), self._choice("stimulus-task", _TASKS)
+        self._box.activated.connect(self._on_source_chosen)
+        self._tasks.activated.connect(self._on_task_chosen)
+        self._note, self.seconds = QLabel(self), QDoubleSpinBox(self)
+        self._note.setProperty("role", "caption")
+        self._note.setWordWrap(True)
+        self._note.setObjectName("stimulus-note")
+        guard_wheel(self.seconds)
+        self.seconds.setRange(0.1, MOST_SECONDS)
+        self.seconds.setDecimals(1)
+        self.seconds.setSuffix("\u202fs")
+        self.seconds.setAccessibleName("Seconds")
+        self.seconds.setToolTip("Duration for each controller; a longer stimulus is cut off")
+        self.seconds.valueChanged.connect(self._on_seconds_changed)
+        self._lay_out()
+        self._show()
+
+    @property
+    def occasion(self) -> ComparisonStimulus | None:
+        """The one chosen; None where there is none of that kind yet."""
+        return self._known.get(self._source)
+
+    @property
+    def own_task(self) -> bool:
+        """Whether the contenders do the task set now."""
+        return self._source == SCRIPT or self._task == "own"
+
+    def show_live(self, done: ComparisonStimulus | None, script: ComparisonStimulus | None) -> None:
+        """What the session has by now: all that was done in it, and its scene's script."""
+        for source, occasion in ((DONE, done), (SCRIPT, script)):
+            self._known.pop(source, None)
+            if occasion is not None:
+                self._known[source] = occasion
+        if not self._seconds_chosen:
+            self._take_seconds()
+        self._show()
+
+    def begin(self) -> None:
+        """Choose what there is to compare on: what was done, or the script while that is no touch."""
+        done = self._known.get(DONE)
+        self._source = DONE if done is not None and done.touches else SCRIPT
+        self._take_seconds()
+        self._show()
+
+    def take_recording(self, stimulus: ComparisonStimulus) -> None:
+        """Take the stimulus that a recording holds."""
+        self._known[FILE], self._file_name = stimulus, stimulus.file
+        self._take(FILE)
+
+    def _choice(self, name: str, words: dict[str, tuple[str, str]]) -> FlatComboBox:
+        box = FlatComboBox(self)
+        box.setObjectName(name)
+        box.setSizeAdjustPolicy(FlatComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
+        box.setAccessibleName({"stimulus": "Stimulus", "stimulus-task": "Task"}[name])
+        for value, (text, tip) in words.items():
+            box.addItem(text, value)
+            box.setItemData(box.count() - 1, tip, Qt.ItemDataRole.ToolTipRole)
+        return box
+
+    def _lay_out(self) -> None:
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(8)
+        row = QHBoxLayout()
+        name = QLabel("For", self)
+        name.setBuddy(self.seconds)
+        row.addWidget(name)
+        row.addWidget(self.seconds, 1)
+        self.refresh = QPushButton("Update", self)
+        self.refresh.setObjectName("stimulus-refresh")
+        self.refresh.setToolTip("Take what was done in the session until now, all of it")
+        self.refresh.clicked.connect(self._on_refresh)
+        row.addWidget(self.refresh)
+        for part in (self._box, self._note, self._tasks):
+            column.addWidget(part)
+        column.addLayout(row)
+
+    def _on_refresh(self) -> None:
+        self._seconds_chosen = False
+        self.refresh_wanted.emit()
+        self.changed.emit()
+
+    def _on_source_chosen(self, row: int) -> None:
+        source = self._box.itemData(row)
+        if source != FILE:
+            self._take(source)
+            return
+        path, _ = QFileDialog.getOpenFileName(self, "Stimulus from a recording", "", RECORDING_FILTER)
+        self._show()  # as before, until the recording is read
+        if path:
+            self.recording_chosen.emit(path)
+
+    def _on_task_chosen(self, row: int) -> None:
+        self._task = self._tasks.itemData(row)
+        self._show()
+        self.changed.emit()
+
+    def _on_seconds_changed(self, _seconds: float) -> None:
+        self._seconds_chosen = True
+        self.changed.emit()
+
+    def _take(self, source: str) -> None:
+        self._source = source
+        self._take_seconds()
+        self._show()
+        self.changed.emit()
+
+    def _take_seconds(self) -> None:
+        self._seconds_chosen = False
+        if self.occasion is not None:
+            blocked = self.seconds.blockSignals(True)
+            self.seconds.setValue(self.occasion.seconds)
+            self.seconds.blockSignals(blocked)
+
+    def _show(self) -> None:
+        occasion = self.occasion
+        self._box.setCurrentIndex(self._box.findData(self._source))
+        self._box.say(self._file_name if self._source == FILE else _SOURCES[self._source][0])
+        self._tasks.setCurrentIndex(self._tasks.findData(self._task))
+        self._tasks.say(_TASKS[self._task][0])
+        self._tasks.setVisible(self._source != SCRIPT)
+        self.refresh.setEnabled(self._source == DONE)
+        words = f"{as_sentence(occasion.words)}." if occasion else "Open a robot first."
+        self._note.setText(words if self._source == SCRIPT or not occasion else f"{words} {_LEFT_OUT}")

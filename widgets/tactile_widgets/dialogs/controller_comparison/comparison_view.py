@@ -1,0 +1,286 @@
+"""The whole of a comparison: who and on what at the left, what came of it at the right."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import partial
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtWidgets import (
+    QHBoxLayout,
+    QLabel,
+    QProgressBar,
+    QPushButton,
+    QScrollArea,
+    QSplitter,
+    QVBoxLayout,
+    QWidget,
+)
+
+from tactile_maps.control.motion.command import ControlSettings
+from tactile_maps.studies.controller_comparison import Contender, ControllerTrace
+from tactile_widgets.common.colours import Theme
+from tactile_widgets.common.panel import SLIM_SCROLL_BAR
+from tactile_widgets.dialogs.controller_comparison.comparison_plots import LETTERS, ComparisonPlots
+from tactile_widgets.dialogs.controller_comparison.comparison_setup import ContenderCard, StimulusChoice
+from tactile_widgets.dialogs.controller_comparison.metrics_table import MetricsTable
+from tactile_widgets.workers.comparison_worker import ComparisonStimulus
+
+_LEFT = 330
+_EMPTY = (
+    "Each controller runs from the same initial state on the same stimuli, in another process.\n"
+    "Choose the controllers and press Run: their traces and metrics are compared here."
+)
+
+
+class ComparisonView(QWidget):
+    """Shows what it is told and says what the user does; runs nothing itself."""
+
+    asked = Signal()
+    """Run the comparison."""
+    cancelled = Signal()
+    """Stop it."""
+    used = Signal(object)
+    """ControlSettings of the contender that is to be in force: of controller and gains only."""
+    export_asked = Signal()
+    """The traces are wanted as a file."""
+
+    def __init__(self, theme: Theme, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setObjectName("comparison-board")
+        self._theme = theme
+        self.cards: list[ContenderCard] = []
+        self._titles: dict[str, str] = {}
+        self.traces: tuple[ControllerTrace, ...] = ()
+        self.stimulus = StimulusChoice(self)
+        self.stimulus.changed.connect(self._on_edited)
+        self._make_left()
+        self._make_right()
+        row = QHBoxLayout(self)
+        row.setContentsMargins(16, 16, 16, 16)
+        row.setSpacing(16)
+        row.addWidget(self._left)
+        row.addWidget(self._right, 1)
+        self.rest()
+        self._show_traces()
+
+    @property
+    def contenders(self) -> tuple[Contender, ...]:
+        """Those that are chosen."""
+        return tuple(Contender(card.letter, card.settings) for card in self.cards)
+
+    def begin(self, settings: Sequence[ControlSettings]) -> None:
+        """These contenders, and nothing compared yet."""
+        while self.cards:
+            self._take_out(self.cards[-1])
+        for each in settings:
+            self._add(each)
+        self.traces = ()
+        self._show_traces()
+
+    def set_theme(self, theme: Theme) -> None:
+        """Take another theme."""
+        self._theme = theme
+        for card in self.cards:
+            card.set_theme(theme)
+        self.plots.set_theme(theme)
+
+    def show_progress(self, text: str, fraction: float) -> None:
+        """They are being run."""
+        self._progress.setValue(round(1000 * fraction))
+        self._say(f"Running {len(self.cards)} controllers: {text}…" if text else "Drawing…")
+        self._working(True)
+
+    def show_reading(self, fraction: float) -> None:
+        """A recording is being read, to compare on."""
+        self._progress.setValue(round(1000 * fraction))
+        self._say("Reading the recording…")
+        self._working(True)
+
+    def show_stimulus(self, stimulus: ComparisonStimulus) -> None:
+        """Compare on what a recording holds."""
+        self.rest()
+        self.stimulus.take_recording(stimulus)
+
+    def show_compared(self, traces: tuple[ControllerTrace, ...]) -> None:
+        """What came of it."""
+        self.rest()
+        self.traces = traces
+        self._titles = {card.letter: card.title for card in self.cards}
+        ended = [f"▲ {self._titles[t.name]} stopped at {_last(t):.2f}\u202fs: {t.ended}" for t in traces if t.ended]
+        self._show_traces()
+        self._say("\n".join(ended))
+
+    def show_failed(self, text: str) -> None:
+        """Why there is nothing; what was compared before stays."""
+        self.rest()
+        self._say(f"▲ {text}")
+
+    def rest(self) -> None:
+        """Nothing is being run any more."""
+        self._working(False)
+        self._say("")
+
+    # Building.
+
+    def _make_left(self) -> None:
+        content = QWidget()
+        column = QVBoxLayout(content)
+        column.setContentsMargins(0, 0, 8, 0)
+        column.setSpacing(8)
+        column.addWidget(_heading("Controllers", self))
+        self._cards = QVBoxLayout()
+        self._cards.setSpacing(12)
+        column.addLayout(self._cards)
+        self._more = self._button(
+            "comparison-more", "Add a controller", "Add a controller to the comparison", self._on_more
+        )
+        column.addWidget(self._more)
+        column.addSpacing(8)
+        column.addWidget(_heading("Stimulus", self))
+        column.addWidget(self.stimulus)
+        column.addSpacing(8)
+        column.addLayout(self._run_row())
+        self._note = QLabel(self)
+        self._note.setObjectName("comparison-note")
+        self._note.setProperty("role", "caption")
+        self._note.setWordWrap(True)
+        column.addWidget(self._note)
+        column.addStretch(1)
+        self._left = QScrollArea(self)
+        self._left.setWidget(content)
+        self._left.setWidgetResizable(True)
+        self._left.setFixedWidth(_LEFT)
+        self._left.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self._left.verticalScrollBar().setStyleSheet(SLIM_SCROLL_BAR)
+
+    def _run_row(self) -> QHBoxLayout:
+        self._run = self._button("comparison-run", "Run", "Run these controllers on this stimulus", self.asked.emit)
+        self._run.setDefault(True)
+        self._cancel = self._button(
+            "comparison-cancel", "Cancel", "Cancel, and keep the results so far", self.cancelled.emit
+        )
+        self._progress = QProgressBar(self)
+        self._progress.setRange(0, 1000)
+        self._progress.setTextVisible(False)
+        self._progress.setFixedHeight(6)
+        self._progress.setAccessibleName("Progress")
+        row = QHBoxLayout()
+        row.setSpacing(8)
+        row.addWidget(self._run, 1)
+        row.addWidget(self._progress, 1)
+        row.addWidget(self._cancel)
+        return row
+
+    def _make_right(self) -> None:
+        self.plots, self.table = ComparisonPlots(self._theme, self), MetricsTable(self)
+        self._empty = QLabel(_EMPTY, self)
+        self._empty.setWordWrap(True)
+        self._empty.setProperty("role", "caption")
+        self._empty.setAlignment(Qt.AlignmentFlag.AlignCenter)
+        self._right = QWidget(self)
+        column = QVBoxLayout(self._right)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(8)
+        self._split = QSplitter(self._right)
+        self._split.addWidget(self.plots)
+        self._split.addWidget(self.table)
+        self._split.setStretchFactor(0, 3)
+        self._split.setStretchFactor(1, 2)
+        self._split.setChildrenCollapsible(False)
+        self._split.setHandleWidth(16)
+        self._split.setStyleSheet("QSplitter::handle { background: transparent; }")
+        column.addWidget(self._empty, 1)
+        column.addWidget(self._split, 1)
+        self._acts = QHBoxLayout()
+        self._acts.setSpacing(8)
+        self._export = self._button(
+            "comparison-export", "Export CSV…", "Every tick of every controller, as a table", self.export_asked.emit
+        )
+        self._acts.addStretch(1)
+        self._acts.addWidget(self._export)
+        self._uses: list[QPushButton] = []
+        column.addLayout(self._acts)
+
+    def _button(self, name: str, text: str, tip: str, act: object) -> QPushButton:
+        button = QPushButton(text, self)
+        button.setObjectName(name)
+        button.setToolTip(tip)
+        button.clicked.connect(act)
+        return button
+
+    # Inside.
+
+    def _working(self, on: bool) -> None:
+        self._run.setHidden(on)
+        self._progress.setVisible(on)
+        self._cancel.setVisible(on)
+
+    def _say(self, text: str) -> None:
+        self._note.setText(text)
+        self._note.setVisible(bool(text))
+
+    def _show_traces(self) -> None:
+        traces = self.traces
+        self._empty.setVisible(not traces)
+        self._split.setVisible(bool(traces))
+        self.plots.show_traces(traces)
+        self.table.show_traces(traces, [self._titles[trace.name] for trace in traces])
+        self._export.setVisible(bool(traces))
+        for button in self._uses:
+            self._acts.removeWidget(button)
+            button.hide()
+            button.deleteLater()
+        self._uses = []
+        for number, trace in enumerate(traces):
+            tip = f"Put {self._titles[trace.name]} in use, with these gains; the task stays"
+            use = self._button(f"use-{trace.name}", f"Use {trace.name}", tip, partial(self._on_use, trace.settings))
+            self._acts.insertWidget(number, use)
+            self._uses.append(use)
+
+    def _add(self, settings: ControlSettings) -> None:
+        letter = next(letter for letter in LETTERS if letter not in {card.letter for card in self.cards})
+        card = ContenderCard(letter, settings, self._theme, self)
+        card.edited.connect(self._on_edited)
+        card.removed.connect(self._on_removed)
+        place = LETTERS.index(letter)
+        self.cards.insert(place, card)
+        self._cards.insertWidget(place, card)
+        self._count()
+
+    def _take_out(self, card: ContenderCard) -> None:
+        self.cards.remove(card)
+        self._cards.removeWidget(card)
+        card.hide()
+        card.deleteLater()
+        self._count()
+
+    def _count(self) -> None:
+        self._more.setVisible(len(self.cards) < len(LETTERS))
+        for card in self.cards:
+            card.set_removable(len(self.cards) > 2)
+
+    def _on_more(self) -> None:
+        self._add(self.cards[-1].settings)
+        self._on_edited()
+
+    def _on_removed(self, letter: str) -> None:
+        self._take_out(next(card for card in self.cards if card.letter == letter))
+        self._on_edited()
+
+    def _on_edited(self) -> None:
+        if self.traces:
+            self._say("▲ These results are outdated: run again.")
+
+    def _on_use(self, settings: ControlSettings, _checked: bool = False) -> None:
+        self.used.emit(settings)
+
+
+def _heading(text: str, parent: QWidget) -> QLabel:
+    label = QLabel(text, parent)
+    label.setProperty("role", "heading")
+    return label
+
+
+def _last(trace: ControllerTrace) -> float:
+    return float(trace.time[-1]) if len(trace) else 0.0

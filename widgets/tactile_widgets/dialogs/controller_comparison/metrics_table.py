@@ -1,0 +1,136 @@
+"""The figures of all contenders: a row a figure, a column a contender, the best in bold."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QFont
+from PySide6.QtWidgets import QAbstractItemView, QFrame, QHeaderView, QTableWidget, QTableWidgetItem, QWidget
+
+from tactile_maps.control.limit_texts import limit_name
+from tactile_maps.studies.controller_comparison import ControllerMetrics, ControllerTrace, controller_metrics
+
+NONE = "—"
+_FLAT = """
+    QTableWidget, QTableCornerButton::section { background: transparent; border: 0; }
+    QHeaderView { background: transparent; }
+    QHeaderView::section { background: transparent; border: 0; padding: 2px 4px; }
+"""
+_ROW = 22
+_NEARLY = 1e-3
+"""Relative; nearer figures are equally good."""
+
+
+class Row(NamedTuple):
+    """One figure: its name in ``ControllerMetrics``, words, unit, shown units per unit, and whether less is better."""
+
+    name: str
+    words: str
+    unit: str
+    scale: float = 1.0
+    better: bool = True
+
+
+ROWS = (
+    Row("map_rms_mm", "Position error on the map, rms", "mm"),
+    Row("map_p95_mm", "Position error on the map, p95", "mm"),
+    Row("body_rms_mm", "Position error on the body, rms", "mm"),
+    Row("body_p95_mm", "Position error on the body, p95", "mm"),
+    Row("force_rms_N", "Force error, rms", "N"),
+    Row("force_std_N", "Force ripple, std", "N"),
+    Row("force_max_N", "Max force", "N"),
+    Row("lost", "Contact lost", "%", 100.0),
+    Row("limited", "Limited", "%", 100.0),
+    Row("limit", "Limited most by", ""),
+    Row("joint_speed_max", "Max joint speed", "rad/s"),
+    Row("energy_J", "Max net energy output", "J", 1.0, better=False),
+    Row("control_ms", "Controller time, median", "ms"),
+    Row("control_p95_ms", "Controller time, p95", "ms"),
+)
+
+
+class MetricsTable(QTableWidget):
+    """Shows figures; decides only which is best."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(len(ROWS), 0, parent)
+        self.setObjectName("controller-figures")
+        self.setAccessibleName("Metrics")
+        self._name_rows("rad/s")
+        self.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
+        self.setSelectionMode(QAbstractItemView.SelectionMode.NoSelection)
+        self.setShowGrid(False)
+        self.setFrameShape(QFrame.Shape.NoFrame)
+        self.setStyleSheet(_FLAT)
+        self.setWordWrap(False)
+        self.verticalHeader().setDefaultSectionSize(_ROW)
+        self.verticalHeader().setDefaultAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
+        wrapped = Qt.AlignmentFlag.AlignHCenter | Qt.AlignmentFlag.AlignBottom | Qt.TextFlag.TextWordWrap
+        self.horizontalHeader().setDefaultAlignment(Qt.AlignmentFlag(int(wrapped)))
+        self.horizontalHeader().setFixedHeight(2 * _ROW)
+        self.horizontalHeader().setSectionResizeMode(QHeaderView.ResizeMode.Stretch)
+        self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+
+    def show_traces(self, traces: Sequence[ControllerTrace], titles: Sequence[str]) -> None:
+        """Measure and show these."""
+        figures = [controller_metrics(trace) for trace in traces]
+        if figures:
+            self._name_rows(figures[0].speed_unit)
+        self.setColumnCount(len(traces))
+        self.setHorizontalHeaderLabels(list(titles))
+        for number, row in enumerate(ROWS):
+            values = [_value(figure, row.name) for figure in figures]
+            known = [None if isinstance(value, str) else value for value in values]
+            best = _best(known) if row.better and row.unit else None
+            for column, value in enumerate(values):
+                self.setItem(number, column, _cell(row, value, bold=column == best))
+
+    def _name_rows(self, speed_unit: str) -> None:
+        units = {row.name: row.unit for row in ROWS} | {"joint_speed_max": speed_unit}
+        self.setVerticalHeaderLabels(
+            [f"{row.words} ({units[row.name]})" if units[row.name] else row.words for row in ROWS]
+        )
+
+    def text(self, name: str, column: int) -> str:
+        """What a cell says."""
+        item = self.item([row.name for row in ROWS].index(name), column)
+        return item.text() if item is not None else ""
+
+
+def format_metric(row: Row, value: float | str | None) -> str:
+    """Three significant digits, the words of what is said in words, and what stands for nothing."""
+    if value is None:
+        return NONE
+    if isinstance(value, str):
+        return value
+    shown = row.scale * value
+    return f"{shown:.{max(2 - math.floor(math.log10(abs(shown))), 0)}f}" if 1e-3 <= abs(shown) < 1e3 else f"{shown:.3g}"
+
+
+def _value(figures: ControllerMetrics, name: str) -> float | str | None:
+    if name == "limit":
+        return None if figures.limit is None else limit_name(figures.limit)
+    value: float | None = getattr(figures, name)
+    return value
+
+
+def _cell(row: Row, value: float | str | None, *, bold: bool) -> QTableWidgetItem:
+    item = QTableWidgetItem(format_metric(row, value))
+    item.setTextAlignment(Qt.AlignmentFlag.AlignCenter)
+    if isinstance(value, str):
+        item.setToolTip(value)
+    font = QFont()
+    font.setBold(bold)
+    item.setFont(font)
+    return item
+
+
+def _best(values: Sequence[float | None]) -> int | None:
+    """Which is least; None where none is less than all others."""
+    known = sorted((value, number) for number, value in enumerate(values) if value is not None)
+    if len(known) < 2 or known[1][0] - known[0][0] <= _NEARLY * abs(known[1][0]):
+        return None
+    return known[0][1]

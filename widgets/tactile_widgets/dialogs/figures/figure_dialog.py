@@ -1,0 +1,172 @@
+"""Asks what a figure shows, how large it is, and how fine; a sketch shows the size."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QRectF, QSize, Qt, Signal
+from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen
+from PySide6.QtWidgets import (
+    QComboBox,
+    QDialog,
+    QDialogButtonBox,
+    QDoubleSpinBox,
+    QFormLayout,
+    QLabel,
+    QPushButton,
+    QSpinBox,
+    QVBoxLayout,
+    QWidget,
+)
+
+from tactile_maps.core.errors import DisplayError
+from tactile_widgets.common.colours import Theme
+from tactile_widgets.dialogs.figures.figure_file import (
+    LARGEST_MM,
+    LEAST_DPI,
+    MOST_DPI,
+    SMALLEST_MM,
+    FigureColours,
+    FigurePart,
+    FigureSpec,
+)
+
+_PARTS = {
+    FigurePart.VIEWS: "Robot and map",
+    FigurePart.ROBOT: "Robot",
+    FigurePart.MAP: "Map",
+    FigurePart.PLOTS: "Plots",
+}
+_COLOURS = {
+    FigureColours.PAPER: "On white",
+    FigureColours.LIGHT: "Light theme",
+    FigureColours.DARK: "Dark theme",
+}
+_WIDTHS = {"One column, 85\u202fmm": 85.0, "Two columns, 170\u202fmm": 170.0}
+_A4 = 210.0, 297.0
+
+
+class PageSketch(QWidget):
+    """The figure on a page of A4, to scale."""
+
+    def __init__(self, theme: Theme, parent: QWidget) -> None:
+        super().__init__(parent)
+        self.setAccessibleName("The figure on a page of A4")
+        self._theme, self._size = theme, (170.0, 85.0)
+        self.setMinimumSize(QSize(120, 170))
+
+    def show_size(self, width: float, height: float) -> None:
+        """Of the figure [mm]."""
+        self._size = width, height
+        self.update()
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        """Qt."""
+        painter = QPainter(self)
+        scale = min((self.width() - 2) / max(_A4[0], self._size[0]), (self.height() - 8) / max(_A4[1], self._size[1]))
+        painter.translate((self.width() - 2 - max(_A4[0], self._size[0]) * scale) / 2, 0)
+        painter.setPen(QPen(QColor(self._theme.line), 1))
+        painter.drawRect(QRectF(1, 1, _A4[0] * scale, _A4[1] * scale))
+        width, height = self._size
+        left = max((_A4[0] - width) / 2, 0.0)
+        figure = QRectF(
+            1 + left * scale, 1 + min(20.0, max(_A4[1] - height, 0.0)) * scale, width * scale, height * scale
+        )
+        fill = QColor(self._theme.accent)
+        fill.setAlphaF(0.2)
+        painter.setPen(QPen(QColor(self._theme.accent), 1.5))
+        painter.fillRect(figure, fill)
+        painter.drawRect(figure)
+
+
+class FigureDialog(QDialog):
+    """Part, size, resolution and colours, as they were the last time.
+
+    Args:
+        theme: Colours.
+        parent: The window.
+    """
+
+    wanted = Signal(object, object)
+    """A FigurePart is to be written by a FigureSpec."""
+
+    def __init__(self, theme: Theme, parent: QWidget) -> None:
+        super().__init__(parent)
+        self.setObjectName("figure-dialog")
+        self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        self.setWindowTitle("Save figure")
+        self.part, self.colours, self.column = QComboBox(self), QComboBox(self), QComboBox(self)
+        for part, words in _PARTS.items():
+            self.part.addItem(words, part)
+        for colours, words in _COLOURS.items():
+            self.colours.addItem(words, colours)
+        self.column.addItems([*_WIDTHS, "Other width"])
+        self.width_mm, self.height_mm, self.dpi = QDoubleSpinBox(self), QDoubleSpinBox(self), QSpinBox(self)
+        for side in (self.width_mm, self.height_mm):
+            side.setRange(SMALLEST_MM, LARGEST_MM)
+            side.setSuffix("\u202fmm")
+            side.setDecimals(1)
+            side.valueChanged.connect(self._on_changed)
+        self.dpi.setRange(LEAST_DPI, MOST_DPI)
+        self.dpi.setSuffix("\u202fdpi")
+        self.dpi.valueChanged.connect(self._on_changed)
+        self.dpi.setToolTip("Of PNG, and of the robot and of touch within SVG and PDF; all else there is vectors")
+        self.column.activated.connect(self._on_column_chosen)
+        self.note, self.sketch = QLabel(self), PageSketch(theme, self)
+        self.note.setProperty("role", "caption")
+        self.note.setWordWrap(True)
+        self._lay_out()
+
+    def _lay_out(self) -> None:
+        form, whole = QFormLayout(), QVBoxLayout(self)
+        rows = {
+            "What": self.part, "Fits": self.column, "Width": self.width_mm, "Height": self.height_mm,
+            "Resolution": self.dpi, "Colours": self.colours,
+        }  # fmt: skip
+        for words, control in rows.items():
+            control.setAccessibleName(words)
+            form.addRow(words, control)
+        whole.addLayout(form)
+        whole.addWidget(self.sketch, 1)
+        whole.addWidget(self.note)
+        self._buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Cancel, self)
+        self.save = QPushButton("Save…", self)
+        self._buttons.addButton(self.save, QDialogButtonBox.ButtonRole.AcceptRole)
+        self._buttons.accepted.connect(self._on_accepted)
+        self._buttons.rejected.connect(self.reject)
+        whole.addWidget(self._buttons)
+
+    def show_choice(self, part: FigurePart, spec: FigureSpec) -> None:
+        """Begin with these."""
+        self.part.setCurrentIndex(self.part.findData(part))
+        self.colours.setCurrentIndex(self.colours.findData(spec.colours))
+        self.width_mm.setValue(spec.width)
+        self.height_mm.setValue(spec.height)
+        self.dpi.setValue(spec.dpi)
+        self._on_changed()
+
+    def _spec(self) -> FigureSpec:
+        colours = FigureColours(self.colours.currentData())
+        return FigureSpec(self.width_mm.value(), self.height_mm.value(), self.dpi.value(), colours)
+
+    def _on_column_chosen(self, _index: int) -> None:
+        width = _WIDTHS.get(self.column.currentText())
+        if width is not None:
+            self.width_mm.setValue(width)
+
+    def _on_changed(self, _value: float = 0.0) -> None:
+        width = self.width_mm.value()
+        known = [words for words, one in _WIDTHS.items() if one == width]
+        self.column.setCurrentText(known[0] if known else "Other width")
+        self.sketch.show_size(width, self.height_mm.value())
+        try:
+            pixels = self._spec().pixels
+        except DisplayError as error:
+            self.note.setText(str(error))
+            self.save.setEnabled(False)
+        else:
+            self.save.setEnabled(True)
+            self.note.setText(f"PNG: {pixels[0]} × {pixels[1]} pixels. Robot and map have scale bars.")
+
+    def _on_accepted(self) -> None:
+        part, spec = FigurePart(self.part.currentData()), self._spec()
+        self.accept()
+        self.wanted.emit(part, spec)

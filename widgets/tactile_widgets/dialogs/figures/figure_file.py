@@ -1,0 +1,202 @@
+"""A figure as a file: SVG, PDF or PNG of a stated size, drawn by a painter in units of 1/96 inch."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import Enum
+from pathlib import Path
+
+from PySide6.QtCore import QBuffer, QByteArray, QMarginsF, QRect, QRectF, QSize, QSizeF
+from PySide6.QtGui import QColor, QImage, QPageSize, QPainter, QPdfWriter
+from PySide6.QtSvg import QSvgGenerator, QSvgRenderer
+
+from tactile_maps.core.errors import DisplayError
+from tactile_maps.core.files import write_atomically
+
+MM_PER_INCH = 25.4
+UNITS_PER_INCH = 96.0
+"""What a figure is drawn in: the pixels of a usual screen, so that words are as large on paper as there."""
+SMALLEST_MM, LARGEST_MM = 20.0, 1000.0
+LEAST_DPI, MOST_DPI = 50, 2400
+_MOST_PIXELS = 200e6
+
+
+class FigurePart(Enum):
+    """What is drawn."""
+
+    VIEWS = "views"
+    ROBOT = "robot"
+    MAP = "map"
+    PLOTS = "plots"
+
+
+class FigureColours(Enum):
+    """Of the figure."""
+
+    PAPER = "paper"
+    """The light theme on white."""
+    LIGHT = "light"
+    DARK = "dark"
+
+
+@dataclass(frozen=True)
+class FigureSpec:
+    """How a figure is written.
+
+    Attributes:
+        width: [mm].
+        height: [mm].
+        dpi: Pixels an inch of a PNG, and of what is a picture within SVG and PDF: the robot, and touch on the map.
+        colours: Of the figure.
+
+    Raises:
+        DisplayError: A size or resolution that makes no figure.
+    """
+
+    width: float = 170.0
+    height: float = 85.0
+    dpi: int = 300
+    colours: FigureColours = FigureColours.PAPER
+
+    def __post_init__(self) -> None:
+        for name, side in (("width", self.width), ("height", self.height)):
+            if not SMALLEST_MM <= side <= LARGEST_MM:
+                remedy = f"Choose {SMALLEST_MM:g} to {LARGEST_MM:g} mm"
+                raise DisplayError(f"a figure cannot have this {name}", value=f"{side:g} mm", remedy=remedy)
+        if not LEAST_DPI <= self.dpi <= MOST_DPI:
+            raise DisplayError(
+                "a figure cannot have this resolution", value=f"{self.dpi} dpi", remedy="Choose 50 to 2400"
+            )
+        width, height = self.pixels
+        if width * height > _MOST_PIXELS:
+            raise DisplayError(
+                "this figure would have too many pixels",
+                value=f"{width} x {height}",
+                remedy="Choose a lower resolution",
+            )
+
+    @property
+    def pixels(self) -> tuple[int, int]:
+        """Width and height of a PNG."""
+        return round(self.width / MM_PER_INCH * self.dpi), round(self.height / MM_PER_INCH * self.dpi)
+
+    @property
+    def units(self) -> tuple[int, int]:
+        """Width and height in the units that it is drawn in."""
+        unit = MM_PER_INCH / UNITS_PER_INCH
+        return round(self.width / unit), round(self.height / unit)
+
+    @property
+    def quality(self) -> float:
+        """Pixels a unit of what is a picture."""
+        return self.dpi / UNITS_PER_INCH
+
+
+FIGURE_KINDS = {".svg": "SVG, vector (*.svg)", ".pdf": "PDF, vector (*.pdf)", ".png": "PNG, pixels (*.png)"}
+
+
+def write_figure(path: str | Path, spec: FigureSpec, ground: str, paint: Callable[[QPainter], None]) -> None:
+    """Write what ``paint`` draws into ``spec.units``; what was there is replaced.
+
+    Args:
+        path: Its ending says the kind: ``.svg``, ``.pdf`` or ``.png``.
+        spec: Size and resolution.
+        ground: Colour below everything, as hex.
+        paint: Draws in units; vectors stay vectors in SVG and PDF.
+
+    Raises:
+        DisplayError: Another ending, or the file cannot be written.
+    """
+    kind, writers = check_figure_kind(path), {".svg": _svg, ".pdf": _pdf, ".png": _png}
+    write_atomically(Path(path), writers[kind](spec, QColor(ground), paint), error=DisplayError)
+
+
+def check_figure_kind(path: str | Path) -> str:
+    """The ending of a figure's file.
+
+    Raises:
+        DisplayError: It is none that can be written.
+    """
+    kind = Path(path).suffix.lower()
+    if kind not in FIGURE_KINDS:
+        raise DisplayError(
+            "figures of this kind cannot be written",
+            file=path,
+            value=kind or "no ending",
+            remedy="Choose .svg, .pdf or .png",
+        )
+    return kind
+
+
+def _draw(painter: QPainter, spec: FigureSpec, ground: QColor, paint: Callable[[QPainter], None]) -> None:
+    painter.setRenderHints(QPainter.RenderHint.Antialiasing | QPainter.RenderHint.SmoothPixmapTransform)
+    painter.fillRect(QRect(0, 0, *spec.units), ground)
+    paint(painter)
+    painter.end()
+
+
+def _svg(spec: FigureSpec, ground: QColor, paint: Callable[[QPainter], None]) -> bytes:
+    written = QBuffer()
+    written.open(QBuffer.OpenModeFlag.WriteOnly)
+    page = QSvgGenerator()
+    page.setOutputDevice(written)
+    page.setResolution(int(UNITS_PER_INCH))
+    page.setSize(QSize(*spec.units))
+    page.setViewBox(QRect(0, 0, *spec.units))
+    page.setTitle("Tactile Maps")
+    _draw(QPainter(page), spec, ground, paint)
+    # Qt rounds the size to its units.
+    size = f'width="{spec.width:g}mm" height="{spec.height:g}mm"'.encode()
+    return re.sub(rb'width="[\d.]+mm" height="[\d.]+mm"', size, bytes(written.data().data()), count=1)
+
+
+def _pdf(spec: FigureSpec, ground: QColor, paint: Callable[[QPainter], None]) -> bytes:
+    written = QBuffer()
+    written.open(QBuffer.OpenModeFlag.WriteOnly)
+    page = QPdfWriter(written)
+    page.setCreator("Tactile Maps")
+    size = QPageSize(
+        QSizeF(spec.width, spec.height), QPageSize.Unit.Millimeter, "", QPageSize.SizeMatchPolicy.ExactMatch
+    )
+    page.setPageSize(size)
+    page.setPageMargins(QMarginsF(0, 0, 0, 0))
+    page.setResolution(int(UNITS_PER_INCH))
+    _draw(QPainter(page), spec, ground, paint)
+    return bytes(written.data().data())
+
+
+def _png(spec: FigureSpec, ground: QColor, paint: Callable[[QPainter], None]) -> bytes:
+    """By way of the vectors, whose pens can be made as wide as on paper; they would be hairs at 300 dpi."""
+    image = QImage(*spec.pixels, QImage.Format.Format_RGB32)
+    image.fill(ground)
+    drawn = _with_wider_pens(_svg(spec, ground, paint), spec.quality)
+    vectors, painter = QSvgRenderer(QByteArray(drawn)), QPainter(image)
+    painter.setRenderHints(QPainter.RenderHint.Antialiasing | QPainter.RenderHint.SmoothPixmapTransform)
+    vectors.render(painter, QRectF(image.rect()))
+    painter.end()
+    per_metre = round(spec.dpi / MM_PER_INCH * 1000)
+    image.setDotsPerMeterX(per_metre)
+    image.setDotsPerMeterY(per_metre)
+    written = QBuffer()
+    written.open(QBuffer.OpenModeFlag.WriteOnly)
+    image.save(written, "PNG")  # type: ignore[call-overload]  # the stubs of Qt want bytes
+    return bytes(written.data().data())
+
+
+def _with_wider_pens(drawn: bytes, factor: float) -> bytes:
+    """Pens and dashes of an SVG that do not scale with it, as wide as if they did."""
+
+    def scaled(found: re.Match[bytes]) -> bytes:
+        return (
+            found[1] + b'="' + re.sub(rb"[\d.]+", lambda number: b"%.4g" % (factor * float(number[0])), found[2]) + b'"'
+        )
+
+    groups = drawn.split(b"<g ")  # one for each pen, with what it draws
+    for number, group in enumerate(groups):
+        if b"non-scaling-stroke" in group:
+            tag, rest = group.split(b">", 1)
+            wider = re.sub(rb'(stroke-width|stroke-dasharray|stroke-dashoffset)="([^"]*)"', scaled, tag)
+            groups[number] = wider + b">" + rest
+    return b"<g ".join(groups)

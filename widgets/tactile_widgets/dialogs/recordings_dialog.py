@@ -1,0 +1,262 @@
+"""The recordings of a folder: a picture of each, what it is of, how it ended; to replay, label, find or delete."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from datetime import datetime
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtCore import QPoint, QSize, Qt, Signal
+from PySide6.QtGui import QIcon, QImage, QKeySequence, QPixmap, QShortcut
+from PySide6.QtWidgets import (
+    QAbstractItemView,
+    QDialog,
+    QHBoxLayout,
+    QHeaderView,
+    QLabel,
+    QLineEdit,
+    QMenu,
+    QPushButton,
+    QTableWidget,
+    QTableWidgetItem,
+    QVBoxLayout,
+    QWidget,
+)
+
+from tactile_maps.recording.encoding.annotations import Outcome
+from tactile_maps.recording.overview.summary import RecordingSummary
+from tactile_widgets.plots.timeline.playhead import clock_text
+
+_COLUMNS = ("Recording", "Length", "Robot", "Scene", "Taxels", "Outcome", "Label", "Recorded")
+_PICTURE = QSize(72, 44)
+_WORDS: dict[Outcome | None, str] = {Outcome.SUCCESS: "✓ Success", Outcome.FAILURE: "✗ Failure", None: ""}
+_EMPTY = "No recording is in this folder yet. Ctrl+R in the window records the session."
+
+
+class RecordingsDialog(QDialog):
+    """Lists recordings and says what a person wants with the one that is selected; does nothing itself.
+
+    Args:
+        parent: Qt parent.
+    """
+
+    replay_wanted = Signal(object)
+    """To open this Path."""
+    overlay_wanted = Signal(object)
+    """To draw this Path over the recording that is shown."""
+    show_wanted = Signal(object)
+    """To see the file of this Path in its folder."""
+    delete_wanted = Signal(object)
+    """To delete this Path."""
+    outcome_chosen = Signal(object, object)
+    """How the recording of a Path ended: an Outcome, or None."""
+    label_wanted = Signal(object, str)
+    """To be asked for another label of a Path than this."""
+    folder_wanted = Signal()
+    """To be asked for another folder."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setObjectName("recordings-dialog")
+        self.setWindowTitle("Recordings")
+        self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        self.resize(980, 560)
+        self._summaries: dict[Path, RecordingSummary] = {}
+        self._paths: list[Path] = []
+        self.overlay_possible = False
+        self.search, self.table = QLineEdit(self), QTableWidget(0, len(_COLUMNS), self)
+        self.folder, self.said = QLabel(self), QLabel(self)
+        self._buttons: dict[str, QPushButton] = {}
+        self._set_up()
+        self._lay_out()
+        self._show_selected()
+
+    def _set_up(self) -> None:
+        self.search.setObjectName("recordings-search")
+        self.search.setPlaceholderText("Search by name, robot, scene or label")
+        self.search.setClearButtonEnabled(True)
+        self.search.textChanged.connect(self._filter)
+        table = self.table
+        table.setObjectName("recordings-table")
+        table.setAccessibleName("Recordings, the newest first")
+        table.setHorizontalHeaderLabels(_COLUMNS)
+        table.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
+        table.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
+        table.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
+        table.setIconSize(_PICTURE)
+        table.setShowGrid(False)
+        table.setWordWrap(False)
+        table.verticalHeader().hide()
+        table.verticalHeader().setDefaultSectionSize(_PICTURE.height() + 8)
+        table.horizontalHeader().setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
+        table.horizontalHeader().setSectionResizeMode(0, QHeaderView.ResizeMode.Stretch)
+        table.setContextMenuPolicy(Qt.ContextMenuPolicy.CustomContextMenu)
+        table.customContextMenuRequested.connect(self._open_menu)
+        table.itemSelectionChanged.connect(self._show_selected)
+        table.doubleClicked.connect(self._replay)
+        QShortcut(QKeySequence(Qt.Key.Key_Delete), table, self._delete, context=Qt.ShortcutContext.WidgetShortcut)
+        self.said.setWordWrap(True)
+
+    def _lay_out(self) -> None:
+        top, bottom = QHBoxLayout(), QHBoxLayout()
+        top.addWidget(self.folder, 1)
+        choose = QPushButton("Choose folder…", self)
+        choose.setObjectName("recordings-folder")
+        choose.setAutoDefault(False)
+        choose.clicked.connect(self.folder_wanted)
+        top.addWidget(choose)
+        for name, words, tip, act in (
+            ("replay", "Replay", "Open the recording (double click)", self._replay),
+            ("overlay", "Overlay", "Draw it dashed over the recording that is shown", self._overlay),
+            ("success", "Success", "The demonstration succeeded", partial(self._judge, Outcome.SUCCESS)),
+            ("failure", "Failure", "The demonstration failed", partial(self._judge, Outcome.FAILURE)),
+            ("clear", "Clear", "Say nothing of how it ended", partial(self._judge, None)),
+            ("label", "Label…", "Say what it is", self._label),
+            ("show", "Show in folder", "Show the folder of its file", self._show_file),
+            ("delete", "Delete…", "Move its file, and what is said of it, to the trash (Delete)", self._delete),
+        ):
+            button = self._buttons[name] = QPushButton(words, self)
+            button.setObjectName(f"recordings-{name}")
+            button.setToolTip(tip)
+            button.setAutoDefault(False)
+            button.clicked.connect(act)
+            bottom.addWidget(button)
+        bottom.addStretch(1)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(12, 12, 12, 12)
+        column.setSpacing(8)
+        column.addLayout(top)
+        column.addWidget(self.search)
+        column.addWidget(self.table, 1)
+        column.addWidget(self.said)
+        column.addLayout(bottom)
+
+    # What is shown.
+
+    def show_folder(self, folder: Path, paths: Sequence[Path], more: int) -> None:
+        """List these files of a folder; ``more`` older ones are left out."""
+        self._summaries, self._paths = {}, list(paths)
+        self.folder.setText(str(folder))
+        self.table.setRowCount(len(paths))
+        for row, path in enumerate(paths):
+            for column in range(len(_COLUMNS)):
+                self.table.setItem(row, column, QTableWidgetItem(path.name if column == 0 else ""))
+        self._more = f"The newest {len(paths)} are listed; {more} older ones are left out." if more else ""
+        self._tell()
+        self._show_selected()
+
+    def show_summary(self, summary: RecordingSummary) -> None:
+        """Show what one of them is."""
+        if summary.path not in self._paths:
+            return
+        self._summaries[summary.path] = summary
+        row, said = self._paths.index(summary.path), summary.annotations
+        length = "" if summary.seconds is None else clock_text(summary.seconds)
+        taxels = str(summary.taxels) if summary.taxels else ""
+        when = f"{datetime.fromtimestamp(summary.modified):%Y-%m-%d %H:%M}"
+        texts = ("", length, summary.robot, summary.scene, taxels, _WORDS[said.outcome], said.label, when)
+        name = summary.path.name
+        for column, text in enumerate((f"⚠ {name}" if summary.problem else name, *texts[1:])):
+            item = QTableWidgetItem(text)
+            item.setToolTip(summary.problem or text)
+            if column == 0 and summary.picture is not None:
+                item.setIcon(_icon(summary.picture))
+            self.table.setItem(row, column, item)
+        self._tell()
+        self._show_selected()
+        self._filter()
+
+    def remove(self, path: Path) -> None:
+        """One is not there any more."""
+        if path in self._paths:
+            self.table.removeRow(self._paths.index(path))
+            self._paths.remove(path)
+            self._summaries.pop(path, None)
+            self._tell()
+
+    def set_overlay_possible(self, *, possible: bool) -> None:
+        """Whether a recording is shown over which another could be drawn."""
+        self.overlay_possible = possible
+        self._show_selected()
+
+    @property
+    def selected(self) -> Path | None:
+        """The recording that is selected; None for none."""
+        rows = self.table.selectionModel().selectedRows()
+        return self._paths[rows[0].row()] if rows else None
+
+    def _tell(self) -> None:
+        missing = len(self._paths) - len(self._summaries)
+        if not self._paths:
+            self.said.setText(_EMPTY)
+        elif missing:
+            self.said.setText(f"Looking into {missing} of {len(self._paths)}")
+        else:
+            self.said.setText(self._more)
+
+    def _show_selected(self) -> None:
+        path = self.selected
+        summary = None if path is None else self._summaries.get(path)
+        readable = summary is not None and summary.seconds is not None
+        for name, button in self._buttons.items():
+            button.setEnabled(path is not None if name in ("replay", "show", "delete") else readable)
+        self._buttons["overlay"].setEnabled(readable and self.overlay_possible)
+        if summary is not None and summary.problem:
+            self.said.setText(summary.problem)
+        else:
+            self._tell()
+
+    def _filter(self) -> None:
+        words = self.search.text().casefold().split()
+        for row in range(self.table.rowCount()):
+            items = (self.table.item(row, column) for column in range(len(_COLUMNS)))
+            text = " ".join(item.text() for item in items if item is not None).casefold()
+            self.table.setRowHidden(row, not all(word in text for word in words))
+
+    # What a person wants.
+
+    def _replay(self) -> None:
+        if (path := self.selected) is not None:
+            self.replay_wanted.emit(path)
+
+    def _overlay(self) -> None:
+        if (path := self.selected) is not None:
+            self.overlay_wanted.emit(path)
+
+    def _judge(self, outcome: Outcome | None) -> None:
+        if (path := self.selected) is not None:
+            self.outcome_chosen.emit(path, outcome)
+
+    def _label(self) -> None:
+        if (path := self.selected) is not None:
+            self.label_wanted.emit(path, self._summaries[path].annotations.label)
+
+    def _show_file(self) -> None:
+        if (path := self.selected) is not None:
+            self.show_wanted.emit(path)
+
+    def _delete(self) -> None:
+        if (path := self.selected) is not None:
+            self.delete_wanted.emit(path)
+
+    def _open_menu(self, place: QPoint) -> None:
+        if self.selected is None:
+            return
+        menu = QMenu(self)
+        menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        for button in self._buttons.values():
+            entry = menu.addAction(button.text())
+            entry.setEnabled(button.isEnabled())
+            entry.triggered.connect(button.click)
+        menu.popup(self.table.viewport().mapToGlobal(place))
+
+
+def _icon(picture: NDArray[np.uint8]) -> QIcon:
+    rows, columns, _ = picture.shape
+    data = np.ascontiguousarray(picture)
+    image = QImage(data.tobytes(), columns, rows, 3 * columns, QImage.Format.Format_RGB888).copy()
+    whole = Qt.AspectRatioMode.KeepAspectRatio
+    return QIcon(QPixmap.fromImage(image.scaled(_PICTURE * 2, whole, Qt.TransformationMode.SmoothTransformation)))

@@ -1,0 +1,238 @@
+"""A study's table: what was measured against what was varied, and the rows behind each point."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from PySide6.QtCore import QAbstractTableModel, QModelIndex, QPersistentModelIndex, Qt, Signal
+from PySide6.QtWidgets import (
+    QAbstractItemView,
+    QComboBox,
+    QDialog,
+    QFormLayout,
+    QHBoxLayout,
+    QLabel,
+    QLineEdit,
+    QPushButton,
+    QSplitter,
+    QTableView,
+    QVBoxLayout,
+    QWidget,
+)
+
+from tactile_maps.core.errors import UsageError
+from tactile_maps.studies.base.rows import Row, distinct
+from tactile_maps.studies.running.study_table import StudyTable, TablePoint, only, table_points
+from tactile_widgets.common.colours import Theme
+from tactile_widgets.plots.study_plot import StudyPlot, cell_text
+
+_Index = QModelIndex | QPersistentModelIndex
+_NONE = "(one curve)"
+_MOST_CURVES = 12
+_TOP = QModelIndex()
+
+
+class RowsModel(QAbstractTableModel):
+    """Rows of a study for a table view: one line a row of any number."""
+
+    def __init__(self, columns: Sequence[str], parent: QWidget) -> None:
+        super().__init__(parent)
+        self._columns, self.rows = list(columns), list[Row]()
+
+    def show_rows(self, rows: Sequence[Row]) -> None:
+        """Have these rows."""
+        self.beginResetModel()
+        self.rows = list(rows)
+        self.endResetModel()
+
+    def rowCount(self, parent: _Index = _TOP) -> int:
+        """Qt."""
+        return 0 if parent.isValid() else len(self.rows)
+
+    def columnCount(self, parent: _Index = _TOP) -> int:
+        """Qt."""
+        return 0 if parent.isValid() else len(self._columns)
+
+    def data(self, index: _Index, role: int = Qt.ItemDataRole.DisplayRole) -> object:
+        """Qt."""
+        if role not in (Qt.ItemDataRole.DisplayRole, Qt.ItemDataRole.ToolTipRole):
+            return None
+        return cell_text(self.rows[index.row()][self._columns[index.column()]])
+
+    def headerData(self, section: int, orientation: Qt.Orientation, role: int = Qt.ItemDataRole.DisplayRole) -> object:
+        """Qt."""
+        if role != Qt.ItemDataRole.DisplayRole:
+            return None
+        return self._columns[section] if orientation == Qt.Orientation.Horizontal else section + 1
+
+
+class StudyDialog(QDialog):
+    """Draws a study's table as a person asks; the rows of the point that is clicked are those that are listed.
+
+    Args:
+        table: The table.
+        theme: Its colours.
+        no_replay: Why runs cannot be replayed; empty where they can.
+        parent: Qt parent.
+    """
+
+    replay_wanted = Signal(object)
+    """To simulate the run behind this Row anew."""
+
+    def __init__(self, table: StudyTable, theme: Theme, *, no_replay: str = "", parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setObjectName("study-dialog")
+        self.setWindowTitle(f"Study: {table.file.name}")
+        self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        self.resize(1120, 620)
+        self.study = table
+        self._no_replay = no_replay
+        self.points: list[TablePoint] = []
+        self._rows: list[Row] = list(table.rows)
+        self.factor, self.measure, self.curves = (self._choice(name) for name in ("factor", "measure", "curves"))
+        self.only, self.said = QLineEdit(self), QLabel(self)
+        self.plot, self.model = StudyPlot(theme, self), RowsModel(table.columns, self)
+        self.view, self.all_rows = QTableView(self), QPushButton("All rows", self)
+        self.replay = QPushButton("Replay this run", self)
+        self._lay_out()
+        self._fill()
+        for box in (self.factor, self.measure, self.curves):
+            box.currentIndexChanged.connect(self._draw)
+        self.only.editingFinished.connect(self._draw)
+        self.plot.chosen.connect(self.show_point)
+        self.all_rows.clicked.connect(lambda: self.show_point(None))
+        self._draw()
+
+    def _choice(self, name: str) -> QComboBox:
+        box = QComboBox(self)
+        box.setObjectName(f"study-{name}")
+        box.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
+        box.setMinimumContentsLength(14)
+        return box
+
+    def _lay_out(self) -> None:
+        self.only.setObjectName("study-only")
+        self.only.setPlaceholderText("all; or column=value, column=value")
+        self.only.setToolTip("Only rows for which all of this holds are drawn and listed, e.g. robot=arm, factor=pitch")
+        self.only.setClearButtonEnabled(True)
+        self.said.setWordWrap(True)
+        self.said.setObjectName("study-said")
+        self.all_rows.setObjectName("study-all-rows")
+        self.all_rows.setAutoDefault(False)
+        self.replay.setObjectName("study-replay")
+        self.replay.setAutoDefault(False)
+        tip = "Simulate the run of the selected row anew, and open it as a recording"
+        self.replay.setToolTip(self._no_replay or tip)
+        self.replay.clicked.connect(self._replay)
+        self.view.setModel(self.model)
+        self.view.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
+        self.view.selectionModel().selectionChanged.connect(self._enable_replay)
+        self.view.setObjectName("study-rows")
+        self.view.setAccessibleName("Rows of the study")
+        self.view.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
+        self.view.setShowGrid(False)
+        self.view.setWordWrap(False)
+        self.view.verticalHeader().setDefaultSectionSize(22)
+        left, right, ends = QWidget(self), QWidget(self), QSplitter(Qt.Orientation.Horizontal, self)
+        form, drawn, listed, foot = QFormLayout(), QVBoxLayout(left), QVBoxLayout(right), QHBoxLayout()
+        form.addRow("Factor", self.factor)
+        form.addRow("Measure", self.measure)
+        form.addRow("Curves by", self.curves)
+        form.addRow("Only rows", self.only)
+        drawn.addLayout(form)
+        drawn.addWidget(self.plot, 1)
+        foot.addWidget(self.said, 1)
+        foot.addWidget(self.all_rows)
+        foot.addWidget(self.replay)
+        listed.addWidget(self.view, 1)
+        listed.addLayout(foot)
+        ends.addWidget(left)
+        ends.addWidget(right)
+        ends.setSizes([620, 500])
+        column = QVBoxLayout(self)
+        column.addWidget(ends)
+
+    def _fill(self) -> None:
+        """The columns to choose from; first the factor and the curves that vary most telling."""
+        table = self.study
+        varied = [name for name in table.case_columns if len(distinct(table.rows, name)) > 1]
+        self.factor.addItems(table.factors)
+        self.measure.addItems(table.measures)
+        self.curves.addItems([_NONE, *table.factors])
+        factor = next((name for name in ("level", "x", *reversed(varied)) if name in varied), table.factors[0])
+        self.factor.setCurrentText(factor)
+        apart = [name for name in varied if name != factor and len(distinct(table.rows, name)) <= _MOST_CURVES]
+        self.curves.setCurrentText("factor" if "factor" in apart else apart[0] if apart else _NONE)
+
+    def set_theme(self, theme: Theme) -> None:
+        """Take another theme."""
+        self.plot.set_theme(theme)
+
+    def show_point(self, point: TablePoint | None) -> None:
+        """List the rows behind a point; None for all that are drawn."""
+        self.plot.mark(point)
+        self._list(point)
+
+    def _list(self, point: TablePoint | None) -> None:
+        self.model.show_rows(self._rows if point is None else point.rows)
+        self.view.resizeColumnsToContents()
+        self.all_rows.setEnabled(point is not None)
+        if len(self.model.rows) == 1:
+            self.view.selectRow(0)
+        self._enable_replay()
+        self.said.setText(self._told() if point is None else self._point_told(point))
+
+    @property
+    def selected(self) -> Row | None:
+        """The row that is selected; None for none."""
+        rows = self.view.selectionModel().selectedRows()
+        return self.model.rows[rows[0].row()] if rows else None
+
+    def _enable_replay(self) -> None:
+        self.replay.setEnabled(not self._no_replay and self.selected is not None)
+
+    def _replay(self) -> None:
+        if (row := self.selected) is not None:
+            self.replay_wanted.emit(row)
+
+    def _draw(self) -> None:
+        by = None if self.curves.currentText() == _NONE else self.curves.currentText()
+        try:
+            self._rows = only(self.study.rows, self.only.text())
+            self.points = table_points(
+                self.study, self._rows, self.factor.currentText(), self.measure.currentText(), by
+            )
+        except UsageError as error:
+            self.points = []
+            self.plot.show_points((), self.factor.currentText(), self.measure.currentText())
+            self._list(None)
+            self.said.setText(str(error))
+            return
+        measure = self.measure.currentText()
+        self.plot.show_points(self.points, self.factor.currentText(), measure, self.study.theory(measure))
+        self._list(None)
+
+    def _told(self) -> str:
+        """How many rows there are, what is not drawn, and what a point takes for one."""
+        cannot = sum(not math.isfinite(point.interval.middle) for point in self.points)
+        pooled = dict.fromkeys(name for point in self.points for name in point.pooled)
+        parts = [
+            f"{len(self._rows)} rows, {len(self.points)} points: median over seeds and its 95 % bootstrap interval"
+        ]
+        if cannot:
+            parts.append(f"{cannot} not drawn: most of their seeds cannot")
+        if missing := sum(point.missing for point in self.points):
+            parts.append(f"{missing} rows have no such number")
+        if pooled:
+            parts.append(f"points take rows of different {', '.join(pooled)} for one: narrow the rows by them")
+        return ". ".join(parts) + "."
+
+    def _point_told(self, point: TablePoint) -> str:
+        of = f", {self.curves.currentText()} {cell_text(point.series)}" if point.series is not None else ""
+        what = f"{self.factor.currentText()} {cell_text(point.x)}{of}"
+        measured = f"{what}: {self.measure.currentText()}"
+        if len(point.rows) == 1:
+            return f"{measured} {point.interval.middle:.3g}, of one row: no interval."
+        mixed = f", which differ in {', '.join(point.pooled)} too: no interval over seeds" if point.pooled else ""
+        return f"{measured} {point.interval} of {len(point.rows)} rows{mixed}."

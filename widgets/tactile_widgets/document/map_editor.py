@@ -1,0 +1,371 @@
+"""The map document being edited: the only place where it changes. Views, panels and tools ask here and show what comes.
+
+``MapEditorSignals`` lists what the editor tells whoever shows the document, as signals; what a user wants goes in by
+the methods of ``MapEditor``: edits at once, gestures that are one step, and edits that a worker computes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+
+from PySide6.QtCore import QObject, Signal
+
+from tactile_maps.core.errors import MapError
+from tactile_maps.editing.document import MapDocument
+from tactile_maps.editing.history import History
+from tactile_maps.editing.reflatten import ReflattenRequest, ReflattenResult, StaleEdit, apply_result
+from tactile_widgets.workers.scene_worker import SceneWorker
+from tactile_widgets.workers.worker_process import Result, SourceToken
+
+
+@dataclass(frozen=True, eq=False)
+class Proposal:
+    """A computed edit that waits to be accepted.
+
+    Attributes:
+        result: What ``apply`` would put in.
+        gain: Share of the patch's distortion that it takes away; None if that is not known.
+    """
+
+    result: ReflattenResult
+    gain: float | None
+
+
+class MapEditorSignals(QObject):
+    """Past-tense changes of the document; none asks for an answer."""
+
+    shown = Signal(object)
+    """The MapDocument as it is now, in a gesture as far as it has gone."""
+    settled = Signal(object, str)
+    """The MapDocument and the name of the step that was done, undone or redone; never within a gesture."""
+    history_changed = Signal()
+    """Other steps, or another place among them."""
+    gesture_changed = Signal()
+    """A user is in the middle of an edit, or no longer."""
+    selection_changed = Signal()
+    """Other patches are selected."""
+    working = Signal(str, float)
+    """An edit is being computed: what, and 0 to 1."""
+    rested = Signal()
+    """It is not any more: done, failed or cancelled."""
+    failed = Signal(str)
+    """An edit was refused; the sentence says why. The document is as it was."""
+    told = Signal(str)
+    """Something worth a line."""
+    proposal_changed = Signal()
+    """A proposal waits, or no longer."""
+    enabled_changed = Signal(bool)
+    """Whether edits are taken from now on."""
+
+
+Edit = Callable[[MapDocument], MapDocument]
+Request = Callable[[MapDocument], ReflattenRequest]
+_ISOMETRY = 4.0
+"""Mean symmetric Dirichlet energy of a map without distortion."""
+
+
+@dataclass(frozen=True)
+class _PendingEdit:
+    """What the worker computes for us, and what is to become of it."""
+
+    name: str
+    refine: bool
+    propose: bool
+    position: int
+    token: SourceToken
+
+
+class MapEditor(MapEditorSignals):
+    """One document with its history, what is selected of it, and the edit being computed.
+
+    Args:
+        worker: Lays patches flat; may be shared.
+        parent: Qt parent.
+
+    Attributes:
+        history: Undo and redo; None without a document.
+        proposal: A seam that waits to be accepted, or None.
+        enabled: Whether edits are taken.
+    """
+
+    def __init__(self, worker: SceneWorker, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._worker = worker
+        self.history: History | None = None
+        self.proposal: Proposal | None = None
+        self.enabled = False
+        self._selected: tuple[int, ...] = ()
+        self._asked: _PendingEdit | None = None
+        self._token = SourceToken("document")  # another one with each edit that is asked for
+        self._before: MapDocument | None = None
+        self._late: tuple[_PendingEdit, ReflattenResult] | None = None
+        worker.reflattened.connect(self._on_reflattened)
+        worker.edit_failed.connect(self._on_edit_failed)
+        worker.edit_progressed.connect(self.working)
+
+    @property
+    def document(self) -> MapDocument | None:
+        """As it is now, in a gesture as far as it has gone; None before there is one."""
+        return None if self.history is None else self.history.present
+
+    @property
+    def busy(self) -> bool:
+        """Whether an edit is being computed."""
+        return self._asked is not None
+
+    @property
+    def gesture(self) -> bool:
+        """Whether a user is in the middle of an edit."""
+        return self._before is not None
+
+    @property
+    def selected(self) -> tuple[int, ...]:
+        """Numbers of the selected patches, rising."""
+        return self._selected
+
+    def open(self, document: MapDocument, *, name: str = "Open", edits: tuple[str, MapDocument] | None = None) -> None:
+        """Edit another document; steps of the previous one can no longer be undone.
+
+        Args:
+            document: The first step.
+            name: Name of the first step.
+            edits: Name and document of a second step, which is shown instead.
+        """
+        self._forget()
+        self.history = History(document, name=name)
+        if edits is not None:
+            self.history.do(*edits)
+        self._select(())
+        self._show(self.history.names[-1])
+
+    def resume(self, history: History) -> None:
+        """Edit a document that was edited before, with its steps."""
+        self._forget()
+        self.history = history
+        self._select(())
+        self._show(history.names[history.position])
+
+    def set_enabled(self, *, enabled: bool) -> None:
+        """Take edits, or do not; what is being dragged is given up.
+
+        What is being computed goes on; a result that comes while no edits are taken waits until they are again.
+        """
+        if enabled != self.enabled:
+            self.cancel()
+            self.enabled = enabled
+            self.enabled_changed.emit(enabled)
+            self._take_late()
+
+    def select(self, numbers: Iterable[int]) -> None:
+        """Select these patches, and no others."""
+        count = 0 if self.document is None else len(self.document.patches)
+        self._select(tuple(sorted({number for number in numbers if 0 <= number < count})))
+
+    def do(self, name: str, edit: Edit) -> bool:
+        """One step; whether it was taken. A gesture that is going on is ended first."""
+        self.end()
+        return self.begin(name) and self._finish(edit)
+
+    def _finish(self, edit: Edit) -> bool:
+        taken = self.change(edit)
+        if taken:
+            self.end()
+        else:
+            self.cancel()
+        return taken
+
+    def begin(self, name: str) -> bool:
+        """A gesture starts; whether it may."""
+        if self.history is None or not self.enabled or self.gesture:
+            return False
+        self.decline()
+        self.history.begin(name)
+        self._before = self.history.present
+        self.gesture_changed.emit()
+        return True
+
+    def change(self, edit: Edit) -> bool:
+        """The gesture so far: ``edit`` of the document as it was when it began. Whether it was taken."""
+        if self.history is None or self._before is None:
+            return False
+        try:
+            document = edit(self._before)
+        except MapError as error:
+            self.failed.emit(str(error))
+            return False
+        if document is not self.history.present:
+            self.history.change(document)
+            self.shown.emit(document)
+        return True
+
+    def end(self) -> None:
+        """The gesture is done: one step, or none if it changed nothing."""
+        if self.history is None or self._before is None:
+            return
+        changed, name, self._before = self.history.present is not self._before, self.history.gesture, None
+        self.history.end()
+        self.gesture_changed.emit()
+        if changed:
+            self._show(name)
+        self._take_late()
+
+    def cancel(self) -> None:
+        """The gesture never was."""
+        if self.history is None or self._before is None:
+            return
+        self._before = None
+        self.history.cancel()
+        self.gesture_changed.emit()
+        self.shown.emit(self.history.present)
+        self._take_late()
+
+    # Edits that are computed.
+
+    def ask(self, request: Request, *, refine: bool = False, propose: bool = False) -> None:
+        """Have an edit computed, instead of the one that is.
+
+        Args:
+            request: What is to be flattened; of nothing, nothing happens.
+            refine: The result takes the place of the present step instead of being one.
+            propose: The result waits as ``proposal``.
+        """
+        self.end()
+        if self.history is None or not self.enabled:
+            return
+        self.decline()
+        try:
+            wanted = request(self.history.present)
+        except MapError as error:
+            self.failed.emit(str(error))
+            return
+        if not wanted.jobs:
+            return
+        self._token = self._token.next()
+        self._asked = _PendingEdit(wanted.name, refine, propose, self.history.position, self._token)
+        self.working.emit(wanted.name, 0.0)
+        self._worker.reflatten(wanted, self._token)
+
+    def cancel_work(self) -> None:
+        """Cancel the running edit."""
+        if self._asked is not None:
+            name = self._rest()
+            self._worker.cancel_edit()
+            self.told.emit(f"{name}: cancelled")
+
+    def accept(self) -> None:
+        """The proposal becomes a step."""
+        if self.proposal is not None:
+            result = self._take_proposal()
+            if result is not None:
+                self._put_in(result, result.request.name.replace("Propose", "Accept"), refine=False)
+
+    def decline(self) -> None:
+        """The proposal never was."""
+        self._take_proposal()
+
+    def undo(self) -> None:
+        """One step back; out of a gesture, a proposal or an edit that is being computed, where there is one."""
+        if self.gesture:
+            self.cancel()
+        elif self.proposal is not None:
+            self.decline()
+        elif self._asked is not None and not self._asked.refine:
+            self.cancel_work()
+        elif self.history is not None and self.history.position:
+            self.go(self.history.position - 1)
+
+    def redo(self) -> None:
+        """One step on."""
+        if self.history is not None and self.history.can_redo:
+            self.go(self.history.position + 1)
+
+    def go(self, position: int) -> None:
+        """To any step of the history; what is being computed for the present one is dropped."""
+        if self.history is None or not self.enabled:
+            return
+        self._forget()
+        back = position < self.history.position
+        name = self.history.names[self.history.position if back else position]
+        self.history.go(position)
+        self._show(f"Undo: {name}" if back else f"Redo: {name}")
+
+    # Inside.
+
+    def _show(self, name: str) -> None:
+        assert self.history is not None
+        self.settled.emit(self.history.present, name)  # first: whoever measures does so while the views draw
+        self.shown.emit(self.history.present)
+        self.history_changed.emit()
+
+    def _select(self, numbers: tuple[int, ...]) -> None:
+        if numbers != self._selected:
+            self._selected = numbers
+            self.selection_changed.emit()
+
+    def _forget(self) -> None:
+        """Nothing being dragged, computed or proposed."""
+        self._late = None
+        self.cancel()
+        self.decline()
+        if self._asked is not None:
+            self._rest()
+            self._worker.cancel_edit()
+
+    def _rest(self) -> str:
+        name, self._asked = "" if self._asked is None else self._asked.name, None
+        self.rested.emit()
+        return name
+
+    def _take_proposal(self) -> ReflattenResult | None:
+        proposal, self.proposal = self.proposal, None
+        if proposal is not None:
+            self.proposal_changed.emit()
+        return None if proposal is None else proposal.result
+
+    def _on_reflattened(self, computed: Result[ReflattenResult]) -> None:
+        asked, result = self._asked, computed.value
+        if asked is None or asked.token != computed.token:
+            return  # for a document that is no longer edited, or an edit that is no longer wanted
+        self._rest()
+        if not self.enabled or (self.gesture and not asked.propose):
+            self._late = asked, result  # another document is looked at, or the user goes first
+        else:
+            self._take(asked, result)
+
+    def _take_late(self) -> None:
+        """What was computed while it could not be put in."""
+        if self._late is not None and self.enabled:
+            late, self._late = self._late, None
+            self._take(*late)
+
+    def _take(self, asked: _PendingEdit, result: ReflattenResult) -> None:
+        if asked.propose:
+            self.proposal = Proposal(result, _gain(result))
+            self.proposal_changed.emit()
+        elif self.history is not None:
+            self._put_in(result, asked.name, refine=asked.refine and asked.position == self.history.position)
+
+    def _put_in(self, result: ReflattenResult, name: str, *, refine: bool) -> None:
+        assert self.history is not None
+        try:
+            document = apply_result(self.history.present, result)
+        except StaleEdit as error:
+            self.told.emit(str(error))
+            return
+        if refine:
+            self.history.refine(document)
+        else:
+            self.history.do(name, document)
+        self._show(name)
+
+    def _on_edit_failed(self, failed: Result[str]) -> None:
+        if self._asked is not None and self._asked.token == failed.token:
+            self._rest()
+            if failed.value:
+                self.failed.emit(failed.value)
+
+
+def _gain(result: ReflattenResult) -> float | None:
+    before, gain = result.request.jobs[0].before.energies, result.gains[0]
+    return gain / (before[-1] - _ISOMETRY) if gain is not None and before[-1] > _ISOMETRY else None

@@ -1,0 +1,225 @@
+"""How good the map is, at one look: the few numbers that matter, what each means, and a mark where one is bad."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from PySide6.QtGui import QPalette
+from PySide6.QtWidgets import QHBoxLayout, QWidget
+
+from tactile_maps.maps.evaluation.comparison import Comparison
+from tactile_maps.maps.evaluation.quality import MapQuality
+from tactile_maps.session.prepare import PreparedScene
+from tactile_maps.skin.model.skin import LOW_COVERAGE
+from tactile_widgets.common.panel import Panel, value_label
+
+_MARK = "▲"
+_UNKNOWN = "–"
+
+
+@dataclass(frozen=True)
+class _Measure:
+    """One measure of the card.
+
+    Attributes:
+        key: Of ``MapQuality.to_json``.
+        name: As shown.
+        form: Of its value.
+        tip: What it means, for somebody who never saw the word.
+        bad: Whether its value misleads whoever reads the map.
+        said: The name within a sentence.
+    """
+
+    key: str
+    name: str
+    form: Callable[[Any], str]
+    tip: str
+    bad: Callable[[Any], bool]
+    said: str = ""
+
+
+def _percent(value: float) -> str:
+    return f"{100 * value:.1f}\u202f%"
+
+
+def _three_digits(value: float) -> str:
+    """Three digits, for two columns have to fit."""
+    return f"{value:.{2 if value < 10 else 1 if value < 100 else 0}f}"
+
+
+def _stretch_text(value: Mapping[str, float]) -> str:
+    return f"×{_three_digits(value['p95'])}" if value["p95"] is not None else "∞"
+
+
+def _stretch_bad(value: Mapping[str, float | None]) -> bool:
+    return value["p95"] is None or value["p95"] > 2
+
+
+_MEASURES = (
+    _Measure("bijective", "One-to-one", lambda v: "yes" if v else "no",
+         "Bijective: every map point is one body point; no triangle is flipped, nothing overlaps.",
+         lambda v: not v),
+    _Measure("flips", "Flipped triangles", lambda v: f"{v}",
+         "Triangles with inverted orientation on the map; must be 0.", lambda v: v > 0),
+    _Measure("angle", "Angles", _stretch_text,
+         "Ratio of largest to smallest stretch: 95th percentile over the skin. ×1: no angle distortion.",
+         _stretch_bad, "angles"),
+    _Measure("area", "Areas", _stretch_text,
+         "Factor by which an area is too large or too small: 95th percentile over the skin. ×1: true size.",
+         _stretch_bad, "areas"),
+    _Measure("edge_error", "Local distances", _percent,
+         "Error of the distances between neighbouring taxels, root mean square at the best scale.",
+         lambda v: v > 0.15, "local distances"),
+    _Measure("torn", "Split neighbours", _percent,
+         "Neighbours on the body that are more than twice as far apart on the map.",
+         lambda v: v > 0.05, "split neighbours"),
+    _Measure("stress", "Stress", _percent,
+         "Stress-1 of the distances between all taxels of a patch against geodesics on the body. 0: none.",
+         lambda v: v > 0.5, "stress"),
+    _Measure("trustworthiness", "Trustworthiness", lambda v: f"{v:.4f}",
+         "1 if the six nearest taxels on the map are nearest on the body too: no false neighbours.",
+         lambda v: v < 0.98, "false neighbours"),
+    _Measure("continuity", "Continuity", lambda v: f"{v:.4f}",
+         "1 if the six nearest taxels on the body are nearest on the map too: no lost neighbours.",
+         lambda v: v < 0.95, "lost neighbours"),
+    _Measure("round_trip_mm", "Round-trip error", lambda v: f"{_three_digits(v)}\u202fmm",
+         "From the body to the map, to a pixel of the image and back: error, 95th percentile over taxels.",
+         lambda v: v > 3.0, "round-trip error"),
+    _Measure("coverage", "Coverage", _percent,
+         "Share of the requested surface that has taxels; Findings say what was left out and why.",
+         lambda v: v < LOW_COVERAGE, "coverage"),
+    _Measure("taxels", "Taxels", lambda v: f"{v}", "Number of tactile elements on the map.", lambda _: False),
+)  # fmt: skip
+
+
+class _Cell(QWidget):
+    """A number, with a mark before it when it is bad."""
+
+    def __init__(self, name: str, parent: QWidget) -> None:
+        super().__init__(parent)
+        self._mark, self._value = value_label("", self, right=True), value_label("", self, right=True)
+        self._mark.setForegroundRole(QPalette.ColorRole.BrightText)
+        self._mark.setObjectName(f"{name}-mark")
+        self._value.setObjectName(name)
+        line = QHBoxLayout(self)
+        line.setContentsMargins(0, 0, 0, 0)
+        line.setSpacing(2)
+        line.addWidget(self._mark, 1)
+        line.addWidget(self._value)
+
+    def write(self, text: str, *, bad: bool, best: bool) -> None:
+        """Show a value: marked if bad, bold if the best of two."""
+        font = self.font()
+        font.setBold(best)
+        self._value.setFont(font)
+        self._value.setText(text)
+        self._mark.setText(_MARK if bad else "")
+
+
+class QualityPanel(Panel):
+    """The quality card: of one map, or of two side by side."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__("Map quality", "quality-panel", parent)
+        self._note = self.caption("Open a robot to measure its map.")
+        self._note.setObjectName("quality-note")
+        self._facts: tuple[Mapping[str, Any], ...] = ()
+        self._better: Mapping[str, str] = {}
+        self._quality: MapQuality | None = None
+        grid = self.grid()
+        grid.setColumnStretch(0, 1)
+        grid.setHorizontalSpacing(8)
+        self._heads = [value_label("", self, right=True) for _ in range(2)]
+        for column, head in enumerate(self._heads):
+            head.setProperty("role", "caption")
+            grid.addWidget(head, 0, column + 1)
+        self._cells: dict[str, list[_Cell]] = {}
+        for number, row in enumerate(_MEASURES, start=1):
+            name, cells = value_label(row.name, self), [_Cell(f"quality-{row.key}{side}", self) for side in ("", "-b")]
+            name.setToolTip(row.tip)
+            for column, label in enumerate((name, *cells)):
+                grid.addWidget(label, number, column)
+            self._cells[row.key] = cells
+        self._show_second(False)
+
+    def show_prepared(self, prepared: PreparedScene) -> None:
+        """Another map; its quality comes a moment later."""
+        self._note.setText("Measuring…")
+        self._quality = None
+        self._facts, self._better = ({"taxels": len(prepared.skin)},), {}
+        self._show_second(False)
+        self._fill()
+
+    def show_quality(self, quality: MapQuality) -> None:
+        """The numbers of one map; in a comparison of the first, until the two are compared again."""
+        self._quality = quality
+        if len(self._facts) == 2:
+            self._facts, self._better = (quality.to_json(), self._facts[1]), {}
+            self._note.setText("Comparing again…")
+            self._fill()
+        else:
+            self.end_comparison()
+
+    def end_comparison(self) -> None:
+        """The numbers of the one map alone again."""
+        if self._quality is None:
+            return
+        self._facts, self._better = (self._quality.to_json(),), {}
+        self._note.setText(_verdict(self._facts[0]))
+        self._show_second(False)
+        self._fill()
+
+    def show_comparison(self, comparison: Comparison, *, names: tuple[str, str] = ("A", "B")) -> None:
+        """Two maps side by side; the better number of each row is bold.
+
+        Args:
+            comparison: Of the same taxels.
+            names: Short ones, for the columns' heads.
+        """
+        if isinstance(comparison.first, MapQuality):
+            self._quality = comparison.first
+        self._facts = (comparison.first.to_json(), comparison.second.to_json())
+        self._better = {measure.name: measure.better for measure in comparison.measures}
+        counts = [sum(better == side for better in self._better.values()) for side in ("first", "second")]
+        self._note.setText(
+            f"{names[0]} is better in {counts[0]} measures, {names[1]} in {counts[1]}; Procrustes distance "
+            f"{comparison.procrustes_mm:.1f}\u202fmm apart."
+        )
+        for head, name in zip(self._heads, names, strict=True):
+            head.setText(name)
+        self._show_second(True)
+        self._fill()
+
+    def _show_second(self, shown: bool) -> None:
+        for label in (*self._heads, *(cells[1] for cells in self._cells.values())):
+            label.setVisible(shown)
+
+    def _fill(self) -> None:
+        for row in _MEASURES:
+            for number, (side, cell) in enumerate(zip(("first", "second"), self._cells[row.key], strict=True)):
+                facts = self._facts[number] if number < len(self._facts) else {}
+                value = facts.get(row.key)
+                text = "" if not facts else _UNKNOWN if value is None else row.form(value)
+                cell.write(text, bad=value is not None and row.bad(value), best=self._better.get(row.key) == side)
+                cell.setToolTip(row.tip + _details(row.key, facts))
+
+
+def _details(key: str, facts: Mapping[str, Any]) -> str:
+    """What else is known, for the tool tip."""
+    value = facts.get(key)
+    if key == "torn" and value is not None:
+        return f" {facts['torn_pairs']} of {facts['pairs']} pairs."
+    if not isinstance(value, Mapping):
+        return ""
+    median, largest = (f"×{value[name]:.2f}" if value[name] is not None else "∞" for name in ("median", "max"))
+    return f" Median {median}, largest {largest}."
+
+
+def _verdict(facts: Mapping[str, Any]) -> str:
+    """One sentence: fit for use, not fit, or what to look at."""
+    if not facts["bijective"]:
+        return f"Not bijective: {facts['flips']} triangles flipped, {facts['overlaps']} overlaps."
+    bad = [row.said for row in _MEASURES if row.said and facts[row.key] is not None and row.bad(facts[row.key])]
+    return f"Above threshold: {', '.join(bad)}." if bad else "No issues."

@@ -1,0 +1,203 @@
+"""Three small maps beside one another: what the skin reads, what it is simulated to read, and the difference.
+
+A taxel is a dot where it lies on the map. Measured and simulated share one scale of pressure, the difference has one of
+its own, symmetric about zero; both only grow while they are shown, so that colours can be compared over time.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from PySide6.QtCore import QEvent, QPointF, QRectF, QSize, Qt, Signal
+from PySide6.QtGui import QColor, QFont, QFontMetricsF, QLinearGradient, QMouseEvent, QPainter, QPaintEvent, QPen
+from PySide6.QtWidgets import QSizePolicy, QWidget
+
+from tactile_maps.core.arrays import FloatArray, IntArray
+from tactile_maps.live.simulated_skin import SkinDifference
+from tactile_maps.maps.model.tactile_map import TactileMap
+from tactile_widgets.common.colours import DARK, DifferenceScale, PressureScale, Theme
+from tactile_widgets.views.overlays.painting import polygon
+
+TITLES = ("Measured", "Simulated", "Difference")
+_GAP, _LINE, _KEY = 8.0, 16.0, 6.0
+"""Between two maps, height of a line of words, and of a key's bar [px]."""
+_NEAR = 12.0
+"""So near a taxel's dot must be to be pointed at [px]."""
+_LEAST = 1.0
+"""Neither scale ends below this [kPa]: the noise of an untouched skin is no picture."""
+
+
+class SkinDifferenceView(QWidget):
+    """The three maps. A pointer over one of them tells of a taxel, a click chooses it.
+
+    Attributes:
+        hovered: The taxel under the pointer, or None.
+    """
+
+    pointed = Signal(object)
+    """The taxel under the pointer, or None."""
+    chosen = Signal(int)
+    """A taxel was clicked."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setObjectName("skin-difference")
+        self.setAccessibleName("Maps of the measured skin, the simulated one, and the difference")
+        self.setMouseTracking(True)
+        policy = QSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
+        policy.setHeightForWidth(True)
+        self.setSizePolicy(policy)
+        self._theme = DARK
+        self._points = np.zeros((0, 2))
+        self._box = (np.zeros(2), np.ones(2))
+        self._spacing = 1.0
+        self._shown: SkinDifference | None = None
+        self._pressure, self._difference = PressureScale(_LEAST), DifferenceScale(_LEAST)
+        self.hovered: int | None = None
+
+    def show_map(self, map_: TactileMap) -> None:
+        """Lay the taxels out as this map does."""
+        self._points = map_.taxel_points
+        low, high = map_.bounds
+        self._box = low, np.maximum(high - low, 1e-9)
+        self._spacing = float(np.sqrt(map_.skin.areas.sum() / max(len(self._points), 1)))
+        self.updateGeometry()
+        self.update()
+
+    def show_difference(self, found: SkinDifference | None) -> None:
+        """Show this; None for nothing, from which both scales begin anew. Cost: 2 ms to paint 1,000 taxels."""
+        if found is None:
+            self._pressure, self._difference = PressureScale(_LEAST), DifferenceScale(_LEAST)
+        else:
+            peak = 1e-3 * max(found.measured.max(initial=0.0), found.simulated.max(initial=0.0))
+            self._pressure = PressureScale(max(self._pressure.maximum, _nice_ceiling(peak)))
+            self._difference = DifferenceScale(max(self._difference.most, _nice_ceiling(1e-3 * found.largest)))
+        self._shown = found
+        self.update()
+
+    def set_theme(self, theme: Theme) -> None:
+        """Take another theme."""
+        self._theme = theme
+        self.update()
+
+    @property
+    def scales(self) -> tuple[float, float]:
+        """Where the scale of pressure ends, and that of the difference on either side [kPa]."""
+        return self._pressure.maximum, self._difference.most
+
+    def hasHeightForWidth(self) -> bool:
+        """Qt: the maps keep their shape."""
+        return True
+
+    def heightForWidth(self, width: int) -> int:
+        """Qt: titles, maps and keys."""
+        return round(self._map_width(width) * self._box[1][1] / self._box[1][0] + 2 * _LINE + _KEY + 4)
+
+    def sizeHint(self) -> QSize:
+        """Qt: as the column has room."""
+        return QSize(270, self.heightForWidth(270))
+
+    def place_of(self, taxel: int, number: int) -> QPointF:
+        """Where a taxel's dot lies in the map of that number."""
+        x, y = self._pixels(number)[taxel]
+        return QPointF(x, y)
+
+    def mouseMoveEvent(self, event: QMouseEvent) -> None:
+        """Qt: say which taxel is there."""
+        self._point_at(self._taxel_at(event.position()))
+
+    def leaveEvent(self, event: QEvent) -> None:
+        """Qt: nothing is there any more."""
+        self._point_at(None)
+        super().leaveEvent(event)
+
+    def mousePressEvent(self, event: QMouseEvent) -> None:
+        """Qt: choose the taxel that is there."""
+        taxel = self._taxel_at(event.position())
+        if event.button() is Qt.MouseButton.LeftButton and taxel is not None:
+            self.chosen.emit(taxel)
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        """Qt: the three maps, each with its title and key."""
+        painter = QPainter(self)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        font = QFont(self.font())
+        font.setPixelSize(11)
+        painter.setFont(font)
+        for number, title in enumerate(TITLES):
+            self._paint_map(painter, number, title)
+        painter.end()
+
+    def _paint_map(self, painter: QPainter, number: int, title: str) -> None:
+        width = self._map_width(self.width())
+        left = number * (width + _GAP)
+        painter.setPen(QColor(self._theme.quiet))
+        painter.drawText(QRectF(left, 0, width, _LINE), Qt.AlignmentFlag.AlignLeft, title)
+        pixels = self._pixels(number)
+        if self._shown is not None and len(self._points) == len(self._shown.measured):
+            self._paint_dots(painter, pixels, self._colours(number, self._shown))
+        if self.hovered is not None and self.hovered < len(pixels):
+            painter.setPen(QPen(QColor(self._theme.accent), 1.5))
+            painter.drawEllipse(QPointF(*pixels[self.hovered]), 5.0, 5.0)
+        self._paint_key(painter, number, left, width)
+
+    def _colours(self, number: int, shown: SkinDifference) -> IntArray:
+        """(taxels, 3) red, green, blue in one of the maps."""
+        if number == 2:
+            return self._difference.rgb(1e-3 * shown.difference).astype(np.int64)
+        return self._pressure.rgb(1e-3 * (shown.measured, shown.simulated)[number]).astype(np.int64)
+
+    def _paint_dots(self, painter: QPainter, pixels: FloatArray, colours: IntArray) -> None:
+        """All dots of one colour at once: a thousand single ones take twenty times as long. Bare skin first."""
+        size = min(max(self._spacing * self._map_width(self.width()) / self._box[1][0], 2.5), 12.0)
+        words = colours @ np.array([1 << 16, 1 << 8, 1])
+        for word in reversed(np.unique(words).tolist()):
+            painter.setPen(QPen(QColor(word), size, Qt.PenStyle.SolidLine, Qt.PenCapStyle.RoundCap))
+            painter.drawPoints(polygon(pixels[words == word]))
+
+    def _paint_key(self, painter: QPainter, number: int, left: float, width: float) -> None:
+        top = self.height() - _LINE - _KEY
+        table = self._difference.table if number == 2 else self._pressure.table
+        gradient = QLinearGradient(left, 0, left + width, 0)
+        for at in np.linspace(0, 1, 17):
+            gradient.setColorAt(float(at), QColor(*(int(part) for part in table[round(at * (len(table) - 1))])))
+        painter.fillRect(QRectF(left, top, width, _KEY), gradient)
+        painter.setPen(QColor(self._theme.quiet))
+        most = self.scales[number == 2]
+        words = (f"−{most:g}", f"{most:g}\u202fkPa") if number == 2 else ("0", f"{most:g}\u202fkPa")
+        line = QRectF(left, top + _KEY + 1, width, _LINE)
+        painter.drawText(line, Qt.AlignmentFlag.AlignLeft, words[0])
+        if QFontMetricsF(painter.font()).horizontalAdvance("".join(words)) < width:
+            painter.drawText(line, Qt.AlignmentFlag.AlignRight, words[1])
+
+    def _map_width(self, width: float) -> float:
+        return (width - 2 * _GAP) / 3
+
+    def _pixels(self, number: int) -> FloatArray:
+        """(taxels, 2) of the dots in one of the maps."""
+        low, size = self._box
+        width = self._map_width(self.width())
+        corner = np.array([number * (width + _GAP), self.height() - _LINE - _KEY - 4])
+        return corner + (self._points - low) * [1.0, -1.0] * (width / size[0])
+
+    def _taxel_at(self, place: QPointF) -> int | None:
+        if not len(self._points):
+            return None
+        here = np.array([place.x(), place.y()])
+        away = [np.linalg.norm(self._pixels(number) - here, axis=1) for number in range(3)]
+        nearest = min(away, key=lambda distances: float(distances.min()))
+        taxel = int(nearest.argmin())
+        return taxel if nearest[taxel] <= _NEAR else None
+
+    def _point_at(self, taxel: int | None) -> None:
+        if taxel != self.hovered:
+            self.hovered = taxel
+            self.pointed.emit(taxel)
+            self.update()
+
+
+def _nice_ceiling(value: float) -> float:
+    """The smallest of 1, 2, 5 times a power of ten that is at least ``value``; 0 for 0."""
+    if value <= 0:
+        return 0.0
+    power = 10.0 ** np.floor(np.log10(value))
+    return float(next(step * power for step in (1, 2, 5, 10) if step * power >= value * (1 - 1e-9)))

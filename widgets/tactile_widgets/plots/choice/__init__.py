@@ -1,0 +1,1 @@
+"""Which plots show, and of which taxels."""

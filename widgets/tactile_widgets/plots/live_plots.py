@@ -1,0 +1,555 @@
+"""Live plots of the last seconds: forces, pressures, milliseconds by stage, the controller's response and its limits.
+
+Which of them are shown follows from what the controller does, so that they stay few: pressure gives way to the response
+of a controller with a task, unless taxels are selected. Where there is no room, the milliseconds give way, which have a
+panel. A person may choose others, and add plots of single taxels, contacts, links, joints, limits and events.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Sequence
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+from PySide6.QtCore import QElapsedTimer, QPoint, Qt, QTimer, Signal
+from PySide6.QtGui import QAction, QResizeEvent, QShowEvent
+from PySide6.QtWidgets import QHBoxLayout, QToolButton, QVBoxLayout, QWidget
+
+from tactile_maps.contacts.events import EVENT_KINDS
+from tactile_maps.control.controller_registry import TASKS_AT_A_PLACE, effective_settings, has_task
+from tactile_maps.control.motion.command import ControlSettings
+from tactile_maps.control.motion.joint_impedance import SpeedScale
+from tactile_maps.control.motion.limits import LimitKind
+from tactile_maps.core.arrays import FloatArray, IntArray
+from tactile_maps.core.reading_units import ReadingUnits
+from tactile_maps.session.frame import Frame
+from tactile_maps.session.prepare import PreparedScene
+from tactile_widgets.common.colours import Theme
+from tactile_widgets.document.taxel_selection import TaxelSelection
+from tactile_widgets.plots.choice.plot_choice import OF_GROUPS, STANDARD, PlotChoice, PlotKey, PlotKind
+from tactile_widgets.plots.choice.taxel_group_text import TaxelGroup
+from tactile_widgets.plots.plot_board import PlotBoard, PlotCell
+from tactile_widgets.plots.traces.chosen_traces import SourcedTrace, StageAreas, TraceSource
+from tactile_widgets.plots.traces.group_traces import GroupPressure, GroupSamples
+from tactile_widgets.plots.traces.history import (
+    EventHistory,
+    LimitHistory,
+    SampleHistory,
+    SettingChanges,
+    VectorHistory,
+    stage_times,
+)
+from tactile_widgets.plots.traces.span_strip import EventStrip, LimitStrip
+from tactile_widgets.plots.traces.trace_plots import (
+    PLOT_SECONDS,
+    ForceTraces,
+    PlotPart,
+    PressureTraces,
+    TracePlot,
+    error_of,
+    error_trace,
+    peak_title,
+    speed_trace,
+)
+
+REDRAW_MS = 100
+"""Plots are redrawn at most this often; samples in between are kept, not drawn."""
+REST = 8.0
+"""And not before so many times what bringing their curves up to date took: to paint them takes about as long again, so
+that a quarter of the window's time goes into plots at most, and the rest is for body and map."""
+SIDE_BY_SIDE_ASPECT = 1.6
+LOWEST, USUAL_HEIGHT = 118, 140
+"""Of the plots side by side [px]."""
+ENLARGED_SHARE = 0.36
+"""Of the window's height, for a plot that is enlarged."""
+MIN_PLOT_WIDTH = 190
+"""What a plot beside others needs [px]."""
+_STRETCH = 3
+_FORCE, _ERROR, _SPEED, _LIMITS, _PRESSURE, _TIME, _EVENTS = STANDARD
+_SMALLEST_SPAN = {False: 0.1, True: 0.01}
+"""Of the axis of a joint's place: turned [rad], and slid [m]."""
+
+
+def _members(text: str) -> IntArray:
+    """(n,) the taxels of a group that a key names."""
+    group = TaxelGroup.parse(text)
+    return np.array(() if group is None else group.taxels, dtype=np.intp)
+
+
+class PlotGroup(NamedTuple):
+    """Plots that can be added, under one heading."""
+
+    title: str
+    keys: tuple[PlotKey, ...]
+
+
+class LivePlots(QWidget):
+    """Small plots with one time axis: now at the right, ten seconds ago at the left; changed settings are marked."""
+
+    region_forgotten = Signal(int)
+    """The last sample of a contact region has gone: its id."""
+    choice_changed = Signal()
+    """A person chose other plots, or another order."""
+    menu_wanted = Signal(object, QPoint)
+    """A menu is wanted for a PlotKey, at this place of the screen."""
+    time_clicked = Signal(float)
+    """What began at this time [s] was clicked."""
+    enlarged_changed = Signal(bool)
+    """Emitted with True when one plot fills the board and needs more height, with False when it no longer does."""
+
+    def __init__(self, theme: Theme, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setObjectName("live-plots")
+        self.setAccessibleName("Live plots")
+        self._theme, self._settings = theme, ControlSettings()
+        self._prepared: PreparedScene | None = None
+        self._latest: Frame | None = None
+        self._make_memory()
+        self._since_drawn, self._dirty, self._late = QElapsedTimer(), False, QTimer(self)
+        self._late.setSingleShot(True)
+        self._rest_ms = REDRAW_MS
+        self._late.timeout.connect(self._on_late)
+        self._units = ReadingUnits.CALIBRATED
+        self._selection: TaxelSelection | None = None
+        self._choice = PlotChoice()
+        self.board = PlotBoard(theme, self)
+        self.board.move_wanted.connect(self.move_plot)
+        self.board.window_closed.connect(self._on_window_closed)
+        self.board.enlarged_changed.connect(self.enlarged_changed)
+        self._parts: dict[PlotKey, PlotPart] = {}
+        self._trace_plots: dict[PlotKey, TracePlot] = {}
+        self._make_plots(theme)
+        self._row = QHBoxLayout(self)
+        self._row.setContentsMargins(12, 8, 12, 8)
+        self._row.setSpacing(8)
+        self._row.addWidget(self.board, 1)
+        self.setMinimumSize(200, LOWEST)
+        self.set_theme(theme)
+        self._arrange()
+
+    def _make_memory(self) -> None:
+        self._stages, self._links = SampleHistory(seconds=PLOT_SECONDS), SampleHistory(seconds=PLOT_SECONDS)
+        self._posture, self._velocity = VectorHistory(seconds=PLOT_SECONDS), VectorHistory(seconds=PLOT_SECONDS)
+        self._limits, self._changes = LimitHistory(seconds=PLOT_SECONDS), SettingChanges(seconds=PLOT_SECONDS)
+        self._events = EventHistory(seconds=PLOT_SECONDS)
+
+    def _make_plots(self, theme: Theme) -> None:
+        titles = {
+            _FORCE: (ReadingUnits.CALIBRATED.strength_title, 5.0),
+            _PRESSURE: (peak_title(ReadingUnits.CALIBRATED), 5.0),
+            _TIME: ("Time per tick (ms)", 1.0),
+            _ERROR: ("Error on the map (mm)", 10.0),
+            _SPEED: ("Max joint speed (rad/s)", 2.0),
+        }
+        plots = {key: self._add_plot(key, *said) for key, said in titles.items()}
+        self._force, self._pressure = ForceTraces(plots[_FORCE], theme), PressureTraces(plots[_PRESSURE], theme)
+        self._error, self._speed = error_trace(plots[_ERROR], theme), speed_trace(plots[_SPEED], theme)
+        self._speed_scale = SpeedScale()
+        self._areas = StageAreas(plots[_TIME], self._stages, theme)
+        self._strip = LimitStrip(self._limits, self._ages, theme, self)
+        self._parts |= {
+            _FORCE: self._force, _PRESSURE: self._pressure, _TIME: self._areas, _ERROR: self._error,
+            _SPEED: self._speed, _LIMITS: self._add_strip(_LIMITS, self._strip),
+            _EVENTS: self._add_strip(_EVENTS, EventStrip(self._events, self._ages, theme, self)),
+        }  # fmt: skip
+
+    def _ages(self) -> Sequence[float]:
+        return self._changes.ages
+
+    def _add_plot(self, key: PlotKey, title: str, floor: float) -> TracePlot:
+        plot = self._trace_plots[key] = TracePlot(title, floor, self)
+        self._connect(self.board.add(key, plot, _STRETCH))
+        return plot
+
+    def _add_strip(self, key: PlotKey, strip: LimitStrip | EventStrip) -> PlotPart:
+        cell = self.board.add(key, strip, _STRETCH)
+        cell.clicked.connect(strip.click)
+        strip.clicked.connect(self._on_age_clicked)
+        self._connect(cell)
+        return strip
+
+    def _connect(self, cell: PlotCell) -> None:
+        cell.menu_wanted.connect(partial(self.menu_wanted.emit, cell.key))
+
+    def offer(self, actions: Sequence[QAction]) -> None:
+        """Buttons for these, beside the plots."""
+        column = QVBoxLayout()
+        column.setSpacing(4)
+        for action in actions:
+            button = QToolButton(self)
+            button.setDefaultAction(action)
+            button.setAutoRaise(True)
+            button.setObjectName(f"plots-{action.objectName()}")
+            button.setText(action.iconText().split()[0])
+            button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextOnly)
+            column.addWidget(button)
+        column.addStretch(1)
+        self._row.addLayout(column)
+
+    # What is shown.
+
+    @property
+    def shown(self) -> tuple[str, ...]:
+        """The plots that are shown now, from left to right: ``force``, ``error``, ``joint:elbow``, …"""
+        return tuple(key.text for key in self.shown_keys)
+
+    @property
+    def shown_keys(self) -> tuple[PlotKey, ...]:
+        """The same as keys."""
+        return self._choice.shown(self._called_for)
+
+    @property
+    def choice(self) -> PlotChoice:
+        """What a person chose, with where the windows are now."""
+        choice = self._choice
+        for key, where in self.board.windows.items():
+            choice = choice.with_window(key, where)
+        return choice
+
+    def choose(self, choice: PlotChoice) -> None:
+        """Show these, as they were kept."""
+        for key in self.board.windows:
+            self.board.close_window(key)
+        self._take(choice)
+        for key, where in choice.windows.items():
+            if key in self.shown_keys:
+                self.board.open_window(key, where)
+
+    @property
+    def theme(self) -> Theme:
+        """In force."""
+        return self._theme
+
+    def content(self, key: PlotKey) -> QWidget | None:
+        """The plot itself; None for one that there is not."""
+        cell = self.board.cell(key)
+        return None if cell is None else cell.content
+
+    def draw(self) -> None:
+        """Draw what is shown, seen or not."""
+        self._redraw()
+
+    def add_plot(self, key: PlotKey) -> None:
+        """Show one more."""
+        self._take(self._choice.with_plot(key, self._called_for))
+
+    def remove_plot(self, key: PlotKey) -> None:
+        """Show one less."""
+        self.board.close_window(key)
+        self._take(self._choice.without(key, self._called_for))
+
+    def move_plot(self, key: PlotKey, before: PlotKey | None) -> None:
+        """Have a plot left of another, or last."""
+        self._take(self._choice.moved(key, before))
+
+    def show_called_for(self) -> None:
+        """Of the standard plots those that the controller calls for."""
+        self._take(PlotChoice(self._choice.order, None, self._choice.windows))
+
+    def keep_standard(self) -> None:
+        """Of the standard plots those that are shown now, whatever the controller calls for later."""
+        self._take(PlotChoice(self._choice.order, self._called_for, self._choice.windows))
+
+    def pop_out(self, key: PlotKey) -> None:
+        """Give a plot a window of its own, or take it back among the others."""
+        if key in self.board.windows:
+            self.board.close_window(key)
+            self._on_window_closed(key)
+        else:
+            self.board.open_window(key, None)
+            self._take(self._choice.with_window(key, None))
+
+    def _on_window_closed(self, key: PlotKey) -> None:
+        self._take(self._choice.without_window(key))
+
+    def _take(self, choice: PlotChoice) -> None:
+        if choice == self._choice:
+            return
+        self._choice = choice
+        for key in [key for key in self._parts if key not in choice.order]:
+            self.board.remove(key)
+            del self._parts[key]
+            self._trace_plots.pop(key, None)
+        for key in choice.order:
+            if key not in self._parts:
+                self._parts[key] = self._make_part(key)
+        self._arrange()
+        self._redraw_if_seen()
+        self.choice_changed.emit()
+
+    def _make_part(self, key: PlotKey) -> PlotPart:
+        """The plot of something that a person added."""
+        if key.kind is PlotKind.LIMIT:
+            strip = LimitStrip(self._limits, self._ages, self._theme, self, only=(key.of,))
+            return self._add_strip(key, strip)
+        if key.kind is PlotKind.EVENT:
+            return self._add_strip(key, EventStrip(self._events, self._ages, self._theme, self, only=(key.of,)))
+        signed = key.kind in (PlotKind.JOINT, PlotKind.JOINT_SPEED)
+        if key.kind is PlotKind.GROUP_PRESSURE:
+            plot, samples = self._add_plot(key, key.title, 1.0), partial(self._group_pressures, key.of)
+            return GroupPressure(plot, self._theme, name=key.title, source=samples)
+        plot = self._add_plot(key, key.title, _SMALLEST_SPAN[self._slides(key.of)] if signed else 1.0)
+        source = partial(self._source, key)
+        return SourcedTrace(plot, self._theme, name=key.title, source=source, signed=signed)
+
+    def _source(self, key: PlotKey) -> TraceSource:
+        units = self._units
+        match key.kind:
+            case PlotKind.TAXEL:
+                known = self._prepared is None or int(key.of) < len(self._prepared.skin)
+                missing = "" if known else "this skin has no such taxel"
+                return TraceSource(units.unit, partial(self._pressure.taxel, int(key.of)), missing)
+            case PlotKind.CONTACT:
+                return TraceSource(units.force or "relative", partial(self._force.contact, key.of))
+            case PlotKind.LINK:
+                known = self._prepared is None or key.of in self._prepared.robot.link_index
+                missing = "" if known else "this robot has no such link"
+                return TraceSource(units.force or "relative", partial(self._links.series, key.of), missing)
+            case PlotKind.GROUP_FORCE:
+                missing = self._no_group(key.of) or ("" if units.force else "no force is known of such readings")
+                return TraceSource(units.force or "N", partial(self._group_force, key.of), missing)
+        return self._joint_source(key)
+
+    def _no_group(self, group: str) -> str:
+        """Why there is no such group of taxels; empty where there is."""
+        known = self._prepared is None or int(_members(group).max()) < len(self._prepared.skin)
+        return "" if known else "this skin has no such taxels"
+
+    def _group_force(self, group: str) -> tuple[FloatArray, FloatArray]:
+        """Ages (k,) [s] and the sum of pressure times area (k,) [N]."""
+        taxels, prepared = _members(group), self._prepared
+        if prepared is None or self._units.force is None or self._no_group(group):
+            return np.zeros(0), np.zeros(0)
+        ages, kilopascals = self._pressure.group(taxels)
+        return ages, 1e3 * kilopascals @ prepared.skin.areas[taxels] if len(ages) else np.zeros(0)
+
+    def _group_pressures(self, group: str) -> GroupSamples:
+        ages, values = self._pressure.group(_members(group))
+        return GroupSamples(self._units.unit, ages, values.mean(axis=1), values.max(axis=1), self._no_group(group))
+
+    def _joint_source(self, key: PlotKey) -> TraceSource:
+        number, speed = self._joint_number(key.of), key.kind is PlotKind.JOINT_SPEED
+        unit = ("m" if self._slides(key.of) else "rad") + ("/s" if speed else "")
+        samples = partial((self._velocity if speed else self._posture).series, -1 if number is None else number)
+        if number is None or self._prepared is None:
+            return TraceSource(unit, samples, "" if self._prepared is None else "this robot has no such joint")
+        joint = self._prepared.robot.joints[number]
+        return TraceSource(unit, samples, bounds=() if speed else (joint.lower, joint.upper))
+
+    def _joint_number(self, name: str) -> int | None:
+        joints = () if self._prepared is None else self._prepared.robot.joints
+        return next((number for number, joint in enumerate(joints) if joint.name == name), None)
+
+    def _slides(self, name: str) -> bool:
+        number = self._joint_number(name)
+        return self._prepared is not None and number is not None and self._prepared.robot.joints[number].slide
+
+    @property
+    def offered(self) -> tuple[PlotGroup, ...]:
+        """All plots there can be now, but for those of taxels; of groups those that are shown, where they are named."""
+        prepared, frame = self._prepared, self._latest
+        links = [] if prepared is None else list(dict.fromkeys(patch.link for patch in prepared.skin.patches))
+        joints = [] if prepared is None else [joint.name for joint in prepared.robot.joints]
+        contacts = () if frame is None else frame.regions
+        subjects: dict[str, tuple[PlotKind, Sequence[str]]] = {
+            "Contacts now": (PlotKind.CONTACT, [str(region.id) for region in contacts]),
+            "Forces on links": (PlotKind.LINK, links),
+            "Joints": (PlotKind.JOINT, joints),
+            "Speeds of joints": (PlotKind.JOINT_SPEED, joints),
+            "Contact events of one kind": (PlotKind.EVENT, EVENT_KINDS),
+            "Single limits": (PlotKind.LIMIT, [kind.value for kind in LimitKind]),
+        }
+        groups = [
+            PlotGroup(title, tuple(PlotKey(kind, of) for of in names)) for title, (kind, names) in subjects.items()
+        ]
+        named = tuple(key for key in self._choice.order if key.kind in OF_GROUPS)
+        groups.insert(0, PlotGroup("Groups of taxels", named))
+        return PlotGroup("Standard", STANDARD), *(group for group in groups if group.keys)
+
+    def set_theme(self, theme: Theme) -> None:
+        """Take another theme."""
+        self._theme = theme
+        self.board.set_theme(theme)
+        for part in self._parts.values():
+            part.set_theme(theme)
+
+    def show_settings(self, settings: ControlSettings) -> None:
+        """The controller's settings in force: what they ask for is drawn, and when they changed is marked."""
+        if settings != self._settings:
+            self._changes.change()
+        self._settings = settings
+        has_force_goal = settings.controller == "hold_force" or (
+            has_task(settings.controller) and "force_goal" in effective_settings(settings)
+        )
+        self._force.set_goal(settings.force_goal if has_force_goal else None)
+        self._arrange()
+        self._redraw_if_seen()
+
+    @property
+    def _called_for(self) -> frozenset[PlotKey]:
+        """Those that matter now, and no more than have room."""
+        settings, selected = self._settings, self._selection is not None and bool(len(self._selection.taxels))
+        wanted = [_FORCE]
+        if has_task(settings.controller):
+            at_a_place = settings.task in TASKS_AT_A_PLACE
+            wanted += [_ERROR, _SPEED, _LIMITS] if at_a_place else [_SPEED, _LIMITS]
+            wanted += [_PRESSURE] if selected or not at_a_place else []
+        else:
+            wanted += [_LIMITS, _PRESSURE] if settings.controller == "hold_force" else [_PRESSURE]
+        added = len(self._choice.order) - len(STANDARD)
+        if not self._beside or (len(wanted) + added + 1) * MIN_PLOT_WIDTH <= self.width():
+            wanted.append(_TIME)
+        return frozenset(wanted)
+
+    def _arrange(self) -> None:
+        self.board.arrange(self.shown_keys)
+
+    @property
+    def _beside(self) -> bool:
+        """Whether the plots stand side by side."""
+        return self.width() >= SIDE_BY_SIDE_ASPECT * self.height()
+
+    def wanted_height(self, window_height: int, *, low: bool) -> int:
+        """What the plots are to be given in a window of this height [px]; ``low`` where views need the room."""
+        usual = LOWEST if low else USUAL_HEIGHT
+        return usual if self.board.enlarged is None else max(usual, round(ENLARGED_SHARE * window_height))
+
+    def follow(self, selection: TaxelSelection) -> None:
+        """Trace what is selected there from now on, its past included."""
+        self._selection = selection
+        selection.changed.connect(self._on_selection_changed)
+        selection.region_changed.connect(self._force.select)
+        self.region_forgotten.connect(selection.forget_region)
+        self._on_selection_changed()
+        self._force.select(selection.region)
+
+    def _on_selection_changed(self) -> None:
+        if self._selection is not None:
+            self._pressure.select(self._selection.taxels, self._selection.inks)
+            self._arrange()
+
+    # What is kept.
+
+    def show_prepared(self, prepared: PreparedScene) -> None:
+        """Another scene: its joints and links can be plotted."""
+        self._prepared = prepared
+        scale = self._speed_scale = SpeedScale(prepared.robot)
+        self._speed.use(f"Max joint speed ({scale.unit})", unit=scale.unit, bound=scale.bound)
+        self.clear()
+
+    def clear(self) -> None:
+        """Forget everything, for another session."""
+        for part in (self._force, self._pressure, self._error, self._speed, self._areas):
+            part.clear()
+        for memory in (
+            self._limits, self._changes, self._stages, self._links, self._posture, self._velocity, self._events,
+        ):  # fmt: skip
+            memory.clear()
+        self._latest = None
+        self._redraw()
+
+    def show_frame(self, frame: Frame) -> None:
+        """Keep the numbers of ``frame``, and draw them if it is time and someone can see it."""
+        gone = self._keep(frame)
+        if not self._since_drawn.isValid() or self._since_drawn.elapsed() >= self._rest_ms:
+            self._redraw_if_seen()
+        elif not self._late.isActive():
+            self._late.start(self._rest_ms)
+        for region in gone:
+            self.region_forgotten.emit(region)
+
+    def keep(self, frames: Sequence[Frame]) -> None:
+        """Keep the numbers of frames that no view shows; drawn with the next one that is. Cost: 0.1 ms each."""
+        for frame in frames:
+            for region in self._keep(frame):
+                self.region_forgotten.emit(region)
+
+    def show_past(self, frames: Sequence[Frame]) -> None:
+        """Show these frames and nothing of before."""
+        self.clear()
+        self.keep(frames)
+        self._redraw_if_seen()
+
+    def _keep(self, frame: Frame) -> tuple[int, ...]:
+        """Ids of the regions whose last sample went."""
+        time = frame.time
+        if frame.units is not self._units:
+            self._units = frame.units
+            self._force.set_units(frame.units)
+            self._pressure.set_units(frame.units)
+            self._links.clear()
+        self._latest = frame
+        gone = self._force.add(time, frame.regions, frame.task.force_goal if frame.task else None)
+        self._pressure.add(time, frame.pressures)
+        self._error.add(time, error_of(frame))
+        self._speed.add(time, self._speed_scale.value(frame.velocity))
+        self._limits.take(time, frame.why_limited)
+        self._changes.at(time)
+        self._stages.add(time, stage_times(frame.timings))
+        self._links.add(time, self._link_forces(frame))
+        self._posture.add(time, frame.posture)
+        self._velocity.add(time, frame.velocity)
+        self._events.take(time, frame.recent)
+        self._dirty = True
+        return gone
+
+    def _link_forces(self, frame: Frame) -> dict[str, float]:
+        """The sum of the contacts of each link that was touched, 0 where nothing touches it now."""
+        forces = dict.fromkeys(self._links.names, 0.0)
+        forces |= {key.of: 0.0 for key in self._parts if key.kind is PlotKind.LINK}
+        for region in frame.regions:
+            forces[region.link] = forces.get(region.link, 0.0) + region.force
+        return forces
+
+    # Drawing.
+
+    def _on_late(self) -> None:
+        """No frame came that would have shown the last one: time stands still."""
+        if self._dirty:
+            self._redraw_if_seen()
+
+    def _redraw_if_seen(self) -> None:
+        if self.isVisible() or self.board.windows:
+            self._redraw()
+
+    def _redraw(self) -> None:
+        """Draw what is shown; the others keep their samples until they are."""
+        self._since_drawn.start()
+        self._dirty = False
+        ages = self._ages()
+        for key in self.shown_keys:
+            self._parts[key].draw()
+        for plot in self._trace_plots.values():
+            plot.mark(ages)
+        self._rest_ms = max(REDRAW_MS, round(REST * self._since_drawn.elapsed()))
+
+    def _on_age_clicked(self, age: float) -> None:
+        if self._latest is not None:
+            self.time_clicked.emit(self._latest.time + age)
+
+    def table(self, keys: Sequence[PlotKey] | None = None) -> str:
+        """What is shown, or of these plots, as CSV: a row a sample, with simulated time [s]."""
+        written, now = io.StringIO(), 0.0 if self._latest is None else self._latest.time
+        rows = csv.writer(written, lineterminator="\n")
+        rows.writerow(("plot", "series", "unit", "time_s", "value"))
+        for key in self.shown_keys if keys is None else keys:
+            for series in self._parts[key].series():
+                for age, value in zip(series.ages.tolist(), series.values.tolist(), strict=True):
+                    if np.isfinite(value):
+                        rows.writerow((key.title, series.name, series.unit, f"{now + age:.6g}", f"{value:.6g}"))
+        return written.getvalue()
+
+    def showEvent(self, event: QShowEvent) -> None:
+        """Qt: catch up with what came while hidden."""
+        super().showEvent(event)
+        if self._dirty:
+            self._redraw()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Qt: side by side where it is wide, one under the other where it is tall."""
+        super().resizeEvent(event)
+        self.board.set_beside(beside=self._beside)
+        self._arrange()

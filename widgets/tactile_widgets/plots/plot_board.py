@@ -1,0 +1,330 @@
+"""Plots beside each other, or one under the other: dragged to another place, enlarged, or in windows of their own.
+
+``PlotCell`` holds one plot and knows the gestures on it; ``PlotBoard`` lays the cells out and asks for what they want.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import partial
+
+from PySide6.QtCore import QEvent, QObject, QPoint, QPointF, QRect, Qt, Signal
+from PySide6.QtGui import QCloseEvent, QContextMenuEvent, QKeyEvent, QMouseEvent, QResizeEvent
+from PySide6.QtWidgets import QApplication, QBoxLayout, QFrame, QScrollArea, QVBoxLayout, QWidget
+
+from tactile_widgets.common.colours import Theme
+from tactile_widgets.plots.choice.plot_choice import PlotKey, Rectangle
+
+NARROWEST, LOWEST_CELL = 150, 110
+"""What a plot is given at least, side by side and one under the other; where that is too much, they scroll [px]."""
+_WINDOW_SIZE = (520, 320)
+_STEP = 28
+"""From one new window to the next [px]."""
+_SLIM = "QScrollBar:horizontal { height: 6px; } QScrollBar:vertical { width: 6px; }"
+
+
+class PlotCell(QWidget):
+    """One plot and the gestures on it: drag, click, double-click, the menu."""
+
+    dragged = Signal(QPoint)
+    """It is dragged over this place of the screen."""
+    dropped = Signal(QPoint)
+    """It was dropped there."""
+    clicked = Signal(QPointF)
+    """It was clicked at this place of what it holds."""
+    enlarge_wanted = Signal()
+    """It was double-clicked."""
+    menu_wanted = Signal(QPoint)
+    """A menu is wanted at this place of the screen."""
+
+    def __init__(self, key: PlotKey, content: QWidget, parent: QWidget) -> None:
+        super().__init__(parent)
+        self.key, self.content = key, content
+        self.setObjectName(f"plot-{key.text}")
+        self.setAccessibleName(key.title)
+        self.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.addWidget(content)
+        self._pressed: QPointF | None = None
+        self._dragging = False
+        for widget in (content, *content.findChildren(QWidget)):
+            widget.installEventFilter(self)
+            widget.setFocusPolicy(Qt.FocusPolicy.NoFocus)  # Tab stops at the cell, which has the keys and a name
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        """Qt: the mouse on anything within."""
+        if isinstance(event, QContextMenuEvent):
+            self.menu_wanted.emit(event.globalPos())
+            return True
+        return isinstance(event, QMouseEvent) and self._mouse(event)
+
+    def contextMenuEvent(self, event: QContextMenuEvent) -> None:
+        """Qt: the menu key; the mouse is on what is within."""
+        self.menu_wanted.emit(event.globalPos())
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Qt: Return enlarges."""
+        if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
+            self.enlarge_wanted.emit()
+        else:
+            super().keyPressEvent(event)
+
+    def _mouse(self, event: QMouseEvent) -> bool:
+        left, place = event.button() == Qt.MouseButton.LeftButton, event.globalPosition()
+        match event.type():
+            case QEvent.Type.MouseButtonPress if left:
+                self._pressed, self._dragging = place, False
+            case QEvent.Type.MouseMove if self._pressed is not None:
+                self._move(place)
+            case QEvent.Type.MouseButtonRelease if left and self._pressed is not None:
+                self._release(place)
+            case QEvent.Type.MouseButtonDblClick if left:
+                self._pressed = None
+                self.enlarge_wanted.emit()
+            case _:
+                return False
+        return True
+
+    def _move(self, place: QPointF) -> None:
+        assert self._pressed is not None
+        far = (place - self._pressed).manhattanLength() >= QApplication.startDragDistance()
+        if far and not self._dragging:
+            self._dragging = True
+            self.setCursor(Qt.CursorShape.ClosedHandCursor)
+        if self._dragging:
+            self.dragged.emit(place.toPoint())
+
+    def _release(self, place: QPointF) -> None:
+        dragging, self._pressed, self._dragging = self._dragging, None, False
+        self.unsetCursor()
+        if dragging:
+            self.dropped.emit(place.toPoint())
+        else:
+            self.clicked.emit(self.content.mapFromGlobal(place))
+
+
+class PlotWindow(QWidget):
+    """One plot in a window of its own."""
+
+    closed = Signal(object)
+    """A person closed it: the PlotKey."""
+
+    def __init__(self, cell: PlotCell, parent: QWidget) -> None:
+        super().__init__(parent, Qt.WindowType.Window)
+        self.cell = cell
+        self.setObjectName(f"window-{cell.key.text}")
+        self.setWindowTitle(cell.key.title)
+        self.setAutoFillBackground(True)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(12, 8, 12, 8)
+        layout.addWidget(cell)
+        cell.show()
+
+    @property
+    def rectangle(self) -> Rectangle:
+        """Where it is."""
+        place = self.geometry()
+        return place.x(), place.y(), place.width(), place.height()
+
+    def closeEvent(self, event: QCloseEvent) -> None:
+        """Qt."""
+        super().closeEvent(event)
+        self.closed.emit(self.cell.key)
+
+
+class PlotBoard(QScrollArea):
+    """Lays out cells. Mutable: ``add``, ``arrange``, ``enlarge``, ``open_window``."""
+
+    move_wanted = Signal(object, object)
+    """A PlotKey is to stand left of another, or last where that is None."""
+    window_closed = Signal(object)
+    """The window of a PlotKey was closed."""
+    enlarged_changed = Signal(bool)
+    """One plot fills the board, or all are shown again."""
+
+    def __init__(self, theme: Theme, parent: QWidget) -> None:
+        super().__init__(parent)
+        self.setWidgetResizable(True)
+        self.setFrameShape(QFrame.Shape.NoFrame)
+        self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+        self.setStyleSheet(_SLIM)
+        self._content = QWidget(self)
+        self.setWidget(self._content)
+        for ground in (self.viewport(), self._content):
+            ground.setAutoFillBackground(False)
+        self._row = QBoxLayout(QBoxLayout.Direction.LeftToRight, self._content)
+        self._row.setContentsMargins(0, 0, 0, 0)
+        self._row.setSpacing(16)
+        self._cells: dict[PlotKey, PlotCell] = {}
+        self._windows: dict[PlotKey, PlotWindow] = {}
+        self._shown: tuple[PlotKey, ...] = ()
+        self._enlarged: PlotKey | None = None
+        self._mark = QWidget(self._content)
+        self._mark.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
+        self._mark.hide()
+        self.set_theme(theme)
+
+    @property
+    def enlarged(self) -> PlotKey | None:
+        """The plot that fills the board."""
+        return self._enlarged
+
+    @property
+    def windows(self) -> dict[PlotKey, Rectangle]:
+        """The plots in windows of their own, and where."""
+        return {key: window.rectangle for key, window in self._windows.items()}
+
+    def cell(self, key: PlotKey) -> PlotCell | None:
+        """The cell of a plot."""
+        return self._cells.get(key)
+
+    def set_theme(self, theme: Theme) -> None:
+        """Take another theme."""
+        self._mark.setStyleSheet(f"background: {theme.accent}")
+
+    def add(self, key: PlotKey, content: QWidget, stretch: int) -> PlotCell:
+        """Hold one more plot, hidden until ``arrange`` shows it."""
+        cell = self._cells[key] = PlotCell(key, content, self._content)
+        cell.hide()
+        self._row.addWidget(cell, stretch)
+        cell.dragged.connect(partial(self._show_mark, key))
+        cell.dropped.connect(partial(self._drop, key))
+        cell.enlarge_wanted.connect(partial(self.toggle, key))
+        return cell
+
+    def remove(self, key: PlotKey) -> None:
+        """Hold it no more."""
+        self.close_window(key)
+        if self._enlarged == key:
+            self.enlarge(None)
+        cell = self._cells.pop(key)
+        self._row.removeWidget(cell)
+        cell.hide()
+        cell.deleteLater()
+
+    def arrange(self, shown: Sequence[PlotKey]) -> None:
+        """Show these in this order, and those in windows there."""
+        self._shown = tuple(shown)
+        if self._enlarged not in shown:
+            self.enlarge(None)
+        here = self._here
+        for key in here:
+            cell = self._cells[key]
+            if self._row.indexOf(cell) != here.index(key):
+                stretch = self._row.stretch(self._row.indexOf(cell))
+                self._row.removeWidget(cell)
+                self._row.insertWidget(here.index(key), cell, stretch)
+        for key, cell in self._cells.items():
+            if key not in self._windows:
+                cell.setVisible(key in here and self._enlarged in (None, key))
+        self._make_room()
+
+    @property
+    def _here(self) -> list[PlotKey]:
+        """What is shown and not in a window, in order."""
+        return [key for key in self._shown if key not in self._windows]
+
+    @property
+    def beside(self) -> bool:
+        """Whether the plots stand side by side."""
+        return self._row.direction() == QBoxLayout.Direction.LeftToRight
+
+    def set_beside(self, *, beside: bool) -> None:
+        """Side by side, or one under the other."""
+        directions = QBoxLayout.Direction
+        self._row.setDirection(directions.LeftToRight if beside else directions.TopToBottom)
+        self._make_room()
+
+    def _make_room(self) -> None:
+        count = 1 if self._enlarged is not None else max(len(self._here), 1)
+        wide, high = (NARROWEST + self._row.spacing(), 0) if self.beside else (0, LOWEST_CELL + self._row.spacing())
+        self._content.setMinimumSize(count * wide - self._row.spacing() if wide else 0, count * high)
+
+    def enlarge(self, key: PlotKey | None) -> None:
+        """One plot fills the board; None for all of them."""
+        if key == self._enlarged or key in self._windows:
+            return
+        self._enlarged = key
+        self.arrange(self._shown)
+        self.enlarged_changed.emit(key is not None)
+
+    def toggle(self, key: PlotKey) -> None:
+        """Enlarge a plot, or show all again where it is."""
+        self.enlarge(None if self._enlarged == key else key)
+
+    # Windows.
+
+    def open_window(self, key: PlotKey, where: Rectangle | None) -> None:
+        """Give a plot a window of its own; where nobody said where, beside the last."""
+        if key in self._windows:
+            return
+        if self._enlarged == key:
+            self.enlarge(None)
+        cell = self._cells[key]
+        self._row.removeWidget(cell)
+        window = self._windows[key] = PlotWindow(cell, self)
+        window.closed.connect(self._on_window_closed)
+        if where is None:
+            corner = self.mapToGlobal(QPoint(0, 0)) + QPoint(_STEP, _STEP) * len(self._windows)
+            where = corner.x(), corner.y() - _WINDOW_SIZE[1] - 2 * _STEP, *_WINDOW_SIZE
+        window.setGeometry(_on_screen(QRect(*where), self))
+        window.show()
+        self.arrange(self._shown)
+
+    def close_window(self, key: PlotKey) -> None:
+        """Take a plot back among the others."""
+        window = self._windows.pop(key, None)
+        if window is not None:
+            window.closed.disconnect(self._on_window_closed)
+            self._row.addWidget(window.cell, 3)
+            window.close()
+            window.deleteLater()
+            self.arrange(self._shown)
+
+    def _on_window_closed(self, key: PlotKey) -> None:
+        self.close_window(key)
+        self.window_closed.emit(key)
+
+    # Dragging.
+
+    def _place_at(self, key: PlotKey, place: QPoint) -> PlotKey | None:
+        """Which plot ``key`` would stand left of, or above; None for the last place."""
+        here = self._content.mapFromGlobal(place)
+        for other in (one for one in self._here if one != key):
+            middle = self._cells[other].geometry().center()
+            if (here.x() < middle.x()) if self.beside else (here.y() < middle.y()):
+                return other
+        return None
+
+    def _show_mark(self, key: PlotKey, place: QPoint) -> None:
+        if key in self._windows or self._enlarged is not None:
+            return
+        before, gap = self._place_at(key, place), self._row.spacing() // 2
+        beside = self._cells[before].geometry() if before is not None else self._cells[self._here[-1]].geometry()
+        if self.beside:
+            x = beside.left() - gap if before is not None else beside.right() + gap
+            self._mark.setGeometry(x - 1, 0, 3, self._content.height())
+        else:
+            y = beside.top() - gap if before is not None else beside.bottom() + gap
+            self._mark.setGeometry(0, y - 1, self._content.width(), 3)
+        self._mark.raise_()
+        self._mark.show()
+
+    def _drop(self, key: PlotKey, place: QPoint) -> None:
+        self._mark.hide()
+        if key not in self._windows and self._enlarged is None:
+            self.move_wanted.emit(key, self._place_at(key, place))
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Qt."""
+        super().resizeEvent(event)
+        self._mark.hide()
+
+
+def _on_screen(wanted: QRect, near: QWidget) -> QRect:
+    """As wanted, where some of it can be seen; otherwise on the screen of ``near``."""
+    if any(screen.availableGeometry().intersects(wanted) for screen in QApplication.screens()):
+        return wanted
+    screen = near.screen().availableGeometry()
+    return QRect(screen.topLeft() + QPoint(_STEP, _STEP), wanted.size().boundedTo(screen.size()))

@@ -1,0 +1,105 @@
+"""Choosing plots: a field over a list with a check box for each plot there can be; left open beside the window."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Sequence
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtGui import QFont, QPalette
+from PySide6.QtWidgets import QCheckBox, QDialog, QLabel, QLineEdit, QListWidget, QListWidgetItem, QVBoxLayout, QWidget
+
+from tactile_widgets.plots.choice.plot_choice import PlotKey
+from tactile_widgets.plots.live_plots import PlotGroup
+
+_KEY = Qt.ItemDataRole.UserRole
+_SIZE = 360, 520
+
+
+class PlotChooser(QDialog):
+    """Letters narrow the list; a taxel is found by its number or hardware id.
+
+    Args:
+        find_taxels: The plots of the taxels that a text names; none where it names none.
+        parent: The window.
+    """
+
+    toggled = Signal(object, bool)
+    """A PlotKey is to be shown, or not."""
+    automatic_wanted = Signal(bool)
+    """The standard plots are to be those that the controller calls for, or those that are shown now."""
+
+    def __init__(self, find_taxels: Callable[[str], Sequence[PlotKey]], parent: QWidget) -> None:
+        super().__init__(parent)
+        self.setObjectName("plot-chooser")
+        self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        self.setWindowTitle("Plots")
+        self._find_taxels, self._groups = find_taxels, tuple[PlotGroup, ...]()
+        self._shown: frozenset[PlotKey] = frozenset()
+        self.automatic = QCheckBox("Standard plots follow the controller", self)
+        self.automatic.setToolTip("Show those of the standard plots that the controller calls for")
+        self.field, self.list = QLineEdit(self), QListWidget(self)
+        self.field.setObjectName("plot-field")
+        self.field.setPlaceholderText("Joint, link, limit, event, or the number of a taxel")
+        self.field.setClearButtonEnabled(True)
+        self.list.setObjectName("plot-list")
+        self.list.setAccessibleName("Plots")
+        self.list.setFrameShape(QListWidget.Shape.NoFrame)
+        self.list.viewport().setBackgroundRole(QPalette.ColorRole.Window)  # empty boxes are as dark as a list
+        self.list.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self.field.textChanged.connect(self._fill)
+        self.list.itemChanged.connect(self._on_item_changed)
+        self.automatic.clicked.connect(self.automatic_wanted)
+        note = QLabel("Drag a plot to move it, double-click to enlarge it, right-click for more.", self)
+        note.setProperty("role", "caption")
+        note.setWordWrap(True)
+        column = QVBoxLayout(self)
+        for part in (self.field, self.automatic, self.list, note):
+            column.addWidget(part)
+        self.resize(*_SIZE)
+
+    def offer(self, groups: Sequence[PlotGroup], shown: Collection[PlotKey], *, automatic: bool) -> None:
+        """List these; ``shown`` are checked."""
+        self._groups, self._shown = tuple(groups), frozenset(shown)
+        self.automatic.setChecked(automatic)
+        self._fill()
+
+    def _fill(self, _text: str = "") -> None:
+        bar, wanted = self.list.verticalScrollBar(), self.field.text().strip().lower()
+        row, place = self.list.currentRow(), bar.value()
+        self.list.blockSignals(True)
+        self.list.clear()
+        for group in self._with_taxels(wanted):
+            whole = wanted in group.title.lower()
+            keys = [key for key in group.keys if whole or wanted in key.title.lower() or group.title == "Taxels"]
+            if keys:
+                self._add_heading(group.title)
+                for key in keys:
+                    self._add(key)
+        self.list.setCurrentRow(row)
+        self.list.blockSignals(False)
+        bar.setValue(place)
+
+    def _with_taxels(self, wanted: str) -> tuple[PlotGroup, ...]:
+        """The groups; that of taxels has those that are shown, or that are found by what is typed."""
+        shown = {key for key in self._shown if key.text.startswith("taxel:")}
+        found = self._find_taxels(wanted) if wanted else sorted(shown, key=lambda key: int(key.of))
+        taxels = (PlotGroup("Taxels", tuple(found)),) if found else ()
+        return (*self._groups, *taxels) if not wanted else (*taxels, *self._groups)
+
+    def _add_heading(self, title: str) -> None:
+        item = QListWidgetItem(title, self.list)
+        item.setFlags(Qt.ItemFlag.NoItemFlags)
+        font = QFont(self.list.font())
+        font.setWeight(QFont.Weight.DemiBold)
+        item.setFont(font)
+
+    def _add(self, key: PlotKey) -> None:
+        item = QListWidgetItem(key.title, self.list)
+        item.setData(_KEY, key.text)
+        item.setFlags(Qt.ItemFlag.ItemIsEnabled | Qt.ItemFlag.ItemIsSelectable | Qt.ItemFlag.ItemIsUserCheckable)
+        item.setCheckState(Qt.CheckState.Checked if key in self._shown else Qt.CheckState.Unchecked)
+
+    def _on_item_changed(self, item: QListWidgetItem) -> None:
+        key = PlotKey.parse(str(item.data(_KEY)))
+        if key is not None:
+            self.toggled.emit(key, item.checkState() is Qt.CheckState.Checked)

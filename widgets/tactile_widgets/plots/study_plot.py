@@ -1,0 +1,194 @@
+"""What a study measured against a factor: at each point the median over seeds and its interval; a click chooses it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import pyqtgraph as pg
+from PySide6.QtCore import QPointF, Qt, Signal
+from PySide6.QtGui import QColor, QFontMetrics, QPainterPath
+from PySide6.QtWidgets import QVBoxLayout, QWidget
+
+from tactile_maps.studies.base.rows import Cell, number
+from tactile_maps.studies.running.study_table import TablePoint, TheoryColumn
+from tactile_widgets.common.colours import Theme
+from tactile_widgets.plots.curve_legend import (
+    LINE_STYLES,
+    MARKER_SIZE,
+    RING_SIZE,
+    CurveLegend,
+    curve_colour,
+    curve_symbol,
+)
+from tactile_widgets.plots.traces.plot_canvas import PlotCanvas
+
+_APART = 0.08
+"""Between points of two curves at one named value, as a share of the way to the next value."""
+_LABELLED = 520
+"""Of the axis, that labels of named values share [px]; about what it is long when the window is opened."""
+_LABEL_GAP = 10
+"""Between two labels [px]."""
+_THEORY_WIDTH = 0.6
+"""Of a law at a named value, as a share of the way to the next."""
+_CAP = 5
+"""Half the width of an interval's ends [px]."""
+
+
+_FLAT = QPainterPath(QPointF(-0.5, 0.0))
+_FLAT.lineTo(0.5, 0.0)
+
+
+def cell_text(cell: Cell) -> str:
+    """A cell as a person reads it; an empty one is a dash."""
+    if cell is None:
+        return "–"
+    return f"{cell:.4g}" if isinstance(cell, float) else str(cell)
+
+
+class StudyPlot(QWidget):
+    """Points with upright intervals, one colour and marker a curve, and the legend below.
+
+    Args:
+        theme: Its colours.
+    """
+
+    chosen = Signal(object)
+    """The TablePoint that was clicked."""
+
+    def __init__(self, theme: Theme, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._theme = theme
+        self._points: tuple[TablePoint, ...] = ()
+        self._marked: TablePoint | None = None
+        self._theory: tuple[TheoryColumn, ...] = ()
+        self._names, self._series = ("", ""), list[Cell]()
+        self._values: Mapping[Cell, int] | None = None
+        self.canvas = PlotCanvas(self)
+        self.canvas.setObjectName("study-canvas")
+        self._legend = CurveLegend(self)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.addWidget(self.canvas, 1)
+        column.addWidget(self._legend)
+        self._draw()
+
+    def set_theme(self, theme: Theme) -> None:
+        """Take another theme."""
+        self._theme = theme
+        self._draw()
+
+    def show_points(self, points: Sequence[TablePoint], x: str, y: str, theory: Sequence[TheoryColumn] = ()) -> None:
+        """Draw these, and dashed below them what theory says; ``x`` and ``y`` name the axes."""
+        self._points, self._names, self._marked, self._theory = tuple(points), (x, y), None, tuple(theory)
+        self._legend.setToolTip("\n".join(f"{one.law}: {one.source}." for one in theory))
+        self._series = list(dict.fromkeys(point.series for point in points))
+        cells = list(dict.fromkeys(point.x for point in points))
+        numbered = all(number(cell) is not None and not isinstance(cell, bool) for cell in cells)
+        self._values = None if numbered else {cell: place for place, cell in enumerate(cells)}
+        self._draw()
+
+    def mark(self, point: TablePoint | None) -> None:
+        """Ring a point; None rings none."""
+        self._marked = point
+        self._draw()
+
+    def place(self, point: TablePoint) -> tuple[float, float] | None:
+        """Where a point is drawn, in the diagram's numbers; None for one of which most seeds cannot."""
+        if not math.isfinite(point.interval.middle):
+            return None
+        if self._values is None:
+            return float(number(point.x) or 0.0), point.interval.middle
+        aside = _APART * (self._series.index(point.series) - 0.5 * (len(self._series) - 1))
+        return self._values[point.x] + max(min(aside, 0.4), -0.4), point.interval.middle
+
+    def _draw(self) -> None:
+        plot, theme = self.canvas.getPlotItem(), self._theme
+        plot.clear()
+        for side, name in zip(("bottom", "left"), self._names, strict=True):
+            axis = self.canvas.getAxis(side)
+            axis.setLabel(name, color=theme.quiet, **{"font-size": "11px"})
+            axis.setPen(pg.mkPen(QColor(theme.line)))
+            axis.setTextPen(pg.mkPen(QColor(theme.quiet)))
+        plot.showGrid(x=True, y=True, alpha=0.4)
+        self._label_values()
+        for order, series in enumerate(self._series):
+            self._draw_series([point for point in self._points if point.series == series], order)
+        if self._marked is not None and (at := self.place(self._marked)) is not None:
+            pen = pg.mkPen(QColor(theme.accent), width=2.5)
+            plot.addItem(pg.ScatterPlotItem(pos=[at], size=RING_SIZE, brush=None, pen=pen, antialias=True))
+        told: list[tuple[int | str, str]] = [
+            (order, cell_text(series)) for order, series in enumerate(self._series) if series is not None
+        ]
+        self._legend.show_entries([*told, *zip(LINE_STYLES, (one.law for one in self._theory), strict=False)], theme)
+        plot.autoRange(padding=0.08)
+        self.canvas.setAccessibleName(f"{self._names[1]} against {self._names[0]}")
+
+    def _label_values(self) -> None:
+        places = None
+        if self._values is not None:
+            texts = [(place, cell_text(cell)) for cell, place in self._values.items()]
+            measure = QFontMetrics(self.canvas.small).horizontalAdvance
+            widest = max((measure(text) for _, text in texts), default=0) + _LABEL_GAP
+            every = math.ceil(len(texts) * widest / _LABELLED)
+            places = [[(place, text) for place, text in texts if place % max(every, 1) == 0]]
+        self.canvas.getAxis("bottom").setTicks(places)
+
+    def _draw_series(self, points: Sequence[TablePoint], order: int) -> None:
+        plot, colour = self.canvas.getPlotItem(), curve_colour(self._theme, order)
+        drawn = [(point, at) for point in points if (at := self.place(point)) is not None]
+        if not drawn:
+            return
+        if self._values is None:
+            x, y = zip(*(at for _, at in drawn), strict=True)
+            plot.addItem(pg.PlotDataItem(x, y, pen=pg.mkPen(colour, width=1.2), antialias=True))
+        for law, style in zip(self._theory, LINE_STYLES.values(), strict=False):
+            self._draw_theory(drawn, law.column, style)
+        for point, (x_at, _) in drawn:
+            self._draw_interval(point, x_at, colour)
+        marks: list[dict[str, Any]] = [{"pos": at, "data": point} for point, at in drawn]
+        scatter = pg.ScatterPlotItem(
+            marks, size=MARKER_SIZE, symbol=curve_symbol(order), brush=colour,
+            pen=pg.mkPen(QColor(self._theme.panel)), antialias=True,
+        )  # fmt: skip
+        scatter.setZValue(10)
+        scatter.sigClicked.connect(self._on_clicked)
+        plot.addItem(scatter)
+
+    def _draw_theory(
+        self, drawn: Sequence[tuple[TablePoint, tuple[float, float]]], column: str, style: Qt.PenStyle
+    ) -> None:
+        """A line where the factor is a number, a short one at each point where it is not."""
+        pen = pg.mkPen(QColor(self._theme.quiet), width=1.2, style=style)
+        said = [(x, value) for point, (x, _) in drawn if (value := point.predicted(column)) is not None]
+        half = _THEORY_WIDTH / 2
+        lines = [said] if self._values is None else [[(x - half, y), (x + half, y)] for x, y in said]
+        for line in filter(None, lines):
+            self.canvas.addItem(pg.PlotDataItem(*zip(*line, strict=True), pen=pen, antialias=True))
+
+    def _draw_interval(self, point: TablePoint, x: float, colour: QColor) -> None:
+        """Upright line with its ends; an interval that goes on to where seeds cannot has no upper end."""
+        low, high = point.interval.low, point.interval.high
+        top = high if math.isfinite(high) else point.interval.middle
+        plot = self.canvas.getPlotItem()
+        plot.addItem(pg.PlotDataItem([x, x], [low, top], pen=pg.mkPen(colour, width=1.5), antialias=True))
+        for y in (low, high) if math.isfinite(high) else (low,):
+            cap = pg.ScatterPlotItem(pos=[(x, y)], symbol=_FLAT, size=2 * _CAP, pen=pg.mkPen(colour, width=1.5))
+            plot.addItem(cap)
+
+    def _on_clicked(self, _plot: object, marks: Sequence[Any], _event: object = None) -> None:
+        if len(marks):
+            self.chosen.emit(marks[0].data())
+
+    def on_canvas(self, point: TablePoint) -> QPointF:
+        """Where a point lies on the canvas [px].
+
+        Raises:
+            ValueError: It is not drawn.
+        """
+        at = self.place(point)
+        if at is None:
+            raise ValueError("the point is not drawn")
+        box = self.canvas.getPlotItem().getViewBox()
+        return QPointF(self.canvas.mapFromScene(box.mapViewToScene(QPointF(*at))))

@@ -1,0 +1,174 @@
+"""Draws the lanes of the plots over a whole recording.
+
+However long it is, each pixel shows the least and the largest of what it stands for.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from PySide6.QtCore import QLineF, QPointF, QRectF, Qt
+from PySide6.QtGui import QColor, QPainter, QPen, QPolygonF
+
+from tactile_maps.core.arrays import FloatArray
+from tactile_maps.recording.overview.curves import CURVES, Curves, envelope
+from tactile_widgets.common.colours import Theme
+from tactile_widgets.plots.timeline.lanes import Lane
+from tactile_widgets.plots.timeline.playhead import Span
+from tactile_widgets.plots.traces.trace_plots import nice_ceiling
+
+LEFT = 52.0
+"""Beside the lanes, for the numbers of their axes [px]."""
+_LEAST_SPAN = 0.02
+"""Of an axis that need not hold zero [unit]."""
+_HEADROOM = 1.3
+"""Of a lane's top, so that its title has room."""
+
+
+@dataclass(frozen=True, eq=False)
+class Overlaid:
+    """A second recording over the first.
+
+    Attributes:
+        curves: Of it.
+        first_tick: Its first frame's.
+        tick: Of its scene [s].
+        offset: So much later than the first it begins [s].
+        name: For people.
+    """
+
+    curves: Curves
+    first_tick: int
+    tick: float
+    offset: float
+    name: str
+
+    def times(self) -> FloatArray:
+        """Of its frames [s from the first frame of the first recording]."""
+        return self.offset + self.tick * (self.curves.ticks - self.first_tick).astype(np.float64)
+
+
+@dataclass(frozen=True)
+class _Axis:
+    """Of a lane: its ends in its unit, where zero lies or would lie [px], and pixels a unit."""
+
+    low: float
+    high: float
+    zero: float
+    scale: float
+
+
+def _axis(lane: Lane, values: FloatArray, box: QRectF) -> _Axis:
+    known = values[np.isfinite(values)]
+    least, most = (float(known.min()), float(known.max())) if len(known) else (0.0, 0.0)
+    if lane.floor is None:
+        step = nice_ceiling(max(most - least, _LEAST_SPAN) / 2)
+        low, high = step * np.floor(least / step), step * np.ceil(most / step)
+        high = max(high, low + step)
+    else:
+        low, high = 0.0, nice_ceiling(max(most, lane.floor))
+    scale = box.height() / (_HEADROOM * (high - low))
+    return _Axis(float(low), float(high), box.bottom() + scale * float(low), scale)
+
+
+@dataclass(frozen=True, eq=False)
+class LanePainter:
+    """Draws lanes of the same recording.
+
+    Attributes:
+        theme: Colours.
+        view: The part of the recording that is shown.
+        room: Width of a lane [px].
+        times: (n,) of the frames [s from the first].
+        values: (n, columns) of them, SI.
+        other: A second recording over it; None for none.
+    """
+
+    theme: Theme
+    view: Span
+    room: float
+    times: FloatArray
+    values: FloatArray
+    other: Overlaid | None
+
+    def paint(self, painter: QPainter, lane: Lane, box: QRectF) -> None:
+        """Draw one in ``box``."""
+        own, other = self._columns(lane)
+        axis = _axis(lane, np.concatenate([own, other]), box)
+        self._paint_axis(painter, axis, box)
+        painter.save()
+        painter.setClipRect(box.adjusted(0, -2, 0, 2))
+        if self.other is not None:
+            dashes = QPen(QColor(self.theme.quiet), 1.5, Qt.PenStyle.DashLine)
+            self._paint_curve(painter, dashes, self.other.times(), other, axis.zero, axis.scale)
+        self._paint_curve(painter, QPen(QColor(self.theme.text), 1.25), self.times, own, axis.zero, axis.scale)
+        painter.restore()
+        legend = "" if self.other is None or lane.column else f"    – –  {self.other.name}"
+        painter.setPen(QColor(self.theme.quiet))
+        painter.drawText(QPointF(box.left() + 4, box.top() + 9), f"{lane.title}{legend}")
+
+    def _columns(self, lane: Lane) -> tuple[FloatArray, FloatArray]:
+        """The curve, and that of the second recording, of which only the standard ones are read."""
+        own = lane.factor * self.values[:, lane.column]
+        if self.other is None or lane.column >= len(CURVES):
+            return own, np.full(0 if self.other is None else len(self.other.curves.ticks), np.nan)
+        return own, lane.factor * self.other.curves.values[:, lane.column]
+
+    def _paint_axis(self, painter: QPainter, axis: _Axis, box: QRectF) -> None:
+        painter.setPen(QColor(self.theme.line))
+        painter.drawLine(box.bottomLeft(), box.bottomRight())
+        painter.setPen(QColor(self.theme.quiet))
+        flags = Qt.AlignmentFlag
+        edge = QRectF(0, box.top() - 2, LEFT - 6, box.height() + 4)
+        painter.drawText(edge, flags.AlignRight | flags.AlignBottom, f"{axis.low:.4g}")
+        tick = axis.zero - axis.scale * axis.high
+        painter.drawText(QRectF(0, tick - 8, LEFT - 6, 16), flags.AlignRight | flags.AlignVCenter, f"{axis.high:.4g}")
+
+    def _paint_curve(
+        self, painter: QPainter, pen: QPen, times: FloatArray, values: FloatArray, floor: float, scale: float
+    ) -> None:
+        """Sample by sample where there is room, else the extremes of each pixel; gaps stay open."""
+        painter.setPen(pen)
+        first, last = np.searchsorted(times, (self.view.start, self.view.end)).tolist()
+        part = slice(max(first - 1, 0), last + 1)
+        times, values = times[part], values[part]
+        width = int(self.room)
+        if len(times) <= 2 * width:
+            self._draw(painter, times, values, floor, scale)
+            return
+        edges = self.view.start + np.arange(width + 1) / width * self.view.length
+        low, high = envelope(times, values, edges)
+        middle = (edges[1:] + edges[:-1]) / 2
+        if pen.style() is Qt.PenStyle.SolidLine:
+            self._draw_extremes(painter, low, high, floor, scale)
+        else:  # dashes of a line to and fro could not be read
+            self._draw(painter, middle, high, floor, scale)
+
+    def _draw_extremes(self, painter: QPainter, low: FloatArray, high: FloatArray, floor: float, scale: float) -> None:
+        """An upright line a pixel, which meets the one before: a stroke to and fro would cost twenty times as much."""
+        before_low, before_high = np.r_[np.nan, low[:-1]], np.r_[np.nan, high[:-1]]
+        bottom, top = np.fmin(low, before_high), np.fmax(high, before_low)
+        there = np.flatnonzero(np.isfinite(low))
+        lines = [
+            QLineF(x, y, x, above)
+            for x, y, above in zip(
+                (LEFT + there + 0.5).tolist(),
+                (floor - scale * bottom[there] + 0.5).tolist(),
+                (floor - scale * top[there] - 0.5).tolist(),
+                strict=True,
+            )
+        ]
+        painter.save()
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing, on=False)
+        painter.setPen(QPen(painter.pen().color(), 1.0))
+        painter.drawLines(lines)
+        painter.restore()
+
+    def _draw(self, painter: QPainter, times: FloatArray, values: FloatArray, floor: float, scale: float) -> None:
+        xs = LEFT + (times - self.view.start) / self.view.length * self.room
+        ys = floor - scale * values
+        there = np.isfinite(ys)
+        for run in np.split(np.flatnonzero(there), np.flatnonzero(np.diff(np.flatnonzero(there)) > 1) + 1):
+            points = [QPointF(x, y) for x, y in zip(xs[run].tolist(), ys[run].tolist(), strict=True)]
+            painter.drawPolyline(QPolygonF(points))

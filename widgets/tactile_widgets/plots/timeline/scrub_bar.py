@@ -1,0 +1,298 @@
+"""The bar of the timeline: where a recording stands, what happened and what was said of it, under the mouse."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from PySide6.QtCore import QEvent, QPoint, QPointF, QRectF, QSize, Qt, Signal
+from PySide6.QtGui import (
+    QColor,
+    QContextMenuEvent,
+    QFont,
+    QFontMetricsF,
+    QMouseEvent,
+    QPainter,
+    QPaintEvent,
+    QPen,
+    QPolygonF,
+)
+from PySide6.QtWidgets import QWidget
+
+from tactile_widgets.common.colours import Theme
+from tactile_widgets.plots.timeline.playhead import Span, clock_text, nice_step
+
+SIDE = 10.0
+TRACK_Y, TRACK_HEIGHT, MARK_Y, MARK_HEIGHT, LABEL_Y = 19.0, 4.0, 9.0, 4.0, 40.0
+HANDLE = 7.0
+_EPISODE_Y, _EPISODE_HEIGHT = TRACK_Y + TRACK_HEIGHT + 1.5, 3.0
+_RANGE_TOP, _RANGE_BOTTOM = MARK_Y - 2, _EPISODE_Y + _EPISODE_HEIGHT + 1
+LABEL_ROOM_PX = 72
+_EDIT_REACH_PX = 5.0
+"""A mark or an edit of the map is named while the pointer is as near to its mark."""
+
+_LEAST_DAMAGE_PX = 3.0
+
+
+@dataclass(frozen=True)
+class DamagedSpan:
+    """Where a recording has lost something.
+
+    Attributes:
+        start: Seconds from its first frame.
+        end: The same.
+        text: What, for people.
+    """
+
+    start: float
+    end: float
+    text: str
+
+
+@dataclass(frozen=True)
+class TimelineNotes:
+    """What a person said of a recording, in its seconds.
+
+    Attributes:
+        marks: When [s], and what each moment is called.
+        episodes: From and to when [s], and what each is called.
+    """
+
+    marks: tuple[tuple[float, str], ...] = ()
+    episodes: tuple[tuple[float, float, str], ...] = ()
+
+
+class ScrubBar(QWidget):
+    """A recording from left to right. Emits ``scrubbed`` [s] while the user drags; keys are the timeline's."""
+
+    scrubbed = Signal(float)
+    range_dragged = Signal(object)
+    """With Shift a Span was dragged over; None where it is too short to be one."""
+    menu_requested = Signal(float, QPoint)
+    """The right button was pressed at a time [s], at a place on the screen."""
+
+    def __init__(self, theme: Theme, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._theme = theme
+        self._duration = self._time = 0.0
+        self._spans: tuple[tuple[float, float], ...] = ()
+        self._edits: tuple[tuple[float, str], ...] = ()
+        self._damage: tuple[DamagedSpan, ...] = ()
+        self._notes = TimelineNotes()
+        self._range: Span | None = None
+        self._dragged_from: float | None = None
+        self._hover: float | None = None
+        self.held = False
+        self.setObjectName("timeline-bar")
+        self.setAccessibleName("Position in the recording")
+        self.setMouseTracking(True)
+        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        self.setFixedHeight(48)
+        self.setMinimumWidth(160)
+
+    def sizeHint(self) -> QSize:
+        """Qt: as wide as there is room."""
+        return QSize(600, 48)
+
+    def set_theme(self, theme: Theme) -> None:
+        """Take another theme."""
+        self._theme = theme
+        self.update()
+
+    def show_recording(
+        self,
+        duration: float,
+        spans: Sequence[tuple[float, float]],
+        edits: Sequence[tuple[float, str]] = (),
+        damage: Sequence[DamagedSpan] = (),
+    ) -> None:
+        """Show a recording of ``duration`` [s].
+
+        Args:
+            duration: Of the recording [s].
+            spans: From and to which second a finger was on the skin.
+            edits: When the map was edited [s], and what each edit was called.
+            damage: Where something was lost.
+        """
+        self._duration, self._time = duration, 0.0
+        self._spans, self._edits, self._damage = tuple(spans), tuple(edits), tuple(damage)
+        self.update()
+
+    def show_notes(self, notes: TimelineNotes) -> None:
+        """Show marks and episodes."""
+        self._notes = notes
+        self.update()
+
+    def show_range(self, span: Span | None) -> None:
+        """Show what was chosen to be looped, cut out or labelled; None for nothing."""
+        self._range = span
+        self.update()
+
+    def show_time(self, time: float) -> None:
+        """Put the handle at ``time`` [s]."""
+        self._time = time
+        self.setAccessibleDescription(f"{clock_text(time)} of {clock_text(self._duration)}")
+        self.update()
+
+    def x_of(self, time: float) -> float:
+        """Where ``time`` [s] lies [px]."""
+        share = time / self._duration if self._duration > 0 else 0.0
+        return SIDE + share * self._room
+
+    def time_at(self, x: float) -> float:
+        """The time [s] at ``x`` [px], within the recording."""
+        return min(max((x - SIDE) / self._room, 0.0), 1.0) * self._duration
+
+    @property
+    def _room(self) -> float:
+        return max(self.width() - 2 * SIDE, 1.0)
+
+    def mousePressEvent(self, event: QMouseEvent) -> None:
+        """Qt: take the handle to the pointer."""
+        if event.button() != Qt.MouseButton.LeftButton:
+            return
+        if event.modifiers() & Qt.KeyboardModifier.ShiftModifier:
+            self._dragged_from = self.time_at(event.position().x())
+            return
+        self.held = True
+        self._scrub(event.position().x())
+
+    def mouseMoveEvent(self, event: QMouseEvent) -> None:
+        """Qt: drag the handle or a range, or show the time under the pointer."""
+        self._hover = event.position().x()
+        if self.held:
+            self._scrub(event.position().x())
+        if self._dragged_from is not None:
+            self.range_dragged.emit(Span.between(self._dragged_from, self.time_at(self._hover)))
+        self.update()
+
+    def mouseReleaseEvent(self, event: QMouseEvent) -> None:
+        """Qt: let go."""
+        if event.button() == Qt.MouseButton.LeftButton:
+            self.held, self._dragged_from = False, None
+            self.update()
+
+    def contextMenuEvent(self, event: QContextMenuEvent) -> None:
+        """Qt: what can be done with that moment."""
+        self.menu_requested.emit(self.time_at(event.pos().x()), event.globalPos())
+
+    def leaveEvent(self, event: QEvent) -> None:
+        """Qt: no time under the pointer."""
+        self._hover = None
+        self.update()
+
+    def _scrub(self, x: float) -> None:
+        time = self.time_at(x)
+        self.show_time(time)
+        self.scrubbed.emit(time)
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Qt: draw marks, track, handle and times."""
+        painter = QPainter(self)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        painter.setFont(self._caption())
+        self._paint_labels(painter)
+        self._paint_range(painter)
+        self._paint_track(painter)
+        self._paint_notes(painter)
+        if self._hover is not None and self._duration > 0:
+            self._paint_hover(painter, self._hover)
+        painter.end()
+
+    def _caption(self) -> QFont:
+        font = QFont(self.font())
+        font.setPixelSize(11)
+        return font
+
+    def _paint_track(self, painter: QPainter) -> None:
+        at = self.x_of(self._time)
+        painter.setPen(Qt.PenStyle.NoPen)
+        painter.setBrush(QColor(self._theme.line))
+        painter.drawRoundedRect(QRectF(SIDE, TRACK_Y, self._room, TRACK_HEIGHT), 2, 2)
+        painter.setBrush(QColor(self._theme.accent))
+        painter.drawRoundedRect(QRectF(SIDE, TRACK_Y, at - SIDE, TRACK_HEIGHT), 2, 2)
+        painter.setBrush(QColor(self._theme.fault))
+        for span in self._damage:
+            left, right = self._x_range(span)
+            painter.drawRect(QRectF(left, TRACK_Y - 2, right - left, TRACK_HEIGHT + 4))
+        painter.setBrush(QColor(self._theme.quiet))
+        for start, end in self._spans:
+            left, right = self.x_of(start), self.x_of(end)
+            painter.drawRoundedRect(QRectF(left, MARK_Y, max(right - left, 2.0), MARK_HEIGHT), 1, 1)
+        painter.setBrush(QColor(self._theme.accent))
+        for time, _ in self._edits:
+            x, y = self.x_of(time), MARK_Y + MARK_HEIGHT / 2
+            painter.drawPolygon(QPolygonF([QPointF(x - 4, y), QPointF(x, y - 4), QPointF(x + 4, y), QPointF(x, y + 4)]))
+        self._paint_handle(painter, at)
+
+    def _paint_handle(self, painter: QPainter, at: float) -> None:
+        ring = QColor(self._theme.text if self.hasFocus() or self.held else self._theme.panel)
+        painter.setBrush(ring)
+        centre = QPointF(at, TRACK_Y + TRACK_HEIGHT / 2)
+        painter.drawEllipse(centre, HANDLE + 1.5, HANDLE + 1.5)
+        painter.setBrush(QColor(self._theme.accent))
+        painter.drawEllipse(centre, HANDLE, HANDLE)
+
+    def _paint_range(self, painter: QPainter) -> None:
+        if self._range is None:
+            return
+        left, right = self.x_of(self._range.start), self.x_of(self._range.end)
+        shade = QColor(self._theme.accent)
+        shade.setAlphaF(0.22)
+        painter.fillRect(QRectF(left, _RANGE_TOP, right - left, _RANGE_BOTTOM - _RANGE_TOP), shade)
+        painter.setPen(QPen(QColor(self._theme.accent), 1.5))
+        for x in (left, right):
+            painter.drawLine(QPointF(x, _RANGE_TOP), QPointF(x, _RANGE_BOTTOM))
+
+    def _paint_notes(self, painter: QPainter) -> None:
+        """Episodes as bars under the track, a gap between two; marks as flags over all."""
+        painter.setPen(Qt.PenStyle.NoPen)
+        painter.setBrush(QColor(self._theme.quiet))
+        for start, end, _ in self._notes.episodes:
+            left, right = self.x_of(start) + 1, self.x_of(end) - 1
+            painter.drawRect(QRectF(left, _EPISODE_Y, max(right - left, 2.0), _EPISODE_HEIGHT))
+        painter.setBrush(QColor(self._theme.text))
+        for time, _ in self._notes.marks:
+            x = self.x_of(time)
+            painter.drawRect(QRectF(x - 0.5, 1, 1, TRACK_Y - 1))
+            painter.drawPolygon(QPolygonF([QPointF(x, 0.5), QPointF(x + 7, 3.5), QPointF(x, 6.5)]))
+
+    def _x_range(self, span: DamagedSpan) -> tuple[float, float]:
+        """From and to where damage is drawn [px], wide enough to be seen."""
+        left, right = self.x_of(max(span.start, 0.0)), self.x_of(min(span.end, self._duration))
+        middle, half = (left + right) / 2, max(right - left, _LEAST_DAMAGE_PX) / 2
+        return middle - half, middle + half
+
+    def _paint_labels(self, painter: QPainter) -> None:
+        if self._duration <= 0:
+            return
+        step = nice_step(self._duration, max(int(self._room / LABEL_ROOM_PX), 1))
+        decimals = 1 if step < 1 else 0
+        metrics = QFontMetricsF(painter.font())
+        for index in range(int(self._duration / step + 1e-9) + 1):
+            x, text = self.x_of(index * step), clock_text(index * step, decimals=decimals)
+            width = metrics.horizontalAdvance(text)
+            painter.setPen(QColor(self._theme.line))
+            painter.drawLine(QPointF(x, TRACK_Y + 8), QPointF(x, TRACK_Y + 11))
+            painter.setPen(QColor(self._theme.quiet))
+            painter.drawText(QPointF(min(max(x - width / 2, 0.0), self.width() - width), LABEL_Y + 2), text)
+
+    def _paint_hover(self, painter: QPainter, x: float) -> None:
+        moments = (*self._notes.marks, *self._edits)
+        near = [name for time, name in moments if abs(self.x_of(time) - x) <= _EDIT_REACH_PX]
+        near += [name for start, end, name in self._notes.episodes if start <= self.time_at(x) <= end]
+        lost = [span.text for span in self._damage if self._x_range(span)[0] <= x <= self._x_range(span)[1]]
+        text = "  ".join([clock_text(self.time_at(x), decimals=2), *near[:2], *lost[:1]])
+        text = painter.fontMetrics().elidedText(text, Qt.TextElideMode.ElideRight, self.width() - 12)
+        metrics = QFontMetricsF(painter.font())
+        width = metrics.horizontalAdvance(text) + 12
+        x = self.x_of(self.time_at(x))
+        painter.setPen(QColor(self._theme.text))
+        painter.drawLine(QPointF(x, TRACK_Y - 4), QPointF(x, TRACK_Y + TRACK_HEIGHT + 4))
+        left = min(max(x - width / 2, 0.0), self.width() - width)
+        box = QRectF(left, LABEL_Y - metrics.ascent() - 1, width, metrics.height() + 3)
+        painter.setPen(Qt.PenStyle.NoPen)
+        painter.setBrush(QColor(self._theme.text))
+        painter.drawRoundedRect(box, 4, 4)
+        painter.setPen(QColor(self._theme.window))
+        painter.drawText(box, Qt.AlignmentFlag.AlignCenter, text)

@@ -1,0 +1,254 @@
+"""The timeline: what is being recorded, or a recording to play, pause, scrub, loop and step through.
+
+``Timeline`` puts buttons, keys and the ``ScrubBar`` together.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from PySide6.QtCore import QPoint, Qt, Signal
+from PySide6.QtGui import QColor, QContextMenuEvent, QKeyEvent, QPalette
+from PySide6.QtWidgets import QComboBox, QHBoxLayout, QLabel, QPushButton, QStackedWidget, QWidget
+
+from tactile_widgets.common.colours import Theme
+from tactile_widgets.plots.timeline.playhead import SPEEDS, Playhead, Span, clock_text
+from tactile_widgets.plots.timeline.scrub_bar import DamagedSpan, ScrubBar, TimelineNotes
+
+EMPTY = "Press Record to record the session; open a recording to replay it."
+
+
+class Timeline(QWidget):
+    """Shows time and emits what the user asks of it; whoever owns the clock calls ``advance`` or ``set_time``."""
+
+    scrubbed = Signal(float)
+    """The position changed, by hand or by playing: seconds from the recording's start."""
+    play_toggled = Signal(bool)
+    """Playing began or ended."""
+    speed_changed = Signal(float)
+    """Another speed was chosen, as a multiple of real time."""
+    live_requested = Signal()
+    """The user wants to leave the recording."""
+    range_changed = Signal(object)
+    """Another Span of the recording is chosen, or None."""
+    notes_shown = Signal(object)
+    """The TimelineNotes that are shown from now on."""
+    loop_changed = Signal(bool)
+    """The range is played again and again from now on, or not."""
+    menu_requested = Signal(float, QPoint)
+    """The right button was pressed on the bar: the time there [s], and the place on the screen."""
+
+    def __init__(self, theme: Theme, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setObjectName("timeline")
+        self.setAccessibleName("Timeline")
+        self._theme = theme
+        self._playhead = Playhead(0.0)
+        self._replaying = False
+        self._recorded: float | None = None
+        self._range: Span | None = None
+        self._marks = 0
+        self._play, self._live = QPushButton("Play", self), QPushButton("Back to live", self)
+        self._clock, self._note = QLabel(self), QLabel(self)
+        self._bar, self._speed = ScrubBar(theme, self), QComboBox(self)
+        self._middle = QStackedWidget(self)
+        self._set_up()
+        self._lay_out()
+        self.set_theme(theme)
+
+    def _set_up(self) -> None:
+        self._play.setObjectName("timeline-play")
+        self._play.setToolTip("Play or pause the recording")
+        self._play.clicked.connect(self.toggle_play)
+        self._live.setObjectName("timeline-live")
+        self._live.setToolTip("Leave the recording and go back to the running simulation")
+        self._live.clicked.connect(self.live_requested)
+        self._clock.setAccessibleName("Time")
+        self._clock.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
+        self._clock.setMinimumWidth(self._clock.fontMetrics().horizontalAdvance("00:00.0 / 00:00.0") + 8)
+        self._speed.setObjectName("timeline-speed")
+        self._speed.setAccessibleName("Speed")
+        self._speed.setToolTip("How fast the recording plays, as a multiple of real time")
+        for speed in SPEEDS:
+            self._speed.addItem(f"{speed:g}×", speed)
+        self._speed.setCurrentIndex(SPEEDS.index(1.0))
+        self._speed.currentIndexChanged.connect(self._on_speed_chosen)
+        self._bar.scrubbed.connect(self._on_bar_scrubbed)
+        self._bar.range_dragged.connect(self.set_range)
+        self._bar.menu_requested.connect(self.menu_requested)
+
+    def _lay_out(self) -> None:
+        self._middle.addWidget(self._note)
+        self._middle.addWidget(self._bar)
+        row = QHBoxLayout(self)
+        row.setContentsMargins(12, 4, 12, 4)
+        row.setSpacing(8)
+        row.addWidget(self._play)
+        row.addWidget(self._clock)
+        row.addWidget(self._middle, 1)
+        row.addWidget(self._speed)
+        row.addWidget(self._live)
+        self.setFixedHeight(56)
+
+    @property
+    def note(self) -> QWidget:
+        """The row of words that stands where no recording is shown."""
+        return self._note
+
+    @property
+    def playhead(self) -> Playhead:
+        """Where the replay stands."""
+        return self._playhead
+
+    def set_theme(self, theme: Theme) -> None:
+        """Take another theme."""
+        self._theme = theme
+        self._bar.set_theme(theme)
+        self._show()
+        if not self._replaying:
+            self.set_live(self._recorded, marks=self._marks)
+
+    def set_live(self, recording_seconds: float | None, *, marks: int = 0) -> None:
+        """Show the running session; ``recording_seconds`` of it are kept so far, None when it is not recorded.
+
+        Args:
+            recording_seconds: As above.
+            marks: How many of its moments are marked.
+        """
+        self._stop()
+        self.set_range(None)
+        self._replaying, self._recorded, self._marks = False, recording_seconds, marks
+        roles = QPalette.ColorRole
+        self._note.setForegroundRole(roles.PlaceholderText if recording_seconds is None else roles.WindowText)
+        if recording_seconds is None:
+            self._note.setText(EMPTY)
+        else:
+            dot = f'<span style="color:{QColor(self._theme.fault).name()}">●</span>'
+            said = f" &nbsp; {marks} mark{'s' * (marks > 1)}" if marks else ""
+            self._note.setText(f"{dot}&nbsp; Recording &nbsp;{clock_text(recording_seconds)}{said}")
+        self._show()
+
+    def set_recording(
+        self,
+        duration: float,
+        poke_spans: Sequence[tuple[float, float]],
+        *,
+        edits: Sequence[tuple[float, str]] = (),
+        damage: Sequence[DamagedSpan] = (),
+        frame_seconds: float = 1 / 30,
+    ) -> None:
+        """Show a recording from its start, paused.
+
+        Args:
+            duration: Of the recording [s].
+            poke_spans: From and to which second each poke lasted.
+            edits: When the map was edited [s], and what each edit was called.
+            damage: Where something was lost.
+            frame_seconds: Time between two frames [s]; what Left and Right step.
+        """
+        self._stop()
+        self._replaying = True
+        self._playhead = Playhead(duration, frame_seconds, speed=self._playhead.speed)
+        self._bar.show_recording(duration, poke_spans, edits, damage)
+        self.show_notes(TimelineNotes())
+        self.set_range(None)
+        self._show()
+
+    def show_notes(self, notes: TimelineNotes) -> None:
+        """Show marks and episodes."""
+        self._bar.show_notes(notes)
+        self.notes_shown.emit(notes)
+
+    @property
+    def range(self) -> Span | None:
+        """What was chosen of the recording; None for nothing."""
+        return self._range
+
+    def set_range(self, span: Span | None) -> None:
+        """Choose a part of the recording, at least a frame long; None for nothing, which ends a loop."""
+        if span is not None:
+            span = Span.between(max(span.start, 0.0), min(span.end, self._playhead.duration))
+        if span is not None and span.length < self._playhead.frame_seconds:
+            span = None
+        if span == self._range:
+            return
+        self._range = span
+        if self._playhead.loop is not None:
+            self._playhead = replace(self._playhead, loop=span)
+        self._bar.show_range(span)
+        self.range_changed.emit(span)
+
+    def set_loop(self, *, on: bool) -> None:
+        """Play the range again and again, or to the end."""
+        self._playhead = replace(self._playhead, loop=self._range if on else None)
+        self.loop_changed.emit(self._playhead.loop is not None)
+
+    def go_to(self, time: float) -> None:
+        """Stand at ``time`` [s], as if a person had scrubbed there."""
+        if self._replaying:
+            self._become(self._playhead.at(time))
+
+    def set_time(self, time: float) -> None:
+        """Stand at ``time`` [s] without emitting anything."""
+        self._playhead = self._playhead.at(time)
+        self._show()
+
+    def advance(self, elapsed: float) -> None:
+        """Let ``elapsed`` wall seconds pass: while playing, moves and emits ``scrubbed``; a held bar does not move."""
+        if self._playhead.playing and not self._bar.held:
+            self._become(self._playhead.advanced(elapsed))
+
+    def toggle_play(self) -> None:
+        """Play or pause; from the end, start over."""
+        if self._replaying:
+            self._become(self._playhead.toggled())
+
+    def _become(self, playhead: Playhead) -> None:
+        before, self._playhead = self._playhead, playhead
+        self._show()
+        if playhead.time != before.time:
+            self.scrubbed.emit(playhead.time)
+        if playhead.playing != before.playing:
+            self.play_toggled.emit(playhead.playing)
+
+    def _stop(self) -> None:
+        if self._playhead.playing:
+            self._become(replace(self._playhead, playing=False))
+
+    def _on_bar_scrubbed(self, time: float) -> None:
+        self._become(self._playhead.at(time))
+
+    def _on_speed_chosen(self, index: int) -> None:
+        self._playhead = replace(self._playhead, speed=SPEEDS[index])
+        self.speed_changed.emit(self._playhead.speed)
+
+    def _show(self) -> None:
+        head = self._playhead
+        self._middle.setCurrentWidget(self._bar if self._replaying else self._note)
+        for widget in (self._play, self._clock, self._speed, self._live):
+            widget.setVisible(self._replaying)
+        self._play.setText("Pause" if head.playing else "Play")
+        self._clock.setText(f"{clock_text(head.time)} / {clock_text(head.duration)}")
+        self._bar.show_time(head.time)
+
+    def contextMenuEvent(self, event: QContextMenuEvent) -> None:
+        """Qt: what can be done with the moment that is recorded; in a replay the bar knows which moment is meant."""
+        if not self._replaying:
+            self.menu_requested.emit(0.0, event.globalPos())
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Qt: Left and Right step (Shift: ten frames), Home and End jump, Space plays and pauses."""
+        frames = 10 if event.modifiers() & Qt.KeyboardModifier.ShiftModifier else 1
+        moves = {
+            Qt.Key.Key_Left: lambda head: head.stepped(-frames),
+            Qt.Key.Key_Right: lambda head: head.stepped(frames),
+            Qt.Key.Key_Home: lambda head: head.at(0.0),
+            Qt.Key.Key_End: lambda head: head.at(head.duration),
+            Qt.Key.Key_Space: Playhead.toggled,
+        }
+        move = moves.get(Qt.Key(event.key()))
+        if move is None or not self._replaying:
+            super().keyPressEvent(event)
+        else:
+            self._become(move(self._playhead))

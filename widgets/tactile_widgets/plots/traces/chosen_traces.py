@@ -1,0 +1,142 @@
+"""The curves of plots that a person adds, each of one source, and the milliseconds by stage as areas."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+import pyqtgraph as pg
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QColor
+
+from tactile_maps.core.arrays import FloatArray
+from tactile_widgets.common.colours import Theme
+from tactile_widgets.plots.traces.history import SampleHistory
+from tactile_widgets.plots.traces.trace_plots import PlotSeries, TracePlot, legend_entry, max_or_zero
+
+
+class TraceSource(NamedTuple):
+    """Where the samples of an added plot come from, and what they are now.
+
+    Attributes:
+        unit: Of the values.
+        samples: Ages (k,) [s] and values (k,).
+        missing: Why there can be none, for people; empty where there can.
+        bounds: Values that are marked: the limits of a joint.
+    """
+
+    unit: str
+    samples: Callable[[], tuple[FloatArray, FloatArray]]
+    missing: str = ""
+    bounds: tuple[float, ...] = ()
+
+
+class SourcedTrace:
+    """One curve. Mutable: ``draw``.
+
+    Args:
+        plot: Its own.
+        theme: Colours.
+        name: Of what is traced.
+        source: Asked whenever it is drawn, since another robot may be shown.
+        signed: Whether values may be below zero.
+    """
+
+    def __init__(
+        self, plot: TracePlot, theme: Theme, *, name: str, source: Callable[[], TraceSource], signed: bool = False
+    ) -> None:
+        self._plot, self._theme, self._name, self._source, self._signed = plot, theme, name, source, signed
+        self._line = plot.plot.plot(connect="finite")
+        self._bounds = [pg.InfiniteLine(angle=0, movable=False) for _ in range(2)]
+        for bound in self._bounds:
+            plot.plot.addItem(bound, ignoreBounds=True)
+        self.set_theme(theme)
+
+    def set_theme(self, theme: Theme) -> None:
+        """Take another theme."""
+        self._theme = theme
+        self._line.setPen(pg.mkPen(QColor(theme.text), width=1.5))
+        for bound in self._bounds:
+            bound.setPen(pg.mkPen(QColor(theme.warning), width=1.2, style=Qt.PenStyle.DashLine))
+        self._say(self._source())
+
+    def draw(self) -> None:
+        """Show the samples there are."""
+        source = self._source()
+        ages, values = source.samples()
+        self._line.setData(ages, values)
+        known = values[np.isfinite(values)]
+        if self._signed and known.size:
+            self._plot.reach_between(float(known.min()), float(known.max()))
+        elif not self._signed:
+            self._plot.reach(max_or_zero(known))
+        for number, line in enumerate(self._bounds):
+            there = number < len(source.bounds) and bool(np.isfinite(source.bounds[number]))
+            line.setVisible(there)
+            if there:
+                line.setValue(source.bounds[number])
+        self._say(source)
+
+    def series(self) -> list[PlotSeries]:
+        """The curve."""
+        source = self._source()
+        return [PlotSeries(self._name, source.unit, *source.samples())]
+
+    def _say(self, source: TraceSource) -> None:
+        legend = f": {source.missing}" if source.missing else ""
+        if source.bounds and not legend and any(np.isfinite(source.bounds)):
+            legend = legend_entry("– –", self._theme.warning, "limits")
+        self._plot.set_title(f"{self._name} ({source.unit})")
+        self._plot.update_style(self._theme, after_title=legend)
+
+
+STAGE_COLOURS = ("#4c6a92", "#6f8fb5", "#93b1cf", "#b9cfe2", "#8d99a6", "#6b7683", "#505a66", "#adb8c4")
+"""From the bottom of the stack upwards: quiet, ordered by lightness, and never mistaken for touch."""
+
+
+class StageAreas:
+    """Milliseconds by stage, one on the other. Mutable: ``draw`` and ``clear``.
+
+    Args:
+        plot: Its own.
+        stages: What was measured.
+        theme: Colours.
+    """
+
+    def __init__(self, plot: TracePlot, stages: SampleHistory, theme: Theme) -> None:
+        self._plot, self._stages, self._theme = plot, stages, theme
+        self._areas: dict[str, pg.PlotDataItem] = {}
+
+    def set_theme(self, theme: Theme) -> None:
+        """Take another theme."""
+        self._theme = theme
+        keys = [legend_entry("■", _stage_colour(index), name) for index, name in enumerate(self._areas)]
+        self._plot.update_style(theme, after_title="".join(keys))
+
+    def clear(self) -> None:
+        """Forget the stages."""
+        for name in tuple(self._areas):
+            self._plot.plot.removeItem(self._areas.pop(name))
+
+    def draw(self) -> None:
+        """Each area reaches from zero to the sum so far, later ones lie behind earlier ones."""
+        known, total = len(self._areas), np.zeros(1)
+        for index, name in enumerate(self._stages.names):
+            if name not in self._areas:
+                self._areas[name] = self._plot.plot.plot(pen=None, fillLevel=0, brush=_stage_colour(index))
+                self._areas[name].setZValue(-index)
+            ages, ms = self._stages.series(name)
+            total = total + np.nan_to_num(ms)
+            self._areas[name].setData(ages, total)
+        self._plot.reach(max_or_zero(total))
+        if len(self._areas) != known:
+            self.set_theme(self._theme)
+
+    def series(self) -> list[PlotSeries]:
+        """Each stage alone."""
+        return [PlotSeries(name, "ms", *self._stages.series(name)) for name in self._stages.names]
+
+
+def _stage_colour(index: int) -> str:
+    return STAGE_COLOURS[index % len(STAGE_COLOURS)]

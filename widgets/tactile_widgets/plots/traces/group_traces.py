@@ -1,0 +1,77 @@
+"""The curves of a group of taxels: its mean and its highest pressure."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import pyqtgraph as pg
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QColor
+
+from tactile_maps.core.arrays import FloatArray
+from tactile_widgets.common.colours import Theme
+from tactile_widgets.plots.traces.trace_plots import PlotSeries, TracePlot, legend_entry, max_or_zero
+
+
+@dataclass(frozen=True, eq=False)
+class GroupSamples:
+    """What a group felt in the last seconds.
+
+    Attributes:
+        unit: Of the pressures.
+        ages: (k,) [s], rising to 0.
+        mean: (k,) of the taxels, in ``unit``.
+        highest: (k,) likewise.
+        missing: Why there can be none, for people; empty where there can.
+    """
+
+    unit: str
+    ages: FloatArray
+    mean: FloatArray
+    highest: FloatArray
+    missing: str = ""
+
+
+class GroupPressure:
+    """Mean and highest pressure of a group. Mutable: ``draw``.
+
+    Args:
+        plot: Its own.
+        theme: Colours.
+        name: Of the plot.
+        source: Asked whenever it is drawn, since another skin may be shown.
+    """
+
+    def __init__(self, plot: TracePlot, theme: Theme, *, name: str, source: Callable[[], GroupSamples]) -> None:
+        self._plot, self._theme, self._name, self._source = plot, theme, name, source
+        self._mean, self._highest = (plot.plot.plot(connect="finite") for _ in range(2))
+        self.set_theme(theme)
+
+    def set_theme(self, theme: Theme) -> None:
+        """Take another theme."""
+        self._theme = theme
+        self._highest.setPen(pg.mkPen(QColor(theme.text), width=1.5))
+        self._mean.setPen(pg.mkPen(QColor(theme.accent), width=1.5, style=Qt.PenStyle.DashLine))
+        self._say(self._source())
+
+    def draw(self) -> None:
+        """Show the samples there are."""
+        samples = self._source()
+        self._mean.setData(samples.ages, samples.mean)
+        self._highest.setData(samples.ages, samples.highest)
+        self._plot.reach(max_or_zero(samples.highest[np.isfinite(samples.highest)]))
+        self._say(samples)
+
+    def series(self) -> list[PlotSeries]:
+        """Both curves."""
+        samples = self._source()
+        said = (("mean", samples.mean), ("max", samples.highest))
+        return [PlotSeries(name, samples.unit, samples.ages, values) for name, values in said]
+
+    def _say(self, samples: GroupSamples) -> None:
+        theme = self._theme
+        keys = legend_entry("–", theme.text, "max") + legend_entry("– –", theme.accent, "mean")
+        self._plot.set_title(f"{self._name} ({samples.unit})")
+        self._plot.update_style(theme, after_title=f": {samples.missing}" if samples.missing else keys)

@@ -1,0 +1,238 @@
+"""When something was: a row a kind over the same time axis as the plots, a bar for each time it lasted.
+
+``LimitStrip`` shows which limit bounded the controller when, ``EventStrip`` which contact events there were. A click
+on a bar says when that began.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Sequence
+from typing import NamedTuple
+
+from PySide6.QtCore import QPointF, QRectF, Qt, Signal
+from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPaintEvent, QPen
+from PySide6.QtWidgets import QLabel, QVBoxLayout, QWidget
+
+from tactile_maps.control.limit_texts import limit_name
+from tactile_widgets.common.colours import Theme, mixed
+from tactile_widgets.plots.traces.history import EventHistory, LimitHistory
+from tactile_widgets.plots.traces.trace_plots import AXIS_END, AXIS_START, PLOT_SECONDS, TIME_TICKS, PlotSeries
+
+_ROW, _BAR, _THINNEST = 21.0, 4.0, 2.0
+_AXIS = 16.0
+"""Room of the time axis below the rows [px]."""
+_NEAR = 8.0
+"""A click this near to a bar means it [px]."""
+
+
+class SpanRow(NamedTuple):
+    """One kind.
+
+    Attributes:
+        name: In words.
+        spans: From and to, as ages [s]: 0 for now and below before; one that lasts ends now.
+    """
+
+    name: str
+    spans: tuple[tuple[float, float], ...]
+
+
+class SpanStrip(QWidget):
+    """Heading, rows and axis. Mutable: ``show_rows``."""
+
+    clicked = Signal(float)
+    """A bar was clicked that began at this age [s]."""
+
+    def __init__(self, theme: Theme, parent: QWidget | None = None, *, warns: bool = False) -> None:
+        super().__init__(parent)
+        caption = QFont(self.font())
+        caption.setPixelSize(11)
+        self._heading, self._rows = QLabel(self), _Rows(theme, caption, self, warns=warns)
+        self._heading.setFont(caption)
+        self._heading.setWordWrap(True)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.setSpacing(4)
+        layout.addWidget(self._heading)
+        layout.addWidget(self._rows, 1)
+        self._dress(theme)
+
+    @property
+    def heading(self) -> str:
+        """What the heading says."""
+        return self._heading.text()
+
+    def set_theme(self, theme: Theme) -> None:
+        """Take another theme."""
+        self._dress(theme)
+
+    def _dress(self, theme: Theme) -> None:
+        self._heading.setStyleSheet(f"color: {theme.quiet}")
+        self._rows.theme = theme
+        self._rows.update()
+
+    def show_rows(self, title: str, rows: Sequence[SpanRow], active: int, marks: Sequence[float]) -> None:
+        """Show these, ``active`` of which last, and settings changed at these ages [s]."""
+        words = title if rows else f"{title}: none in the last {PLOT_SECONDS:g}\u202fs"
+        self._heading.setText(f"{words}, {active} now" if active else words)
+        said = ", ".join(row.name for row in rows)
+        self.setAccessibleName(f"{title} in the last {PLOT_SECONDS:g} seconds: {said or 'none'}")
+        self.setToolTip("\n".join(row.name.capitalize() for row in rows))
+        self._rows.show_rows(tuple(rows), marks)
+
+    def click(self, place: QPointF) -> None:
+        """Clicked at a place of this widget."""
+        began = self._rows.began_at(QPointF(self._rows.mapFrom(self, place.toPoint())))
+        if began is not None:
+            self.clicked.emit(began)
+
+
+class _Rows(QWidget):
+    """A name over a bar each; what has no room is counted."""
+
+    def __init__(self, theme: Theme, caption: QFont, parent: QWidget, *, warns: bool) -> None:
+        super().__init__(parent)
+        self.theme, self._caption, self._warns = theme, caption, warns
+        self._shown: tuple[SpanRow, ...] = ()
+        self._marks: tuple[float, ...] = ()
+
+    def show_rows(self, rows: tuple[SpanRow, ...], marks: Sequence[float]) -> None:
+        """Draw these."""
+        self._shown, self._marks = rows, tuple(marks)
+        self.update()
+
+    def began_at(self, place: QPointF) -> float | None:
+        """When the bar at a place began [s]; None where there is none."""
+        rows = self._with_room()
+        number = int(place.y() // _ROW)
+        if not 0 <= number < len(rows):
+            return None
+        near = [(self._away(place.x(), span), span[0]) for span in rows[number].spans]
+        away, began = min(near, default=(_NEAR + 1, 0.0))
+        return began if away <= _NEAR else None
+
+    def _away(self, x: float, span: tuple[float, float]) -> float:
+        return max(self._x(span[0]) - x, x - self._x(span[1]), 0.0)
+
+    def _with_room(self) -> tuple[SpanRow, ...]:
+        room = max(int((self.height() - _AXIS) // _ROW), 1)
+        return self._shown if len(self._shown) <= room else self._shown[: room - 1]
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        """Qt."""
+        painter = QPainter(self)
+        painter.setFont(self._caption)
+        floor = self.height() - _AXIS
+        painter.setPen(QPen(QColor(self.theme.line), 1))
+        painter.drawLine(QPointF(0, floor), QPointF(self.width(), floor))
+        self._draw_times(painter, floor)
+        painter.setPen(QPen(QColor(self.theme.quiet), 1, Qt.PenStyle.DotLine))
+        for age in self._marks:
+            painter.drawLine(QPointF(self._x(age), 0), QPointF(self._x(age), floor))
+        shown = self._with_room()
+        for number, row in enumerate(shown):
+            self._draw_row(painter, number * _ROW, row)
+        if len(shown) < len(self._shown):
+            painter.setPen(QColor(self.theme.quiet))
+            painter.drawText(QPointF(2, len(shown) * _ROW + 12), f"and {len(self._shown) - len(shown)} more")
+
+    def _draw_row(self, painter: QPainter, top: float, row: SpanRow) -> None:
+        now = row.spans[-1][1] >= 0
+        painter.setPen(QColor(self.theme.text if now else self.theme.quiet))
+        words = QFontMetricsF(self._caption).elidedText(row.name, Qt.TextElideMode.ElideRight, self.width() - 4)
+        painter.drawText(QPointF(2, top + 12), words)
+        painter.fillRect(QRectF(0, top + 15, self.width(), _BAR), QColor(mixed(self.theme.panel, self.theme.line, 0.5)))
+        ink = QColor(self.theme.warning if self._warns else self.theme.accent)
+        for start, end in row.spans:
+            left = self._x(start)
+            width = max(self._x(end) - left, _THINNEST)
+            painter.fillRect(QRectF(left, top + 15, width, _BAR), ink)
+
+    def _draw_times(self, painter: QPainter, floor: float) -> None:
+        painter.setPen(QColor(self.theme.quiet))
+        for age, words in TIME_TICKS:
+            wide = QFontMetricsF(self._caption).horizontalAdvance(words)
+            left = min(max(self._x(age) - wide / 2, 0.0), self.width() - wide)
+            painter.drawText(QPointF(left, floor + 13), words)
+
+    def _x(self, age: float) -> float:
+        """Where that age [s] is: now near the right edge, as in the plots."""
+        return self.width() * (age - AXIS_START) / (AXIS_END - AXIS_START)
+
+
+class LimitStrip(SpanStrip):
+    """The limits that bounded the controller.
+
+    Args:
+        memory: Of them.
+        marks: Ages of changed settings [s].
+        only: Values of the kinds that are shown; None for all.
+    """
+
+    def __init__(
+        self,
+        memory: LimitHistory,
+        marks: Callable[[], Sequence[float]],
+        theme: Theme,
+        parent: QWidget,
+        *,
+        only: Collection[str] | None = None,
+    ) -> None:
+        super().__init__(theme, parent, warns=True)
+        self.setObjectName("limit-strip")
+        self._memory, self._marks, self._only = memory, marks, only
+
+    def draw(self) -> None:
+        """Show what is remembered."""
+        active = sum(limit.active and self._wanted(limit.limit.kind.value) for limit in self._memory.told)
+        self.show_rows("Limits", self._kept, active, self._marks())
+
+    def series(self) -> list[PlotSeries]:
+        """1 from the beginning to the end of each."""
+        return [PlotSeries.of_spans(row.name, row.spans) for row in self._kept]
+
+    @property
+    def _kept(self) -> list[SpanRow]:
+        rows = self._memory.rows
+        return [SpanRow(limit_name(kind), spans) for kind, spans in rows if self._wanted(kind.value)]
+
+    def _wanted(self, kind: str) -> bool:
+        return self._only is None or kind in self._only
+
+
+class EventStrip(SpanStrip):
+    """The contact events.
+
+    Args:
+        memory: Of them.
+        marks: Ages of changed settings [s].
+        only: The kinds that are shown; None for all.
+    """
+
+    def __init__(
+        self,
+        memory: EventHistory,
+        marks: Callable[[], Sequence[float]],
+        theme: Theme,
+        parent: QWidget,
+        *,
+        only: Collection[str] | None = None,
+    ) -> None:
+        super().__init__(theme, parent)
+        self.setObjectName("event-strip")
+        self._memory, self._marks, self._only = memory, marks, only
+
+    def draw(self) -> None:
+        """Show what is remembered."""
+        rows = self._kept
+        active = sum(end >= 0 and start < end for row in rows for start, end in row.spans)
+        self.show_rows("Contact events", rows, active, self._marks())
+
+    def series(self) -> list[PlotSeries]:
+        """1 from the beginning to the end of each."""
+        return [PlotSeries.of_spans(row.name, row.spans) for row in self._kept]
+
+    @property
+    def _kept(self) -> list[SpanRow]:
+        rows = self._memory.rows
+        return [SpanRow(kind, spans) for kind, spans in rows if self._only is None or kind in self._only]

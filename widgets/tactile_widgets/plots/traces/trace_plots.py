@@ -1,0 +1,514 @@
+"""Plots of the last seconds: a heading that is also the legend, quiet axes, now at the right.
+
+``TracePlot`` is the empty plot. On it: the forces of all contacts together, of each region and the goal; the peak
+pressure, and the selected taxels one by one or as mean and maximum; the error on the map and the fastest joint, with
+their bounds.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from html import escape
+from typing import NamedTuple, Protocol
+
+import numpy as np
+import pyqtgraph as pg
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QColor
+from PySide6.QtWidgets import QLabel, QVBoxLayout, QWidget
+
+from tactile_maps.contacts.detection.regions import ContactRegion
+from tactile_maps.control.motion.joint_impedance import MAX_JOINT_SPEED
+from tactile_maps.core.arrays import FloatArray, IntArray
+from tactile_maps.core.reading_units import ReadingUnits
+from tactile_maps.session.frame import Frame
+from tactile_widgets.common.colours import Theme, mixed
+from tactile_widgets.document.taxel_selection import TAXEL_COLOURS, region_colour
+from tactile_widgets.plots.traces.history import SampleHistory, TaxelHistory
+from tactile_widgets.plots.traces.plot_canvas import PlotCanvas
+
+PLOT_SECONDS = 10.0
+"""What the time axis shows [s]."""
+TIME_TICKS = (
+    (-PLOT_SECONDS, f"−{PLOT_SECONDS:g}\u202fs"),
+    (-PLOT_SECONDS / 2, f"−{PLOT_SECONDS / 2:g}\u202fs"),
+    (0.0, "now"),
+)
+"""What is written on it: age [s] and words."""
+AXIS_START, AXIS_END = -1.04 * PLOT_SECONDS, 0.09 * PLOT_SECONDS
+"""Its ends [s]: a little more than is shown, so that what is written at the ends has room."""
+
+
+class PlotSeries(NamedTuple):
+    """What one curve of a plot shows, for files.
+
+    Attributes:
+        name: Of the curve.
+        unit: Of the values; empty for none.
+        ages: (k,) [s], 0 for now and below before.
+        values: (k,) NaN where nothing was said.
+    """
+
+    name: str
+    unit: str
+    ages: FloatArray
+    values: FloatArray
+
+    @classmethod
+    def of_spans(cls, name: str, spans: Sequence[tuple[float, float]]) -> PlotSeries:
+        """1 at the beginning and at the end of each span, 0 right after; nothing else is said."""
+        ages = [age for start, end in spans for age in (start, end, end)]
+        return cls(name, "", np.array(ages), np.tile([1.0, 1.0, 0.0], len(spans)))
+
+
+class PlotPart(Protocol):
+    """What fills a plot."""
+
+    def draw(self) -> None:
+        """Show the samples kept."""
+
+    def set_theme(self, theme: Theme) -> None:
+        """Take another theme."""
+
+    def series(self) -> list[PlotSeries]:
+        """What is shown, for files."""
+
+
+class TracePlot(QWidget):
+    """From zero to a round top that rarely changes; now at the right, ten seconds ago at the left.
+
+    Args:
+        title: What is drawn, with its unit.
+        floor: The top is never lower, so that noise does not fill the plot.
+    """
+
+    def __init__(self, title: str, floor: float, parent: QWidget) -> None:
+        super().__init__(parent)
+        self._title, self._floor, self._top = title, floor, 0.0
+        self._ends = 0.0, 0.0
+        self._marks: list[pg.InfiniteLine] = []
+        self._mark_pen = pg.mkPen(None)
+        self.setAccessibleName(title)
+        self._heading = QLabel(title, self)
+        self._heading.setWordWrap(True)
+        self.plot = PlotCanvas(self)
+        self._heading.setFont(self.plot.small)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.setSpacing(4)
+        layout.addWidget(self._heading)
+        layout.addWidget(self.plot, 1)
+        self._set_up_axes()
+        self.reach(0.0)
+
+    def _set_up_axes(self) -> None:
+        self.plot.setXRange(AXIS_START, AXIS_END, padding=0)
+        left, bottom = self.plot.getAxis("left"), self.plot.getAxis("bottom")
+        bottom.setTicks([list(TIME_TICKS)])
+        bottom.setStyle(hideOverlappingLabels=False, tickLength=3)
+        left.setStyle(tickLength=3)
+        left.setWidth(34)
+
+    @property
+    def heading(self) -> str:
+        """Title and legend as rich text."""
+        return self._heading.text()
+
+    def set_title(self, title: str) -> None:
+        """Another quantity or unit from now on; the style is to be updated after it."""
+        self._title = title
+        self.setAccessibleName(title)
+
+    def update_style(self, theme: Theme, *, after_title: str = "", title: str = "") -> None:
+        """Take a theme; ``after_title`` is rich text that follows the title, or another ``title`` for now."""
+        words = f'<span style="color:{QColor(theme.quiet).name()}">{title or self._title}{after_title}</span>'
+        if words != self._heading.text():
+            self._heading.setText(words)
+        self._mark_pen = pg.mkPen(QColor(theme.quiet), width=1, style=Qt.PenStyle.DotLine)
+        for line in self._marks:
+            line.setPen(self._mark_pen)
+        for side in ("left", "bottom"):
+            axis = self.plot.getAxis(side)
+            axis.setPen(pg.mkPen(QColor(theme.line)))
+            axis.setTextPen(pg.mkPen(QColor(theme.quiet)))
+
+    def mark(self, ages: Sequence[float]) -> None:
+        """Draw a thin line at each of these ages [s], and none elsewhere."""
+        while len(self._marks) < len(ages):
+            self._marks.append(pg.InfiniteLine(angle=90, movable=False, pen=self._mark_pen))
+            self._marks[-1].setZValue(-1)
+            self.plot.addItem(self._marks[-1], ignoreBounds=True)
+        for number, line in enumerate(self._marks):
+            line.setVisible(number < len(ages))
+            if number < len(ages):
+                line.setValue(ages[number])
+
+    def reach(self, highest: float) -> None:
+        """Make room for values up to ``highest``."""
+        top = nice_ceiling(max(highest, self._floor))
+        if top != self._top:
+            self._top = top
+            self.plot.setYRange(-0.02 * top, 1.1 * top, padding=0)  # the top's own label needs room
+
+    def reach_between(self, lowest: float, highest: float) -> None:
+        """Make room for values of either sign: from a round bottom to a round top, at least ``floor`` apart."""
+        middle, half = (lowest + highest) / 2, max(highest - lowest, self._floor) / 2
+        step = nice_ceiling(half) / 5
+        bottom, top = step * np.floor((middle - half) / step), step * np.ceil((middle + half) / step)
+        if (bottom, top) != self._ends:
+            self._ends = bottom, top
+            self.plot.setYRange(bottom, top, padding=0.06)
+
+
+def legend_entry(mark: str, ink: str, words: str, *, strong: bool = False) -> str:
+    """Rich text of one entry of a legend: a mark in its colour, then words that stay together."""
+    said = escape(words).replace(" ", "&nbsp;")
+    said = f"<b>{said}</b>" if strong else said
+    joined = mark.replace(" ", "&nbsp;").replace("–", "\u2060–\u2060")  # a line may end after a dash, but for this
+    return f' &nbsp;<span style="color:{QColor(ink).name()}">{joined}</span>&nbsp;{said}'
+
+
+def nice_ceiling(value: float) -> float:
+    """The smallest of 1, 2, 5 times a power of ten that is at least ``value`` > 0."""
+    power = 10.0 ** np.floor(np.log10(value))
+    return float(next(power * step for step in (1, 2, 5, 10) if power * step >= value * (1 - 1e-9)))
+
+
+def max_or_zero(values: FloatArray) -> float:
+    """The highest of them, 0 for none."""
+    return float(np.nanmax(values)) if values.size else 0.0
+
+
+MAX_REGIONS = 16
+"""Regions that get a trace at once; of more the strongest."""
+_MAX_LEGEND_REGIONS = 3
+"""Regions that the legend names; the panel of contacts names them too."""
+
+
+class ForceTraces:
+    """Draws on one plot. Mutable: ``add`` samples, then ``draw``.
+
+    Args:
+        plot: Its own.
+        theme: Colours of everything that is no region.
+    """
+
+    def __init__(self, plot: TracePlot, theme: Theme) -> None:
+        self._plot, self._theme = plot, theme
+        self._total, self._regions = SampleHistory(seconds=PLOT_SECONDS), SampleHistory(seconds=PLOT_SECONDS)
+        self._line = plot.plot.plot()
+        self._lines: dict[str, pg.PlotDataItem] = {}
+        self._living: tuple[tuple[int, str], ...] = ()
+        self._selected: int | None = None
+        self._goal = plot.plot.plot(connect="finite")
+        self._goal.hide()
+        self._goal_force: float | None = None
+        self._units = ReadingUnits.CALIBRATED
+
+    def set_theme(self, theme: Theme) -> None:
+        """Take another theme."""
+        self._theme = theme
+        self._line.setPen(pg.mkPen(QColor(theme.text), width=1.5))
+        self._goal.setPen(pg.mkPen(QColor(theme.intent), width=1.5, style=Qt.PenStyle.DashLine))
+        self._update_legend()
+
+    def set_goal(self, newtons: float | None) -> None:
+        """The wanted force [N] from now on, unless a frame says otherwise; None while no controller holds one."""
+        self._goal_force = newtons
+        self._update_legend()
+
+    def set_units(self, units: ReadingUnits) -> None:
+        """What forces may be called from now on; what was drawn in another unit is forgotten."""
+        self._units = units
+        self._plot.set_title(units.strength_title)
+        self.clear()
+        self._update_legend()
+
+    def select(self, region: int | None) -> None:
+        """Highlight this region's trace; None for none."""
+        self._selected = region
+        for name, line in self._lines.items():
+            self._ink(name, line)
+        self._update_legend()
+
+    def clear(self) -> None:
+        """Forget everything."""
+        self._total.clear()
+        self._regions.clear()
+        self._living = ()
+
+    def add(self, time: float, regions: tuple[ContactRegion, ...], goal: float | None = None) -> tuple[int, ...]:
+        """Keep the forces at ``time`` [s], and the goal that the task says; ids of regions whose last sample went."""
+        before, goal = self._regions.names, self._goal_force if goal is None else goal
+        total = {"force": sum(region.force for region in regions), "goal": np.nan if goal is None else goal}
+        self._total.add(time, total)
+        kept = regions[:MAX_REGIONS]
+        self._regions.add(time, {str(region.id): region.force for region in kept})
+        self._regions.forget_silent()
+        self._living = tuple((region.id, region.link) for region in kept)
+        return tuple(int(name) for name in before if name not in self._regions.names)
+
+    def draw(self) -> None:
+        """Show the samples kept."""
+        ages, force = self._total.series("force")
+        self._line.setData(ages, force)
+        goals = self._total.series("goal")[1]
+        self._goal.setData(ages, goals)
+        self._goal.setVisible(bool(np.isfinite(goals).any()))
+        for name in set(self._lines) - set(self._regions.names):
+            self._plot.plot.removeItem(self._lines.pop(name))
+        for name in self._regions.names:
+            if name not in self._lines:
+                self._lines[name] = self._plot.plot.plot(connect="finite")
+                self._ink(name, self._lines[name])
+            self._lines[name].setData(*self._regions.series(name))
+        self._plot.reach(max(max_or_zero(force), max_or_zero(goals[np.isfinite(goals)])))
+        self._update_legend()
+
+    def series(self) -> list[PlotSeries]:
+        """Of all contacts together, the goal, and of each contact."""
+        unit = self._units.force or "relative"
+        told = [PlotSeries("all contacts", unit, *self._total.series("force"))]
+        if np.isfinite(self._total.series("goal")[1]).any():
+            told.append(PlotSeries("goal", unit, *self._total.series("goal")))
+        return told + [PlotSeries(f"contact {name}", unit, *self.contact(name)) for name in self._regions.names]
+
+    def contact(self, name: str) -> tuple[FloatArray, FloatArray]:
+        """Ages (k,) [s] and forces (k,) of the contact with this id."""
+        return self._regions.series(name)
+
+    def _ink(self, name: str, line: pg.PlotDataItem) -> None:
+        """The selected one is thick; the others step back while there is one."""
+        chosen = int(name) == self._selected
+        colour = QColor(region_colour(int(name)))
+        colour.setAlphaF(1.0 if chosen or self._selected is None else 0.45)
+        line.setPen(pg.mkPen(colour, width=3.0 if chosen else 1.5))
+        line.setZValue(2 if chosen else 1)
+
+    def _update_legend(self) -> None:
+        legend = ""
+        if self._goal_force is not None:
+            legend += legend_entry("– –", self._theme.intent, f"goal {self._goal_force:.1f}")
+        if self._living:
+            legend += legend_entry("—", self._theme.text, "all")
+        for region, link in self._living[:_MAX_LEGEND_REGIONS]:
+            legend += legend_entry("●", region_colour(region), link, strong=region == self._selected)
+        if len(self._living) > _MAX_LEGEND_REGIONS:
+            legend += f" &nbsp;+{len(self._living) - _MAX_LEGEND_REGIONS}"
+        self._plot.update_style(self._theme, after_title=legend)
+
+
+def peak_title(units: ReadingUnits) -> str:
+    """Like "Peak pressure (kPa)"."""
+    return f"Peak {units.title[0].lower()}{units.title[1:]}"
+
+
+class PressureTraces:
+    """Draws on one plot: a few taxels one by one, more as their mean, and a band up to their maximum. Mutable.
+
+    Args:
+        plot: Its own.
+        theme: Colours of everything that is no taxel.
+    """
+
+    def __init__(self, plot: TracePlot, theme: Theme) -> None:
+        self._plot, self._theme = plot, theme
+        self._peak, self._taxels = SampleHistory(seconds=PLOT_SECONDS), TaxelHistory(seconds=PLOT_SECONDS)
+        self._together, self._latest = SampleHistory(seconds=PLOT_SECONDS), 0.0
+        self._line = plot.plot.plot()
+        self._lines = [plot.plot.plot() for _ in TAXEL_COLOURS]
+        self._top = plot.plot.plot(pen=pg.mkPen(TAXEL_COLOURS[0], width=1.0))
+        shade = QColor(TAXEL_COLOURS[0])
+        shade.setAlphaF(0.28)
+        self._band = pg.FillBetweenItem(self._top, self._lines[0], brush=shade)
+        plot.plot.addItem(self._band)
+        self._selected: IntArray = np.zeros(0, int)
+        self._inks: tuple[str, ...] = ()
+        self._units = ReadingUnits.CALIBRATED
+
+    def set_units(self, units: ReadingUnits) -> None:
+        """What readings may be called from now on; what was drawn in another unit is forgotten."""
+        self._units = units
+        self._plot.set_title(peak_title(units))
+        self.clear()
+        self._update_legend()
+
+    def set_theme(self, theme: Theme) -> None:
+        """Take another theme."""
+        self._theme = theme
+        self._update_legend()
+
+    def select(self, taxels: IntArray, inks: tuple[str, ...]) -> None:
+        """Trace these taxels (k,), each in its colour, or, if they are many, all together in one."""
+        self._selected, self._inks = taxels, inks
+        for line, ink in zip(self._lines, inks, strict=False):
+            line.setPen(pg.mkPen(ink, width=1.75))
+        self._together.clear()
+        if self._many:
+            ages, traces = self._taxels.traces(taxels)
+            for age, pressures in zip(ages.tolist(), traces, strict=True):
+                self._add_together(self._latest + age, pressures)
+        self._update_legend()
+        self.draw()
+
+    def clear(self) -> None:
+        """Forget everything."""
+        for history in (self._peak, self._taxels, self._together):
+            history.clear()
+
+    def add(self, time: float, pressures: FloatArray) -> None:
+        """Keep pressures (taxels,) [Pa] at ``time`` [s]."""
+        self._peak.add(time, {"peak": 1e-3 * float(pressures.max(initial=0.0))})
+        self._taxels.add(time, pressures)
+        self._latest = time
+        if self._many:
+            self._add_together(time, 1e-3 * pressures[self._selected])
+
+    def _add_together(self, time: float, kilopascals: FloatArray) -> None:
+        self._together.add(time, {"mean": float(kilopascals.mean()), "max": float(kilopascals.max())})
+
+    def draw(self) -> None:
+        """Show the samples kept."""
+        ages, peak = self._peak.series("peak")
+        self._line.setData(ages, peak)
+        self._top.setData(*self._together.series("max"))
+        self._plot.reach(max_or_zero(peak))
+        if self._many:
+            ages, shown = self._together.series("mean")
+            shown = shown[:, None]
+        else:
+            ages, shown = self._taxels.traces(self._selected)
+        for number, line in enumerate(self._lines):
+            there = number < shown.shape[1]
+            line.setData(ages if there else [], shown[:, number] if there else [])
+
+    def series(self) -> list[PlotSeries]:
+        """The peak, and the selected taxels one by one or together."""
+        unit = self._units.unit
+        told = [PlotSeries("max of all", unit, *self._peak.series("peak"))]
+        if self._many:
+            together = {"mean": f"mean of {len(self._selected)}", "max": f"max of {len(self._selected)}"}
+            return told + [PlotSeries(words, unit, *self._together.series(name)) for name, words in together.items()]
+        return told + [PlotSeries(f"taxel {one}", unit, *self.taxel(one)) for one in self._selected.tolist()]
+
+    def taxel(self, taxel: int) -> tuple[FloatArray, FloatArray]:
+        """Ages (k,) [s] and pressures (k,) [kPa] of one; none where the skin has no such taxel."""
+        if taxel >= self._taxels.count:
+            return np.zeros(0), np.zeros(0)
+        ages, traces = self._taxels.traces(np.array([taxel]))
+        return ages, traces[:, 0]
+
+    def group(self, taxels: IntArray) -> tuple[FloatArray, FloatArray]:
+        """Ages (k,) [s] and pressures (k, n) [kPa] of these (n,); none where the skin lacks one of them."""
+        if not len(taxels) or int(taxels.max()) >= self._taxels.count:
+            return np.zeros(0), np.zeros((0, max(len(taxels), 1)))
+        return self._taxels.traces(taxels)
+
+    @property
+    def _many(self) -> bool:
+        return len(self._selected) > len(TAXEL_COLOURS)
+
+    def _update_legend(self) -> None:
+        theme, count = self._theme, len(self._selected)
+        quiet = mixed(theme.window, theme.quiet, 0.7)
+        self._line.setPen(pg.mkPen(QColor(quiet if count else theme.text), width=1.0 if count else 1.5))
+        self._band.setVisible(self._many)
+        if not count:
+            self._plot.update_style(theme)
+            return
+        if self._many:
+            legend = legend_entry("—", TAXEL_COLOURS[0], f"mean of {count}") + legend_entry(
+                "■", TAXEL_COLOURS[0], "max"
+            )
+        else:
+            pairs = zip(self._selected.tolist(), self._inks, strict=True)
+            legend = "".join(legend_entry("○", ink, str(taxel)) for taxel, ink in pairs)
+        self._plot.update_style(
+            theme, title=self._units.title, after_title=legend + legend_entry("—", quiet, "max of all")
+        )
+
+
+TOLERANCE = 0.005
+"""Of the error [m]: what the experiments call on the path."""
+
+
+class BoundedTrace:
+    """One quantity, and the line it should stay below. Mutable: ``add`` samples, then ``draw``.
+
+    Args:
+        plot: Its own.
+        theme: Colours.
+        bound: What it should stay below.
+        words: Of the bound, for the legend.
+        hard: Whether the bound is a limit that is kept, or a wish.
+        quantity: Its name and unit.
+    """
+
+    def __init__(
+        self, plot: TracePlot, theme: Theme, *, bound: float, words: str, hard: bool, quantity: tuple[str, str]
+    ) -> None:
+        self._quantity, self._unit = quantity
+        self._title = ""  # the plot's own
+        self._plot, self._theme, self._bound, self._words, self._hard = plot, theme, bound, words, hard
+        self._history = SampleHistory(seconds=PLOT_SECONDS)
+        self._line = plot.plot.plot(connect="finite")
+        self._limit = pg.InfiniteLine(bound, angle=0, movable=False)
+        plot.plot.addItem(self._limit)
+
+    def set_theme(self, theme: Theme) -> None:
+        """Take another theme."""
+        self._theme = theme
+        self._line.setPen(pg.mkPen(QColor(theme.text), width=1.5))
+        self._limit.setPen(pg.mkPen(self._ink, width=1.2, style=Qt.PenStyle.DashLine))
+        self._update_legend()
+
+    def use(self, title: str, *, unit: str, bound: float) -> None:
+        """Plot in another unit, against another bound, and forget the samples."""
+        self._history.clear()
+        self._title, self._unit, self._bound, self._words = title, unit, bound, f"limit {bound:g}"
+        self._limit.setValue(bound)
+        self._update_legend()
+
+    def clear(self) -> None:
+        """Forget everything."""
+        self._history.clear()
+
+    def add(self, time: float, value: float | None) -> None:
+        """Keep the value at ``time`` [s]; None where there is none."""
+        self._history.add(time, {"value": np.nan if value is None else value})
+
+    def draw(self) -> None:
+        """Show the samples kept."""
+        ages, values = self._history.series("value")
+        self._line.setData(ages, values)
+        known = values[np.isfinite(values)]
+        self._plot.reach(max(max_or_zero(known), self._bound))
+
+    def series(self) -> list[PlotSeries]:
+        """The quantity."""
+        return [PlotSeries(self._quantity, self._unit, *self._history.series("value"))]
+
+    @property
+    def _ink(self) -> QColor:
+        return QColor(self._theme.warning if self._hard else self._theme.intent)
+
+    def _update_legend(self) -> None:
+        legend = legend_entry("– –", self._ink.name(), self._words)
+        self._plot.update_style(self._theme, after_title=legend, title=self._title)
+
+
+def error_trace(plot: TracePlot, theme: Theme) -> BoundedTrace:
+    """Of the error on the map [mm]."""
+    words = f"tolerance {1e3 * TOLERANCE:g}"
+    return BoundedTrace(plot, theme, bound=1e3 * TOLERANCE, words=words, hard=False, quantity=("error", "mm"))
+
+
+def speed_trace(plot: TracePlot, theme: Theme) -> BoundedTrace:
+    """Return the trace of the fastest joint; ``use`` sets its scale for a robot."""
+    words, quantity = f"limit {MAX_JOINT_SPEED:g}", ("max joint speed", "rad/s")
+    return BoundedTrace(plot, theme, bound=MAX_JOINT_SPEED, words=words, hard=True, quantity=quantity)
+
+
+def error_of(frame: Frame) -> float | None:
+    """The error on the map [mm], where the task has one."""
+    return None if frame.task is None or frame.task.error is None else 1e3 * frame.task.error

@@ -1,0 +1,186 @@
+"""Opens the comparison of controllers, gives it what the session has, and puts what was chosen in force."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+from PySide6.QtCore import QObject
+from PySide6.QtWidgets import QDialog, QVBoxLayout, QWidget
+
+from tactile_maps.control.controller_registry import has_task
+from tactile_maps.control.motion.command import ControlSettings
+from tactile_maps.core.errors import RecordingError, TactileMapsError
+from tactile_maps.core.files import write_atomically
+from tactile_maps.studies.controller_comparison import ControllerTrace, trace_csv, with_fields
+from tactile_widgets.common.colours import Theme
+from tactile_widgets.common.controller_settings import GAIN_SETTINGS
+from tactile_widgets.context.app_context import AppContext
+from tactile_widgets.dialogs.controller_comparison.comparison_view import ComparisonView
+from tactile_widgets.panels.control.controller_panel import ControllerPanel
+from tactile_widgets.presenters.session.effects_presenter import EffectsPresenter
+from tactile_widgets.workers.comparison_worker import ComparisonRequest, ComparisonStimulus
+from tactile_widgets.workers.worker_process import Result, SourceToken
+
+CSV_FILTER = "Table (*.csv)"
+
+
+class ComparisonPresenter(QObject):
+    """The comparison's window, made when it is first wanted.
+
+    Args:
+        context: What it works on.
+        effects: Knows the scene as it was chosen.
+        parent: Qt parent, and what the comparison's window belongs to.
+    """
+
+    def __init__(self, context: AppContext, effects: EffectsPresenter, parent: QWidget) -> None:
+        super().__init__(parent)
+        self._context, self._live, self._effects, self._parent = context, context.session, effects, parent
+        self._panel = context.panels.get(ControllerPanel)
+        self._token = SourceToken("comparison")  # another one with each request, and once that is cancelled
+        self.comparison_worker = context.backends.comparison_worker(self)
+        self.comparison_worker.failed.connect(self._on_failed)
+        self.comparison_worker.progressed.connect(self._on_progressed)
+        self.comparison_worker.compared.connect(self._on_compared)
+        self.comparison_worker.reading.connect(self._on_reading)
+        self.comparison_worker.read.connect(self._on_read)
+        self.dialog: ComparisonDialog | None = None
+        self._panel.comparison_requested.connect(self.open)
+        context.actions.bind("compare_controllers", self.open)
+        context.theme.changed.connect(self._on_theme_changed)
+
+    @property
+    def board(self) -> ComparisonView | None:
+        """What the window holds; None before it was first opened."""
+        return self.dialog.board if self.dialog is not None else None
+
+    def open(self) -> None:
+        """Show the window, with what the session has by now."""
+        first = self.dialog is None
+        if self.dialog is None:
+            self.dialog = ComparisonDialog(self._context.theme.theme, self._parent)
+            board = self.dialog.board
+            board.asked.connect(self.run)
+            board.cancelled.connect(self._on_cancelled)
+            board.stimulus.recording_chosen.connect(self.read_stimulus)
+            board.stimulus.refresh_wanted.connect(self._refresh)
+            board.used.connect(self.use)
+            board.export_asked.connect(self.choose_export)
+            board.begin(_first_two(self._panel.settings))
+        self._refresh()
+        if first:
+            self.dialog.board.stimulus.begin()
+        self.dialog.show()
+        self.dialog.activateWindow()
+
+    def run(self) -> None:
+        """Run the contenders on the stimulus, as it is by now."""
+        board = self.board
+        if board is None:
+            return
+        self._refresh()
+        occasion = board.stimulus.occasion
+        if occasion is None:
+            board.show_failed("No stimulus to compare controllers on: open a robot, or choose a recording.")
+            return
+        task = self._panel.settings
+        contenders = tuple(replace(one, settings=with_controller(task, one.settings)) for one in board.contenders)
+        self._token = self._token.next()
+        self.comparison_worker.run(
+            ComparisonRequest(occasion, contenders, board.stimulus.seconds.value(), board.stimulus.own_task),
+            self._token,
+        )
+
+    def read_stimulus(self, path: str) -> None:
+        """Compare on what a recording holds; one that cannot be read changes nothing."""
+        self._token = self._token.next()
+        self.comparison_worker.read_stimulus(Path(path), self._token)
+
+    def use(self, settings: ControlSettings) -> None:
+        """Put a contender's controller and gains in force; what is to be done stays."""
+        self._panel.take(with_controller(self._panel.settings, settings))
+
+    def choose_export(self) -> None:
+        """Ask where to write the traces."""
+        path = self._context.dialogs.save_file("Export traces", "controllers.csv", CSV_FILTER)
+        if path:
+            self.export(path)
+
+    def export(self, path: str) -> None:
+        """Write all traces as a table."""
+        board = self.board
+        if board is None:
+            return
+        try:
+            write_atomically(Path(path), trace_csv(board.traces), error=RecordingError)
+        except TactileMapsError as error:
+            board.show_failed(str(error))
+        else:
+            self._context.notifier.say(f"Saved {path}")
+
+    def _on_theme_changed(self, theme: Theme) -> None:
+        if self.board is not None:
+            self.board.set_theme(theme)
+
+    def close(self) -> None:
+        """End what is being run, and close the window."""
+        self.comparison_worker.close()
+        if self.dialog is not None:
+            self.dialog.close()
+
+    def _refresh(self) -> None:
+        if self.board is not None:
+            scene = self._effects.scene
+            self.board.stimulus.show_live(self._live.done(), self._live.scripted(scene) if scene else None)
+
+    def _on_progressed(self, text: str, fraction: float) -> None:
+        if self.board is not None:
+            self.board.show_progress(text, fraction)
+
+    def _on_reading(self, _text: str, fraction: float) -> None:
+        if self.board is not None:
+            self.board.show_reading(fraction)
+
+    def _on_read(self, result: Result[ComparisonStimulus]) -> None:
+        if self.board is not None and result.token == self._token:
+            self.board.show_stimulus(result.value)
+
+    def _on_compared(self, result: Result[tuple[ControllerTrace, ...]]) -> None:
+        if self.board is not None and result.token == self._token:
+            self.board.show_compared(result.value)
+
+    def _on_failed(self, result: Result[str]) -> None:
+        if self.board is not None and result.token == self._token:
+            self.board.show_failed(result.value)
+
+    def _on_cancelled(self) -> None:
+        self._token = self._token.next()
+        self.comparison_worker.close()
+        if self.board is not None:
+            self.board.rest()
+
+
+class ComparisonDialog(QDialog):
+    """A window beside the main one."""
+
+    def __init__(self, theme: Theme, parent: QWidget) -> None:
+        super().__init__(parent)
+        self.setObjectName("controller-comparison")
+        self.setWindowTitle("Compare controllers")
+        self.resize(1120, 720)
+        self.board = ComparisonView(theme, self)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.addWidget(self.board)
+
+
+def with_controller(settings: ControlSettings, controller: ControlSettings) -> ControlSettings:
+    """Settings with the controller and the gains of others."""
+    return with_fields(settings, controller, ("controller", *GAIN_SETTINGS))
+
+
+def _first_two(settings: ControlSettings) -> tuple[ControlSettings, ControlSettings]:
+    """What is in force, and another controller to compare it with."""
+    first = settings if has_task(settings.controller) else replace(settings, controller="hybrid")
+    return first, replace(first, controller="qp" if first.controller != "qp" else "hybrid")

@@ -1,0 +1,105 @@
+"""The Control menu: tools for path and target, the contact force, and the choice of controller, task and gains.
+
+``ControlToolsPresenter`` connects the tools that set path, target and force to actions, session and views;
+``ControlPresenter`` connects the actions of controllers, tasks and gains to the controller panel, which decides.
+"""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import get_args
+
+from PySide6.QtCore import QObject
+
+from tactile_maps.control.controller_registry import CONTROLLERS
+from tactile_maps.control.motion.command import ControlSettings
+from tactile_maps.editing.document import MapDocument
+from tactile_maps.maps.paths import PathKind
+from tactile_widgets.common.controller_settings import SETTING_CHOICES
+from tactile_widgets.common.mode import Mode
+from tactile_widgets.context.app_context import AppContext
+from tactile_widgets.panels.control.controller_panel import ControllerPanel
+from tactile_widgets.tools.control.control_tool import ForceHandle
+from tactile_widgets.tools.registry import Tools
+
+
+class ControlToolsPresenter(QObject):
+    """The commands about path, target and force.
+
+    Args:
+        context: What it works on.
+        tools: With the tools that draw for the arm.
+        parent: Qt parent.
+    """
+
+    def __init__(self, context: AppContext, tools: Tools, parent: QObject) -> None:
+        super().__init__(parent)
+        self._context, self.settings_editor, self._tools = context, tools.control, tools
+        self._offered = False
+        self._force = ForceHandle(tools.control)
+        live, lead = context.session, self.settings_editor
+        lead.wished.connect(live.set_settings)
+        lead.wished.connect(self._offer_fixed_object)
+        lead.told.connect(context.notifier.status)
+        live.settings_changed.connect(lead.show_settings)
+        live.mode_changed.connect(self._on_mode_changed)
+        live.prepared_changed.connect(self._on_prepared_changed)
+        context.editor.shown.connect(self._on_shown)
+        for name, handler in (
+            ("clear_path", lead.clear_path),
+            ("more_force", partial(self._force.turn, 1)),
+            ("less_force", partial(self._force.turn, -1)),
+        ):
+            context.actions.bind(name, handler)
+        for kind in get_args(PathKind):
+            context.actions.bind(f"path_{kind}", partial(self._choose_shape, kind))
+
+    def _offer_fixed_object(self, settings: ControlSettings) -> None:
+        """A path wants something that stands still on the skin; where only a mouse can press, say so, once a scene."""
+        prepared = self._context.session.prepared
+        if prepared is None or not settings.path or settings.task != "follow_path" or self._offered:
+            return
+        self._offered = True
+        if not prepared.scene.objects:
+            text = "The path is followed while something presses the skin. A finger of the mouse moves with the skin."
+            remedy = self._context.actions["open_path_scene"]
+            self._context.notifier.say(f"{text} In another scene a knob stands still:", remedies=[remedy])
+
+    def _on_prepared_changed(self) -> None:
+        self._offered = False
+        self.settings_editor.forget_steps()
+
+    def _choose_shape(self, kind: PathKind) -> None:
+        """The next path is drawn so, and the one in force is taken so."""
+        self.settings_editor.do(
+            "choose the path's shape", controller=self.settings_editor.settings.controller, path_kind=kind
+        )
+
+    def _on_mode_changed(self, mode: str) -> None:
+        self.settings_editor.set_enabled(enabled=Mode(mode).running)
+
+    def _on_shown(self, document: MapDocument) -> None:
+        if not self._context.editor.gesture:
+            self.settings_editor.show_map(document.map)
+
+
+TASKS = SETTING_CHOICES["task"][1]
+
+
+class ControlPresenter(QObject):
+    """Connects the actions of controllers, tasks and gains to the controller panel, which decides.
+
+    Args:
+        context: What it works on.
+        parent: Qt parent.
+    """
+
+    def __init__(self, context: AppContext, parent: QObject) -> None:
+        super().__init__(parent)
+        panel = context.panels.get(ControllerPanel)
+        for controller in CONTROLLERS:
+            context.actions.bind(f"controller_{controller}", partial(panel.choose_controller, controller))
+        for task in TASKS:
+            context.actions.bind(f"task_{task}", partial(panel.choose_task, task))
+        context.actions.bind("start_again", panel.start_again)
+        context.actions.bind("reset_gains", panel.reset_gains)

@@ -1,0 +1,152 @@
+"""Data out of the window: a recording in the format of another program, and what is shown live for viewers."""
+
+from __future__ import annotations
+
+import threading
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import QObject, Signal
+
+from tactile_maps.core.errors import TactileMapsError
+from tactile_widgets.common.file_types import RECORDING_FILTER
+from tactile_widgets.context.app_context import AppContext
+from tactile_widgets.session.live_session import ViewerKind
+
+if TYPE_CHECKING:
+    from tactile_maps.export.export import ExportFormat
+
+EXPORT_JOB = "export"
+"""Key of the progress of an export."""
+
+
+class _CancelledError(Exception):
+    """A person does not want it any more."""
+
+
+class ExportPresenter(QObject):
+    """Exports one recording at a time on a thread beside the window, and shares what is shown.
+
+    Args:
+        context: What it works on.
+        parent: Qt parent.
+    """
+
+    _progressed = Signal(str, float)
+    _ended = Signal(str, bool)
+    """What to say, and whether it is a fault; nothing where it was cancelled."""
+
+    def __init__(self, context: AppContext, parent: QObject) -> None:
+        super().__init__(parent)
+        self._context = context
+        self._thread: threading.Thread | None = None
+        self._cancelled = threading.Event()
+        context.actions.bind("export_recording", self.choose)
+        context.actions.bind("share_live", lambda: self.toggle_sharing(ViewerKind.FOXGLOVE))
+        context.actions.bind("share_rerun", lambda: self.toggle_sharing(ViewerKind.RERUN))
+        context.actions.bind("record_for_viewers", self.toggle_recorded_for_viewers)
+        context.session.set_recorded_for_viewers(on=context.settings.recorded_for_viewers)
+        context.notifier.cancelled.connect(self._on_cancelled)
+        context.session.sharing_changed.connect(self._on_sharing_changed)
+        self._progressed.connect(self._on_progressed)
+        self._ended.connect(self._on_ended)
+
+    def close(self) -> None:
+        """Give up what is being exported; nothing of it stays."""
+        self._cancelled.set()
+        if self._thread is not None:
+            self._thread.join()
+
+    def choose(self) -> None:
+        """Ask which format, for the recording that is replayed or one that a person chooses."""
+        from tactile_maps.export.export import FORMATS  # not to start the window with it
+
+        if self._thread is not None:
+            self._context.notifier.fault("A recording is being exported; wait until it is done, or cancel it.")
+            return
+        player = self._context.session.player
+        source = str(player.path) if player is not None else ""
+        source = source or self._context.dialogs.open_file("Export recording", RECORDING_FILTER)
+        if source:
+            titles = [one.title for one in FORMATS.values()]
+            then = partial(self._choose_target, source)
+            self._context.dialogs.ask_choice("export-format", "Export recording", "Format:", titles, then)
+
+    def _choose_target(self, source: str, title: str) -> None:
+        from tactile_maps.export.export import FORMATS
+
+        form = next(one for one in FORMATS.values() if one.title == title)
+        kinds = f"{form.title} (*{form.ending})" if form.ending else "New folder (*)"
+        name = f"{Path(source).stem}{form.ending or f' {form.name}'}"
+        target = self._context.dialogs.save_file("Export recording", name, kinds)
+        if target:
+            self.export(source, form, target)
+
+    def export(self, source: str, form: ExportFormat, target: str) -> None:
+        """Begin to export; progress and what became of it are shown."""
+        path = Path(target)
+        path = path if path.suffix or not form.ending else path.with_suffix(form.ending)
+        self._cancelled.clear()
+        self._context.notifier.progress(EXPORT_JOB, "Exporting", 0.0)
+        self._thread = threading.Thread(target=self._work, args=(source, form, path), name="export", daemon=True)
+        self._thread.start()
+
+    def _work(self, source: str, form: ExportFormat, path: Path) -> None:
+        """On the thread."""
+        from tactile_maps.export.export import export_recording
+
+        try:
+            # The dialog has asked whether a file may be replaced.
+            player = export_recording(source, path, to=form.name, overwrite=True, progress=self._on_step)
+        except _CancelledError:
+            self._ended.emit("", False)
+        except TactileMapsError as error:
+            self._ended.emit(str(error), True)
+        except Exception as error:  # whatever else goes wrong, a person hears of it
+            self._ended.emit(f"The export failed: {type(error).__name__}: {error}", True)
+        else:
+            lost = "" if player.complete else "; the recording is damaged, the table of damage says what is lost"
+            self._ended.emit(f"Exported {path}{lost}", False)
+
+    def _on_step(self, text: str, fraction: float) -> None:
+        if self._cancelled.is_set():
+            raise _CancelledError
+        self._progressed.emit(text, fraction)
+
+    def _on_progressed(self, text: str, fraction: float) -> None:
+        if self._thread is not None:
+            self._context.notifier.progress(EXPORT_JOB, text, fraction)
+
+    def _on_ended(self, text: str, fault: bool) -> None:
+        if self._thread is not None:
+            self._thread.join()
+            self._thread = None
+        self._context.notifier.done(EXPORT_JOB)
+        if text:
+            self._context.notifier.say(text, fault=fault)
+
+    def _on_cancelled(self, job: str) -> None:
+        if job == EXPORT_JOB:
+            self._cancelled.set()
+
+    def toggle_sharing(self, kind: ViewerKind) -> None:
+        """Begin to share what is shown with viewers on this computer, or end it."""
+        session = self._context.session
+        if session.shared_with is kind:
+            session.stop_sharing()
+        else:
+            session.share(kind)
+
+    def toggle_recorded_for_viewers(self) -> None:
+        """Have recordings hold what viewers show, or not; remembered."""
+        on = not self._context.session.recorded_for_viewers
+        self._context.settings.recorded_for_viewers = on
+        self._context.session.set_recorded_for_viewers(on=on)
+
+    def _on_sharing_changed(self, address: str | None) -> None:
+        if address is not None:
+            foxglove = f"Viewers on this computer find the session at {address} (Foxglove, Lichtblick: open connection)"
+            shown = self._context.session.shared_with is ViewerKind.RERUN
+            text = f"Shown in the Rerun viewer at {address}" if shown else foxglove
+            self._context.notifier.say(text)

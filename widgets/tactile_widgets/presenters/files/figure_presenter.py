@@ -1,0 +1,99 @@
+"""Figures for papers out of the window: asks for part and size, remembers them, and writes the file."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from PySide6.QtCore import QObject
+from PySide6.QtWidgets import QWidget
+
+from tactile_maps.control.motion.command import ControlSettings
+from tactile_maps.core.errors import DisplayError, TactileMapsError
+from tactile_widgets.context.app_context import AppContext
+from tactile_widgets.dialogs.figures.figure_dialog import FigureDialog
+from tactile_widgets.dialogs.figures.figure_file import FIGURE_KINDS, FigureColours, FigurePart, FigureSpec
+from tactile_widgets.dialogs.figures.plot_figure import write_plot_figure
+from tactile_widgets.dialogs.figures.view_figure import ShownInViews, write_view_figure
+from tactile_widgets.plots.choice.plot_choice import PlotKey
+
+
+class FigurePresenter(QObject):
+    """The command *Save figure*.
+
+    Args:
+        context: What it works on.
+        parent: The window.
+    """
+
+    def __init__(self, context: AppContext, parent: QWidget) -> None:
+        super().__init__(parent)
+        self._context, self._window = context, parent
+        self._settings = ControlSettings()
+        self._plots: Sequence[PlotKey] | None = None
+        self.dialog: FigureDialog | None = None
+        context.session.settings_changed.connect(self._on_settings_changed)
+        context.actions.bind("save_figure", self.ask)
+
+    def ask(self, plots: Sequence[PlotKey] | None = None) -> None:
+        """Ask what to write: begins as it was the last time, or with these plots."""
+        part, spec = read_choice(self._context.settings.figure)
+        self._plots = plots
+        if self.dialog is None:
+            self.dialog = FigureDialog(self._context.theme.theme, self._window)
+            self.dialog.wanted.connect(self._on_wanted)
+            self.dialog.finished.connect(self._on_closed)
+        self.dialog.show_choice(part if plots is None else FigurePart.PLOTS, spec)
+        self.dialog.open()
+
+    def _on_closed(self) -> None:
+        self.dialog = None
+
+    def _on_settings_changed(self, settings: ControlSettings) -> None:
+        self._settings = settings
+
+    def _on_wanted(self, part: FigurePart, spec: FigureSpec) -> None:
+        self._context.settings.figure = choice_text(part, spec)
+        path = self._context.dialogs.save_file("Save figure", f"{part.value}.pdf", ";;".join(FIGURE_KINDS.values()))
+        if path:
+            self.write(part, Path(path), spec)
+
+    def write(self, part: FigurePart, path: Path, spec: FigureSpec) -> None:
+        """Write what is shown now; what became of it is said."""
+        try:
+            self.save(part, path, spec)
+        except TactileMapsError as error:
+            self._context.notifier.fault(str(error))
+        else:
+            self._context.notifier.say(f"Saved {path}: {spec.width:g} × {spec.height:g}\u202fmm, {spec.dpi}\u202fdpi")
+
+    def save(self, part: FigurePart, path: Path, spec: FigureSpec) -> None:
+        """Write what is shown now.
+
+        Raises:
+            DisplayError: There is no robot yet, or the file cannot be written.
+        """
+        context, session = self._context, self._context.session
+        if part is FigurePart.PLOTS:
+            keys = context.plots.shown_keys if self._plots is None else self._plots
+            write_plot_figure(context.plots, keys, path, spec)
+            return
+        if session.prepared is None:
+            raise DisplayError("there is no robot to make a figure of", remedy="Open a robot or a scene first")
+        document = context.editor.document if context.editor.enabled else None
+        shown = ShownInViews(context.views, session.prepared, document, self._settings, session.shown)
+        write_view_figure(shown, part, path, spec)
+
+
+def choice_text(part: FigurePart, spec: FigureSpec) -> str:
+    """For the settings' file."""
+    return f"{part.value} {spec.width:g} {spec.height:g} {spec.dpi} {spec.colours.value}"
+
+
+def read_choice(text: str) -> tuple[FigurePart, FigureSpec]:
+    """From the settings' file; as at first where that says nothing known."""
+    try:
+        part, width, height, dpi, colours = text.split()
+        return FigurePart(part), FigureSpec(float(width), float(height), int(dpi), FigureColours(colours))
+    except (ValueError, TactileMapsError):
+        return FigurePart.VIEWS, FigureSpec()

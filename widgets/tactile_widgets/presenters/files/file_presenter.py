@@ -1,0 +1,367 @@
+"""What is opened and saved: robots, scenes, recordings and taxel files, by a dialog, a menu or a drop.
+
+Scenes are listed as the File menu has them: those that ship by title, a person's own, and the one that runs kept in a
+file with every effect as it was chosen.
+"""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+
+from PySide6.QtCore import QObject
+from PySide6.QtGui import QGuiApplication
+from PySide6.QtWidgets import QMenu
+
+from tactile_maps.core.errors import SceneError, SkinError, TactileMapsError
+from tactile_maps.core.files import write_atomically
+from tactile_maps.robots.library import list_robots
+from tactile_maps.robots.model.robot import Robot
+from tactile_maps.scene.scene import Scene, with_package_roots
+from tactile_maps.scene.scene_file import (
+    load_scene,
+    scene_for,
+    scene_for_taxels,
+    scene_names,
+    scene_to_toml,
+    with_grid,
+    with_taxels,
+)
+from tactile_maps.session.prepare import PreparedScene
+from tactile_maps.skin.fitting.fit import GridSpec, is_grid_patch
+from tactile_maps.skin.formats.import_skin import NO_ROBOT, check_links, is_robot_with_taxels, named_links
+from tactile_maps.studies.running.study_table import is_study_table
+from tactile_widgets.actions.mnemonics import with_mnemonic
+from tactile_widgets.common.file_types import (
+    RECORDING_FILTER,
+    ROBOT_FILTER,
+    SCENE_FILTER,
+    is_map,
+    is_recording,
+    is_scene,
+    is_taxel_file,
+    scene_to_open,
+    taxel_filter,
+)
+from tactile_widgets.context.app_context import AppContext
+from tactile_widgets.panels.control.controller_panel import ControllerPanel
+from tactile_widgets.presenters.files.study_presenter import StudyPresenter
+from tactile_widgets.presenters.maps.map_file_presenter import MapFilePresenter
+from tactile_widgets.presenters.session.effects_presenter import EffectsPresenter
+from tactile_widgets.tools.map_editing.grid_tool import GridTool
+
+_READ_AT_ONCE_BYTES = 2_000_000
+"""A file of taxels up to this size is read in 0.2 s."""
+
+
+class FilePresenter(QObject):
+    """Opens files, and keeps the scene that runs in one.
+
+    Args:
+        context: What it works on.
+        effects: Knows the scene as it was chosen.
+        map_files: Asks about edits that are not saved before another scene is opened.
+        studies: Shows tables of studies.
+        grid: Places grids of taxels, each a scene more.
+        parent: Qt parent.
+    """
+
+    def __init__(
+        self,
+        context: AppContext,
+        effects: EffectsPresenter,
+        map_files: MapFilePresenter,
+        studies: StudyPresenter,
+        grid: GridTool,
+        parent: QObject,
+    ) -> None:
+        super().__init__(parent)
+        self._context, self._effects, self._map_files, self._grid_steps = context, effects, map_files, grid.steps
+        self._studies = studies
+        grid.placed.connect(self._on_grid_placed)
+        grid.steps.scene_wanted.connect(self._on_grid_wanted)
+        map_files.grid_restored.connect(self._on_grid_restored)
+        context.session.prepared_changed.connect(self._on_prepared_changed)
+        context.panels.get(ControllerPanel).scene_requested.connect(self.open_shipped)
+        self._asked: Callable[[], None] | None = None
+        self._opening: str | None = None
+        self._asked_file: tuple[()] | tuple[Path | None] = ()
+        self._scene_file: Path | None = None
+        for given_up in (context.session.failed, context.notifier.cancelled, context.views.cancel_requested):
+            given_up.connect(self._give_up_opening)
+        for name, handler in (
+            ("open_robot", partial(self._choose, "Open robot", ROBOT_FILTER)),
+            ("open_recording", partial(self._choose, "Open recording", RECORDING_FILTER)),
+            ("import_taxels", self.choose_taxels),
+            ("open_scene", partial(self._choose, "Open scene", SCENE_FILTER)),
+            ("save_scene", self.choose_save_scene),
+            ("package_root", self.choose_package_root),
+            ("copy_command", self.copy_command),
+            ("open_path_scene", partial(self.open_shipped, "follow_path")),
+        ):
+            context.actions.bind(name, handler)
+
+    # Opening.
+
+    def open_path(self, path: str) -> None:
+        """Open whatever the file is; say so when nothing can be done with it."""
+        try:
+            if is_recording(path):
+                self._opening = path
+                self._context.session.open_recording(path)
+            elif is_study_table(path):
+                self._studies.open(path)
+            elif is_map(path):
+                self._map_files.open(path)
+            elif is_taxel_file(path):
+                self.import_taxels(path)
+            else:
+                self.open_scene(scene_to_open(path), file=Path(path) if is_scene(path) else None, recent=path)
+        except TactileMapsError as error:
+            self._context.notifier.fault(str(error))
+
+    def choose_taxels(self) -> None:
+        """Ask for a file of taxels; of a robot that states its own, these are meant."""
+        path = self._context.dialogs.open_file("Import taxels", taxel_filter())
+        if path and is_robot_with_taxels(path):
+            self.open_scene(scene_for_taxels(path), recent=path)
+        elif path:
+            self.open_path(path)
+
+    def open_robot(self, name: str) -> None:
+        """Open a robot by name."""
+        self.open_scene(scene_for(name))
+
+    def open_shipped(self, name: str) -> None:
+        """Open a scene that ships, by name."""
+        self.open_scene(load_scene(name))
+
+    def import_taxels(self, path: str) -> None:
+        """Put the taxels of a file on the robot that is open; ask where, if the file's links are not the robot's.
+
+        Raises:
+            SkinError: The file cannot be read.
+        """
+        prepared = self._context.session.prepared
+        if prepared is None or prepared.scene.robot == NO_ROBOT:
+            self.open_scene(scene_for_taxels(path), recent=path)
+            return
+        scene, robot = prepared.scene, prepared.robot
+        try:
+            if Path(path).stat().st_size <= _READ_AT_ONCE_BYTES:  # a larger file is read in the worker alone
+                check_links(path, robot)
+        except OSError as error:
+            raise SkinError("the file cannot be read", file=path, value=error.strerror) from error
+        except SkinError:
+            self._ask_link(path, scene, robot, named_links(path))
+        else:
+            self.open_scene(with_taxels(scene, path), recent=path)
+
+    def _ask_link(self, path: str, scene: Scene, robot: Robot, named: Sequence[str | None]) -> None:
+        """Ask which link carries the taxels, where the robot has none of the file's name."""
+        alone = "No robot: the skin alone"
+        choices = [link.name for link in robot.links if link.mesh is not None and len(link.mesh.faces)]
+        stated = ", ".join(name or "none" for name in named)
+        text = f"{Path(path).name} names no link of {robot.name} (link: {stated}). What carries its taxels?"
+
+        def chosen(answer: str) -> None:
+            if answer == alone:
+                self.open_scene(with_taxels(replace(scene_for(NO_ROBOT), title=""), path), recent=path)
+            else:
+                self.open_scene(with_taxels(scene, path, links=(answer,)), recent=path)
+
+        # A link can carry one set only; several must find theirs on a robot.
+        items = [*choices, alone] if len(named) == 1 else [alone]
+        self._context.dialogs.ask_choice("taxel-link", "Which link?", text, items, chosen)
+
+    def open_scene(self, scene: Scene, *, file: Path | None = None, recent: str | None = None) -> None:
+        """Open a scene, read from ``file`` or made here, once what was not saved of the map has been asked about.
+
+        Args:
+            scene: What to open.
+            file: Where it was read.
+            recent: The file that a person chose; among the recent ones once it is open.
+        """
+        self._opening, self._asked = recent, partial(self.open_scene, scene, file=file, recent=recent)
+        self._asked_file = (file,)
+        rooted = with_package_roots(scene, self._context.settings.package_roots)
+        self._map_files.leave(partial(self._context.session.open_scene, rooted, file=file))
+
+    def choose_package_root(self) -> None:
+        """Ask for a folder in which robot files may find packages and meshes; what was opened last is opened again."""
+        folder = self._context.dialogs.open_folder("Choose package root")
+        if folder:
+            self._context.settings.add_package_root(folder)
+            self._context.notifier.say(f"Robot files may use the packages and meshes in {folder}")
+            if self._asked is not None:
+                self._asked()
+
+    def _on_grid_placed(self, grid: GridSpec) -> None:
+        session = self._context.session
+        if session.live_input is not None:
+            self._context.notifier.fault("A grid changes the skin, which is connected to a source. Disconnect first.")
+            return
+        if (prepared := session.prepared) is not None:
+            covered = [patch.link for patch in prepared.skin.patches if not is_grid_patch(patch)]
+            scene = prepared.scene if self._effects.scene is None else self._effects.scene
+            placed = with_grid(scene, grid, covered)
+            self._map_files.forget_grid(placed)
+            self._grid_steps.push(prepared.scene, placed)
+            if grid.link in covered and not prepared.scene.taxel_file:
+                self._context.notifier.say(f"The grid replaces the cover of {grid.link}; Undo brings it back")
+
+    def _on_grid_restored(self, scene: Scene) -> None:
+        """A crash left a grid: it is placed again, as a step."""
+        prepared = self._context.session.prepared
+        if prepared is not None:
+            self._grid_steps.push(prepared.scene, scene)
+
+    def _on_grid_wanted(self, scene: Scene) -> None:
+        """Show the scene before or after a grid. The document that is shown is kept, so nothing is asked."""
+        session = self._context.session
+        if session.live_input is not None:
+            self._grid_steps.show_scene(session.live_input.origin.scene)
+            self._context.notifier.fault("A grid changes the skin, which is connected to a source. Disconnect first.")
+            return
+        rooted = with_package_roots(scene, self._context.settings.package_roots)
+        self._map_files.expect_grid(rooted)
+        self._opening, self._asked_file = None, (None,)
+        kept = self._map_files.kept(rooted)
+        if kept is None:
+            session.open_scene(rooted)
+        else:
+            session.show_prepared(kept.prepared, kept.settings)
+
+    def _on_prepared_changed(self, prepared: PreparedScene) -> None:
+        """What is open now is a recent file; one that failed or was given up is none."""
+        session = self._context.session
+        if session.player is None and session.live_input is None:  # else the scene with its grids waits behind it
+            self._grid_steps.show_scene(prepared.scene)
+        if self._asked_file:  # else the same scene was prepared again
+            (self._scene_file,) = self._asked_file
+        if self._opening is not None:
+            self._context.settings.add_recent(self._opening)
+        self._opening, self._asked_file = None, ()
+
+    def _give_up_opening(self) -> None:
+        self._opening, self._asked_file = None, ()
+        self._map_files.expect_grid(None)
+        session = self._context.session
+        if session.run is not None and session.player is None and session.live_input is None:
+            self._grid_steps.show_scene(session.run.prepared.scene)
+
+    def _choose(self, title: str, kinds: str) -> None:
+        path = self._context.dialogs.open_file(title, kinds)
+        if path:
+            self.open_path(path)
+
+    # Saving.
+
+    def choose_save_scene(self) -> None:
+        """Ask where to keep the scene that runs."""
+        scene = self._effects.scene
+        if scene is None:
+            return
+        path = self._context.dialogs.save_file("Save scene", f"{scene.name}.toml", SCENE_FILTER)
+        if path:
+            self.save_scene(path)
+
+    def save_scene(self, path: str) -> None:
+        """Keep the scene that runs in a file, with every effect as it was chosen."""
+        scene = self._effects.scene
+        if scene is None:
+            return
+        try:
+            write_atomically(Path(path), scene_to_toml(scene).encode("utf8"), error=SceneError)
+        except TactileMapsError as error:
+            self._context.notifier.fault(str(error))
+        else:
+            self._context.notifier.say(f"Saved {path}")
+            self._context.settings.add_recent(path)
+            if self._context.session.player is None:
+                self._map_files.scene_saved()
+
+    def copy_command(self) -> None:
+        """Put the command line on the clipboard that opens what the window shows."""
+        session = self._context.session
+        if session.player is not None:
+            words, left_out = ["replay", str(session.player.path)], False
+        elif session.prepared is None or session.live_input is not None:
+            self._context.notifier.status("Nothing is simulated or replayed that a command line could open")
+            return
+        else:
+            words, left_out = scene_words(session.prepared.scene, self._scene_file)
+        line = shlex.join(["tactile-maps", *words])
+        QGuiApplication.clipboard().setText(line)
+        more = "; what was changed since is left out, save the scene to keep it" if left_out else ""
+        self._context.notifier.status(f"Copied: {line}{more}")
+
+    # Menus that list what there is.
+
+    def list_robots(self, menu: QMenu) -> None:
+        """List the robots that ship or were found; those that are not there say how to get them."""
+        if menu.isEmpty():
+            for entry in list_robots():
+                item = menu.addAction(entry.title)
+                item.setObjectName(f"robot-{entry.name}")
+                item.setEnabled(entry.available)
+                item.setToolTip(entry.remedy)
+                item.triggered.connect(lambda _checked=False, name=entry.name: self.open_robot(name))
+
+    def list_scenes(self, menu: QMenu) -> None:
+        """List the scenes that ship; reading them takes 0.1 s, so once the menu is opened."""
+        if menu.isEmpty():
+            menu.setToolTipsVisible(True)
+            for name in scene_names():
+                scene = load_scene(name)
+                item = menu.addAction(scene.title or name)
+                item.setObjectName(f"scene-{name}")
+                item.setToolTip(f"{scene.description}\nTry: {scene.suggestion}")
+                item.triggered.connect(lambda _checked=False, name=name: self.open_shipped(name))
+
+    def list_recent(self, menu: QMenu) -> None:
+        """List the files opened lately."""
+        menu.clear()
+        for path in self._context.settings.recent:
+            menu.addAction(with_mnemonic(path, "")).triggered.connect(
+                lambda _checked=False, path=path: self.open_path(path)
+            )
+        if menu.isEmpty():
+            menu.addAction("Nothing opened yet").setEnabled(False)
+
+
+def scene_words(scene: Scene, file: Path | None) -> tuple[list[str], bool]:
+    """Return the words of a command line that opens a scene, and whether they leave out what was changed of it.
+
+    Args:
+        scene: What is shown.
+        file: Where it was read; None for one that ships, or of a robot or skin alone.
+    """
+    if file is not None:
+        words, left_out = ["gui", "--scene", str(file)], False
+        known_home = _home_in(file)
+    elif scene.name in scene_names():
+        known = load_scene(scene.name)
+        words, left_out = ["gui", "--scene", scene.name], replace(scene, home=known.home) != known
+        known_home = known.home
+    else:
+        words = ["gui", "--robot", scene.robot]
+        if scene.taxel_file:
+            words += ["--skin", scene.taxel_file]
+        known = scene_for_taxels(scene.taxel_file) if scene.robot == NO_ROBOT else scene_for(scene.robot)
+        same = replace(scene, taxel_file=known.taxel_file, cover=known.cover, home=known.home, package_roots=())
+        left_out = same != known
+        known_home = known.home
+    stated = [f"{joint}={value!r}" for joint, value in scene.home.items() if known_home.get(joint) != value]
+    return [*words, *([f"--home={','.join(stated)}"] if stated else [])], left_out
+
+
+def _home_in(file: Path) -> Mapping[str, float]:
+    """Return the home posture that a scene file states; empty where the file is gone or cannot be read."""
+    try:
+        return load_scene(str(file)).home
+    except TactileMapsError:
+        return {}

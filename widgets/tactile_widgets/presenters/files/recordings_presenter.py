@@ -1,0 +1,271 @@
+"""The files of recordings: the list of a folder, parts and episodes as new files, labels, and the trash."""
+
+from __future__ import annotations
+
+import secrets
+import shutil
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import cast
+
+from PySide6.QtCore import QFile, QObject, QStandardPaths, QUrl
+from PySide6.QtGui import QDesktopServices
+from PySide6.QtWidgets import QMessageBox, QWidget
+
+from tactile_maps.recording.encoding.annotations import Outcome, annotations_file
+from tactile_maps.recording.file.damage import damage_text
+from tactile_maps.recording.overview.summary import RecordingSummary
+from tactile_maps.recording.trim import TrimResult
+from tactile_widgets.common.file_types import RECORDING_FILTER
+from tactile_widgets.context.app_context import AppContext
+from tactile_widgets.dialogs.recordings_dialog import RecordingsDialog
+from tactile_widgets.presenters.files.file_presenter import FilePresenter
+from tactile_widgets.presenters.session.overlay_presenter import OverlayPresenter
+from tactile_widgets.presenters.session.session_presenter import recordings_folder
+from tactile_widgets.workers.recording_worker import Annotate, Summarise, Trim, TrimEpisodes
+from tactile_widgets.workers.worker_process import Result, SourceToken
+
+TRIM_JOB = "trim"
+"""Key of the progress of cutting a recording."""
+MOST_LISTED = 500
+_MOST_DAMAGE = 3
+_FOLDER = "Recordings"
+"""Of the settings: which folder was last listed."""
+
+
+class RecordingsPresenter(QObject):
+    """Lists, cuts, labels and deletes recordings; none is ever changed.
+
+    Args:
+        context: What it works on.
+        files: Opens one.
+        overlay: Draws one over the one that is shown.
+        parent: Qt parent, over which dialogs open.
+    """
+
+    def __init__(self, context: AppContext, files: FilePresenter, overlay: OverlayPresenter, parent: QWidget) -> None:
+        super().__init__(parent)
+        self._context, self._files, self._window = context, files, parent
+        self._session, self._overlay = context.session, overlay
+        self.dialog: RecordingsDialog | None = None
+        self._folder = Path()
+        self._scratch: list[Path] = []
+        make = context.backends.recording_worker
+        self._cutter, self._looker = make(self), make(self)
+        self._cut_token, self._look_token = SourceToken("cut"), SourceToken("look")
+        self._cutter.answered.connect(self._on_cut)
+        self._looker.answered.connect(self._on_looked)
+        for name, handler in (
+            ("recordings", self.list_recordings),
+            ("trim_range", self.choose_part),
+            ("save_episodes", self.choose_episodes),
+            ("delete_recording", self.delete_shown),
+        ):
+            context.actions.bind(name, handler)
+        self._session.player_changed.connect(self._on_player_changed)
+        context.notifier.cancelled.connect(self._on_cancelled)
+
+    def close(self) -> None:
+        """Give up what is being done; nothing of it stays."""
+        self._give_up_cutting()
+        self._looker.close()
+
+    def _give_up_cutting(self) -> None:
+        self._cutter.close()
+        for scratch in self._scratch:
+            shutil.rmtree(scratch, ignore_errors=True)
+        self._scratch.clear()
+
+    # Parts.
+
+    def choose_part(self) -> None:
+        """Ask where to keep the range as a recording of its own."""
+        player, chosen = self._session.player, self._context.timeline.range
+        if player is None or chosen is None:
+            return
+        first, last = player.tick_at(chosen.start), player.tick_at(chosen.end)
+        path = self._context.dialogs.save_file("Save range", f"{player.path.stem} part.mcap", RECORDING_FILTER)
+        if path:
+            target = Path(path)
+            self._cut(Trim(player.path, target, first, last, _scratch_in(target.parent)))
+
+    def choose_episodes(self) -> None:
+        """Ask for a folder, and write each episode to a file in it."""
+        player = self._session.player
+        if player is not None and (folder := self._context.dialogs.open_folder("Save episodes")):
+            self._cut(TrimEpisodes(player.path, Path(folder), _scratch_in(Path(folder).parent)))
+
+    def _cut(self, request: Trim | TrimEpisodes) -> None:
+        self._context.notifier.progress(TRIM_JOB, "Writing the part", 0.0)
+        self._scratch.append(request.scratch)
+        self._cutter.ask(request, self._cut_token)
+
+    def _on_cut(self, kind: str, result: Result[object]) -> None:
+        if result.token != self._cut_token:
+            return
+        notifier = self._context.notifier
+        if kind == "progress":
+            notifier.progress(TRIM_JOB, *cast("tuple[str, float]", result.value))
+        elif kind == "failed":
+            notifier.fault(str(result.value))
+        elif kind == "trimmed":
+            self._report(cast("list[TrimResult]", result.value))
+        elif kind == "summary" and self.dialog is not None:
+            self.dialog.show_summary(cast("RecordingSummary", result.value))
+        elif kind == "done":
+            notifier.done(TRIM_JOB)
+
+    def _report(self, written: list[TrimResult]) -> None:
+        """Show what was saved, and which damage of the recording affects it."""
+        notifier, single = self._context.notifier, len(written) == 1
+        saved = written[0].file if single else f"{len(written)} episodes in {Path(written[0].file).parent}"
+        if single:
+            self._session.tell_saved(saved)
+        else:
+            notifier.say(f"Saved {saved}")
+        damage = list(dict.fromkeys(damage_text(one, part.tick) for part in written for one in part.damage))
+        if damage:
+            more = f" and {len(damage) - _MOST_DAMAGE} more" if len(damage) > _MOST_DAMAGE else ""
+            text = f"Saved {saved} with the damage of the recording: {'; '.join(damage[:_MOST_DAMAGE])}{more}"
+            remedies = [self._context.actions[name] for name in ("replay_saved", "show_saved")] if single else []
+            notifier.say(text, fault=True, remedies=remedies)
+
+    def _on_cancelled(self, job: str) -> None:
+        if job == TRIM_JOB:
+            self._cut_token = self._cut_token.next()
+            self._give_up_cutting()
+            self._context.notifier.done(TRIM_JOB)
+
+    # The list.
+
+    def list_recordings(self) -> None:
+        """Show the recordings of the folder that was listed last, or where they go by default."""
+        if self.dialog is None:
+            dialog = self.dialog = RecordingsDialog(self._window)
+            dialog.replay_wanted.connect(lambda path: self._files.open_path(str(path)))
+            dialog.overlay_wanted.connect(self._overlay.open)
+            dialog.show_wanted.connect(self._show_file)
+            dialog.delete_wanted.connect(self.delete)
+            dialog.outcome_chosen.connect(self.judge)
+            dialog.label_wanted.connect(self._ask_label)
+            dialog.folder_wanted.connect(self._choose_folder)
+            dialog.finished.connect(self._on_dialog_closed)
+        known = Path(self._context.settings.folder(_FOLDER) or recordings_folder())
+        self.show_folder(known if known.is_dir() else recordings_folder())
+        self.dialog.set_overlay_possible(possible=self._session.player is not None)
+        self.dialog.show()
+        self.dialog.activateWindow()
+
+    def _on_dialog_closed(self) -> None:
+        self._looker.close()
+        self.dialog = None
+
+    def show_folder(self, folder: Path) -> None:
+        """List the recordings of a folder, the newest first, and look into each."""
+        assert self.dialog is not None
+        self._folder = folder
+        recorder = self._session.recorder
+        being_written = None if recorder is None else recorder.written
+        found = [(_written(path), path) for path in folder.glob("*.mcap") if path != being_written]
+        paths = [path for _, path in sorted(found, reverse=True)]
+        listed = paths[:MOST_LISTED]
+        self.dialog.show_folder(folder, listed, len(paths) - len(listed))
+        self._looker.close()
+        self._look_token = self._look_token.next()
+        if listed:
+            self._looker.ask(Summarise(tuple(listed)), self._look_token)
+
+    def _on_looked(self, kind: str, result: Result[object]) -> None:
+        if self.dialog is None or result.token != self._look_token:
+            return
+        if kind == "summary":
+            self.dialog.show_summary(cast("RecordingSummary", result.value))
+        elif kind == "failed":
+            self._context.notifier.fault(str(result.value))
+
+    def _choose_folder(self) -> None:
+        if folder := self._context.dialogs.open_folder(_FOLDER):
+            self.show_folder(Path(folder))
+
+    def _show_file(self, path: Path) -> None:
+        QDesktopServices.openUrl(QUrl.fromLocalFile(str(path.parent)))
+
+    # What is said of one.
+
+    def judge(self, path: Path, outcome: Outcome | None) -> None:
+        """Say how a recording ended."""
+        self._annotate(path, Annotate(path, outcome=outcome))
+
+    def _ask_label(self, path: Path, label: str) -> None:
+        def labelled(text: str) -> None:
+            self._annotate(path, Annotate(path, label=text.strip()))
+
+        self._context.dialogs.ask_text("recording-label", "Label", f"What is {path.name}?", labelled, value=label)
+
+    def _annotate(self, path: Path, request: Annotate) -> None:
+        """The notes of the recording that is shown are a document, which has the last word."""
+        player, notes = self._session.player, self._context.notes
+        if player is not None and player.path == path and notes.editable:
+            notes.edit("Label recording", request.applied(notes.value))
+            request = replace(request, changes=False)
+        self._cutter.ask(request, self._cut_token)
+
+    # The trash.
+
+    def delete_shown(self) -> None:
+        """Ask whether the recording that is shown may be deleted."""
+        if (player := self._session.player) is not None:
+            self.delete(player.path)
+
+    def delete(self, path: Path) -> None:
+        """Ask, then move a recording and what is said of it to the trash."""
+        button = QMessageBox.StandardButton
+        then: Callable[[QMessageBox.StandardButton], None] = partial(self._on_delete_answered, path)
+        text = f"Move {path.name} to the trash? What is said of it goes along."
+        self._context.dialogs.ask(
+            "delete-recording", "Delete recording", text, button.Yes | button.Cancel, then, default=button.Cancel
+        )
+
+    def _on_delete_answered(self, path: Path, answer: QMessageBox.StandardButton) -> None:
+        if answer is not QMessageBox.StandardButton.Yes:
+            return
+        player = self._session.player
+        if player is not None and player.path == path:
+            self._session.back_to_live()
+        if not _to_trash(path):
+            self._context.notifier.fault(f"{path} cannot be moved to the trash; it stays. Delete it in its folder.")
+            return
+        if annotations_file(path).exists():
+            _to_trash(annotations_file(path))
+        self._context.notifier.say(f"{path.name} is in the trash")
+        if self.dialog is not None:
+            self.dialog.remove(path)
+
+    def _on_player_changed(self, player: object) -> None:
+        if self.dialog is not None:
+            self.dialog.set_overlay_possible(possible=player is not None)
+
+
+def _scratch_in(folder: Path) -> Path:
+    """A folder for files that are being written, of which nothing is there yet."""
+    return folder / f".tactile-maps-{secrets.token_hex(8)}.part"
+
+
+def _written(path: Path) -> float:
+    """When a file was written [s since 1970]; of one that went meanwhile, long ago."""
+    try:
+        return path.stat().st_mtime
+    except OSError:
+        return 0.0
+
+
+def _to_trash(path: Path) -> bool:
+    """Whether the file could be moved there."""
+    with suppress(OSError):  # where it cannot be made, Qt says so too
+        Path(QStandardPaths.writableLocation(QStandardPaths.StandardLocation.GenericDataLocation)).mkdir(
+            parents=True, exist_ok=True
+        )
+    return QFile(str(path)).moveToTrash()

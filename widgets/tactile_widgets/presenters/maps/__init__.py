@@ -1,0 +1,1 @@
+"""Presenters of the map document and its files."""

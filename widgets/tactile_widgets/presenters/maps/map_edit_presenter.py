@@ -1,0 +1,166 @@
+"""What the window can do to the map: connects editor, tools, actions, files and what is shown."""
+
+from __future__ import annotations
+
+from functools import partial
+
+from PySide6.QtCore import QObject
+
+from tactile_maps.editing import arrange
+from tactile_maps.editing.document import MapDocument, show_patches
+from tactile_maps.geometry.surface.mesh import SurfacePoint
+from tactile_maps.maps.model.tactile_map import TactileMap
+from tactile_maps.session.prepare import PreparedScene
+from tactile_widgets.common.mode import Mode
+from tactile_widgets.context.app_context import AppContext
+from tactile_widgets.panels.maps.compare_panel import ComparePanel
+from tactile_widgets.panels.maps.patches_panel import PatchesPanel
+from tactile_widgets.presenters.maps.map_file_presenter import MapFilePresenter
+from tactile_widgets.tools.map_editing.arrange_tool import ArrangeTool
+from tactile_widgets.tools.map_editing.pin_tool import PinTool
+from tactile_widgets.tools.map_editing.seam_tool import SeamTool
+from tactile_widgets.tools.registry import SEAMS, Tools
+
+
+class MapEditPresenter(QObject):
+    """The commands of the Edit menu, and where the document goes.
+
+    Args:
+        context: What it works on.
+        tools: Which edit the map, or are about the controller.
+        files: Where the map is kept.
+        parent: Qt parent.
+    """
+
+    def __init__(self, context: AppContext, tools: Tools, files: MapFilePresenter, parent: QObject) -> None:
+        super().__init__(parent)
+        self._context, self._live, self._views = context, context.session, context.views
+        self._editor, self._tools, self._files = context.editor, tools, files
+        self._pins, self._seams = tools.get(PinTool), tools.get(SeamTool)
+        self._connect()
+        self._bind()
+
+    def _connect(self) -> None:
+        editor, live, panels = self._editor, self._live, self._context.panels
+        editor.shown.connect(self._on_shown)
+        editor.settled.connect(self._on_settled)
+        editor.failed.connect(self._context.notifier.fault)
+        editor.told.connect(self._context.notifier.status)
+        compare, measurements = panels.get(ComparePanel), live.measurements
+        compare.compare_requested.connect(measurements.compare)
+        compare.shown_other.connect(self._on_shown_other)
+        measurements.compared.connect(compare.show_comparison)
+        measurements.map_failed.connect(compare.show_failed)
+        self._views.hovered.connect(self._on_hovered)
+        panels.get(PatchesPanel).hovered.connect(self._tools.get(ArrangeTool).point_at)
+        live.map_changed.connect(self._on_map_changed)
+        live.mode_changed.connect(self._on_mode_changed)
+
+    def _bind(self) -> None:
+        for name, handler in (
+            ("undo", lambda: self._tools.undo_stack.undo()),
+            ("redo", lambda: self._tools.undo_stack.redo()),
+            ("add_pin", self._add_pin),
+            ("remove_pin", self._pins.remove),
+            ("select_pins", self._pins.select_pinned),
+            ("propose_seam", self._propose),
+            ("mirror", self._mirror),
+            ("true_size", self._true_size),
+            ("repack", self._repack),
+            ("hide_patches", self._hide),
+            ("show_patches", self._show_all),
+            ("cancel_edit", self._editor.cancel_work),
+            ("compare", self._toggle_other),
+        ):
+            self._context.actions.bind(name, handler)
+        for edge in arrange.EDGES:
+            self._context.actions.bind(f"align_{edge}", partial(self._align, edge))
+
+    # The document's way.
+
+    def show_prepared(self, prepared: PreparedScene) -> None:
+        """Edit the map of another scene. After a replay, the document that was edited before is shown again.
+
+        Where a recording is continued, its map as it was edited by then is one step, which can be undone.
+        """
+        if self._live.player is not None or self._live.run is None:
+            return
+        document = self._editor.document
+        if document is not None and document.skin is prepared.map.skin:
+            self._on_settled(document, "")
+            self._on_shown(document)
+            return
+        if self._files.show_grid(prepared):
+            return
+        self._files.end()
+        first, map_ = MapDocument.of(prepared.map), self._live.run.map
+        edits = None if map_ is prepared.map else ("Recorded edits", MapDocument.of(map_))
+        self._editor.open(first, edits=edits)
+        self._files.begin(prepared, first)
+
+    def _on_map_changed(self, map_: TactileMap) -> None:
+        """A recorded edit was passed in a replay."""
+        self._views.show_document(MapDocument.of(map_))
+
+    def _on_mode_changed(self, mode: str) -> None:
+        self._editor.set_enabled(enabled=Mode(mode).running)
+
+    def _on_shown(self, document: MapDocument) -> None:
+        self._views.show_document(document, in_gesture=self._editor.gesture)
+
+    def _on_settled(self, document: MapDocument, name: str) -> None:
+        self._live.edit_map(document.map, name)
+        self._live.measurements.measure(document.map)
+
+    def _on_shown_other(self, other: bool) -> None:
+        """The layout that is compared with is looked at, not edited: tools that edit wait until ours is back."""
+        document = self._context.panels.get(ComparePanel).other if other else self._editor.document
+        if isinstance(document, MapDocument):
+            self._views.show_document(document, led=not other)
+        self._views.set_view_tool(None if other else self._tools.view_tool)
+
+    def _on_hovered(self, at: SurfacePoint | None) -> None:
+        self._context.panels.get(PatchesPanel).show_hover(None if at is None else at.patch)
+
+    # Commands.
+
+    def _toggle_other(self) -> None:
+        panel = self._context.panels.get(ComparePanel)
+        if not panel.can_show_other:
+            self._context.notifier.status("No other layout to show: open or keep one in the panel Compare")
+        panel.toggle()
+
+    def _add_pin(self) -> None:
+        taxels = self._views.selection.taxels
+        if len(taxels):
+            self._pins.pin_taxels(taxels)
+        else:
+            self._pins.add_here()
+
+    def _propose(self) -> None:
+        """With the tool that shows what is proposed."""
+        self._tools.take(SEAMS)
+        self._seams.propose()
+
+    def _mirror(self) -> None:
+        selected = self._editor.selected
+        self._editor.do("Mirror", lambda document: arrange.mirror(document, selected))
+
+    def _true_size(self) -> None:
+        selected = self._editor.selected
+        self._editor.do("True size", lambda document: arrange.true_size(document, selected))
+
+    def _repack(self) -> None:
+        selected = self._editor.selected or None
+        self._editor.do("Repack", lambda document: arrange.repack(document, selected))
+
+    def _align(self, edge: arrange.Edge) -> None:
+        selected = self._editor.selected
+        self._editor.do("Align", lambda document: arrange.align(document, selected, edge))
+
+    def _hide(self) -> None:
+        selected = self._editor.selected
+        self._editor.do("Hide patches", lambda document: show_patches(document, selected, visible=False))
+
+    def _show_all(self) -> None:
+        self._editor.do("Show all patches", lambda document: show_patches(document, range(len(document.patches))))

@@ -1,0 +1,529 @@
+"""Where the map being edited is kept: saved, saved by itself, found again after a crash, and never lost unasked."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+
+from platformdirs import user_state_path
+from PySide6.QtCore import QObject, QTimer, Signal
+
+from tactile_maps.core.errors import TactileMapsError
+from tactile_maps.core.files import FolderClaim, claim_folder, try_writing
+from tactile_maps.editing.document import MapDocument
+from tactile_maps.editing.document_file import AUTOSAVE_NAME, DocumentFile, load_document
+from tactile_maps.editing.history import History
+from tactile_maps.editing.layout_import import adopt_document, adopt_patches, same_skin
+from tactile_maps.editing.leftovers import Leftover, find_leftovers
+from tactile_maps.maps.formats.export import ENDINGS, write_map
+from tactile_maps.scene.scene import Scene
+from tactile_maps.scene.scene_file import scene_from_toml, scene_to_toml
+from tactile_maps.session.prepare import PreparedScene
+from tactile_maps.session.runtime_settings import RuntimeSettings
+from tactile_maps.skin.formats.mujoco_touch import write_touch_sensors
+from tactile_widgets.context.app_context import AppContext
+from tactile_widgets.dialogs.dialogs import Button
+from tactile_widgets.tools.map_editing.grid_tool import same_skin_wanted
+
+AUTOSAVE_MS = 20_000
+SENSORS_ENDING = ".xml"
+"""The robot as MJCF with a touch sensor for each taxel."""
+_MAPS = "Tactile maps (*.npz)"
+
+
+@dataclass(frozen=True, eq=False)
+class KeptDocument:
+    """A scene before or after a taxel grid, and its document.
+
+    Attributes:
+        prepared: The scene.
+        settings: Its settings.
+        history: The document with its steps.
+        file: The file of the document.
+        scene_text: The scene as text while its grid is not saved; else empty.
+        edited: Whether the document has edits, or a file.
+    """
+
+    prepared: PreparedScene
+    settings: RuntimeSettings
+    history: History
+    file: DocumentFile
+    scene_text: str
+    edited: bool
+
+
+class MapFilePresenter(QObject):
+    """The file of the document being edited, and autosaves that a crash left. Mutable.
+
+    A taxel grid makes another scene with another document. The documents before and after it are kept together, so that
+    a grid can be undone and redone with all edits of the map.
+
+    Args:
+        context: What it works on.
+        parent: Qt parent.
+    """
+
+    changed = Signal()
+    """Another file, another result of ``unsaved``, or other edits that can be restored."""
+    grid_restored = Signal(object)
+    """A Scene with a restored taxel grid is to be opened."""
+
+    def __init__(self, context: AppContext, parent: QObject) -> None:
+        super().__init__(parent)
+        self._context, self._editor = context, context.editor
+        self._file: DocumentFile | None = None
+        self._claim: FolderClaim | None = None
+        self._leftovers: list[Leftover] = []
+        self._restoring: Leftover | None = None  # its scene is being opened
+        self._next: Scene | None = None  # a grid added to, or removed from, the scene that is shown
+        self._kept: list[KeptDocument] = []
+        self._first: MapDocument | None = None
+        self._scene_text = ""  # of a scene with a grid that is not saved
+        self._scene_in_file: Scene | None = None  # the scene behind a recording that is being taken over
+        self._told_unwritable = False
+        self._discarded = False  # the autosave is not needed any more once the document is replaced
+        self._writer = ThreadPoolExecutor(max_workers=1, thread_name_prefix="autosave")
+        self._writing: Future[bool] | None = None
+        self._timer = QTimer(self)
+        self._timer.setInterval(AUTOSAVE_MS)
+        self._timer.timeout.connect(self.autosave)
+        self._timer.start()
+        self._editor.history_changed.connect(self._on_history_changed)
+        context.session.player_changed.connect(self._offer)
+        context.session.taken_over.connect(self._on_taken_over)
+        for name, handler in (
+            ("open_map", self.choose_open),
+            ("save_map", self.save),
+            ("save_map_as", self.choose_save),
+            ("export_map", self.choose_export),
+            ("restore_map", self.restore),
+            ("discard_restore", self.discard_leftover),
+            ("take_over", partial(self.leave, self._take_over)),
+        ):
+            context.actions.bind(name, handler)
+
+    @property
+    def unsaved(self) -> bool:
+        """Whether closing now would lose an edit."""
+        document = self._editor.document
+        return self._file is not None and document is not None and self._file.unsaved(document)
+
+    @property
+    def path(self) -> Path | None:
+        """The map's file; None until it has one."""
+        return None if self._file is None else self._file.path
+
+    @property
+    def restorable(self) -> bool:
+        """Whether a crash left edits of the map that is shown."""
+        return bool(self._leftovers)
+
+    def _on_history_changed(self) -> None:
+        if self._file is not None:
+            self._discarded = False
+        self.changed.emit()
+
+    # Documents.
+
+    def end(self) -> None:
+        """End with the document: what a person gave up is deleted, anything else remains for the next start."""
+        self._wait()
+        if self._file is not None and self._discarded:
+            try:
+                self._file.drop_autosave()
+            except TactileMapsError as error:
+                self._context.notifier.fault(str(error))
+        self._discarded, self._scene_text = False, ""
+        self._file = self._next = self._restoring = None
+        self._kept.clear()
+        self._release_leftovers()
+        if self._claim is not None:
+            self._claim.release()
+            self._claim = None
+
+    def begin(self, prepared: PreparedScene, document: MapDocument) -> None:
+        """Begin with another scene, whose map without edits is ``document``. Offer what a crash left of its edits."""
+        self._tell_unwritable()
+        with suppress(OSError):  # then nothing is kept in case of a crash, as was told
+            self._claim = claim_folder(autosave_folder(prepared.robot.name), without=AUTOSAVE_NAME)
+        self._first, self._file = document, DocumentFile(None, document, folder=self._folder)
+        self._find_leftovers(prepared, document)
+
+    def _tell_unwritable(self) -> None:
+        """Name what the window cannot store, such as on a full disk; once."""
+        folders = {"settings": self._context.settings.own_folder, "copies of unsaved edits": autosave_folder("")}
+        errors: dict[str, OSError] = {}
+        for name, folder in folders.items():
+            try:
+                try_writing(folder)
+            except OSError as error:
+                errors[name] = error
+        if errors and not self._told_unwritable:
+            self._told_unwritable = True
+            names, cause = " and ".join(errors), next(iter(errors.values()))
+            where = "" if cause.filename is None else f" ({cause.filename})"
+            self._context.notifier.fault(
+                f"{names.capitalize()} cannot be stored: {cause.strerror}{where}. Everything else works; save maps and "
+                "recordings in another folder."
+            )
+
+    @property
+    def _folder(self) -> Path | None:
+        return None if self._claim is None else self._claim.folder
+
+    def expect_grid(self, scene: Scene | None) -> None:
+        """Expect a scene that differs by a grid; None where it could not be opened.
+
+        The document that is shown is kept for undo and redo.
+        """
+        run, history, file = self._context.session.run, self._editor.history, self._file
+        if scene is None and self._restoring is not None:
+            self._restoring = None
+            self._offer()
+        elif scene is not None and run is not None and history is not None and file is not None:
+            edited = self.unsaved or file.path is not None
+            self._kept = [one for one in self._kept if one.prepared is not run.prepared]
+            self._kept.append(KeptDocument(run.prepared, run.settings, history, file, self._scene_text, edited))
+        self._next = scene
+
+    def forget_grid(self, scene: Scene) -> None:
+        """Forget the document of a scene whose grid is placed again."""
+        self._kept = [one for one in self._kept if not same_skin_wanted(one.prepared.scene, scene)]
+
+    def kept(self, scene: Scene) -> KeptDocument | None:
+        """The document of a scene before or after a grid; None if there is none."""
+        return next((one for one in self._kept if same_skin_wanted(one.prepared.scene, scene)), None)
+
+    def show_grid(self, prepared: PreparedScene) -> bool:
+        """Show the document of the scene that was expected. Return False for another scene."""
+        if self._next is None or not same_skin_wanted(self._next, prepared.scene):
+            return False
+        before, kept, self._next = self._kept[-1], self.kept(prepared.scene), None
+        self._wait()
+        if kept is not None and kept.prepared is prepared:
+            self._file, self._first = None, None
+            self._editor.resume(kept.history)
+            self._file, self._scene_text = kept.file, kept.scene_text
+            self._file.resume()
+        else:
+            self._open_grid(prepared, before)
+        self.changed.emit()
+        return True
+
+    def _open_grid(self, prepared: PreparedScene, before: KeptDocument) -> None:
+        """A document for a new grid: with the edits of the patches that were there before, or with restored edits."""
+        first, restoring = MapDocument.of(prepared.map), self._restoring
+        document, self._file = first, None
+        if restoring is not None and same_skin(first.skin, restoring.document.skin):
+            document = adopt_document(first, restoring.document)
+        elif before.edited:
+            document = adopt_patches(first, before.history.present)
+        self._editor.open(document, name="Taxel grid")
+        self._context.session.set_settings(replace(before.settings.settings, path=()))  # a path is of the map before
+        self._first, self._file = first, DocumentFile(None, None, folder=self._folder)
+        self._restoring, self._scene_text = None, scene_to_toml(prepared.scene)
+        if restoring is not None:
+            self._drop_restored(restoring)
+
+    def scene_saved(self) -> None:
+        """The scene was saved with its grids; edits of the map may still be unsaved."""
+        if self._file is not None and self._file.saved is None and self._first is not None:
+            self._file.mark_saved(self._first)
+            self._scene_text = ""
+            self.changed.emit()
+
+    def _take_over(self) -> None:
+        run = self._context.session.run
+        self._scene_in_file = None if run is None or self._scene_text else run.prepared.scene
+        self._context.session.take_over()
+
+    def _on_taken_over(self) -> None:
+        """A grid that was recorded is unsaved, unless the scene behind the recording has it, too, and is saved."""
+        run, known = self._context.session.run, self._scene_in_file
+        if run is None or not (scene := run.prepared.scene).grids:
+            return
+        if known is None or not same_skin_wanted(known, scene):
+            self._file, self._scene_text = DocumentFile(None, None, folder=self._folder), scene_to_toml(scene)
+            self.changed.emit()
+
+    # What a crash left.
+
+    def _release_leftovers(self) -> None:
+        for leftover in self._leftovers:
+            leftover.release()
+        self._leftovers.clear()
+        self._context.notifier.withdraw()
+
+    def _find_leftovers(self, prepared: PreparedScene, document: MapDocument) -> None:
+        """Claim the autosaves of this skin, or of this robot with another taxel grid."""
+        found: list[Leftover] = []
+        with suppress(OSError):
+            found = find_leftovers(autosave_folder(prepared.robot.name))
+        for leftover in found:
+            if same_skin(document.skin, leftover.document.skin) or _same_robot(leftover.scene, prepared.scene):
+                self._leftovers.append(leftover)
+            else:
+                leftover.release()
+        self._offer()
+        self.changed.emit()
+
+    def _offer(self, _player: object = None) -> None:
+        """Offer the newest edits until a person has decided; not over a recording, whose map they are not of."""
+        if not self._leftovers or self._context.session.player is not None:
+            self._context.notifier.withdraw()
+            return
+        file = self._leftovers[0].file
+        subject = "This map" if file is None else file.name
+        more = f" There are {len(self._leftovers)} such copies, this is the newest." if len(self._leftovers) > 1 else ""
+        self._context.notifier.offer(
+            f"{subject} has edits that were not saved when the program ended.{more}",
+            remedies=[self._context.actions["restore_map"], self._context.actions["discard_restore"]],
+            dismiss="Later",
+        )
+
+    def restore(self) -> None:
+        """Restore what a crash left; ask first if that replaces newer edits."""
+        if not self._leftovers or not self._editor.enabled:
+            return
+        if not self.unsaved:
+            self._restore()
+            return
+
+        def answered(answer: Button) -> None:
+            if answer == Button.Yes:
+                self._restore()
+            else:
+                self._offer()
+
+        text = "The map was edited since. Restoring replaces these edits; Undo brings them back."
+        self._context.dialogs.ask("restore", "Replace the edits?", text, Button.Yes | Button.Cancel, answered,
+                                  default=Button.Cancel)  # fmt: skip
+
+    def _restore(self) -> None:
+        document, leftover = self._editor.document, self._leftovers[0]
+        assert document is not None
+        assert self._file is not None
+        if not same_skin(document.skin, leftover.document.skin):
+            self._restoring = leftover
+            self.grid_restored.emit(scene_from_toml(leftover.scene, name="restored"))
+            return
+        if not self._editor.do("Restore", lambda present: adopt_document(present, leftover.document)):
+            return
+        if leftover.newer_than_file and leftover.file != self._file.path:
+            self._file = DocumentFile(leftover.file, None, folder=self._folder)
+        self._drop_restored(leftover)
+
+    def _drop_restored(self, leftover: Leftover) -> None:
+        """Delete a restored autosave once there is another one of the restored document."""
+        document = self._editor.document
+        assert document is not None
+        assert self._file is not None
+        self._wait()
+        try:
+            self._file.autosave(document, scene=self._scene_text)
+            self._leftovers.remove(leftover)
+            leftover.discard()
+        except TactileMapsError as error:
+            self._context.notifier.fault(str(error))
+        self._offer()
+        self.changed.emit()
+
+    def discard_leftover(self) -> None:
+        """Delete what a crash left; ask first."""
+        if not self._leftovers:
+            return
+
+        def answered(answer: Button) -> None:
+            if answer == Button.Discard and self._leftovers:
+                try:
+                    self._leftovers.pop(0).discard()
+                except TactileMapsError as error:
+                    self._context.notifier.fault(str(error))
+            self._offer()
+            self.changed.emit()
+
+        text = "The edits that were not saved when the program ended are deleted. This cannot be undone."
+        self._context.dialogs.ask("discard", "Discard the edits?", text, Button.Discard | Button.Cancel, answered,
+                                  default=Button.Cancel)  # fmt: skip
+
+    # Saving.
+
+    def save(self) -> bool:
+        """Save where it is kept; ask where, the first time, and whether, if others have changed it. Whether it is."""
+        if self._file is None or self._file.path is None:
+            return self.choose_save()
+        path = self._file.path
+        if not self._file.changed_elsewhere:
+            return self._save(path)
+        text = f"{path} was changed by another window or program since it was opened or saved here."
+        buttons = Button.Save | Button.Cancel
+
+        def answered(answer: Button) -> None:
+            if answer == Button.Save:
+                self._save(path)
+
+        self._context.dialogs.ask("overwrite", "Replace the changed file?", text, buttons, answered,
+                                  default=Button.Cancel)  # fmt: skip
+        return False
+
+    def choose_save(self) -> bool:
+        """Ask where to save. Whether it is saved."""
+        path = self._ask_path("Save map", _MAPS, ".npz")
+        return bool(path) and self._save(Path(path))
+
+    def _save(self, path: Path) -> bool:
+        document = self._editor.document
+        if self._file is None or document is None:
+            return False
+        self._wait()
+        try:
+            self._file.save_as(document, path)
+        except TactileMapsError as error:
+            self._context.notifier.fault(str(error))
+            return False
+        if self._scene_text:
+            text = f"Saved {path}. Save the scene too: it contains the taxel grid."
+            self._context.notifier.say(text, remedies=[self._context.actions["save_scene"]])
+        else:
+            self._context.notifier.say(f"Saved {path}")
+        self._context.settings.add_recent(str(path))
+        self.changed.emit()
+        return True
+
+    def choose_export(self) -> None:
+        """Ask where to write the map for other programs."""
+        kinds = ";;".join(f"{ending[1:].upper()} (*{ending})" for ending in (*ENDINGS, SENSORS_ENDING))
+        path = self._ask_path("Export map", kinds, "")
+        if path:
+            self.export(path)
+
+    def export(self, path: str) -> None:
+        """Write the map as the file's ending says."""
+        document, prepared = self._editor.document, self._context.session.prepared
+        if document is None or prepared is None:
+            return
+        try:
+            if Path(path).suffix.lower() == SENSORS_ENDING:
+                write_touch_sensors(document.map.skin, prepared.robot, path)
+            else:
+                write_map(document.map, path)
+        except TactileMapsError as error:
+            self._context.notifier.fault(str(error))
+        else:
+            self._context.notifier.say(f"Exported {path}")
+
+    def _ask_path(self, title: str, kinds: str, ending: str) -> str:
+        prepared = self._context.session.prepared
+        if prepared is None:
+            return ""
+        return self._context.dialogs.save_file(title, f"{prepared.robot.name}{ending}", kinds)
+
+    # Opening.
+
+    def choose_open(self) -> None:
+        """Ask for a saved map."""
+        path = self._context.dialogs.open_file("Open map", _MAPS)
+        if path:
+            self.open(path)
+
+    def open(self, path: str) -> bool:
+        """Take over a saved map of this skin, as one edit; it is saved there from then on. Whether it was taken."""
+        if self._file is None:
+            self._context.notifier.say(f"{path}: open the robot first that this map is of.", fault=True)
+            return False
+        try:
+            other = load_document(path)
+        except TactileMapsError as error:
+            self._context.notifier.fault(str(error))
+            return False
+        if not self._editor.do(f"Open {Path(path).name}", lambda document: adopt_document(document, other)):
+            return False
+        self._wait()
+        self._file.drop_autosave()
+        self._file = DocumentFile(Path(path), self._editor.document, folder=self._folder)
+        self._context.settings.add_recent(path)
+        self.changed.emit()
+        return True
+
+    # Not losing anything.
+
+    def autosave(self) -> None:
+        """Write a copy of what is not saved, in another thread."""
+        document = self._editor.document
+        if self._file is None or document is None or self._editor.gesture or not self._written():
+            return
+        self._writing = self._writer.submit(self._file.autosave, document, scene=self._scene_text)
+
+    def _written(self) -> bool:
+        """Whether the last copy is written; said once, if it could not be."""
+        if self._writing is None:
+            return True
+        if not self._writing.done():
+            return False
+        writing, self._writing = self._writing, None
+        error = writing.exception()
+        if error is None:
+            return True
+        if not isinstance(error, TactileMapsError):
+            self._context.notifier.unexpected(error)
+        elif not self._told_unwritable:
+            self._told_unwritable = True
+            self._context.notifier.fault(str(error))
+        self._timer.stop()
+        return True
+
+    def _wait(self) -> None:
+        if self._writing is not None:
+            self._writing.exception()
+            self._written()
+
+    def leave(self, then: Callable[[], None]) -> None:
+        """Do ``then``, which may lose the document, once whatever is unsaved is saved or may be lost.
+
+        Until another document begins or the window closes, this one stays as it is: a scene may fail to open.
+        """
+        self._discarded = not self.unsaved
+        if self._discarded:
+            then()
+            return
+
+        def answered(answer: Button) -> None:
+            self._discarded = answer == Button.Discard
+            if self._discarded or (answer == Button.Save and self.save()):
+                then()
+
+        buttons = Button.Save | Button.Discard | Button.Cancel
+        text = "The map has edits that are not saved."
+        if self._file is not None and self._file.saved is None:
+            text = "The taxel grid and its map are not saved."
+        self._context.dialogs.ask("leave", "Save the map?", text, buttons, answered, default=Button.Save)
+
+    def give_up(self) -> None:
+        """Give up what is not saved."""
+        self._discarded = True
+        self.end()
+
+    def close(self) -> None:
+        """Finish writing; delete the copy of what was saved or given up."""
+        self._timer.stop()
+        self._discarded = self._discarded or not self.unsaved
+        self.end()
+        self._writer.shutdown()
+
+
+def autosave_folder(robot: str) -> Path:
+    """The folder with the folders of all windows for autosaves of a robot's maps."""
+    return user_state_path("tactile-maps", appauthor=False) / "autosave" / "".join(c for c in robot if c.isalnum())
+
+
+def _same_robot(text: str, scene: Scene) -> bool:
+    """Whether ``text`` is a scene with the robot and the taxel file of ``scene``."""
+    try:
+        other = scene_from_toml(text, name="restored") if text else None
+    except TactileMapsError:
+        return False
+    return other is not None and (other.robot, other.taxel_file) == (scene.robot, scene.taxel_file)

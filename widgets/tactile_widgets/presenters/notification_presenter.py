@@ -1,0 +1,89 @@
+"""What the session has to tell a person: what failed, what stopped it and how to keep that, what was saved, hints."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from PySide6.QtCore import QObject, QUrl
+from PySide6.QtGui import QDesktopServices
+
+from tactile_maps.robots.files.model_files import PACKAGE_ROOT_OPTION
+from tactile_maps.session.prepare import PreparedScene
+from tactile_widgets.context.app_context import AppContext
+from tactile_widgets.panels.messages_panel import MessagesPanel
+from tactile_widgets.session.recording_writer import DiskSpace
+
+_SAVED_MS = 10_000
+
+
+class NotificationPresenter(QObject):
+    """Says it, with what helps.
+
+    Args:
+        context: What it works on.
+        parent: Qt parent.
+    """
+
+    def __init__(self, context: AppContext, parent: QObject) -> None:
+        super().__init__(parent)
+        self._context, self._session, self._notifier = context, context.session, context.notifier
+        self._saved: str | None = None
+        context.actions.bind("replay_saved", self._replay_saved)
+        context.actions.bind("show_saved", self._show_saved)
+        self._session.failed.connect(self._on_failed)
+        self._session.halted.connect(self._on_halted)
+        self._session.saved.connect(self._on_saved)
+        self._session.disk_filling.connect(self._on_disk_filling)
+        self._session.prepared_changed.connect(self._on_prepared_changed)
+        self._session.touched.connect(self._on_hints_read)
+        self._session.recording_changed.connect(self._on_recording_changed)
+        self._notifier.hints_dismissed.connect(self._on_hints_read)
+        self._notifier.told.connect(context.panels.get(MessagesPanel).add)
+
+    def _on_halted(self, text: str) -> None:
+        """What the physics could not do can be kept and repeated; what nobody foresaw cannot."""
+        names = ("reset", "save_report") if self._session.can_report else ("reset",)
+        self._notifier.say(text, fault=True, remedies=[self._context.actions[name] for name in names])
+
+    def _on_failed(self, text: str) -> None:
+        """What a package root would help is said with the way to choose one."""
+        remedies = [self._context.actions["package_root"]] if PACKAGE_ROOT_OPTION in text else []
+        self._notifier.say(text.replace(f" ({PACKAGE_ROOT_OPTION})", ""), fault=True, remedies=remedies)
+
+    def _on_saved(self, path: str) -> None:
+        self._saved = path
+        remedies = [self._context.actions[name] for name in ("replay_saved", "show_saved")]
+        self._notifier.say(f"Saved {path}", remedies=remedies)
+        self._notifier.status(f"Saved {path}", _SAVED_MS)  # a second message may replace the first
+        self._context.settings.add_recent(path)
+
+    def _replay_saved(self) -> None:
+        if self._saved is not None:
+            self._session.open_recording(self._saved)
+
+    def _show_saved(self) -> None:
+        if self._saved is not None:
+            QDesktopServices.openUrl(QUrl.fromLocalFile(str(Path(self._saved).parent)))
+
+    def _on_disk_filling(self, space: DiskSpace) -> None:
+        minutes = space.seconds / 60
+        left = f"{minutes:.0f} minutes" if minutes >= 1.5 else f"{space.seconds:.0f} seconds"
+        text = f"The disk of {space.folder} will be full in about {left} of recording ({space.free / 1e6:.0f} MB left)."
+        self._notifier.fault(f"{text} Free space, or stop the recording.")
+
+    def _on_prepared_changed(self, prepared: PreparedScene) -> None:
+        missing = [finding for finding in prepared.robot.findings if finding.kind == "missing-mesh"]
+        if missing:
+            files = f"{len(missing)} meshes of the robot are" if len(missing) > 1 else "A mesh of the robot is"
+            text = f"{files} missing, first {missing[0].where}: {missing[0].action}."
+            self._notifier.say(text, fault=True, remedies=[self._context.actions["package_root"]])
+        self._notifier.show_hints(shown=not self._context.settings.hints_read)
+
+    def _on_recording_changed(self, path: str | None) -> None:
+        """Whoever records has read them, and the row that they lie over has something to say."""
+        if path is not None:
+            self._on_hints_read()
+
+    def _on_hints_read(self) -> None:
+        self._notifier.show_hints(shown=False)
+        self._context.settings.hints_read = True

@@ -1,0 +1,161 @@
+"""Which plots are shown: chosen, kept, exported; and where a click on one of them leads."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import partial
+from itertools import chain, count
+from pathlib import Path
+
+from PySide6.QtCore import QObject
+from PySide6.QtWidgets import QWidget
+
+from tactile_maps.core.errors import ExportError, SkinError, TactileMapsError
+from tactile_maps.core.files import write_atomically
+from tactile_widgets.context.app_context import AppContext
+from tactile_widgets.document.taxel_search import find_taxels
+from tactile_widgets.panels.touch.events_panel import EventsPanel
+from tactile_widgets.plots.choice.plot_choice import PlotChoice, PlotKey, PlotKind
+from tactile_widgets.plots.choice.taxel_group_text import TaxelGroup
+from tactile_widgets.plots.plot_chooser import PlotChooser
+from tactile_widgets.plots.timeline.lanes import OVER_A_RECORDING
+
+_MOST_TAXELS = 20
+"""Found by one text and listed."""
+
+
+class PlotsPresenter(QObject):
+    """The commands about plots.
+
+    Args:
+        context: What it works on.
+        parent: The window.
+    """
+
+    def __init__(self, context: AppContext, parent: QWidget) -> None:
+        super().__init__(parent)
+        self._context, self._plots, self._window = context, context.plots, parent
+        self.chooser: PlotChooser | None = None
+        for name, handler in (
+            ("choose_plots", self.ask),
+            ("automatic_plots", self._plots.show_called_for),
+            ("export_plots", self.export),
+        ):
+            context.actions.bind(name, handler)
+        self._plots.offer([context.actions[name] for name in ("choose_plots", "export_plots")])
+        self._plots.choose(PlotChoice.from_text(context.settings.plots))
+        self._plots.choice_changed.connect(self._on_choice_changed)
+        self._plots.time_clicked.connect(self.go_to)
+        context.panels.get(EventsPanel).event_clicked.connect(self.go_to)
+        context.session.prepared_changed.connect(self._show_choice)
+
+    def close(self) -> None:
+        """Keep what is shown, with where its windows are."""
+        self._context.settings.plots = self._plots.choice.to_text()
+        if self.chooser is not None:
+            self.chooser.close()
+
+    # Choosing.
+
+    def ask(self) -> None:
+        """Offer all plots there can be; asked for again, the list comes to the front."""
+        if self.chooser is None:
+            self.chooser = PlotChooser(self._find_taxels, self._window)
+            self.chooser.toggled.connect(self._on_toggled)
+            self.chooser.automatic_wanted.connect(self._on_automatic_wanted)
+            self.chooser.finished.connect(self._on_chooser_closed)
+        self._show_choice()
+        self.chooser.show()
+        self.chooser.activateWindow()
+        self.chooser.field.setFocus()
+
+    def plot(self, key: PlotKey) -> None:
+        """Have a plot shown, and the plots with it."""
+        self._show_plots(key)
+        self._plots.add_plot(key)
+
+    def ask_group(self, taxels: Sequence[int]) -> None:
+        """Ask for a name of these taxels, then have the force on them and their pressure shown."""
+        text, name = f"Name of these {len(taxels)} taxels:", f"{len(taxels)} taxels"
+        taken = {key.title for key in self._plots.choice.order}
+        name = next(
+            one for one in chain((name,), (f"{name} ({n})" for n in count(2))) if f"Force on {one}" not in taken
+        )
+        then = partial(self._plot_group, tuple(taxels))
+        self._context.dialogs.ask_text("group-name", "Plot this group", text, then, value=name)
+
+    def _plot_group(self, taxels: tuple[int, ...], name: str) -> None:
+        if name.strip():
+            group = TaxelGroup(name.strip(), taxels).text
+            for kind in (PlotKind.GROUP_FORCE, PlotKind.GROUP_PRESSURE):
+                self.plot(PlotKey(kind, group))
+
+    def _show_plots(self, key: PlotKey) -> None:
+        """Even where the curves of a whole recording are in their place, unless those can show it too."""
+        actions, replaying = self._context.actions, self._context.session.player is not None
+        if not actions["plots"].isChecked():
+            actions["plots"].trigger()
+        if replaying and actions["whole_recording"].isChecked() and key.kind not in OVER_A_RECORDING:
+            actions["whole_recording"].trigger()
+
+    def _on_toggled(self, key: PlotKey, on: bool) -> None:
+        if on:
+            self.plot(key)
+        else:
+            self._plots.remove_plot(key)
+
+    def _on_automatic_wanted(self, on: bool) -> None:
+        if on:
+            self._plots.show_called_for()
+        else:
+            self._plots.keep_standard()
+
+    def _on_chooser_closed(self) -> None:
+        self.chooser = None
+
+    def _on_choice_changed(self) -> None:
+        self._context.settings.plots = self._plots.choice.to_text()
+        self._show_choice()
+
+    def _show_choice(self, _changed: object = None) -> None:
+        if self.chooser is not None:
+            choice = self._plots.choice
+            self.chooser.offer(self._plots.offered, self._plots.shown_keys, automatic=choice.chosen is None)
+
+    def _find_taxels(self, text: str) -> list[PlotKey]:
+        prepared = self._context.session.prepared
+        if prepared is None:
+            return []
+        try:
+            found = find_taxels(prepared.skin, text)
+        except SkinError:
+            return []
+        return [PlotKey(PlotKind.TAXEL, str(taxel)) for taxel in found.taxels[:_MOST_TAXELS].tolist()]
+
+    # What they lead to.
+
+    def go_to(self, seconds: float) -> None:
+        """Show the instant of a recording at which something clicked began."""
+        session, notifier = self._context.session, self._context.notifier
+        if session.player is None:
+            notifier.status(f"That was at {seconds:.2f}\u202fs; in a recording a click goes there")
+            return
+        self._context.timeline.go_to(seconds - float(session.player.times[0]))
+
+    def export(self) -> None:
+        """Ask where to write what the plots show, as CSV."""
+        self.save_table(None)
+
+    def save_table(self, keys: Sequence[PlotKey] | None) -> None:
+        """Ask where to write the samples of these plots, or of all that are shown."""
+        name = "plots.csv" if keys is None else f"{keys[0].title.lower().replace(' ', '-')}.csv"
+        table = self._plots.table(keys)  # of the moment that was asked for, not of when the file is named
+        path = self._context.dialogs.save_file("Export plots", name, "CSV (*.csv)")
+        if path:
+            file = Path(path)
+            try:
+                write_atomically(file, table.encode(), error=ExportError)
+            except TactileMapsError as error:
+                self._context.notifier.fault(str(error))
+            else:
+                self._context.notifier.say(f"Saved {file}")

@@ -1,0 +1,81 @@
+"""Dead, stuck, saturated and blind taxels: marked in the views and named in the contacts panel."""
+
+from __future__ import annotations
+
+import numpy as np
+from PySide6.QtCore import QObject
+
+from tactile_maps.contacts.pipeline import ReadingSettings
+from tactile_maps.core.arrays import BoolArray
+from tactile_maps.live.session.measured_session import MeasuredSession
+from tactile_maps.scene.effects import Effects
+from tactile_maps.session.frame import Frame
+from tactile_maps.session.inputs import CalibrationUsed
+from tactile_maps.session.prepare import PreparedScene
+from tactile_maps.tactile.sensors.sensor_effects import ALIVE, STUCK
+from tactile_widgets.context.app_context import AppContext
+from tactile_widgets.overlays.taxel_faults import TaxelFaults, faults_of
+from tactile_widgets.panels.touch.contacts_panel import ContactsPanel
+
+
+class FaultsPresenter(QObject):
+    """Finds the faults of taxels: in simulation from the effects of the sensor, of a real skin from its channels.
+
+    Args:
+        context: What it works on.
+        parent: Qt parent.
+    """
+
+    def __init__(self, context: AppContext, parent: QObject) -> None:
+        super().__init__(parent)
+        self._context, self._live = context, context.session
+        self._prepared: PreparedScene | None = None
+        self._effects, self._reading = Effects(), ReadingSettings()
+        self._measured: BoolArray | None = None
+        live = self._live
+        live.prepared_changed.connect(self._on_prepared_changed)
+        live.effects_changed.connect(self._on_effects_changed)
+        live.reading_changed.connect(self._on_reading_changed)
+        live.frame_ready.connect(self._on_frame_ready)
+
+    def _on_prepared_changed(self, prepared: PreparedScene) -> None:
+        self._prepared, self._measured, self._effects = prepared, None, prepared.scene.effects
+        self._show()
+
+    def _on_effects_changed(self, effects: Effects) -> None:
+        self._effects = effects
+        self._show()
+
+    def _on_reading_changed(self, settings: ReadingSettings) -> None:
+        self._reading = settings
+        self._show()
+
+    def _on_frame_ready(self, frame: Frame) -> None:
+        broken = None if frame.measured is None else self._broken_channels(frame)
+        before, self._measured = self._measured, broken
+        if (broken is None or before is None) and broken is before:
+            return
+        if broken is None or before is None or not np.array_equal(broken, before):
+            self._show()
+
+    def _broken_channels(self, frame: Frame) -> BoolArray:
+        """(taxels,) whether each was broken when a real skin sent the frame."""
+        broken = np.zeros(len(frame.pressures), dtype=bool)
+        if (player := self._live.player) is not None:
+            used = [one for tick, one in player.inputs if isinstance(one, CalibrationUsed) and tick <= frame.tick]
+            broken[used[-1].broken if used else []] = True
+        elif self._live.runner is not None and isinstance(session := self._live.runner.session, MeasuredSession):
+            broken |= session.broken_taxels
+        return broken
+
+    def _show(self) -> None:
+        prepared = self._prepared
+        if prepared is None:
+            return
+        if self._measured is None:
+            faults = faults_of(prepared, self._effects)
+        else:
+            faults = TaxelFaults(np.where(self._measured, STUCK, ALIVE).astype(np.int8))
+        faults = faults.with_areas(prepared.skin, estimated=self._reading.broken_taxels == "estimated")
+        self._context.views.set_faults(faults)
+        self._context.panels.get(ContactsPanel).show_faults(faults)

@@ -1,0 +1,254 @@
+"""What a person says of a recording: moments that are marked, live and in a replay, the range, and episodes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from itertools import pairwise
+
+from PySide6.QtCore import QObject, QPoint, Qt
+from PySide6.QtWidgets import QMenu, QWidget
+
+from tactile_maps.recording.encoding.annotations import LabelledEpisode, Mark
+from tactile_maps.recording.player import RecordingPlayer
+from tactile_widgets.actions.mnemonics import with_mnemonic
+from tactile_widgets.context.app_context import AppContext
+from tactile_widgets.dialogs.episode_dialog import EpisodeDialog
+from tactile_widgets.plots.timeline.playhead import Span, clock_text
+from tactile_widgets.plots.timeline.scrub_bar import TimelineNotes
+from tactile_widgets.tools.registry import Tools
+
+_NEAR_SHARE = 0.008
+"""Of the recording's length: a mark this near to the place pointed at on the timeline is meant."""
+
+
+class NotesPresenter(QObject):
+    """The Recording menu's marks, range and episodes, and the context menu of the timeline.
+
+    Args:
+        context: What it works on.
+        tools: Undo is about the notes while a recording is shown.
+        parent: Qt parent, over which dialogs open.
+    """
+
+    def __init__(self, context: AppContext, tools: Tools, parent: QWidget) -> None:
+        super().__init__(parent)
+        self._context, self._tools, self._window = context, tools, parent
+        self._session, self._timeline, self._notes = context.session, context.timeline, context.notes
+        self.menu: QMenu | None = None
+        self.dialog: EpisodeDialog | None = None
+        for name, handler in (
+            ("mark", self.mark),
+            ("name_mark", self.name_mark),
+            ("delete_mark", self.delete_mark),
+            ("previous_mark", partial(self.jump, -1)),
+            ("next_mark", partial(self.jump, 1)),
+            ("range_start", self.start_range),
+            ("range_end", self.end_range),
+            ("clear_range", self.clear_range),
+            ("loop", self.toggle_loop),
+            ("label_episode", self.label_range),
+            ("split_episodes", self.split),
+            ("delete_episode", self.delete_episode),
+        ):
+            context.actions.bind(name, handler)
+        self._timeline.menu_requested.connect(self.open_menu)
+        self._session.player_changed.connect(self._on_player_changed)
+        self._notes.changed.connect(self._on_notes_changed)
+        self._notes.failed.connect(context.notifier.fault)
+
+    @property
+    def _tick(self) -> int:
+        """Of the frame that is shown."""
+        frame = self._session.shown
+        return 0 if frame is None else frame.tick
+
+    # Marks.
+
+    def mark(self) -> None:
+        """Mark the moment that is shown, with a number for a name."""
+        if self._session.player is None:
+            self._session.mark(f"Mark {self._session.marks + 1}")
+        else:
+            self._set_mark(Mark(self._tick, f"Mark {len(self._notes.value.marks) + 1}"))
+
+    def name_mark(self) -> None:
+        """Ask for the name of the moment that is shown, and mark it."""
+        tick, known = self._tick, self._mark_here()
+        live = self._session.player is None
+
+        def named(name: str) -> None:
+            if live:
+                self._session.mark(name, tick)
+            elif self._notes.editable:
+                self._set_mark(Mark(tick, name))
+
+        self._context.dialogs.ask_text("mark-name", "Name mark", "Name", named, value=known.name if known else "")
+
+    def _set_mark(self, mark: Mark) -> None:
+        self._notes.edit("Mark", self._notes.value.with_mark(mark))
+
+    def _mark_here(self) -> Mark | None:
+        return next((mark for mark in self._notes.value.marks if mark.tick == self._tick), None)
+
+    def delete_mark(self) -> None:
+        """Forget the mark at the moment that is shown."""
+        if (mark := self._mark_here()) is None:
+            self._context.notifier.status("No mark is here; go to one first")
+        else:
+            self._notes.edit("Delete mark", self._notes.value.without_mark(mark))
+
+    def jump(self, direction: int) -> None:
+        """Go to the next mark (1) or the one before (-1)."""
+        ticks = [mark.tick for mark in self._notes.value.marks]
+        ahead = [tick for tick in ticks if (tick - self._tick) * direction > 0]
+        if ahead and (player := self._session.player) is not None:
+            self._timeline.go_to(player.seconds_at(min(ahead, key=lambda tick: abs(tick - self._tick))))
+
+    # The range.
+
+    def start_range(self) -> None:
+        """The range begins at the moment that is shown."""
+        self._put_range(start=self._timeline.playhead.time)
+
+    def end_range(self) -> None:
+        """The range ends at the moment that is shown."""
+        self._put_range(end=self._timeline.playhead.time)
+
+    def _put_range(self, *, start: float | None = None, end: float | None = None) -> None:
+        """Move one end; the other stays, but where that turned it round: there it is the recording's."""
+        whole = Span(0.0, self._timeline.playhead.duration)
+        old = self._timeline.range or whole
+        first, last = old.start if start is None else start, old.end if end is None else end
+        if start is not None and start >= last:
+            last = whole.end
+        if end is not None and end <= first:
+            first = whole.start
+        self._timeline.set_range(Span.between(first, last))
+
+    def clear_range(self) -> None:
+        """Choose nothing."""
+        self._timeline.set_range(None)
+
+    def toggle_loop(self) -> None:
+        """Play the range again and again, or to the end."""
+        on = self._timeline.playhead.loop is None
+        self._timeline.set_loop(on=on)
+        if on and not self._timeline.playhead.playing:
+            self._timeline.toggle_play()
+
+    # Episodes.
+
+    def label_range(self) -> None:
+        """Ask what the range is, and keep it as an episode."""
+        player, chosen = self._session.player, self._timeline.range
+        if player is not None and chosen is not None:
+            number = len(self._notes.value.episodes) + 1
+            first, last = player.tick_at(chosen.start), player.tick_at(chosen.end)
+            self._ask(LabelledEpisode(first, last, f"Episode {number}"), "Add episode")
+
+    def _ask(self, episode: LabelledEpisode, step: str) -> None:
+        dialog = self.dialog = EpisodeDialog(episode, self._window)
+        dialog.chosen.connect(lambda named: self._notes.edit(step, self._notes.value.with_episode(named)))
+        dialog.open()
+
+    def split(self) -> None:
+        """The parts between the marks are episodes, each called as the mark that it begins with."""
+        player, notes = self._session.player, self._notes.value
+        if player is None:
+            return
+        tick = player.prepared.scene.tick
+        first, last = round(float(player.times[0]) / tick), round(float(player.times[-1]) / tick)
+        names = {first: "Start"} | {mark.tick: mark.name for mark in notes.marks if mark.tick < last}
+        for start, after in pairwise([*sorted(names), last + 1]):
+            notes = notes.with_episode(LabelledEpisode(start, after - 1, names[start]))
+        self._notes.edit("Split into episodes", notes)
+
+    def episode_at(self, tick: int) -> LabelledEpisode | None:
+        """The shortest episode around a tick."""
+        around = [one for one in self._notes.value.episodes if one.first <= tick <= one.last]
+        return min(around, key=lambda one: one.last - one.first, default=None)
+
+    def delete_episode(self) -> None:
+        """Forget the episode at the moment that is shown; the recording keeps its frames."""
+        if (episode := self.episode_at(self._tick)) is None:
+            self._context.notifier.status("No episode is here; go to one first")
+        else:
+            self._notes.edit("Delete episode", self._notes.value.without_episode(episode))
+
+    # The timeline.
+
+    def _on_player_changed(self, player: RecordingPlayer | None) -> None:
+        self._tools.lend_undo(None if player is None else self._notes)
+        if player is None:
+            self._notes.close()
+        else:
+            self._notes.open(player)
+
+    def _on_notes_changed(self) -> None:
+        self._tools.undo_changed.emit()
+        if (player := self._session.player) is not None:
+            at, notes = player.seconds_at, self._notes.value
+            marks = tuple((at(mark.tick), mark.name) for mark in notes.marks)
+            episodes = tuple((at(one.first), at(one.last + 1), episode_words(one)) for one in notes.episodes)
+            self._timeline.show_notes(TimelineNotes(marks, episodes))
+
+    def open_menu(self, time: float, place: QPoint) -> None:
+        """Offer what can be done with a moment of the recording that is shown, or that is being made."""
+        menu = self.menu = QMenu(self._window)
+        menu.setObjectName("timeline-menu")
+        menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        if (player := self._session.player) is None:
+            for name in ("record", "mark", "name_mark"):
+                menu.addAction(self._context.actions[name])
+            menu.popup(place)
+            return
+
+        def offer(words: str, act: Callable[[], None]) -> None:
+            menu.addAction(with_mnemonic(words, "")).triggered.connect(lambda _checked=False: act())
+
+        def there(act: Callable[[], None]) -> Callable[[], None]:
+            def go_and_act() -> None:
+                self._timeline.go_to(time)
+                act()
+
+            return go_and_act
+
+        near = self._near(time, player)
+        offer(f"Go to {clock_text(time, decimals=2)}", there(lambda: None))
+        if near is not None:
+            time = player.seconds_at(near.tick)
+            offer(f"Name {near.name}…", there(self.name_mark))
+            offer(f"Delete {near.name}", there(self.delete_mark))
+        elif self._notes.editable:
+            offer("Mark here", there(self.mark))
+            offer("Mark here with a name…", there(self.name_mark))
+        menu.addSeparator()
+        offer("Begin the range here", there(self.start_range))
+        offer("End the range here", there(self.end_range))
+        if (episode := self.episode_at(player.tick_at(time))) is not None:
+            menu.addSeparator()
+            offer(f"Choose {episode.label} as the range", partial(self._choose, episode))
+            offer(f"Edit {episode.label}…", partial(self._ask, episode, "Edit episode"))
+            offer(f"Delete {episode.label}", there(self.delete_episode))
+        if self._timeline.range is not None:
+            menu.addSeparator()
+            for name in ("loop", "trim_range", "label_episode", "clear_range"):
+                menu.addAction(self._context.actions[name])
+        menu.popup(place)
+
+    def _choose(self, episode: LabelledEpisode) -> None:
+        if (player := self._session.player) is not None:
+            start, end = player.seconds_at(episode.first), player.seconds_at(episode.last)
+            self._timeline.set_range(Span.between(start, end))
+
+    def _near(self, time: float, player: RecordingPlayer) -> Mark | None:
+        """The mark that is pointed at."""
+        reach = _NEAR_SHARE * player.duration
+        marks = [mark for mark in self._notes.value.marks if abs(player.seconds_at(mark.tick) - time) <= reach]
+        return min(marks, key=lambda mark: abs(player.seconds_at(mark.tick) - time), default=None)
+
+
+def episode_words(episode: LabelledEpisode) -> str:
+    """What an episode is called, and how it ended."""
+    return episode.label if episode.outcome is None else f"{episode.label} ({episode.outcome})"

@@ -1,0 +1,130 @@
+"""The curves over a whole recording: read beside, with progress and cancel, and in step with the timeline."""
+
+from __future__ import annotations
+
+from typing import cast
+
+import numpy as np
+from PySide6.QtCore import QObject
+
+from tactile_maps.core.reading_units import ReadingUnits
+from tactile_maps.recording.overview.curves import Curves, joined
+from tactile_maps.recording.player import RecordingPlayer
+from tactile_maps.session.frame import Frame
+from tactile_widgets.context.app_context import AppContext
+from tactile_widgets.plots.choice.plot_choice import STANDARD
+from tactile_widgets.plots.timeline.lanes import AddedLane, added_lanes
+from tactile_widgets.workers.recording_worker import ReadCurves
+from tactile_widgets.workers.worker_process import Result, SourceToken
+
+CURVES_JOB = "curves"
+"""Key of the progress of reading a whole recording."""
+
+
+class RecordingPlotsPresenter(QObject):
+    """Shows them instead of the last seconds while a recording is shown, unless a person rather sees those.
+
+    Args:
+        context: What it works on.
+        parent: Qt parent.
+    """
+
+    def __init__(self, context: AppContext, parent: QObject) -> None:
+        super().__init__(parent)
+        self._context, self._session = context, context.session
+        self._plots, self._timeline = context.recording_plots, context.timeline
+        self._worker = context.backends.recording_worker(self)
+        self._token = SourceToken("curves")
+        self._pieces: list[Curves] = []
+        self._plots.offer(context.actions["choose_plots"])
+        context.actions.bind("whole_recording", self.toggle)
+        context.actions["whole_recording"].setChecked(context.settings.whole_recording)
+        self._worker.answered.connect(self._on_answered)
+        self._session.player_changed.connect(self._on_player_changed)
+        self._session.frame_ready.connect(self._on_frame_ready)
+        context.plots.choice_changed.connect(self._on_choice_changed)
+        self._timeline.range_changed.connect(self._plots.show_range)
+        self._timeline.notes_shown.connect(self._plots.show_notes)
+        self._plots.went_to.connect(self._timeline.go_to)
+        self._plots.range_dragged.connect(self._timeline.set_range)
+        self._plots.menu_requested.connect(self._timeline.menu_requested)
+        context.notifier.cancelled.connect(self._on_cancelled)
+        self._show()
+
+    def close(self) -> None:
+        """Read no more."""
+        self._token = self._token.next()
+        self._context.notifier.done(CURVES_JOB)
+        self._worker.close()
+
+    def toggle(self) -> None:
+        """The whole recording, or its last seconds."""
+        self._context.settings.whole_recording = self._context.actions["whole_recording"].isChecked()
+        self._show()
+
+    def _show(self) -> None:
+        whole = self._session.player is not None and self._context.settings.whole_recording
+        self._plots.setVisible(whole)
+        self._context.plots.setVisible(not whole)
+
+    def _on_player_changed(self, player: RecordingPlayer | None) -> None:
+        self._show()
+        if player is None:
+            self.close()
+            return
+        units = player.frame(0).units
+        self._plots.show_recording(player.duration, player.prepared.scene.tick, units)
+        self._read(player, self._added(player, units))
+
+    def _on_choice_changed(self) -> None:
+        """Read what was added to the live plots, or is no longer among them."""
+        player, frame = self._session.player, self._session.shown
+        if player is not None and frame is not None:
+            added = self._added(player, frame.units)
+            if [lane.key for lane in added] != [lane.key for lane in self._plots.added]:
+                self._read(player, added)
+
+    def _added(self, player: RecordingPlayer, units: ReadingUnits) -> tuple[AddedLane, ...]:
+        """What a person added to the plots, as this recording has it."""
+        keys = self._context.plots.choice.order
+        return added_lanes((key for key in keys if key not in STANDARD), player.prepared, units)
+
+    def _read(self, player: RecordingPlayer, added: tuple[AddedLane, ...]) -> None:
+        self.close()
+        self._pieces = []
+        self._plots.show_added(added)
+        self._context.notifier.progress(CURVES_JOB, "Reading the whole recording", 0.0)
+        self._worker.ask(ReadCurves(player.path, tuple(lane.quantity for lane in added)), self._token)
+
+    def _on_answered(self, kind: str, result: Result[object]) -> None:
+        player = self._session.player
+        if result.token != self._token or player is None:
+            return
+        if kind == "curves":
+            share, piece = cast("tuple[float, Curves]", result.value)
+            self._pieces.append(piece)
+            self._show_curves(player)
+            self._context.notifier.progress(CURVES_JOB, "Reading the whole recording", share)
+        elif kind == "failed":
+            self._plots.tell(str(result.value))
+        elif kind == "done":
+            self._context.notifier.done(CURVES_JOB)
+
+    def _show_curves(self, player: RecordingPlayer) -> None:
+        self._pieces = [joined(self._pieces)]
+        (curves,) = self._pieces
+        first = player.times[0]
+        times = curves.ticks * player.prepared.scene.tick - first
+        inside = times > -1e-9
+        self._plots.show_curves(np.asarray(times[inside], dtype=np.float64), curves.values[inside])
+
+    def _on_frame_ready(self, frame: Frame) -> None:
+        if (player := self._session.player) is not None:
+            self._plots.set_units(frame.units)
+            self._plots.show_time(frame.time - float(player.times[0]))
+
+    def _on_cancelled(self, job: str) -> None:
+        if job == CURVES_JOB:
+            self.close()
+            if not self._pieces:
+                self._plots.tell("Reading the whole recording was cancelled. Open it again to read it.")

@@ -1,0 +1,123 @@
+"""Keeps the actions as the state of the window has them."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QObject, Signal
+
+from tactile_maps.control.motion.command import ControlSettings
+from tactile_widgets.actions.state import UndoState, WindowState
+from tactile_widgets.common.mode import Mode
+from tactile_widgets.context.app_context import AppContext
+from tactile_widgets.panels.control.controller_panel import can_restart_task
+from tactile_widgets.presenters.maps.map_file_presenter import MapFilePresenter
+from tactile_widgets.presenters.session.overlay_presenter import OverlayPresenter
+from tactile_widgets.tools.registry import Tools
+
+
+class StateTracker(QObject):
+    """Reads the state of the window when something may have changed it; never for a frame.
+
+    Args:
+        context: What it reads, and whose actions it shows.
+        tools: Which is in use.
+        overlay: Whether a second recording is shown.
+        map_files: Whether a crash left edits of the map.
+        parent: Qt parent.
+
+    Attributes:
+        state: As it was read last.
+    """
+
+    changed = Signal(object)
+    """Another WindowState."""
+
+    def __init__(
+        self,
+        context: AppContext,
+        tools: Tools,
+        overlay: OverlayPresenter,
+        map_files: MapFilePresenter,
+        parent: QObject,
+    ) -> None:
+        super().__init__(parent)
+        self._context, self._tools, self._settings = context, tools, ControlSettings()
+        self._overlay, self._map_files = overlay, map_files
+        self.state = WindowState()
+        session, editor = context.session, context.editor
+        session.settings_changed.connect(self._on_settings_changed)
+        for signal in (
+            session.mode_changed,
+            session.recording_changed,
+            session.sharing_changed,
+            session.recorded_for_viewers_changed,
+            session.prepared_changed,
+            session.live_input_changed,
+            context.timeline.play_toggled,
+            context.timeline.range_changed,
+            context.timeline.loop_changed,
+            context.notes.changed,
+            overlay.changed,
+            map_files.changed,
+            editor.history_changed,
+            editor.selection_changed,
+            editor.enabled_changed,
+            editor.working,
+            editor.rested,
+            editor.proposal_changed,
+            tools.changed,
+            tools.undo_changed,
+            context.views.overlays_changed,
+            context.views.robot.hidden_changed,
+            context.theme.changed,
+        ):
+            signal.connect(self.update)
+        self.update()
+
+    def update(self, *_changed: object) -> None:
+        """Read the state; tell the actions where it is another one. Cost: 20 µs where it is not."""
+        state = self._read()
+        if state != self.state:
+            self.state = state
+            self._context.actions.show(state)
+            self.changed.emit(state)
+
+    def _on_settings_changed(self, settings: ControlSettings) -> None:
+        self._settings = settings
+        self.update()
+
+    def _read(self) -> WindowState:
+        context, control, stack = self._context, self._tools.control, self._tools.undo_stack
+        session, editor, settings = context.session, context.editor, self._settings
+        mode = Mode(session.mode)
+        return WindowState(
+            mode=mode,
+            playing=mode is Mode.LIVE or (mode is Mode.REPLAYING and context.timeline.playhead.playing),
+            recording=session.recorder is not None,
+            shared_with="" if session.shared_with is None else session.shared_with.value,
+            recorded_for_viewers=session.recorded_for_viewers,
+            controller=settings.controller,
+            task=settings.task,
+            path_kind=settings.path_kind,
+            can_control=control.enabled and control.map is not None,
+            can_pose=self._tools.posture.enabled,
+            can_undo_posture=self._tools.posture.can_undo,
+            has_path=bool(settings.path),
+            can_restart_task=can_restart_task(settings),
+            editable=editor.enabled and editor.document is not None,
+            restorable=self._map_files.restorable,
+            edit_busy=editor.busy,
+            patches_selected=bool(editor.selected),
+            tool=self._tools.active,
+            undo=UndoState(stack.can_undo, stack.can_redo, stack.undo_name, stack.redo_name),
+            overlays=context.views.overlays,
+            bodies_hidden=bool(context.views.robot.display.scene.hidden),
+            light=context.theme.theme.name == "light",
+            measured=session.live_input is not None,
+            notable=context.notes.editable,
+            has_marks=bool(context.notes.value.marks),
+            has_episodes=bool(context.notes.value.episodes),
+            overlaid=self._overlay.other is not None,
+            can_repeat=session.player is not None and session.simulates_behind,
+            has_range=context.timeline.range is not None,
+            looping=context.timeline.playhead.loop is not None,
+        )

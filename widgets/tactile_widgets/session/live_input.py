@@ -1,0 +1,256 @@
+"""Readings of a real skin in place of a simulation: what was asked for, the connection, and the runner of both."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+from tactile_maps.control.controller_registry import scene_values
+from tactile_maps.core.arrays import IntArray
+from tactile_maps.core.errors import SimulationError, UsageError, describe_unexpected_error
+from tactile_maps.live.channels.calibration import ValueMode, load_calibration, save_calibration
+from tactile_maps.live.channels.matching import load_matching
+from tactile_maps.live.motion.command_loop import CommandLoop
+from tactile_maps.live.motion.driver_channel import check_not_source, check_readings
+from tactile_maps.live.motion.motion_output import MotionOutput
+from tactile_maps.live.motion.motion_sender import MotionLimits
+from tactile_maps.live.prepare import as_measured
+from tactile_maps.live.session.connection import Connection, ConnectionStatus
+from tactile_maps.live.session.measured_session import MeasuredFacts, MeasuredSession, silent_text, swapped_texts
+from tactile_maps.live.sources.open import SourceOptions, open_source
+from tactile_maps.session.frame import Frame
+from tactile_maps.session.inputs import MapEdited
+from tactile_maps.session.prepare import PreparedScene
+from tactile_maps.session.runtime_settings import RuntimeSettings
+from tactile_widgets.session.live_motion import LiveMotion, MotionFacts
+from tactile_widgets.session.session_runner import InlineRunner, SessionRunner
+
+_POLL_SECONDS = 0.05
+"""Seconds of the source that one pass of the inline runner stands for."""
+
+
+@dataclass(frozen=True)
+class LiveInputSettings:
+    """What a person asked for.
+
+    Attributes:
+        address: Of the source.
+        options: Its token, mapping and speed.
+        ids: Table of taxels by the stream's ids; None for the skin's own.
+        calibration: File of gains and offsets; None where there is none.
+        tare: Of so many readings at the start; None for no tare.
+    """
+
+    address: str
+    options: SourceOptions = field(default_factory=SourceOptions)
+    ids: Path | None = None
+    calibration: Path | None = None
+    tare: int | None = None
+
+
+class LiveInput:
+    """A connection and the session it feeds. Mutable.
+
+    Args:
+        settings: What was asked for.
+        origin: The scene that was shown, to which ``Disconnect`` goes back.
+        simulated: Settings of the scene that was shown, which ``Disconnect`` restores. Contacts are placed by its map,
+            and its controller computes the motion that may be sent.
+
+    Attributes:
+        settings: As above.
+        origin: As above.
+        simulated: As above.
+        connection: To the source.
+        session: That readings become frames in.
+
+    Raises:
+        TactileMapsError: The source, or a file named with it, cannot be used.
+    """
+
+    def __init__(self, settings: LiveInputSettings, origin: PreparedScene, simulated: RuntimeSettings) -> None:
+        self.settings, self.origin, self.simulated = settings, origin, simulated
+        source = open_source(settings.address, settings.options)
+        controlled = replace(origin.scene, control=scene_values(simulated.settings))
+        prepared, skin = as_measured(replace(origin, scene=controlled)), origin.skin
+        table = None if settings.ids is None else load_matching(settings.ids, skin)
+        calibration = None if settings.calibration is None else load_calibration(settings.calibration, skin)
+        self.connection = Connection(source, clock=settings.options.clock)
+        self.session = MeasuredSession(
+            prepared, self.connection.take, table=table, calibration=calibration, finite=source.finite
+        )
+        if simulated.map is not origin.map:
+            self.session.submit(MapEdited("As it was edited before", simulated.map))
+        if settings.tare is not None:
+            self.session.tare(settings.tare)
+        if not source.slow:
+            self.connection.open()  # else on the thread, which tells why it failed
+        self._runner: SessionRunner | None = None
+        clock = settings.options.clock
+        self._motion = LiveMotion(
+            simulated.settings, lambda settings: MotionOutput(self.session, settings, self.connection.ages, clock=clock)
+        )
+
+    def run(self, make: Callable[..., SessionRunner], each: Callable[[Frame], None]) -> SessionRunner:
+        """The runner that takes readings from now on; ``each`` is told every new frame."""
+        self._runner = make(self.session, each, self.connection, self._motion)
+        return self._runner
+
+    @property
+    def status(self) -> ConnectionStatus:
+        """Of the connection."""
+        return self.connection.status
+
+    def swapped(self, facts: MeasuredFacts) -> tuple[str, ...]:
+        """The swapped channels among ``facts`` in words, module by module."""
+        return swapped_texts(self.session, facts.swapped)
+
+    def facts(self) -> tuple[MeasuredFacts, tuple[str, ...]]:
+        """What is known of the readings, and the silent channels in words."""
+        assert self._runner is not None
+        with self._runner.lock:
+            facts = self.session.facts
+        return facts, tuple(silent_text(self.session, one) for one in facts.silent)
+
+    def motion(self) -> MotionFacts:
+        """What a controller wants of the robot, while it is watched or sent."""
+        assert self._runner is not None
+        with self._runner.lock:
+            return self._motion.facts
+
+    def watch_motion(self, *, watched: bool) -> None:
+        """Work out what is wanted, or only while it is sent."""
+        assert self._runner is not None
+        with self._runner.lock:
+            self._motion.watch(watched=watched)
+
+    def use_controller(self, name: str) -> None:
+        """Take another controller; sending ends. Raises SceneError."""
+        assert self._runner is not None
+        with self._runner.lock:
+            self._motion.use_controller(name)
+
+    def send_motion(self, address: str, limits: MotionLimits) -> None:
+        """Send the wanted motion, for a user's action; raises TactileMapsError, see ``LiveMotion.start``.
+
+        Raises:
+            UsageError: Also where readings need a token and have none, or are received at the address.
+        """
+        assert self._runner is not None
+        token = self.settings.options.token
+        try:
+            check_readings(self.settings.address, token)
+        except UsageError as error:
+            raise error.at(remedy="Disconnect, and let File > Connect make a token for the sender") from error
+        check_not_source(address, self.settings.address)
+        with self._runner.lock:
+            self._motion.start(address, limits, token=token)
+
+    def stop_motion(self) -> None:
+        """Send a stop, and nothing after it: at once, without waiting for the readings' thread."""
+        assert self._runner is not None
+        self._motion.halt()
+        with self._runner.lock:
+            self._motion.stop()
+
+    def tare(self, frames: int = 50) -> None:
+        """Take the next readings as those of the untouched skin."""
+        assert self._runner is not None
+        with self._runner.lock:
+            self.session.tare(frames)
+
+    def begin_weighing(self, mass: float, seconds: float, taxels: IntArray | None) -> None:
+        """Calibrate by a weight [kg] that lies on the skin, see ``MeasuredSession``; raises LiveError."""
+        assert self._runner is not None
+        with self._runner.lock:
+            self.session.begin_weighing(mass, seconds, taxels=taxels)
+
+    def undo_weighing(self) -> None:
+        """Go back to the calibration before the newest weight."""
+        assert self._runner is not None
+        with self._runner.lock:
+            self.session.undo_weighing()
+
+    def save_calibration(self, path: str) -> None:
+        """Write gains and offsets as CSV; raises LiveError."""
+        assert self._runner is not None
+        with self._runner.lock:
+            calibration = self.session.calibration
+        save_calibration(calibration, path)
+
+    def request_mode(self, mode: ValueMode) -> None:
+        """Show something else of the readings; raises LiveError where it is not known."""
+        assert self._runner is not None
+        with self._runner.lock:
+            self.session.request_mode(mode)
+
+
+class _TakesReadings(SessionRunner):
+    """Makes frames of readings, and none without."""
+
+    session: MeasuredSession
+
+    def __init__(
+        self, session: MeasuredSession, each: Callable[[Frame], None], connection: Connection, motion: LiveMotion
+    ) -> None:
+        super().__init__(session, each)
+        self._connection, self._motion = connection, motion
+        self._commands = CommandLoop(
+            connection, session, motion, self._keep, lock=self.lock, paused=lambda: self.paused
+        )
+
+    def _tick(self) -> None:
+        self._commands.step()
+
+
+class InlineReadingsRunner(_TakesReadings, InlineRunner):
+    """Takes what has arrived when told to: deterministic, for tests and pictures."""
+
+    def run_for(self, seconds: float) -> None:
+        """Receive and take what there is; ``seconds`` are those of the source."""
+        for _ in range(max(round(seconds / _POLL_SECONDS), 1)):
+            self._connection.step(0.0)
+            if not self.paused:
+                with self.lock:
+                    self._tick()
+            self._motion.check()
+
+    def stop(self) -> None:
+        """End the connection."""
+        self._motion.stop()
+        self._connection.close()
+
+
+class ThreadReadingsRunner(_TakesReadings):
+    """Takes readings when they arrive, on a thread of its own; the connection receives on another."""
+
+    def __init__(
+        self, session: MeasuredSession, each: Callable[[Frame], None], connection: Connection, motion: LiveMotion
+    ) -> None:
+        super().__init__(session, each, connection, motion)
+        self.real_time_factor = 1.0
+        self._ended = threading.Event()
+        self._thread = threading.Thread(target=self._loop, name="readings", daemon=True)
+
+    def start(self) -> None:
+        """Receive and take readings from now on, once."""
+        self._connection.start()
+        self._thread.start()
+
+    def stop(self) -> None:
+        """End both threads and wait for them."""
+        self._motion.halt()
+        self._ended.set()
+        if self._thread.is_alive():
+            self._thread.join()
+        self._connection.close()
+        self._motion.stop()
+
+    def _loop(self) -> None:
+        try:
+            self._commands.run(self._ended)
+        except Exception as error:  # the thread's last door: beyond it nobody would notice that time stands still
+            self.failure = SimulationError(describe_unexpected_error(error), remedy="Disconnect and connect again")
+            self._halt()

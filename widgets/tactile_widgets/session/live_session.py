@@ -1,0 +1,799 @@
+"""The session behind the window: opened, run, recorded, replayed. Requests come in as methods, facts go out as signals.
+
+It is put together from a ``LiveRun`` (the scene that runs), a ``Replay`` (the recording that is shown instead), a
+``RecordingWriter`` and ``ActiveSettings``; workers do what takes long.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from enum import Enum
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import QObject, QTimer, Signal
+
+from tactile_maps.contacts.pipeline import ReadingSettings
+from tactile_maps.control.behaviours import Behaviour
+from tactile_maps.control.motion.command import ControlSettings
+from tactile_maps.core.arrays import FloatArray
+from tactile_maps.core.errors import LiveError, TactileMapsError
+from tactile_maps.geometry.surface.mesh import SurfacePoint
+from tactile_maps.maps.model.tactile_map import TactileMap
+from tactile_maps.recording.encoding.annotations import Mark
+from tactile_maps.recording.player import RecordingPlayer
+from tactile_maps.recording.recorder import Recorder, save_failure_report
+from tactile_maps.scene.effects import Effects
+from tactile_maps.scene.scene import Scene
+from tactile_maps.session.frame import Frame
+from tactile_maps.session.inputs import (
+    BehavioursChanged,
+    ControlChanged,
+    EffectsChanged,
+    MapEdited,
+    PosturePlaced,
+    ReadingChanged,
+    RestChanged,
+    SessionInput,
+)
+from tactile_maps.session.prepare import PreparedScene
+from tactile_maps.session.prepared_cache import find_prepared
+from tactile_maps.session.runtime_settings import RuntimeSettings
+from tactile_maps.session.session import Session
+from tactile_maps.stimuli.stimuli_from_pokes import stimuli_from_pokes
+from tactile_maps.stimuli.stimulus import Stimulus
+from tactile_maps.tactile.poke import Finger, PokeMoved, PokePressed, PokeReleased
+from tactile_widgets.session.active_settings import ActiveSettings
+from tactile_widgets.session.backends import BACKGROUND, Backends
+from tactile_widgets.session.live_input import LiveInput, LiveInputSettings
+from tactile_widgets.session.live_run import LiveRun, Replay, Source
+from tactile_widgets.session.measurements import Measurements
+from tactile_widgets.session.recording_writer import make_recording_folder
+from tactile_widgets.session.reference_comparison import ReferenceComparison
+from tactile_widgets.session.session_runner import SessionRunner
+from tactile_widgets.session.skin_comparison import SkinComparison
+from tactile_widgets.session.take_over import TakeOver
+from tactile_widgets.workers.comparison_worker import ComparisonStimulus
+from tactile_widgets.workers.scene_worker import OpenScene
+
+if TYPE_CHECKING:
+    from tactile_maps.export.live_rerun import LiveRerun
+    from tactile_maps.export.live_server import LiveServer
+
+HAND = 1
+"""Id of the user's finger; the scripted ones have 0 and below."""
+SCRIPT_SECONDS = 10.0
+"""A script is compared on for so long, unless a person says otherwise."""
+FRAME_MS = 16
+POSTURE_SPEED = 0.6
+"""At which the robot goes to a posture that is wanted: its fastest joint [rad/s, or m/s]."""
+
+
+class ViewerKind(Enum):
+    """Whose viewers a session can be shared with, live."""
+
+    FOXGLOVE = "Foxglove"
+    RERUN = "Rerun"
+
+
+class LiveSession(QObject):
+    """What is shown and what a person may do to it; the only caller that changes the session.
+
+    Signals are past-tense changes; none asks for an answer.
+
+    Args:
+        parent: Qt parent.
+        backends: What does the work.
+
+    Attributes:
+        finger: That touches.
+        worker: Opens scenes and recordings, lays patches flat.
+        measurements: What is measured beside of what is shown.
+        marks: How many moments of the recording being written are marked.
+        live_input: Whose readings are shown instead of a simulation; None while it is simulated.
+        skin_comparison: Simulates beside them.
+        reference: Simulates the scene that runs once more, finer.
+    """
+
+    frame_ready = Signal(object)
+    """The newest Frame, at most once a drawn frame; live or replayed."""
+    frames_passed = Signal(object)
+    """The frames between the one shown before and the newest, which ``frame_ready`` hands on next: a tuple."""
+    jumped = Signal()
+    """Another place of a recording is shown next, to which it was not played."""
+    prepared_changed = Signal(object)
+    """Another PreparedScene is shown from now on."""
+    map_changed = Signal(object)
+    """The TactileMap in force in what is replayed: a recorded edit was passed."""
+    loading = Signal(str, float)
+    """A scene or a recording is being opened: the stage, and 0 to 1."""
+    loading_ended = Signal()
+    """It is not any more: done, failed or cancelled."""
+    failed = Signal(str)
+    """Something could not be done; the sentence says what, where and what helps. All that was good is kept."""
+    halted = Signal(str)
+    """The simulation failed and stands still; the sentence says why. ``reset`` starts it again."""
+    mode_changed = Signal(str)
+    """``empty``, ``live``, ``paused`` or ``replaying``."""
+    recording_changed = Signal(object)
+    """Path of the recording being written, or None."""
+    disk_filling = Signal(object)
+    """The DiskSpace that is left for the recording being written: less than an hour, ten minutes, a minute."""
+    sharing_changed = Signal(object)
+    """The address at which viewers of other programs find what is shown, or of the viewer that shows it; or None."""
+    recorded_for_viewers_changed = Signal(bool)
+    """Whether recordings begun from now on hold the messages for viewers of other programs."""
+    marked = Signal(object)
+    """A moment of the recording being written was marked: the Mark."""
+    saved = Signal(str)
+    """Path of a complete recording."""
+    player_changed = Signal(object)
+    """The RecordingPlayer being replayed, or None."""
+    settings_changed = Signal(object)
+    """ControlSettings in force."""
+    effects_changed = Signal(object)
+    """Effects in force."""
+    reading_changed = Signal(object)
+    """ReadingSettings in force."""
+    behaviours_changed = Signal(object)
+    """The tuple of Behaviour in force."""
+    triggered = Signal(object)
+    """A behaviour changed the controller: the ControlTrigger."""
+    live_input_changed = Signal(object)
+    """The LiveInput whose readings are shown instead of a simulation, or None."""
+    taken_over = Signal(float, bool)
+    """A recording is simulated on from this time [s]; whether the state there is the recorded one bit for bit."""
+    touched = Signal()
+    """A person touched the skin."""
+
+    def __init__(self, parent: QObject | None = None, *, backends: Backends = BACKGROUND) -> None:
+        super().__init__(parent)
+        self.finger = Finger()
+        self._backends, self._speed = backends, 1.0
+        self._run: LiveRun | None = None
+        self._replay: Replay | None = None
+        self._was_paused = False  # the run, before the recording that is replayed
+        self._shown: Frame | None = None
+        self._taking_over: TakeOver | None = None
+        self.marks = 0
+        self._held = HAND  # the id given last to a finger that stays
+        self.live_input: LiveInput | None = None
+        self._recording_writer = backends.recording_writer()
+        self._server: LiveServer | LiveRerun | None = None
+        self._shared_with = ViewerKind.FOXGLOVE
+        self._for_viewers = True
+        self.frame_ready.connect(self._share_frame)
+        self._active_settings = ActiveSettings(
+            settings=self.settings_changed.emit,
+            effects=self.effects_changed.emit,
+            behaviours=self.behaviours_changed.emit,
+            reading=self.reading_changed.emit,
+        )
+        self._make_workers()
+        self._timer = QTimer(self)
+        self._timer.setInterval(FRAME_MS)
+        self._timer.timeout.connect(self.pump)
+        self._timer.start()
+
+    def _make_workers(self) -> None:
+        self.worker = self._backends.worker(self)
+        self.measurements = Measurements(self._backends, self)
+        self.skin_comparison = SkinComparison(self._backends, self)
+        self.reference = ReferenceComparison(self._backends, self)
+        self.live_input_changed.connect(self.skin_comparison.show_input)
+        self.worker.progressed.connect(self.loading)
+        self.worker.prepared.connect(self.show_prepared)
+        self.worker.opened.connect(self.show_player)
+        self.worker.failed.connect(self._on_worker_failed)
+        self.measurements.map_failed.connect(self.failed)
+        self.measurements.cost_failed.connect(self.failed)
+
+    # What is shown.
+
+    @property
+    def source(self) -> Source | None:
+        """What is shown: the recording that is replayed, else the scene that runs; None before there is either."""
+        return self._replay or self._run
+
+    @property
+    def mode(self) -> str:
+        """``empty``, ``live``, ``paused`` or ``replaying``."""
+        return "empty" if self.source is None else self.source.mode
+
+    @property
+    def prepared(self) -> PreparedScene | None:
+        """The scene that is shown, live or replayed."""
+        return None if self.source is None else self.source.prepared
+
+    @property
+    def shown(self) -> Frame | None:
+        """The frame that is shown; None before the first."""
+        return self._shown
+
+    @property
+    def simulating(self) -> bool:
+        """Whether what is shown is a simulation that runs: it can be touched."""
+        return self._shown_run is not None and self.live_input is None
+
+    @property
+    def simulates_behind(self) -> bool:
+        """Whether a simulation runs or waits, shown or not."""
+        return self._run is not None and self.live_input is None
+
+    @property
+    def run(self) -> LiveRun | None:
+        """The scene that runs, or waits behind a recording; None before there is one."""
+        return self._run
+
+    @property
+    def runner(self) -> SessionRunner | None:
+        """Of the scene that runs, shown or not; None before there is one."""
+        return None if self._run is None else self._run.runner
+
+    @property
+    def replay(self) -> Replay | None:
+        """The recording that is shown, and where in it; None while the scene that runs is."""
+        return self._replay
+
+    @property
+    def player(self) -> RecordingPlayer | None:
+        """Of the recording that is shown; None while the scene that runs is."""
+        return None if self._replay is None else self._replay.player
+
+    @property
+    def recorder(self) -> Recorder | None:
+        """What writes the recording, if one is being written."""
+        return self._recording_writer.recorder
+
+    @property
+    def _shown_run(self) -> LiveRun | None:
+        """The scene that runs, while it is what is shown: nobody can touch a recording."""
+        return self._run if self._replay is None else None
+
+    def pump(self) -> None:
+        """Hand on the newest frame of the scene that runs, if there is one, and any failure."""
+        self._tell_saved()
+        if (run := self._shown_run) is None:
+            return
+        update = run.update()
+        if (torn := self._recording_writer.take_failure()) is not None:
+            self.failed.emit(str(torn))
+            self.recording_changed.emit(None)
+        if (space := self._recording_writer.take_warning()) is not None:
+            self.disk_filling.emit(space)
+        if update.failure is not None:
+            self._tell_failure(run, update.failure)
+        self._active_settings.show(run.settings)
+        if update.behaved is not None:
+            self.triggered.emit(update.behaved.by)
+        if update.frame is not self._shown:
+            self._shown = update.frame
+            self.frames_passed.emit(tuple(frame for frame in update.passed if frame is not update.frame))
+            self.frame_ready.emit(update.frame)
+            self.skin_comparison.show_frame(update.frame)
+            if isinstance(session := run.runner.session, Session):
+                self.reference.show_frame(session, update.frame)
+
+    def _tell_failure(self, run: LiveRun, failure: TactileMapsError) -> None:
+        """The session stands still, or an input was refused and it goes on."""
+        if run.runner.halted:
+            self.stop_recording()
+            self.halted.emit(str(failure))
+            self.mode_changed.emit(self.mode)
+        else:
+            self._active_settings.show(run.settings)
+            self.failed.emit(str(failure))
+
+    def _show_other(self, prepared: PreparedScene) -> None:
+        """Something else is shown. What was measured on the scene before is not of this one."""
+        self._shown = None
+        self._active_settings.forget()
+        self.measurements.show_scene()
+        self.prepared_changed.emit(prepared)
+        if self._server is not None:  # its topics are those of the scene before
+            self.stop_sharing()
+            self.share(self._shared_with)
+
+    # Opening.
+
+    def open_scene(self, scene: Scene, *, file: Path | None = None) -> None:
+        """Prepare a scene; the one that runs goes on until the new one is ready.
+
+        Args:
+            scene: Which.
+            file: Where it was read; what it names is then checked too, and errors name its line.
+        """
+        self.loading.emit(f"Opening {scene.robot}", 0.0)
+        if file is None and self._show_kept(scene):
+            return
+        self.worker.prepare(scene if file is None else OpenScene(file, scene.package_roots))
+
+    def _show_kept(self, scene: Scene) -> bool:
+        """Whether robot, skin and map are kept from before: shown at once then, sooner than a process starts."""
+        try:
+            kept = find_prepared(scene)
+        except TactileMapsError:
+            return False  # the worker says it
+        if kept is not None:
+            self.worker.drop()
+            self.show_prepared(kept)
+        return kept is not None
+
+    def open_recording(self, path: str | Path) -> None:
+        """Read a recording; what is shown goes on until it is ready."""
+        self.loading.emit(f"Opening {Path(path).name}", 0.0)
+        self.worker.open_recording(Path(path))
+
+    def cancel_loading(self) -> None:
+        """Stop opening; what is shown goes on."""
+        self.worker.cancel()
+        self._give_up_taking_over()
+        self.loading_ended.emit()
+
+    def _on_worker_failed(self, text: str) -> None:
+        self.loading_ended.emit()
+        self.failed.emit(text)
+
+    def show_prepared(self, prepared: PreparedScene, settings: RuntimeSettings | None = None) -> None:
+        """Run a prepared scene from its start.
+
+        Args:
+            prepared: The scene.
+            settings: Initial controller, effects, behaviours, contact detection and map; by default those of the scene.
+        """
+        self.loading_ended.emit()
+        try:
+            start = settings or RuntimeSettings.of_scene(prepared)
+            session = Session(
+                prepared,
+                map_=start.map,
+                settings=start.settings,
+                effects=start.effects,
+                behaviours=start.behaviours,
+                reading=start.reading,
+            )
+        except TactileMapsError as error:
+            self.failed.emit(str(error))
+            return
+        self.run_session(session)
+
+    def run_session(self, session: Session) -> None:
+        """Run a session from its start, in place of what ran before."""
+        self._end_run()
+        self._begin_run(
+            self._backends.runner(
+                session, lambda frame: self._recording_writer.write(frame, session.inputs), speed=self._speed
+            )
+        )
+
+    def _end_run(self) -> None:
+        """Something else will run."""
+        self.stop_recording()
+        self._leave_replay()
+        if self._run is not None:
+            self._run.runner.stop()
+        if self.live_input is not None:
+            self.live_input = None
+            self.live_input_changed.emit(None)
+
+    def _begin_run(self, runner: SessionRunner) -> None:
+        self._run = LiveRun(runner)
+        self._show_other(self._run.prepared)
+        self._active_settings.show(self._run.settings)
+        self.mode_changed.emit(self.mode)
+        runner.start()  # not before: its first ticks would be seen by nobody, and take their time from what shows them
+        self.pump()
+
+    # Going on from a recording.
+
+    def take_over(self) -> None:
+        """Simulate on from the frame of the recording that is shown; the scene that ran before ends then."""
+        replay = self._replay
+        if replay is None or replay.frame is None or self._taking_over is not None:
+            return
+        try:
+            over = TakeOver(replay.player, replay.frame, self)
+        except TactileMapsError as error:
+            self.failed.emit(str(error))
+            return
+        self._taking_over = over
+        over.progressed.connect(self._on_take_over_progressed)
+        over.done.connect(self._on_taken_over)
+        over.failed.connect(self._on_take_over_failed)
+
+    def _on_take_over_progressed(self, fraction: float) -> None:
+        self.loading.emit("Simulating up to here", fraction)
+
+    def _on_take_over_failed(self, text: str) -> None:
+        self._taking_over = None
+        self._on_worker_failed(text)
+
+    def _on_taken_over(self, session: Session, same: bool) -> None:
+        self._taking_over = None
+        self.loading_ended.emit()
+        self._end_run()
+        self._begin_run(
+            self._backends.runner(
+                session, lambda frame: self._recording_writer.write(frame, session.inputs), speed=self._speed
+            )
+        )
+        self.taken_over.emit(session.frame.time, same)
+
+    def _give_up_taking_over(self) -> None:
+        over, self._taking_over = self._taking_over, None
+        if over is not None:
+            over.close()
+            self.loading_ended.emit()
+
+    # A real skin.
+
+    def connect_source(self, settings: LiveInputSettings) -> None:
+        """Show readings of a real skin, instead of simulating, on the robot and the map that are shown.
+
+        Raises:
+            TactileMapsError: The source, or a file named with it, cannot be used; what is shown goes on.
+        """
+        if (source := self.source) is None:
+            raise LiveError("there is no skin to show readings on", remedy="Open a robot, scene or skin first")
+        before = self.live_input if self._replay is None else None
+        origin = source.prepared if before is None else before.origin
+        live = LiveInput(settings, origin, self._simulated_settings(source.settings, before))
+        session = live.session
+        self._end_run()
+        self.live_input = live
+        self._begin_run(
+            live.run(self._backends.readings_runner, lambda frame: self._recording_writer.write(frame, session.inputs))
+        )
+        self.live_input_changed.emit(live)
+
+    def disconnect_source(self) -> None:
+        """Close the source and simulate again, with the settings from before and the map as it was edited since."""
+        if (live := self.live_input) is None or self._run is None:
+            return
+        self.show_prepared(live.origin, self._simulated_settings(self._run.settings, live))
+
+    def _simulated_settings(self, shown: RuntimeSettings, live: LiveInput | None) -> RuntimeSettings:
+        """Settings for a simulation of what is shown; ``live`` provides those that readings do not have."""
+        return shown if live is None else replace(live.simulated, map=shown.map)
+
+    def show_player(self, player: RecordingPlayer) -> None:
+        """Replay a recording; the scene that runs waits."""
+        self.loading_ended.emit()
+        self.stop_recording()
+        if run := self._shown_run:
+            self._was_paused, run.runner.paused = run.runner.paused, True
+        self._replay = Replay(player)
+        self.mode_changed.emit(self.mode)  # first: a user in the middle of an edit gives it up on its own map
+        self._show_other(player.prepared)
+        self.player_changed.emit(player)
+        self.show_time(0.0)
+
+    def show_time(self, seconds: float) -> None:
+        """Show the recording's frame at ``seconds`` from its start."""
+        if (replay := self._replay) is None:
+            return
+        before = replay.settings.map
+        try:
+            moved = replay.seek(seconds)
+        except TactileMapsError as error:
+            self.failed.emit(str(error))
+            return
+        if moved:
+            self._shown = replay.frame
+            self._active_settings.show(replay.settings)
+            if replay.settings.map is not before:
+                self.map_changed.emit(replay.settings.map)
+            if replay.passed is None:
+                self.jumped.emit()
+            else:
+                self.frames_passed.emit(replay.passed)
+            self.frame_ready.emit(replay.frame)
+
+    def back_to_live(self) -> None:
+        """Leave the recording."""
+        if self._replay is None:
+            return
+        self._leave_replay()
+        if (run := self._run) is not None:
+            self._show_other(run.prepared)
+            self._active_settings.show(run.settings)
+            run.runner.paused = self._was_paused
+        self.mode_changed.emit(self.mode)
+        self.pump()
+
+    def _leave_replay(self) -> None:
+        self._give_up_taking_over()
+        if self._replay is not None:
+            self._replay = None
+            self.player_changed.emit(None)
+
+    # What a person does to the scene that runs.
+
+    def press(self, at: SurfacePoint) -> None:
+        """A finger presses the skin."""
+        if self._submit(PokePressed(HAND, at, self.finger)):
+            self.touched.emit()
+
+    def move(self, at: SurfacePoint) -> None:
+        """It strokes to another place."""
+        self._submit(PokeMoved(HAND, at))
+
+    def release(self) -> None:
+        """It lifts."""
+        self._submit(PokeReleased(HAND))
+
+    def hold_finger(self, at: SurfacePoint, force: float) -> None:
+        """A finger presses with ``force`` [N] and stays until it is taken away, or the scene starts again."""
+        used = [poke.id for poke in self._shown.pokes] if self._shown is not None else []
+        self._held = max([self._held, HAND, *used]) + 1
+        if self._submit(PokePressed(self._held, at, replace(self.finger, max_force=force))):
+            self.touched.emit()
+
+    def set_held_force(self, number: int, force: float) -> None:
+        """The finger of this id presses with ``force`` [N] from the next tick on, where it is."""
+        pokes = () if self._shown is None else self._shown.pokes
+        for poke in pokes:
+            if poke.id == number:
+                self._submit(PokePressed(number, poke.at, replace(self.finger, max_force=force)))
+
+    def take_finger_away(self, number: int) -> None:
+        """The finger of this id lifts."""
+        self._submit(PokeReleased(number))
+
+    def set_finger(self, finger: Finger) -> None:
+        """The mouse presses with this finger from the next press on."""
+        self.finger = finger
+
+    def set_settings(self, settings: ControlSettings) -> None:
+        """Change the controller, at the next tick."""
+        self._submit(ControlChanged(settings))
+
+    def set_effects(self, effects: Effects) -> None:
+        """Simulate otherwise from the next tick on; what cannot be is refused then, and told."""
+        self._submit(EffectsChanged(effects))
+
+    def set_behaviours(self, behaviours: tuple[Behaviour, ...]) -> None:
+        """Let contact events trigger these from the next tick on, and no others."""
+        self._submit(BehavioursChanged(behaviours))
+
+    def set_reading(self, settings: ReadingSettings) -> None:
+        """Read contacts otherwise from the next tick on."""
+        self._submit(ReadingChanged(settings))
+
+    def move_robot(self, posture: FloatArray) -> None:
+        """The robot goes to a posture (n,) under its controller, from the next tick on, where it holds its rest."""
+        self._submit(RestChanged(tuple(posture.tolist()), POSTURE_SPEED))
+
+    def place_robot(self, posture: FloatArray) -> TactileMapsError | None:
+        """The robot of a paused scene stands in a posture (n,) at once, which takes a tick; why not, where refused."""
+        run = self._shown_run
+        if run is None or not run.runner.paused:
+            return None
+        run.submit(PosturePlaced(tuple(posture.tolist())))
+        refused, run.runner.failure = run.runner.failure, None
+        if refused is None:
+            self.step()
+        return refused
+
+    def edit_map(self, map_: TactileMap, name: str) -> None:
+        """Contacts are placed and controlled by an edited map, from the next tick on."""
+        if (run := self._shown_run) is not None and map_ is not run.map:
+            self._submit(MapEdited(name, map_))
+
+    def _submit(self, session_input: SessionInput) -> bool:
+        """Whether there is a running session that takes it."""
+        if (run := self._shown_run) is None:
+            return False
+        run.submit(session_input)
+        self._active_settings.show(run.settings)
+        return True
+
+    # Time.
+
+    def set_paused(self, *, paused: bool) -> None:
+        """Stop or go on."""
+        if run := self._shown_run:
+            run.runner.paused = paused
+            self.mode_changed.emit(self.mode)
+
+    def set_speed(self, speed: float) -> None:
+        """Simulated seconds per second, in this scene and those opened after it."""
+        self._speed = speed
+        if self._run is not None:
+            self._run.runner.speed = speed
+
+    def step(self) -> None:
+        """One tick while paused."""
+        if (run := self._shown_run) and run.runner.paused:
+            run.runner.step()
+            self.pump()
+
+    def reset(self) -> None:
+        """Restart the scene; a recording ends where it is."""
+        if run := self._shown_run:
+            self.stop_recording()
+            halted = run.reset()
+            self._shown = None
+            if halted:
+                self.set_paused(paused=False)
+            self.pump()
+
+    # What was done.
+
+    def touches(self) -> tuple[Stimulus, ...]:
+        """What the user did since the last reset, as a script; nothing while no session runs."""
+        if (run := self._shown_run) is None:
+            return ()
+        with run.runner.lock:
+            session = run.runner.session
+            inputs, tick = tuple(session.inputs), session.frame.tick
+        prepared = run.prepared
+        return stimuli_from_pokes(prepared.skin, inputs, tick=prepared.scene.tick, last=tick)
+
+    def done(self) -> ComparisonStimulus | None:
+        """All that was done since the last reset of what is shown, to compare controllers on; None while nothing is."""
+        return None if self.source is None else self.source.record()
+
+    def scripted(self, scene: Scene) -> ComparisonStimulus | None:
+        """The script of ``scene``, as it is simulated now, with the map in force; None while nothing is shown."""
+        if (source := self.source) is None:
+            return None
+        prepared = replace(source.prepared, scene=scene, map=source.settings.map)
+        return ComparisonStimulus(prepared, None, SCRIPT_SECONDS)
+
+    # Recording.
+
+    def start_recording(self, path: str | Path, *, overwrite: bool = False) -> None:
+        """Record the tick that is shown and every one from now on to a new file."""
+        run = self._shown_run
+        if run is None or self.recorder is not None:
+            return
+        try:
+            measured = None if self.live_input is None else self.live_input.connection.source.address
+            viewers = self._for_viewers
+            recorder = Recorder(run.prepared, path, overwrite=overwrite, viewers=viewers, measured=measured)
+        except TactileMapsError as error:
+            self.failed.emit(str(error))
+            return
+        with run.runner.lock:
+            self._recording_writer.begin(recorder)
+            # Else a file begun and completed between two ticks, or while paused, would hold no frame to replay.
+            session = run.runner.session
+            self._recording_writer.write(session.frame, session.inputs)
+        self.marks = 0
+        self.recording_changed.emit(str(path))
+
+    def mark(self, name: str, tick: int | None = None) -> None:
+        """Give a moment of the recording being written a name; by default the one that is shown."""
+        if self.recorder is None or self._shown is None:
+            return
+        try:
+            mark = Mark(self._shown.tick if tick is None else tick, name)
+        except TactileMapsError as error:
+            self.failed.emit(str(error))
+            return
+        self._recording_writer.mark(mark)
+        self.marks += 1
+        self.marked.emit(mark)
+
+    def stop_recording(self) -> None:
+        """Complete the file, beside what goes on; ``saved`` tells when that is done."""
+        if self.recorder is None:
+            return
+        self._recording_writer.end()
+        self._tell_saved()
+        self.recording_changed.emit(None)
+
+    def tell_saved(self, path: str) -> None:
+        """A recording was completed elsewhere: a part of another one."""
+        self.saved.emit(path)
+
+    def _tell_saved(self) -> None:
+        for closed in self._recording_writer.take_closed():
+            if isinstance(closed, TactileMapsError):
+                self.failed.emit(str(closed))
+            else:
+                self.saved.emit(str(closed))
+
+    @property
+    def can_report(self) -> bool:
+        """Whether the session stopped by itself in a way that a report can repeat."""
+        return isinstance(self._reportable, Session)
+
+    @property
+    def _reportable(self) -> Session | None:
+        """The session that stopped by itself, if one is shown; readings never do."""
+        session = None if self._shown_run is None else self._shown_run.runner.session
+        return session if isinstance(session, Session) and session.failure is not None else None
+
+    def save_report(self, path: Path) -> None:
+        """Keep what led to the stop in a file that replays and repeats it."""
+        run, session = self._shown_run, self._reportable
+        if run is None or session is None:
+            return
+        try:
+            make_recording_folder(path.parent)
+            with run.runner.lock:
+                save_failure_report(session, path)
+        except TactileMapsError as error:
+            self.failed.emit(str(error))
+        else:
+            self.saved.emit(str(path))
+
+    # Viewers of other programs.
+
+    @property
+    def recorded_for_viewers(self) -> bool:
+        """Whether recordings begun from now on hold the messages for viewers of other programs."""
+        return self._for_viewers
+
+    def set_recorded_for_viewers(self, *, on: bool) -> None:
+        """Choose it; the recording being written stays as it is."""
+        self._for_viewers = on
+        self.recorded_for_viewers_changed.emit(on)
+
+    @property
+    def shared_with(self) -> ViewerKind | None:
+        """Whose viewers see what is shown; None while it is not shared."""
+        return None if self._server is None else self._shared_with
+
+    @property
+    def shared_at(self) -> str | None:
+        """The address at which viewers find what is shown, or of the viewer that shows it; None for neither."""
+        return None if self._server is None else self._server.address
+
+    def share(self, kind: ViewerKind = ViewerKind.FOXGLOVE) -> None:
+        """Let viewers on this computer see what is shown, from now on; those of another kind no longer."""
+        if self.prepared is None or self.shared_with is kind:
+            return
+        self.stop_sharing()
+        try:
+            self._server, self._shared_with = self._viewer_link(kind, self.prepared), kind
+        except TactileMapsError as error:
+            self.failed.emit(str(error))
+            self.sharing_changed.emit(None)
+            return
+        self.sharing_changed.emit(self._server.address)
+        if self._shown is not None:
+            self._share_frame(self._shown)
+
+    def _viewer_link(self, kind: ViewerKind, prepared: PreparedScene) -> LiveServer | LiveRerun:
+        """Imported only when it is asked for: not to start the window with them."""
+        if kind is ViewerKind.RERUN:
+            from tactile_maps.export.live_rerun import LiveRerun
+
+            return LiveRerun(prepared)
+        from tactile_maps.export.live_server import LiveServer
+
+        return LiveServer(prepared)
+
+    def stop_sharing(self) -> None:
+        """Close the server for viewers, if there is one."""
+        server, self._server = self._server, None
+        if server is not None:
+            server.close()
+            self.sharing_changed.emit(None)
+
+    def _share_frame(self, frame: Frame) -> None:
+        if self._server is None or (source := self.source) is None:
+            return
+        if self._server.gone:
+            self.failed.emit(f"The viewer at {self._server.address} was closed: the session is no longer shown there.")
+            self.stop_sharing()
+        else:
+            self._server.offer(frame, source.settings.map)
+
+    def close(self) -> None:
+        """Complete the recording, end thread and process."""
+        self._timer.stop()
+        self._give_up_taking_over()
+        self.stop_sharing()
+        self.stop_recording()
+        self._recording_writer.wait()
+        self._tell_saved()
+        if self._run is not None:
+            self._run.runner.stop()
+        self.worker.close()
+        self.measurements.close()
+        self.skin_comparison.close()
+        self.reference.close()

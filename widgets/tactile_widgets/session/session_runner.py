@@ -1,0 +1,276 @@
+"""What drives a session: the wall clock on a thread, or time handed in by a test."""
+
+from __future__ import annotations
+
+import sys
+import threading
+import time
+from collections import deque
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+from tactile_maps.core.errors import SimulationError, TactileMapsError, describe_unexpected_error
+from tactile_maps.live.session.measured_session import MeasuredSession
+from tactile_maps.session.frame import Frame
+from tactile_maps.session.inputs import SessionInput
+from tactile_maps.session.session import MAX_TICKS, Session
+from tactile_maps.tactile.poke import PokeInput
+from tactile_widgets.session.stroke import StrokePlan
+
+BATCH_SECONDS = 0.010
+"""Seconds between two batches of ticks: longer than Python's thread switch, shorter than a drawn frame."""
+SWITCH_SECONDS = 0.5e-3
+"""So long a thread waits for Python's lock at most. The window lets go of it with each call of Qt, and would wait ten
+times as long by default: a hundred calls, and it is away for half a second."""
+LONGEST_GAP = 0.1
+"""Wall seconds that one batch makes up for at most; the rest of a longer gap is dropped."""
+UNREAD_SECONDS = 0.2
+"""Wall seconds for which a session runs on while its window does not look: then it waits for it. They share Python's
+lock, and a window that builds the views of another scene, or lays a path, would be away for twice as long."""
+_SMOOTH = 0.1
+_MOST_RECENT = 1000
+"""Frames kept for a window that is late; of more the oldest are dropped."""
+
+
+class FairLock:
+    """A lock for two threads that neither can take twice while the other waits. Not reentrant.
+
+    ``threading.Lock`` may be taken again by the thread that has just released it. One that ticks without a rest would
+    keep the other waiting for its whole batch.
+    """
+
+    def __init__(self) -> None:
+        self._turn, self._held = threading.Lock(), threading.Lock()
+
+    @property
+    def wanted(self) -> bool:
+        """Whether a thread waits for it."""
+        return self._turn.locked()
+
+    def __enter__(self) -> None:
+        with self._turn:
+            self._held.acquire()
+
+    def __exit__(self, *_error: object) -> None:
+        self._held.release()
+
+    @contextmanager
+    def taken_within(self, seconds: float) -> Iterator[bool]:
+        """Whether it could be taken in that time; if so, it is held for the block."""
+        taken = False
+        if self._turn.acquire(timeout=seconds):
+            taken = self._held.acquire(timeout=seconds)
+            self._turn.release()
+        try:
+            yield taken
+        finally:
+            if taken:
+                self._held.release()
+
+
+class SessionRunner:
+    """A session and whether, how fast and for whom it runs. Mutable; one lock guards it all, held for a tick at most.
+
+    Args:
+        session: What to run.
+        each: Told every tick's frame, under the lock: keep it short.
+        speed: Simulated seconds per wall second asked for.
+
+    Attributes:
+        lock: Guards the session; not reentrant.
+        paused: Whether time stands still.
+        speed: Simulated seconds per wall second asked for.
+        real_time_factor: And reached, smoothed over about a second.
+        failure: Why the session stopped, or refused an input; None again once somebody has asked.
+        halted: Whether it stopped by itself, and stands still until its reset.
+        strokes: What fingers are still to do.
+    """
+
+    def __init__(
+        self, session: Session | MeasuredSession, each: Callable[[Frame], None], *, speed: float = 1.0
+    ) -> None:
+        self.session, self._each = session, each
+        self.lock = FairLock()
+        self.paused, self.speed, self.real_time_factor = False, speed, 0.0
+        self.failure: TactileMapsError | None = None
+        self.halted = False
+        self.strokes = StrokePlan(session.prepared.skin, session.prepared.scene.tick)
+        self._recent: deque[Frame] = deque(maxlen=_MOST_RECENT)
+
+    def start(self) -> None:
+        """Run from now on, once: whatever shows the session is there."""
+
+    def take_recent(self) -> tuple[Frame, ...]:
+        """Every frame since this was last asked, the oldest first; under the lock."""
+        recent = tuple(self._recent)
+        self._recent.clear()
+        return recent
+
+    def _keep(self, frame: Frame) -> None:
+        self._recent.append(frame)
+        self._each(frame)
+
+    def submit(self, act: SessionInput) -> None:
+        """Let a person act at the next tick. What the session refuses at once is told as a refused input is.
+
+        A finger that moves far is led there over the next ticks (``StrokePlan``).
+        """
+        with self.lock:
+            self._hand_over(act)
+
+    def _hand_over(self, act: SessionInput) -> None:
+        tick = self.session.frame.tick
+        try:
+            for now in self.strokes.take(act, tick) if isinstance(act, PokeInput) else (act,):
+                self.session.submit(now)
+        except TactileMapsError as error:
+            self.failure = error
+
+    def step(self) -> None:
+        """One tick while paused."""
+        with self.lock:
+            self._tick()
+
+    def reset(self) -> None:
+        """Start the session again."""
+        with self.lock:
+            self.strokes.clear()
+            self.session.reset()
+            self._recent.clear()
+            self.failure, self.halted = None, False
+
+    def stop(self) -> None:
+        """End for good; the session stays as it is."""
+
+    def _tick(self) -> None:
+        """One tick. Why there was none is kept for whoever asks; a refused input does not stop the session."""
+        try:
+            for act in self.strokes.due(self.session.frame.tick):
+                self.session.submit(act)
+            self._keep(self.session.tick())
+        except TactileMapsError as error:
+            self.failure = error
+            if self.session.failure is not None:
+                self._halt()
+
+    def _halt(self) -> None:
+        self.halted = self.paused = True
+
+
+class InlineRunner(SessionRunner):
+    """Runs only when told to: deterministic, for tests and pictures."""
+
+    def run_for(self, seconds: float) -> None:
+        """Simulate so many seconds now, unless paused."""
+        for _ in range(round(seconds / self.session.prepared.scene.tick)):
+            if not self.paused:
+                with self.lock:
+                    self._tick()
+        self.real_time_factor = 0.0 if self.paused else 1.0
+
+
+class ThreadRunner(SessionRunner):
+    """Runs by the wall clock on a thread of its own, as long as somebody takes its frames.
+
+    Time it cannot keep up with, or waits for its window, is dropped; the factor tells.
+
+    Args:
+        session: As ``SessionRunner``.
+        each: As ``SessionRunner``.
+        speed: As ``SessionRunner``.
+        clock: Wall time [s].
+    """
+
+    def __init__(
+        self,
+        session: Session,
+        each: Callable[[Frame], None],
+        *,
+        speed: float = 1.0,
+        clock: Callable[[], float] = time.perf_counter,
+    ) -> None:
+        super().__init__(session, each, speed=speed)
+        self._clock, self._ended = clock, threading.Event()
+        self._asked: deque[SessionInput] = deque()
+        self._remainder, self._taken = 0.0, 0.0
+        self._thread = threading.Thread(target=self._loop, name="session", daemon=True)
+
+    def start(self) -> None:
+        """Run from now on, once."""
+        sys.setswitchinterval(SWITCH_SECONDS)
+        self._thread.start()
+
+    def submit(self, act: SessionInput) -> None:
+        """As ``SessionRunner``; handed over by the thread, since some take the session 0.2 s, as a path's first does.
+
+        While paused, when a person looks at what an act has done, at once.
+        """
+        self._asked.append(act)
+        if self.paused:
+            with self.lock:
+                self._hand_over_asked()
+
+    def step(self) -> None:
+        """As ``SessionRunner``."""
+        with self.lock:
+            self._hand_over_asked()
+        super().step()
+
+    def reset(self) -> None:
+        """As ``SessionRunner``."""
+        self._asked.clear()
+        super().reset()
+
+    def _hand_over_asked(self) -> None:
+        """All that was asked for, in its order; under the lock."""
+        while self._asked:
+            self._hand_over(self._asked.popleft())
+
+    def take_recent(self) -> tuple[Frame, ...]:
+        """As ``SessionRunner``; and the session runs on."""
+        self._taken = self._clock()
+        return super().take_recent()
+
+    def stop(self) -> None:
+        """End the thread and wait for it."""
+        self._ended.set()
+        if self._thread.is_alive():
+            self._thread.join()
+
+    def _loop(self) -> None:
+        last = self._taken = self._clock()
+        while not self._ended.wait(BATCH_SECONDS):
+            now = self._clock()
+            elapsed, last = now - last, now
+            simulated = 0.0
+            if self._asked:
+                with self.lock:
+                    self._guarded(self._hand_over_asked)
+            waits = self._recent and now - self._taken > UNREAD_SECONDS
+            for _ in range(0 if waits else self._ticks_due(elapsed)):
+                with self.lock:  # for one tick: the window never waits for longer
+                    if self.paused or self._ended.is_set():
+                        break
+                    before = self.session.frame.time
+                    self._guarded(self._tick)
+                    simulated += self.session.frame.time - before
+            self._measure(simulated, elapsed)
+
+    def _ticks_due(self, elapsed: float) -> int:
+        """Whole ticks of ``elapsed`` wall seconds at the speed asked for; the part of a tick left over is kept."""
+        tick = self.session.prepared.scene.tick
+        self._remainder += min(elapsed, LONGEST_GAP) * self.speed
+        count = int(self._remainder / tick + 1e-9)
+        self._remainder = max(self._remainder - count * tick, 0.0)
+        return min(count, MAX_TICKS)
+
+    def _guarded(self, act: Callable[[], None]) -> None:
+        try:
+            act()
+        except Exception as error:  # the thread's last door: beyond it nobody would notice that time stands still
+            self.failure = SimulationError(describe_unexpected_error(error), remedy="Reset starts the scene again")
+            self._halt()
+
+    def _measure(self, simulated: float, elapsed: float) -> None:
+        share = min(_SMOOTH * elapsed / BATCH_SECONDS / 10, 1.0)
+        self.real_time_factor += share * (simulated / max(elapsed, 1e-9) - self.real_time_factor)

@@ -1,0 +1,247 @@
+"""A drawn path, without Qt: its handles, what is nearest to the pointer, what dragging does, and a path while it is
+drawn.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+
+from tactile_maps.core.arrays import FloatArray
+from tactile_maps.maps.paths import PathKind, draw_path
+from tactile_widgets.views.interaction.polyline import simplify_polyline
+
+Points = tuple[tuple[float, float], ...]
+"""As in ``ControlSettings.path`` [m]."""
+FREE: tuple[PathKind, ...] = ("polyline", "spline")
+"""Kinds with as many corners as one likes; the others are laid between two points."""
+
+
+class HandleKind(Enum):
+    """What of a path is being dragged."""
+
+    CORNER = "corner"
+    MIDDLE = "middle"
+    LINE = "line"
+
+
+@dataclass(frozen=True)
+class PathHandle:
+    """What a press would take.
+
+    Attributes:
+        grip: Which kind.
+        number: Of the handle, or of the side whose middle it is; 0 for the whole line.
+    """
+
+    grip: HandleKind
+    number: int = 0
+
+
+@dataclass(frozen=True)
+class DrawnPath:
+    """A path as drawn.
+
+    Attributes:
+        kind: How its points are meant.
+        points: At least two [m].
+    """
+
+    kind: PathKind
+    points: Points
+
+    @property
+    def free(self) -> bool:
+        """Whether corners can be added and removed."""
+        return self.kind in FREE
+
+    @property
+    def closed(self) -> bool:
+        """Whether it was drawn back to its start."""
+        return self.free and len(self.points) > 3 and self.points[0] == self.points[-1]
+
+    @property
+    def line(self) -> FloatArray:
+        """(k, 2) the curve, straight on the map as if that had no borders [m]."""
+        return draw_path(self.kind, self.points).points
+
+    @property
+    def handles(self) -> FloatArray:
+        """(h, 2) the corners that can be dragged [m]: of a box all four, of a closed path the first one only once."""
+        points = np.array(self.points)
+        if self.kind == "raster":
+            (x0, y0), (x1, y1) = points.min(axis=0), points.max(axis=0)
+            return np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1]])
+        if self.kind == "lemniscate":
+            return points[:2]
+        return points[:-1] if self.closed else points
+
+    @property
+    def middles(self) -> FloatArray:
+        """(s, 2) the middles of its sides, from which corners can be pulled [m]; none where there is nothing to add."""
+        points = np.array(self.points)
+        if not self.free:
+            return np.zeros((0, 2))
+        if self.kind == "polyline" or len(points) < 3:
+            return (points[1:] + points[:-1]) / 2
+        way = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
+        line = self.line
+        share = (way[1:] + way[:-1]) / 2 / max(way[-1], 1e-12)
+        return line[np.rint(share * (len(line) - 1)).astype(int)]
+
+    def held_at(self, where: FloatArray, reach: float) -> PathHandle | None:
+        """What a press at a map point (2,) means, within ``reach`` [m]: corners before middles before the line."""
+        for grip, places in ((HandleKind.CORNER, self.handles), (HandleKind.MIDDLE, self.middles)):
+            away = np.linalg.norm(places - where, axis=1)
+            if len(away) and away.min() <= reach:
+                return PathHandle(grip, int(away.argmin()))
+        return PathHandle(HandleKind.LINE) if _distance(self.line, where) <= reach else None
+
+    def dragged(self, held: PathHandle, by: FloatArray) -> DrawnPath:
+        """What was held moved by (2,) [m]."""
+        if held.grip is HandleKind.LINE:
+            return self._with(np.array(self.points) + by)
+        if held.grip is HandleKind.MIDDLE:
+            corner = self.middles[held.number] + by
+            return self._with(np.insert(np.array(self.points), held.number + 1, corner, axis=0))
+        return self._corner_moved(held.number, by)
+
+    def without(self, number: int) -> DrawnPath | None:
+        """Without a corner; None where too little would be left, or corners are not what it is made of."""
+        if not self.free or len(self.points) - self.closed <= 2:
+            return None
+        points = np.delete(self.handles, number, axis=0)
+        # A ring of two corners would be walked there and back, which an open line is as well.
+        return self._with(np.append(points, points[:1], axis=0) if self.closed and len(points) > 2 else points)
+
+    def _corner_moved(self, number: int, by: FloatArray) -> DrawnPath:
+        points = np.array(self.points)
+        if self.kind == "raster":
+            points = np.stack([points.min(axis=0), points.max(axis=0)])
+            points[0 if number in (0, 3) else 1, 0] += by[0]
+            points[0 if number in (0, 1) else 1, 1] += by[1]
+        else:
+            points[number] += by
+            if self.closed and number == 0:
+                points[-1] = points[0]
+        return self._with(points)
+
+    def _with(self, points: FloatArray) -> DrawnPath:
+        return DrawnPath(self.kind, as_points(points))
+
+
+def as_points(points: FloatArray) -> Points:
+    """Points (k, 2) as settings have them."""
+    return tuple((float(x), float(y)) for x, y in np.asarray(points).tolist())
+
+
+def _distance(line: FloatArray, where: FloatArray) -> float:
+    """From a point (2,) to a polyline (k, 2) [m]."""
+    if len(line) < 2:
+        return float(np.linalg.norm(line[0] - where))
+    start, side = line[:-1], np.diff(line, axis=0)
+    share = np.clip(((where - start) * side).sum(axis=1) / np.maximum((side**2).sum(axis=1), 1e-18), 0, 1)
+    return float(np.linalg.norm(start + share[:, None] * side - where, axis=1).min())
+
+
+_MOST_CORNERS = 200
+"""Of a stroke: with more, none of them could be taken hold of."""
+
+
+class PathSketch:
+    """Begins with a press at a map point. Mutable.
+
+    Args:
+        kind: What is drawn.
+        start: (2,) [m].
+    """
+
+    def __init__(self, kind: PathKind, start: FloatArray) -> None:
+        self._kind, self._corners = kind, [start]
+        self._stroke: list[FloatArray] | None = [start]
+        self._tip, self._drawn, self._closed = start, False, False
+
+    @property
+    def _free(self) -> bool:
+        return self._kind in FREE
+
+    @property
+    def can_end(self) -> bool:
+        """Whether it is a path already."""
+        return len(self._corners) > 1 and bool(np.ptp(np.array(self._corners), axis=0).max() > 0)
+
+    @property
+    def shape(self) -> DrawnPath:
+        """What was drawn."""
+        return DrawnPath(self._kind, as_points(np.array(self._corners)))
+
+    @property
+    def preview(self) -> DrawnPath | None:
+        """What it would be with the pointer as its next corner; None while that is where it began."""
+        points = np.array([*self._corners, *(self._stroke or [])[1:], self._tip])
+        moved = np.append(True, np.abs(np.diff(points, axis=0)).max(axis=1) > 0)
+        points = points[moved] if self._free else points[[0, -1]]
+        if len(points) < 2 or not np.ptp(points, axis=0).any():
+            return None
+        return DrawnPath("polyline" if self._drawn else self._kind, as_points(points))
+
+    def press(self, point: FloatArray, reach: float) -> None:
+        """One more corner, from which a stroke may go on; near the first one, the path is closed.
+
+        Args:
+            point: (2,) [m].
+            reach: How near is near [m].
+        """
+        first = self._corners[0]
+        self._closed = self._free and len(self._corners) > 2 and bool(np.linalg.norm(point - first) <= reach)
+        point = first if self._closed else point
+        self._corners.append(point)
+        self._stroke, self._tip, self._drawn = [point], point, False
+
+    def move(self, point: FloatArray, far: float) -> None:
+        """The pointer moved; with the button down and farther than ``far`` [m], it draws."""
+        self._tip = point
+        if self._stroke is not None:
+            self._drawn |= bool(np.linalg.norm(point - self._stroke[0]) > far)
+            if self._drawn and self._free and not self._closed:
+                self._stroke.append(point)
+
+    def release(self, tolerance: float, reach: float) -> bool:
+        """The button came up; whether the path is complete.
+
+        Args:
+            tolerance: How far corners may leave the stroke they stand for [m].
+            reach: How near to its start a stroke ends for the path to be closed [m].
+        """
+        stroke, drawn, self._stroke, self._drawn = self._stroke or [], self._drawn, None, False
+        if self._closed:
+            return True
+        if not self._free:
+            if drawn:
+                self._corners = [self._corners[0], self._tip]
+            return len(self._corners) > 1
+        if not drawn:
+            return False
+        alone = len(self._corners) == 1
+        self._corners += list(_few(np.array(stroke), tolerance))[1:]
+        if len(self._corners) > 3 and np.linalg.norm(self._corners[-1] - self._corners[0]) <= reach:
+            self._corners[-1] = self._corners[0]
+            return True
+        return alone
+
+    def take_back(self) -> bool:
+        """Without the last corner; whether any is left."""
+        self._corners.pop()
+        self._stroke = None
+        return bool(self._corners)
+
+
+def _few(stroke: FloatArray, tolerance: float) -> FloatArray:
+    """(k, 2) corners of a stroke, coarser where there would be too many."""
+    corners = simplify_polyline(stroke, tolerance)
+    while len(corners) > _MOST_CORNERS:
+        tolerance *= 2
+        corners = simplify_polyline(stroke, tolerance)
+    return corners

@@ -1,0 +1,255 @@
+"""The tool for paths: clicks and strokes draw one, its corners, sides and the whole of it can be dragged."""
+
+from __future__ import annotations
+
+import numpy as np
+from PySide6.QtCore import QEvent, QObject, QPointF, Qt
+from PySide6.QtGui import QKeyEvent, QMouseEvent, QPainter
+
+from tactile_maps.core.arrays import FloatArray
+from tactile_maps.maps.model.tactile_map import TactileMap
+from tactile_widgets.common.colours import Theme
+from tactile_widgets.tools.control.control_settings_editor import ControlSettingsEditor
+from tactile_widgets.tools.control.control_tool import REACH_PX, ControlTool, nudge_of
+from tactile_widgets.tools.control.drawn_path import DrawnPath, HandleKind, PathHandle, PathSketch, as_points
+from tactile_widgets.views.interaction.select_gesture import CLICK_PX
+from tactile_widgets.views.interaction.view_tool import PointerHit, ToPixels
+from tactile_widgets.views.overlays.body_overlays import MarkRole, PointMark, PolylineMark, ToolMarks
+from tactile_widgets.views.overlays.painting import draw_handles, draw_label, draw_middles, draw_sketch
+from tactile_widgets.views.overlays.task_overlay import lines_on_skin
+
+_STARTS = "A path must start on the skin"
+_NAMES = {HandleKind.CORNER: "move a corner", HandleKind.MIDDLE: "add a corner", HandleKind.LINE: "move the path"}
+
+
+class PathTool(ControlTool):
+    """A path under the pointer, on the map or on the body: one is drawn, or the one in force is edited.
+
+    Handles are known by their numbers; what is dragged is asked for when the user lets go, so that the arm does not
+    start a path anew at every move.
+    """
+
+    hint = (
+        "Click corners, or draw in one stroke; Enter ends it, Backspace removes the last one. "
+        "Drag corners, segments or the whole path."
+    )
+
+    def __init__(self, lead: ControlSettingsEditor, parent: QObject | None = None) -> None:
+        super().__init__(lead, parent)
+        self._sketch: PathSketch | None = None
+        self._hovered: PathHandle | None = None
+        self._chosen: int | None = None
+        self._held: PathHandle | None = None
+        self._from: tuple[FloatArray, QPointF] = np.zeros(2), QPointF()
+        self._dragged: DrawnPath | None = None
+
+    @property
+    def drawing(self) -> bool:
+        """Whether a path is being drawn."""
+        return self._sketch is not None
+
+    # Gestures.
+
+    def press(self, place: PointerHit, event: QMouseEvent) -> bool:
+        """Take the force or what of the path is there; else begin another path, or go on drawing."""
+        self._hover(place, event)
+        point = self._point(place)
+        if self._map is None or point is None:
+            return False
+        if self._sketch is None and self._on_plate(place, event.position()):
+            return self._plate.press(event)
+        if self._sketch is not None:
+            if event.type() == QEvent.Type.MouseButtonDblClick:
+                self.finish()
+            else:
+                self._sketch.press(point, REACH_PX * place.pixel)
+                self._redraw()
+            return True
+        self._held, self._from = self._meant(place), (point, event.position())
+        if self._held is None:
+            if self._at(place) is None:
+                return False
+            self._sketch = PathSketch(self._settings_editor.settings.path_kind, point)
+        self._chosen = self._held.number if self._held is not None and self._held.grip is HandleKind.CORNER else None
+        self._redraw()
+        return True
+
+    def move(self, place: PointerHit, event: QMouseEvent) -> None:
+        """Draw, drag, or say what a press would take."""
+        self._hover(place, event)
+        point, path = self._point(place), self._settings_editor.path
+        if self._plate.held:
+            self._plate.drag(event)
+        elif self._sketch is not None and point is not None:
+            self._sketch.move(point, CLICK_PX * place.pixel)
+            self._redraw()
+        elif self._held is not None and path is not None and point is not None:
+            start, pixel = self._from
+            away = event.position() - pixel
+            if self._dragged is not None or np.hypot(away.x(), away.y()) > CLICK_PX:
+                self._dragged = path.dragged(self._held, point - start)
+                self._redraw()
+        else:
+            self._point_at(self._meant(place))
+
+    def release(self, place: PointerHit, event: QMouseEvent) -> None:
+        """A stroke is a path at once, after a click more may follow; a drag is asked for."""
+        if self._plate.held:
+            self._plate.release()
+        elif self._sketch is not None:
+            if self._sketch.release(max(place.pixel, 1e-3), REACH_PX * place.pixel):
+                self.finish()
+            self._redraw()
+        elif self._held is not None:
+            held, dragged = self._held, self._dragged
+            self._held = self._dragged = None
+            if dragged is not None:
+                self._ask(_NAMES[held.grip], dragged)
+                self._chosen = held.number + 1 if held.grip is HandleKind.MIDDLE else self._chosen
+            self._point_at(self._meant(place))
+            self._redraw()
+
+    def start_at(self, point: FloatArray) -> None:
+        """Begin another path at a map point (2,); clicks add its corners."""
+        self.cancel()
+        self._sketch = PathSketch(self._settings_editor.settings.path_kind, point)
+        self._sketch.release(1e-3, 0.0)
+        self._redraw()
+
+    def finish(self) -> None:
+        """What is drawn is the path from now on; with one corner there is none yet."""
+        if self._sketch is not None and self._sketch.can_end:
+            shape, self._sketch = self._sketch.shape, None
+            self._ask("draw a path", shape)
+            self._redraw()
+
+    def cancel(self) -> bool:
+        """The path is as it was before."""
+        busy = self._sketch is not None or self._held is not None
+        self._sketch = self._held = self._dragged = None
+        self._redraw()
+        return super().cancel() or busy
+
+    def take_back(self) -> None:
+        """The last corner drawn; with the first the path is given up."""
+        if self._sketch is not None and not self._sketch.take_back():
+            self._sketch = None
+        self._redraw()
+
+    # Keys.
+
+    def wants(self, key: Qt.Key) -> bool:
+        """Backspace starts the scene again, but not while a path is drawn."""
+        return self.drawing and key == Qt.Key.Key_Backspace
+
+    def key(self, event: QKeyEvent) -> bool:
+        """Enter ends, Backspace takes a corner back, Delete takes one out, arrows move one, or all."""
+        key = Qt.Key(event.key())
+        if self.drawing:
+            if key in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
+                self.finish()
+            elif key == Qt.Key.Key_Backspace:
+                self.take_back()
+            return key in (Qt.Key.Key_Return, Qt.Key.Key_Enter, Qt.Key.Key_Backspace)
+        path, by = self._settings_editor.path, nudge_of(event)
+        if self._map is None or self._held is not None or path is None:
+            return super().key(event)
+        if key == Qt.Key.Key_Delete:
+            self._remove(path)
+        elif by is not None:
+            held = PathHandle(HandleKind.LINE) if self._chosen is None else PathHandle(HandleKind.CORNER, self._chosen)
+            self._ask(_NAMES[held.grip], path.dragged(held, by), goes_on=True)
+        else:
+            return super().key(event)
+        return True
+
+    def _remove(self, path: DrawnPath) -> None:
+        """The chosen corner, or the one under the pointer; without either nothing is lost by mistake."""
+        corner = self._hovered.number if self._hovered is not None and self._hovered.grip is HandleKind.CORNER else None
+        number = corner if self._chosen is None else self._chosen
+        left = None if number is None else path.without(number)
+        if number is None:
+            self._settings_editor.told.emit("Click a corner to choose it, then Delete removes it")
+        elif left is None:
+            self._settings_editor.told.emit("This path has the fewest corners already")
+        else:
+            self._chosen = self._hovered = None
+            self._ask("remove a corner", left)
+
+    def _ask(self, name: str, shape: DrawnPath, *, goes_on: bool = False) -> None:
+        """Have a path followed; refused where it could not be begun."""
+        if self._map is None or self._map.to_body(shape.line[0]) is None:
+            self._settings_editor.told.emit(_STARTS)
+        else:
+            points = as_points(np.array(shape.points))
+            self._settings_editor.do(name, goes_on=goes_on, task="follow_path", path_kind=shape.kind, path=points)
+
+    # What is there.
+
+    def _meant(self, place: PointerHit) -> PathHandle | None:
+        path, point = self._settings_editor.path, self._point(place)
+        if path is None or point is None or self._map is None:
+            return None
+        return path.held_at(point, REACH_PX * place.pixel)
+
+    def _point_at(self, held: PathHandle | None) -> None:
+        if held != self._hovered:
+            self._hovered = held
+            self._redraw()
+        else:
+            self.drawn.emit()
+
+    def leave(self) -> None:
+        """Nothing is under the pointer."""
+        self._hovered = None
+        super().leave()
+
+    def cursor(self, place: PointerHit) -> Qt.CursorShape:
+        """What a press there would do."""
+        if self._plate.held or (not self.drawing and self._on_plate(place, self._pixel)):
+            return Qt.CursorShape.SizeVerCursor
+        if self._held is not None:
+            return Qt.CursorShape.ClosedHandCursor
+        if not self.drawing and (held := self._meant(place)) is not None:
+            return Qt.CursorShape.SizeAllCursor if held.grip is HandleKind.LINE else Qt.CursorShape.OpenHandCursor
+        on_skin = self._at(place) is not None or (self.drawing and place.point is not None)
+        return Qt.CursorShape.CrossCursor if on_skin else Qt.CursorShape.ArrowCursor
+
+    def _shown(self) -> DrawnPath | None:
+        """What gestures act on: drawn, dragged, or in force."""
+        if self._sketch is not None:
+            return self._sketch.preview
+        return self._settings_editor.path if self._dragged is None else self._dragged
+
+    def _mark_body(self, map_: TactileMap) -> ToolMarks:
+        shape = self._shown()
+        if shape is None:
+            return ToolMarks()
+        corner = self._hovered.number if self._hovered is not None and self._hovered.grip is HandleKind.CORNER else None
+        places = [(number, map_.to_body(at)) for number, at in enumerate(shape.handles)]
+        spots = tuple(PointMark(at, MarkRole.WANTED, number == corner) for number, at in places if at is not None)
+        under_hand = self.drawing or self._dragged is not None
+        lines = lines_on_skin(shape.line, map_) if under_hand and len(shape.points) > 1 else ()
+        return ToolMarks(map_.skin, spots=spots, strokes=tuple(PolylineMark(line, MarkRole.SKETCHED) for line in lines))
+
+    def paint(self, painter: QPainter, to_pixels: ToPixels, theme: Theme) -> None:
+        """Handles of the path, the line being drawn or dragged with its length, and the force."""
+        shape, hovered = self._shown(), self._hovered
+        if shape is None:
+            self._plate.hide()
+            return
+        if self.drawing or self._dragged is not None:
+            draw_sketch(painter, to_pixels(shape.line), theme)
+        elif hovered is not None:
+            number = hovered.number if hovered.grip is HandleKind.MIDDLE else None
+            draw_middles(painter, to_pixels(shape.middles), to_pixels(shape.handles), theme, hovered=number)
+        corner = hovered.number if hovered is not None and hovered.grip is HandleKind.CORNER else None
+        draw_handles(painter, to_pixels(shape.handles), theme, hovered=corner, chosen=self._chosen)
+        if self.drawing or self._dragged is not None:
+            self._plate.hide()
+            if self._pixel is not None and self._place.point is not None:
+                length = np.linalg.norm(np.diff(shape.line, axis=0), axis=1).sum()
+                draw_label(painter, f"{1e3 * length:.0f}\u202fmm", theme, at=self._pixel)
+        else:  # beside the path, not over its handles
+            line = shape.line
+            self._paint_plate(painter, to_pixels, theme, np.array([line[:, 0].max(), line[:, 1].max()]))

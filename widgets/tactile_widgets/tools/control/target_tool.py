@@ -1,0 +1,101 @@
+"""The tool for the target: a click holds the contact there, a drag leads it along, keys move it finely."""
+
+from __future__ import annotations
+
+import numpy as np
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QKeyEvent, QMouseEvent, QPainter
+
+from tactile_maps.control.controller_registry import has_task
+from tactile_maps.core.arrays import FloatArray
+from tactile_widgets.common.colours import Theme
+from tactile_widgets.tools.control.control_tool import ControlTool, nudge_of
+from tactile_widgets.tools.control.drawn_path import as_points
+from tactile_widgets.views.interaction.view_tool import PointerHit, ToPixels
+
+
+class TargetTool(ControlTool):
+    """The point to hold under the pointer, on the map or on the body."""
+
+    hint = (
+        "Click where to hold the contact, drag to move the target. Arrow keys move it, Page Up and Page Down change "
+        "the force, Undo takes back."
+    )
+    _leading = False
+
+    @property
+    def _target(self) -> FloatArray | None:
+        """(2,) the point held [m]; None where none was set."""
+        settings = self._settings_editor.settings
+        held = has_task(settings.controller) and settings.task == "hold_point" and settings.path
+        return np.array(settings.path[0]) if held else None
+
+    def press(self, place: PointerHit, event: QMouseEvent) -> bool:
+        """On the plate: take the force; on the skin: hold the contact there from now on."""
+        self._hover(place, event)
+        if self._map is None:
+            return False
+        if self._on_plate(place, event.position()):
+            return self._plate.press(event)
+        point = self._point(place)
+        if point is None or self._at(place) is None:
+            return False
+        self._leading = True
+        self._settings_editor.begin("set the target")
+        self._hold(point)
+        return True
+
+    def move(self, place: PointerHit, event: QMouseEvent) -> None:
+        """Lead the contact along; beside the skin it stays at the last place on it."""
+        self._hover(place, event)
+        point = self._point(place)
+        if self._plate.held:
+            self._plate.drag(event)
+        elif self._leading and point is not None and self._at(place) is not None:
+            self._hold(point)
+        self.drawn.emit()
+
+    def release(self, place: PointerHit, event: QMouseEvent) -> None:
+        """All of it is one step."""
+        if self._plate.held:
+            self._plate.release()
+        self._leading = False
+        self._settings_editor.end()
+
+    def cancel(self) -> bool:
+        """The target as it was before."""
+        leading, self._leading = self._leading, False
+        if leading:
+            self._settings_editor.cancel()
+        return super().cancel() or leading
+
+    def key(self, event: QKeyEvent) -> bool:
+        """Arrows move the target, Delete forgets it."""
+        if self._map is None or self._leading:
+            return False
+        target, by = self._target, nudge_of(event)
+        if event.key() == Qt.Key.Key_Delete:
+            self._settings_editor.clear_path()
+            return True
+        if target is None or by is None:
+            return super().key(event)
+        if self._map.to_body(target + by) is None:
+            self._settings_editor.told.emit("The target cannot leave the skin")
+        else:
+            self._settings_editor.do("move the target", goes_on=True, path=as_points((target + by)[None]))
+        return True
+
+    def cursor(self, place: PointerHit) -> Qt.CursorShape:
+        """What a press there would do."""
+        if self._plate.held or self._on_plate(place, self._pixel):
+            return Qt.CursorShape.SizeVerCursor
+        if self._leading:
+            return Qt.CursorShape.ClosedHandCursor
+        return Qt.CursorShape.ArrowCursor if self._at(place) is None else Qt.CursorShape.CrossCursor
+
+    def _hold(self, point: FloatArray) -> None:
+        self._settings_editor.change(task="hold_point", path=as_points(point[None]))
+
+    def paint(self, painter: QPainter, to_pixels: ToPixels, theme: Theme) -> None:
+        """The force beside the target; that is drawn with the task itself."""
+        self._paint_plate(painter, to_pixels, theme, self._target)

@@ -1,0 +1,313 @@
+"""The tool for e-skins: two clicks on the skin are opposite corners, keys say how many rows and columns, Enter places.
+
+A grid becomes part of the scene, so that its steps are scenes: ``GridSteps`` takes them back.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import cast
+
+import numpy as np
+from PySide6.QtCore import QObject, QPointF, Qt, Signal
+from PySide6.QtGui import QColor, QKeyEvent, QMouseEvent, QPainter
+
+from tactile_maps.core.arrays import FloatArray
+from tactile_maps.core.errors import TactileMapsError
+from tactile_maps.editing.document import MapDocument
+from tactile_maps.geometry.surface.closest_point import barycentric
+from tactile_maps.geometry.surface.mesh import SurfacePoint
+from tactile_maps.geometry.surface_grid import SurfaceGrid, surface_grid
+from tactile_maps.scene.scene import Scene
+from tactile_maps.skin.fitting.fit import MAX_GRID_SIDE, Corner, GridSpec
+from tactile_widgets.common.colours import Theme
+from tactile_widgets.document.map_editor import MapEditor
+from tactile_widgets.views.interaction.view_tool import PointerHit, ToPixels, ViewTool
+from tactile_widgets.views.overlays.body_overlays import NO_MARKS, MarkRole, PointMark, ToolMarks
+from tactile_widgets.views.overlays.painting import draw_label, draw_vertex
+
+_MOST_SHOWN = 1024
+"""Taxels of a preview; of a larger grid every other row and column is shown, or fewer."""
+_STEPS = {
+    Qt.Key.Key_Up: (1, 0), Qt.Key.Key_Down: (-1, 0), Qt.Key.Key_Right: (0, 1), Qt.Key.Key_Left: (0, -1),
+}  # fmt: skip
+_OFFERED = (Qt.Key.Key_Return, Qt.Key.Key_Enter, Qt.Key.Key_M, *_STEPS)
+
+
+def same_skin_wanted(first: Scene, second: Scene) -> bool:
+    """Whether two scenes ask for the same taxels on the same robot."""
+    return all(getattr(first, name) == getattr(second, name) for name in ("robot", "taxel_file", "cover", "grids"))
+
+
+class GridSteps(QObject):
+    """The scenes before and after each grid, to undo and redo them. Mutable.
+
+    Args:
+        editor: Its document is that of the scene that is shown; None where any document allows a redo.
+        parent: Qt parent.
+    """
+
+    changed = Signal()
+    """There is something else to take back or do again."""
+    scene_wanted = Signal(object)
+    """A Scene is to be opened."""
+
+    def __init__(self, editor: MapEditor | None = None, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._editor = editor
+        self._scenes: list[Scene] = []
+        self._documents: list[MapDocument | None] = []  # at the time the next grid was placed
+        self._at = 0
+
+    @property
+    def can_undo(self) -> bool:
+        """Whether there is a grid to take back."""
+        return self._at > 0
+
+    @property
+    def can_redo(self) -> bool:
+        """Whether a grid was undone, and the map has no other edits since."""
+        return self._at < len(self._scenes) - 1 and self._documents[self._at] is self._document
+
+    @property
+    def _document(self) -> MapDocument | None:
+        return None if self._editor is None else self._editor.document
+
+    @property
+    def undo_name(self) -> str:
+        """What ``undo`` takes back."""
+        return "grid" if self.can_undo else ""
+
+    @property
+    def redo_name(self) -> str:
+        """What ``redo`` does again."""
+        return "grid" if self.can_redo else ""
+
+    def push(self, before: Scene, after: Scene) -> None:
+        """A grid makes ``after`` of ``before``, and is to be shown."""
+        kept = self._scenes[: self._at + 1] if self._scenes else [before]
+        self._documents = [*self._documents[: self._at], self._document]
+        self._scenes, self._at = [*kept, after], len(kept)
+        self._show()
+
+    def undo(self) -> None:
+        """Take the last grid back."""
+        if self.can_undo:
+            self._at -= 1
+            self._show()
+
+    def redo(self) -> None:
+        """Place the grid again that was taken back last."""
+        if self.can_redo:
+            self._at += 1
+            self._show()
+
+    def show_scene(self, scene: Scene) -> None:
+        """Show where among the steps the scene is that is open; without steps if it is another one."""
+        at = next((number for number, one in enumerate(self._scenes) if same_skin_wanted(one, scene)), None)
+        if at is None:
+            self._scenes, self._documents, self._at = [], [], 0
+        else:
+            self._at = at  # a scene that failed to open is not where we are
+        self.changed.emit()
+
+    def _show(self) -> None:
+        self.changed.emit()
+        self.scene_wanted.emit(self._scenes[self._at])
+
+
+@dataclass(frozen=True, eq=False)
+class _Preview:
+    """The grid over a patch of ``document``: ``places`` on it that are shown."""
+
+    document: MapDocument
+    grid: SurfaceGrid
+    places: tuple[SurfacePoint, ...]
+
+
+class GridTool(ViewTool):
+    """Corners under the pointer, on body or map, and a preview of the grid between them.
+
+    Args:
+        editor: Whose skin it lies on.
+        parent: Qt parent.
+
+    Attributes:
+        steps: Grids placed so far.
+    """
+
+    hint = "Click two opposite corners. Arrow keys set rows and columns, M mirrors, Enter places, Backspace goes back."
+    placed = Signal(object)
+    """A GridSpec is wanted."""
+
+    def __init__(self, editor: MapEditor, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._editor = editor
+        self.steps = GridSteps(editor, self)
+        self._rows = self._columns = 8
+        self._mirrored = False
+        self._corners: tuple[SurfacePoint, ...] = ()
+        self._preview: _Preview | None = None
+        self._marks: ToolMarks | None = None
+        editor.shown.connect(self._on_shown)
+
+    @property
+    def spec(self) -> GridSpec | None:
+        """The grid that Enter would place; None before both corners are there."""
+        document = self._document
+        if document is None or len(self._corners) < 2:
+            return None
+        first, last = (cast("Corner", tuple(document.skin.position(at).tolist())) for at in self._corners)
+        link = document.skin.link(self._corners[0])
+        return GridSpec(link, self._rows, self._columns, first, last, mirrored=self._mirrored)
+
+    def press(self, place: PointerHit, event: QMouseEvent) -> bool:
+        """A corner; after two, the first of another grid."""
+        document = self._document
+        if document is None or place.at is None:
+            return False
+        if len(self._corners) == 1 and self._corners[0].patch != place.at.patch:
+            self._editor.failed.emit("Both corners of a grid lie on one patch: click on the same one, or press Escape.")
+            return True
+        self._corners = (*self._corners[: len(self._corners) % 2], place.at)
+        self._update()
+        return True
+
+    def key(self, event: QKeyEvent) -> bool:
+        """Arrows change the numbers, M mirrors, Enter places, Backspace takes a corner back."""
+        key = Qt.Key(event.key())
+        if key == Qt.Key.Key_Backspace and self._corners:
+            self._corners = self._corners[:-1]
+        elif len(self._corners) < 2 or key not in _OFFERED:
+            return False
+        elif key in _STEPS:
+            rows, columns = _STEPS[key]
+            self._rows = min(max(self._rows + rows, 1), MAX_GRID_SIDE)
+            self._columns = min(max(self._columns + columns, 2 if self._rows == 1 else 1), MAX_GRID_SIDE)
+            self._rows = max(self._rows, 2 if self._columns == 1 else 1)
+        elif key == Qt.Key.Key_M:
+            self._mirrored = not self._mirrored
+        else:
+            self._place()
+            return True
+        self._update()
+        return True
+
+    def wants(self, key: Qt.Key) -> bool:
+        """Those of its keys that are also the window's, while there is something to change."""
+        return bool(self._corners) and (key == Qt.Key.Key_Backspace or (len(self._corners) == 2 and key in _OFFERED))
+
+    def cancel(self) -> bool:
+        """Give the grid up."""
+        drawing = bool(self._corners)
+        self._corners = ()
+        self._update()
+        return drawing
+
+    def cursor(self, place: PointerHit) -> Qt.CursorShape:
+        """A cross where a press would be a corner."""
+        meant = self._document is not None and place.at is not None
+        return Qt.CursorShape.CrossCursor if meant else Qt.CursorShape.ArrowCursor
+
+    def body_marks(self) -> ToolMarks:
+        """The corners, and the taxels as they would lie."""
+        document = self._document
+        if document is None:
+            return NO_MARKS
+        if self._marks is None:
+            offered = () if self._preview is None else self._preview.places
+            spots = [PointMark(at, MarkRole.OFFERED) for at in offered]
+            spots += [PointMark(at, MarkRole.HELD, large=True) for at in self._corners]
+            self._marks = ToolMarks(document.skin, spots=tuple(spots))
+        return self._marks
+
+    def paint(self, painter: QPainter, to_pixels: ToPixels, theme: Theme) -> None:
+        """The same on the map."""
+        document = self._document
+        if document is None:
+            return
+        offered = () if self._preview is None else self._preview.places
+        pixels, corners = (
+            to_pixels(np.array([document.map.to_map(at) for at in places]).reshape(-1, 2))
+            for places in (offered, self._corners)
+        )
+        if self._corners and document.patches[self._corners[0].patch].visible:
+            painter.setPen(Qt.PenStyle.NoPen)
+            painter.setBrush(QColor(theme.accent))
+            for x, y in pixels.tolist():
+                painter.drawEllipse(QPointF(x, y), 1.5, 1.5)
+            for pixel in corners:
+                draw_vertex(painter, pixel, theme, fixed=True)
+        self.paint_body(painter, theme)
+
+    def paint_body(self, painter: QPainter, theme: Theme) -> None:
+        """How many, and how far apart."""
+        if self.words:
+            draw_label(painter, self.words, theme)
+
+    @property
+    def words(self) -> str:
+        """What is said over the view; empty before there is a grid."""
+        if self._preview is None:
+            return "Click the opposite corner" if self._corners else ""
+        off = int((~self._preview.grid.on).sum())
+        beside = f"  \u00b7  {off} off the skin" if off else ""
+        pitch = 1e3 * float(self._preview.grid.pitch[0])
+        return f"{self._rows} rows × {self._columns} columns, {pitch:.2f}\u202fmm apart{beside}  \u00b7  Enter places"
+
+    @property
+    def _document(self) -> MapDocument | None:
+        return self._editor.document if self._editor.enabled else None
+
+    def _place(self) -> None:
+        try:
+            spec = self.spec
+        except TactileMapsError as error:
+            self._editor.failed.emit(str(error))
+            return
+        if spec is not None and self._preview is not None:
+            self._corners = ()
+            self._update()
+            self.placed.emit(spec)
+
+    def _update(self) -> None:
+        """The preview of what is asked for now; the corners stay where none can be made."""
+        self._marks, self._preview = None, None
+        document = self._document
+        if document is not None and len(self._corners) == 2:
+            try:
+                self._preview = _preview(document, self._corners, (self._rows, self._columns), self._mirrored)
+            except TactileMapsError as error:
+                self._editor.failed.emit(str(error))
+        self.drawn.emit()
+
+    def _on_shown(self, document: MapDocument) -> None:
+        """An edit of the map, or another skin: corners on that are nowhere."""
+        if self._corners and (self._preview is None or self._preview.document.skin is not document.skin):
+            self._corners = ()
+        if self._preview is not None:
+            self._preview = replace(self._preview, document=document) if self._corners else None
+        self._marks = None
+
+
+def _preview(
+    document: MapDocument, corners: tuple[SurfacePoint, ...], shape: tuple[int, int], mirrored: bool
+) -> _Preview:
+    """Where the taxels would lie on the patch.
+
+    Raises:
+        MeshError: No grid between the corners is found.
+    """
+    number = corners[0].patch
+    surface = document.skin.patches[number].surface
+    first, last = (document.skin.position(at) for at in corners)
+    grid = surface_grid(surface, first, last, *shape, mirrored=mirrored)
+    every = int(np.ceil(np.sqrt(grid.on.size / _MOST_SHOWN)))
+    shown = grid.on[::every, ::every]
+    faces, points = grid.faces[::every, ::every][shown], grid.points[::every, ::every][shown]
+    weights: FloatArray = barycentric(surface.vertices[surface.faces[faces]], points)
+    places = (
+        SurfacePoint(number, int(face), (float(a), float(b), float(c)))
+        for face, (a, b, c) in zip(faces, weights, strict=True)
+    )
+    return _Preview(document, grid, tuple(places))

@@ -1,0 +1,339 @@
+"""The tools: one line each. ``Tools`` makes them, and knows which is in use and what it can take back."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Protocol, TypeVar
+
+from PySide6.QtCore import QObject, Signal
+
+from tactile_widgets.common.tool_kinds import POKE, SELECT_BOX, SELECT_BRUSH, SELECT_LASSO, ToolKind, ToolRole
+from tactile_widgets.document.map_editor import MapEditor
+from tactile_widgets.document.posture_editor import PostureEditor
+from tactile_widgets.tools.control.control_settings_editor import ControlSettingsEditor
+from tactile_widgets.tools.control.path_tool import PathTool
+from tactile_widgets.tools.control.posture_tool import PostureTool
+from tactile_widgets.tools.control.target_tool import TargetTool
+from tactile_widgets.tools.map_editing.arrange_tool import ArrangeTool
+from tactile_widgets.tools.map_editing.grid_tool import GridSteps, GridTool
+from tactile_widgets.tools.map_editing.interest_tool import InterestTool
+from tactile_widgets.tools.map_editing.pin_tool import PinTool
+from tactile_widgets.tools.map_editing.seam_tool import SeamTool
+from tactile_widgets.views.interaction.view_tool import ViewTool
+
+
+@dataclass(frozen=True, eq=False)
+class ToolContext:
+    """What a tool may change.
+
+    Attributes:
+        editor: The map.
+        control: Path, target and force of the controller.
+        posture: Of the robot.
+        parent: Qt parent of the tools.
+    """
+
+    editor: MapEditor
+    control: ControlSettingsEditor
+    posture: PostureEditor
+    parent: QObject
+
+
+@dataclass(frozen=True)
+class ToolSpec:
+    """One tool.
+
+    Attributes:
+        kind: Its name and what a press with it does; the menu and the place in the toolbar follow from that.
+        text: In menus.
+        key: Takes it while one of the views has the focus.
+        tip: What it does, in a sentence.
+        make: Makes what the views give presses to; None for a tool that the views know by themselves.
+    """
+
+    kind: ToolKind
+    text: str
+    key: str
+    tip: str
+    make: Callable[[ToolContext], ViewTool] | None = None
+
+
+ARRANGE = ToolKind("arrange", ToolRole.EDIT)
+PINS = ToolKind("pins", ToolRole.EDIT)
+SEAMS = ToolKind("seams", ToolRole.EDIT)
+INTEREST = ToolKind("interest", ToolRole.EDIT)
+GRID = ToolKind("grid", ToolRole.EDIT)
+PATH = ToolKind("draw_path", ToolRole.CONTROL)
+TARGET = ToolKind("set_target", ToolRole.CONTROL)
+POSTURE = ToolKind("posture", ToolRole.CONTROL)
+
+TOOLS = (
+    ToolSpec(POKE, "Poke", "T", "Press the skin to poke it"),
+    ToolSpec(
+        SELECT_BOX,
+        "Select by box",
+        "B",
+        "Click taxels, or drag a box around them; Ctrl or Shift adds, Alt removes",
+    ),
+    ToolSpec(
+        SELECT_LASSO,
+        "Select by lasso",
+        "L",
+        "Click taxels, or draw a line around them; Ctrl or Shift adds, Alt removes",
+    ),
+    ToolSpec(
+        SELECT_BRUSH,
+        "Select by brush",
+        "C",
+        "Paint over taxels; [ and ] change the brush, Ctrl or Shift adds, Alt removes",
+    ),
+    ToolSpec(
+        ARRANGE,
+        "Arrange patches",
+        "V",
+        "Click patches to select them, drag to move, rotate or scale them",
+        lambda context: ArrangeTool(context.editor, context.parent),
+    ),
+    ToolSpec(
+        PINS,
+        "Pins",
+        "N",
+        "Click the skin to pin it to the map, drag pins to deform the map",
+        lambda context: PinTool(context.editor, context.parent),
+    ),
+    ToolSpec(
+        SEAMS,
+        "Seams",
+        "K",
+        "Draw seams on body or map where the skin is cut; Alt erases",
+        lambda context: SeamTool(context.editor, context.parent),
+    ),
+    ToolSpec(
+        INTEREST,
+        "Areas of interest",
+        "I",
+        "Paint where no seam may go; Alt erases, [ and ] change the brush",
+        lambda context: InterestTool(context.editor, context.parent),
+    ),
+    ToolSpec(
+        GRID,
+        "Taxel grid",
+        "E",
+        "Click two opposite corners of an e-skin on the body, and place rows and columns of taxels between them",
+        lambda context: GridTool(context.editor, context.parent),
+    ),
+    ToolSpec(
+        PATH,
+        "Path",
+        "D",
+        "Click the corners of a path on map or body, or draw it in one stroke; Enter ends it, drag its corners",
+        lambda context: PathTool(context.control, context.parent),
+    ),
+    ToolSpec(
+        TARGET,
+        "Target",
+        "G",
+        "Click on map or body where to hold the contact; drag to move the target",
+        lambda context: TargetTool(context.control, context.parent),
+    ),
+    ToolSpec(
+        POSTURE,
+        "Drag links",
+        "J",
+        "Drag a link of the robot: the joints follow; while paused the robot is placed, else it goes there",
+        lambda context: PostureTool(context.posture, context.parent),
+    ),
+)
+"""One line a tool: its action, its key, its buttons and its place in both views come from here."""
+
+
+class Undoable(Protocol):
+    """Something whose last step can be taken back."""
+
+    @property
+    def can_undo(self) -> bool:
+        """Whether there is anything to take back."""
+
+    @property
+    def can_redo(self) -> bool:
+        """Whether anything that was taken back can be done again."""
+
+    @property
+    def undo_name(self) -> str:
+        """What ``undo`` takes back; empty where that has no name."""
+
+    @property
+    def redo_name(self) -> str:
+        """What ``redo`` does again; empty where that has no name."""
+
+    def undo(self) -> None:
+        """Take back the last step."""
+
+    def redo(self) -> None:
+        """Do again what was taken back last."""
+
+
+class MapUndo:
+    """The steps of the map, and the taxel grids between them."""
+
+    def __init__(self, editor: MapEditor, grids: GridSteps) -> None:
+        self._editor, self._grids = editor, grids
+
+    @property
+    def can_undo(self) -> bool:
+        """Whether there is a step, or an edit being computed."""
+        history, editor = self._editor.history, self._editor
+        return history is not None and editor.enabled and (history.can_undo or editor.busy or self._grids.can_undo)
+
+    @property
+    def can_redo(self) -> bool:
+        """Whether a step was taken back."""
+        history = self._editor.history
+        return history is not None and self._editor.enabled and (history.can_redo or self._grids.can_redo)
+
+    @property
+    def undo_name(self) -> str:
+        """The step that ``undo`` takes back."""
+        history = self._editor.history
+        return history.names[history.position] if history is not None and history.position else self._grids.undo_name
+
+    @property
+    def redo_name(self) -> str:
+        """The step that ``redo`` does again."""
+        history = self._editor.history
+        if history is not None and history.can_redo:
+            return history.names[history.position + 1]
+        return self._grids.redo_name if self._grids.can_redo else ""
+
+    def undo(self) -> None:
+        """One step back."""
+        editor, history = self._editor, self._editor.history
+        if history is None or history.can_undo or editor.busy or editor.proposal is not None:
+            editor.undo()
+        else:
+            self._grids.undo()
+
+    def redo(self) -> None:
+        """One step on."""
+        history = self._editor.history
+        if history is None or history.can_redo:
+            self._editor.redo()
+        else:
+            self._grids.redo()
+
+
+class ControlUndo:
+    """The steps of path, target and force, and before them the corners of a path that is being drawn."""
+
+    def __init__(self, control: ControlSettingsEditor, path: PathTool) -> None:
+        self._control, self._path = control, path
+
+    @property
+    def can_undo(self) -> bool:
+        """Whether there is a corner, a gesture or a step."""
+        control = self._control
+        return control.enabled and (self._path.drawing or bool(control.gesture or control.undo_name))
+
+    @property
+    def can_redo(self) -> bool:
+        """Whether a step was taken back, and nothing is being drawn."""
+        return self._control.enabled and bool(self._control.redo_name) and not self._path.drawing
+
+    @property
+    def undo_name(self) -> str:
+        """The step that ``undo`` takes back."""
+        return self._control.undo_name
+
+    @property
+    def redo_name(self) -> str:
+        """The step that ``redo`` does again."""
+        return self._control.redo_name
+
+    def undo(self) -> None:
+        """Take back the last corner of what is drawn, or the last step."""
+        if self._path.drawing:
+            self._path.take_back()
+        else:
+            self._control.undo()
+
+    def redo(self) -> None:
+        """One step on."""
+        self._control.redo()
+
+
+T = TypeVar("T", bound=ViewTool)
+
+
+class Tools(QObject):
+    """The tools, made once, and the one in use.
+
+    Args:
+        editor: The map that they edit.
+        parent: Qt parent.
+        specs: Which there are.
+
+    Attributes:
+        control: What they tell the arm.
+        posture: What posture is wanted of it.
+        active: The one in use.
+    """
+
+    changed = Signal(object)
+    """A tool was taken, maybe the same again: its ToolKind."""
+    undo_changed = Signal()
+    """What can be taken back or done again may be something else."""
+
+    def __init__(self, editor: MapEditor, parent: QObject | None = None, *, specs: Sequence[ToolSpec] = TOOLS) -> None:
+        super().__init__(parent)
+        self.specs, self.active = tuple(specs), POKE
+        self._lent_undo: Undoable | None = None
+        self.control = ControlSettingsEditor(self)
+        self.posture = PostureEditor(self)
+        context = ToolContext(editor, self.control, self.posture, self)
+        self._made = {spec.kind: spec.make(context) for spec in specs if spec.make is not None}
+        path = self.get(PathTool)
+        grid = self.get(GridTool).steps
+        self._map_undo, self._control_undo = MapUndo(editor, grid), ControlUndo(self.control, path)
+        for signal in (
+            self.control.changed,
+            path.drawn,
+            editor.history_changed,
+            editor.gesture_changed,  # undo takes back what is being dragged, before there is a step
+            editor.enabled_changed,
+            grid.changed,
+            self.posture.changed,
+        ):
+            signal.connect(self.undo_changed)
+
+    def take(self, kind: ToolKind) -> None:
+        """Take a tool."""
+        self.active = kind
+        self.changed.emit(kind)
+        self.undo_changed.emit()
+
+    @property
+    def view_tool(self) -> ViewTool | None:
+        """What the views give presses to; None where they know what to do."""
+        return self._made.get(self.active)
+
+    @property
+    def undo_stack(self) -> Undoable:
+        """What undo is about with the tool in use: what was drawn for the arm, postures, or the map with its grids.
+
+        While something was lent, it is about that.
+        """
+        if self._lent_undo is not None:
+            return self._lent_undo
+        if self.active == POSTURE:
+            return self.posture
+        return self._control_undo if self.active.controls else self._map_undo
+
+    def lend_undo(self, stack: Undoable | None) -> None:
+        """Have undo be about something else than tools do; None to have it back."""
+        self._lent_undo = stack
+        self.undo_changed.emit()
+
+    def get(self, kind: type[T]) -> T:
+        """The tool of a class."""
+        return next(tool for tool in self._made.values() if isinstance(tool, kind))

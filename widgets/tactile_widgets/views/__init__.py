@@ -1,0 +1,1 @@
+"""The views of the robot and of its map, and what both share."""

@@ -1,0 +1,1 @@
+"""Mouse gestures on the views, without Qt."""

@@ -1,0 +1,348 @@
+"""What mouse and keys do on a view: the one router for robot and map, from Qt's events to pokes, selections and edits.
+
+A view answers what lies under a pixel and moves its camera (``ViewPort``); everything between is here, so that a user
+means the same in both.
+"""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+from PySide6.QtCore import QObject, QPointF, Qt, Signal
+from PySide6.QtGui import QKeyEvent, QMouseEvent, QWheelEvent
+from PySide6.QtWidgets import QWidget
+
+from tactile_maps.geometry.surface.mesh import SurfacePoint
+from tactile_widgets.common.tool_kinds import POKE, ToolKind
+from tactile_widgets.views.interaction.poke_gesture import (
+    Clicked,
+    Moved,
+    Panned,
+    PokeEvent,
+    PokeGesture,
+    PokeState,
+    Pressed,
+    Released,
+)
+from tactile_widgets.views.interaction.select_gesture import CLICK_PX, TaxelLocator, TaxelSelector
+from tactile_widgets.views.interaction.view_tool import PointerHit, ShortcutOverrideFilter, ViewTool
+
+
+class ViewPort(TaxelLocator, Protocol):
+    """A view that a user acts on.
+
+    Attributes:
+        beside_skin: Whether tools and selections work beside the skin too, as on a map; else the view turns there.
+        turns: Whether a drag of the left button beside the skin turns the view, and with Shift pans it.
+        idle_cursor: Of the pointer where it can do nothing but move the view.
+    """
+
+    beside_skin: bool
+    turns: bool
+    idle_cursor: Qt.CursorShape
+
+    def point_at(self, pixel: QPointF) -> SurfacePoint | None:
+        """The place of the skin under a pixel; None beside it, and under a message."""
+
+    def hit_at(self, pixel: QPointF, at: SurfacePoint | None) -> PointerHit | None:
+        """What a tool is told of a pixel over ``at``; None while there is nothing to act on."""
+
+    def empty_at(self, pixel: QPointF) -> bool:
+        """Whether there is neither skin nor a control of the view's own."""
+
+    def over_control(self, pixel: QPointF) -> bool:
+        """Whether a control of the view's own, as the orientation cube, takes clicks there."""
+
+    def click_control(self, pixel: QPointF) -> None:
+        """It was clicked."""
+
+    def navigate(self, drag: Panned, *, turn: bool) -> None:
+        """Move the camera by a drag; ``turn`` to turn the view rather than to pan it."""
+
+    def frame_all(self) -> None:
+        """Show everything."""
+
+    def set_hover(self, at: SurfacePoint | None) -> None:
+        """Mark the place under the pointer."""
+
+    def set_pointer(self, shape: Qt.CursorShape) -> None:
+        """Give the pointer this shape over the view."""
+
+    def redraw_tool(self) -> None:
+        """What the active tool marks or paints has changed, or it is another one."""
+
+
+class ViewInteraction(QObject):
+    """Routes one view's mouse and keys to poke, selection, active tool and camera. Mutable; decides nothing else.
+
+    Args:
+        port: The view, as it answers.
+        view: The same view, as Qt's parent; gets the keys.
+
+    Attributes:
+        view_tool: The tool that takes presses of the left button, and keys; None for none.
+        taxel_selector: Selects taxels.
+        hover: The place of the skin under the pointer, or None.
+    """
+
+    poke_pressed = Signal(object)
+    """A press on skin: the SurfacePoint under it."""
+    poke_moved = Signal(object)
+    """A stroke of the pressed finger: the SurfacePoint it is at now."""
+    poke_released = Signal()
+    """The finger left."""
+    hovered = Signal(object)
+    """The SurfacePoint under the pointer, or None."""
+    cleared = Signal()
+    """Escape, while nothing else was going on."""
+    menu_requested = Signal(object)
+    """The right button was clicked, and nothing dragged: the QPointF under it, in the view."""
+    latch_requested = Signal(object)
+    """A click with Shift on the skin: the SurfacePoint a finger is to stay at."""
+    space_tapped = Signal()
+    """Space, with which a drag pans, went down and up, and nothing was dragged."""
+
+    def __init__(self, port: ViewPort, view: QWidget) -> None:
+        super().__init__(view)
+        self._port = port
+        self._poke, self._kind = PokeGesture(), POKE
+        self.view_tool: ViewTool | None = None
+        self.taxel_selector = TaxelSelector(port, self)
+        self.hover: SurfacePoint | None = None
+        self._hit = PointerHit(None, None, 1.0)
+        self._editing = self._space = self._turning = self._over_control = False
+        self._tapping = False  # Space is down, and moved nothing so far
+        self._keys = ShortcutOverrideFilter(view, own=frozenset({Qt.Key.Key_Space}))
+
+    @property
+    def editing(self) -> bool:
+        """Whether a gesture of the active tool owns the mouse."""
+        return self._editing
+
+    @property
+    def busy(self) -> bool:
+        """Whether a button is held for any gesture."""
+        return self._poke.mode is not PokeState.IDLE or self.taxel_selector.busy or self._editing
+
+    def set_tool(self, kind: ToolKind) -> None:
+        """Take another kind of tool; what the user was doing ends."""
+        self.cancel()
+        self._kind = kind
+        self.taxel_selector.set_tool(kind)
+        self._show_pointer()
+
+    def set_view_tool(self, tool: ViewTool | None) -> None:
+        """Give presses of the left button, and keys, to ``tool``; what the one before was doing is given up."""
+        self.cancel()
+        if self.view_tool is not None:
+            self.view_tool.drawn.disconnect(self._port.redraw_tool)
+        self.view_tool = self._keys.tool = tool
+        if tool is not None:
+            tool.drawn.connect(self._port.redraw_tool)
+        self._show_pointer()
+        self._port.redraw_tool()
+
+    def cancel(self, *, discard_drawing: bool = True) -> bool:
+        """End any gesture; whether there was one.
+
+        With ``discard_drawing`` also what a tool keeps between presses: what is drawn click by click goes on in the
+        other view, and pressing there takes the focus from this one.
+        """
+        busy, editing, self._editing = self.busy, self._editing, False
+        self._do(self._poke.cancel())
+        self.taxel_selector.cancel()
+        if self.view_tool is not None and (discard_drawing or editing):
+            busy = self.view_tool.cancel() or busy
+        return busy
+
+    # The mouse.
+
+    def press(self, event: QMouseEvent) -> None:
+        """A button went down: click a control, edit, select, poke, or else move the view."""
+        self._tapping = False
+        if self.busy:
+            return
+        pixel, left = event.position(), event.button() == Qt.MouseButton.LeftButton
+        if left and self._port.over_control(pixel):
+            self._port.click_control(pixel)
+            return
+        at = self._port.point_at(pixel)
+        if left and not self._space:
+            self._hover_at(at)
+            if not self._press_tool(event, at):
+                self._press_skin(event, at)
+        else:
+            right = event.button() == Qt.MouseButton.RightButton
+            self._move_view(event, at, turn=right and self._port.turns, clicks=right)
+
+    def _press_tool(self, event: QMouseEvent, at: SurfacePoint | None) -> bool:
+        """Whether the active tool, or the selection, has taken the press."""
+        hit = self._port.hit_at(event.position(), at)
+        if hit is None:
+            return False
+        self._hit = hit
+        if self.view_tool is not None and self.view_tool.press(hit, event):
+            self._editing = True
+            self._hover_at(None)
+        elif self._kind.selects and (at is not None or self._port.beside_skin):
+            self.taxel_selector.press(event)
+        else:
+            return False
+        self._show_pointer()
+        return True
+
+    def _press_skin(self, event: QMouseEvent, at: SurfacePoint | None) -> None:
+        """Poke at a place of the skin. Beside it, and with Shift or Control on it, move the view."""
+        keys = event.modifiers()
+        shift, control = (
+            bool(keys & Qt.KeyboardModifier.ShiftModifier),
+            bool(keys & Qt.KeyboardModifier.ControlModifier),
+        )
+        if at is None or self._kind.draws or shift or control:
+            latches = shift and at is not None and not self._kind.draws
+            self._move_view(event, at, turn=self._port.turns and not shift, clicks=latches)
+        else:
+            self._turning = False
+            self._do(self._poke.press(event.position().toTuple(), at, button=event.button()))
+
+    def _move_view(self, event: QMouseEvent, at: SurfacePoint | None, *, turn: bool, clicks: bool) -> None:
+        """Turn or pan by the drag that begins; where it ``clicks``, only once it has become one."""
+        self._turning, slack = turn, CLICK_PX if clicks else 0.0
+        pixel = event.position().toTuple()
+        self._do(self._poke.press(pixel, at, button=event.button(), pan=True, slack=slack))
+
+    def move(self, event: QMouseEvent) -> None:
+        """The pointer moved: stroke, select, edit, move the view, or hover."""
+        pixel, idle = event.position(), self._poke.mode is PokeState.IDLE
+        if self._poke.mode is PokeState.PANNING:
+            self._do(self._poke.move(pixel.toTuple(), None))
+            return
+        self._over_control = not self.busy and self._port.over_control(pixel)
+        at = None if self._over_control else self._port.point_at(pixel)
+        self._do(self._poke.move(pixel.toTuple(), at))
+        if self._kind.selects:
+            self.taxel_selector.move(event)
+        self._hit = self._port.hit_at(pixel, at) or PointerHit(None, None, 1.0)
+        if self.view_tool is not None and idle:
+            self.view_tool.move(self._hit, event)
+        self._hover_at(None if self._editing else at)
+        self._show_pointer()
+
+    def release(self, event: QMouseEvent) -> None:
+        """A button came up: a gesture ends with the button that began it."""
+        if self._editing and self.view_tool is not None:
+            if event.button() == Qt.MouseButton.LeftButton:
+                self._editing = False
+                at = self._port.point_at(event.position())
+                self._hit = self._port.hit_at(event.position(), at) or PointerHit(None, None, 1.0)
+                self.view_tool.release(self._hit, event)
+                self._hover_at(at)
+                self._show_pointer()
+            return
+        self._do(self._poke.release(event.button()), right=event.button() == Qt.MouseButton.RightButton)
+        if self._kind.selects:
+            self.taxel_selector.release(event)
+
+    def double_click(self, event: QMouseEvent) -> None:
+        """Frame all beside the skin; on it, or where a tool works beside it too, a second quick press is one more."""
+        drawing = self.view_tool is not None and self._port.beside_skin
+        if event.button() == Qt.MouseButton.LeftButton and not drawing and self._port.empty_at(event.position()):
+            self._port.frame_all()
+        else:
+            self.press(event)
+
+    def wheel(self, event: QWheelEvent) -> bool:
+        """Whether the wheel was for the active tool; else the view zooms."""
+        hit = self._port.hit_at(event.position(), None)
+        return hit is not None and self.view_tool is not None and self.view_tool.wheel(hit, event)
+
+    def leave(self) -> None:
+        """The pointer left the view."""
+        self._hover_at(None)
+        self.taxel_selector.leave()
+        if self.view_tool is not None and not self._editing:
+            self.view_tool.leave()
+
+    # The keys.
+
+    def key(self, event: QKeyEvent) -> bool:
+        """Whether a key was for the gesture.
+
+        Escape ends what it does, or selects nothing; Space makes it pan; a tool has keys of its own.
+        """
+        escape = event.key() == Qt.Key.Key_Escape
+        if escape and self.cancel():
+            return True
+        if self.view_tool is not None and self.view_tool.key(event):
+            return True
+        if escape:
+            self.cleared.emit()
+        elif event.key() == Qt.Key.Key_Space and not event.modifiers():
+            if not event.isAutoRepeat():
+                self._space = self._tapping = True
+                self._show_pointer()
+        else:
+            return False
+        return True
+
+    def key_up(self, event: QKeyEvent) -> None:
+        """A key came up."""
+        if event.key() == Qt.Key.Key_Space and not event.isAutoRepeat():
+            tapped, self._space, self._tapping = self._tapping, False, False
+            self._show_pointer()
+            if tapped:
+                self.space_tapped.emit()
+
+    def focus_out(self) -> None:
+        """The keys go elsewhere: a finger never stays pressed where nothing can lift it."""
+        self._space = self._tapping = False
+        self.cancel(discard_drawing=False)
+
+    # Inside.
+
+    def _do(self, event: PokeEvent | None, *, right: bool = False) -> None:
+        if isinstance(event, Pressed):
+            self._port.set_hover(None)
+            self.poke_pressed.emit(event.at)
+        elif isinstance(event, Moved):
+            self.poke_moved.emit(event.at)
+        elif isinstance(event, Released):
+            self._port.set_hover(self.hover)
+            self.poke_released.emit()
+        elif isinstance(event, Panned):
+            self._port.navigate(event, turn=self._turning)
+        elif isinstance(event, Clicked):
+            if right:
+                self.menu_requested.emit(QPointF(*event.pixel))
+            elif event.at is not None:
+                self.latch_requested.emit(event.at)
+        self._show_pointer()
+
+    def _hover_at(self, at: SurfacePoint | None) -> None:
+        if at != self.hover:
+            self.hover = at
+            self._port.set_hover(None if self._poke.mode is PokeState.POKING else at)
+            self._show_pointer()
+            self.hovered.emit(at)
+
+    def show_nothing(self) -> None:
+        """Another scene is shown: nothing is being dragged, nor under the pointer."""
+        self.cancel()
+        self._hit = PointerHit(None, None, 1.0)
+        self._hover_at(None)
+
+    def _show_pointer(self) -> None:
+        mode, tool = self._poke.mode, self.view_tool
+        if mode is PokeState.PANNING:
+            shape = Qt.CursorShape.ClosedHandCursor
+        elif self._over_control:
+            shape = Qt.CursorShape.PointingHandCursor
+        elif self._space and not self._editing:
+            shape = Qt.CursorShape.OpenHandCursor
+        elif tool is not None and (self.hover is not None or self._editing or self._port.beside_skin):
+            shape = tool.cursor(self._hit)
+        elif self.hover is not None or mode is PokeState.POKING or (self._kind.selects and self._port.beside_skin):
+            shape = Qt.CursorShape.CrossCursor
+        else:
+            shape = self._port.idle_cursor
+        self._port.set_pointer(shape)

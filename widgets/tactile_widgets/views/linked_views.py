@@ -1,0 +1,336 @@
+"""The robot beside its map, the colour bar between them: one hover, one selection, one scale, one state."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import partial
+
+import numpy as np
+from PySide6.QtCore import QPoint, QPointF, Qt, QTimer, Signal
+from PySide6.QtWidgets import QHBoxLayout, QSplitter, QVBoxLayout, QWidget
+
+from tactile_maps.contacts.detection.regions import ContactRegion
+from tactile_maps.control.motion.command import ControlSettings
+from tactile_maps.core.arrays import FloatArray, IntArray
+from tactile_maps.editing.document import MapDocument
+from tactile_maps.geometry.surface.mesh import SurfacePoint
+from tactile_maps.session.frame import Frame
+from tactile_maps.session.prepare import PreparedScene
+from tactile_widgets.common.colour_bar import ColourBar
+from tactile_widgets.common.colours import PressureScale, Theme
+from tactile_widgets.common.mode import Mode
+from tactile_widgets.common.settings import BaseLayer, OverlayOptions
+from tactile_widgets.common.tool_kinds import BRUSH, POKE, SelectionMode, ToolKind, resized_brush
+from tactile_widgets.document.taxel_search import taxel_words
+from tactile_widgets.document.taxel_selection import SelectionUpdate, TaxelSelection
+from tactile_widgets.overlays.taxel_faults import NO_FAULTS, TaxelFaults
+from tactile_widgets.views.interaction.view_tool import ViewTool
+from tactile_widgets.views.layers import LAYERS, LayerSpec, at_first, body_layers, map_layers
+from tactile_widgets.views.map.map_view import MapView
+from tactile_widgets.views.overlays.task_overlay_builder import TaskOverlayBuilder
+from tactile_widgets.views.robot.robot_view import RobotView
+
+_NARROWEST = 250
+"""Of a view [px]: with the panels beside both, a window of 900 px shows all."""
+
+
+class LinkedViews(QWidget):
+    """Both views as one: what is shown in one is shown in the other, and a gesture on either goes on in the other."""
+
+    poke_pressed = Signal(object)
+    """A finger pressed the skin at a SurfacePoint, in either view."""
+    poke_moved = Signal(object)
+    """It stroked to a SurfacePoint."""
+    poke_released = Signal()
+    """It lifted."""
+    open_requested = Signal()
+    """The button of an empty view was pressed."""
+    cancel_requested = Signal()
+    """The button of a loading view was pressed."""
+    space_tapped = Signal()
+    """Space was pressed in a view, where it pans too, and nothing was panned."""
+    hovered = Signal(object)
+    """The SurfacePoint under the pointer in either view, or None."""
+    read_out = Signal(str)
+    """What is under the pointer: patch, taxel, pressure and place; empty for nothing."""
+
+    menu_requested = Signal(object, QPoint)
+    """The right button was clicked in either view: the PointedAt there, and the place on the screen."""
+    latch_requested = Signal(object)
+    """A finger is to stay at a SurfacePoint."""
+    overlays_changed = Signal(object)
+    """Other OverlayOptions are shown."""
+    faults_changed = Signal(object)
+    """Other TaxelFaults are marked."""
+    selection_told = Signal(str)
+    """How many taxels are selected, or which one; empty for none."""
+
+    def __init__(
+        self,
+        theme: Theme,
+        scale: PressureScale,
+        parent: QWidget | None = None,
+        *,
+        layers: Sequence[LayerSpec] = LAYERS,
+        off_screen: bool = False,
+    ) -> None:
+        super().__init__(parent)
+        if off_screen:  # for pictures that no display shows
+            self.setAttribute(Qt.WidgetAttribute.WA_DontShowOnScreen)
+        self.robot = RobotView(theme, scale, layers=body_layers(layers), off_screen=off_screen)
+        self.map = MapView(theme, scale, layers=map_layers(layers))
+        self.bar = ColourBar(theme, scale)
+        self.scale, self.selection, self.tool = scale, TaxelSelection(self), POKE
+        self.selection.changed.connect(self._on_selection_changed)
+        self.brush, self.overlays, self._task = BRUSH, at_first(layers), TaskOverlayBuilder()
+        self.faults = NO_FAULTS
+        self._hover: SurfacePoint | None = None
+        self._waiting: Frame | None = None
+        self._paced, self._pace = False, QTimer(self)
+        self._pace.setSingleShot(True)
+        self._pace.timeout.connect(self._show_waiting)
+        self._words = ""
+        self._lay_out()
+        self.bar.maximum_changed.connect(self._on_maximum_changed)
+        self.map.display.picture_changed.connect(self._overlay_body)
+        self._show_overlays()
+        for view, other in ((self.robot, self.map), (self.map, self.robot)):
+            view.poke_pressed.connect(self.poke_pressed)
+            view.poke_moved.connect(self.poke_moved)
+            view.poke_released.connect(self.poke_released)
+            view.card.open_requested.connect(self.open_requested)
+            view.card.cancel_requested.connect(self.cancel_requested)
+            view.taxel_selector.chosen.connect(self.selection.take)
+            view.taxel_selector.abandoned.connect(self.selection.abandon)
+            view.cleared.connect(self.selection.clear)
+            view.hovered.connect(other.set_hover)
+            view.interaction.space_tapped.connect(self.space_tapped)
+            view.interaction.latch_requested.connect(self.latch_requested)
+            view.interaction.menu_requested.connect(partial(self._on_menu_requested, view))
+            view.hovered.connect(self._on_hovered)
+
+    def _lay_out(self) -> None:
+        right = self._right = QWidget()
+        row = QHBoxLayout(right)
+        row.setContentsMargins(0, 0, 0, 0)
+        row.setSpacing(0)
+        row.addWidget(self.bar)
+        row.addWidget(self.map, 1)
+        self._splitter = QSplitter(Qt.Orientation.Horizontal)
+        self._splitter.setChildrenCollapsible(False)
+        self._splitter.setHandleWidth(1)
+        for side in (self.robot, right):
+            side.setMinimumWidth(_NARROWEST)
+            self._splitter.addWidget(side)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.addWidget(self._splitter)
+        self.level()
+
+    def show_only(self, *, robot: bool, map_: bool) -> None:
+        """Without one of the views, and however narrow; the scale of pressures stays. For pictures."""
+        self.robot.setVisible(robot)
+        self.map.setVisible(map_)
+        for side in (self.robot, self._right):
+            side.setMinimumWidth(0)
+        if not map_:
+            self._right.setFixedWidth(self.bar.sizeHint().width())
+
+    def level(self) -> None:
+        """Give both sides the same width."""
+        self._splitter.setSizes([1000, 1000])
+
+    def show_prepared(self, prepared: PreparedScene) -> None:
+        """Another robot and map."""
+        self._waiting = None
+        self.robot.show_prepared(prepared)
+        self.map.show_prepared(prepared)
+        self.selection.reset(len(prepared.skin))
+        self._overlay_body()
+        self._task.show_map(prepared.map)
+        self._on_hovered(None)
+
+    def set_paced(self, *, on: bool) -> None:
+        """Whether frames wait until both views can show them; what comes meanwhile is dropped for both."""
+        self._paced = on
+
+    def show_frame(self, frame: Frame) -> None:
+        """Another instant, of which both views make a picture; the newest wins while one of them is busy.
+
+        The map would be sooner, and then show another instant than the body does.
+        """
+        self._waiting = frame
+        self._show_waiting()
+
+    def _show_waiting(self) -> None:
+        frame = self._waiting
+        if frame is None:
+            return
+        rest = self.robot.display.rest_ms(frame) if self._paced else 0.0
+        if rest > 0:
+            self._pace.start(int(np.ceil(rest)))
+            return
+        self._waiting = None
+        self._pace.stop()
+        self._show(frame)
+        if self._paced:
+            self.robot.display.draw_soon()
+
+    def _show(self, frame: Frame) -> None:
+        """The map first, it is what the finger waits for."""
+        self._task.show_frame(frame)
+        self.map.display.show_frame(frame, task=self._task.shown)
+        self.map.viewport().repaint()
+        self.robot.display.show_frame(frame)
+        self.robot.display.show_task(self._task.shown)
+        self.bar.set_units(frame.units)
+        self.bar.set_peak(1e-3 * float(frame.pressures.max(initial=0.0)))
+        self._read_out()
+
+    def show_overlaid(self, regions: Sequence[ContactRegion]) -> None:
+        """Outline contacts of a second recording on the map; none for none."""
+        self.map.display.show_overlaid(regions)
+
+    def show_settings(self, settings: ControlSettings) -> None:
+        """By these the arm is led in what is shown."""
+        self._task.show_settings(settings)
+        self._show_task()
+
+    def _show_task(self) -> None:
+        for view in (self.map, self.robot):
+            view.display.show_task(self._task.shown)
+
+    def set_faults(self, faults: TaxelFaults) -> None:
+        """Both mark the taxels that do not read what touches them."""
+        self.faults = faults
+        for view in (self.map, self.robot):
+            view.display.set_faults(faults)
+        self._read_out()
+        self.faults_changed.emit(faults)
+
+    def show_loading(self, text: str, fraction: float) -> None:
+        """The first robot is being prepared: one view says how far that is, the other waits."""
+        self.robot.card.show_loading(text, fraction)
+        self.map.card.show_waiting()
+
+    def show_last(self) -> None:
+        """Back to what was shown before, or to nothing."""
+        for view in (self.robot, self.map):
+            view.card.show_last()
+
+    def show_mode(self, mode: str) -> None:
+        """``live``, ``paused``, ``replaying`` or ``empty``."""
+        for view in (self.robot, self.map):
+            view.display.set_replaying(replaying=mode == Mode.REPLAYING)
+            view.display.set_paused(paused=mode == Mode.PAUSED)
+
+    def set_overlays(self, overlays: OverlayOptions) -> None:
+        """Both show what View > Overlay asks for."""
+        self.overlays = overlays
+        self._show_overlays()
+        self._read_out()
+        self.overlays_changed.emit(overlays)
+
+    def _show_overlays(self) -> None:
+        self.map.display.set_overlays(self.overlays)
+        self.robot.display.show_layers(self.overlays.shown)
+        self._overlay_body()
+
+    def _overlay_body(self) -> None:
+        """The body shows the map's picture where there is one; touch alone it draws finer by itself."""
+        textured = self.overlays.ground is not BaseLayer.PRESSURE
+        self.robot.display.set_picture(self.map.display.skin_texture, textured=textured)
+
+    def set_tool(self, tool: ToolKind) -> None:
+        """Both views take another tool."""
+        self.tool = tool
+        for view in (self.robot, self.map):
+            view.set_tool(tool)
+
+    def set_view_tool(self, tool: ViewTool | None) -> None:
+        """The tool that edits or controls, in both views; None for one that does neither."""
+        for view in (self.robot, self.map):
+            view.set_view_tool(tool)
+
+    def show_document(self, document: MapDocument, *, in_gesture: bool = False, led: bool = True) -> None:
+        """The same skin's map, edited; ``in_gesture`` while a gesture changes it, ``led`` where control uses it."""
+        if not in_gesture:
+            # Before the map: the picture that comes from there is laid on the body by the charts the body knows.
+            self.robot.display.show_map(document.map)
+        self.map.display.show_document(document, in_gesture=in_gesture)
+        if not in_gesture:
+            self._task.show_map(document.map, led=led)
+            self._show_task()
+        self._read_out()
+
+    def resize_brush(self, steps: int) -> None:
+        """Make the brush so many steps larger, or smaller where negative."""
+        self.brush = resized_brush(self.brush, steps)
+        for view in (self.robot, self.map):
+            view.taxel_selector.set_radius(self.brush)
+
+    def frame_all(self) -> None:
+        """Both show everything."""
+        self.robot.frame_all()
+        self.map.frame_all()
+
+    def show_taxels(self, taxels: IntArray) -> None:
+        """Select these taxels (k,), at least one, and bring them into sight in both views."""
+        prepared = self.robot.display.prepared
+        if prepared is not None:
+            self.selection.take(SelectionUpdate(taxels, SelectionMode.REPLACE))
+            self.map.frame_taxels(taxels)
+            self.robot.display.look_at(prepared.skin.taxel_point(int(taxels[0])))
+
+    def select_taxel(self, taxel: int) -> None:
+        """Select this taxel and no other."""
+        self.selection.take(SelectionUpdate(np.array([taxel]), SelectionMode.REPLACE))
+
+    def frame_patch(self, at: SurfacePoint) -> None:
+        """Both look at the patch of a place of the skin, from above that place."""
+        prepared = self.robot.display.prepared
+        if prepared is not None:
+            first, last = prepared.skin.first[at.patch : at.patch + 2]
+            if last > first:
+                self.map.frame_taxels(np.arange(first, last))
+            self.robot.display.look_at(at)
+
+    def frame_seam(self, patch: int, vertices: IntArray, places: FloatArray) -> None:
+        """Both look at a seam: vertices (k,) of a patch, and places (n, 2) [m] of both its sides on the map."""
+        self.map.frame_places(places)
+        self.robot.display.frame_seam(patch, vertices)
+
+    def set_theme(self, theme: Theme) -> None:
+        """Take another theme."""
+        for part in (self.robot.display, self.map, self.bar):
+            part.set_theme(theme)
+
+    def _on_menu_requested(self, view: RobotView | MapView, pixel: QPointF) -> None:
+        self.menu_requested.emit(view.pointed_at(pixel), view.mapToGlobal(pixel.toPoint()))
+
+    def _on_maximum_changed(self, kilopascals: float) -> None:
+        self.scale = PressureScale(kilopascals)
+        for part in (self.robot.display, self.map.display, self.bar):
+            part.set_scale(self.scale)
+
+    def _on_selection_changed(self) -> None:
+        for view in (self.robot, self.map):
+            view.display.set_selection(self.selection.taxels, self.selection.inks)
+        taxels = self.selection.taxels
+        words = f"{len(taxels)} taxels selected"
+        prepared = self.robot.display.prepared
+        if len(taxels) == 1 and prepared is not None:
+            name = taxel_words(prepared.skin, int(taxels[0]))
+            words = f"{name[0].upper()}{name[1:]} selected"
+        self.selection_told.emit(words if len(taxels) else "")
+
+    def _on_hovered(self, at: SurfacePoint | None) -> None:
+        self._hover = at
+        self.hovered.emit(at)
+        self._read_out()
+
+    def _read_out(self) -> None:
+        words = self.map.display.words_for(self._hover)
+        if words != self._words:
+            self._words = words
+            self.read_out.emit(words)

@@ -1,0 +1,1 @@
+"""What a map view shows: shapes, coordinates and colours."""

@@ -1,0 +1,170 @@
+"""Where the map is not one-to-one while it is edited: flipped triangles and overlaps, found and marked.
+
+What belongs to a chart is found once, the rest by the layout (no Qt): of the patches that are shown, what
+``MapQuality`` counts. The item marks them so that they cannot be overlooked.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+from PySide6.QtCore import QRectF, Qt
+from PySide6.QtGui import QColor, QPainter, QPolygonF
+from PySide6.QtWidgets import QGraphicsItem, QStyleOptionGraphicsItem, QWidget
+
+from tactile_maps.core.arrays import FloatArray, IntArray, freeze_arrays
+from tactile_maps.editing.document import MapDocument
+from tactile_maps.flattening.bijectivity import crossing_sides, flipped
+from tactile_maps.flattening.chart import Chart
+from tactile_maps.maps.evaluation.distortion import nested_patches
+from tactile_widgets.common.colours import Theme
+from tactile_widgets.views.map.items.map_coordinates import SceneTransform
+from tactile_widgets.views.map.items.map_items import ZOrder, cosmetic_pen, padded_bounds, to_lines, to_polygon
+
+
+@dataclass(frozen=True, eq=False)
+class Flaws:
+    """Where a map is not one-to-one.
+
+    Attributes:
+        flips: (f, 3, 2) the triangles that lie upside down [m].
+        overlaps: (k, 2) places where two parts of a border meet, and within each patch that lies in another [m].
+    """
+
+    flips: FloatArray
+    overlaps: FloatArray
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, "flips", "overlaps")
+
+
+@dataclass(frozen=True, eq=False)
+class _ChartFlaws:
+    """A chart's own flaws, in its own frame.
+
+    Attributes:
+        chart: Whose.
+        loops: Its borders, as points of the chart.
+        flips: (f, 3, 2) [m].
+        overlaps: (k, 2) [m].
+    """
+
+    chart: Chart
+    loops: Sequence[IntArray]
+    flips: FloatArray
+    overlaps: FloatArray
+
+
+class FlawFinder:
+    """Finds the flaws of one document after the other. Mutable: remembers the charts of the last one.
+
+    Cost: 1 ms where only patches were moved and none overlap; 3 ms for a new chart of 10,000 faces.
+    """
+
+    def __init__(self) -> None:
+        self._own: list[_ChartFlaws] = []
+
+    def of(self, document: MapDocument) -> Flaws:
+        """The flaws of the patches that are shown, on the map."""
+        known: Sequence[_ChartFlaws | None] = self._own or [None] * len(document.charts)
+        self._own = [_chart_flaws(chart, old) for chart, old in zip(document.charts, known, strict=True)]
+        seen = [k for k, patch in enumerate(document.patches) if patch.visible]
+        flips, overlaps = [np.zeros((0, 3, 2))], [np.zeros((0, 2))]
+        for number in seen:
+            placement, own = document.layout.placements[number], self._own[number]
+            flips.append(placement.apply(own.flips))
+            overlaps.append(placement.apply(own.overlaps))
+        overlaps.append(self._between(document, seen))
+        return Flaws(np.concatenate(flips), np.concatenate(overlaps))
+
+    def _between(self, document: MapDocument, seen: Sequence[int]) -> FloatArray:
+        """(k, 2) where patches lie on each other; only those whose boxes do are looked at."""
+        placements = document.layout.placements
+        outer = {k: placements[k].apply(self._own[k].chart.plane[self._own[k].loops[0]]) for k in seen}
+        low, high = ({k: f(points, axis=0) for k, points in outer.items()} for f in (np.min, np.max))
+        pairs = [(a, b) for a, b in combinations(seen, 2) if (low[a] <= high[b]).all() and (low[b] <= high[a]).all()]
+        near = sorted({number for pair in pairs for number in pair})
+        if not near:
+            return np.zeros((0, 2))
+        borders = [[placements[k].apply(self._own[k].chart.plane[loop]) for loop in self._own[k].loops] for k in near]
+        insides = [placements[k].apply(_interior_point(self._own[k].chart))[0] for k in near]
+        loops = [loop for border in borders for loop in border]
+        owner = np.concatenate([np.full(len(loop), k) for k, border in enumerate(borders) for loop in border])
+        i, j = crossing_sides(*loops)
+        other = owner[i] != owner[j]
+        return np.concatenate([_midpoints(loops, i[other], j[other]), nested_patches(borders, insides)])
+
+
+def _interior_point(chart: Chart) -> FloatArray:
+    """(1, 2) a place of the chart [m]."""
+    return np.asarray(chart.plane[chart.faces[0]].mean(axis=0, keepdims=True))
+
+
+def _chart_flaws(chart: Chart, known: _ChartFlaws | None) -> _ChartFlaws:
+    if known is not None and known.chart is chart:
+        return known
+    same = known is not None and np.array_equal(known.chart.faces, chart.faces)
+    # All borders: holes have some too, and a tube's map may run into its own.
+    loops: Sequence[IntArray] = known.loops if known is not None and same else chart.connectivity.boundary_loops
+    points = [chart.plane[loop] for loop in loops]
+    flips = chart.plane[chart.faces[flipped(chart.plane, chart.faces)]]
+    return _ChartFlaws(chart, loops, flips, _midpoints(points, *crossing_sides(*points)))
+
+
+def _midpoints(loops: Sequence[FloatArray], i: IntArray, j: IntArray) -> FloatArray:
+    """(k, 2) the middles of the ends of pairs of sides, numbered through the loops."""
+    if not len(i):
+        return np.zeros((0, 2))
+    start, end = np.concatenate(loops), np.concatenate([np.roll(loop, -1, axis=0) for loop in loops])
+    return np.asarray(0.25 * (start[i] + end[i] + start[j] + end[j]))
+
+
+_CROSS_PX = 5.0
+_MAX_MARKS = 400
+"""Marks drawn; where a map is as broken as that, more would only hide it."""
+
+
+class FlawsItem(QGraphicsItem):
+    """A red triangle with a dot for every flip, a red cross for every overlap, whatever the zoom. Mutable: ``mark``."""
+
+    def __init__(self, theme: Theme) -> None:
+        super().__init__()
+        self._triangles: list[QPolygonF] = []
+        self._dots = QPolygonF()
+        self._crosses: FloatArray = np.zeros((0, 2))
+        self._bounds = QRectF()
+        self._ink = QColor(theme.fault)
+        self.setZValue(ZOrder.FLAWS)
+
+    def mark(self, flaws: Flaws, frame: SceneTransform) -> None:
+        """Mark these; ``frame`` places the map in the scene."""
+        flips, crosses = frame.to_scene(flaws.flips[:_MAX_MARKS]), frame.to_scene(flaws.overlaps[:_MAX_MARKS])
+        places = np.concatenate([flips.reshape(-1, 2), crosses])
+        self.prepareGeometryChange()
+        self._bounds = padded_bounds(places)
+        self._triangles = [to_polygon(corners) for corners in flips]
+        self._dots = to_polygon(flips.mean(axis=1)) if len(flips) else QPolygonF()
+        self._crosses = crosses
+
+    def boundingRect(self) -> QRectF:
+        """Qt: around all marks."""
+        return self._bounds
+
+    def paint(self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None) -> None:
+        """Qt: draw the marks."""
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        painter.setPen(cosmetic_pen(painter, self._ink, 1.5))
+        painter.setBrush(QColor(224, 49, 49, 120))
+        for triangle in self._triangles:
+            painter.drawPolygon(triangle)
+        painter.setBrush(Qt.BrushStyle.NoBrush)
+        reach = _CROSS_PX / option.levelOfDetailFromTransform(painter.worldTransform())
+        arms = np.array([[[-1.0, -1.0], [1.0, 1.0]], [[-1.0, 1.0], [1.0, -1.0]]])
+        for colour, width in ((QColor(255, 255, 255), 4.5), (self._ink, 2.2)):
+            painter.setPen(cosmetic_pen(painter, colour, 2.2 * width))
+            painter.drawPoints(self._dots)
+            painter.setPen(cosmetic_pen(painter, colour, width))
+            painter.drawLines(to_lines((self._crosses[:, None, None] + reach * arms).reshape(-1, 2, 2)))

@@ -1,0 +1,1 @@
+"""Overlays that are painted on both views."""

@@ -1,0 +1,188 @@
+"""What is handed to the robot view to be drawn on the body: the map's picture as a texture, and the marks of a tool.
+
+Marks are places of the skin; the robot view hides what something else hides. An area around vertices is everything
+nearer to them, along each edge, than to others: ``area_triangles`` and ``area_outlines`` say where that is.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tactile_maps.core.arrays import BoolArray, FloatArray, IntArray
+from tactile_maps.geometry.surface.connectivity import Connectivity
+from tactile_maps.geometry.surface.mesh import SurfacePoint
+from tactile_maps.skin.model.skin import Skin
+from tactile_widgets.common.colours import Theme
+from tactile_widgets.views.overlays.task_overlay import SkinPolyline
+
+
+@dataclass(frozen=True, eq=False)
+class SkinTexture:
+    """The picture of a skin flattened. Its pixels change in place with every frame.
+
+    Attributes:
+        pixels: (h, w) 0xffRRGGBB, row 0 at the top.
+        extent: (2, 2) lower-left and upper-right corner [m].
+        places: For each patch (k, 2) where the points of its chart lie in the picture [m]; not always where they lie on
+            the map, since patches are moved over the map without another picture.
+    """
+
+    pixels: NDArray[np.uint32]
+    extent: FloatArray
+    places: tuple[FloatArray, ...]
+
+
+def area_triangles(faces: IntArray, marked: BoolArray) -> IntArray:
+    """(t, 3, 2) triangles that cover the area around ``marked`` (n,); each corner is halfway between two vertices."""
+    one, two = _turned(faces, marked, 1), _turned(faces, ~marked, 1)
+    whole = faces[marked[faces].all(axis=1)]
+    parts = (
+        np.stack([_mid(whole, k, k) for k in range(3)], axis=1),
+        np.stack([_mid(one, 0, 0), _mid(one, 0, 1), _mid(one, 0, 2)], axis=1),
+        np.stack([_mid(two, 1, 1), _mid(two, 2, 2), _mid(two, 0, 2)], axis=1),
+        np.stack([_mid(two, 1, 1), _mid(two, 0, 2), _mid(two, 0, 1)], axis=1),
+    )
+    return np.concatenate(parts)
+
+
+def area_outlines(faces: IntArray, marked: BoolArray, points: FloatArray) -> list[FloatArray]:
+    """Each (k, 2): the loops around the area, holes too, on a chart with these ``faces`` and ``points`` (n, 2)."""
+    one, two, rim = _turned(faces, marked, 1), _turned(faces, ~marked, 1), Connectivity(faces).boundary_edges
+    here, there = marked[rim].T
+    inside, out, back = rim[here & there], rim[here & ~there], rim[there & ~here]
+    starts = (_mid(one, 0, 1), _mid(two, 0, 2), _mid(inside, 0, 0), _mid(out, 0, 0), _mid(back, 0, 1))
+    ends = (_mid(one, 0, 2), _mid(two, 0, 1), _mid(inside, 1, 1), _mid(out, 0, 1), _mid(back, 1, 1))
+    pairs = [np.sort(np.concatenate(part), axis=1) @ [len(points), 1] for part in (starts, ends)]
+    following = dict(zip(*(part.tolist() for part in pairs), strict=True))
+    loops = []
+    while following:
+        node, after = following.popitem()
+        loop = [node]
+        while after in following:
+            loop.append(after)
+            after = following.pop(after)
+        loops.append(points[np.stack(np.divmod(loop, len(points)), axis=1)].mean(axis=1))
+    return loops
+
+
+def _turned(faces: IntArray, marked: BoolArray, count: int) -> IntArray:
+    """(k, 3) faces with so many marked corners, turned so that a marked one comes first."""
+    own = faces[marked[faces].sum(axis=1) == count]
+    first = marked[own].argmax(axis=1)
+    return own[np.arange(len(own))[:, None], (first[:, None] + np.arange(3)) % 3]
+
+
+def _mid(faces: IntArray, a: int, b: int) -> IntArray:
+    """(k, 2) the pairs of vertices between which points lie halfway; a vertex itself where both are the same."""
+    return faces[:, [a, b]]
+
+
+SEAM_COLOUR = "#343b44"
+"""Of seams on the skin, whose ground is light in both themes."""
+
+
+class MarkRole(Enum):
+    """What a mark means; each has its colour and its dash or shape."""
+
+    SEAM = "seam"
+    HELD = "held"
+    OFFERED = "offered"
+    ERASED = "erased"
+    PIN = "pin"
+    WANTED = "wanted"
+    SKETCHED = "sketched"
+
+    @property
+    def dashed(self) -> bool:
+        """Whether its line is dashed: what is cut, and what could be."""
+        return self in (MarkRole.SEAM, MarkRole.OFFERED, MarkRole.SKETCHED)
+
+    def ink(self, theme: Theme) -> str:
+        """Its colour, as hex."""
+        if self is MarkRole.ERASED:
+            return theme.fault
+        if self in (MarkRole.WANTED, MarkRole.SKETCHED):
+            return theme.intent
+        return {MarkRole.SEAM: SEAM_COLOUR, MarkRole.PIN: "#ffffff"}.get(self, theme.accent)
+
+
+@dataclass(frozen=True, eq=False)
+class EdgeMark:
+    """A line along edges.
+
+    Attributes:
+        patch: Which patch.
+        vertices: (k,) of the patch's surface, in order.
+        role: What it means.
+    """
+
+    patch: int
+    vertices: IntArray
+    role: MarkRole
+
+
+@dataclass(frozen=True, eq=False)
+class PolylineMark:
+    """A line anywhere on one patch.
+
+    Attributes:
+        line: Where.
+        role: What it means.
+    """
+
+    line: SkinPolyline
+    role: MarkRole
+
+
+@dataclass(frozen=True)
+class PointMark:
+    """A small diamond.
+
+    Attributes:
+        at: Where on the skin.
+        role: What it means.
+        large: Whether it is under the pointer.
+    """
+
+    at: SurfacePoint
+    role: MarkRole
+    large: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class AreaMark:
+    """An area around vertices, seen through.
+
+    Attributes:
+        patch: Which patch.
+        vertices: (k,) of the patch's surface.
+    """
+
+    patch: int
+    vertices: IntArray
+
+
+@dataclass(frozen=True, eq=False)
+class ToolMarks:
+    """All of a tool's marks at one moment; the very same object as long as nothing changes.
+
+    Attributes:
+        skin: On which they are; on another none is drawn. None for no marks.
+        lines: Runs of edges.
+        spots: Places.
+        tints: Areas.
+        strokes: Lines across faces.
+    """
+
+    skin: Skin | None = None
+    lines: tuple[EdgeMark, ...] = ()
+    spots: tuple[PointMark, ...] = ()
+    tints: tuple[AreaMark, ...] = ()
+    strokes: tuple[PolylineMark, ...] = ()
+
+
+NO_MARKS = ToolMarks()

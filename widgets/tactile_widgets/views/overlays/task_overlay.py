@@ -1,0 +1,176 @@
+"""What a controller's task looks like, ready to be drawn in both views: path, target, where the contact was."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from itertools import pairwise
+
+import numpy as np
+
+from tactile_maps.contacts.detection.regions import ContactRegion
+from tactile_maps.core.arrays import BoolArray, FloatArray, IntArray, freeze_arrays
+from tactile_maps.core.reading_units import ReadingUnits
+from tactile_maps.geometry.surface.mesh import SurfacePoint
+from tactile_maps.maps.model.tactile_map import TactileMap
+from tactile_maps.skin.model.skin import Skin
+
+TRAIL_SECONDS = 4.0
+"""How long the way of the contact is shown."""
+_STEP = 0.003
+"""Longest side of a line on the body, which bends where the map is straight [m]."""
+_INWARD = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class SkinPolyline:
+    """A line within one patch, on the map and on the body.
+
+    Attributes:
+        patch: Which patch.
+        on_map: (k, 2) corners on the map [m].
+        on_body: (n, 3) the same line, finer, link frame [m].
+        normals: (n, 3) unit, of the skin there.
+    """
+
+    patch: int
+    on_map: FloatArray
+    on_body: FloatArray
+    normals: FloatArray
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, "on_map", "on_body", "normals")
+
+
+@dataclass(frozen=True, eq=False)
+class ReferencePath:
+    """A path as it lies on the skin.
+
+    Attributes:
+        lines: Its pieces, in the direction in which it is walked.
+        crossings: (c, 2, 2) where it goes on elsewhere on the body: from and to on the map [m].
+    """
+
+    lines: tuple[SkinPolyline, ...] = ()
+    crossings: FloatArray = field(default_factory=lambda: np.zeros((0, 2, 2)))
+
+    def __bool__(self) -> bool:
+        """Whether there is anything of it."""
+        return bool(self.lines)
+
+
+NO_PATH = ReferencePath()
+
+
+@dataclass(frozen=True, eq=False)
+class ContactTrail:
+    """Where the contact was in the last seconds, oldest first.
+
+    Attributes:
+        patch: (k,) of each place.
+        on_map: (k, 2) [m].
+        on_body: (k, 3) link frame [m].
+        normals: (k, 3) unit, of the skin there.
+        age: (k,) 0 now, 1 where it has faded.
+        starts: (k,) whether a line begins there anew: after a loss, behind a seam, on another patch; so it does at the
+            first, whatever it says.
+    """
+
+    patch: IntArray = field(default_factory=lambda: np.zeros(0, np.int64))
+    on_map: FloatArray = field(default_factory=lambda: np.zeros((0, 2)))
+    on_body: FloatArray = field(default_factory=lambda: np.zeros((0, 3)))
+    normals: FloatArray = field(default_factory=lambda: np.zeros((0, 3)))
+    age: FloatArray = field(default_factory=lambda: np.zeros(0))
+    starts: BoolArray = field(default_factory=lambda: np.zeros(0, bool))
+
+    @property
+    def lines(self) -> list[slice]:
+        """The parts that are drawn in one go: two places or more."""
+        cuts = [0, *(np.flatnonzero(self.starts[1:]) + 1).tolist(), len(self.starts)]
+        return [slice(a, b) for a, b in pairwise(cuts) if b - a > 1]
+
+    def without_oldest(self, count: int) -> ContactTrail:
+        """The same without the first ``count`` places."""
+        kept = slice(count, None)
+        places = self.on_map[kept], self.on_body[kept], self.normals[kept]
+        return ContactTrail(self.patch[kept], *places, self.age[kept], self.starts[kept])
+
+
+@dataclass(frozen=True, eq=False)
+class TaskOverlay:
+    """All of it at one instant; the very same object as long as nothing changes.
+
+    Attributes:
+        path: Wanted, in pieces, in the direction in which it is walked; the same object while it is the same path.
+        target: Where the contact is wanted now.
+        goal: Its wanted force [N].
+        contact: Id of the region that the task is about; 0 for none.
+        tail: Where it was.
+        controlled: Ids of the regions whose force is controlled, where there are several.
+    """
+
+    path: ReferencePath = field(default_factory=lambda: NO_PATH)
+    target: SurfacePoint | None = None
+    goal: float | None = None
+    contact: int = 0
+    tail: ContactTrail = field(default_factory=ContactTrail)
+    controlled: tuple[int, ...] = ()
+
+    def __bool__(self) -> bool:
+        """Whether there is anything to draw."""
+        return bool(self.path or self.target is not None or self.goal is not None or self.tail.lines)
+
+    def looks_like(self, other: TaskOverlay) -> bool:
+        """Whether a picture of both would be the same."""
+        alike = self.target == other.target and self.goal == other.goal and self.contact == other.contact
+        alike = alike and self.controlled == other.controlled
+        return alike and self.path is other.path and self.tail is other.tail
+
+    def force_words(self, region: ContactRegion, units: ReadingUnits) -> str:
+        """A region's force, beside the goal where it has one; its highest reading where no force may be claimed."""
+        words = units.contact_words(region.force, region.peak)
+        if self.goal is None or region.id not in (self.contact, *self.controlled):
+            return words
+        return f"{region.force:.1f} of {units.contact_words(self.goal, region.peak)}"
+
+
+NO_TASK = TaskOverlay()
+
+
+def lines_on_skin(points: FloatArray, map_: TactileMap) -> tuple[SkinPolyline, ...]:
+    """A polyline (k, 2) [m] on the map, straight as if it had no borders: the parts of it that lie on the skin.
+
+    Cost: 0.3 ms for 100 mm.
+    """
+    fine = _finer(points)
+    if len(fine) > 1:  # ends on a border are drawn in a little, or rounding would put them beside the skin
+        fine[0] += _INWARD * (fine[1] - fine[0])
+        fine[-1] += _INWARD * (fine[-2] - fine[-1])
+    patch, face, weights = map_.to_body_many(fine)
+    cuts = np.flatnonzero(np.diff(patch)) + 1
+    found = []
+    for start, end in zip([0, *cuts.tolist()], [*cuts.tolist(), len(patch)], strict=True):
+        if patch[start] >= 0 and end - start > 1:
+            own = slice(start, end)
+            found.append(
+                SkinPolyline(int(patch[start]), fine[own], *_places(map_.skin, patch[start], face[own], weights[own]))
+            )
+    return tuple(found)
+
+
+def _finer(points: FloatArray) -> FloatArray:
+    """The same polyline with sides no longer than ``_STEP``."""
+    lengths = np.linalg.norm(np.diff(points, axis=0), axis=1)
+    counts = np.maximum(np.ceil(lengths / _STEP), 1).astype(int)
+    shares = np.concatenate([np.arange(count) / count for count in counts] or [np.zeros(0)])
+    sides = np.repeat(np.arange(len(counts)), counts)
+    return np.concatenate([points[sides] + shares[:, None] * (points[sides + 1] - points[sides]), points[-1:]])
+
+
+def _places(skin: Skin, patch: int, face: IntArray, weights: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Positions [m] and unit normals (n, 3) of places of one patch, link frame."""
+    surface = skin.patches[patch].surface
+    corners = surface.faces[face]
+    places, normals = (
+        np.einsum("kc,kcd->kd", weights, part[corners]) for part in (surface.vertices, surface.vertex_normals)
+    )
+    return places, normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)

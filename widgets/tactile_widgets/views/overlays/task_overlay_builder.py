@@ -1,0 +1,202 @@
+"""Puts together how a controller's task looks, once for both views, from settings, frames and the map; without Qt.
+
+``TrailRecorder`` follows where the contact that the task is about was in the last seconds.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from tactile_maps.contacts.detection.regions import ContactRegion
+from tactile_maps.control.controller_registry import has_task
+from tactile_maps.control.motion.command import ControlSettings, TaskReport
+from tactile_maps.control.path_following.surface_path import active_path
+from tactile_maps.core.arrays import BoolArray, FloatArray, IntArray
+from tactile_maps.geometry.surface.mesh import SurfacePoint
+from tactile_maps.maps.model.seam_transitions import SeamTransitions
+from tactile_maps.maps.model.tactile_map import SEAM_RATIO, TactileMap
+from tactile_maps.session.frame import Frame
+from tactile_widgets.views.overlays.task_overlay import (
+    NO_PATH,
+    NO_TASK,
+    TRAIL_SECONDS,
+    ContactTrail,
+    ReferencePath,
+    TaskOverlay,
+    lines_on_skin,
+)
+
+_STEP = 0.0005
+"""Places nearer than this are one [m]."""
+_NEAR = 0.002
+"""Places this near on the body [m] are never taken for parted by a seam, because of rounding."""
+_GAP = 0.5
+"""Between two frames, a longer time than this is a jump in a replay [s]."""
+
+
+class TrailRecorder:
+    """Follows one contact. Mutable; ``reset`` forgets all.
+
+    Attributes:
+        contact: Id of the region followed; 0 for none.
+        tail: For drawing; the very same object as long as nothing changes.
+    """
+
+    def __init__(self) -> None:
+        self.reset()
+
+    def reset(self) -> None:
+        """No contact was anywhere."""
+        self._ats: list[SurfacePoint] = []
+        self._times: FloatArray = np.zeros(0)
+        self._time, self.contact, self.tail = -np.inf, 0, ContactTrail()
+
+    def show_map(self, map_: TactileMap) -> None:
+        """The same places on another map. Cost: 20 µs each."""
+        if self._ats:
+            tail, on_map = self.tail, np.array([map_.to_map(at) for at in self._ats])
+            self.tail = replace(tail, on_map=on_map, starts=tail.starts | _torn(tail.patch, on_map, tail.on_body))
+
+    def follow(self, time: float, regions: Sequence[ContactRegion], map_: TactileMap) -> None:
+        """One more frame: the contact known from before goes on, else the strongest is followed.
+
+        Args:
+            time: Simulated [s]; back, or far on, it is a jump, and what was is forgotten.
+            regions: The strongest first.
+            map_: That is shown.
+
+        Cost: 60 µs while the contact moves.
+        """
+        if not self._time <= time <= self._time + _GAP:
+            self.reset()
+        self._time = time
+        region = next((one for one in regions if one.id == self.contact), regions[0] if regions else None)
+        new = region is not None and region.id != self.contact
+        self.contact = 0 if region is None else region.id
+        if region is not None and (new or not self._rests(region)):
+            self._take(region, map_, new=new)
+        elif region is not None:
+            self._times = np.append(self._times[:-1], time)  # the same place, just now
+        self._age()
+
+    def _rests(self, region: ContactRegion) -> bool:
+        if not self._ats or self._ats[-1].patch != region.at.patch:
+            return False
+        return bool(np.linalg.norm(region.link_position - self.tail.on_body[-1]) < _STEP)
+
+    def _take(self, region: ContactRegion, map_: TactileMap, *, new: bool) -> None:
+        self._ats.append(region.at)
+        self._times = np.append(self._times, self._time)
+        old = self.tail
+        patch = np.append(old.patch, region.at.patch)
+        on_map, on_body = (
+            np.vstack([old.on_map, map_.to_map(region.at)]),
+            np.vstack([old.on_body, region.link_position]),
+        )
+        starts = np.append(old.starts, new) | _torn(patch, on_map, on_body)
+        self.tail = ContactTrail(
+            patch, on_map, on_body, np.vstack([old.normals, region.link_normal]), np.append(old.age, 0), starts
+        )
+
+    def _age(self) -> None:
+        """Forget what is too old; what is left has aged."""
+        gone = int(np.searchsorted(self._times, self._time - TRAIL_SECONDS))
+        if gone:
+            self._ats, self._times, self.tail = self._ats[gone:], self._times[gone:], self.tail.without_oldest(gone)
+        if len(self._ats) > 1:
+            self.tail = replace(self.tail, age=(self._time - self._times) / TRAIL_SECONDS)
+
+
+def _torn(patch: IntArray, on_map: FloatArray, on_body: FloatArray) -> BoolArray:
+    """(k,) whether the way to each place from the one before is no line on the map; not to the first."""
+    steps, apart = (np.linalg.norm(np.diff(places, axis=0), axis=1) for places in (on_map, on_body))
+    torn = (np.diff(patch) != 0) | (steps > SEAM_RATIO * (apart + _NEAR))
+    return np.concatenate([np.zeros(min(len(patch), 1), bool), torn])
+
+
+class TaskOverlayBuilder:
+    """Mutable; ``show_map`` with another skin, and ``reset``, forget what was.
+
+    Attributes:
+        shown: The very same object as long as nothing changes.
+    """
+
+    def __init__(self) -> None:
+        self.shown = NO_TASK
+        self._settings, self._report = ControlSettings(), TaskReport()
+        self._map: TactileMap | None = None
+        self._transitions: SeamTransitions | None = None  # made when a path first asks
+        self._trail, self._led = TrailRecorder(), True
+        self._key: object = None
+        self._path = NO_PATH
+
+    def show_map(self, map_: TactileMap, *, led: bool = True) -> None:
+        """Another map; ``led`` where the arm is led by it, else it has no path. Cost: that of laying the path on it."""
+        if self._map is None or map_.skin is not self._map.skin:
+            self._trail.reset()
+            self._report = TaskReport()
+        elif map_ is not self._map:
+            self._trail.show_map(map_)
+        if map_ is not self._map:
+            self._map, self._transitions = map_, None
+        self._led = led
+        self._put_together()
+
+    def show_settings(self, settings: ControlSettings) -> None:
+        """These are in force; a frame that knows of them may still be to come, as while time stands still."""
+        if _wanted(settings) != _wanted(self._settings):
+            self._report = TaskReport()
+        self._settings = settings
+        self._put_together()
+
+    def show_frame(self, frame: Frame) -> None:
+        """Another instant. Cost: 50 µs while the contact moves."""
+        self._report = frame.task or TaskReport()
+        if self._map is not None and has_task(self._settings.controller):
+            self._trail.follow(frame.time, frame.regions, self._map)
+        else:
+            self._trail.reset()
+        self._put_together()
+
+    def _put_together(self) -> None:
+        settings, report, map_ = self._settings, self._report, self._map
+        if map_ is None or not has_task(settings.controller):
+            self._key, self._path, self.shown = None, NO_PATH, NO_TASK
+            return
+        key = (map_, self._led, _wanted(settings), report.laid_at)
+        if key != self._key:
+            self._key, self._path = key, self._lay(map_)
+        target, trail = self._target(map_), self._trail
+        now = TaskOverlay(self._path, target, report.force_goal, trail.contact, trail.tail, report.controlled)
+        if not now.looks_like(self.shown):
+            self.shown = now
+
+    def _lay(self, map_: TactileMap) -> ReferencePath:
+        """The wanted path as it lies on the skin; nothing where there is none, or none can be."""
+        if self._settings.task != "follow_path" or not self._led:
+            return NO_PATH
+        if self._transitions is None:
+            self._transitions = SeamTransitions(map_)
+        path = active_path(self._settings, self._report, self._transitions)
+        if path is None:
+            return NO_PATH
+        ends = [[map_.to_map(crossing.leaves), map_.to_map(crossing.enters)] for crossing in path.crossings]
+        lines = tuple(line for part in path.points_on_map for line in lines_on_skin(part, map_))
+        return ReferencePath(lines, np.array(ends).reshape(-1, 2, 2))
+
+    def _target(self, map_: TactileMap) -> SurfacePoint | None:
+        """Where the task says; before it has said so, where it will begin."""
+        settings = self._settings
+        if settings.task == "hold_point" and settings.path and self._led:
+            return map_.to_body(np.array(settings.path[0]))
+        if self._report.target is not None or settings.task != "follow_path" or not self._path:
+            return self._report.target
+        return map_.to_body(self._path.lines[0].on_map[0])
+
+
+def _wanted(settings: ControlSettings) -> object:
+    """What the place of path and target depends on."""
+    return has_task(settings.controller), settings.task, settings.path_kind, settings.path, settings.path_size

@@ -1,0 +1,256 @@
+"""Two widgets that show a PyVista plotter, one for every platform, one for a display with OpenGL; and when they draw.
+
+Decision: ``pyvistaqt.QtInteractor`` alone will not do. Without a display it crashes the process, and on software OpenGL
+it draws each frame twice. ``ImageCanvas`` renders off screen and paints the pixels: it works with no X server at all
+and is faster on software OpenGL. ``OpenGLCanvas`` spares the read-back where there is real hardware.
+
+``RenderScheduler`` decides when to draw: after what waits in the event loop, never so often that the rest starves, and
+once more, sharper, when the picture stays.
+"""
+
+from __future__ import annotations
+
+import logging
+import os
+import sys
+import time
+from collections.abc import Callable
+from typing import Any, Protocol
+
+import pyvista as pv
+from PySide6.QtCore import QObject, Qt, QTimer, Signal
+from PySide6.QtGui import QGuiApplication, QImage, QOffscreenSurface, QOpenGLContext, QPainter, QPaintEvent
+from PySide6.QtWidgets import QWidget
+from vtkmodules.util.numpy_support import vtk_to_numpy
+from vtkmodules.vtkCommonCore import vtkUnsignedCharArray
+
+from tactile_maps.core.errors import DisplayError
+
+# Mesa writes its shader cache through a memory map: on a full disk, the system ends the process with SIGBUS, at the
+# start or later. Without the cache, the start takes the same time within 0.5 s.
+os.environ.setdefault("MESA_SHADER_CACHE_DISABLE", "true")
+# PyVista imports matplotlib, which warns on the terminal where it cannot store its list of fonts.
+for name in ("matplotlib", "matplotlib.font_manager"):
+    logging.getLogger(name).setLevel(logging.ERROR)
+if sys.platform == "linux":
+    # Off-screen windows by EGL: with no X server to look for there is nothing to complain about.
+    os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
+
+pv.global_theme.multi_samples = 1  # 4 samples cost four to five times the frame on software OpenGL
+
+
+class Canvas(Protocol):
+    """A widget with a plotter. ``draw`` renders now; ``close_plotter`` gives everything back.
+
+    Attributes:
+        plotter: What is drawn.
+        widget: Shows it.
+        in_software: Whether each triangle costs: there is no graphics card, and pictures are drawn when told to.
+    """
+
+    plotter: Any
+    widget: QWidget
+    in_software: bool
+
+    def draw(self, *, quality: float = 1.0) -> None:
+        """Render the scene, at ``quality`` times the display's own resolution where the canvas can."""
+
+    def close_plotter(self) -> None:
+        """Release the render window; the widget draws nothing after this."""
+
+
+class ImageCanvas(QWidget):
+    """Renders off screen and paints the picture; works on every platform Qt runs on."""
+
+    in_software = True
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.plotter: Any = pv.Plotter(off_screen=True, window_size=(64, 64), lighting="none")
+        self.widget: QWidget = self
+        self._pixels = vtkUnsignedCharArray()
+        self._image: QImage | None = None
+        self._closed = False
+        self.setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)
+        self.setMouseTracking(True)
+
+    def draw(self, *, quality: float = 1.0) -> None:
+        """Render at ``quality`` times the widget's size in device pixels, and repaint."""
+        if self._closed:
+            return
+        ratio = self.devicePixelRatioF() * quality
+        width, height = max(round(self.width() * ratio), 1), max(round(self.height() * ratio), 1)
+        window = self.plotter.render_window
+        if tuple(window.GetSize()) != (width, height):
+            window.SetSize(width, height)
+        window.Render()
+        window.GetRGBACharPixelData(0, 0, width - 1, height - 1, 0, self._pixels)
+        rows = vtk_to_numpy(self._pixels).reshape(height, width, 4)
+        self._rows = rows[::-1].tobytes()  # upper row first; kept, because the image only points to it
+        self._image = QImage(self._rows, width, height, 4 * width, QImage.Format.Format_RGBX8888)
+        self.update()
+
+    def close_plotter(self) -> None:
+        """Release the render window."""
+        if not self._closed:
+            self._closed = True
+            self.plotter.close()
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Qt: the last picture, or the plain ground."""
+        painter = QPainter(self)
+        if self._image is None:
+            painter.fillRect(self.rect(), self.palette().base())
+        else:
+            painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
+            painter.drawImage(self.rect(), self._image)
+        painter.end()
+
+
+class OpenGLCanvas:
+    """``pyvistaqt.QtInteractor`` on a display with OpenGL. Its own mouse handling is not used."""
+
+    in_software = False
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        from pyvistaqt import QtInteractor
+
+        self.plotter: Any = QtInteractor(parent, auto_update=False, lighting="none", multi_samples=1)
+        self.widget: QWidget = self.plotter
+        self.widget.setMouseTracking(True)
+        self.widget.setAcceptDrops(False)  # it would load any dropped file by itself
+
+    def draw(self, *, quality: float = 1.0) -> None:
+        """Ask for one paint at the display's resolution; ``render`` would render twice."""
+        self.plotter.update()
+
+    def close_plotter(self) -> None:
+        """Release the render window."""
+        self.plotter.close()
+
+
+def make_canvas(parent: QWidget | None = None) -> Canvas:
+    """The canvas that suits this display; ``TACTILE_MAPS_CANVAS`` = ``image`` or ``opengl`` decides by hand.
+
+    Raises:
+        DisplayError: The variable says something else.
+    """
+    wanted = os.environ.get("TACTILE_MAPS_CANVAS", "")
+    if wanted not in ("", "image", "opengl"):
+        raise DisplayError(
+            "there is no such canvas",
+            place="TACTILE_MAPS_CANVAS",
+            value=wanted,
+            remedy="Say image or opengl, or unset it",
+        )
+    if wanted == "opengl" or (wanted != "image" and _has_hardware_opengl()):
+        return OpenGLCanvas(parent)
+    return ImageCanvas(parent)
+
+
+def _has_hardware_opengl() -> bool:
+    """Whether Qt can make an OpenGL context here that is not software."""
+    if QGuiApplication.platformName() not in ("xcb", "wayland", "windows", "cocoa"):
+        return False
+    surface, context = QOffscreenSurface(), QOpenGLContext()
+    surface.create()
+    if not (surface.isValid() and context.create() and context.makeCurrent(surface)):
+        return False
+    renderer = _renderer_name(context)
+    context.doneCurrent()
+    return not any(word in renderer.lower() for word in ("llvmpipe", "softpipe", "swrast", "software"))
+
+
+def _renderer_name(context: QOpenGLContext) -> str:
+    functions = context.functions()
+    return str(functions.glGetString(0x1F01)) if functions is not None else "software"  # GL_RENDERER
+
+
+SHORTEST_WAIT_MS = 15.0
+REST_MS = 150
+"""A picture that stays this long is drawn again at twice the resolution, which smooths its edges."""
+HALF_RESOLUTION_FROM_MS = 25.0
+"""While the view is turned, pictures that take longer than this are drawn at half the resolution."""
+REDRAW_UP_TO_MS = 60.0
+"""Pictures that take longer than this are not drawn again at rest."""
+
+
+class RenderScheduler(QObject):
+    """Draws a canvas when asked to, but not at once: many requests become one picture.
+
+    The next picture waits for as long as the last one took, so that at most half the time goes into drawing.
+
+    Args:
+        canvas: What is drawn.
+        parent: Qt parent.
+        clock: Seconds.
+    """
+
+    due = Signal(float)
+    """A picture is about to be drawn, at so many times the display's resolution: bring the scene up to date."""
+    drawn = Signal(float)
+    """A picture was drawn: its milliseconds, with bringing the scene up to date."""
+
+    def __init__(self, canvas: Canvas, parent: QObject, *, clock: Callable[[], float] = time.perf_counter) -> None:
+        super().__init__(parent)
+        self._canvas, self._clock = canvas, clock
+        self._last_ms, self._moving, self._ended = 0.0, False, -1e9
+        self._soon, self._rest = QTimer(self), QTimer(self)
+        for timer, slot in ((self._soon, self._on_soon), (self._rest, self._on_rest)):
+            timer.setSingleShot(True)
+            timer.timeout.connect(slot)
+
+    @property
+    def waiting(self) -> bool:
+        """Whether a picture is still to come."""
+        return self._soon.isActive() or self._rest.isActive()
+
+    @property
+    def rest_ms(self) -> float:
+        """For how long nothing is to be drawn, so that at most half the time goes into it; 0 for no longer."""
+        if self._soon.isActive():
+            return SHORTEST_WAIT_MS
+        return max(self._ended + max(SHORTEST_WAIT_MS, self._last_ms) - 1e3 * self._clock(), 0.0)
+
+    def request(self, *, moving: bool = False) -> None:
+        """Draw soon; ``moving`` while the user turns the view, where speed matters more than sharpness."""
+        self._moving = moving
+        self._rest.stop()
+        if not self._soon.isActive():
+            self._soon.start(round(max(SHORTEST_WAIT_MS, self._last_ms)))
+
+    def hurry(self) -> None:
+        """What was requested is drawn without a rest before it."""
+        if self._soon.isActive():
+            self._soon.start(0)
+
+    def now(self, *, quality: float = 1.0) -> None:
+        """Draw without waiting."""
+        self._soon.stop()
+        self._draw(quality)
+
+    def stop(self) -> None:
+        """Forget what was requested."""
+        self._soon.stop()
+        self._rest.stop()
+
+    def _on_soon(self) -> None:
+        hasty = self._moving and self._last_ms > HALF_RESOLUTION_FROM_MS
+        self._draw(0.5 if hasty else 1.0)
+        if hasty or self._last_ms <= REDRAW_UP_TO_MS:
+            self._rest.start(REST_MS)
+
+    def _on_rest(self) -> None:
+        self._moving = False
+        self._draw(2.0 if self._last_ms <= REDRAW_UP_TO_MS else 1.0)
+
+    def _draw(self, quality: float) -> None:
+        start = self._clock()
+        self.due.emit(quality)
+        self._canvas.draw(quality=quality)
+        self._ended = 1e3 * self._clock()
+        elapsed = self._ended - 1e3 * start
+        if quality <= 1.0:
+            # A hasty picture says what a whole one would take, or speed would switch quality back and forth.
+            self._last_ms = elapsed / quality**2
+        self.drawn.emit(elapsed)

@@ -1,0 +1,372 @@
+"""The live robot under the pointer: presses on the skin become pokes, selections and edits, others move the camera.
+
+``MorphSlider`` lays the skin flat: body at its left end, map at its right.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from PySide6.QtCore import QEvent, QObject, QPointF, QPropertyAnimation, QRectF, Qt, Signal
+from PySide6.QtGui import QFocusEvent, QHideEvent, QKeyEvent, QMouseEvent, QResizeEvent, QShowEvent, QWheelEvent
+from PySide6.QtWidgets import QHBoxLayout, QLabel, QSlider, QVBoxLayout, QWidget
+
+from tactile_maps.core.arrays import BoolArray, FloatArray, IntArray
+from tactile_maps.geometry.surface.mesh import SurfacePoint
+from tactile_maps.session.prepare import PreparedScene
+from tactile_widgets.common.colours import PressureScale, Theme
+from tactile_widgets.common.placeholder_card import CardTexts, PlaceholderCard
+from tactile_widgets.common.tool_kinds import ToolKind
+from tactile_widgets.views.interaction.pointed_at import PointedAt
+from tactile_widgets.views.interaction.poke_gesture import Panned
+from tactile_widgets.views.interaction.select_gesture import Pixel
+from tactile_widgets.views.interaction.view_interaction import ViewInteraction
+from tactile_widgets.views.interaction.view_tool import BodyHit, PointerHit, ViewTool
+from tactile_widgets.views.overlays.body_overlays import NO_MARKS
+from tactile_widgets.views.robot.caption_overlay import CubeFace
+from tactile_widgets.views.robot.picking import BodyTaxels, SkinPicker, facing_pixels
+from tactile_widgets.views.robot.robot_display import RobotDisplay
+from tactile_widgets.views.robot.scene.camera import CameraRay, look_from, orbit, pan, zoom
+from tactile_widgets.views.robot.scene.robot_scene import BodyLayerFactory
+
+_WHEEL_STEP = 1.15
+_TEXTS = CardTexts(
+    "No robot yet",
+    "Open a robot, or drop its file here: MJCF, URDF or a bare mesh.",
+    "Preparing the robot",
+    "The robot could not be opened",
+)
+_DOES = "Press the skin to poke it. Drag beside it, or with the right button, to turn the view."
+STEPS = 100
+EASE_MS = 150
+_WIDTH, _HEIGHT = 190, 24
+
+
+class MorphSlider(QWidget):
+    """A small slider between two words; ``toggle`` goes from one end to the other so that the eye can follow."""
+
+    moved = Signal(float)
+    """The share of flatness asked for, from 0 to 1."""
+
+    def __init__(self, parent: QWidget) -> None:
+        super().__init__(parent)
+        self.setObjectName("morph")
+        self.slider = QSlider(Qt.Orientation.Horizontal, self)
+        self.slider.setRange(0, STEPS)
+        self.slider.setAccessibleName("Flatten: body to map")
+        self.slider.setToolTip("Flatten the skin with the pressures on it; each point moves straight to the map")
+        self.slider.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+        self.slider.valueChanged.connect(self._on_value_changed)
+        row = QHBoxLayout(self)
+        row.setContentsMargins(6, 0, 6, 0)
+        row.setSpacing(6)
+        for part in (QLabel("Body", self), self.slider, QLabel("Map", self)):
+            part.setProperty("role", "caption")
+            row.addWidget(part)
+        self._ease = QPropertyAnimation(self.slider, b"value", self)
+        self._ease.setDuration(EASE_MS)
+        self.resize(_WIDTH, _HEIGHT)
+        self.hide()
+
+    @property
+    def share(self) -> float:
+        """How flat: 0 on the body, 1 as on the map."""
+        return self.slider.value() / STEPS
+
+    def toggle(self) -> None:
+        """To the other end, from wherever it is."""
+        self._ease.stop()
+        self._ease.setStartValue(self.slider.value())
+        self._ease.setEndValue(STEPS if self.share < 0.5 else 0)
+        self._ease.start()
+
+    def reset(self) -> None:
+        """On the body, at once."""
+        self._ease.stop()
+        self.slider.setValue(0)
+
+    def _on_value_changed(self, _value: int) -> None:
+        self.moved.emit(self.share)
+
+
+_CUBE_ROOM = 78
+"""Width that the orientation cube takes in the lower right corner [px]."""
+
+
+class RobotView(QWidget):
+    """A ``RobotDisplay`` and the gestures on it: a ``ViewPort`` whose ``interaction`` emits what the user does.
+
+    Decides nothing.
+
+    Left presses poke the skin, select taxels or go to the active tool, and turn the view beside the skin; the right
+    button turns it everywhere, and so does the left one with Control; middle or with Shift they pan; the wheel zooms;
+    a click on the orientation cube looks from that side, a double click beside the skin frames the robot.
+
+    Args:
+        theme: Colours of everything that is not skin.
+        scale: Colours of pressure.
+        parent: Qt parent.
+        layers: Makes each layer that is drawn on the body, by name.
+        off_screen: Whether it is for pictures that no display shows.
+
+    Attributes:
+        display: What is drawn.
+        card: What is said instead.
+        morph: Lays the skin flat.
+        interaction: The gestures; its signals are also the view's.
+    """
+
+    hidden_changed = Signal()
+    """Other links or objects are left out."""
+
+    beside_skin, turns, idle_cursor = False, True, Qt.CursorShape.OpenHandCursor
+
+    def __init__(
+        self,
+        theme: Theme,
+        scale: PressureScale,
+        parent: QWidget | None = None,
+        *,
+        layers: Mapping[str, BodyLayerFactory] | None = None,
+        off_screen: bool = False,
+    ) -> None:
+        super().__init__(parent)
+        self._picker: SkinPicker | None = None
+        self._taxels: BodyTaxels | None = None
+        self.display = RobotDisplay(self, theme, scale, layers=layers, off_screen=off_screen)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.addWidget(self.display.canvas.widget)
+        self.morph = MorphSlider(self)
+        self.morph.moved.connect(self._on_morphed)
+        self.card = PlaceholderCard(_TEXTS, self)
+        self.card.covered.connect(self._on_covered)
+        gestures = self.interaction = ViewInteraction(self, self)
+        self.poke_pressed, self.poke_moved, self.poke_released = (
+            gestures.poke_pressed,
+            gestures.poke_moved,
+            gestures.poke_released,
+        )
+        self.hovered, self.cleared, self.taxel_selector = gestures.hovered, gestures.cleared, gestures.taxel_selector
+        self.taxel_selector.drawn.connect(self._on_rubber_drawn)
+        self.display.canvas.widget.installEventFilter(self)
+        self.setObjectName("robot-view")
+        self.setAccessibleName("Robot")
+        self.setAccessibleDescription(_DOES)
+        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        self.setMinimumSize(200, 200)
+        self.card.show_empty()
+
+    def show_prepared(self, prepared: PreparedScene) -> None:
+        """Show the robot of ``prepared`` at home, framed; if it cannot be, the last one stays."""
+        self.interaction.show_nothing()
+        picker = SkinPicker(prepared)
+        self.morph.reset()
+        self.card.clear()
+        self.display.show_prepared(prepared)
+        self.morph.show()
+        picker.hidden = self.display.scene.hidden
+        self._picker, self._taxels = picker, BodyTaxels(prepared, picker)
+        self.hidden_changed.emit()
+
+    def hide_bodies(self, bodies: frozenset[int]) -> None:
+        """Leave out these links, with their skin, and objects behind the links, and no others: none is seen or pressed
+        there. The map and the simulation keep them.
+        """
+        if self._picker is not None and bodies != self._picker.hidden:
+            self.interaction.cancel()
+            self._picker.hidden = bodies
+            self.display.hide(bodies)
+            self.hidden_changed.emit()
+
+    def set_tool(self, tool: ToolKind) -> None:
+        """Take another tool; what the user was doing ends."""
+        self.interaction.set_tool(tool)
+
+    def set_view_tool(self, tool: ViewTool | None) -> None:
+        """Give left presses on the skin, and keys, to this tool; None for none."""
+        self.display.overlay.tool = tool
+        self.interaction.set_view_tool(tool)
+
+    def close_view(self) -> None:
+        """Give the graphics back; the view draws nothing after this."""
+        self.set_view_tool(None)
+        self.display.canvas.widget.removeEventFilter(self)
+        self._picker = self._taxels = None
+        self.display.close()
+
+    def _on_covered(self, covered: bool) -> None:
+        if covered:
+            self.interaction.cancel()
+        self.display.cover(covered)
+
+    def _on_morphed(self, share: float) -> None:
+        self.interaction.cancel()
+        self.display.scene.morph(share)
+        self.display.request(moving=True)
+
+    def _on_rubber_drawn(self) -> None:
+        self.display.set_rubber_band(self.taxel_selector.rubber_band)
+
+    # What the user asks.
+
+    def point_at(self, pixel: QPointF) -> SurfacePoint | None:
+        """The place of the skin under a pixel; None beside the skin, and under a message."""
+        if self._picker is None or self.card.isVisible():
+            return None
+        scene = self.display.scene
+        ray = scene.viewpoint.ray((pixel.x(), pixel.y()), self.display.size)
+        return scene.pick_flat(ray) if scene.morphed else self._picker.pick(ray, scene.body_poses)
+
+    def pointed_at(self, pixel: QPointF) -> PointedAt:
+        """What is under a pixel: skin, or else the link or object there."""
+        at = self.point_at(pixel)
+        scene = self.display.scene
+        if at is not None or self._picker is None or self.card.isVisible() or scene.morphed:
+            return PointedAt(at)
+        ray = scene.viewpoint.ray((pixel.x(), pixel.y()), self.display.size)
+        return PointedAt(None, self._picker.bare_body(ray, scene.body_poses))
+
+    def hit_at(self, pixel: QPointF, at: SurfacePoint | None) -> PointerHit | None:
+        """What a tool is told of a pixel over ``at``; None without a robot, and under a message."""
+        if self.display.prepared is None or self.card.isVisible():
+            return None
+        size, tool = self.display.pixel_size(at), self.interaction.view_tool
+        if tool is None or not tool.grabs_links:
+            return PointerHit(at, None, size)
+        ray = self.display.scene.viewpoint.ray((pixel.x(), pixel.y()), self.display.size)
+        return PointerHit(at, None, size, (ray.origin, ray.direction), self._body_along(ray))
+
+    def _body_along(self, ray: CameraRay) -> BodyHit | None:
+        scene = self.display.scene
+        met = None if self._picker is None or scene.morphed else self._picker.any_body(ray, scene.body_poses)
+        if met is None:
+            return None
+        pose = scene.body_poses[met[0]]
+        return BodyHit(met[0], ray.origin + met[1] * ray.direction, ray.direction, pose[:3, 3], pose[:3, :3])
+
+    def empty_at(self, pixel: QPointF) -> bool:
+        """Whether there is neither skin nor orientation cube."""
+        return not self.display.overlay.near_cube(pixel) and self.point_at(pixel) is None
+
+    def over_control(self, pixel: QPointF) -> bool:
+        """Whether the orientation cube is there."""
+        return self._cube_at(pixel) is not None
+
+    def click_control(self, pixel: QPointF) -> None:
+        """Look from the side of the cube that was clicked."""
+        if (side := self._cube_at(pixel)) is not None:
+            self.display.look(look_from(self.display.scene.viewpoint, side.normal))
+
+    def navigate(self, drag: Panned, *, turn: bool) -> None:
+        """Turn around the robot, or pan."""
+        self.display.look((orbit if turn else pan)(self.display.scene.viewpoint, drag.dx, drag.dy, self.height()))
+
+    def set_pointer(self, shape: Qt.CursorShape) -> None:
+        """Give the pointer this shape."""
+        self.display.canvas.widget.setCursor(shape)
+
+    def redraw_tool(self) -> None:
+        """Show what the active tool marks on the body, and paint what it draws over the view."""
+        tool = self.interaction.view_tool
+        self.display.set_marks(NO_MARKS if tool is None else tool.body_marks())
+        self.display.overlay.update()
+
+    def frame_all(self) -> None:
+        """Look at the whole robot again."""
+        self.display.frame_all()
+
+    def set_hover(self, at: SurfacePoint | None) -> None:
+        """Mark the place under the pointer."""
+        self.display.set_hover(at)
+
+    def pixel_of(self, at: SurfacePoint) -> QPointF:
+        """Where a place on the skin is in this view [px]; raises RobotError without a robot."""
+        return self.display.pixel_of(at)
+
+    def taxel_pixels(self) -> FloatArray:
+        """(taxels, 2) where those are that face the eye [px]; NaN for the others."""
+        if self._taxels is None:
+            return np.zeros((0, 2))
+        scene, size = self.display.scene, self.display.size
+        if scene.morphed:
+            return facing_pixels(*scene.flat_taxels(), scene.viewpoint, size)
+        return self._taxels.pixels(scene.viewpoint, size, scene.poses)
+
+    def hidden(self, taxels: IntArray) -> BoolArray:
+        """(k,) which of these the robot itself, or an object, hides; off the body, nothing hides what faces the eye."""
+        scene = self.display.scene
+        if self._taxels is None or scene.morphed:
+            return np.zeros(len(taxels), bool)
+        return self._taxels.hidden(taxels, scene.viewpoint, scene.body_poses)
+
+    def taxel_at(self, pixel: Pixel) -> int | None:
+        """The taxel nearest to the skin under a pixel; None beside the skin."""
+        at = self.point_at(QPointF(*pixel))
+        return None if at is None or self._taxels is None else self._taxels.nearest(at)
+
+    def _cube_at(self, pixel: QPointF) -> CubeFace | None:
+        covered = self.display.prepared is None or self.card.isVisible()
+        return None if covered else self.display.overlay.cube_face_at(pixel)
+
+    # Qt's events.
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        """Qt: all of the canvas's mouse and wheel; the canvas's own handling never sees them."""
+        if isinstance(event, QMouseEvent):
+            self._mouse(event)
+            return True
+        if isinstance(event, QWheelEvent):
+            if not self.interaction.wheel(event):
+                self.display.look(zoom(self.display.scene.viewpoint, _WHEEL_STEP ** (event.angleDelta().y() / 120)))
+            return True
+        if event.type() == QEvent.Type.Leave:
+            self.interaction.leave()
+        return False
+
+    def _mouse(self, event: QMouseEvent) -> None:
+        kind = event.type()
+        if kind == QEvent.Type.MouseMove:
+            self.interaction.move(event)
+        elif kind == QEvent.Type.MouseButtonRelease:
+            self.interaction.release(event)
+        else:
+            self.setFocus(Qt.FocusReason.MouseFocusReason)
+            (self.interaction.press if kind == QEvent.Type.MouseButtonPress else self.interaction.double_click)(event)
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Qt: gestures first; else F frames the robot."""
+        if self.interaction.key(event):
+            event.accept()
+        elif event.key() == Qt.Key.Key_F and not event.modifiers():
+            self.frame_all()
+        else:
+            super().keyPressEvent(event)
+
+    def keyReleaseEvent(self, event: QKeyEvent) -> None:
+        """Qt: part of a gesture."""
+        self.interaction.key_up(event)
+
+    def focusOutEvent(self, event: QFocusEvent) -> None:
+        """Qt: what is held is let go."""
+        self.interaction.focus_out()
+        super().focusOutEvent(event)
+
+    def showEvent(self, event: QShowEvent) -> None:
+        """Qt: catch up with the newest frame."""
+        super().showEvent(event)
+        self.display.request()
+
+    def hideEvent(self, event: QHideEvent) -> None:
+        """Qt: what nobody sees is not drawn."""
+        super().hideEvent(event)
+        self.display.stop()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Qt: draw at the new size, and keep covering it where a message does."""
+        super().resizeEvent(event)
+        self.display.resize()
+        self.card.setGeometry(self.rect())
+        self.morph.move(self.width() - self.morph.width() - _CUBE_ROOM, self.height() - self.morph.height() - 11)
+        self.display.overlay.control = QRectF(self.morph.geometry())

@@ -1,0 +1,1 @@
+"""Actors of the 3-D view."""

@@ -1,0 +1,158 @@
+"""How a scene is first looked at: from where the robot does not hide what it is about, and with that in the middle.
+
+What it is about is known before anything happens: where the first stimulus touches and objects are about to, else
+where the controller's path lies.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tactile_maps.core.arrays import FloatArray, IntArray
+from tactile_maps.core.errors import SceneError
+from tactile_maps.geometry.surface.raycast import RayCaster, ray_caster
+from tactile_maps.session.prepare import PreparedScene
+from tactile_maps.stimuli.skin_locations import SkinLocator
+from tactile_maps.stimuli.stimulus import Stimulus
+
+DEFAULT_DIRECTION = np.array([0.45, 0.95, 0.42])
+"""From the robot to the eye: its front is +x, z is up, and the side is that of a left arm."""
+_SIDES = np.array([[1, 1, 1], [-1, 1, 1], [1, -1, 1], [-1, -1, 1]])
+_OBJECT_POINTS, _TRACK_POINTS, _LIFT = 24, 6, 1e-3
+_LEAST_GAIN = 0.2
+"""A share of all that matters that another side must show more of: people know the usual one."""
+_NEAR = 0.25
+"""An object this near to the skin at home is about to touch it [m]."""
+
+
+@dataclass(frozen=True, eq=False)
+class PlacesOfInterest:
+    """Where things will happen.
+
+    Attributes:
+        points: (k, 3) [m], world, the robot being at home; maybe none.
+        normals: (k, 3) unit, outwards, of places on the skin; NaN for those of objects.
+    """
+
+    points: FloatArray
+    normals: FloatArray
+
+    def __len__(self) -> int:
+        return len(self.points)
+
+
+def places_of_interest(prepared: PreparedScene, poses: FloatArray) -> PlacesOfInterest:
+    """What the scene is about first.
+
+    Args:
+        prepared: The scene.
+        poses: (links, 4, 4) ``T_world_link`` of the robot at home.
+
+    Cost: 2 ms for a stimulus.
+    """
+    scene = prepared.scene
+    found = [_near_objects(prepared, poses)]
+    if scene.stimuli:
+        first = min(scene.stimuli, key=lambda stimulus: stimulus.begin or 0.0)
+        found.append(_of_taxels(prepared, poses, _touched(prepared, first)))
+    points, normals = (np.concatenate([one[k] for one in found]) for k in (0, 1))
+    if not len(points) and (path := scene.control.get("path")):
+        corners = np.array(path, float).reshape(-1, 2)
+        points, normals = _of_taxels(prepared, poses, _nearest(prepared.map.taxel_points, corners))
+    return PlacesOfInterest(points, normals)
+
+
+def _touched(prepared: PreparedScene, stimulus: Stimulus) -> IntArray:
+    """Taxels along the way of a stimulus's first finger; none where its places are not on this skin."""
+    skin = prepared.skin
+    try:
+        tracks = stimulus.tracks(SkinLocator(skin))
+    except SceneError:  # the session says so, with its place in the scene
+        tracks = ()
+    if not tracks:
+        return np.zeros(0, int)
+    track, numbers = tracks[0], []
+    for k in np.unique(np.linspace(0, len(track.points) - 1, _TRACK_POINTS).astype(int)).tolist():
+        patch = int(track.patches[k])
+        own = skin.patches[patch].taxels.positions
+        numbers.append(int(skin.first[patch]) + int(np.linalg.norm(own - track.points[k], axis=1).argmin()))
+    return np.unique(numbers)
+
+
+def _near_objects(prepared: PreparedScene, poses: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Points and normals of the objects, and the skin nearest to each that is close to some."""
+    positions, normals = _of_taxels(prepared, poses, np.arange(len(prepared.skin)))
+    found, outward = [np.zeros((0, 3))], [np.zeros((0, 3))]
+    for number, body in enumerate(prepared.objects):
+        if body.spec.kind == "plane":
+            continue
+        points = _object_points(prepared, number)
+        middle = 0.5 * (points.min(axis=0) + points.max(axis=0))
+        away = np.linalg.norm(positions - middle, axis=1)
+        if len(away) and away.min() > _NEAR + 0.5 * float(np.linalg.norm(np.ptp(points, axis=0))):
+            continue
+        nearest = away.argsort()[:1]
+        found += [points, positions[nearest]]
+        outward += [np.full_like(points, np.nan), normals[nearest]]
+    return np.concatenate(found), np.concatenate(outward)
+
+
+def _of_taxels(prepared: PreparedScene, poses: FloatArray, taxels: IntArray) -> tuple[FloatArray, FloatArray]:
+    """Positions [m] and normals of taxels, (k, 3) each, world."""
+    skin, index = prepared.skin, prepared.robot.link_index
+    own = [poses[index[patch.link]] for patch in skin.patches]
+    at = [p.taxels.positions @ T[:3, :3].T + T[:3, 3] for p, T in zip(skin.patches, own, strict=True)]
+    outward = [p.taxels.normals @ T[:3, :3].T for p, T in zip(skin.patches, own, strict=True)]
+    return np.concatenate(at)[taxels], np.concatenate(outward)[taxels]
+
+
+def _nearest(places: FloatArray, points: FloatArray) -> IntArray:
+    return np.unique([int(np.linalg.norm(places - point, axis=1).argmin()) for point in points])
+
+
+def initial_direction(prepared: PreparedScene, poses: FloatArray, places: PlacesOfInterest) -> FloatArray:
+    """(3,) from the robot to the eye.
+
+    Args:
+        prepared: The scene.
+        poses: (links, 4, 4) of the robot at home, world.
+        places: What is to be seen.
+
+    Cost: 10 ms a link where there are objects or stimuli, else none.
+    """
+    if not len(places):
+        return DEFAULT_DIRECTION
+    links = [(number, link.mesh) for number, link in enumerate(prepared.robot.links) if link.mesh is not None]
+    casters = [(poses[number], ray_caster(mesh)) for number, mesh in links if len(mesh.faces)]
+    seen = [_share_seen(places, side, casters) for side in _SIDES * DEFAULT_DIRECTION]
+    best = int(np.argmax(seen))
+    return (_SIDES[best] if seen[best] > seen[0] + _LEAST_GAIN else _SIDES[0]) * DEFAULT_DIRECTION
+
+
+def _share_seen(places: PlacesOfInterest, away: FloatArray, casters: list[tuple[FloatArray, RayCaster]]) -> float:
+    """Of all places, those that face an eye far away in that direction and that no link hides."""
+    facing = ~(places.normals @ away <= 0)
+    seen = [
+        bool(faces) and not _hidden(point, away, casters) for point, faces in zip(places.points, facing, strict=True)
+    ]
+    return float(np.mean(seen))
+
+
+def _object_points(prepared: PreparedScene, number: int) -> FloatArray:
+    """(k, 3) corners of an object, spread over it, world [m]."""
+    body = prepared.objects[number]
+    corners = body.mesh.vertices[np.linspace(0, len(body.mesh.vertices) - 1, _OBJECT_POINTS).astype(int)]
+    return body.spec.pose.points(corners)
+
+
+def _hidden(point: FloatArray, away: FloatArray, casters: list[tuple[FloatArray, RayCaster]]) -> bool:
+    """Whether the robot stands between a point and an eye far away in that direction."""
+    along = away / np.linalg.norm(away)
+    start = point + _LIFT * along
+    for pose, caster in casters:
+        turn = pose[:3, :3].T
+        if caster.first_hit(turn @ (start - pose[:3, 3]), turn @ along) is not None:
+            return True
+    return False

@@ -1,0 +1,304 @@
+"""More views of the same robot: one with a camera of its own, and a small one that follows the contact.
+
+Each is there only while it is wanted, and draws a few times a second: the first view is what the finger waits for.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+from PySide6.QtCore import QEvent, QObject, QPointF, QSize, Qt, QTimer, Signal
+from PySide6.QtGui import QMouseEvent, QResizeEvent, QShowEvent, QWheelEvent
+from PySide6.QtWidgets import QFrame, QLabel, QVBoxLayout, QWidget
+
+from tactile_maps.contacts.detection.regions import ContactRegion
+from tactile_maps.core.arrays import FloatArray
+from tactile_maps.robots.kinematics import Configuration
+from tactile_maps.session.frame import Frame
+from tactile_maps.session.prepare import PreparedScene
+from tactile_widgets.common.colours import PressureScale, Theme
+from tactile_widgets.views.robot.robot_display import RobotDisplay
+from tactile_widgets.views.robot.scene.camera import Viewpoint, look_from, orbit, pan, zoom
+from tactile_widgets.views.robot.scene.contact_marks import ring_radius
+from tactile_widgets.views.robot.scene.robot_scene import BodyLayerFactory
+
+EVERY_MS = 100
+"""Between two frames that are shown."""
+_WHEEL_STEP = 1.15
+_OTHER_SIDE = np.radians(100.0)
+"""From where the robot view opens, about the vertical [rad]."""
+
+
+class SecondView(QWidget):
+    """The robot from where a person looks in this view: left or right drag turns, middle or Shift pans, wheel zooms.
+
+    Nothing in it is pressed or edited. Mutable; ``close_view`` gives the graphics back.
+
+    Args:
+        theme: Colours of everything that is not skin.
+        scale: Colours of pressure.
+        parent: Qt parent.
+        layers: Makes each layer that is drawn on the body, by name.
+
+    Attributes:
+        display: What is drawn.
+    """
+
+    def __init__(
+        self,
+        theme: Theme,
+        scale: PressureScale,
+        parent: QWidget | None = None,
+        *,
+        layers: Mapping[str, BodyLayerFactory] | None = None,
+    ) -> None:
+        super().__init__(parent)
+        self.setObjectName("second-view")
+        self.setAccessibleName("Second view of the robot")
+        self.setMinimumSize(160, 120)
+        self.display = RobotDisplay(self, theme, scale, layers=layers)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.addWidget(self.display.canvas.widget)
+        self._held: tuple[QPointF, bool] | None = None
+        self._waiting: Frame | None = None
+        self._pace = QTimer(self)
+        self._pace.setSingleShot(True)
+        self._pace.setInterval(EVERY_MS)
+        self._pace.timeout.connect(self._show_waiting)
+        self.display.canvas.widget.installEventFilter(self)
+
+    def sizeHint(self) -> QSize:
+        """Qt."""
+        return QSize(360, 300)
+
+    def show_prepared(self, prepared: PreparedScene) -> None:
+        """Show another robot, framed."""
+        self._pace.stop()
+        self._waiting = None
+        self.display.show_prepared(prepared)
+        self.display.scene.turn_opening(_OTHER_SIDE)
+        self.display.frame_all()
+
+    def show_frame(self, frame: Frame) -> None:
+        """Show an instant; of those that come in between the newest, a little later."""
+        self._waiting = frame
+        if not self._pace.isActive():
+            self._show_waiting()
+
+    def _show_waiting(self) -> None:
+        frame, self._waiting = self._waiting, None
+        if frame is not None and self.display.prepared is not None and len(frame.posture) == self._joints:
+            self.take_frame(frame)
+            self._pace.start()
+
+    def take_frame(self, frame: Frame) -> None:
+        """Draw it soon."""
+        self.display.show_frame(frame)
+
+    @property
+    def _joints(self) -> int:
+        assert self.display.prepared is not None
+        return len(self.display.prepared.robot.joints)
+
+    def close_view(self) -> None:
+        """Give the graphics back; the view draws nothing after this."""
+        self._pace.stop()
+        self.display.canvas.widget.removeEventFilter(self)
+        self.display.close()
+
+    # Qt's events.
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        """Qt: all of the canvas's mouse and wheel."""
+        if isinstance(event, QWheelEvent):
+            self.zoom(_WHEEL_STEP ** (event.angleDelta().y() / 120))
+            return True
+        if not isinstance(event, QMouseEvent):
+            return False
+        kind = event.type()
+        if kind == QEvent.Type.MouseButtonDblClick:
+            self.double_click()
+        elif kind == QEvent.Type.MouseButtonPress:
+            shift = bool(event.modifiers() & Qt.KeyboardModifier.ShiftModifier)
+            self._held = event.position(), event.button() != Qt.MouseButton.MiddleButton and not shift
+        elif kind == QEvent.Type.MouseButtonRelease:
+            self._held = None
+        elif self._held is not None:
+            (before, turns), here = self._held, event.position()
+            self._held = here, turns
+            self.navigate(here - before, turn=turns)
+        return True
+
+    def navigate(self, by: QPointF, *, turn: bool) -> None:
+        """Turn around what is looked at, or pan."""
+        self.display.look((orbit if turn else pan)(self.display.scene.viewpoint, by.x(), by.y(), self.height()))
+
+    def zoom(self, factor: float) -> None:
+        """Go nearer."""
+        self.display.look(zoom(self.display.scene.viewpoint, factor))
+
+    def double_click(self) -> None:
+        """Frame the whole robot."""
+        self.display.frame_all()
+
+    def showEvent(self, event: QShowEvent) -> None:
+        """Qt: now there is somebody to draw for."""
+        super().showEvent(event)
+        self.display.request()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Qt: draw at the new size."""
+        super().resizeEvent(event)
+        self.display.resize()
+
+
+_SHARE, _NARROWEST, _WIDEST, _SHAPE = 0.34, 130, 320, 0.82
+"""Of the robot view's width, bounds [px], and height by width."""
+_HALF_HEIGHT, _RINGS = 0.045, 2.6
+"""Least that is seen around a contact, from its middle up [m]; and how many of its rings."""
+_DRIFT, _TILT = 0.3, np.cos(np.radians(25.0))
+"""The eye goes after a contact that is off the middle by this share of the height, or tilted by so much."""
+_EDGE = 8
+
+
+class ContactInset(QFrame):
+    """A small view in the corner of the robot view that looks at the strongest contact from outside the skin.
+
+    A double click looks there in the robot view.
+
+    Args:
+        theme: Colours of everything that is not skin.
+        scale: Colours of pressure.
+        parent: The robot view; the inset stays in its upper right corner.
+
+    Attributes:
+        view: What is drawn.
+        followed: The contact that is looked at; None before there was one.
+    """
+
+    look_requested = Signal(object)
+    """Look at a SurfacePoint in the robot view."""
+
+    def __init__(self, theme: Theme, scale: PressureScale, parent: QWidget) -> None:
+        super().__init__(parent)
+        self._around = parent
+        self.setObjectName("contact-inset")
+        self.setAccessibleName("Contact, enlarged")
+        self.setToolTip("Follows the strongest contact; double-click to look there in the robot view")
+        self.setStyleSheet("#contact-inset { background: palette(window); border: 1px solid palette(mid); }")
+        self.view = _FollowingView(theme, scale, self)
+        self.view.double_clicked.connect(self._on_double_clicked)
+        self.words = QLabel("No contact yet", self)
+        self.words.setProperty("role", "caption")
+        self.words.setContentsMargins(6, 1, 6, 2)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(1, 1, 1, 1)
+        column.setSpacing(0)
+        column.addWidget(self.view, 1)
+        column.addWidget(self.words)
+        self.followed: ContactRegion | None = None
+        self.view.followed.connect(self._on_followed)
+        parent.installEventFilter(self)
+        self.place()
+
+    def place(self) -> None:
+        """In the corner, as large as the robot view has room for."""
+        room = self._around.size()
+        width = min(max(round(_SHARE * room.width()), _NARROWEST), _WIDEST, room.width())
+        self.setGeometry(room.width() - width - _EDGE, _EDGE, width, round(_SHAPE * width))
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        """Qt: stay in the corner."""
+        if event.type() == QEvent.Type.Resize:
+            self.place()
+        return False
+
+    def mousePressEvent(self, event: QMouseEvent) -> None:
+        """Qt: what is under it is not pressed."""
+        event.accept()
+
+    def close_view(self) -> None:
+        """Give the graphics back."""
+        self._around.removeEventFilter(self)
+        self.view.close_view()
+
+    def _on_followed(self, region: ContactRegion | None, words: str) -> None:
+        self.followed = self.followed if region is None else region
+        self.words.setText(words)
+
+    def _on_double_clicked(self) -> None:
+        if self.followed is not None:
+            self.look_requested.emit(self.followed.at)
+
+
+class _FollowingView(SecondView):
+    """Looks at the strongest contact; without one it stays where it was."""
+
+    followed = Signal(object, str)
+    """The ContactRegion that is looked at, or None; and what is said of it."""
+    double_clicked = Signal()
+
+    def __init__(self, theme: Theme, scale: PressureScale, parent: QWidget) -> None:
+        super().__init__(theme, scale, parent)
+        self.setObjectName("contact-view")
+        self.setAccessibleName("Contact, enlarged")
+        self.setMinimumSize(80, 60)
+        self.display.overlay.hide()
+        self._zoomed = 1.0
+        self._configuration: Configuration | None = None
+
+    def show_prepared(self, prepared: PreparedScene) -> None:
+        """Another robot, on which nothing is followed yet."""
+        super().show_prepared(prepared)
+        self._configuration = Configuration(prepared.robot)
+        self.followed.emit(None, "No contact yet")
+
+    def take_frame(self, frame: Frame) -> None:
+        """Go after the contact, then draw."""
+        super().take_frame(frame)
+        region = max(frame.regions, key=lambda one: one.force, default=None)
+        if region is None:
+            self.followed.emit(None, "No contact")
+            return
+        unit = frame.units.force
+        value = f"{region.force:.1f}\u202f{unit}" if unit else f"{region.force:.3g}"
+        self.followed.emit(region, f"{region.link.replace('_', ' ')}, {value}")
+        self._follow(frame, region)
+
+    def _follow(self, frame: Frame, region: ContactRegion) -> None:
+        configuration = self._configuration
+        if configuration is None:
+            return
+        configuration.update(frame.posture)
+        pose = configuration.pose(region.link)
+        point, normal = pose.points(region.link_position), pose.rotation @ region.link_normal
+        half = max(_HALF_HEIGHT, _RINGS * ring_radius(region)) / self._zoomed
+        view = self.display.scene.viewpoint
+        if not _in_sight(view, point, normal, half):
+            focus = replace(view, eye=point + (view.eye - view.focus), focus=point)
+            away = half / np.tan(np.radians(view.view_angle) / 2)
+            self.display.look(zoom(look_from(focus, normal), focus.distance / away))
+
+    def navigate(self, by: QPointF, *, turn: bool) -> None:
+        """It looks where the contact is."""
+
+    def zoom(self, factor: float) -> None:
+        """Go nearer, and stay so."""
+        self._zoomed = float(np.clip(self._zoomed * factor, 0.1, 10.0))
+        super().zoom(factor)
+
+    def double_click(self) -> None:
+        """Somebody wants to see it in the large view."""
+        self.double_clicked.emit()
+
+
+def _in_sight(view: Viewpoint, point: FloatArray, normal: FloatArray, half: float) -> bool:
+    """Whether a contact is near the middle, seen from outside, and about as large as it should be."""
+    away = view.eye - point
+    distance = float(np.linalg.norm(away))
+    wanted = half / np.tan(np.radians(view.view_angle) / 2)
+    off = float(np.linalg.norm(point - view.focus))
+    return off < _DRIFT * half and float(away @ normal) > _TILT * distance and 0.7 < distance / wanted < 1.4

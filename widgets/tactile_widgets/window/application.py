@@ -1,0 +1,202 @@
+"""Starts the application: on a display, or without one for a picture.
+
+Whether a window can be opened is asked before Qt: see ``display``.
+Off-screen rendering must not look for an X server; VTK reads its variable when it is imported, so the environment is
+set before VTK and Qt are.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from functools import partial
+from pathlib import Path
+from types import TracebackType
+
+from tactile_maps.core.progress import Progress, no_progress
+from tactile_maps.scene.scene import Scene
+from tactile_maps.session.prepare import PreparedScene
+from tactile_maps.session.prepared_cache import prepare_cached
+from tactile_maps.session.session import Session
+
+# Off-screen rendering must not look for an X server; VTK reads this when it is imported, below.
+os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
+os.environ.setdefault("QT_API", "pyside6")
+
+from PySide6.QtCore import QTimer
+from PySide6.QtGui import QIcon
+from PySide6.QtWidgets import QApplication
+
+from tactile_maps.core.assets import asset
+from tactile_widgets.common.application_theme import apply_theme
+from tactile_widgets.common.colours import THEMES
+from tactile_widgets.common.guide_window import GuideWindow
+from tactile_widgets.common.settings import Settings
+from tactile_widgets.dialogs.figures.figure_file import FigureColours, FigurePart, FigureSpec, check_figure_kind
+from tactile_widgets.session.backends import INLINE
+from tactile_widgets.session.session_runner import InlineRunner
+from tactile_widgets.window.display import require_display
+from tactile_widgets.window.ending_signals import EndingSignals, end_at_once
+from tactile_widgets.window.main_window import MainWindow
+from tactile_widgets.window.window_picture import save_window_picture
+
+
+def launch(scene: Scene, *, then: str | None = None) -> int:
+    """Open the window on ``scene`` and return when it is closed.
+
+    Args:
+        scene: What runs.
+        then: A recording or map that is opened as soon as the scene is there.
+
+    Raises:
+        DisplayError: There is no display that answers, or Qt lacks what it needs to draw on it.
+    """
+    require_display()
+    app = make_application()
+    settings = Settings()
+    apply_theme(app, THEMES[settings.theme])
+    window = MainWindow(settings)
+    sys.excepthook = partial(_on_unexpected, window)
+    window.show()
+    if then is not None:
+        open_when_ready(window, then)
+    window.live.open_scene(scene)
+    signals = EndingSignals(app)
+    signals.arrived.connect(partial(end_at_once, window.live))
+    return app.exec()
+
+
+def open_when_ready(window: MainWindow, path: str) -> None:
+    """Open a file once the first scene is there: a map is one of its skin, and after a recording it goes on."""
+
+    def opened(_prepared: object) -> None:
+        window.live.prepared_changed.disconnect(opened)
+        QTimer.singleShot(0, window, partial(window.presenters.files.open_path, path))  # when all know the scene
+
+    window.live.prepared_changed.connect(opened)
+
+
+def show_guide(page: Path) -> int:
+    """Show a page of the guide in a window of its own and return when it is closed.
+
+    Raises:
+        DisplayError: As ``launch``.
+    """
+    require_display()
+    app = make_application()
+    apply_theme(app, THEMES[Settings().theme])
+    window = GuideWindow(page)
+    window.show()
+    return app.exec()
+
+
+def _on_unexpected(
+    window: MainWindow, kind: type[BaseException], error: BaseException, trace: TracebackType | None
+) -> None:
+    """What nobody foresaw in a slot: said in the window, kept in a file, and the window lives on."""
+    if issubclass(kind, KeyboardInterrupt):
+        window.close()
+    else:
+        window.notifier.unexpected(error.with_traceback(trace))
+
+
+def screenshot(
+    scene: Scene,
+    path: str | Path,
+    *,
+    at: float = 2.0,
+    theme: str = "dark",
+    size: tuple[int, int] = (1400, 900),
+    progress: Progress = no_progress,
+) -> None:
+    """Save a picture of the whole window after ``at`` simulated seconds of the scene; needs no display.
+
+    Raises:
+        TactileMapsError: The scene cannot be prepared, or the picture not be written.
+    """
+    os.environ["QT_QPA_PLATFORM"] = "offscreen"
+    prepared = prepare_cached(scene, progress=progress)
+    app = make_application()
+    apply_theme(app, THEMES[theme])
+    window = picture_window(theme, size)
+    try:
+        _play(window, prepared, at)
+        save_window_picture(window, path)
+    finally:
+        window.close()
+
+
+def figure(
+    scene: Scene,
+    path: str | Path,
+    *,
+    part: str = "views",
+    at: float = 2.0,
+    size: tuple[float, float] = (170.0, 85.0),
+    dpi: int = 300,
+    colours: str = "paper",
+    progress: Progress = no_progress,
+) -> None:
+    """Save a figure for a paper after ``at`` simulated seconds of the scene; needs no display.
+
+    Args:
+        scene: What is shown.
+        path: Ending in ``.svg``, ``.pdf`` or ``.png``.
+        part: ``views``, ``robot`` or ``map``.
+        at: Simulated [s].
+        size: Width and height [mm].
+        dpi: Of what is pixels.
+        colours: ``paper``, ``light`` or ``dark``.
+        progress: Told how far it is.
+
+    Raises:
+        TactileMapsError: The scene cannot be prepared, or the figure not be written.
+    """
+    spec = FigureSpec(*size, dpi, FigureColours(colours))  # said before anything is prepared
+    check_figure_kind(path)
+    os.environ["QT_QPA_PLATFORM"] = "offscreen"
+    prepared = prepare_cached(scene, progress=progress)
+    app = make_application()
+    apply_theme(app, THEMES["dark" if colours == "dark" else "light"])
+    window = picture_window("dark" if colours == "dark" else "light", (1400, 900))
+    try:
+        _play(window, prepared, at)
+        window.presenters.figure.save(FigurePart(part), Path(path), spec)
+    finally:
+        window.close()
+
+
+def _play(window: MainWindow, prepared: PreparedScene, seconds: float) -> None:
+    """Run the scene for some simulated time and show the result at the quality of a picture."""
+    window.live.run_session(Session(prepared))
+    QApplication.processEvents()
+    assert isinstance(window.live.runner, InlineRunner)
+    for _ in range(round(seconds / 0.05)):
+        window.live.runner.run_for(0.05)
+        window.live.pump()
+    window.show_quality()
+    QApplication.processEvents()
+    window.robot_view.display.draw_now(quality=2.0)
+    QApplication.processEvents()
+
+
+def picture_window(theme: str, size: tuple[int, int]) -> MainWindow:
+    """A window that runs only when told to and remembers nothing; for pictures and tests."""
+    settings = Settings.temporary()
+    settings.theme = theme
+    window = MainWindow(settings, backends=INLINE)
+    window.resize(*size)
+    window.show()
+    return window
+
+
+def make_application() -> QApplication:
+    """The Qt application, made once a process."""
+    app = QApplication.instance()
+    if isinstance(app, QApplication):
+        return app
+    app = QApplication(sys.argv[:1])
+    app.setApplicationName("Tactile Maps")
+    app.setDesktopFileName("tactile-maps")
+    app.setWindowIcon(QIcon(str(asset("icon.svg"))))
+    return app

@@ -1,0 +1,281 @@
+"""The window: makes views, panels, bars and presenters, and puts them together. It decides nothing."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import partial
+
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QAction, QCloseEvent, QDragEnterEvent, QDropEvent, QKeyEvent, QResizeEvent
+from PySide6.QtWidgets import QApplication, QDockWidget, QMainWindow, QVBoxLayout, QWidget
+
+from tactile_widgets.actions.focused_keys import FocusedKeys
+from tactile_widgets.actions.menus import build_menus
+from tactile_widgets.actions.registry import ActionRegistry
+from tactile_widgets.actions.table import REMEDIES, menu_bar
+from tactile_widgets.common.colour_bar import ColourBar
+from tactile_widgets.common.colours import PressureScale, Theme
+from tactile_widgets.common.settings import Settings
+from tactile_widgets.common.wheel_guard import guard_wheel
+from tactile_widgets.context.app_context import AppContext, ThemeHolder
+from tactile_widgets.context.notification_bar import HintBar, NotificationBar
+from tactile_widgets.context.notifier import Notifier
+from tactile_widgets.dialogs.dialogs import Dialogs
+from tactile_widgets.document.map_editor import MapEditor
+from tactile_widgets.document.recording_notes import RecordingNotes
+from tactile_widgets.panels.model.timing_panel import TimingPanel
+from tactile_widgets.panels.panel_column import PanelColumn
+from tactile_widgets.plots.live_plots import LOWEST, USUAL_HEIGHT, LivePlots
+from tactile_widgets.plots.timeline.recording_plots import RecordingPlots
+from tactile_widgets.plots.timeline.scrub_bar import ScrubBar
+from tactile_widgets.plots.timeline.timeline import Timeline
+from tactile_widgets.presenters.composition import build
+from tactile_widgets.session.backends import BACKGROUND, INLINE, Backends
+from tactile_widgets.session.live_session import LiveSession
+from tactile_widgets.views.linked_views import LinkedViews
+from tactile_widgets.window.first_size import fit_screen
+from tactile_widgets.window.more_views import MoreViews
+from tactile_widgets.window.panel_docks import PanelDocks
+from tactile_widgets.window.status_line import StatusLine
+from tactile_widgets.window.toolbar import SessionToolbar
+from tactile_widgets.window.window_commands import WindowCommands
+from tactile_widgets.workers.map_quality_worker import InlineMapQualityWorker
+
+_LOW_WINDOW = 700
+"""A window is low under this height [px]."""
+
+
+class MainWindow(QMainWindow):
+    """The whole window.
+
+    Args:
+        settings: What it remembers.
+        backends: What does the work; ``INLINE`` in tests and pictures.
+
+    Attributes:
+        context: What the presenters are given; they do not see the window.
+        presenters: What connects everything.
+    """
+
+    def __init__(self, settings: Settings, *, backends: Backends = BACKGROUND) -> None:
+        super().__init__()
+        self.settings, self._backends = settings, backends
+        self._theme = ThemeHolder(settings, self)
+        self.live = LiveSession(self, backends=backends)
+        self.editor = MapEditor(self.live.worker, self)
+        self._build_views()
+        self._build_panels()
+        self._build_bottom()
+        self._build_bars()
+        self.context = AppContext(
+            session=self.live,
+            editor=self.editor,
+            notes=RecordingNotes(self),
+            views=self.views,
+            panels=self.column,
+            plots=self.plots,
+            recording_plots=self.recording_plots,
+            timeline=self.timeline,
+            actions=self._actions,
+            notifier=self.notifier,
+            dialogs=Dialogs(self, settings),
+            settings=settings,
+            backends=backends,
+            theme=self._theme,
+        )
+        self.presenters = build(self.context, self)
+        self.more_views = MoreViews(self.context, self)
+        self.panel_docks = PanelDocks(self, self.column, self.more_views, self.context)
+        self._commands = WindowCommands(self.context, self, self.panels, self.bottom, self.panel_docks)
+        files = self.presenters.files
+        lists = {"robots": files.list_robots, "scenes": files.list_scenes, "recent": files.list_recent}
+        lists["findings"] = self.presenters.studies.list_findings
+        lists["layouts"] = self.panel_docks.list_layouts
+        lists["bodies"] = self.more_views.list_bodies
+        yielding = [key for spec in self._actions.specs if spec.yields for key in spec.keys]  # whoever has them now
+        FocusedKeys(self, yielding, (ScrubBar, ColourBar), (self.robot_view, self.map_view))
+        guard_wheel(self)
+        build_menus(self.menuBar(), self._actions, lists)
+        self._commands.offer_lists(lists)
+        self._connect()
+        self._leaving = False
+        self.setAcceptDrops(True)
+        self.setAnimated(False)
+        fit_screen(self)
+        if settings.geometry is not None:
+            self.restoreGeometry(settings.geometry)
+        if settings.layout is not None:
+            self.panel_docks.arrange(settings.layout)
+        self.views.show_mode(self.live.mode)
+        self._update_title()
+
+    # Building.
+
+    def _build_views(self) -> None:
+        self.views = LinkedViews(self.theme, PressureScale())
+        self.views.set_paced(on=self._backends is not INLINE)  # that one is told when to show what
+        self.robot_view, self.map_view, self.colour_bar = self.views.robot, self.views.map, self.views.bar
+        self.setCentralWidget(self.views)
+        self.notification_bar = NotificationBar(self.theme, self.views)
+        self.timeline = Timeline(self.theme)
+        self.hint_bar = HintBar(self.theme, self.timeline.note)
+        self.hint_bar.hide()
+        self._actions = ActionRegistry(self, self.theme, menus=menu_bar(), remedies=REMEDIES)
+        self._actions.use_keys(replace(self._actions.keymap, changes=self.settings.keys))
+
+    def _build_bars(self) -> None:
+        self.status_line = StatusLine(self)
+        self.setStatusBar(self.status_line)
+        self.readout, self.loading_bar = self.status_line.readout, self.status_line.loading
+        self.session_bar = SessionToolbar(self._actions, self)
+        self.addToolBar(self.session_bar)
+        self.notifier = Notifier(self.notification_bar, self.hint_bar, self.status_line, self.loading_bar, self)
+
+    def _build_panels(self) -> None:
+        self.column = PanelColumn(self.editor)
+        self.column.set_theme(self.theme)
+        self.column.follow(self.live, self.views.selection)
+        if self.settings.folded is not None:
+            self.column.set_folded(self.settings.folded)
+        self.panels = self._dock("Panels", self.column, Qt.DockWidgetArea.RightDockWidgetArea)
+
+    def _build_bottom(self) -> None:
+        self.plots, self.recording_plots = LivePlots(self.theme), RecordingPlots(self.theme)
+        self.plots.follow(self.views.selection)
+        self.plots.enlarged_changed.connect(self._give_plots_room)
+        self.recording_plots.lanes_changed.connect(self._give_plots_room)
+        content = QWidget()
+        column = QVBoxLayout(content)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(0)
+        column.addWidget(self.timeline)
+        column.addWidget(self.plots)
+        column.addWidget(self.recording_plots)
+        self.bottom = self._dock("Timeline and plots", content, Qt.DockWidgetArea.BottomDockWidgetArea)
+        self.setCorner(Qt.Corner.BottomRightCorner, Qt.DockWidgetArea.RightDockWidgetArea)
+
+    def _dock(self, title: str, content: QWidget, area: Qt.DockWidgetArea) -> QDockWidget:
+        dock = QDockWidget(title, self)
+        dock.setObjectName(f"dock-{title.split()[0].lower()}")
+        dock.setTitleBarWidget(QWidget(dock))  # a plain edge: panels have headings of their own
+        dock.setFeatures(QDockWidget.DockWidgetFeature.NoDockWidgetFeatures)
+        dock.setWidget(content)
+        self.addDockWidget(area, dock)
+        return dock
+
+    def _connect(self) -> None:
+        views, line, scene = self.views, self.status_line, self.presenters.scene
+        self.column.help_requested.connect(self._commands.tell_of_panel)
+        self.hint_bar.tour_wanted.connect(self._actions["tour"].trigger)
+        views.read_out.connect(self.readout.setText)
+        views.selection_told.connect(line.selection.setText)
+        views.robot.display.drawn.connect(partial(self.column.get(TimingPanel).add, "3-D view"))
+        scene.title_changed.connect(line.show_title)
+        scene.factor_changed.connect(line.show_factor)
+        scene.rate_changed.connect(line.show_rate)
+        self.session_bar.speed_chosen.connect(self.live.set_speed)
+        self.presenters.state.changed.connect(self.session_bar.show_state)
+        self.column.folded_changed.connect(self._on_folded_changed)
+        self.presenters.map_files.changed.connect(self._update_title)
+        self.live.player_changed.connect(self._update_title)
+        self.presenters.view.panels_wanted.connect(self._commands.show_panels)
+        for part in (
+            views,
+            self.column,
+            self.timeline,
+            self.plots,
+            self.recording_plots,
+            self.notification_bar,
+            self.hint_bar,
+            self._actions,
+        ):
+            self._theme.changed.connect(part.set_theme)
+
+    # Facts.
+
+    def _update_title(self) -> None:
+        """The recording that is replayed, else the map's file; edits of the map are marked only where it is shown."""
+        files, player = self.presenters.map_files, self.live.player
+        path = files.path if player is None else player.path
+        mark = "[*]" if player is None else ""
+        self.setWindowTitle(f"Tactile Maps{mark}" if path is None else f"{path.name}{mark} – Tactile Maps")
+        self.setWindowModified(files.unsaved and player is None)
+
+    def _on_folded_changed(self, names: tuple[str, ...]) -> None:
+        self.settings.folded = names
+
+    @property
+    def theme(self) -> Theme:
+        """The theme in force."""
+        return self._theme.theme
+
+    def set_theme(self, name: str) -> None:
+        """Dress everything in ``dark`` or ``light``."""
+        self._theme.use(name)
+
+    def action(self, name: str) -> QAction:
+        """The action called ``name``."""
+        return self._actions[name]
+
+    def show_quality(self) -> None:
+        """Measure the map that is shown, here and now; of the backends beside the window it comes by itself."""
+        worker = self.live.measurements.map_quality_worker
+        if isinstance(worker, InlineMapQualityWorker):
+            worker.run()
+
+    # Qt.
+
+    def dragEnterEvent(self, event: QDragEnterEvent) -> None:
+        """Qt: files are welcome."""
+        if event.mimeData().hasUrls():
+            event.acceptProposedAction()
+
+    def dropEvent(self, event: QDropEvent) -> None:
+        """Qt: open the first file dropped."""
+        paths = [url.toLocalFile() for url in event.mimeData().urls() if url.isLocalFile()]
+        if paths:
+            self.presenters.files.open_path(paths[0])
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Qt: in a low window the plots give room to the views."""
+        super().resizeEvent(event)
+        self._give_plots_room()
+
+    def _give_plots_room(self) -> None:
+        self.plots.setFixedHeight(self.plots.wanted_height(self.height(), low=self.height() < _LOW_WINDOW))
+        usual = USUAL_HEIGHT if self.height() >= _LOW_WINDOW else LOWEST
+        self.recording_plots.setFixedHeight(self.recording_plots.wanted_height(usual))
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Qt: what no widget wanted; Right steps, where it neither pans the map nor turns a gain."""
+        if event.key() == Qt.Key.Key_Right and not event.modifiers():
+            self.action("step").trigger()
+        else:
+            super().keyPressEvent(event)
+
+    def closeEvent(self, event: QCloseEvent) -> None:
+        """Qt: ask about unsaved edits, complete the recording, end thread and processes, give the graphics back.
+
+        What is being typed is complete first: the field of an undocked panel would tell it when its window is
+        destroyed, after those it tells.
+        """
+        if (typed_in := QApplication.focusWidget()) is not None:
+            typed_in.clearFocus()
+        if self.presenters.map_files.unsaved and not self._leaving:
+            event.ignore()
+            self.presenters.map_files.leave(self._close_for_good)
+            return
+        self.settings.geometry = self.saveGeometry()
+        self.settings.layout = self.panel_docks.layout
+        self.presenters.close()
+        self.live.close()
+        self.more_views.close()
+        self.robot_view.close_view()
+        super().closeEvent(event)
+
+    def _close_for_good(self) -> None:
+        self._leaving = True
+        self.close()
+
+    def createPopupMenu(self) -> None:
+        """Qt: no menu for hiding bars by accident; View has it."""

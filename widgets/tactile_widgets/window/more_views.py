@@ -1,0 +1,194 @@
+"""The views a person may add: a second camera in a panel of its own, and the contact enlarged in the robot view.
+
+Each is made when it is first wanted and given back when it is not any more: what is off costs nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+
+from PySide6.QtCore import QObject, Qt, QTimer
+from PySide6.QtGui import QCloseEvent
+from PySide6.QtWidgets import QDockWidget, QMainWindow, QMenu
+
+from tactile_maps.session.frame import Frame
+from tactile_maps.session.link_levels import LinkLevels
+from tactile_maps.session.prepare import PreparedScene
+from tactile_widgets.common.colours import Theme
+from tactile_widgets.context.app_context import AppContext
+from tactile_widgets.overlays.taxel_faults import TaxelFaults
+from tactile_widgets.views.layers import LAYERS, body_layers
+from tactile_widgets.views.robot.second_view import ContactInset, SecondView
+
+_ROOM_BESIDE = 1200
+"""A window narrower than this has no room for a view more [px]."""
+_MARGIN = 24
+
+
+class _ViewDock(QDockWidget):
+    """Holds the second view; closed, it says so."""
+
+    def __init__(self, view: SecondView, window: QMainWindow, owner: MoreViews) -> None:
+        super().__init__("Second view", window)
+        self._owner = owner
+        self.setObjectName("dock-second")
+        self.setAllowedAreas(Qt.DockWidgetArea.LeftDockWidgetArea | Qt.DockWidgetArea.BottomDockWidgetArea)
+        self.setWidget(view)
+
+    def closeEvent(self, event: QCloseEvent) -> None:
+        """Qt: the action that shows it is off again."""
+        super().closeEvent(event)
+        self._owner.show_second(shown=False)
+
+
+class MoreViews(QObject):
+    """Adds and removes them, and keeps them at what the robot view shows. Mutable.
+
+    Args:
+        context: What the presenters have too.
+        window: Where the second view is docked.
+
+    Attributes:
+        second: The second view; None while it is not wanted.
+        inset: The contact enlarged; likewise.
+    """
+
+    def __init__(self, context: AppContext, window: QMainWindow) -> None:
+        super().__init__(window)
+        self._context, self._window = context, window
+        self.second: SecondView | None = None
+        self.inset: ContactInset | None = None
+        self._dock: _ViewDock | None = None
+        self._refill = QTimer(self)
+        self._refill.setSingleShot(True)
+        self._refill.timeout.connect(self._on_refill)
+        actions = context.actions
+        actions.bind("second_view", lambda: self.show_second(shown=actions["second_view"].isChecked()))
+        actions.bind("contact_inset", lambda: self.show_inset(shown=actions["contact_inset"].isChecked()))
+        session, views = context.session, context.views
+        session.prepared_changed.connect(self._on_prepared_changed)
+        session.frame_ready.connect(self._on_frame_ready)
+        session.worker.levels_made.connect(self._on_levels_made)
+        context.theme.changed.connect(self._on_theme_changed)
+        views.bar.maximum_changed.connect(self._on_scale_changed)
+        views.overlays_changed.connect(self._on_overlays_changed)
+        views.faults_changed.connect(self._on_faults_changed)
+
+    def show_second(self, *, shown: bool) -> None:
+        """Add the second view, or remove it."""
+        self._context.actions["second_view"].setChecked(shown)
+        if shown and self.second is None:
+            layers, views = body_layers(LAYERS), self._context.views
+            self.second = SecondView(self._context.theme.theme, views.scale, layers=layers)
+            self._dock = _ViewDock(self.second, self._window, self)
+            self._window.addDockWidget(Qt.DockWidgetArea.LeftDockWidgetArea, self._dock)
+            if self._window.width() < _ROOM_BESIDE:
+                self._float(self._dock)
+            self._fill(self.second)
+        elif not shown and self.second is not None and self._dock is not None:
+            dock, view, self._dock, self.second = self._dock, self.second, None, None
+            view.close_view()
+            self._window.removeDockWidget(dock)
+            dock.deleteLater()
+
+    def _float(self, dock: QDockWidget) -> None:
+        """Beside the other views there is no room for it: it floats over their lower left corner."""
+        dock.setFloating(True)
+        corner = self._window.mapToGlobal(self._window.rect().bottomLeft())
+        dock.move(corner.x() + _MARGIN, corner.y() - dock.sizeHint().height() - _MARGIN)
+
+    def show_inset(self, *, shown: bool) -> None:
+        """Add the contact enlarged, or remove it."""
+        self._context.actions["contact_inset"].setChecked(shown)
+        robot = self._context.views.robot
+        if shown and self.inset is None:
+            self.inset = ContactInset(self._context.theme.theme, self._context.views.scale, robot)
+            self.inset.look_requested.connect(robot.display.look_at)
+            self.inset.show()
+            self._fill(self.inset.view)
+        elif not shown and self.inset is not None:
+            inset, self.inset = self.inset, None
+            inset.close_view()
+            inset.hide()
+            inset.deleteLater()
+
+    @property
+    def added(self) -> tuple[str, ...]:
+        """Names of those that are shown: ``second``, ``inset``."""
+        views = (("second", self.second), ("inset", self.inset))
+        return tuple(name for name, view in views if view is not None)
+
+    def add(self, names: Collection[str]) -> None:
+        """Have those of these names shown, and no others."""
+        self.show_second(shown="second" in names)
+        self.show_inset(shown="inset" in names)
+
+    def close(self) -> None:
+        """Give their graphics back."""
+        self._refill.stop()
+        self.add(())
+
+    def list_bodies(self, menu: QMenu) -> None:
+        """List the links that can be seen, and the objects: each is looked at."""
+        menu.clear()
+        prepared = self._context.views.robot.display.prepared
+        bodies = [] if prepared is None else [(link.name, link.mesh) for link in prepared.robot.links]
+        bodies += [] if prepared is None else [(body.spec.name, body.mesh) for body in prepared.objects]
+        for number, (name, mesh) in enumerate(bodies):
+            if mesh is not None and len(mesh.vertices):
+                item = menu.addAction(name.replace("_", " ").replace("&", "&&"))
+                item.setObjectName(f"frame-{name}")
+                item.setToolTip(f"Look at {name.replace('_', ' ')} from the side it is seen from now")
+                item.triggered.connect(
+                    lambda _checked=False, number=number: self._context.views.robot.display.frame_body(number)
+                )
+        if menu.isEmpty():
+            menu.addAction("No robot yet").setEnabled(False)
+
+    @property
+    def _shown(self) -> tuple[SecondView, ...]:
+        inset = None if self.inset is None else self.inset.view
+        return tuple(view for view in (self.second, inset) if view is not None)
+
+    def _fill(self, view: SecondView) -> None:
+        session, views = self._context.session, self._context.views
+        view.display.show_layers(views.overlays.shown)
+        view.display.set_faults(views.faults)
+        view.display.set_link_levels(views.robot.display.scene.link_levels)
+        if session.prepared is not None:
+            view.show_prepared(session.prepared)
+        if session.shown is not None:
+            view.show_frame(session.shown)
+
+    def _on_prepared_changed(self, _prepared: PreparedScene) -> None:
+        if self._shown:
+            self._refill.start(0)  # whoever waits for the window goes before: the robot view has just been built
+
+    def _on_refill(self) -> None:
+        for view in self._shown:
+            self._fill(view)
+
+    def _on_frame_ready(self, frame: Frame) -> None:
+        if not self._refill.isActive():  # else it is of a scene that they do not show yet
+            for view in self._shown:
+                view.show_frame(frame)
+
+    def _on_levels_made(self, levels: LinkLevels) -> None:
+        for view in self._shown:
+            view.display.set_link_levels(levels)
+
+    def _on_theme_changed(self, theme: Theme) -> None:
+        for view in self._shown:
+            view.display.set_theme(theme)
+
+    def _on_scale_changed(self, _maximum: float) -> None:
+        for view in self._shown:
+            view.display.set_scale(self._context.views.scale)
+
+    def _on_faults_changed(self, faults: TaxelFaults) -> None:
+        for view in self._shown:
+            view.display.set_faults(faults)
+
+    def _on_overlays_changed(self, _overlays: object) -> None:
+        for view in self._shown:
+            view.display.show_layers(self._context.views.overlays.shown)

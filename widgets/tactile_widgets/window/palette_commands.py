@@ -1,0 +1,96 @@
+"""What the command palette offers: every action, scene, robot and recent file, and every setting of the panels."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
+
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QAbstractSlider, QAbstractSpinBox, QComboBox, QMenu, QWidget
+
+from tactile_widgets.actions.mnemonics import without_mnemonic
+from tactile_widgets.actions.palette import Command
+from tactile_widgets.actions.registry import ActionRegistry, ActionSpec, Menu, key_text
+from tactile_widgets.common.panel import Panel
+from tactile_widgets.panels.panel_column import PanelColumn
+
+ListFiller = Callable[[QMenu], None]
+_LISTS = {
+    "scenes": "Open scene",
+    "robots": "Open robot",
+    "recent": "Open recent",
+    "bodies": "Frame link",
+    "findings": "Findings",
+}
+_CONTROLS = (QComboBox, QAbstractSpinBox, QAbstractSlider)
+
+
+def action_commands(actions: ActionRegistry) -> list[Command]:
+    """Every action of the menus and every remedy, with its menu, its first key and its tip."""
+    paths = dict(_paths(actions.menus, ""))
+    return [
+        Command(
+            f"{paths.get(spec.name, 'Remedy')} > {without_mnemonic(actions[spec.name].text())}".rstrip("…"),
+            actions[spec.name].trigger,
+            key_text(keys[0]) if (keys := actions.keys(spec.name)) else "",
+            actions[spec.name].toolTip(),
+            actions[spec.name].isEnabled(),
+        )
+        for spec in actions.specs
+    ]
+
+
+def _paths(menus: Sequence[Menu], above: str) -> Iterator[tuple[str, str]]:
+    """Name and menus of each action."""
+    for menu in menus:
+        path = f"{above} > {menu.title}" if above else menu.title
+        for item in menu.items:
+            if isinstance(item, Menu):
+                yield from _paths([item], path)
+            elif isinstance(item, ActionSpec):
+                yield item.name, path
+
+
+def listed_commands(menus: Mapping[str, QMenu], lists: Mapping[str, ListFiller]) -> list[Command]:
+    """Scenes, robots and recent files, as their menus list them; ``menus`` hold what was listed before."""
+    commands = []
+    for name, heading in _LISTS.items():
+        lists[name](menus[name])
+        commands += [
+            Command(
+                f"{heading} > {without_mnemonic(entry.text())}",
+                entry.trigger,
+                tip=entry.toolTip(),
+                enabled=entry.isEnabled(),
+            )
+            for entry in menus[name].actions()
+        ]
+    return commands
+
+
+def setting_commands(column: PanelColumn, show: Callable[[], None]) -> list[Command]:
+    """Every drop-down, slider and number of the panels: it is brought into sight and given the keyboard.
+
+    Args:
+        column: Of the panels.
+        show: Has the column itself shown.
+    """
+    commands, seen = [], set[tuple[str, str]]()
+    for panel in column.findChildren(Panel):
+        for control in (found for kind in _CONTROLS for found in panel.findChildren(kind)):
+            name, heading = control.accessibleName().split("\n")[0], panel.accessibleName()
+            if name and (heading, name) not in seen and not control.isHidden():
+                seen.add((heading, name))
+                run = partial(_focus, column, panel, control, show)
+                text = f"Setting > {heading} > {name.split(':')[0]}"
+                around = control.parentWidget()  # a slider's stands in what is hidden with it
+                enabled = control.isEnabled() and not (around is not None and around.isHidden())
+                commands.append(Command(text, run, tip=control.toolTip(), enabled=enabled))
+    return commands
+
+
+def _focus(column: PanelColumn, panel: Panel, control: QWidget, show: Callable[[], None]) -> None:
+    show()
+    column.reveal(panel)
+    column.ensureWidgetVisible(control)
+    control.setFocus(Qt.FocusReason.ShortcutFocusReason)

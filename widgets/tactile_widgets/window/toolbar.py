@@ -1,0 +1,136 @@
+"""The toolbar: play, step, reset, record, speed and the tools.
+
+Where the window is too narrow for words the buttons show their icons alone; what still finds no room is in the menu at
+its end, as Qt has it.
+"""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QSize, Qt, Signal
+from PySide6.QtGui import QAction, QResizeEvent, QShowEvent
+from PySide6.QtWidgets import QComboBox, QMenu, QToolBar, QToolButton, QWidget
+
+from tactile_widgets.actions.registry import ActionRegistry
+from tactile_widgets.actions.state import WindowState
+from tactile_widgets.plots.timeline.playhead import SPEEDS
+
+_WIDTHS = {"pause": 88, "step": 78, "reset": 85, "record": 144, "poke": 92}
+_SELECT_WIDTH = 150
+"""Widths of the buttons with words [px]: enough for the longest word each may show."""
+_ICON_WIDTH = 34
+_MENU_WIDTH = 16
+"""Of a button without words, and of the arrow beside it that opens a menu [px]."""
+
+
+class SessionToolbar(QToolBar):
+    """Holds the buttons of the actions that have one, and the speed.
+
+    Args:
+        actions: The window's actions.
+        parent: Qt parent.
+    """
+
+    speed_chosen = Signal(float)
+    """Simulated seconds per second requested."""
+
+    def __init__(self, actions: ActionRegistry, parent: QWidget | None = None) -> None:
+        super().__init__("Session", parent)
+        self.setObjectName("toolbar")
+        self._actions, self._worded = actions, dict[QToolButton, tuple[int, int]]()
+        self.setMovable(False)
+        self.setIconSize(QSize(16, 16))
+        self.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+        self.setContextMenuPolicy(Qt.ContextMenuPolicy.PreventContextMenu)
+        self._add_buttons("session")
+        self.addSeparator()
+        self.addWidget(self._make_speed())
+        self.addSeparator()
+        self._add_buttons("poke")
+        self.addWidget(self._make_select())
+        self.addSeparator()
+        self._add_buttons("control", words=False)
+        self.addSeparator()
+        self._add_buttons("edit", words=False)
+        self._add_buttons("undo", words=False)
+        self._full = 0
+        self.show_state(WindowState())
+
+    def _add_buttons(self, group: str, *, words: bool = True) -> None:
+        for spec in self._actions.in_toolbar(group):
+            action = self._actions[spec.name]
+            self.addAction(action)
+            button = self.widgetForAction(action)
+            assert isinstance(button, QToolButton)
+            if words:
+                # Fixed widths: a button that changes its word must not move its neighbours.
+                button.setFixedWidth(_WIDTHS[spec.name])
+                self._worded[button] = _WIDTHS[spec.name], _ICON_WIDTH
+            else:
+                button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonIconOnly)
+            button.setAccessibleName(spec.text)
+
+    def _make_speed(self) -> QComboBox:
+        self.speed = QComboBox()
+        self.speed.setObjectName("speed")
+        self.speed.setAccessibleName("Simulation speed")
+        self.speed.setToolTip("Simulated seconds per second requested")
+        for speed in SPEEDS:
+            self.speed.addItem(f"{speed:g}×", speed)
+        self.speed.setCurrentIndex(SPEEDS.index(1.0))
+        self.speed.currentIndexChanged.connect(self._on_speed_chosen)
+        return self.speed
+
+    def _make_select(self) -> QToolButton:
+        """One button for three ways of selecting: it takes the last one, its menu offers all."""
+        self.select = QToolButton()
+        self.select.setObjectName("select")
+        self.select.setAccessibleName("Select taxels")
+        self.select.setPopupMode(QToolButton.ToolButtonPopupMode.MenuButtonPopup)
+        self.select.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+        self.select.setIconSize(self.iconSize())
+        menu = QMenu(self.select)
+        specs = self._actions.in_toolbar("select")
+        for spec in specs:
+            menu.addAction(self._actions[spec.name])
+            self._actions[spec.name].toggled.connect(self._on_select_toggled)
+        self.select.setMenu(menu)
+        self.select.setDefaultAction(self._actions[specs[0].name])
+        self.select.setFixedWidth(_SELECT_WIDTH)
+        self._worded[self.select] = _SELECT_WIDTH, _ICON_WIDTH + _MENU_WIDTH
+        return self.select
+
+    def _on_select_toggled(self, down: bool) -> None:
+        action = self.sender()
+        if down and isinstance(action, QAction):
+            self.select.setDefaultAction(action)
+
+    @property
+    def worded(self) -> bool:
+        """Whether there is room for the buttons' words."""
+        return self.width() >= self._full
+
+    def showEvent(self, event: QShowEvent) -> None:
+        """Qt: only dressed as they will be seen do the buttons know how much room they take."""
+        self._full = self._full or self.sizeHint().width()
+        super().showEvent(event)
+        self._use_room()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Qt: words where they have room."""
+        super().resizeEvent(event)
+        self._use_room()
+
+    def _use_room(self) -> None:
+        styles = Qt.ToolButtonStyle
+        style = styles.ToolButtonTextBesideIcon if self.worded else styles.ToolButtonIconOnly
+        for button, (wide, narrow) in self._worded.items():
+            if button.toolButtonStyle() is not style:
+                button.setToolButtonStyle(style)
+                button.setFixedWidth(wide if self.worded else narrow)
+
+    def show_state(self, state: WindowState) -> None:
+        """What is replayed has a speed of its own."""
+        self.speed.setEnabled(state.mode.running)
+
+    def _on_speed_chosen(self, _index: int) -> None:
+        self.speed_chosen.emit(float(self.speed.currentData()))

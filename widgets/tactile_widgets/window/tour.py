@@ -1,0 +1,340 @@
+"""The tour: five steps on the window itself, each done by doing it; it waits, blocks nothing, and Escape leaves it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from PySide6.QtCore import QEvent, QObject, QPoint, QRect, Qt, QTimer, Signal
+from PySide6.QtGui import QKeyEvent
+from PySide6.QtWidgets import QApplication, QHBoxLayout, QLabel, QMainWindow, QPushButton, QVBoxLayout, QWidget
+
+from tactile_maps.control.motion.command import ControlSettings
+from tactile_maps.core.arrays import FloatArray
+from tactile_widgets.actions.registry import key_text
+from tactile_widgets.common.colours import Theme, mixed
+from tactile_widgets.context.app_context import AppContext
+from tactile_widgets.panels.control.controller_panel import ControllerPanel
+
+_WIDTH, _EDGE = 380, 12
+_TURNED = 0.02
+"""A view is turned once its line of sight has another direction by this [1]."""
+_NEXT_MS = 900
+"""A step that was done is said to be so for as long before the next begins [ms]."""
+
+
+@dataclass(frozen=True)
+class TourStep:
+    """One step.
+
+    Attributes:
+        title: What it is about.
+        text: What to do, with the keys as they are now.
+        where: The widget it is about.
+        begin: Begins to listen for its being done.
+    """
+
+    title: str
+    text: Callable[[], str]
+    where: Callable[[], QWidget]
+    begin: Callable[[], None]
+
+
+class _Frame(QWidget):
+    """A line around the widget that a step is about; the mouse goes through it."""
+
+    def __init__(self, window: QWidget) -> None:
+        super().__init__(window)
+        self.setObjectName("tour-frame")
+        self.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
+        self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
+        self.hide()
+
+
+class _Card(QWidget):
+    """What to do, and two ways on: to the next step, and out."""
+
+    def __init__(self, window: QWidget) -> None:
+        super().__init__(window)
+        self.setObjectName("tour-card")
+        self.setAccessibleName("Tour")
+        self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
+        self.title, self.text = QLabel(self), QLabel(self)
+        self.title.setObjectName("tour-title")
+        self.title.setProperty("role", "heading")
+        self.text.setObjectName("tour-text")
+        self.text.setWordWrap(True)
+        self.skip, self.leave = QPushButton("Skip", self), QPushButton("Leave", self)
+        for button, tip in ((self.skip, "Go on without doing this"), (self.leave, "End the tour (Escape)")):
+            button.setObjectName(f"tour-{button.text().lower()}")
+            button.setToolTip(tip)
+            button.setFocusPolicy(Qt.FocusPolicy.TabFocus)  # a click leaves the keyboard to the views
+        buttons = QHBoxLayout()
+        buttons.addStretch(1)
+        buttons.addWidget(self.skip)
+        buttons.addWidget(self.leave)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(12, 8, 12, 8)
+        column.addWidget(self.title)
+        column.addWidget(self.text)
+        column.addLayout(buttons)
+        self.setFixedWidth(_WIDTH)
+        self.hide()
+
+
+class Tour(QObject):
+    """Goes through the steps. Mutable: ``start`` begins at the first, ``leave`` ends it.
+
+    Args:
+        context: What the steps are about.
+        window: Over which it is shown.
+        show_panels: Has the panels shown.
+    """
+
+    ended = Signal()
+    """It was gone through, or left."""
+
+    def __init__(self, context: AppContext, window: QMainWindow, show_panels: Callable[[], None]) -> None:
+        super().__init__(window)
+        self._context, self._window, self._show_panels = context, window, show_panels
+        self.card, self._frame = _Card(window), _Frame(window)
+        self._controllers_panel = context.panels.get(ControllerPanel)
+        self._steps = self._make_steps()
+        self._at: int | None = None
+        self._sight: FloatArray | None = None
+        self._controller, self._position = "", 0
+        self._moved = self._chosen = False
+        self._waiting = QTimer(self)
+        self._waiting.setSingleShot(True)
+        self._waiting.timeout.connect(self._go_on)
+        self.card.skip.clicked.connect(self._go_on)
+        self.card.leave.clicked.connect(self.leave)
+        self._listen()
+        context.theme.changed.connect(self.set_theme)
+        self.set_theme(context.theme.theme)
+
+    @property
+    def step(self) -> int | None:
+        """Number of the step that is shown, from 0; as many as there are at the end; None while there is no tour."""
+        return self._at
+
+    def start(self) -> None:
+        """Begin, with a session that runs."""
+        if self._at is None:
+            application = QApplication.instance()
+            assert application is not None
+            application.installEventFilter(self)
+        self._context.session.set_paused(paused=False)
+        self._begin(0)
+
+    def leave(self) -> None:
+        """End it, wherever it is."""
+        if self._at is None:
+            return
+        self._at = None
+        self._waiting.stop()
+        application = QApplication.instance()
+        assert application is not None
+        application.removeEventFilter(self)
+        self.card.hide()
+        self._frame.hide()
+        self.ended.emit()
+
+    def set_theme(self, theme: Theme) -> None:
+        """Take another theme."""
+        ground = mixed(theme.panel, theme.accent, 0.10)
+        line = f"1px solid {theme.accent}; border-radius: 6px"
+        self.card.setStyleSheet(f"#tour-card {{ background: {ground}; border: {line}; }}")
+        self._frame.setStyleSheet(f"#tour-frame {{ border: 2px solid {theme.accent}; border-radius: 4px; }}")
+
+    # The steps.
+
+    def _make_steps(self) -> tuple[TourStep, ...]:
+        robot, map_ = (lambda: self._context.views.robot), (lambda: self._context.views.map)
+        return (
+            TourStep(
+                "Turn the view",
+                lambda: "Drag with the right button, or drag beside the robot.",
+                robot,
+                self._look,
+            ),
+            TourStep(
+                "Poke",
+                lambda: "Press the robot's skin and hold: the force grows, and the skin shows its pressure.",
+                robot,
+                self._take_poke,
+            ),
+            TourStep(
+                "The same place on the map",
+                lambda: "The map shows the same skin, flat. Press the map: the finger presses the body there.",
+                map_,
+                self._take_poke,
+            ),
+            TourStep("Move a patch, and undo", self._arrange_text, map_, self._take_arrange),
+            TourStep("Choose a controller", self._controller_text, self._controllers, self._take_controller),
+        )
+
+    def _arrange_text(self) -> str:
+        if self._moved:
+            return f"Now undo it{self._key('undo')}: any step can be undone."
+        return f"Drag a patch of the map with the tool Arrange{self._key('arrange')}. The session goes on."
+
+    def _controller_text(self) -> str:
+        if self._chosen:
+            return "Now press the skin and hold: the arm answers as the controller has it."
+        return "Choose another controller in this panel, such as Hold force."
+
+    def _key(self, name: str) -> str:
+        keys = self._context.actions.keys(name)
+        return f" ({key_text(keys[0])})" if keys else ""
+
+    def _controllers(self) -> QWidget:
+        return self._controllers_panel if not self._chosen else self._context.views.robot
+
+    def _look(self) -> None:
+        self._sight = self._line_of_sight()
+
+    def _take_poke(self) -> None:
+        self._context.actions["poke"].trigger()
+
+    def _take_arrange(self) -> None:
+        history = self._context.editor.history
+        self._moved, self._position = False, 0 if history is None else history.position
+        self._context.actions["arrange"].trigger()
+
+    def _take_controller(self) -> None:
+        self._chosen = False
+        self._take_poke()
+        self._show_panels()
+        self._context.panels.reveal(self._controllers_panel)
+
+    def _line_of_sight(self) -> FloatArray:
+        seen = self._context.views.robot.display.scene.viewpoint
+        along = seen.focus - seen.eye
+        return np.asarray(along / np.linalg.norm(along))
+
+    # Whether it was done.
+
+    def _listen(self) -> None:
+        context = self._context
+        context.views.robot.display.drawn.connect(self._on_drawn)
+        context.views.robot.interaction.poke_pressed.connect(self._on_body_poked)
+        context.views.map.interaction.poke_pressed.connect(self._on_map_poked)
+        context.editor.settled.connect(self._on_settled)
+        context.session.settings_changed.connect(self._on_settings_changed)
+        context.session.mode_changed.connect(self._on_mode_changed)
+
+    def _on_drawn(self, *_cost: object) -> None:
+        if self._at == 0 and self._sight is not None and _apart(self._line_of_sight(), self._sight) > _TURNED:
+            self._done()
+
+    def _on_body_poked(self, _at: object) -> None:
+        if self._at == 1 or (self._at == 4 and self._chosen):
+            self._done()
+
+    def _on_map_poked(self, _at: object) -> None:
+        if self._at == 2 or (self._at == 4 and self._chosen):
+            self._done()
+
+    def _on_settled(self, _document: object, _name: str) -> None:
+        history = self._context.editor.history
+        if self._at != 3 or history is None:
+            return
+        if history.position > self._position:
+            self._moved, self._position = True, history.position
+            self._show()
+        elif self._moved and history.position < self._position:
+            self._done()
+
+    def _on_settings_changed(self, settings: ControlSettings) -> None:
+        other, self._controller = settings.controller != self._controller, settings.controller
+        if self._at == 4 and other:
+            self._chosen = True
+            self._show()
+
+    def _on_mode_changed(self, _mode: str) -> None:
+        """Another scene, or a replay: what the steps are about may be gone."""
+        if not self._context.session.simulating:
+            self.leave()
+
+    def _done(self) -> None:
+        if not self._waiting.isActive():
+            self.card.title.setText(f"✓  {self.card.title.text()}")
+            self._waiting.start(_NEXT_MS)
+            self.card.skip.setText("Next")
+
+    # Going on.
+
+    def _begin(self, number: int) -> None:
+        self._waiting.stop()
+        self._at = number
+        if number < len(self._steps):
+            self._steps[number].begin()
+        self._show()
+
+    def _go_on(self) -> None:
+        if self._at is not None:
+            if self._at < len(self._steps):
+                self._begin(self._at + 1)
+            else:
+                self.leave()
+
+    def _show(self) -> None:
+        if self._at is None:
+            return
+        last = self._at == len(self._steps)
+        self.card.skip.setVisible(not last)
+        self.card.skip.setText("Skip")
+        self.card.leave.setText("Close" if last else "Leave")
+        if last:
+            self.card.title.setText("That is the tour")
+            keys = self._key("keys")
+            self.card.text.setText(f"Help > Keys{keys} lists all gestures and keys, Help > Guide tells the rest.")
+        else:
+            step = self._steps[self._at]
+            self.card.title.setText(f"{self._at + 1} of {len(self._steps)}  {step.title}")
+            self.card.text.setText(step.text())
+        self._place()
+
+    def _place(self) -> None:
+        """The frame around what the step is about; the card below the views, or at their foot where it has no room."""
+        if self._at is None:
+            return
+        views, last = self._context.views, self._at == len(self._steps)
+        around = QRect() if last else self._in_window(self._steps[self._at].where())
+        self._frame.setGeometry(around)
+        self._frame.setVisible(not around.isEmpty())
+        beside, high = self._in_window(views), self.card.heightForWidth(_WIDTH)
+        left = min((around if not around.isEmpty() else beside).center().x() - _WIDTH // 2, beside.right() - _WIDTH)
+        below = beside.bottom() + _EDGE
+        top = below if below + high < self._window.height() - _EDGE else beside.bottom() - high - 3 * _EDGE
+        self.card.setGeometry(max(left, _EDGE), top, _WIDTH, high)
+        self.card.show()
+        for widget in (self._frame, self.card):
+            widget.raise_()
+
+    def _in_window(self, widget: QWidget) -> QRect:
+        """What is seen of a widget, in the window: panels scroll. Empty where it stands in a window of its own."""
+        seen = QRect(widget.mapTo(self._window, QPoint(0, 0)), widget.size()) if self._has(widget) else QRect()
+        above = widget.parentWidget()
+        while above is not None and self._has(above):
+            seen &= QRect(above.mapTo(self._window, QPoint(0, 0)), above.size())
+            above = above.parentWidget()
+        return seen
+
+    def _has(self, widget: QWidget) -> bool:
+        return self._window.isAncestorOf(widget) and widget.window() is self._window and widget.isVisible()
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        """Qt: Escape leaves, and still does what else it does; where things lie otherwise, the card follows."""
+        if isinstance(event, QKeyEvent) and event.type() == QEvent.Type.KeyPress:
+            if event.key() == Qt.Key.Key_Escape and QApplication.activeModalWidget() is None:
+                self.leave()
+        elif event.type() == QEvent.Type.Resize and watched in (self._window, self._context.views):
+            QTimer.singleShot(0, self, self._place)
+        return False
+
+
+def _apart(first: FloatArray, second: FloatArray) -> float:
+    return float(np.linalg.norm(first - second))
