@@ -34,7 +34,8 @@ from tactile_maps.studies.running.case_run import CaseRun
 from tactile_maps.studies.running.sequential import SEED, Settled, run_within
 
 ASSETS = Path(__file__).resolve().parent.parent / "assets"
-TABLES, PAGE = ASSETS / "findings", ASSETS / "guide" / "findings.md"
+TABLES = ASSETS / "findings"
+PAGE = ASSETS / "guide" / "findings.md"
 PATH_TIME = {"representation": representation.FACTORS, "force-feedback": force_feedback.FACTORS}
 FIGURES = TABLES / "figures"
 _COLOURS = "<style>svg{color:#333}@media(prefers-color-scheme:dark){svg{color:#ccc}}</style>"
@@ -79,7 +80,8 @@ def _five_digits(text: str) -> str:
 def take_tables(folder: Path) -> None:
     """Ship the tables of ``folder``; those it has not stay, and ``needs`` ships whole."""
     for study in JUDGED:
-        made, shipped = folder / f"{study}.csv", TABLES / f"{study}.csv"
+        made = folder / f"{study}.csv"
+        shipped = TABLES / f"{study}.csv"
         if made.is_file():
             kept = shipped.read_text(encoding="utf8").partition("\n")[0].split(",")
             shipped.write_text(as_shipped(made.read_text(encoding="utf8"), kept), encoding="utf8", newline="")
@@ -224,7 +226,8 @@ def race(study: str) -> Race:
     cases = [{name: row[name] for name in (*EFFECT.keys, SEED)} for row in rows]
     run = CaseRun(study, lambda case: [known[_case_key(case)]], cases)
     run_within(run, until=math.inf, effect=EFFECT)
-    full, raced = EFFECT.effects(rows), EFFECT.effects(run.rows)
+    full = EFFECT.effects(rows)
+    raced = EFFECT.effects(run.rows)
     answers = {group: (EFFECT.verdict(full[group])[0], EFFECT.verdict(raced[group])[0]) for group in full}
     return Race(run.done, len(cases), answers)
 
@@ -251,7 +254,8 @@ def _racing() -> Iterator[str]:
 
 def _factor(factor: Factor, rows: Sequence[Row]) -> Iterator[str]:
     of = rows_with_nominal(rows, factor)
-    levels, robots = distinct(of, "level"), distinct(of, "robot")
+    levels = distinct(of, "level")
+    robots = distinct(of, "robot")
     kinds = [(robot, jacobian) for robot in robots for jacobian in factor.jacobians]
     several = len(factor.jacobians) > 1
     titles = [f"{robot}, {jacobian}" if several else str(robot) for robot, jacobian in kinds]

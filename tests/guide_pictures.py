@@ -63,7 +63,8 @@ def edited_map(path: Path) -> None:
     """A map being edited: pins, one dragged, under the stretch of areas."""
     with filmed(replace(tm.load_scene("arm"), stimuli=())) as film:
         window = film.window
-        skin, viewport = window.live.prepared.skin, window.map_view.viewport()
+        skin = window.live.prepared.skin
+        viewport = window.map_view.viewport()
         window.presenters.view.set_tool(PINS)
         places = [window.map_view.pixel_of(skin.taxel_point(taxel)).toPoint() for taxel in (20, 150, 300)]
         for place in places[:2]:

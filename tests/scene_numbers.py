@@ -100,7 +100,8 @@ def main(words: list[str]) -> int:
 
 
 def _compare(old_file: Path, new_file: Path) -> int:
-    old, new = np.load(old_file), np.load(new_file)
+    old = np.load(old_file)
+    new = np.load(new_file)
     worst = 0
     for name in old.files:
         if old[name].shape != new[name].shape:

@@ -52,7 +52,8 @@ def folder_of(module, packages):
 
 def branches(first, second):
     """Return the two folders at the level where the paths to two folders part; equal if one contains the other."""
-    first, second = first.split("."), second.split(".")
+    first = first.split(".")
+    second = second.split(".")
     common = next(
         (level for level, (a, b) in enumerate(zip(first, second, strict=False)) if a != b), min(len(first), len(second))
     )
@@ -63,10 +64,12 @@ def test_folders_import_one_way():
     """A folder may import its subfolders, never the reverse; of two neighbouring folders only one imports the other."""
     graph = grimp.build_graph(*PACKAGES, cache_dir=None)
     packages = {module for module in graph.modules if graph.find_children(module)}
-    directions, upward = {}, []
+    directions = {}
+    upward = []
     for module in graph.modules:
         for imported in graph.find_modules_directly_imported_by(module):
-            here, there = folder_of(module, packages), folder_of(imported, packages)
+            here = folder_of(module, packages)
+            there = folder_of(imported, packages)
             if here.startswith(f"{there}."):
                 upward.append(f"{module} -> {imported}")
             elif here != there:

@@ -29,7 +29,8 @@ from tactile_widgets.tools.registry import ARRANGE, PINS
 from tactile_widgets.window.application import make_application, picture_window
 from tactile_widgets.window.main_window import MainWindow
 
-SIZE, WIDTH = (1280, 800), 880
+SIZE = (1280, 800)
+WIDTH = 880
 FRAME_MS = 90
 _LEFT = Qt.MouseButton.LeftButton
 _ARROW = [(0, 0), (0, 17), (4, 13.5), (7, 20), (9.6, 18.8), (6.8, 12.6), (12, 12.4)]
@@ -104,14 +105,17 @@ def _eased(start: QPointF, end: QPointF, frames: int) -> Iterator[QPointF]:
 def play(film: Film) -> None:
     """Everything the tour shows, in order."""
     window = film.window
-    skin, view = window.live.prepared.skin, window.map_view  # type: ignore[union-attr]
+    # type: ignore[union-attr]
+    skin = window.live.prepared.skin
+    view = window.map_view
     viewport = view.viewport()
 
     def on_map(taxel: int, dx: int = 0, dy: int = 0) -> QPoint:
         return view.pixel_of(skin.taxel_point(taxel)).toPoint() + QPoint(dx, dy)
 
     def on_patch(patch: int, share: float) -> int:
-        first, last = skin.first[patch], skin.first[patch + 1]
+        first = skin.first[patch]
+        last = skin.first[patch + 1]
         return int(first + share * (last - first - 1))
 
     film.pass_time(4)

@@ -22,7 +22,10 @@ from tactile_maps.session.frame import Frame
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-_BORDER, _SEAM, _TAXEL, _CONTACT = "0.35", "tab:purple", "0.55", "tab:blue"
+_BORDER = "0.35"
+_SEAM = "tab:purple"
+_TAXEL = "0.55"
+_CONTACT = "tab:blue"
 
 
 def draw_map(
@@ -68,7 +71,8 @@ def draw_map(
         ax.plot(closed[:, 0], closed[:, 1], color=_BORDER, linewidth=0.8)
         for seam in seams:
             ax.plot(1e3 * seam[:, 0], 1e3 * seam[:, 1], color=_SEAM, linewidth=1.0, linestyle="--")
-        middle, top = 0.5 * (closed[:, 0].min() + closed[:, 0].max()), closed[:, 1].max()
+        middle = 0.5 * (closed[:, 0].min() + closed[:, 0].max())
+        top = closed[:, 1].max()
         ax.annotate(patch.name, (middle, top), (0, 3), textcoords="offset points", ha="center", fontsize="small")
     taxels = 1e3 * map_.taxel_points
     ax.plot(taxels[:, 0], taxels[:, 1], ".", color=_TAXEL, markersize=1.5)

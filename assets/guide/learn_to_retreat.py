@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 
 TOUCHES = 4
 """Episodes on which each policy of an iteration is tried."""
-POLICIES, BEST = 16, 4
+POLICIES = 16
+BEST = 4
 HELD_OUT = range(1000, 1010)
 """Seeds of the touches that no policy is learnt on."""
 
@@ -31,11 +32,13 @@ def episode_return(environment: Any, weights: NDArray[Any], seed: int) -> float:
     """The sum of rewards under a policy, weights (3, joints)."""
     seen, _ = environment.reset(seed=seed)
     middle = environment.unwrapped.prepared.map.bounds.mean(axis=0)
-    total, over = 0.0, False
+    total = 0.0
+    over = False
     while not over:
         action = np.clip(features(seen, middle) @ weights, -1, 1)
         seen, reward, terminated, truncated, _ = environment.step(action.astype(np.float32))
-        total, over = total + reward, terminated or truncated
+        total = total + reward
+        over = terminated or truncated
     return total
 
 
@@ -54,7 +57,8 @@ def learn(environment: Any, iterations: int, *, seed: int = 0) -> list[float]:
         policies = mean + spread * rng.standard_normal((POLICIES, *mean.shape))
         returns = [sum(episode_return(environment, policy, int(t)) for t in touches) for policy in policies]
         best = policies[np.argsort(returns)[-BEST:]]
-        mean, spread = best.mean(axis=0), best.std(axis=0) + 0.05
+        mean = best.mean(axis=0)
+        spread = best.std(axis=0) + 0.05
         curve.append(held_out())
     return curve
 

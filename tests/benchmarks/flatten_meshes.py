@@ -22,8 +22,10 @@ def _tube(faces: int, *, radius: Callable, bend: float = 0.0, length: float = 0.
     """Open at both ends; ``radius`` of angle and height (0 to 1), bent by ``bend`` [rad] over its length."""
     n = _side(faces)
     straight = frustum(1.0, 1.0, length=1.0, around=n, along=n)
-    angle, up = np.arctan2(straight.vertices[:, 1], straight.vertices[:, 0]), straight.vertices[:, 2]
-    r, turn = radius(angle, up), bend * up
+    angle = np.arctan2(straight.vertices[:, 1], straight.vertices[:, 0])
+    up = straight.vertices[:, 2]
+    r = radius(angle, up)
+    turn = bend * up
     out = length / bend if bend else 0.0
     x = r * np.cos(angle)
     if not bend:
@@ -46,7 +48,8 @@ def _body(faces: int, radius: Callable, *, opening: float = 0.25) -> Mesh:
 
 def _noise(seed: int, waves: int, height: float) -> Callable:
     generator = np.random.default_rng(seed)
-    directions, phases = generator.normal(size=(waves, 3)), generator.uniform(0, 2 * np.pi, waves)
+    directions = generator.normal(size=(waves, 3))
+    phases = generator.uniform(0, 2 * np.pi, waves)
     return lambda v: height * np.cos(3 * v @ directions.T + phases).mean(axis=1)
 
 

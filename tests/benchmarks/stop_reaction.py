@@ -99,7 +99,8 @@ def prepared_arm(taxels: int) -> PreparedScene:
 
 def encoded(prepared: PreparedScene, force: float) -> bytes:
     """A packet of the arm touched in one place."""
-    skin, robot = prepared.skin, prepared.robot
+    skin = prepared.skin
+    robot = prepared.robot
     values = press_skin(skin, skin.taxel_point(len(skin) // 2), force=force)
     joints = dict(zip((joint.name for joint in robot.joints), robot.home.tolist(), strict=True))
     return encode_binary(Reading(0.0, values, Unit.PASCAL, ids=np.arange(len(skin)), joints=joints, sequence=0))
@@ -120,7 +121,9 @@ def measure(
     settings = ControlSettings(controller=controller, force_goal=LIGHT)
     motion = MotionOutput(session, settings, connection.ages)
     lock = threading.Lock()
-    times, reasons, latencies = [], set(), None
+    times = []
+    reasons = set()
+    latencies = None
     at = HEADER.size - struct.calcsize("<IdIH")  # of sequence and time in a packet
     words = ["send", str(connection.source.port), str(rate), str(at), *map(str, paths)]
     with ExitStack() as stack:
@@ -133,7 +136,8 @@ def measure(
             stack.callback(recording.close)
             each = lambda frame: recording.put(frame, session.inputs)  # noqa: E731
         commands = CommandLoop(connection, session, motion, each, lock=lock)
-        driver, skin = stack.enter_context(process("drive")), stack.enter_context(process(*words))
+        driver = stack.enter_context(process("drive"))
+        skin = stack.enter_context(process(*words))
         put = stack.enter_context(sender(f"udp://127.0.0.1:{_line(driver)}"))
         connection.start()
         commands.start()

@@ -29,7 +29,9 @@ def send_readings(port: int, rate: float, at: int, light: Path, strong: Path) ->
         state["ended"] = True
 
     threading.Thread(target=listen, daemon=True).start()
-    start, number, before = time.monotonic(), 0, 0
+    start = time.monotonic()
+    number = 0
+    before = 0
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as opened:
         opened.connect(("127.0.0.1", port))
         while not state["ended"]:

@@ -29,7 +29,8 @@ def test_the_proposal_beside_all_combinations(benchmark, name):
     measured = benchmark.pedantic(measure_for_budget, (subject,), how, rounds=1)
     tried = [_tried(prepared, chosen, measured.pitch_mm) for chosen in itertools.product(*measured.options.values())]
     ms, mm, wrong, sums = (np.array(column) for column in zip(*tried, strict=True))
-    over, error_over = [], []
+    over = []
+    error_over = []
     for share in (0.1, 0.3, 0.5, 0.8):
         # Where another program slows one of the two measurements, the limit is still one that both can keep.
         quick = Budget(milliseconds=float(np.quantile(np.maximum(ms, sums), share)))

@@ -107,7 +107,8 @@ def test_hover_until_the_other_view_shows_it(benchmark, prepared, open_window, w
     window = open_window(prepared)
     view = window.map_view if where == "map" else window.robot_view
     surface = view.viewport() if where == "map" else view.display.canvas.widget
-    skin, other = prepared.skin, window.map_view if where == "robot" else window.robot_view
+    skin = prepared.skin
+    other = window.map_view if where == "robot" else window.robot_view
     seen = [k for k in range(0, len(skin), 25) if view.rect().contains(view.pixel_of(skin.taxel_point(k)).toPoint())]
     places = iter(seen * 50)
 
@@ -154,10 +155,12 @@ def test_frame_rate_of_both_views(benchmark, request, open_window, body, gesture
     """The window by the wall clock for five seconds: the maps painted, and the bodies drawn."""
     prepared = request.getfixturevalue("prepared" if body.startswith("arm") else "scan")
     window = open_window(prepared, replace(INLINE, runner=ThreadRunner))
-    painted, drawn = [], []
+    painted = []
+    drawn = []
     window.map_view.display.painted.connect(lambda _tick: painted.append(time.perf_counter()))
     window.robot_view.display.drawn.connect(drawn.append)
-    places, surface = circle(prepared), window.robot_view.display.canvas.widget
+    places = circle(prepared)
+    surface = window.robot_view.display.canvas.widget
     if gesture != "the robot is turned":
         window.live.press(places[0])
 
@@ -170,7 +173,8 @@ def test_frame_rate_of_both_views(benchmark, request, open_window, body, gesture
     def run():
         painted.clear()
         drawn.clear()
-        start, step = time.perf_counter(), 0
+        start = time.perf_counter()
+        step = 0
         if gesture == "the robot is turned":
             QTest.mousePress(surface, Qt.MouseButton.LeftButton, pos=QPoint(30, 40))
         while (elapsed := time.perf_counter() - start) < (SECONDS if benchmark.enabled else 0.2):

@@ -28,7 +28,8 @@ from tests.benchmarks.flatten_meshes import MESHES, disk_of
 from tests.benchmarks.flatten_table import FLATTENING, Run
 
 PEERS = os.environ.get("TACTILE_MAPS_PEERS")
-FACES, LARGE = 8000, 100_000
+FACES = 8000
+LARGE = 100_000
 _TRIED = 400
 _SLIM_ROUNDS = 60
 _BLENDER_ITERATIONS = (3, 10, 30, 100)
@@ -49,10 +50,12 @@ def slim(surface_disk: Disk) -> Run:
     """libigl's SLIM from the same start."""
     begin = time.perf_counter()
     disk = Disk(Mesh(surface_disk.positions, surface_disk.faces))
-    none, nowhere = np.zeros(0, dtype=np.int64), np.zeros((0, 2))
+    none = np.zeros(0, dtype=np.int64)
+    nowhere = np.zeros((0, 2))
     kind = igl.MappingEnergyType.SYMMETRIC_DIRICHLET
     data = igl.slim_precompute(disk.positions, disk.faces, disk.start.copy(), kind, none, nowhere, 0.0)
-    rounds, judging = [(disk.start, time.perf_counter() - begin)], 0.0
+    rounds = [(disk.start, time.perf_counter() - begin)]
+    judging = 0.0
     for _ in range(_SLIM_ROUNDS):
         rounds.append((np.asarray(igl.slim_solve(data, 1))[:, :2], time.perf_counter() - begin - judging))
         asked = time.perf_counter()
@@ -66,18 +69,21 @@ def slim(surface_disk: Disk) -> Run:
 def judged(method: str, disk: Disk, rounds: list[tuple[FloatArray, float]]) -> Run:
     energies = tuple(disk.energy.energy_at_best_scale(plane) for plane, _ in rounds)
     last = rounds[-1][0]
-    flips, overlaps = int(flipped(last, disk.faces).sum()), crossings(last[disk.loop])
+    flips = int(flipped(last, disk.faces).sum())
+    overlaps = crossings(last[disk.loop])
     return Run(method, tuple(s for _, s in rounds), energies, flips, overlaps)
 
 
 def peer(method: str, disk: Disk, folder: Path, *arguments: str) -> Run:
     """A program of the peers' own Python."""
-    source, target = folder / "disk.npz", folder / "map.npz"
+    source = folder / "disk.npz"
+    target = folder / "map.npz"
     np.savez(source, vertices=disk.positions, faces=disk.faces)
     script = Path(__file__).with_name("flatten_peer.py")
     subprocess.run([PEERS, script, method, source, target, *arguments], check=True, capture_output=True)
     with np.load(target) as found:
-        corners, seconds = found["corners"], float(found["seconds"])
+        corners = found["corners"]
+        seconds = float(found["seconds"])
     plane, back = np.unique(corners.reshape(-1, 2), axis=0, return_inverse=True)
     faces = back.reshape(-1, 3)
     # Corner by corner, since the peer may have cut: its own disk has a vertex for every corner.
@@ -111,7 +117,8 @@ def compared(disk: Disk, folder: Path) -> list[Run]:
 
 def test_ours_and_slim_reach_the_same_energy_on_a_small_mesh():
     disk = disk_of(MESHES["bump"][1](400))
-    mine, theirs = ours(disk), slim(disk)
+    mine = ours(disk)
+    theirs = slim(disk)
     assert mine.flips == mine.overlaps == theirs.flips == 0
     assert mine.best < 4.9
     assert mine.best == pytest.approx(theirs.best, rel=1e-3)

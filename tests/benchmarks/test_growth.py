@@ -21,7 +21,9 @@ from tactile_maps.studies.testbeds.reference_bodies import bumpy_shell, closed_l
 from tactile_maps.tactile.press import press_skin
 from tests.benchmarks.test_tick import covered, touched
 
-FACES, TAXELS, ARM = (1_000, 10_000, 100_000), (100, 1_000, 10_000, 100_000), (300, 1_000, 3_000, 10_000)
+FACES = (1_000, 10_000, 100_000)
+TAXELS = (100, 1_000, 10_000, 100_000)
+ARM = (300, 1_000, 3_000, 10_000)
 _AT_LEAST = 0.05
 """Of repeating what is quick [s]."""
 
@@ -38,7 +40,8 @@ def session(taxels: int) -> Session:
 def cpu(work: Callable[[], object]) -> float:
     """CPU seconds of one, in the mean of as many as take a while; the first is not counted."""
     work()
-    rounds, began = 0, time.process_time()
+    rounds = 0
+    began = time.process_time()
     while rounds == 0 or time.process_time() - began < _AT_LEAST:
         work()
         rounds += 1
@@ -63,7 +66,8 @@ def _back(map_: TactileMap) -> Callable[[], object]:
 
 
 def _show(taxels: int) -> Callable[[], object]:
-    image, pressures = TactileImage(map_of(taxels), width=256), np.ones(len(map_of(taxels).skin))
+    image = TactileImage(map_of(taxels), width=256)
+    pressures = np.ones(len(map_of(taxels).skin))
     return lambda: image.render(pressures)
 
 

@@ -19,7 +19,8 @@ def test_a_step(benchmark, action):
 
     def episode():
         seen, _ = environment.reset(seed=1)
-        began, spent = time.process_time(), defaultdict(float)
+        began = time.process_time()
+        spent = defaultdict(float)
         with environment.session.watched(lambda frame: _add(spent, frame.timings.ms)):
             for _ in range(STEPS):
                 seen, *_ = environment.step(rng.uniform(-0.02, 0.02, environment.action_space.shape))

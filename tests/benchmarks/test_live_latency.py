@@ -45,7 +45,10 @@ class Painted:
     """What the map has painted: how old each reading was then [s]."""
 
     def __init__(self, window) -> None:
-        self._window, self.ages, self._loop, self._patience = window, [], QEventLoop(), QTimer(window)
+        self._window = window
+        self.ages = []
+        self._loop = QEventLoop()
+        self._patience = QTimer(window)
         self._patience.setInterval(20_000)
         self._patience.timeout.connect(lambda: self._loop.exit(1))
         window.map_view.display.painted.connect(self._on_painted)
@@ -83,7 +86,8 @@ def test_a_reading_sent_until_it_is_painted(benchmark, tmp_path, qapp, scheme, t
     sender = subprocess.Popen([sys.executable, "-m", *words])
     try:
         painted.wait()
-        thread, everything = [], []
+        thread = []
+        everything = []
 
         def frame() -> None:
             painted.wait()

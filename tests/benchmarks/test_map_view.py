@@ -79,7 +79,8 @@ def test_map_frame_shown_and_painted(benchmark, view, prepared, pressed, zoom):
 @pytest.mark.parametrize("zoom", [1.0, 6.0], ids=["framed", "zoomed in on the taxels"])
 def test_map_frame_with_a_task_shown_and_painted(benchmark, view, prepared, pressed, zoom):
     """As above, with a wanted path of 90 mm, a target and the contact's way of four seconds."""
-    frame, sight = pressed.frame, TaskOverlayBuilder()
+    frame = pressed.frame
+    sight = TaskOverlayBuilder()
     sight.show_map(prepared.map)
     sight.show_settings(ControlSettings(controller="hybrid", task="follow_path"))
     place = tuple(frame.regions[0].map_point.tolist())

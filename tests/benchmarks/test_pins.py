@@ -54,7 +54,9 @@ class Tally:
     def __init__(self, name, faces):
         self.surface, self.chart, self.chosen, self.path = posed(name, faces)
         self.unit = np.sqrt(self.surface.area)
-        self.flips, self.lags, self.milliseconds = 0, [], []
+        self.flips = 0
+        self.lags = []
+        self.milliseconds = []
 
     def frame(self, step, place):
         begin = time.perf_counter()
@@ -103,8 +105,10 @@ def ours(tally, **how):
 
 def slim(tally):
     """libigl's with soft pins; targets are part of its precomputation."""
-    positions, faces = tally.surface.vertices[tally.chart.vertex_of] / tally.unit, tally.chart.faces.astype(np.int64)
-    kind, pins = igl.MappingEnergyType.SYMMETRIC_DIRICHLET, np.array(tally.chosen, dtype=np.int64)
+    positions = tally.surface.vertices[tally.chart.vertex_of] / tally.unit
+    faces = tally.chart.faces.astype(np.int64)
+    kind = igl.MappingEnergyType.SYMMETRIC_DIRICHLET
+    pins = np.array(tally.chosen, dtype=np.int64)
     now = [tally.chart.plane / tally.unit]
 
     def step(place):
@@ -139,7 +143,9 @@ def test_pin_drag(benchmark, how, name, faces):
 def test_pin_drag_with_all_faces(benchmark, faces):
     """What a coarse cage saves."""
     tally = Tally("bump", _TRIED if benchmark.disabled else faces)
-    step, frames, last = ours(tally, whole=10**9), iter(tally.path), []
+    step = ours(tally, whole=10**9)
+    frames = iter(tally.path)
+    last = []
 
     def once():
         last[:] = tally.frame(step, next(frames))

@@ -20,7 +20,8 @@ SECONDS = 5.0
 def advance(controller: str, taxels: int, seconds: float) -> float:
     """Wall seconds for so many simulated ones of a touched arm, ready beforehand."""
     session = touched(covered(taxels), controller, 1)
-    ticks, began = round(seconds / session.prepared.scene.tick), time.perf_counter()
+    ticks = round(seconds / session.prepared.scene.tick)
+    began = time.perf_counter()
     for _ in range(ticks):
         session.tick()
     return time.perf_counter() - began
@@ -38,7 +39,8 @@ def bare_steps(count: int) -> float:
     """Wall seconds for so many steps of the arm without a session: what a core can do besides."""
     made = covered(1_000)
     model = assemble(made.robot, made.skin, made.scene.effects)
-    data, began = mujoco.MjData(model), time.perf_counter()
+    data = mujoco.MjData(model)
+    began = time.perf_counter()
     mujoco.mj_step(model, data, count)
     return time.perf_counter() - began
 

@@ -40,7 +40,8 @@ def test_a_frame_of_256_by_256_from_1024_taxels(benchmark, thousand, interpolati
     assert image.shape == (WIDTH, WIDTH)
     benchmark.pedantic(image.render, (values,), rounds=300, warmup_rounds=20)
     if benchmark.stats is not None:
-        points, centres = thousand.taxel_points, image.centres()
+        points = thousand.taxel_points
+        centres = image.centres()
         triangles = Delaunay(points)
         theirs = _median_ms(lambda: griddata(points, values, centres))
         prebuilt = _median_ms(lambda: LinearNDInterpolator(triangles, values)(centres))

@@ -133,7 +133,8 @@ def test_a_tick_with_each_force_estimator(benchmark, taxels, estimator):
 def test_a_tick_with_an_image_of_256_pixels_across(benchmark, taxels):
     """If somebody looked at every tick."""
     session = touched(covered(taxels), "hybrid", 1)
-    alternation, image = Alternation(session), TactileImage(session.map, width=256)
+    alternation = Alternation(session)
+    image = TactileImage(session.map, width=256)
     drawn: list[float] = []
 
     def tick_and_draw() -> None:
@@ -180,7 +181,8 @@ STEPS = 5
 
 def test_a_tick_with_everything_off(benchmark):
     prepared = arm()
-    simulation, command = Simulation(prepared.robot, prepared.skin, OFF), hold(prepared.robot, 3.0, 0.5)
+    simulation = Simulation(prepared.robot, prepared.skin, OFF)
+    command = hold(prepared.robot, 3.0, 0.5)
     simulation.step(STEPS, command)
     benchmark.pedantic(simulation.step, args=(STEPS, command), rounds=2000, warmup_rounds=100)
     assert np.isfinite(simulation.posture).all()
@@ -193,8 +195,11 @@ def test_a_tick_with_everything_off(benchmark):
 
 def _side_by_side(simulation: Simulation, command) -> tuple[float, float]:
     """Median seconds of a tick and of as many bare steps, taken in turn, so that a busy machine slows both."""
-    model, data, took = simulation._model, mujoco.MjData(simulation._model), ([], [])
-    data.qpos[:], data.ctrl[:] = simulation.posture, command.posture
+    model = simulation._model
+    data = mujoco.MjData(simulation._model)
+    took = ([], [])
+    data.qpos[:] = simulation.posture
+    data.ctrl[:] = command.posture
     for _ in range(4000):
         start = time.perf_counter()
         simulation.step(STEPS, command)

@@ -25,7 +25,10 @@ from tactile_maps.tactile.sensors.sensor_effects import SensorEffects
 from tests.support.sensors import ALL_ON, only
 from tests.support.touch import bar_skin
 
-FORCE, RADIUS, SPEED, STEP = 10.0, 0.008, 0.05, 0.001
+FORCE = 10.0
+RADIUS = 0.008
+SPEED = 0.05
+STEP = 0.001
 
 
 @pytest.fixture(scope="module")
@@ -41,7 +44,8 @@ def skin(request, robot):
 def _loads(skin, count: int) -> list[Load]:
     """A ball that slides over the skin, one load a step; the first is where it starts."""
     at = skin.taxel_point(len(skin) // 2)
-    point, normal = skin.position(at), skin.normal(at)
+    point = skin.position(at)
+    normal = skin.normal(at)
     along = np.cross(normal, np.eye(3)[np.abs(normal).argmin()])
     return [sphere_load(skin.link(at), point + k * SPEED * STEP * along, normal, FORCE, RADIUS) for k in range(count)]
 
@@ -49,7 +53,8 @@ def _loads(skin, count: int) -> list[Load]:
 def _bare_step(robot) -> float:
     """Median seconds of one ``mj_step`` of the bare arm."""
     model = robot_spec(robot).compile()
-    data, times = mujoco.MjData(model), []
+    data = mujoco.MjData(model)
+    times = []
     for _ in range(2000):
         start = time.perf_counter()
         mujoco.mj_step(model, data)
@@ -59,7 +64,8 @@ def _bare_step(robot) -> float:
 
 def _tell(benchmark, robot) -> None:
     if benchmark.stats is not None:
-        bare, median = _bare_step(robot), float(np.median(benchmark.stats.stats.data))
+        bare = _bare_step(robot)
+        median = float(np.median(benchmark.stats.stats.data))
         benchmark.extra_info["bare mj_step"] = f"{1e6 * bare:.1f} µs"
         benchmark.extra_info["multiple of one bare step"] = f"{median / bare:.1f}"
 
@@ -75,7 +81,8 @@ def test_a_reading_under_a_ball_that_stands(benchmark, robot, skin, name):
 @pytest.mark.parametrize("name", CONTACT_MODELS)
 def test_a_reading_under_a_ball_that_slides(benchmark, robot, skin, name):
     """At 5 cm/s: now and then the points near the ball are searched for again."""
-    model, loads = CONTACT_MODELS[name].build(skin, ElasticLayer(), SensorEffects()), _loads(skin, 200)
+    model = CONTACT_MODELS[name].build(skin, ElasticLayer(), SensorEffects())
+    loads = _loads(skin, 200)
     state = {"step": 0}
 
     def read() -> None:
@@ -118,7 +125,8 @@ def test_a_reading_of_1000_taxels(benchmark, effects):
     skin = bar_skin(1000, finer=4)
     assert len(skin) == 1000
     assert 5 < 2 * len(skin.neighbours) / len(skin) < 6, "neighbours as on a body"
-    chain, pressures = SensorChain(skin, effects, tick=0.005, seed=0), _pressed(1000)
+    chain = SensorChain(skin, effects, tick=0.005, seed=0)
+    pressures = _pressed(1000)
     read = benchmark.pedantic(chain.read, args=(pressures,), rounds=200, iterations=20, warmup_rounds=20)
     assert read.shape == (1000,)
     if benchmark.stats is not None:

@@ -85,7 +85,8 @@ def test_a_frame_of_a_robot_of_many_triangles(benchmark, window, pytestconfig, c
 
 
 def test_press_on_the_map_until_both_views_are_painted(benchmark, window, prepared):
-    viewport, tick = window.map_view.viewport(), prepared.scene.tick
+    viewport = window.map_view.viewport()
+    tick = prepared.scene.tick
     pixel = window.map_view.pixel_of(prepared.skin.taxel_point(len(prepared.skin) // 2)).toPoint()
 
     def press():
@@ -122,7 +123,8 @@ def test_another_controller(benchmark, window, prepared):
 
 def test_scrub_in_a_long_recording(benchmark, window, prepared, tmp_path, pytestconfig):
     seconds = 60.0 * MINUTES if pytestconfig.getoption("benchmark_enable") else 2.0
-    path, session = tmp_path / "long.mcap", Session(prepared)
+    path = tmp_path / "long.mcap"
+    session = Session(prepared)
     with record(session, path):
         while session.frame is None or session.frame.time < seconds:
             session.tick()

@@ -154,7 +154,8 @@ def _in_archive(data: bytes, random: np.random.Generator) -> bytes:
 
 def _in_recording(data: bytes, random: np.random.Generator) -> bytes:
     """A record is repeated, or one of its numbers becomes huge."""
-    at, records = 8, []
+    at = 8
+    records = []
     while at + 9 <= len(data) - 8:
         end = at + 9 + struct.unpack_from("<Q", data, at + 1)[0]
         records.append((at, end))

@@ -31,7 +31,8 @@ GOAL = 3.0
 """[N] that most cases want."""
 GAIN = 0.015
 """Force gain of the cases that do not say otherwise [m/s/N]: three times the usual, so that there is little room."""
-SOME, OTHERS = ("admittance", "hybrid", "qp"), ("parallel", "projection", "priority", "hold_force")
+SOME = ("admittance", "hybrid", "qp")
+OTHERS = ("parallel", "projection", "priority", "hold_force")
 """Controllers that take turns where one case more says little new of each."""
 SERIES = 5500.0
 """Stiffness that the arm's own servo and a cover of 2e4 N/m have in series at the usual place [N/m]."""
@@ -194,7 +195,8 @@ def hammering(readings: SensorTiming, *, gain: float = GAIN, goal: float = GOAL)
     v (sqrt(m k) + k (d + 1) T) over the goal, with v = gain goal (theory page, 5.6), and half as much again for what
     the arm has in other directions.
     """
-    speed, late = gain * goal, readings.delay + 2 * readings.period
+    speed = gain * goal
+    late = readings.delay + 2 * readings.period
     return goal + 1.5 * speed * (np.sqrt(MASS * SERIES) + SERIES * late)
 
 

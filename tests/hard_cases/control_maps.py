@@ -32,8 +32,10 @@ def turned(about: str, degrees: float) -> TactileMap:
 
     So around that taxel all normals are wrong by the angle, or the map's frame is.
     """
-    skin, at = forearm().skin, forearm().skin.taxel_point(TAXEL)
-    centre, normal = skin.position(at), skin.normal(at)
+    skin = forearm().skin
+    at = forearm().skin.taxel_point(TAXEL)
+    centre = skin.position(at)
+    normal = skin.normal(at)
     side = np.cross(normal, np.eye(3)[np.abs(normal).argmin()])
     axis = {"normal": normal, "tangent": side / np.linalg.norm(side)}[about]
     turn = Rotation.from_rotvec(np.radians(degrees) * axis).as_matrix().T
@@ -42,7 +44,8 @@ def turned(about: str, degrees: float) -> TactileMap:
     def put(points: np.ndarray) -> np.ndarray:
         return centre + (points - centre) @ turn
 
-    taxels, spread = patch.taxels, patch.taxels.quadrature
+    taxels = patch.taxels
+    spread = patch.taxels.quadrature
     spread = replace(spread, positions=put(spread.positions), normals=spread.normals @ turn)
     taxels = replace(taxels, positions=put(taxels.positions), normals=taxels.normals @ turn, quadrature=spread)
     surface = Mesh(put(patch.surface.vertices), patch.surface.faces)

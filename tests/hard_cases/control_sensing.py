@@ -13,7 +13,8 @@ from tests.hard_cases.control import GOAL, OTHERS, SOME, HardCase, bounded_only,
 from tests.hard_cases.control_environments import led
 from tests.support.pressed_arm import Course, beside_ball, forearm
 
-TOO_MUCH, HELD = (LimitKind.FORCE_GAIN_UNSTABLE,), (LimitKind.FORCE_GAIN_HELD, LimitKind.POSITION_GAIN_HELD)
+TOO_MUCH = (LimitKind.FORCE_GAIN_UNSTABLE,)
+HELD = (LimitKind.FORCE_GAIN_HELD, LimitKind.POSITION_GAIN_HELD)
 
 
 def sensed(tick: float = 0.005, **overrides):

@@ -47,13 +47,15 @@ def _tube(length: float = 0.3, radius: float = 0.05, around: int = 40, along: in
     angle, height = np.meshgrid(np.arange(around) * 2 * np.pi / around, np.linspace(0, length, along + 1))
     vertices = np.stack([radius * np.cos(angle), radius * np.sin(angle), height], axis=-1).reshape(-1, 3)
     i, j = np.meshgrid(np.arange(along), np.arange(around), indexing="ij")
-    a, b = (i * around + j).ravel(), (i * around + (j + 1) % around).ravel()
+    a = (i * around + j).ravel()
+    b = (i * around + (j + 1) % around).ravel()
     return Mesh(vertices, np.concatenate([np.stack([a, b, b + around], 1), np.stack([a, b + around, a + around], 1)]))
 
 
 def _soup() -> Mesh:
     """Every triangle on its own, some turned over, some missing."""
-    rng, sphere = np.random.default_rng(7), _sphere()
+    rng = np.random.default_rng(7)
+    sphere = _sphere()
     kept = sphere.faces[rng.random(len(sphere.faces)) > 0.05]
     faces = np.arange(3 * len(kept)).reshape(-1, 3)
     turned = rng.random(len(faces)) < 0.4
@@ -186,10 +188,12 @@ def jittered(mesh: Mesh, by: float) -> Mesh:
 def with_slivers(aspect: float) -> Mesh:
     """A saddle in which faces were cut at ``aspect`` of a side from a corner; neighbours know the new corners."""
     whole = sheet(shape=lambda x, y: 6 * x * y)
-    vertices, faces = whole.vertices.tolist(), whole.faces.tolist()
+    vertices = whole.vertices.tolist()
+    faces = whole.faces.tolist()
     for number in range(0, len(whole.faces), 5):
         a, b, c = faces[number]
-        start, end = np.array(vertices[a]), np.array(vertices[b])
+        start = np.array(vertices[a])
+        end = np.array(vertices[b])
         vertices.append((start + aspect * (end - start)).tolist())
         new = len(vertices) - 1
         beside = [k for k, face in enumerate(faces) if k != number and a in face and b in face]
@@ -248,7 +252,8 @@ def closed_tube(ratio: float, *, around=12) -> Mesh:
     along = int(ratio * around / np.pi)
     tube = frustum(0.01, 0.01, length=0.02 * ratio, around=around, along=along)
     tips = len(tube.vertices)
-    ring, last = np.arange(around), along * around + np.arange(around)
+    ring = np.arange(around)
+    last = along * around + np.arange(around)
     low = np.stack([np.roll(ring, -1), ring, np.full(around, tips)], axis=1)
     high = np.stack([last, np.roll(last, -1), np.full(around, tips + 1)], axis=1)
     ends = [[0, 0, -0.01], [0, 0, 0.02 * ratio + 0.01]]
@@ -264,8 +269,10 @@ def klein_bottle(around=24, across=16) -> Mesh:
     vertices = np.stack([r * np.cos(u), r * np.sin(u), z], axis=-1).reshape(-1, 3)
     row = np.arange(around * across).reshape(around, across)
     row = np.concatenate([row, row[:1, ::-1]])  # glued with its sides exchanged
-    a, b = row[:-1], row[1:]
-    c, d = np.roll(b, -1, axis=1), np.roll(a, -1, axis=1)
+    a = row[:-1]
+    b = row[1:]
+    c = np.roll(b, -1, axis=1)
+    d = np.roll(a, -1, axis=1)
     quads = np.stack([a, b, c, d], axis=-1).reshape(-1, 4)
     return Mesh(vertices, np.concatenate([quads[:, :3], quads[:, [0, 2, 3]]]))
 
@@ -352,7 +359,9 @@ def refined_at_random(mesh: Mesh, rounds: int = 3, *, share: float = 0.3, radius
         share: Share of the faces that is divided in each.
         radius: Of a ball around the origin onto which new corners are moved [m]; by default they stay on the edges.
     """
-    rng, vertices, faces = np.random.default_rng(1), mesh.vertices, mesh.faces
+    rng = np.random.default_rng(1)
+    vertices = mesh.vertices
+    faces = mesh.faces
     for _ in range(rounds):
         chosen = rng.random(len(faces)) < share
         divided = Mesh(vertices, faces[chosen]).connectivity
@@ -361,13 +370,15 @@ def refined_at_random(mesh: Mesh, rounds: int = 3, *, share: float = 0.3, radius
             middles *= radius / np.linalg.norm(middles, axis=1, keepdims=True)
         (a, b, c), (x, y, z) = faces[chosen].T, len(vertices) + divided.edge_of.T
         parts = [np.stack(part, axis=1) for part in ((a, x, z), (x, b, y), (z, y, c), (x, y, z))]
-        vertices, faces = np.concatenate([vertices, middles]), np.concatenate([faces[~chosen], *parts])
+        vertices = np.concatenate([vertices, middles])
+        faces = np.concatenate([faces[~chosen], *parts])
     return Mesh(vertices, faces)
 
 
 def revolved(profile: np.ndarray, *, around: int = 40) -> Mesh:
     """The surface of a ring with the closed ``profile`` (p, 2) of radii and heights, counter-clockwise."""
-    turn, count = np.arange(around) * 2 * np.pi / around, len(profile)
+    turn = np.arange(around) * 2 * np.pi / around
+    count = len(profile)
     radius, height = np.broadcast_to(profile, (around, count, 2)).transpose(2, 0, 1)
     vertices = np.stack([radius * np.cos(turn)[:, None], radius * np.sin(turn)[:, None], height], axis=-1)
     row = np.arange(around * count).reshape(around, count)

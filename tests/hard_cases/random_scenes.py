@@ -34,9 +34,12 @@ from tactile_maps.session.session import Session
 from tactile_maps.simulation.model.model_names import is_hull, is_object
 
 SECONDS = 0.3
-_ROUNDING, _GAIN = 1e-3, 0.05
+_ROUNDING = 1e-3
+_GAIN = 0.05
 """[J], and share of what was stored or moved, that energy may come out wrong by: a tick is many steps."""
-MOST_FORCE, MOST_SPEED, MOST_DEPTH = 1e4, 100.0, 0.010
+MOST_FORCE = 1e4
+MOST_SPEED = 100.0
+MOST_DEPTH = 0.010
 """[N], [m/s], [m] that nothing may pass unreported."""
 STEPS = (0.0001, 0.0002, 0.0005, 0.001, 0.002, 0.004, 0.005, 0.008, 0.01)
 _GAINS = ("stiffness", "damping_ratio", "force_gain", "integral_time", "position_gain", "inertia_time", "path_speed",
@@ -241,7 +244,8 @@ def play(text: str, *, seconds: float = SECONDS) -> Outcome:
         prepared = replace(worn(), scene=scene, objects=make_objects(scene))
         session = Session(prepared)
     except TactileMapsError as error:
-        outcome.refused, outcome.remedied = str(error), bool(error.remedy)
+        outcome.refused = str(error)
+        outcome.remedied = bool(error.remedy)
         return outcome
     outcome.told |= {f"finding {finding.kind}" for finding in scene.decision.warnings}
     judge = _Judge(session, outcome)
@@ -251,7 +255,8 @@ def play(text: str, *, seconds: float = SECONDS) -> Outcome:
                 frame = session.tick()
             except SimulationError as error:
                 if session.failure is not None:
-                    outcome.failure, outcome.remedied = str(error), bool(error.remedy)
+                    outcome.failure = str(error)
+                    outcome.remedied = bool(error.remedy)
                     break
                 outcome.told.add(f"refused {error.problem}")
                 continue
@@ -271,7 +276,9 @@ class _Judge:
 
     def __init__(self, session: Session, outcome: Outcome) -> None:
         physics = session._simulation._physics
-        self._model, self._data, self._outcome = physics.model, physics.data, outcome
+        self._model = physics.model
+        self._data = physics.data
+        self._outcome = outcome
         scene = session.prepared.scene
         self._alone = not scene.stimuli and not scene.motion and not any(thing.path for thing in scene.objects)
         self._alone = self._alone and scene.control["controller"] == "impedance" and scene.effects.skin != "foundation"
@@ -284,7 +291,8 @@ class _Judge:
         ]  # fmt: skip
         self._time = -1.0
         self._alone = self._alone and self._skin_alone()
-        self._start, self._fastest = sum(self._energy()), 0.0
+        self._start = sum(self._energy())
+        self._fastest = 0.0
         # Of the skin that is pressed in; later its springs give back what they took.
         self._stored = 0.5 * self._layer * float(np.square(self._data.contact.dist).sum())
 
@@ -299,10 +307,12 @@ class _Judge:
     def _step(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
         if data.time < self._time + 0.99 * model.opt.timestep:
             return  # within a step of Runge-Kutta
-        self._time, outcome = data.time, self._outcome
+        self._time = data.time
+        outcome = self._outcome
         if data.ncon:
             outcome.depth = max(outcome.depth, -float(data.contact.dist.min()))
-        spin, motion = data.cvel[:, :3], data.cvel[:, 3:]
+        spin = data.cvel[:, :3]
+        motion = data.cvel[:, 3:]
         arms = data.xipos - data.subtree_com[model.body_rootid]
         speed = float(np.linalg.norm(motion + np.cross(spin, arms), axis=1).max())
         if np.isfinite(speed):
@@ -334,13 +344,15 @@ class _Judge:
 
     def _energy(self) -> tuple[float, float]:
         """Of motion; and of height and of the springs of joints and servos [J]."""
-        model, data = self._model, self._data
+        model = self._model
+        data = self._data
         mujoco.mj_energyVel(model, data)
         carried = model.body_mass * (1 - model.body_gravcomp)
         energy = -float(carried @ (data.xipos @ model.opt.gravity))
         energy += float(sum(0.5 * model.jnt_stiffness[j] * data.qpos[model.jnt_qposadr[j]] ** 2
                             for j in range(model.njnt)))  # fmt: skip
-        stretched, gains = np.abs(data.ctrl - data.actuator_length), model.actuator_gainprm[:, 0]
+        stretched = np.abs(data.ctrl - data.actuator_length)
+        gains = model.actuator_gainprm[:, 0]
         most = np.where(model.actuator_forcelimited, model.actuator_forcerange[:, 1], np.inf)
         soft = np.minimum(stretched, most / np.maximum(gains, 1e-12))  # beyond that a servo pulls with all it has
         energy += float(gains @ (soft * (stretched - 0.5 * soft)))
@@ -355,7 +367,8 @@ def unreported(outcome: Outcome) -> list[str]:
     """What passed its bound though the scene was neither refused nor stopped by name, and nobody told of it."""
     if outcome.refused or outcome.failure:
         return [] if outcome.remedied else ["what to do about its end"]
-    told, gain = outcome.told, outcome.gained or 0.0
+    told = outcome.told
+    gain = outcome.gained or 0.0
     # A body that starts deep in skin too stiff for the time step is thrown out; both are reported.
     released = "note hard" in told and bool(told & _FORETOLD)
     beyond = {

@@ -27,9 +27,12 @@ from tactile_maps.session.bundle import pack_scene
 from tests.hard_cases.hostile_files import BODY, mjcf
 from tests.support.touch import prepared_bar
 
-CPU_SECONDS, MEMORY = 10.0, 2**30
+CPU_SECONDS = 10.0
+MEMORY = 2**30
 """Limits for any file of a few megabytes."""
-_FLOAT, _SHORT, _BYTE = 5126, 5123, 5121
+_FLOAT = 5126
+_SHORT = 5123
+_BYTE = 5121
 _QUAD = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]], "<f4").tobytes() + np.arange(3, dtype="<u2").tobytes()
 
 
@@ -242,7 +245,8 @@ def _many_messages(topic: str, data: bytes, count: int) -> bytes:
 def _head() -> bytes:
     """The beginning of a recording, up to its messages."""
     data = recording(lambda _writer, _channels: None)
-    at, last = len(b"\x89MCAP0\r\n"), 0
+    at = len(b"\x89MCAP0\r\n")
+    last = 0
     while data[at] != Opcode.DATA_END:
         (length,) = struct.unpack_from("<Q", data, at + 1)
         at += 9 + length

@@ -39,11 +39,15 @@ EXACT = MODELS[:-1]
 INTEGRATORS: tuple[Integrator, ...] = get_args(Integrator)
 TOP = 0.02
 """Height of the bar's skin [m]."""
-TUBE, TUBE_LENGTH = 0.04, 0.2
+TUBE = 0.04
+TUBE_LENGTH = 0.2
 """Radius and length of the tube [m]."""
 SPRING = 1000.0
 """Of a probe's motors [N/m], as ``object_geoms`` has it: the reference for its force."""
-_AWAY, _DEPTH, _PRESS, _REST = 0.003, 0.004, 0.15, 0.2
+_AWAY = 0.003
+_DEPTH = 0.004
+_PRESS = 0.15
+_REST = 0.2
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,9 +85,11 @@ class Place:
         return with_scene(self.prepared, objects=specs, overrides={"skin": model, "contact": "probe", "fingers": "off"})
 
     def _probe(self, number: int, seconds: float) -> ObjectSpec:
-        skin, points = self.prepared.skin, self.points(number)
+        skin = self.prepared.skin
+        points = self.points(number)
         normals = np.array([skin.normal(at) for at in points])
-        depth, times = min(_DEPTH, 0.5 * self.radius), np.linspace(0, seconds, len(points))
+        depth = min(_DEPTH, 0.5 * self.radius)
+        times = np.linspace(0, seconds, len(points))
         middles = self.ways[number] + (self.radius - depth) * normals
         start = self.ways[number][0] + (self.radius + _AWAY) * normals[0]
         rows = [(0.0, *start), *((_PRESS + t, *at) for t, at in zip(times, middles, strict=True))]
@@ -204,13 +210,15 @@ def dropped(
 ) -> PreparedScene:
     """A weight over the bar, which stands still; felt by water-fill unless ``skin`` is wished for."""
     wanted = {"contact": "environment", "fingers": "off", "skin": "water-fill", **overrides}
-    objects, layer = (weight(mass, above=above, radius=radius),), ElasticLayer(stiffness=stiffness)
+    objects = (weight(mass, above=above, radius=radius),)
+    layer = ElasticLayer(stiffness=stiffness)
     return with_scene(_bar(), objects=objects, layer=layer, overrides=wanted, tick=tick)
 
 
 def teleported(*, stiffness: float = 2e4, force: float = 200.0, **overrides) -> PreparedScene:
     """A probe beside the bar whose motors want to be 70 mm inside it from one moment to the next, and stay."""
-    out, inside = (0.2, 0.0, TOP + 0.015), (0.2, 0.0, TOP + 0.015 - 0.07)
+    out = (0.2, 0.0, TOP + 0.015)
+    inside = (0.2, 0.0, TOP + 0.015 - 0.07)
     path = ((0.0, *out), (0.1, *out), (0.1001, *inside), (600.0, *inside))
     spec = ObjectSpec("probe", "probe", size=(0.012,), mass=0.1, friction=0.0, max_force=force, path=path)
     wanted = {"contact": "probe", "fingers": "off", "skin": "water-fill", **overrides}
@@ -224,7 +232,8 @@ JAM = 0.004
 def jammed(*, stiffness: float = 2e4, **overrides) -> PreparedScene:
     """A block on a slide between two walls that are 8 mm too close; its skin is on one of the sides that touch."""
     robot, skin = pair()
-    thick, far = 0.04, 0.065
+    thick = 0.04
+    far = 0.065
     back = ObjectSpec("back", "box", size=(thick, 0.2, 0.2), at=(-far - 0.05 - thick / 2 + JAM, 0.0, 0.0))
     front = ObjectSpec("front", "box", size=(thick, 0.2, 0.2), at=(-far + 0.05 + thick / 2 - JAM, 0.0, 0.0))
     wanted = {"contact": "environment", "fingers": "off", "skin": "water-fill", **overrides}
@@ -248,11 +257,13 @@ _WHIP = """<mujoco model="whip"><compiler angle="radian"/><worldbody>
 
 def whip(**overrides) -> PreparedScene:
     """An arm of two hinges without armature or damping, its tip of 2 g in skin and tapped by a probe from above."""
-    tip, top = moved(_box(0.04, 0.02, 0.02), (0.02, 0.0, 0.0)), 0.01
+    tip = moved(_box(0.04, 0.02, 0.02), (0.02, 0.0, 0.0))
+    top = 0.01
     plate = moved(sheet(16, 8, width=0.04, height=0.02), (0.0, -0.01, top))
     robot = Robot("whip", "by hand", _WHIP, {}, (Link("arm", None), Link("tip", tip)),
                   (Joint("root", -np.inf, np.inf), Joint("end", -np.inf, np.inf)), np.zeros(2))  # fmt: skip
-    up, down = (0.22, 0.0, top + 0.02), (0.22, 0.0, top + 0.005)
+    up = (0.22, 0.0, top + 0.02)
+    down = (0.22, 0.0, top + 0.005)
     path = ((0.0, *up), (0.2, *down), (0.4, *down), (0.6, *up), (600.0, *up))
     spec = ObjectSpec("probe", "probe", size=(0.01,), mass=0.1, friction=0.0, max_force=2.0, path=path)
     skin = Skin((Patch("tip", "tip", plate, place_evenly(plate, 12, seed=0)),))

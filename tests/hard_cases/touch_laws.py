@@ -55,7 +55,8 @@ class Run:
 
 def play(prepared: PreparedScene, seconds: float, acts: dict[int, Sequence[SessionInput]] | None = None) -> Run:
     """Run a scene; ``acts`` are what a hand does, by the tick at which it takes effect."""
-    session, frames = Session(prepared), []
+    session = Session(prepared)
+    frames = []
     try:
         for tick in range(1, round(seconds / prepared.scene.tick) + 1):
             for act in (acts or {}).get(tick, ()):

@@ -44,7 +44,8 @@ def model(name: str) -> ContactModel:
 
 def disc(along: float, radius: float, force: float, *, beside: float = 0.0) -> Load:
     """A flat disc on the top of the bar, pressed ``beside`` its middle [m]."""
-    point, depth = np.array([BORDER + along, 0.0, 0.02]), 1e-4
+    point = np.array([BORDER + along, 0.0, 0.02])
+    depth = 1e-4
     pose = Pose(np.eye(3), point + [0.0, 0.0, 0.01 - depth])
     return Load("bar", point + [beside, 0.0, 0.0], UP, force, Cylinder(radius, 0.01), pose, "disc")
 
@@ -70,7 +71,8 @@ def beyond_paraboloid(middle: float) -> float:
 @pytest.mark.parametrize("name", SPREADING)
 @pytest.mark.parametrize("along", PLACES)
 def test_a_disc_across_the_border_is_read_by_its_area_on_the_skin(name: str, along: float) -> None:
-    felt, force = model(name), 6.0
+    felt = model(name)
+    force = 6.0
     pressures = felt.pressures([disc(along, 0.01, force)])
     expected = beyond(along / 0.01)
     read = float(pressures @ SKIN.areas) / force
@@ -86,7 +88,9 @@ def test_a_disc_across_the_border_is_read_by_its_area_on_the_skin(name: str, alo
 @pytest.mark.parametrize("name", SPREADING)
 @pytest.mark.parametrize("along", PLACES)
 def test_a_ball_across_the_border_is_read_by_the_integral_over_the_skin(name: str, along: float) -> None:
-    felt, force, radius = model(name), 20.0, 0.04
+    felt = model(name)
+    force = 20.0
+    radius = 0.04
     depth = np.sqrt(force / (np.pi * LAYER.foundation * radius))
     patch = np.sqrt(2 * radius * depth)
     load = sphere_load("bar", np.array([BORDER + along, 0.0, 0.02]), UP, force, radius, depth=depth)
@@ -99,8 +103,10 @@ def tube() -> tuple[Robot, Skin]:
     """A tube along x with a radius of 40 mm; its skin is 3 mm thick and begins at x = 0."""
     solid = trimesh.creation.cylinder(0.04, 0.3, sections=120)
     mesh = Mesh(np.asarray(solid.vertices)[:, [2, 0, 1]], np.asarray(solid.faces))
-    steps, around = 60, 120
-    x, turn = np.linspace(0.0, 0.12, steps + 1), np.linspace(0, 2 * np.pi, around, endpoint=False)
+    steps = 60
+    around = 120
+    x = np.linspace(0.0, 0.12, steps + 1)
+    turn = np.linspace(0, 2 * np.pi, around, endpoint=False)
     i, j = (k.ravel() for k in np.meshgrid(x, turn, indexing="ij"))
     vertices = np.stack([i, 0.04 * np.cos(j), 0.04 * np.sin(j)], axis=1)
     a = (np.arange(steps)[:, None] * around + np.arange(around)).ravel()
@@ -117,7 +123,8 @@ def test_a_ball_across_the_border_of_a_curved_skin(along: float) -> None:
     outward = skin.patches[0].taxels.normals
     assert (np.vecdot(outward[:, 1:], skin.patches[0].taxels.positions[:, 1:]) > 0).all()
     felt = CONTACT_MODELS["water-fill"].build(with_bare_points(robot, skin), LAYER, SensorEffects())
-    force, radius = 20.0, 0.04
+    force = 20.0
+    radius = 0.04
     # Curvatures of the gap along and across the tube; Johnson, Contact Mechanics, 4.3.
     depth = np.sqrt(force / (np.pi * LAYER.foundation) * np.sqrt(1 / radius * (1 / radius + 1 / 0.04)))
     patch = np.sqrt(2 * radius * depth)
@@ -129,7 +136,10 @@ def test_a_ball_across_the_border_of_a_curved_skin(along: float) -> None:
 @pytest.mark.parametrize("along", [-0.003, 0.0, 0.004])
 def test_punch_keeps_the_moment_about_the_border(along: float) -> None:
     """Pressed beside its middle, the disc tilts: its pressure is linear, F / A (1 + 4 e x / r²)."""
-    felt, force, radius, beside = model("punch"), 6.0, 0.01, 0.0015
+    felt = model("punch")
+    force = 6.0
+    radius = 0.01
+    beside = 0.0015
     read = float(felt.pressures([disc(along, radius, force, beside=beside)]) @ SKIN.areas) / force
     u = -along / radius
     first = 2 / 3 * (1 - u * u) ** 1.5 / np.pi  # moment of the area beyond u about the middle, over the area
@@ -139,7 +149,8 @@ def test_punch_keeps_the_moment_about_the_border(along: float) -> None:
 @pytest.mark.parametrize("along", [-0.02, -0.012, 0.012, 0.02])
 @pytest.mark.parametrize("name", CONTACT_MODELS)
 def test_all_models_agree_about_what_touches_the_skin(name: str, along: float) -> None:
-    felt, force = model(name), 3.0
+    felt = model(name)
+    force = 3.0
     read = felt.pressures([disc(along, 0.01, force)]) @ SKIN.areas
     assert read == pytest.approx(force if along > 0 else 0.0, rel=1e-12)
     outside = {ContactNoteKind.OUTSIDE_SKIN} if along < 0 else set()
@@ -167,7 +178,8 @@ def test_two_patches_at_a_seam_share_the_load_with_the_bare_part() -> None:
 @pytest.mark.parametrize("name", MODELS)
 def test_every_model_reports_a_body_on_a_bare_part(name: str) -> None:
     """The body rests there, and nothing is read."""
-    robot, body = bar(hinged=False), thing("box", at=(0.05, 0.0, 0.0299), mass=0.3)
+    robot = bar(hinged=False)
+    body = thing("box", at=(0.05, 0.0, 0.0299), mass=0.3)
     effects = Effects(contact="environment", skin=name, timestep=5e-4)
     simulation = Simulation(robot, SKIN, effects, objects=(body,))
     simulation.step(1000, no_command(robot))
@@ -178,7 +190,8 @@ def test_every_model_reports_a_body_on_a_bare_part(name: str) -> None:
 
 
 def test_the_foundation_bears_a_body_across_the_border_whole() -> None:
-    robot, weight = bar(hinged=False), 0.3 * 9.81
+    robot = bar(hinged=False)
+    weight = 0.3 * 9.81
     body = thing("box", at=(0.11, 0.0, 0.0299), mass=0.3)
     effects = Effects(contact="environment", skin="foundation", timestep=5e-4)
     simulation = Simulation(robot, SKIN, effects, objects=(body,))
@@ -194,7 +207,8 @@ def test_forces_of_the_foundation_on_a_bare_part_are_equal_and_opposite() -> Non
     ball = thing("sphere", at=(0.05, 0.03, 0.0393), mass=0.4)
     effects = Effects(contact="environment", skin="foundation", gravity="off")
     simulation = Simulation(bar(), SKIN, effects, objects=(ball,))
-    model, data = simulation._model, simulation._data
+    model = simulation._model
+    data = simulation._data
     data.qvel[:] = np.linspace(-0.5, 0.5, model.nv)
     simulation.step(1, no_command(bar()))
     force = data.qfrc_applied[1:4]

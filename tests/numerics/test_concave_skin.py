@@ -14,7 +14,10 @@ from tests.support.hollows import BOWL_DEPTH, GROOVE_DEPTH, bowl_and_ball, hollo
 from tests.support.scene_objects import thing
 from tests.support.touch import hold
 
-MASS, GRAVITY, RADIUS, LAYER = 0.2, 9.81, 0.02, ElasticLayer(2e4)
+MASS = 0.2
+GRAVITY = 9.81
+RADIUS = 0.02
+LAYER = ElasticLayer(2e4)
 WEIGHT = MASS * GRAVITY
 HEIGHTS = {
     "flat": RADIUS,
@@ -88,7 +91,8 @@ def test_means_over_the_tick_keep_both_walls_of_a_groove():
 @pytest.mark.parametrize("model", CONTACT_MODELS)
 @pytest.mark.parametrize("shape", HEIGHTS)
 def test_models_feel_the_weight_under_the_ball(shape, model):
-    simulation, skin = ball_on(shape), hollow(shape)[1]
+    simulation = ball_on(shape)
+    skin = hollow(shape)[1]
     run(simulation, 200)
     touch = CONTACT_MODELS[model].build(skin, LAYER, SensorEffects())
     forces = touch.pressures(simulation.loads) * skin.areas
@@ -101,7 +105,8 @@ def test_models_feel_the_weight_under_the_ball(shape, model):
 @pytest.mark.parametrize("shape", HEIGHTS)
 def test_the_foundation_carries_the_ball_on_the_surface(shape):
     """Taxels feel what acts along their normals, and points are finite: on 200 taxels a tenth of the weight is off."""
-    simulation, skin = ball_on(shape, skin="foundation"), hollow(shape)[1]
+    simulation = ball_on(shape, skin="foundation")
+    skin = hollow(shape)[1]
     place = run(simulation, 500)
     forces = simulation.sense() * skin.areas
     middle = forces @ skin.patches[0].taxels.positions / forces.sum()
@@ -114,7 +119,8 @@ def test_the_foundation_carries_the_ball_on_the_surface(shape):
 def test_the_depth_model_feels_a_heavy_ball_where_it_rests(shape):
     """A light one presses a spot that is smaller than the distance between taxels."""
     mass = 6.0
-    simulation, skin = ball_on(shape, skin="depth", mass=mass), hollow(shape)[1]
+    simulation = ball_on(shape, skin="depth", mass=mass)
+    skin = hollow(shape)[1]
     place = run(simulation, 200)
     forces = simulation.sense() * skin.areas
     middle = forces @ skin.patches[0].taxels.positions / forces.sum()
@@ -151,7 +157,9 @@ def test_seams_between_pieces_are_not_felt():
     ball = thing("sphere", size=(0.01,), at=(0.055, -0.03, 0.01 - WEIGHT / LAYER.stiffness), mass=MASS)
     simulation = Simulation(robot, skin, Effects(contact="environment", gravity="on"), objects=(ball,), layer=LAYER)
     simulation._data.qvel[1] = 0.2
-    places, forces, touched = [], [], set()
+    places = []
+    forces = []
+    touched = set()
     for _ in range(100):
         places.append(run(simulation, 3))
         forces.append(simulation.total_normal_force)

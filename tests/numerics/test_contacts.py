@@ -50,7 +50,9 @@ def press(*centres, kilopascals=20.0) -> np.ndarray:
 @pytest.mark.parametrize("noise", [0.0, 150.0])
 def test_a_wandering_contact_is_one_and_where_it_is(pace, noise):
     """Up to 20 mm from frame to frame, two pitches: 4 m/s at 200 Hz."""
-    random, reader, missed = np.random.default_rng(0), ContactDetector(MAP), []
+    random = np.random.default_rng(0)
+    reader = ContactDetector(MAP)
+    missed = []
     for step in range(200):
         x = 0.2 + 0.15 * np.sin(pace / 0.15 * step)
         regions = reader.read(press((x, 0.0)) + random.normal(0, noise, len(SKIN)) * (noise > 0))
@@ -61,7 +63,8 @@ def test_a_wandering_contact_is_one_and_where_it_is(pace, noise):
 
 def test_two_that_pass_through_each_other():
     """Together they go by the older's name; parted, each has its own again, by its motion."""
-    reader, seen = ContactDetector(MAP), []
+    reader = ContactDetector(MAP)
+    seen = []
     reader.read(press((0.08, 0.0)))
     for way in np.arange(0.0, 0.24, 0.004):
         regions = reader.read(press((0.08 + way, 0.0), (0.32 - way, 0.0)))
@@ -79,7 +82,8 @@ def test_two_that_pass_through_each_other():
 
 
 def test_of_three_in_a_chain_the_oldest_lives_on():
-    reader, places = ContactDetector(MAP), [(0.3, 0.0), (0.2, 0.0), (0.1, 0.0)]
+    reader = ContactDetector(MAP)
+    places = [(0.3, 0.0), (0.2, 0.0), (0.1, 0.0)]
     for count in (1, 2, 3):
         reader.read(press(*places[:count]))
     (region,) = reader.read(press(*places, (0.15, 0.0), (0.25, 0.0)))
@@ -88,7 +92,8 @@ def test_of_three_in_a_chain_the_oldest_lives_on():
 
 def test_nothing_is_counted_twice_or_lost():
     """Whatever is pressed: each touched taxel is in one region, and ids are all different."""
-    random, reader = np.random.default_rng(0), ContactDetector(MAP)
+    random = np.random.default_rng(0)
+    reader = ContactDetector(MAP)
     for _ in range(100):
         count = int(random.integers(0, 5))
         centres = np.column_stack([random.uniform(0.03, 0.37, count), random.uniform(-0.04, 0.04, count)])
@@ -150,10 +155,15 @@ def kinds(events, *wanted: str) -> list[str]:
 @pytest.mark.parametrize("seed", range(3))
 @pytest.mark.parametrize("rate", [5.0, 20.0, 100.0])
 def test_a_stroke_over_gaps_is_one_contact(rate, seed):
-    random, session, speed, events = np.random.default_rng(seed), session_at(rate), 0.08, []
+    random = np.random.default_rng(seed)
+    session = session_at(rate)
+    speed = 0.08
+    events = []
     away = gappy().skin.patches[0].taxels.positions
     start = away[np.argmin(np.hypot(away[:, 0] - 0.06, away[:, 1] - random.uniform(-0.03, 0.03)))]
-    tick, lost, ids = gappy().scene.tick, 0, set()
+    tick = gappy().scene.tick
+    lost = 0
+    ids = set()
     session.submit(PokePressed(1, place(*start[:2]), TIP))
     for number in range(60 + round(0.25 / speed / tick)):
         if number > 60:
@@ -175,7 +185,8 @@ def test_a_stroke_over_gaps_is_one_contact(rate, seed):
 
 @pytest.mark.parametrize("rate", [20.0, 100.0])
 def test_taps_in_one_place_are_as_many_as_they_are(rate):
-    session, events = session_at(rate), []
+    session = session_at(rate)
+    events = []
     at = gappy().skin.taxel_point(130)
     for _ in range(4):
         session.submit(PokePressed(1, at, TIP))
@@ -200,8 +211,10 @@ def reader(noise: float) -> ContactDetector:
 
 @pytest.mark.parametrize("noise", [100.0, 500.0, 2000.0])
 def test_noise_alone_is_no_contact(noise):
-    random, own = np.random.default_rng(0), reader(noise)
-    high, found = 0, 0
+    random = np.random.default_rng(0)
+    own = reader(noise)
+    high = 0
+    found = 0
     for _ in range(2000):
         pressures = random.normal(0, noise, len(SKIN))
         high += int((pressures >= own.threshold).sum())
@@ -212,7 +225,8 @@ def test_noise_alone_is_no_contact(noise):
 
 @pytest.mark.parametrize("noise", [500.0, 2000.0])
 def test_a_contact_that_stands_out_is_found_and_stays_one(noise):
-    random, own = np.random.default_rng(0), reader(noise)
+    random = np.random.default_rng(0)
+    own = reader(noise)
     exact = WaterFillModel(SKIN).pressures([sphere_load("bar", np.array([0.2, 0.0, 0.02]), UP, 10.0, 0.02)])
     assert exact.max() > 6 * noise
     ids = [[region.id for region in own.read(exact + random.normal(0, noise, len(SKIN)))] for _ in range(500)]
@@ -235,7 +249,9 @@ def test_many_taxels_that_just_touch_are_a_contact_and_few_are_not():
 
 def test_what_was_not_believed_is_looked_at_again():
     """The same taxels, harder: the mask of touched taxels has not changed, its meaning has."""
-    noise, own, pressures = 1000.0, reader(1000.0), np.zeros(len(SKIN))
+    noise = 1000.0
+    own = reader(1000.0)
+    pressures = np.zeros(len(SKIN))
     pressures[7] = 4 * noise
     assert own.read(pressures) == ()
     pressures[7] = 8 * noise
@@ -270,7 +286,8 @@ def wide() -> np.ndarray:
 
 def scatter(changed, errors: SensorUncertainty) -> tuple[float, float, float, float]:
     """Scatter of centre (radial) and force over readings changed by chance; what error bars say, without spacing."""
-    random, exact = np.random.default_rng(0), wide()
+    random = np.random.default_rng(0)
+    exact = wide()
     found = []
     for _ in range(TRIES):
         own = changed(random, exact)
@@ -300,7 +317,8 @@ def test_unequal_gains_scatter_place_and_force_as_the_error_bars_say():
 
 def test_misplaced_taxels_scatter_the_centre_as_the_error_bars_say():
     """The centre of pressure of taxels that sit elsewhere than they are said to, independently."""
-    random, sd = np.random.default_rng(0), 0.002
+    random = np.random.default_rng(0)
+    sd = 0.002
     (region,) = ContactDetector(BAR.map, errors=SensorUncertainty(calibration=sd)).read(wide())
     forces = wide()[region.taxels] * PITCHED_SKIN.areas[region.taxels]
     shifts = random.normal(0, sd, (20 * TRIES, len(forces), 2))
@@ -313,8 +331,10 @@ def test_misplaced_taxels_scatter_the_centre_as_the_error_bars_say():
 @pytest.mark.parametrize(("radius", "force", "at_most"), [(0.001, 1.0, 1.3), (0.004, 2.0, 1.3), (0.08, 200.0, 11.0)])
 def test_a_contact_lies_as_near_as_its_error_bar_says(radius, force, at_most):
     """Smaller than a taxel's area the bar is true; wider ones are known better, never worse."""
-    random, felt = np.random.default_rng(0), WaterFillModel(PITCHED_SKIN)
-    missed, said = [], []
+    random = np.random.default_rng(0)
+    felt = WaterFillModel(PITCHED_SKIN)
+    missed = []
+    said = []
     for _ in range(150):
         point = np.array([random.uniform(0.06, 0.34), random.uniform(-0.02, 0.02), 0.02])
         for region in ContactDetector(BAR.map).read(felt.pressures([sphere_load("bar", point, UP, force, radius)])):

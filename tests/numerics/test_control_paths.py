@@ -109,7 +109,8 @@ def over_a_seam(prepared: PreparedScene) -> tuple[int, tuple[tuple[float, float]
     seam = map_.seams[0]
     middles = seam.mean(axis=1)
     height = np.abs(middles[:, 1] - np.median(map_.taxel_points[:, 1])).argmin()
-    middle, along = middles[height], seam[height][1] - seam[height][0]
+    middle = middles[height]
+    along = seam[height][1] - seam[height][0]
     across = np.array([along[1], -along[0]]) / np.linalg.norm(along)
     across *= 1.0 if map_.to_body(middle + 1e-3 * across) is not None else -1.0
     taxel = int(np.linalg.norm(map_.taxel_points - (middle + 0.015 * across), axis=1).argmin())
@@ -139,7 +140,8 @@ Border = tuple[np.ndarray, np.ndarray, np.ndarray]
 def borders(prepared: PreparedScene, patch: int) -> list[Border]:
     """Middles of the sides of a patch's border, outward directions (2,) there [m], and the places on the body (3,)."""
     map_ = prepared.map
-    outline, after = map_.outlines[patch], np.roll(map_.outlines[patch], -1, axis=0)
+    outline = map_.outlines[patch]
+    after = np.roll(map_.outlines[patch], -1, axis=0)
     found = []
     for middle, along in zip((outline + after) / 2, after - outline, strict=True):
         out = np.array([along[1], -along[0]]) / np.linalg.norm(along)

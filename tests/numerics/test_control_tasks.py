@@ -178,7 +178,8 @@ def test_when_the_finger_leaves_the_arm_goes_home_gently():
     away = np.abs(session.frame.posture - arm().robot.home).max()
     assert away > 0.02
     session.submit(PokeReleased(1))
-    speeds, wanted = [], [session.frame.command.posture]
+    speeds = []
+    wanted = [session.frame.command.posture]
     for _ in range(1200):
         frame = session.tick()
         speeds.append(np.abs(frame.velocity).max())
@@ -189,7 +190,9 @@ def test_when_the_finger_leaves_the_arm_goes_home_gently():
 
 
 BAD = {"one taxel": slice(150, 151), "all taxels": slice(None), "one far away": slice(0, 1)}
-FAULT, MENDED, END = 1.0, 2.0, 5.0
+FAULT = 1.0
+MENDED = 2.0
+END = 5.0
 """When the skin breaks, when it is whole again, and when all is over [s]."""
 
 
@@ -209,7 +212,8 @@ class Run:
                                 layer=scene.scene.layer, tick=TICK)  # fmt: skip
         sense = ContactPipeline(scene.robot, scene.map, scene.scene.effects.sensor)
         manager = ControllerManager(scene.robot, scene.map, ControlSettings(controller=controller, task="hold_point"))
-        rows, self.said = [], []
+        rows = []
+        self.said = []
         for k in range(round(END / TICK)):
             pressures = simulation.sense().copy()
             if FAULT <= k * TICK < MENDED:
@@ -223,8 +227,10 @@ class Run:
             self.said.append(manager.why_limited)
             simulation.step(scene.scene.steps_per_tick, command)
         pressed, speed, postures, commanded = zip(*rows, strict=True)
-        self.pressed, self.speed = np.array(pressed), np.array(speed)
-        self.postures, self.commanded = np.array(postures), np.array(commanded)
+        self.pressed = np.array(pressed)
+        self.speed = np.array(speed)
+        self.postures = np.array(postures)
+        self.commanded = np.array(commanded)
 
 
 @pytest.mark.rotating

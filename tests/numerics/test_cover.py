@@ -40,7 +40,8 @@ def worn(name: str, *, seed: int = 0) -> Skin:
 
 
 def check_patch(patch: Patch) -> None:
-    surface, taxels = patch.surface, patch.taxels
+    surface = patch.surface
+    taxels = patch.taxels
     assert surface.connectivity.components.max() == 0
     assert not len(surface.connectivity.bow_tie_vertices)
     _ = surface.connectivity.boundary_loops  # raises where faces disagree
@@ -54,7 +55,8 @@ def check_patch(patch: Patch) -> None:
 
 
 def check_neighbours(patch: Patch) -> None:
-    count, pairs = len(patch.taxels), patch.taxels.neighbours
+    count = len(patch.taxels)
+    pairs = patch.taxels.neighbours
     assert (pairs[:, 0] < pairs[:, 1]).all()
     assert len(np.unique(pairs, axis=0)) == len(pairs)
     graph = coo_matrix((np.ones(len(pairs)), pairs.T), shape=(count, count))
@@ -100,7 +102,9 @@ def test_the_inner_shell_wears_nothing() -> None:
 
 
 def test_the_same_seed_gives_the_same_skin_and_another_seed_another() -> None:
-    first, second, other = worn("cube"), worn.__wrapped__("cube"), worn("cube", seed=1)
+    first = worn("cube")
+    second = worn.__wrapped__("cube")
+    other = worn("cube", seed=1)
     assert first.patches[0].taxels.positions.tobytes() == second.patches[0].taxels.positions.tobytes()
     assert first.patches[0].taxels.quadrature.taxel.tobytes() == second.patches[0].taxels.quadrature.taxel.tobytes()
     assert first.patches[0].taxels.positions.tobytes() != other.patches[0].taxels.positions.tobytes()
@@ -145,7 +149,8 @@ def test_closest_points_agree_with_brute_force(name: str) -> None:
 @pytest.mark.parametrize("name", NAMES)
 def test_first_hits_agree_with_brute_force(name: str) -> None:
     mesh = HARD_MESHES[name]
-    caster, hits = RayCaster(mesh), 0
+    caster = RayCaster(mesh)
+    hits = 0
     inside = mesh.bounds[0] + np.random.default_rng(5).uniform(0.2, 0.8, (80, 3)) * np.ptp(mesh.bounds, axis=0)
     for origin, target in zip(around(mesh, 80), inside, strict=True):
         direction = (target - origin) / np.linalg.norm(target - origin)

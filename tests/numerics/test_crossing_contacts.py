@@ -38,14 +38,17 @@ class Fingers:
 
     def __init__(self, kind: str, seed: int, *, ratio: float, count: int) -> None:
         random = np.random.default_rng((seed, count))
-        self.kind, self.pitch = kind, float(random.choice([0.004, 0.006, 0.01]))
+        self.kind = kind
+        self.pitch = float(random.choice([0.004, 0.006, 0.01]))
         self.rate = float(random.choice([50, 100, 200, 500]))
         turns = np.array([0, random.uniform(np.pi / 3, np.pi)]) if count == 2 else 2 * np.pi / 3 * np.arange(3)
         turns = turns + random.uniform(0, 2 * np.pi) + random.uniform(-0.2, 0.2, count)
         self.ahead = np.stack([np.cos(turns), np.sin(turns)], axis=1)
         self.aside = random.uniform(-0.8, 0.8, (count, 1)) * self.pitch * self.ahead[:, ::-1] * [-1, 1]
         self.speed = random.uniform(0.03, 0.15) * (random.uniform(0.8, 1.25, count) if kind == "straight" else 1.0)
-        self.reach, self.stop, self.dwell = 9 * self.pitch, -1.2 * self.pitch, random.uniform(0.05, 0.6)
+        self.reach = 9 * self.pitch
+        self.stop = -1.2 * self.pitch
+        self.dwell = random.uniform(0.05, 0.6)
         self.forces = random.permutation(ratio ** np.arange(count)) * random.uniform(0.5, 4) * (self.pitch / 0.006) ** 2
         self.radius = random.uniform(1.3, 3.0) * self.pitch
 
@@ -64,18 +67,24 @@ class Fingers:
 
     def same_ids_after(self, *, noise: float = 0.0, seed: int = 0) -> bool | None:
         """Whether each finger has its id again after all were one contact; None where they never were, or not apart."""
-        map_, random = map_of(self.pitch), np.random.default_rng(seed)
+        map_ = map_of(self.pitch)
+        random = np.random.default_rng(seed)
         taxels = map_.skin.patches[0].taxels
-        detector, at = ContactDetector(map_), taxels.positions[:, :2] - SIDE * self.pitch / 2
-        first, last, merged = None, None, False
+        detector = ContactDetector(map_)
+        at = taxels.positions[:, :2] - SIDE * self.pitch / 2
+        first = None
+        last = None
+        merged = False
         for step in range(int(self.duration * self.rate)):
-            places, pressures = self.places(step / self.rate), random.normal(0, noise, len(at))
+            places = self.places(step / self.rate)
+            pressures = random.normal(0, noise, len(at))
             for place, force in zip(places, self.forces, strict=True):
                 shape = np.maximum(1 - ((at - place) ** 2).sum(axis=1) / self.radius**2, 0)
                 pressures += force * shape / max(float(shape @ taxels.areas), 1e-12)
             regions = detector.read(pressures, time=step / self.rate)
             if len(regions) < len(places):
-                merged, last = merged or first is not None, None
+                merged = merged or first is not None
+                last = None
                 continue
             centres = np.array([region.link_position[:2] for region in regions]) - SIDE * self.pitch / 2
             own = [int(np.linalg.norm(centres - place, axis=1).argmin()) for place in places]

@@ -85,7 +85,9 @@ def test_thresholding_loses_force_and_the_ring_brings_it_back(depth):
 
 @pytest.mark.parametrize("depth", [0.25, 0.5, 1.0])
 def test_least_squares_over_a_whole_map_turn_noise_into_force_and_segmented_ones_do_not(depth):
-    matrix, everywhere, segmented = area_blur(depth * PITCH), [], []
+    matrix = area_blur(depth * PITCH)
+    everywhere = []
+    segmented = []
     for own, noise in noisy(8e-3, depth * PITCH):
         everywhere.append(nnls(matrix, own)[0].sum() * AREA - 1)
         part = contact_region(own, noise)[1]
@@ -96,9 +98,12 @@ def test_least_squares_over_a_whole_map_turn_noise_into_force_and_segmented_ones
 
 def test_a_deep_skin_keeps_the_total_and_loses_the_shape():
     """At twice the pitch: plain least squares oscillate, Tikhonov and NNLS do not; the sum of all is fine anyway."""
-    matrix, sizes, totals = area_blur(2 * PITCH), [], []
+    matrix = area_blur(2 * PITCH)
+    sizes = []
+    totals = []
     for own, noise in noisy(8e-3, 2 * PITCH):
-        plain, tikhonov = np.linalg.solve(matrix, own), tikhonov_inverse(BlurMatrix.of(matrix), own, noise) @ own
+        plain = np.linalg.solve(matrix, own)
+        tikhonov = tikhonov_inverse(BlurMatrix.of(matrix), own, noise) @ own
         sizes.append([AREA * np.abs(x).sum() for x in (plain, tikhonov, nnls(matrix, own)[0])])
         totals.append(AREA * tikhonov.sum() - 1)
         values = np.linalg.svd(matrix, compute_uv=False)
@@ -147,7 +152,8 @@ def random_ball(random: np.random.Generator) -> tuple[float, float]:
 
 def flat_touches(skin, depth: float, count: int):
     """(force, readings) of balls on the flat bar, by Boussinesq's stress on a grid, none of it the product's code."""
-    x, y = 0.01 + (np.arange(760) + 0.5) * CELL, -0.05 + (np.arange(200) + 0.5) * CELL
+    x = 0.01 + (np.arange(760) + 0.5) * CELL
+    y = -0.05 + (np.arange(200) + 0.5) * CELL
     across, along = np.meshgrid(x, y)
     (patch,) = skin.patches
     owner = cKDTree(patch.taxels.positions[:, :2]).query(np.stack([across.ravel(), along.ravel()], axis=1))[1]
@@ -157,7 +163,8 @@ def flat_touches(skin, depth: float, count: int):
     random = np.random.default_rng(0)
     for _ in range(count):
         force, radius = random_ball(random)
-        x, y = random.uniform(0.06, 0.34), random.uniform(-0.03, 0.03)
+        x = random.uniform(0.06, 0.34)
+        y = random.uniform(-0.03, 0.03)
         contact = (4 * force * radius / (np.pi * ElasticLayer().foundation)) ** 0.25
         forces = np.maximum(0, 1 - ((across - x) ** 2 + (along - y) ** 2) / contact**2)
         stress = fftconvolve(force * forces / forces.sum(), kernel, mode="same")
@@ -166,7 +173,8 @@ def flat_touches(skin, depth: float, count: int):
 
 def arm_touches(skin, depth: float, count: int):
     """(force, readings) of balls on the arm, by the half-space model, whose total is exact."""
-    model, random = HalfSpaceModel(skin, layer=ElasticLayer(depth=depth)), np.random.default_rng(0)
+    model = HalfSpaceModel(skin, layer=ElasticLayer(depth=depth))
+    random = np.random.default_rng(0)
     for _ in range(count):
         (force, radius), at = random_ball(random), skin.taxel_point(int(random.integers(len(skin))))
         load = sphere_load(skin.link(at), skin.position(at), skin.normal(at), force, radius, depth=force / 2e4)
@@ -185,9 +193,12 @@ LONG = pytest.mark.long
 def test_totals_below_a_cover_have_no_bias(name, taxels, depth, count):
     """Without noise, at any ratio of depth to pitch; pressure times area loses what passes beyond the ring."""
     if name == "arm":
-        skin, map_, touches = arm().skin, arm().map, arm_touches
+        skin = arm().skin
+        map_ = arm().map
+        touches = arm_touches
     else:
-        skin, touches = bar_skin(taxels, finer=round(np.sqrt(taxels / 400))), flat_touches
+        skin = bar_skin(taxels, finer=round(np.sqrt(taxels / 400)))
+        touches = flat_touches
         map_ = build_map(skin)
     estimators = {one: build_estimator(one, skin, depth=depth) for one in ("area-sum", "local-nnls", "tikhonov")}
     off = {one: [] for one in estimators}

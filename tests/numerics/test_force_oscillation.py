@@ -44,7 +44,8 @@ def test_a_cover_that_answers_to_acceleration_does_not_keep_the_force_oscillatin
     layer = replace(prepared.scene.layer, stiffness=1e3)
     scene = beside_ball(prepared, taxel=811, radius=0.03, model="water-fill", layer=layer, depth=1e-3)
     session = read_slowly(Session(scene, settings=ControlSettings(controller=controller)))
-    forces, found = [], set()
+    forces = []
+    found = set()
     for _ in range(round(6.0 / TICK)):
         found |= {limit.kind for limit in session.tick().why_limited}
         forces.append(session.total_normal_force)
@@ -56,7 +57,8 @@ def test_a_cover_that_answers_to_acceleration_does_not_keep_the_force_oscillatin
 @pytest.mark.parametrize("period", [0.3, 0.4])
 @pytest.mark.parametrize("controller", ["hybrid", "parallel", "hold_force"])
 def test_taps_are_no_oscillation(controller, period):
-    prepared, taps = forearm(), 5
+    prepared = forearm()
+    taps = 5
     session = Session(prepared, scripted=False, settings=ControlSettings(controller=controller))
     most = 0.0
     for k in range(round((taps * period + 1.0) / TICK)):

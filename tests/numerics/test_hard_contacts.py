@@ -47,7 +47,8 @@ def place(name: str) -> Place:
 def stroked(name: str, model: str) -> Run:
     """Fingers press for 0.2 s, then go their ways."""
     here = place(name)
-    finger, ticks = Finger(radius=here.radius, max_force=3.0, speed=0.05), round(_LATER / here.prepared.scene.tick)
+    finger = Finger(radius=here.radius, max_force=3.0, speed=0.05)
+    ticks = round(_LATER / here.prepared.scene.tick)
     ways = [here.points(way) for way in range(len(here.ways))]
     acts = {1: [PokePressed(number, points[0], finger) for number, points in enumerate(ways)]}
     for step in range(1, max(map(len, ways))):
@@ -98,7 +99,8 @@ def test_all_of_a_fingers_force_is_felt_wherever_it_strokes(name, model):
 @pytest.mark.parametrize("model", EXACT)
 @pytest.mark.parametrize("name", PLACES)
 def test_a_stroke_never_jumps(name, model):
-    run, here = stroked(name, model), place(name)
+    run = stroked(name, model)
+    here = place(name)
     step = max(largest_jump(way) for way in here.ways)
     allowed = _HOPS if model == "point" else here.jump
     assert largest_jump(centres(run)) <= allowed * here.pitch + step + 1e-12
@@ -107,7 +109,8 @@ def test_a_stroke_never_jumps(name, model):
 @pytest.mark.parametrize("name", ONE_PIECE)
 def test_one_finger_is_one_contact_all_the_way(name):
     """Across a seam as well: its identity stays, and its place on the body moves as the finger does."""
-    run, here = stroked(name, "water-fill"), place(name)
+    run = stroked(name, "water-fill")
+    here = place(name)
     touched = [frame.regions for frame in run.frames if frame.regions]
     assert len(touched) > len(here.ways[0])
     assert all(len(regions) == 1 for regions in touched)
@@ -165,7 +168,8 @@ def test_a_probe_is_felt_as_hard_as_its_spring_pushes(name, model):
 @pytest.mark.parametrize("model", EXACT)
 @pytest.mark.parametrize("name", PLACES)
 def test_contact_is_never_lost_on_the_way(name, model):
-    run, here = probed(name, model), place(name)
+    run = probed(name, model)
+    here = place(name)
     if model == "point" and any(read_share(frame) == 0 for frame in run.frames[run.at(0.2) :]):
         assert name in ("half over a border", "over a gap"), "all of the force is on the nearest point, skin or bare"
         return
@@ -179,7 +183,8 @@ def test_contact_is_never_lost_on_the_way(name, model):
 @pytest.mark.parametrize("name", PLACES)
 def test_pressure_lies_under_the_probe(name):
     """No taxel farther away than the ball and a cell reads anything."""
-    run, here = probed(name, "water-fill"), place(name)
+    run = probed(name, "water-fill")
+    here = place(name)
     away = np.linalg.norm(taxel_positions(run.prepared.skin)[:, None] - run.frames[-1].objects[:, :3, 3], axis=2)
     felt = run.frames[-1].pressures > 0
     assert felt.any()
@@ -200,7 +205,8 @@ def test_what_flies_through_the_foundation_is_told(speed, step, moves):
 
     Half of these fly over the layer between two steps: nothing would be felt.
     """
-    made, still = gantry(), ((0.0, 0.0, 0.0, 0.05), (60.0, 0.0, 0.0, 0.05))
+    made = gantry()
+    still = ((0.0, 0.0, 0.0, 0.05), (60.0, 0.0, 0.0, 0.05))
     path = ((0.0, 0.0, 0.0, 0.05), (0.15 / speed, 0.0, 0.0, -0.1), (60.0, 0.0, 0.0, -0.1))
     spec = ObjectSpec(
         "ball", "probe", (0.006,), mass=0.01, friction=0.0, max_force=1e4, path=path if moves == "ball" else still

@@ -123,7 +123,8 @@ def _energy_here(name: str) -> float:
 @pytest.mark.parametrize("name", UNIQUE)
 @pytest.mark.parametrize("how", ["turned", "moved", "1e-6", "1e6", "shuffled"])
 def test_the_best_map_depends_on_the_shape_alone(name: str, how: str) -> None:
-    mesh, rng = hard_mesh(name), np.random.default_rng(1)
+    mesh = hard_mesh(name)
+    rng = np.random.default_rng(1)
     turn = np.linalg.qr(rng.normal(size=(3, 3)))[0]
     order = rng.permutation(len(mesh.vertices))
     vertices, faces = {

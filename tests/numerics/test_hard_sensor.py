@@ -91,7 +91,8 @@ def test_everything_wrong_at_once_repeats_to_the_last_bit():
 def test_a_pressure_that_is_no_number_is_refused_by_taxel_and_leaves_no_trace(bad, sensor):
     chain = SensorChain(BAR.skin, sensor, tick=0.005, seed=3)
     good = np.full(len(BAR.skin), 5e3)
-    before, expected = chain.state(), SensorChain(BAR.skin, sensor, tick=0.005, seed=3).read(good)
+    before = chain.state()
+    expected = SensorChain(BAR.skin, sensor, tick=0.005, seed=3).read(good)
     wrong = good.copy()
     wrong[17] = bad
     for read in (chain.read, chain.stages[0][1]):
@@ -119,7 +120,8 @@ def test_huge_and_tiny_forces_stay_numbers(name):
 
 def test_a_session_whose_sensor_breaks_goes_on_from_where_it_was():
     """A skin that dies while it is touched, and comes back: the contact is lost, found again, and held as before."""
-    dies, mends = sensing(dead_taxels=DeadTaxels(dead=1.0)), EffectsChanged(BAR.scene.effects)
+    dies = sensing(dead_taxels=DeadTaxels(dead=1.0))
+    mends = EffectsChanged(BAR.scene.effects)
     run = play(BAR, 3.5, {1: [FOLLOW, PRESS], 100: [dies], 200: [mends]})
     check_numbers(run)
     touched = [bool(frame.regions) for frame in run.frames]

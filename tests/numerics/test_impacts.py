@@ -17,7 +17,8 @@ from tactile_maps.tactile.sensors.sensor_effects import Sampling, SensorEffects
 from tests.support.scene_objects import thing
 from tests.support.touch import bar, bar_skin, hold
 
-GRAVITY, TOP = 9.81, 0.02
+GRAVITY = 9.81
+TOP = 0.02
 USUAL = ("implicitfast", "discrete")
 INTEGRATORS = [pytest.param(name, marks=() if name in USUAL else pytest.mark.long) for name in get_args(Integrator)]
 HALF: dict[ObjectKind, float] = {"sphere": 0.02, "box": 0.01, "cylinder": 0.01, "mesh": 0.02}
@@ -36,7 +37,8 @@ def falling(kind: ObjectKind, mass: float, speed: float, **effects) -> Simulatio
 
 def impact(simulation: Simulation, seconds: float) -> tuple[np.ndarray, np.ndarray]:
     """Return the force on the skin that the taxels read [N] and the velocity of the body [m/s] after each step."""
-    forces, velocities = [], []
+    forces = []
+    velocities = []
     for _ in range(round(seconds / simulation.timestep)):
         simulation.step(1, STILL)
         forces.append(simulation.sense() @ simulation._skin.areas)
@@ -48,7 +50,9 @@ def impact(simulation: Simulation, seconds: float) -> tuple[np.ndarray, np.ndarr
 @pytest.mark.parametrize("integrator", INTEGRATORS)
 @pytest.mark.parametrize("kind", HALF)
 def test_the_impulse_that_is_read_is_the_change_of_momentum(kind, integrator, step):
-    mass, speed, seconds = 0.5, 0.5, 0.06
+    mass = 0.5
+    speed = 0.5
+    seconds = 0.06
     forces, velocities = impact(falling(kind, mass, speed, integrator=integrator, timestep=step), seconds)
     assert forces.max() > 20
     assert forces.sum() * step == pytest.approx(mass * (velocities[-1] + speed + GRAVITY * seconds), rel=2e-3)
@@ -70,7 +74,8 @@ def test_light_and_heavy_bodies_keep_momentum_too(integrator, mass):
 @pytest.mark.parametrize("integrator", INTEGRATORS)
 def test_the_foundation_damps_as_its_material_does(integrator, step):
     """A block of mass m on springs of K in all, with the relaxation time T, decays with  K T / (2 m)."""
-    mass, layer = 2.0, ElasticLayer()
+    mass = 2.0
+    layer = ElasticLayer()
     box = thing("box", size=(0.06, 0.05, 0.02), at=(0.15, 0.0, TOP + 0.01 - 5e-4), mass=mass, guided=True)
     effects = Effects(contact="environment", gravity="on", integrator=integrator, skin="foundation", timestep=step)
     simulation = Simulation(bar(hinged=False), bar_skin(finer=4), effects, objects=(box,), layer=layer)
@@ -79,7 +84,8 @@ def test_the_foundation_damps_as_its_material_does(integrator, step):
         simulation.step(1, STILL)
         heights.append(simulation.object_poses[0, 2, 3])
     stiffness = layer.foundation * 0.06 * 0.05
-    rate, turns = 0.5e-3 * stiffness / mass, np.sqrt(stiffness / mass)
+    rate = 0.5e-3 * stiffness / mass
+    turns = np.sqrt(stiffness / mass)
 
     def swing(time, size, decay, speed, phase, rest):
         return size * np.exp(-decay * time) * np.cos(speed * time + phase) + rest
@@ -95,9 +101,12 @@ def test_the_foundation_damps_as_its_material_does(integrator, step):
 @pytest.mark.parametrize("kind", ["sphere", "box"])
 def test_averaged_readings_hold_the_impulse_at_any_rate(kind, steps, skin):
     """The last step's force would make the impulse anything from nothing to fifteen times of it."""
-    mass, speed, step = 0.2, 0.4, 5e-4
+    mass = 0.2
+    speed = 0.4
+    step = 5e-4
     simulation = falling(kind, mass, speed, timestep=step, skin=skin, time_averaging=True)
-    impulse, ticks = 0.0, round(0.06 / (step * steps))
+    impulse = 0.0
+    ticks = round(0.06 / (step * steps))
     for _ in range(ticks):
         simulation.step(steps, STILL)
         impulse += simulation.sense() @ simulation._skin.areas * step * steps
@@ -111,9 +120,13 @@ def test_averaged_readings_hold_the_impulse_at_any_rate(kind, steps, skin):
 @pytest.mark.parametrize("kind", ["sphere", "box"])
 def test_averaged_wrenches_hold_the_impulse_at_any_rate(kind, steps, skin):
     """So does the total that scenes state; those of the last step scatter as its readings would."""
-    mass, speed, step = 0.2, 0.4, 5e-4
+    mass = 0.2
+    speed = 0.4
+    step = 5e-4
     simulation = falling(kind, mass, speed, timestep=step, skin=skin, time_averaging=True)
-    impulse, total, ticks = np.zeros(6), 0.0, round(0.06 / (step * steps))
+    impulse = np.zeros(6)
+    total = 0.0
+    ticks = round(0.06 / (step * steps))
     for _ in range(ticks):
         simulation.step(steps, STILL)
         impulse += simulation.wrenches()["bar"] * step * steps
@@ -126,7 +139,9 @@ def test_averaged_wrenches_hold_the_impulse_at_any_rate(kind, steps, skin):
 
 @pytest.mark.parametrize("rate", [50.0, 20.0])
 def test_a_slow_sensor_holds_the_impulse_too(rate):
-    mass, speed, step = 0.2, 0.4, 1e-3
+    mass = 0.2
+    speed = 0.4
+    step = 1e-3
     body = thing("sphere", at=(0.15, 0.0, TOP + 0.04), mass=mass, guided=True)
     effects = Effects(
         contact="environment", gravity="on", time_averaging=True,
@@ -135,7 +150,8 @@ def test_a_slow_sensor_holds_the_impulse_too(rate):
     simulation = Simulation(bar(hinged=False), bar_skin(), effects, objects=(body,), tick=0.005)
     simulation._data.qvel[0] = -speed
     simulation._physics.forward()
-    impulse, ticks = 0.0, 41
+    impulse = 0.0
+    ticks = 41
     for _ in range(ticks):
         simulation.step(5, STILL)
         impulse += simulation.sense() @ simulation._skin.areas * 0.005
@@ -156,7 +172,8 @@ def test_without_averaging_a_reading_is_that_of_the_last_step():
 
 
 def test_fingers_are_averaged_alike():
-    robot, skin = bar(hinged=False), bar_skin()
+    robot = bar(hinged=False)
+    skin = bar_skin()
     last, mean = (Simulation(robot, skin, Effects(time_averaging=on)) for on in (False, True))
     forces = []
     for simulation in (last, mean):

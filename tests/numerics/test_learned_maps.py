@@ -30,9 +30,12 @@ from tactile_maps.maps.learned.readings import detect_touch
 from tactile_maps.tactile.babbling import BabbleSpec, babble
 from tests.support.surfaces import cap, frustum, skin_of
 
-RADIUS, NEAR = 0.1, 6
-FEW, MANY = BabbleSpec(touches=300), BabbleSpec(touches=3000)
-SEVERAL, BIASED = BabbleSpec("multi-touch", touches=3000), BabbleSpec("biased", touches=3000)
+RADIUS = 0.1
+NEAR = 6
+FEW = BabbleSpec(touches=300)
+MANY = BabbleSpec(touches=3000)
+SEVERAL = BabbleSpec("multi-touch", touches=3000)
+BIASED = BabbleSpec("biased", touches=3000)
 
 
 @cache
@@ -78,7 +81,8 @@ def kept(points, truth):
 
 def trustworthiness(points, truth):
     """Venna and Kaski's, from its definition: every false neighbour costs how far it is from being one."""
-    count, cost = len(points), 0
+    count = len(points)
+    cost = 0
     for i, (on_map, on_body) in enumerate(zip(cdist(points, points), truth, strict=True)):
         others = np.delete(np.arange(count), i)
         rank = {j: place for place, j in enumerate(others[on_body[others].argsort()], 1)}
@@ -112,7 +116,8 @@ def test_three_thousand_touches_come_close_to_geometry(method, share, stress):
 
 @pytest.mark.parametrize("method", LEARNING_METHODS)
 def test_more_touches_make_no_map_worse(method):
-    few, many = learned(method, FEW).points, learned(method, MANY).points
+    few = learned(method, FEW).points
+    many = learned(method, MANY).points
     assert kept(few, on_dome()) > 0.65, "already a map"
     assert kept(many, on_dome()) > kept(few, on_dome())
     assert kruskal_stress(many, on_dome()) < kruskal_stress(few, on_dome()) + 0.005
@@ -121,7 +126,8 @@ def test_more_touches_make_no_map_worse(method):
 @pytest.mark.parametrize("method", LEARNING_METHODS)
 def test_places_always_pressed_together_come_together_on_every_learned_map(method):
     """The paper's own objection to maps from co-activation; a geometric map is made without touch."""
-    plain, biased = learned(method, MANY).points, learned(method, BIASED).points
+    plain = learned(method, MANY).points
+    biased = learned(method, BIASED).points
     assert kept(biased, on_dome()) < kept(plain, on_dome()) - 0.1
     assert trustworthiness(biased, on_dome()) < trustworthiness(plain, on_dome()) - 0.05
     assert kruskal_stress(biased, on_dome()) > kruskal_stress(plain, on_dome()) + 0.15

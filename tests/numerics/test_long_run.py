@@ -18,11 +18,14 @@ from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
 from tests.hard_cases.touch import dressed, weight
 from tests.support.touch import bar, bar_skin
 
-HOUR, TICK, STEP = 3600.0, 0.4, 0.004
+HOUR = 3600.0
+TICK = 0.4
+STEP = 0.004
 PERIOD = 4.0
 """Of the rocking [s], a whole number of ticks."""
 MASS = 0.5
-_ROUND, _MINUTE = round(PERIOD / TICK), round(60 / TICK)
+_ROUND = round(PERIOD / TICK)
+_MINUTE = round(60 / TICK)
 _GROWN = 1000
 """Blocks of memory that an hour may leave behind: far less than one a tick."""
 NOISY = {"gain_spread": "on", "noise": "on", "offset_drift": {"sd": 100.0, "walk": 0.5}, "hysteresis": "on",
@@ -48,8 +51,10 @@ def fingerprint(session: Session) -> list[bytes]:
 def hour() -> dict[str, np.ndarray]:
     """An hour of the ideal skin: time, force, posture and height of every tick, and what the memory held."""
     session = Session(scene())
-    areas, ticks = session.prepared.skin.areas, round(HOUR / TICK)
-    rows, held = np.zeros((ticks, 5)), []
+    areas = session.prepared.skin.areas
+    ticks = round(HOUR / TICK)
+    rows = np.zeros((ticks, 5))
+    held = []
     for tick in range(ticks):
         frame = session.tick()
         clock = session._simulation.time
@@ -73,7 +78,8 @@ def test_an_hour_is_an_hour_on_every_clock(hour):
 def test_the_last_round_is_the_second(hour):
     """After the first the motion repeats; force, posture and height of a phase are the same an hour later."""
     felt = hour["rows"][:, 2:]
-    early, late = felt[2 * _ROUND : 3 * _ROUND], felt[-_ROUND:]
+    early = felt[2 * _ROUND : 3 * _ROUND]
+    late = felt[-_ROUND:]
     assert np.ptp(early[:, 1]) > 0.02, "it rocks"
     assert late == pytest.approx(early, rel=1e-5, abs=1e-7)
 

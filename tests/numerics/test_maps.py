@@ -47,7 +47,8 @@ def _map(name):
 
 @pytest.mark.parametrize("name", EVERY)
 def test_the_map_is_finite_one_to_one_and_better_than_the_first(name):
-    chart, surface = _chart(name), named(name)
+    chart = _chart(name)
+    surface = named(name)
     assert np.isfinite(chart.plane).all()
     assert not flipped(chart.plane, chart.faces).any()
     assert crossings(chart.plane[chart.connectivity.boundary_loops[0]]) == 0
@@ -97,7 +98,8 @@ def test_a_jitter_of_rounding_size_changes_nothing_visible(name):
 
 @pytest.mark.parametrize("name", SMALL)
 def test_round_trips_of_the_map_are_exact(name):
-    map_, rng = _map(name), np.random.default_rng(0)
+    map_ = _map(name)
+    rng = np.random.default_rng(0)
     faces = rng.integers(len(map_.charts[0].faces), size=500)
     faces = faces[map_.skin.patches[0].surface.face_areas[faces] > 0]
     weights = rng.dirichlet([1, 1, 1], len(faces))
@@ -174,7 +176,8 @@ def test_a_cap_of_a_sphere_reaches_the_optimum_known_for_it(angle, energy):
 def _best_ring_map(angle, count=200):
     """The least energy among maps that keep circles circles: one radius for each distance from the pole."""
     down = np.linspace(0, angle, count + 1)
-    middle, width = 0.5 * (down[1:] + down[:-1]), np.diff(down)
+    middle = 0.5 * (down[1:] + down[:-1])
+    width = np.diff(down)
 
     def energy(steps):
         radius = np.concatenate([[0.0], np.cumsum(np.exp(steps) * width)])

@@ -16,7 +16,9 @@ from tactile_maps.skin.model.taxel_set import TaxelSet
 from tactile_maps.skin.reconstruction.reconstruct import skin_from_taxels
 from tests.support.pressed_arm import beside_ball, forearm
 
-PITCH, SIDE, SEEDS = 0.008, 15, range(6)
+PITCH = 0.008
+SIDE = 15
+SEEDS = range(6)
 UP = np.array([0.0, 0.0, 1.0])
 
 
@@ -24,7 +26,8 @@ UP = np.array([0.0, 0.0, 1.0])
 def lattice() -> Skin:
     """15 x 15 taxels of a hexagonal lattice, flat, 8 mm apart; each a corner of the surface."""
     column, row = np.meshgrid(np.arange(SIDE), np.arange(SIDE))
-    x, y = PITCH * (column + 0.5 * (row % 2)), PITCH * np.sqrt(0.75) * row
+    x = PITCH * (column + 0.5 * (row % 2))
+    y = PITCH * np.sqrt(0.75) * row
     positions = np.column_stack([x.ravel(), y.ravel(), np.zeros(x.size)])
     return skin_from_taxels(TaxelSet("lattice", "plate", np.arange(x.size), positions, np.tile(UP, (x.size, 1))))
 
@@ -67,7 +70,8 @@ def turned(jacobians: np.ndarray) -> np.ndarray:
 def believed_over_true(sd: float, *, by: str = "taxel") -> tuple[np.ndarray, np.ndarray]:
     """(m, 2, 2) of all triangles between taxels, and (k, 2, 2) of the fits over two rings, in the plane."""
     true = lattice().patches[0].taxels.positions
-    raw, smooth = [], []
+    raw = []
+    smooth = []
     for seed in SEEDS:
         said = with_calibration_error(lattice(), sd, seed=seed, by=by).patches[0].taxels.positions
         sides, moved = (x[triangles()][:, 1:, :2] - x[triangles()][:, :1, :2] for x in (true, said))
@@ -109,8 +113,10 @@ def test_the_map_that_is_built_of_it_is_valid_and_its_smoothed_jacobian_the_true
     map_ = build_map(with_calibration_error(lattice(), sd, seed=1, by=by))
     a, b, c = (map_.uv[0][map_.charts[0].faces[:, k]] for k in range(3))
     assert (np.linalg.det(np.stack([b - a, c - a], axis=1)) > 0).all(), "nothing is turned over on the map"
-    jacobian, errors = MapJacobian(map_), {"smoothed": [], "raw": []}
-    body, plane = lattice().patches[0].taxels.positions, map_.taxel_points
+    jacobian = MapJacobian(map_)
+    errors = {"smoothed": [], "raw": []}
+    body = lattice().patches[0].taxels.positions
+    plane = map_.taxel_points
     for taxel in inner():
         ring = jacobian.two_rings(taxel)
         if len(ring) < 10:

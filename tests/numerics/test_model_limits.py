@@ -49,7 +49,8 @@ def pressed(controller: str, effort: str, folder: Path, *, seconds: float = 1.5)
     session.submit(ControlChanged(ControlSettings(controller=controller, force_gain=0.02, force_goal=1.0)))
     normals = np.array([skin.normal(skin.taxel_point(taxel)) for taxel in range(len(skin))])
     session.submit(PokePressed(1, skin.taxel_point(int(np.argmax(normals[:, 2]))), Finger(speed=0.1, max_force=30.0)))
-    speeds, kinds = [], set[LimitKind]()
+    speeds = []
+    kinds = set[LimitKind]()
     for _ in range(round(seconds / scene.scene.tick)):
         frame = session.tick()
         speeds.append(frame.velocity[0])

@@ -79,7 +79,8 @@ def calls(monkeypatch) -> Counter[str]:
 def run(effects: Effects, calls: Counter[str], *, things=(), poke: bool = False) -> Counter[str]:
     """Calls of one step of five under an old command, and one reading."""
     robot = bar()
-    simulation, command = Simulation(robot, bar_skin(), effects, objects=things), hold(robot, 5.0, 0.5)
+    simulation = Simulation(robot, bar_skin(), effects, objects=things)
+    command = hold(robot, 5.0, 0.5)
     simulation.step(5, command)
     if poke:
         simulation.apply(PokePressed(1, bar_skin().taxel_point(5), Finger(speed=0.0)))
@@ -121,7 +122,8 @@ def test_what_acts_between_steps_is_called_between_steps(calls):
 
 def test_a_lifted_finger_leaves_no_call(calls):
     robot = bar()
-    simulation, command = Simulation(robot, bar_skin(), Effects()), hold(robot, 5.0, 0.5)
+    simulation = Simulation(robot, bar_skin(), Effects())
+    command = hold(robot, 5.0, 0.5)
     simulation.apply(PokePressed(1, bar_skin().taxel_point(5)))
     simulation.step(5, command)
     simulation.apply(PokeReleased(1))
@@ -133,7 +135,8 @@ def test_a_lifted_finger_leaves_no_call(calls):
 
 def test_gains_are_written_when_the_command_changes_and_only_then():
     robot = bar()
-    simulation, command = Simulation(robot, bar_skin(), BARE), hold(robot, 5.0, 0.5)
+    simulation = Simulation(robot, bar_skin(), BARE)
+    command = hold(robot, 5.0, 0.5)
     simulation.step(1, command)
     simulation._model.actuator_gainprm[0, 0] = 7.0
     simulation.step(1, command)
@@ -147,7 +150,8 @@ def test_gains_are_written_when_the_command_changes_and_only_then():
 @pytest.mark.parametrize("integrator", ["implicitfast", "discrete", "euler", "implicit"])
 def test_many_steps_in_one_call_are_the_same_steps(integrator):
     effects = Effects(gravity="on", integrator=integrator)
-    one, many = Simulation(arm().robot, arm().skin, effects), Simulation(arm().robot, arm().skin, effects)
+    one = Simulation(arm().robot, arm().skin, effects)
+    many = Simulation(arm().robot, arm().skin, effects)
     command = hold(arm().robot, 3.0, 0.5)
     many.step(60, command)
     for _ in range(60):
@@ -158,7 +162,8 @@ def test_many_steps_in_one_call_are_the_same_steps(integrator):
 @pytest.mark.parametrize("integrator", ["implicitfast", "discrete", "euler", "implicit"])
 def test_a_finger_that_pushes_nothing_changes_no_step(integrator):
     effects = Effects(gravity="on", integrator=integrator)
-    free, touched = Simulation(bar(), bar_skin(), effects), Simulation(bar(), bar_skin(), effects)
+    free = Simulation(bar(), bar_skin(), effects)
+    touched = Simulation(bar(), bar_skin(), effects)
     touched.apply(PokePressed(1, bar_skin().taxel_point(5), Finger(max_force=0.0)))
     for simulation in (free, touched):
         simulation.step(200, no_command(bar()))
@@ -192,7 +197,8 @@ def free_arm(taxel: int, *, timestep: float) -> tuple[Simulation, float]:
     simulation._model.dof_damping[:] = simulation._model.dof_frictionloss[:] = 0
     simulation._model.opt.enableflags |= int(mujoco.mjtEnableBit.mjENBL_ENERGY)
     at = prepared.skin.taxel_point(taxel)
-    configuration, link = Configuration(prepared.robot), prepared.skin.link(at)
+    configuration = Configuration(prepared.robot)
+    link = prepared.skin.link(at)
     outward = configuration.pose(link).rotation @ prepared.skin.normal(at)
     row = outward @ configuration.jacobian(link, prepared.skin.position(at))
     simulation.apply(PokePressed(1, at, Finger(stiffness=300.0, speed=0.0, max_force=1e6)))
@@ -206,7 +212,8 @@ def test_a_standing_finger_gives_back_what_it_took(taxel):
     command = no_command(arm().robot)
     for timestep, drift in ((1e-3, 1e-2), (2.5e-4, 2.5e-3)):
         simulation, stiffness = free_arm(taxel, timestep=timestep)
-        energy, forces = [], []
+        energy = []
+        forces = []
         for _ in range(round(3.0 / timestep / 10)):
             simulation.step(10, command)
             forces.append(simulation.pokes[0].force)
@@ -238,8 +245,10 @@ def test_after_release_the_arm_loses_energy_and_comes_home(taxel):
         frame = session.tick()
     assert np.abs(frame.posture - arm().robot.home).max() > 5e-3, "it yielded"
     session.submit(PokeReleased(1))
-    model, data = session._simulation._model, session._simulation._data
-    energy, mass = [], np.zeros((7, 7))
+    model = session._simulation._model
+    data = session._simulation._data
+    energy = []
+    mass = np.zeros((7, 7))
     for _ in range(800):
         frame = session.tick()
         mujoco.mj_fullM(model, data, mass)
@@ -263,14 +272,16 @@ def test_a_finger_pressed_hard_anywhere_never_makes_a_number_that_means_nothing(
     assert 0.99 * pressed < frame.pressures @ arm().skin.areas < pressed, "bare parts next to the skin bear the rest"
 
 
-FORCE, MASS = 10.0, 0.2
+FORCE = 10.0
+MASS = 0.2
 
 
 def dragged(
     friction: float, speed: float, stiffness: float, *, hinged: bool = True, force: float = FORCE, **effects
 ) -> tuple[np.ndarray, np.ndarray]:
     """Normal and friction force [N] at each step while a probe presses with ``force`` and slides along the bar."""
-    robot, top = bar(hinged=hinged), 0.02 + 0.01
+    robot = bar(hinged=hinged)
+    top = 0.02 + 0.01
     slides = 1.0 + 0.22 / speed
     path = ((0.0, 0.1, 0.0, top + 0.001), (0.1, 0.1, 0.0, top - 0.05), (1.0, 0.1, 0.0, top - 0.05),
             (slides, 0.32, 0.0, top - 0.05))  # fmt: skip
@@ -279,7 +290,9 @@ def dragged(
     simulation = Simulation(robot, bar_skin(), Effects(contact="probe", friction=True, **effects), objects=(probe,),
                             layer=layer)  # fmt: skip
     assert MIN_MOVING_MASS < MASS
-    command, rows, wrench = hold(robot, 2000.0, 80.0), [], np.zeros(6)
+    command = hold(robot, 2000.0, 80.0)
+    rows = []
+    wrench = np.zeros(6)
     simulation.step(round(1.3 / simulation.timestep), command)
     while simulation.time < min(slides - 0.01, 4.0):
         simulation.step(1, command)
@@ -413,7 +426,9 @@ def test_an_implicit_integrator_is_as_stiff_however_stiff_the_joints_are(held):
 
 def test_more_force_goes_deeper_in_proportion():
     """A plate on a known spring: its own springs' ratio gives the skin's stiffness without looking at contacts."""
-    prepared, depths, forces = arm(), [], []
+    prepared = arm()
+    depths = []
+    forces = []
     for deep in (2e-3, 5e-3, 9e-3):
         simulation = pressed("plate", 150, 0.0, deep, ElasticLayer(stiffness=2e4))
         rest = simulation._objects[0].spec.pose
@@ -429,7 +444,9 @@ def test_more_force_goes_deeper_in_proportion():
 def test_on_a_plane_a_hull_is_as_stiff_as_stated(taxel):
     """Lying on a plane a hull has up to four contacts in MuJoCo, which share the stiffness."""
     prepared = arm()
-    robot, home, at = prepared.robot, Configuration(prepared.robot), prepared.skin.taxel_point(taxel)
+    robot = prepared.robot
+    home = Configuration(prepared.robot)
+    at = prepared.skin.taxel_point(taxel)
     normal = home.pose(prepared.skin.link(at)).directions(prepared.skin.normal(at))
     cloud = np.concatenate([home.pose(link.name).points(link.mesh.vertices) for link in robot.links])
     wall = thing("plane", at=tuple(((cloud @ normal).max() - 5e-4) * normal), turn=facing(-normal))

@@ -40,7 +40,9 @@ LAYOUTS = {"left_arm": "left_arm_V2_7", "left_forearm_V2": "left_forearm_V2", "t
 
 def sleeve() -> TaxelSet:
     """Taxels in a triangular lattice around an oval handle that narrows and is open along one line."""
-    along, around, pitch = 32, 20, 0.0076
+    along = 32
+    around = 20
+    pitch = 0.0076
     row, column = (part.ravel() for part in np.meshgrid(np.arange(along), np.arange(around), indexing="ij"))
     turn = (column + 0.5 * (row % 2)) * pitch / 0.0385 + 0.35
     up = 0.204 * row / (along - 1)  # 6.6 mm from row to row

@@ -15,7 +15,9 @@ from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
 from tests.support.scene_objects import thing
 from tests.support.touch import bar, bar_skin, each_point_a_taxel, hold
 
-MASS, GRAVITY, TOP = 0.5, 9.81, 0.02
+MASS = 0.5
+GRAVITY = 9.81
+TOP = 0.02
 USUAL = ("implicitfast", "discrete")
 INTEGRATORS = [pytest.param(name, marks=() if name in USUAL else pytest.mark.long) for name in get_args(Integrator)]
 SHAPES = {"box": 0.01, "cylinder": 0.01, "mesh box": 0.015}
@@ -43,7 +45,9 @@ def resting(
 
 def run(simulation: Simulation, seconds: float, *, every: int = 5) -> tuple[np.ndarray, np.ndarray]:
     """Return the normal force on the skin (k,) [N] and the pose of the body (k, 4, 4), once every so many steps."""
-    command, forces, poses = hold(bar(hinged=False), 0.0, 0.0), [], []
+    command = hold(bar(hinged=False), 0.0, 0.0)
+    forces = []
+    poses = []
     for _ in range(round(seconds / simulation.timestep / every)):
         simulation.step(every, command)
         forces.append(simulation.total_normal_force)
@@ -74,7 +78,8 @@ def test_a_body_rests_with_its_weight_and_does_not_turn(shape, integrator, frict
 @pytest.mark.parametrize("integrator", INTEGRATORS)
 @pytest.mark.parametrize("edges", [1, 2], ids=["edge", "corner"])
 def test_edges_and_corners_are_as_stiff_as_stated(edges, integrator):
-    half, diagonal = 0.02, [0.02 * np.sqrt(2), 0.02 * np.sqrt(3)][edges - 1]
+    half = 0.02
+    diagonal = [0.02 * np.sqrt(2), 0.02 * np.sqrt(3)][edges - 1]
     tilt = (45.0, 0.0, 0.0) if edges == 1 else (45.0, float(np.degrees(np.arctan(np.sqrt(0.5)))), 0.0)
     body = thing("box", size=(2 * half,) * 3, at=(0.15, 0.0, TOP + diagonal), turn=tilt, mass=MASS, guided=True)
     effects = Effects(contact="environment", gravity="on", integrator=integrator)
@@ -115,7 +120,8 @@ def test_beyond_it_a_body_slides_as_coulomb_says(friction, integrator):
 @pytest.mark.parametrize("friction", [0.2, 0.5])
 def test_a_sliding_body_stops_after_the_distance_of_coulomb(friction, integrator):
     simulation = resting("box", integrator, friction=friction)
-    start, speed = simulation.object_poses[0], 0.3
+    start = simulation.object_poses[0]
+    speed = 0.3
     simulation._data.qvel[0] = speed
     _, poses = run(simulation, 0.5)
     way = poses[-1][0, 3] - start[0, 3]
@@ -131,7 +137,8 @@ def test_a_fast_slide_does_not_hop(integrator):
     forces, poses = run(simulation, 0.35, every=1)
     assert np.ptp(poses[:, 0, 3]) > 0.1
     assert (forces[20:] > 0.9 * MASS * GRAVITY * np.cos(slope)).all(), "contact is never lost"
-    depth, resting_depth = -simulation._data.contact.dist.min(), MASS * GRAVITY * np.cos(slope) / 2e4
+    depth = -simulation._data.contact.dist.min()
+    resting_depth = MASS * GRAVITY * np.cos(slope) / 2e4
     # ``discrete`` rebuilds its constraints, so that what friction adds cannot be subtracted: it lifts the body.
     assert (0.0 if integrator == "discrete" else 0.75) * resting_depth < depth < resting_depth
 
@@ -158,7 +165,8 @@ def test_the_centre_of_pressure_of_a_face_is_that_of_statics(shape, torque, inte
 @pytest.mark.parametrize("stiffness", [2e4, 2e5])
 def test_a_ball_rolls_about_the_middle_of_its_contact(stiffness, integrator):
     """Friction acts in the middle of the overlap, nearer than the radius by half the depth: soft covers slow a ball."""
-    slope, radius = np.radians(5.0), 0.02
+    slope = np.radians(5.0)
+    radius = 0.02
     body = thing("sphere", at=(0.08, 0.0, TOP + radius - MASS * GRAVITY / stiffness), mass=MASS)
     effects = Effects(contact="environment", gravity="on", friction=True, integrator=integrator)
     simulation = Simulation(

@@ -39,7 +39,9 @@ def postures(robot: Robot, count: int) -> list[np.ndarray]:
 
 
 def test_jacobians_are_derivatives_of_points(robot: Robot) -> None:
-    configuration, point, step = Configuration(robot), np.array([0.03, -0.02, 0.1]), 1e-6
+    configuration = Configuration(robot)
+    point = np.array([0.03, -0.02, 0.1])
+    step = 1e-6
     for posture in postures(robot, 3):
         for link in robot.links:
             configuration.update(posture)
@@ -55,7 +57,8 @@ def test_jacobians_are_derivatives_of_points(robot: Robot) -> None:
 
 
 def test_poses_are_rigid_and_round_trip(robot: Robot) -> None:
-    configuration, points = Configuration(robot), np.random.default_rng(0).normal(size=(5, 3))
+    configuration = Configuration(robot)
+    points = np.random.default_rng(0).normal(size=(5, 3))
     for posture in postures(robot, 3):
         configuration.update(posture)
         stacked = configuration.poses()
@@ -71,7 +74,8 @@ def test_poses_are_rigid_and_round_trip(robot: Robot) -> None:
 def test_kinematics_alone_agrees_with_the_full_model(robot: Robot) -> None:
     configuration = Configuration(robot)
     model = compile_spec(robot_spec(robot), source=robot.source)
-    data, mass = mujoco.MjData(model), np.zeros((model.nv, model.nv))
+    data = mujoco.MjData(model)
+    mass = np.zeros((model.nv, model.nv))
     for posture in postures(robot, 3):
         configuration.update(posture)
         data.qpos[:] = posture
@@ -103,7 +107,8 @@ def test_it_crosses_to_another_process(robot: Robot) -> None:
 
 def test_one_second_held_by_a_soft_damped_hold_stays_calm(robot: Robot) -> None:
     model = compile_spec(robot_spec(robot), source=robot.source)
-    model.opt.timestep, model.opt.integrator = 1e-3, mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    model.opt.timestep = 1e-3
+    model.opt.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     data = mujoco.MjData(model)
     data.qpos[:] = robot.home
     stiffness = 100 * Configuration(robot).inertia()
@@ -203,7 +208,8 @@ def test_the_script_writes_the_committed_file_byte_for_byte(tmp_path: Path) -> N
 
 
 def test_each_arm_is_the_single_arm() -> None:
-    one, two = load_robot("arm"), load_robot("two_arms")
+    one = load_robot("arm")
+    two = load_robot("two_arms")
     assert two.assets.keys() == one.assets.keys()
     assert not two.findings
     for side in ("left", "right"):
@@ -215,7 +221,8 @@ def test_each_arm_is_the_single_arm() -> None:
             assert mine is not None
             assert link.mesh is not None
             assert np.array_equal(mine.vertices, link.mesh.vertices)
-    alone, pair = Configuration(one), Configuration(two)
+    alone = Configuration(one)
+    pair = Configuration(two)
     pair.update(np.tile(one.home, 2))
     apart = pair.pose("left_hand").translation - alone.pose("hand").translation
     assert np.allclose(apart, [0.0, 0.25, 0.01], atol=1e-6)

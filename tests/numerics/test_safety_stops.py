@@ -31,7 +31,8 @@ def velocities_after_stop(controller: str, *, gravity: str) -> np.ndarray:
         arm(), scripted=False, settings=ControlSettings(controller=controller, stiffness=40.0), effects=effects
     )
     session.submit(PokePressed(1, arm().skin.taxel_point(TAXEL), Finger(speed=2.0, max_force=200.0)))
-    velocities, stopped = [], False
+    velocities = []
+    stopped = False
     for _ in range(600):
         frame = session.tick()
         stopped = stopped or any(limit.kind.stops for limit in frame.why_limited)
@@ -56,7 +57,8 @@ UNMEASURED = LimitKind.STOPPED_BY_UNMEASURED_FORCE
 def session_with_probe_on_bare_hand(controller: str, force: float) -> Session:
     """An arm with skin on its forearm only; a ball comes from the side and pushes the hand for 2 s with ``force``."""
     prepared = forearm()
-    mesh, pose = prepared.robot.link("hand").mesh, Configuration(prepared.robot).pose("hand")
+    mesh = prepared.robot.link("hand").mesh
+    pose = Configuration(prepared.robot).pose("hand")
     points = pose.points(mesh.vertices)
     start = points[points[:, 1].argmax()] + [0.0, 0.03, 0.0]
     end = start - [0.0, 0.3, 0.0]
@@ -71,7 +73,9 @@ def session_with_probe_on_bare_hand(controller: str, force: float) -> Session:
 
 def true_contact_force(session: Session) -> float:
     """Sum of the contact forces of the solver [N]; the probe touches nothing but the arm."""
-    data, wrench, total = session._simulation._physics.data, np.zeros(6), 0.0
+    data = session._simulation._physics.data
+    wrench = np.zeros(6)
+    total = 0.0
     for contact in range(data.ncon):
         mujoco.mj_contactForce(session._simulation._physics.model, data, contact, wrench)
         total += float(np.linalg.norm(wrench[:3]))
@@ -82,7 +86,9 @@ def true_contact_force(session: Session) -> float:
 @pytest.mark.parametrize("controller", CHOICES["controller"])
 def test_force_on_a_bare_link_stops_every_controller_while_it_lasts(controller):
     session = session_with_probe_on_bare_hand(controller, 60.0)
-    above, first, released = 0, None, None
+    above = 0
+    first = None
+    released = None
     for tick in range(1200):
         frame = session.tick()
         force = true_contact_force(session)
@@ -121,8 +127,10 @@ def test_external_torque_is_that_of_the_force_applied(integrator, gravity):
     """The arm moves: 20 N push its hand, and it sags where gravity acts."""
     effects = replace(RuntimeSettings.of_scene(forearm()).effects, integrator=integrator, gravity=gravity)
     session = Session(forearm(), scripted=False, settings=ControlSettings(stiffness=6.0), effects=effects)
-    model, data = session._simulation._physics.model, session._simulation._physics.data
-    hand, force = model.body("hand").id, np.array([5.0, -15.0, 12.0])
+    model = session._simulation._physics.model
+    data = session._simulation._physics.data
+    hand = model.body("hand").id
+    force = np.array([5.0, -15.0, 12.0])
     fastest = 0.0
     for tick in range(200):
         data.xfrc_applied[hand, :3] = force if tick >= 20 else 0.0

@@ -168,7 +168,8 @@ def test_there_are_nine_that_call_for_different_effects():
 
 def test_view_goes_exactly_where_it_is_asked_and_simulates_nothing_else():
     ready = prepared_scene("view")
-    motion, run = Motion(ready.robot, ready.scene.motion), frames("view", 4.0)
+    motion = Motion(ready.robot, ready.scene.motion)
+    run = frames("view", 4.0)
     assert np.ptp([frame.posture for frame in run], axis=0).max() > 0.5, "it must move"
     for frame in run[::20]:
         assert frame.posture == pytest.approx(motion.posture(frame.time - ready.scene.tick), abs=1e-9)
@@ -198,7 +199,8 @@ def test_slide_keeps_its_force_along_the_plate_and_the_plate_gives_way_by_it():
     ready = prepared_scene("slide")
     hand = Configuration(ready.robot)
     run = [frame for frame in frames("slide", 6.0) if 3.0 < frame.time < 5.6]
-    places, forces = [], []
+    places = []
+    forces = []
     for frame in run:
         hand.update(frame.posture)
         places.append(hand.pose("hand").translation)
@@ -207,7 +209,8 @@ def test_slide_keeps_its_force_along_the_plate_and_the_plate_gives_way_by_it():
     assert np.mean(forces) > 8.0
     assert np.std(forces) < 0.03 * np.mean(forces), "a steady hold, without a hop"
     assert min(forces) > 0.9 * np.mean(forces)
-    rest, spring = ready.scene.objects[0].at[2], ready.scene.objects[0].stiffness
+    rest = ready.scene.objects[0].at[2]
+    spring = ready.scene.objects[0].stiffness
     given = [spring * (rest - body("slide", "plate", frame)[2]) for frame in run]
     assert given == pytest.approx(forces, rel=0.05)
 

@@ -56,7 +56,10 @@ def test_a_step_creeps_in_as_the_exponential_at_any_tick(tick, seconds):
 
 def test_creep_of_a_load_that_comes_and_goes_loses_what_maxwell_says():
     """A sine of angular frequency w: of the late share, 1 / (1 + (w T)²) follows, and w T / (1 + (w T)²) is behind."""
-    tick, seconds, share, angular = 1e-3, 0.2, 0.4, 5.0
+    tick = 1e-3
+    seconds = 0.2
+    share = 0.4
+    angular = 5.0
     turns = angular * tick * np.arange(20_000)
     read = readings(stage(Hysteresis(share, seconds), tick=tick), np.sin(turns)[:, None])[:, 0]
     last = slice(-round(10 * 2 * math.pi / angular / tick), None)

@@ -81,7 +81,8 @@ def test_two_fingers_that_would_press_seven_times_as_hard_are_both_kept_at_the_g
 @pytest.mark.parametrize("controller", ["hybrid", "hold_force", "projection", "priority", "qp"])
 def test_a_soft_and_a_stiff_finger_are_both_kept_at_the_goal_with_a_slow_skin(controller):
     """Fingers of 1 and 100 kN/m at 50 Hz, 20 ms late. With the gain of the soft one, the force of the other swings."""
-    prepared, settings = forearm(), ControlSettings(controller=controller, force_goal=GOAL)
+    prepared = forearm()
+    settings = ControlSettings(controller=controller, force_goal=GOAL)
     session = Session(prepared, scripted=False, settings=settings)
     sensor = replace(session.effects.sensor, sampling=Sampling(50.0, 0.02))
     session = Session(prepared, scripted=False, settings=settings, effects=replace(session.effects, sensor=sensor))

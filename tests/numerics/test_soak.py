@@ -25,7 +25,8 @@ from tactile_maps.session.session import Session
 from tests.numerics.test_long_run import TICK, scene
 
 MINUTES = int(os.environ.get("TACTILE_MAPS_SOAK_MINUTES", "120"))
-A_MINUTE, RECORDED_EVERY = round(60 / TICK), 10
+A_MINUTE = round(60 / TICK)
+RECORDED_EVERY = 10
 _GROWN = 300
 """Blocks of memory that a minute may leave behind: its inputs and its part of the record of what was done."""
 
@@ -67,7 +68,9 @@ def soak(tmp_path_factory) -> Soak:
     session = Session(scene())
     first = MapDocument.of(session.prepared.map)
     documents = (first, move(first, [0], (0.05, 0.02)), rotate(first, [0], 0.5))
-    files, heights, held = [], np.zeros(MINUTES), np.zeros(MINUTES, int)
+    files = []
+    heights = np.zeros(MINUTES)
+    held = np.zeros(MINUTES, int)
     for minute in range(MINUTES):
         act(session, minute, documents)
         recorder = None

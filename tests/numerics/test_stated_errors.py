@@ -28,7 +28,9 @@ from tactile_maps.tactile.models.contact_model import CONTACT_MODELS
 from tactile_maps.tactile.models.stated_errors import STATED_ERRORS, StatedError, stated_error_text
 from tactile_maps.tactile.sensors.sensor_effects import SensorEffects
 
-SECONDS, EVERY, LEAST = 8.0, 5, 0.1
+SECONDS = 8.0
+EVERY = 5
+LEAST = 0.1
 """How long each scene runs [s], every how many ticks loads are judged, and from which force on [N]."""
 ROUNDING = 1e-12
 PRESSURES = {"pressure", "readings", "pressure_shape"}
@@ -46,7 +48,8 @@ def errors_of(scene: Scene) -> Iterator[StatedError]:
         CONTACT_MODELS[name].build(skin, scene.layer, SensorEffects())
         for name in (scene.unattended.effects.skin, *(("half-space",) if shaped else ()))
     ]
-    spacing, positions = np.sqrt(np.mean(skin.areas)), taxel_positions(skin)
+    spacing = np.sqrt(np.mean(skin.areas))
+    positions = taxel_positions(skin)
     session = Session(prepared, effects=scene.unattended.effects)
     for tick in range(round(SECONDS / scene.tick)):
         frame = session.tick()
@@ -75,7 +78,8 @@ def check_contacts(pressures, areas, regions) -> None:
 @pytest.mark.parametrize("name", SCENES)
 def test_derived_contact_model_keeps_its_stated_errors(name):
     scene = load_scene(name)
-    stated, errors = STATED_ERRORS[scene.unattended.effects.skin], list(errors_of(scene))
+    stated = STATED_ERRORS[scene.unattended.effects.skin]
+    errors = list(errors_of(scene))
     assert len(errors) > 5
     off = np.array([error.force for error in errors])
     assert off.max() <= stated.force + ROUNDING

@@ -38,7 +38,8 @@ DEEPEST = 5e-4
 
 def deepest(prepared: PreparedScene, done: Transfer, *, every: int = 1) -> float:
     """How deep the robot was in itself, or links besides the two in the ball [m]; with looks between ticks."""
-    reference, skin = collision_reference(prepared), prepared.skin
+    reference = collision_reference(prepared)
+    skin = prepared.skin
     reference.move_ball(place_of(done.leaves, RADIUS - touching_depth(prepared, done.leaves), prepared=prepared))
     meant = {skin.link(skin.taxel_point(taxel)) for taxel in (done.leaves, done.enters)}
     course = done.course[::every]
@@ -83,7 +84,8 @@ def test_a_lift_along_which_the_skin_is_pressed_deeper_is_refused_before_it_begi
 
 @pytest.mark.parametrize("order", ["map, task", "task, map"])
 def test_shapes_for_a_map_and_a_task_that_come_together_are_built_ahead_in_either_order(order):
-    prepared, path = covered("arm"), settings_to(covered("arm"), 1)
+    prepared = covered("arm")
+    path = settings_to(covered("arm"), 1)
     moved = replace(prepared.map, skin=replace(prepared.skin))  # taxels believed elsewhere: another skin's value
     session = beside_ball(
         replace(path, task="keep_force"), prepared=prepared, taxel=268, depth=touching_depth(prepared, 268)
@@ -114,7 +116,8 @@ def test_where_the_joints_move_the_skin_along_rather_than_off_no_force_runs_away
 
 @pytest.mark.parametrize("by", ["scene", "submit", "behaviour"])
 def test_no_shape_is_built_within_a_tick_when_a_contact_is_to_be_carried(by):
-    prepared, path = covered("arm"), settings_to(covered("arm"), 1)
+    prepared = covered("arm")
+    path = settings_to(covered("arm"), 1)
     collision_model.cache_clear()
     start = path if by == "scene" else replace(path, task="keep_force")
     session = beside_ball(start, prepared=prepared, taxel=268, depth=touching_depth(prepared, 268))

@@ -22,7 +22,10 @@ from tests.support.scene_objects import thing
 from tests.support.touch import hold
 
 MODELS = (*CONTACT_MODELS, "foundation", "depth")
-MASS, RADIUS, GRAVITY, LAYER = 0.1, 0.015, 9.81, ElasticLayer(2e4)
+MASS = 0.1
+RADIUS = 0.015
+GRAVITY = 9.81
+LAYER = ElasticLayer(2e4)
 
 
 @cache

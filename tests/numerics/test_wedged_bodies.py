@@ -22,7 +22,9 @@ from tests.support.hollows import hollow
 from tests.support.scene_objects import thing
 from tests.support.touch import hold, pair
 
-LAYER, MASS, GRAVITY = ElasticLayer(2e4), 0.3, 9.81
+LAYER = ElasticLayer(2e4)
+MASS = 0.3
+GRAVITY = 9.81
 WEIGHT = MASS * GRAVITY
 PUSH = 10.0
 """Force that closes the gap between two blocks [N]."""
@@ -124,7 +126,8 @@ def test_inclined_skins_read_the_force_of_a_wedge_without_friction(kind: str, de
 @pytest.mark.parametrize("kind", BODIES)
 def test_forces_of_a_wedge_with_friction_depend_on_how_it_came_there(kind: str) -> None:
     """Statics leaves them open between the limits of sliding up and down."""
-    degrees, friction = 20.0, 0.2
+    degrees = 20.0
+    friction = 0.2
     angle = np.radians(degrees)
     low, high = (WEIGHT / (2 * (np.sin(angle) + sign * friction * np.cos(angle))) for sign in (1, -1))
     read = []
@@ -143,7 +146,8 @@ def _in_world(simulation: Simulation, angle: float) -> list[FloatArray]:
     """Return the force on each wall [N], world frame, friction included."""
     turned = []
     for link, sign in (("left", -1), ("right", 1)):
-        cosine, sine = np.cos(sign * angle), np.sin(sign * angle)
+        cosine = np.cos(sign * angle)
+        sine = np.sin(sign * angle)
         turned.append(np.array([[cosine, 0, sine], [0, 1, 0], [-sine, 0, cosine]]) @ simulation.wrenches()[link][:3])
     return turned
 

@@ -9,7 +9,8 @@ import pytest
 from tests.hard_cases import amplified_files
 from tests.hard_cases.small_bombs import CPU_SECONDS
 
-DEFAULT, ALL = 30, 5_030
+DEFAULT = 30
+ALL = 5_030
 
 
 @pytest.mark.parametrize("first", [0, *(pytest.param(n, marks=pytest.mark.long) for n in range(DEFAULT, ALL, 1000))])

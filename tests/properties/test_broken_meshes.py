@@ -38,7 +38,8 @@ SECONDS = 120.0
 def broken(vertices: np.ndarray, faces: np.ndarray, how: str, rng: np.random.Generator) -> tuple:
     """The mesh with one kind of damage more."""
     some = rng.random(len(faces)) < 0.15
-    few, points = rng.integers(len(vertices), size=4), vertices.copy()
+    few = rng.integers(len(vertices), size=4)
+    points = vertices.copy()
     if how == "lose faces":
         return vertices, faces[~some]
     if how == "repeat faces":
@@ -66,8 +67,10 @@ def broken(vertices: np.ndarray, faces: np.ndarray, how: str, rng: np.random.Gen
 
 def outcome(shape: str, breaks: tuple[str, ...], seed: int) -> str:
     """Runs in a child: the laws for one broken mesh."""
-    rng, mesh = np.random.default_rng(seed), SHAPES[shape]()
-    vertices, faces = mesh.vertices, mesh.faces
+    rng = np.random.default_rng(seed)
+    mesh = SHAPES[shape]()
+    vertices = mesh.vertices
+    faces = mesh.faces
     for how in breaks:
         if len(faces):
             vertices, faces = broken(vertices, faces, how, rng)

@@ -33,7 +33,9 @@ TICKS = st.lists(st.lists(CONTACT, max_size=3), min_size=1, max_size=12)
 
 def run(first, second, ticks):
     controller = ControllerManager(PREPARED.robot, PREPARED.map, first)
-    posture, velocity, commands = PREPARED.robot.home, np.zeros(7), []
+    posture = PREPARED.robot.home
+    velocity = np.zeros(7)
+    commands = []
     for tick, contacts in enumerate(ticks):
         regions = tuple(touch_on(PREPARED.map, taxel, force, id_=k + 1) for k, (taxel, force) in enumerate(contacts))
         command = controller.command(posture, velocity, regions, TICK)
@@ -106,7 +108,9 @@ def act(session: Session, what: object, down: dict[int, bool]) -> None:
 
 
 def run_session(first, sensor, seed, acts):
-    session, down, frames = start(first, sensor, seed), {}, []
+    session = start(first, sensor, seed)
+    down = {}
+    frames = []
     for what in acts:
         act(session, what, down)
         frames += [session.tick() for _ in range(25)]

@@ -9,7 +9,8 @@ import pytest
 
 from tests.hard_cases import damaged_files
 
-DEFAULT, ALL = 500, 50_000
+DEFAULT = 500
+ALL = 50_000
 MEMORY = 2 * 2**30
 
 

@@ -79,11 +79,15 @@ class RestlessHand(RuleBasedStateMachine):
     @initialize()
     def open(self):
         self.first = MapDocument.of(first_map())
-        self.history, self.model, self.at = History(self.first), [self.first], 0
+        self.history = History(self.first)
+        self.model = [self.first]
+        self.at = 0
         self.folder = tempfile.TemporaryDirectory()
         self.file = DocumentFile(None, None)
         self.file.save_as(self.first, Path(self.folder.name) / "map.npz")
-        self.on_disk, self.pending, self.valid = self.first, None, {}
+        self.on_disk = self.first
+        self.pending = None
+        self.valid = {}
 
     def teardown(self):
         if hasattr(self, "folder"):
@@ -110,7 +114,8 @@ class RestlessHand(RuleBasedStateMachine):
             return
         self.history.do(name, new)
         if new is not before:
-            self.model, self.at = [*self.model[: self.at + 1], new], self.at + 1
+            self.model = [*self.model[: self.at + 1], new]
+            self.at = self.at + 1
 
     def _compute(self, ask):
         self._do("Reflatten", lambda document: apply_result(document, reflatten(ask(document))))
@@ -159,7 +164,8 @@ class RestlessHand(RuleBasedStateMachine):
         if cancelled:
             assert self.present is start
         elif self.present is not start:
-            self.model, self.at = [*self.model[: self.at + 1], self.present], self.at + 1
+            self.model = [*self.model[: self.at + 1], self.present]
+            self.at = self.at + 1
 
     @rule(numbers=several, method=st.sampled_from(sorted(METHODS)))
     def chooses_a_method(self, numbers, method):
@@ -202,7 +208,8 @@ class RestlessHand(RuleBasedStateMachine):
     def drags_a_pin(self, which, frames):
         (number, pin), start = self.pinned[which % len(self.pinned)], self.present
         self.history.begin("Drag a pin")
-        gripped, place = begin_pin_drag(start, number), pin_places(start, number)[pin]
+        gripped = begin_pin_drag(start, number)
+        place = pin_places(start, number)[pin]
         for by in frames:
             gripped.move(pin, chart_place(start, number, place + 0.1 * np.array(by)))
             gripped.frame()
@@ -217,7 +224,8 @@ class RestlessHand(RuleBasedStateMachine):
             return
         self.history.end()
         self.history.refine(exact)
-        self.model, self.at = [*self.model[: self.at + 1], exact], self.at + 1
+        self.model = [*self.model[: self.at + 1], exact]
+        self.at = self.at + 1
 
     @precondition(lambda self: self.pinned)
     @rule(which=st.integers(0, 30))
@@ -320,7 +328,8 @@ acts = st.one_of(
 
 def on_map(chart, share):
     """A place by shares of the map's box; outside from 0 to 1 is outside the map."""
-    low, high = chart.plane.min(axis=0), chart.plane.max(axis=0)
+    low = chart.plane.min(axis=0)
+    high = chart.plane.max(axis=0)
     return low + (high - low) * share
 
 
@@ -344,7 +353,8 @@ def act(patch, chart, what, *how):
 @examples(150, derandomize=True)
 @given(st.integers(0, len(SURFACES) - 1), st.booleans(), st.sampled_from([0.0, 0.6, 1.0]), st.lists(acts, max_size=14))
 def test_no_hand_makes_a_flip(which, by_proxy, lengths, done):
-    surface, chart = SURFACES[which], CHARTS[which]
+    surface = SURFACES[which]
+    chart = CHARTS[which]
     patch = PinnedPatch(surface, chart, lengths=lengths, whole=100 if by_proxy else 10**6)
     for what, *how in done:
         act(patch, chart, what, *how)
@@ -360,7 +370,8 @@ def test_no_hand_makes_a_flip(which, by_proxy, lengths, done):
 @examples(12, derandomize=True)
 @given(st.integers(0, len(SURFACES) - 1), st.lists(acts, min_size=2, max_size=8))
 def test_any_hand_leaves_a_map_that_settles_one_to_one_or_stays(which, done):
-    surface, chart = SURFACES[which], CHARTS[which]
+    surface = SURFACES[which]
+    chart = CHARTS[which]
     patch = PinnedPatch(surface, chart)
     for what, *how in done:
         act(patch, chart, what, *how)
@@ -388,8 +399,10 @@ def pulled(surface, chart, faces, moves):
 
 @pytest.mark.parametrize("which", range(len(SURFACES)))
 def test_the_order_of_faces_and_pins_does_not_matter(which):
-    surface, chart = SURFACES[which], CHARTS[which]
-    faces, moves = np.array([3, 50, 150]), np.array([[0.008, 0.0], [0.0, 0.0], [0.0, 0.004]])
+    surface = SURFACES[which]
+    chart = CHARTS[which]
+    faces = np.array([3, 50, 150])
+    moves = np.array([[0.008, 0.0], [0.0, 0.0], [0.0, 0.004]])
     _, straight = pulled(surface, chart, faces, moves)
     order = np.random.default_rng(which).permutation(len(surface.faces))
     mixed = Mesh(surface.vertices, surface.faces[order])
@@ -403,8 +416,10 @@ def test_the_order_of_faces_and_pins_does_not_matter(which):
 @examples(5, derandomize=True)
 @given(turn=st.floats(-3, 3), shift=st.tuples(st.floats(-2, 2), st.floats(-2, 2)), size=st.sampled_from([0.01, 1, 100]))
 def test_turned_moved_and_enlarged_it_is_the_same(which, turn, shift, size):
-    surface, chart = SURFACES[which], CHARTS[which]
-    faces, moves = np.array([3, 50, 150]), np.array([[0.008, 0.0], [0.0, 0.0], [0.0, 0.004]])
+    surface = SURFACES[which]
+    chart = CHARTS[which]
+    faces = np.array([3, 50, 150])
+    moves = np.array([[0.008, 0.0], [0.0, 0.0], [0.0, 0.004]])
     straight, settled = pulled(surface, chart, faces, moves)
     rotation = size * np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
     larger = Mesh(size * surface.vertices, surface.faces)

@@ -79,7 +79,8 @@ SAVES: dict[str, Callable[..., None]] = {
 
 def old_or_new(folder: Path, name: str) -> int:
     """How many system calls a save made; each instant between them leaves the file whole."""
-    path, save = folder / name, SAVES[name]
+    path = folder / name
+    save = SAVES[name]
     save(path, moved=True)
     new = path.read_bytes()
     save(path, moved=False)
@@ -104,7 +105,9 @@ def record_all(path: Path) -> None:
 
 def recorded_so_far(folder: Path, every: int) -> list[tuple[int, int]]:
     """After each kill while recording: the bytes on the disk, and the frames that are read back."""
-    path, fixed, kept = folder / "a.mcap", folder / "fixed.mcap", []
+    path = folder / "a.mcap"
+    fixed = folder / "fixed.mcap"
+    kept = []
     record_all(path)
     whole = RecordingPlayer(path)
     expected = [encode_frame(whole.frame(at)) for at in range(FRAMES)]
@@ -125,7 +128,9 @@ def recorded_so_far(folder: Path, every: int) -> list[tuple[int, int]]:
 
 def recovered(folder: Path, every: int) -> list[bool]:
     """Whether the recovered file is there, after each kill while recovering; what is there is complete."""
-    path, fixed, there = folder / "a.mcap", folder / "fixed.mcap", []
+    path = folder / "a.mcap"
+    fixed = folder / "fixed.mcap"
+    there = []
     record_all(path)
     source = path.read_bytes()
     for _ in killed_at_each_system_call(partial(recover, path, fixed), every=every):

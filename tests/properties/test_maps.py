@@ -36,7 +36,8 @@ numbers = st.floats(-1e3, 1e3)
 
 def _face_connected(chosen):
     """The part of ``chosen`` that hangs together with its first cell through whole faces, not edges or corners."""
-    found, front = set(), [min(chosen)]
+    found = set()
+    front = [min(chosen)]
     while front:
         cell = front.pop()
         if cell in chosen and cell not in found:
@@ -117,7 +118,8 @@ def test_a_file_with_any_byte_changed_opens_whole_or_is_refused_by_name(place, c
     assert (map_.to_body_many(map_.taxel_points)[0] >= 0).all()
 
 
-FLAT, ARM = SeamTransitions(two_plates()), SeamTransitions(arm().map)
+FLAT = SeamTransitions(two_plates())
+ARM = SeamTransitions(arm().map)
 POINTS = st.lists(st.tuples(st.floats(-0.05, 0.3), st.floats(-0.05, 0.15)), min_size=1, max_size=8)
 GRAZING = [(0.0, 0.0), (0.0, 0.125), (0.125, 0.0), (0.0, -1.2e-07)]
 """Its last side runs 0 to 0.1 µm beside a border."""
@@ -125,7 +127,8 @@ SHARES = st.lists(st.floats(0.0, 1.0, exclude_max=True), min_size=1, max_size=5)
 
 
 def _inside(patch, x, y):
-    lower, upper = FLAT.map.uv[patch].min(axis=0), FLAT.map.uv[patch].max(axis=0)
+    lower = FLAT.map.uv[patch].min(axis=0)
+    upper = FLAT.map.uv[patch].max(axis=0)
     return tuple((lower + (x, y) * (upper - lower)).tolist())
 
 
@@ -148,13 +151,15 @@ def _length_in_plates(points, grown):
     for start, end in pairwise(points):
         side = end - start
         for left in (0.0, 0.12):
-            low, high = np.array([left, 0.0]) - grown, np.array([left + 0.1, 0.1]) + grown
+            low = np.array([left, 0.0]) - grown
+            high = np.array([left + 0.1, 0.1]) + grown
             with np.errstate(divide="ignore", invalid="ignore"):
                 ways = np.sort([(low - start) / side, (high - start) / side], axis=0)
             along = side == 0  # never meets this pair of lines: in between or not
             if (along & ((start < low) | (start > high))).any():
                 continue
-            enters, leaves = ways[0, ~along].max(initial=0.0), ways[1, ~along].min(initial=1.0)
+            enters = ways[0, ~along].max(initial=0.0)
+            leaves = ways[1, ~along].min(initial=1.0)
             lengths.append(max(leaves - enters, 0.0) * np.linalg.norm(side))
     return lengths
 
@@ -174,7 +179,8 @@ def test_on_skin_without_seams_a_drawn_path_is_what_of_the_drawing_is_inside(poi
     for share in shares:
         way = share * laid.length
         at, direction = laid.at(way)
-        point, step = FLAT.map.to_map(at), path.points[1:] - path.points[:-1]
+        point = FLAT.map.to_map(at)
+        step = path.points[1:] - path.points[:-1]
         if not len(step):
             continue
         along = np.clip(np.einsum("ki,ki->k", point - path.points[:-1], step) / np.sum(step**2, axis=1), 0, 1)

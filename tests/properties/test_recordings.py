@@ -51,7 +51,8 @@ def whole() -> bytes:
     """A short recording with every kind of message in it."""
     prepared = prepared_bar(hinged=False)
     session = Session(prepared, scripted=False)
-    at, there = prepared.skin.taxel_point(30), prepared.skin.taxel_point(31)
+    at = prepared.skin.taxel_point(30)
+    there = prepared.skin.taxel_point(31)
     acts = {
         0: [PokePressed(1, at), ReadingChanged(ReadingSettings("tikhonov"))],
         20: [PokeMoved(1, there), MapEdited("Move", move(MapDocument.of(prepared.map), [0], (0.2, 0.1)).map)],
@@ -169,7 +170,9 @@ def changed_token(data, pattern: re.Pattern[bytes], text: bytes, new) -> bytes:
 def with_text_changed(data, frame: bytes) -> bytes:
     """A frame with another token in its JSON, and lengths that fit: of the text in the header, of all before it."""
     body = frame[PREFIX_BYTES:]
-    at, last = body.index(b'{"why_limited"'), HEADER_BYTES - 4  # of the header: the number of bytes of text
+    # of the header: the number of bytes of text
+    at = body.index(b'{"why_limited"')
+    last = HEADER_BYTES - 4
     text = changed_token(data, _VALUE, body[at:], NUMBERS)
     body = body[:last] + len(text).to_bytes(4, "little") + body[HEADER_BYTES:at] + text
     return prefix(len(body)) + body

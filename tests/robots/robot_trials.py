@@ -139,7 +139,8 @@ def grid(task: Task, *, turn: int = 0) -> list[Trial]:
         task: The task.
         turn: The controller to begin with, so that robots with few trials have different ones.
     """
-    names, trials = CONTROLLERS[task], list[Trial]()
+    names = CONTROLLERS[task]
+    trials = list[Trial]()
     conditions = len(POSTURES) * len(STIFFNESSES) * len(RATES)
     for k in range(conditions * len(names)):
         mixed = k + k // len(POSTURES)

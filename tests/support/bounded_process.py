@@ -90,7 +90,8 @@ def _run(function: Callable[..., Any], cases: Sequence[tuple[Any, ...]], cpu: fl
         os.close(reading)
         _work(function, cases, cpu, memory, writing)
     os.close(writing)
-    found, rest = [], b""
+    found = []
+    rest = b""
     while ready := select.select([reading], [], [], WALL_SECONDS)[0]:
         data = os.read(ready[0], 2**16)
         if not data:

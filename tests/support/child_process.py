@@ -48,7 +48,8 @@ class Child:
         if self._process.is_alive():
             self._process.kill()
             self._process.join()
-        code, self._process = self._process.exitcode, None
+        code = self._process.exitcode
+        self._process = None
         return int(code)
 
     def _start(self) -> None:

@@ -111,7 +111,8 @@ class _SpringBed:
     """The ``foundation`` and ``depth`` models of a ball at rest, without physics."""
 
     def __init__(self, skin: Skin, sensor: SensorEffects, *, depth: bool) -> None:
-        self._skin, self._depth = skin, depth
+        self._skin = skin
+        self._depth = depth
         self._points = quadrature_points(skin)
         averaging = sensor.area_averaging
         self._field = cell_field(skin) if averaging is None else disc_field(skin, averaging.radius)
@@ -124,11 +125,15 @@ class _SpringBed:
         if self._depth:
             inside = np.maximum(-load.distances(self._positions), 0.0) * (self._links == load.link)
             return LAYER.foundation * inside
-        points, radius = self._points, load.shape.reach
+        points = self._points
+        radius = load.shape.reach
         near = np.linalg.norm(points.positions - load.point, axis=1) < 2 * radius
         mine = np.flatnonzero((self._links[points.taxel] == load.link) & near)
-        places, normals, areas = points.positions[mine], points.normals[mine], points.areas[mine]
-        low, high = 0.0, radius
+        places = points.positions[mine]
+        normals = points.normals[mine]
+        areas = points.areas[mine]
+        low = 0.0
+        high = radius
         for _ in range(40):
             depth = 0.5 * (low + high)
             middle = load.point + (radius - depth) * load.normal
@@ -157,7 +162,8 @@ def _model(skin_name: str, model: str, averaging: bool) -> ContactModel:
 
 @cache
 def _touches(skin_name: str, model: str, averaging: bool, count: int) -> list[tuple[Load, FloatArray]]:
-    random, skin = np.random.default_rng(7), skin_of(skin_name)[1].skin
+    random = np.random.default_rng(7)
+    skin = skin_of(skin_name)[1].skin
     felt = _model(skin_name, model, averaging)
     areas = [patch.surface.face_areas for patch in skin.patches]
     owner = np.repeat(np.arange(len(areas)), [len(one) for one in areas])
@@ -168,7 +174,8 @@ def _touches(skin_name: str, model: str, averaging: bool, count: int) -> list[tu
     for number in chosen:
         weights = random.dirichlet((1.0, 1.0, 1.0))
         at = SurfacePoint(int(owner[number]), int(face[number]), tuple(weights.tolist()))
-        force, radius = math.exp(random.uniform(*np.log((0.5, 10.0)))), math.exp(random.uniform(*np.log((4e-3, 0.02))))
+        force = math.exp(random.uniform(*np.log((0.5, 10.0))))
+        radius = math.exp(random.uniform(*np.log((4e-3, 0.02))))
         load = sphere_load(
             skin.link(at), skin.position(at), skin.normal(at), force, radius, depth=force / LAYER.stiffness
         )
@@ -183,13 +190,18 @@ def _seen(
     """The contacts at the end of a touch, and the force [N] that presses then."""
     sensor = chain.effects
     wrench = {load.link: np.concatenate([-load.force * load.normal, np.cross(load.point, -load.force * load.normal)])}
-    seconds, last = 0.0, 1
+    seconds = 0.0
+    last = 1
     if sensor.hysteresis is not None or sensor.offset_drift is not None:
         seconds = random.uniform(0, 3.0)
-    rate, phase, swing = 0.0, 0.0, 0.0
+    rate = 0.0
+    phase = 0.0
+    swing = 0.0
     if sensor.sampling is not None or averages:
-        last, swing = 40, 0.5
-        rate, phase = random.uniform(0.2, 2.0), random.uniform(0, 2 * math.pi)
+        last = 40
+        swing = 0.5
+        rate = random.uniform(0.2, 2.0)
+        phase = random.uniform(0, 2 * math.pi)
         seconds += (40 * step if averages else 0.2) + random.uniform(0, 0.04)
     ticks = math.floor(seconds / step) + 1
     regions: tuple[ContactRegion, ...] = ()
@@ -264,8 +276,13 @@ def coverage(
 ) -> Coverage:
     """Compare true and stated errors of ``count`` touches; see the module."""
     table = touch_errors(skin_name, model, effect, estimator, count=count)
-    off, said, away, place = np.abs(table[:, 0]), table[:, 1], table[:, 2], table[:, 3]
-    force, low, high = table[:, 4], table[:, 5], table[:, 6]
+    off = np.abs(table[:, 0])
+    said = table[:, 1]
+    away = table[:, 2]
+    place = table[:, 3]
+    force = table[:, 4]
+    low = table[:, 5]
+    high = table[:, 6]
     slack = 1e-9 * force
     stated = said > _EXACT * force, high - low > 2 * _EXACT * force
     within = off <= said + slack, (low - slack <= force) & (force <= high + slack)

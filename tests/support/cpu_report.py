@@ -70,7 +70,8 @@ def pytest_terminal_summary(terminalreporter, config):
             if hasattr(report, "cpu_s"):
                 phases[report.nodeid][report.when] += report.cpu_s
     totals = {test: sum(by_phase.values()) for test, by_phase in phases.items()}
-    folders, files = defaultdict(float), defaultdict(float)
+    folders = defaultdict(float)
+    files = defaultdict(float)
     counts = defaultdict(int)
     for test, seconds in totals.items():
         path = test.split("::")[0]

@@ -12,11 +12,14 @@ from tactile_maps.robots.model.robot import Joint, Link, Robot
 from tactile_maps.skin.model.skin import Patch, Skin
 from tactile_maps.skin.taxel_placement.sampling import place_evenly
 
-HALF, BASE = 0.06, -0.03
+HALF = 0.06
+BASE = -0.03
 """Half the width of a block, and the height of its bottom [m]."""
-BOWL_RADIUS, BOWL_RIM = 0.068, 0.05
+BOWL_RADIUS = 0.068
+BOWL_RIM = 0.05
 BOWL_DEPTH = BOWL_RADIUS - np.sqrt(BOWL_RADIUS**2 - BOWL_RIM**2)
-GROOVE_DEPTH, SADDLE_RADIUS = 0.02, 0.08
+GROOVE_DEPTH = 0.02
+SADDLE_RADIUS = 0.08
 _BLOCK = """<mujoco model="block"><worldbody><body name="block">
 <inertial pos="0 0 0" mass="1" diaginertia="0.01 0.01 0.01"/>
 <geom type="box" size="0.06 0.06 0.01" pos="0 0 -0.02"/></body></worldbody></mujoco>"""

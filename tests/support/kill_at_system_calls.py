@@ -13,8 +13,11 @@ import signal
 import sys
 from collections.abc import Callable, Iterator
 
-_TRACEME, _SYSCALL, _SETOPTIONS = 0, 24, 0x4200
-_MARK_SYSCALLS, _END_WITH_TRACER = 1, 0x100000
+_TRACEME = 0
+_SYSCALL = 24
+_SETOPTIONS = 0x4200
+_MARK_SYSCALLS = 1
+_END_WITH_TRACER = 0x100000
 _AT_SYSCALL = signal.SIGTRAP | 0x80
 
 
@@ -64,7 +67,9 @@ def _run_until(act: Callable[[], object], calls: int) -> int:
     if not os.WIFSTOPPED(status):
         return -1  # it may not be traced
     _ptrace(_SETOPTIONS, process, _MARK_SYSCALLS | _END_WITH_TRACER)
-    made, inside, deliver = 0, False, 0
+    made = 0
+    inside = False
+    deliver = 0
     while True:
         _ptrace(_SYSCALL, process, deliver)
         _, status = os.waitpid(process, 0)
@@ -72,11 +77,13 @@ def _run_until(act: Callable[[], object], calls: int) -> int:
             assert os.WEXITSTATUS(status) == 0, "the act itself failed"
             return made
         assert os.WIFSTOPPED(status), f"ended by signal {os.WTERMSIG(status)}"
-        reason, deliver = os.WSTOPSIG(status), 0
+        reason = os.WSTOPSIG(status)
+        deliver = 0
         if reason != _AT_SYSCALL:
             deliver = reason
         elif inside:
-            inside, made = False, made + 1
+            inside = False
+            made = made + 1
         elif made == calls:
             os.kill(process, signal.SIGKILL)
             os.waitpid(process, 0)

@@ -105,8 +105,10 @@ def beside_ball(
 
 def force_off_skin(session: Session) -> float:
     """Return the sum of normal forces of the solver's contacts in which no surface with skin takes part [N]."""
-    model, data = session._simulation._model, session._simulation._data
-    force, total = np.zeros(6), 0.0
+    model = session._simulation._model
+    data = session._simulation._data
+    force = np.zeros(6)
+    total = 0.0
     for index, contact in enumerate(data.contact):
         names = [model.geom(geom).name for geom in contact.geom]
         if not any(name.startswith(f"{OWN_NAMES}skin ") for name in names):
@@ -134,8 +136,10 @@ class Course:
 
     def __init__(self, session: Session, seconds: float, *, acts: Mapping[float, Act] | None = None) -> None:
         tick = session.prepared.scene.tick
-        count, due = round(seconds / tick), {round(time / tick): act for time, act in (acts or {}).items()}
-        self.tick, self.session = tick, session
+        count = round(seconds / tick)
+        due = {round(time / tick): act for time, act in (acts or {}).items()}
+        self.tick = tick
+        self.session = session
         self.force, self.pressed, self.bare, self.speed = np.zeros((4, count))
         self.error, self.body_error, self.way, self.given = np.zeros((4, count))
         self.posture = np.zeros((count, len(session.prepared.robot.joints)))
@@ -160,7 +164,8 @@ class Course:
         task = frame.task
         if task is None:
             return
-        self.way[k], self.given[k] = task.way, task.energy
+        self.way[k] = task.way
+        self.given[k] = task.energy
         if region and task.target is not None:
             skin = session.map.skin
             self.error[k] = np.linalg.norm(session.map.to_map(task.target) - region.map_point)

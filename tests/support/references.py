@@ -39,7 +39,8 @@ def distances(points: np.ndarray, mesh: Mesh) -> np.ndarray:
 def first_hit(origin: np.ndarray, direction: np.ndarray, mesh: Mesh) -> float:
     """Distance to the first face along a unit direction, from either side; inf for none (Möller & Trumbore 1997)."""
     a, b, c = (mesh.vertices[mesh.faces[:, k]] for k in range(3))
-    e1, e2 = b - a, c - a
+    e1 = b - a
+    e2 = c - a
     p = np.cross(direction, e2)
     det = (e1 * p).sum(axis=1)
     ok = np.abs(det) > 1e-14
@@ -59,7 +60,8 @@ def walk(surface: Mesh, face: int, point, direction, length: float):
     From triangle to triangle: the direction keeps its angle to the edge that is crossed, as if both were one plane.
     """
     beside = {(int(f[k]), int(f[(k + 1) % 3])): i for i, f in enumerate(surface.faces) for k in range(3)}
-    point, direction = np.asarray(point, float), np.asarray(direction, float)
+    point = np.asarray(point, float)
+    direction = np.asarray(direction, float)
     direction = direction - (direction @ surface.face_normals[face]) * surface.face_normals[face]
     direction /= np.linalg.norm(direction)
     came_over = None
@@ -77,7 +79,8 @@ def walk(surface: Mesh, face: int, point, direction, length: float):
         reach, (first, second) = best
         if reach >= length:
             return point + length * direction, face, 0.0
-        point, length = point + reach * direction, length - reach
+        point = point + reach * direction
+        length = length - reach
         if (second, first) not in beside:
             return point, face, length
         after = beside[second, first]
@@ -85,25 +88,30 @@ def walk(surface: Mesh, face: int, point, direction, length: float):
         along /= np.linalg.norm(along)
         out_here, out_there = (np.cross(along, surface.face_normals[f]) for f in (face, after))
         direction = (direction @ along) * along + (direction @ out_here) * out_there
-        came_over, face = (second, first), after
+        came_over = (second, first)
+        face = after
 
 
 def unrolled(surface: Mesh, *, taxels: int = 40, angle: float = 0.0, mirrored: bool = False) -> TactileMap:
     """The map of a surface that can be flattened without stretch, by laying down one triangle after the other."""
     cut = cut_to_disk(surface)
-    positions, plane = surface.vertices[cut.vertex_of], np.full((len(cut.vertex_of), 2), np.nan)
+    positions = surface.vertices[cut.vertex_of]
+    plane = np.full((len(cut.vertex_of), 2), np.nan)
     beside = {(int(f[k]), int(f[(k + 1) % 3])): int(f[(k + 2) % 3]) for f in cut.faces for k in range(3)}
     a, b, _ = (int(v) for v in cut.faces[0])
-    plane[a], plane[b] = 0, [np.linalg.norm(positions[b] - positions[a]), 0]
+    plane[a] = 0
+    plane[b] = [np.linalg.norm(positions[b] - positions[a]), 0]
     open_ = [(a, b)]
     while open_:
         a, b = open_.pop()
         c = beside.get((a, b))
         if c is None or np.isfinite(plane[c]).all():
             continue
-        edge, arm = positions[b] - positions[a], positions[c] - positions[a]
+        edge = positions[b] - positions[a]
+        arm = positions[c] - positions[a]
         size = np.linalg.norm(edge)
-        along, across = arm @ edge / size, np.linalg.norm(np.cross(edge, arm)) / size
+        along = arm @ edge / size
+        across = np.linalg.norm(np.cross(edge, arm)) / size
         u = (plane[b] - plane[a]) / size
         plane[c] = plane[a] + along * u + across * np.array([-u[1], u[0]])
         open_ += [(c, b), (a, c)]
@@ -128,7 +136,8 @@ def horseshoe() -> np.ndarray:
 
 def held(triangles: TaxelTriangles, *, count=3000, seed=1) -> np.ndarray:
     """(k, 2) random points that lie in triangles."""
-    low, high = triangles.sites.min(axis=0), triangles.sites.max(axis=0)
+    low = triangles.sites.min(axis=0)
+    high = triangles.sites.max(axis=0)
     points = np.random.default_rng(seed).uniform(low, high, (count, 2))
     kept = points[triangles.locate(points)[0] >= 0]
     assert len(kept) > 0.3 * count

@@ -31,6 +31,7 @@ class SimulatedClock:
     def advance(self, seconds: float) -> None:
         """Let time pass, then wait until the command loop has begun and ended a pass, so that it is never late."""
         self.now += seconds
-        before, deadline = self._reads, time.monotonic() + LONGEST
+        before = self._reads
+        deadline = time.monotonic() + LONGEST
         while self._reads < before + 3 and time.monotonic() < deadline:  # one pass reads it three times at most
             threading.Event().wait(0.001)

@@ -37,23 +37,27 @@ def frustum(bottom=0.04, top=0.04, *, length=0.2, around=36, along=20, bump=0.0)
     radius = radius * (1 + bump * np.sin(3 * turn) * np.sin(2 * np.pi * up))
     vertices = np.stack([radius * np.cos(turn), radius * np.sin(turn), length * up], axis=-1).reshape(-1, 3)
     i, j = np.meshgrid(np.arange(along), np.arange(around), indexing="ij")
-    a, b = (i * around + j).ravel(), (i * around + (j + 1) % around).ravel()
+    a = (i * around + j).ravel()
+    b = (i * around + (j + 1) % around).ravel()
     faces = np.concatenate([np.stack([a, b, b + around], axis=1), np.stack([a, b + around, a + around], axis=1)])
     return Mesh(vertices, faces)
 
 
 def flat_disk(rings=20) -> tuple[np.ndarray, np.ndarray]:
     """Polar coordinates (radius 0 to 1, angle) and faces of a disk of rings with 6, 12, 18... vertices."""
-    polar, starts = [(0.0, 0.0)], [0]
+    polar = [(0.0, 0.0)]
+    starts = [0]
     for ring in range(1, rings + 1):
         starts.append(len(polar))
         polar += [(ring / rings, 2 * np.pi * k / (6 * ring)) for k in range(6 * ring)]
     faces = []
     for ring in range(1, rings + 1):
-        outer, inner = 6 * ring, max(6 * (ring - 1), 1)
+        outer = 6 * ring
+        inner = max(6 * (ring - 1), 1)
         for side in range(6):
             for k in range(ring):
-                a, b = side * ring + k, (side * ring + k + 1) % outer
+                a = side * ring + k
+                b = (side * ring + k + 1) % outer
                 c = (side * (ring - 1) + k) % inner
                 faces.append((starts[ring - 1] + c, starts[ring] + a, starts[ring] + b))
                 if k < ring - 1:
@@ -65,7 +69,8 @@ def flat_disk(rings=20) -> tuple[np.ndarray, np.ndarray]:
 def cap(angle, *, rings=24, radius=0.05) -> Mesh:
     """The part of a sphere within ``angle`` [rad] of its pole; a hemisphere is pi / 2."""
     polar, faces = flat_disk(rings)
-    down, turn = angle * polar[:, 0], polar[:, 1]
+    down = angle * polar[:, 0]
+    turn = polar[:, 1]
     vertices = np.stack([np.sin(down) * np.cos(turn), np.sin(down) * np.sin(turn), np.cos(down)], axis=1)
     return Mesh(radius * vertices, faces)
 
@@ -74,13 +79,16 @@ def cup(depth, *, rings=6, radius=0.02) -> Mesh:
     """A tube with a flat bottom, ``depth`` radii deep, one open end."""
     polar, faces = flat_disk(rings)
     bottom = radius * np.stack([polar[:, 0] * np.cos(polar[:, 1]), polar[:, 0] * np.sin(polar[:, 1])], axis=1)
-    around, layers = 6 * rings, int(depth * rings)
+    around = 6 * rings
+    layers = int(depth * rings)
     rim = len(bottom) - around + np.arange(around)
     wall = [np.column_stack([bottom[rim], np.full(around, -radius * k / rings)]) for k in range(1, layers + 1)]
     vertices = np.concatenate([np.column_stack([bottom, np.zeros(len(bottom))]), *wall])
     below = np.concatenate([rim, len(bottom) + np.arange(layers * around)]).reshape(-1, around)
-    a, b = below[:-1].ravel(), np.roll(below[:-1], -1, axis=1).ravel()
-    c, d = below[1:].ravel(), np.roll(below[1:], -1, axis=1).ravel()
+    a = below[:-1].ravel()
+    b = np.roll(below[:-1], -1, axis=1).ravel()
+    c = below[1:].ravel()
+    d = np.roll(below[1:], -1, axis=1).ravel()
     return Mesh(vertices, np.concatenate([faces, np.stack([a, c, d], axis=1), np.stack([a, d, b], axis=1)]))
 
 
@@ -90,8 +98,10 @@ def torus(*, major=0.06, minor=0.02, around=36, across=18) -> Mesh:
     ring = major + minor * np.cos(v)
     vertices = np.stack([ring * np.cos(u), ring * np.sin(u), minor * np.sin(v)], axis=-1).reshape(-1, 3)
     i, j = np.meshgrid(np.arange(around), np.arange(across), indexing="ij")
-    a, b = (i * across + j).ravel(), ((i + 1) % around * across + j).ravel()
-    c, d = (i * across + (j + 1) % across).ravel(), ((i + 1) % around * across + (j + 1) % across).ravel()
+    a = (i * across + j).ravel()
+    b = ((i + 1) % around * across + j).ravel()
+    c = (i * across + (j + 1) % across).ravel()
+    d = ((i + 1) % around * across + (j + 1) % across).ravel()
     return Mesh(vertices, np.concatenate([np.stack([a, b, d], axis=1), np.stack([a, d, c], axis=1)]))
 
 
@@ -124,7 +134,8 @@ def blocks(cells, *, size=0.01) -> Mesh:
                     continue
                 corner = 2 * np.array(cell)
                 corner[axis] += 2 * side
-                u, v = np.roll(np.eye(3, dtype=int), -1, axis=0)[axis], np.roll(np.eye(3, dtype=int), -2, axis=0)[axis]
+                u = np.roll(np.eye(3, dtype=int), -1, axis=0)[axis]
+                v = np.roll(np.eye(3, dtype=int), -2, axis=0)[axis]
                 first, second = (u, v) if side else (v, u)
                 for i, j in ((0, 0), (0, 1), (1, 0), (1, 1)):
                     a = corner + i * first + j * second
@@ -149,7 +160,8 @@ def spiral(turns=1.4) -> Mesh:
 def with_thin_faces(count=6) -> Mesh:
     """A saddle in which some faces are cut into one without area and the rest."""
     whole = sheet(shape=lambda x, y: 4 * x * y)
-    vertices, faces = whole.vertices.tolist(), whole.faces.tolist()
+    vertices = whole.vertices.tolist()
+    faces = whole.faces.tolist()
     for number in range(count):
         a, b, c = faces[7 * number]
         vertices.append(np.mean([vertices[b], vertices[c]], axis=0).tolist())

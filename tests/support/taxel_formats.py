@@ -14,7 +14,8 @@ from tactile_maps.skin.formats.taxel_files import write_taxels
 from tactile_maps.skin.model.skin_file import save_skin
 from tactile_maps.skin.model.taxel_set import TaxelSet
 
-LINK, RADIUS = "rod", 0.03
+LINK = "rod"
+RADIUS = 0.03
 FORMATS = (
     "icub.txt", "table.csv", "table.tsv", "genoa.json", "table.npz", "sensors.urdf", "skin.npz", "map.npz",
     "robot_in_its_skin.urdf",

@@ -56,10 +56,12 @@ def each_point_a_taxel(skin: Skin) -> Skin:
     """The same surfaces with a point and a taxel at the middle of each face: what it says is what the points bear."""
     patches = []
     for patch in skin.patches:
-        surface, count = patch.surface, len(patch.surface.faces)
+        surface = patch.surface
+        count = len(patch.surface.faces)
         middles = surface.vertices[surface.faces].mean(axis=1)
         points = Quadrature(middles, surface.face_normals, surface.face_areas, np.arange(count))
-        weights, alone = np.full((count, 3), 1 / 3), np.zeros((0, 2), dtype=np.int64)
+        weights = np.full((count, 3), 1 / 3)
+        alone = np.zeros((0, 2), dtype=np.int64)
         taxels = Taxels(middles, points.normals, points.taxel, weights, points.areas, alone, points)
         patches.append(Patch(patch.name, patch.link, surface, taxels))
     return Skin(tuple(patches))
@@ -115,7 +117,9 @@ def _plate(corner, along, across, *, steps: tuple[int, int] = (16, 16)) -> Mesh:
     i, j = (k.ravel() for k in np.meshgrid(np.arange(m + 1), np.arange(n + 1), indexing="ij"))
     vertices = np.asarray(corner) + np.outer(i / m, along) + np.outer(j / n, across)
     a = (np.arange(m)[:, None] * (n + 1) + np.arange(n)).ravel()
-    b, c, d = a + n + 1, a + n + 2, a + 1
+    b = a + n + 1
+    c = a + n + 2
+    d = a + 1
     return Mesh(vertices, np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)]))
 
 

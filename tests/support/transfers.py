@@ -22,7 +22,8 @@ from tactile_maps.simulation.model.model_assembly import assemble
 from tactile_maps.simulation.model.model_names import body_name
 from tests.support.pressed_arm import beside_ball, place_of
 
-RADIUS, DEPTH = 0.03, 0.001
+RADIUS = 0.03
+DEPTH = 0.001
 SETTINGS = ControlSettings(
     controller="hybrid", task="follow_path", path_kind="polyline", path_speed=0.002, force_gain=0.015
 )
@@ -70,7 +71,8 @@ class Transfer:
 
 def pairs(prepared: PreparedScene, count: int, *, seed: int = 0) -> list[tuple[int, int]]:
     """Random pairs of taxels on different patches that can be touched; the ball touches nothing but the first."""
-    lot, skin = np.random.default_rng(seed), prepared.skin
+    lot = np.random.default_rng(seed)
+    skin = prepared.skin
     patch_of = np.searchsorted(skin.first, np.arange(len(skin)), side="right") - 1
     found: list[tuple[int, int]] = []
     while len(found) < count:
@@ -100,7 +102,8 @@ def _alone(prepared: PreparedScene, taxel: int) -> bool:
 def touching_depth(prepared: PreparedScene, taxel: int) -> float:
     """How far past the skin the ball is [m] when it is 1 mm inside the link's hull; over a hollow it is negative."""
     link = prepared.skin.link(prepared.skin.taxel_point(taxel))
-    low, high = -0.2, DEPTH
+    low = -0.2
+    high = DEPTH
     reference = collision_reference(prepared)
     for _ in range(12):
         depth = (low + high) / 2
@@ -123,7 +126,8 @@ class CollisionReference:
         ball = ObjectSpec("ball", "sphere", (RADIUS,), at=(0.0, 0.0, 50.0))
         objects = make_objects(replace(prepared.scene, objects=(ball,)))
         self._model = assemble(prepared.robot, prepared.skin, Effects(contact="all"), objects=objects)
-        self._data, self._ball = mujoco.MjData(self._model), body_name(ball)
+        self._data = mujoco.MjData(self._model)
+        self._ball = body_name(ball)
 
     def move_ball(self, at: np.ndarray) -> None:
         """To a place (3,) of the world [m]."""
@@ -131,7 +135,8 @@ class CollisionReference:
 
     def contacts(self, posture: np.ndarray) -> list[tuple[frozenset[str], float]]:
         """Pairs of bodies that touch, and how deep [m]; the ball is called so."""
-        data, model = self._data, self._model
+        data = self._data
+        model = self._model
         data.qpos[: len(posture)] = posture
         mujoco.mj_forward(model, data)
         bodies = model.geom_bodyid[data.contact.geom]
@@ -158,8 +163,15 @@ def carry(prepared: PreparedScene, leaves: int, enters: int) -> Transfer:
     """Touch at one taxel with a path at the other, until the contact has arrived or it is refused."""
     depth = touching_depth(prepared, leaves)
     session = beside_ball(settings_to(prepared, enters), prepared=prepared, taxel=leaves, radius=RADIUS, depth=depth)
-    tick, course, forces = session.prepared.scene.tick, list[np.ndarray](), list[float]()
-    peak, planned, moved, done, outcome, limit = 0.0, 0, 0, 0, "lost", None
+    tick = session.prepared.scene.tick
+    course = list[np.ndarray]()
+    forces = list[float]()
+    peak = 0.0
+    planned = 0
+    moved = 0
+    done = 0
+    outcome = "lost"
+    limit = None
     for k in range(round(LONGEST / tick)):
         frame = session.tick()
         state = frame.task.regrasp

@@ -44,16 +44,19 @@ class Watchdog:
 
     def __init__(self, limit: float = 1.0, *, period: float = 0.05) -> None:
         self.stalls: list[Stall] = []
-        self._limit, self._period = limit, period
+        self._limit = limit
+        self._period = period
         self._watched = threading.get_ident()
         self._label = ""
         self._ended = threading.Event()
         self._stack: tuple[str, ...] = ()
-        self._last, self._cpu = time.perf_counter(), time.process_time()
+        self._last = time.perf_counter()
+        self._cpu = time.process_time()
         self._thread = threading.Thread(target=self._watch, name="watchdog", daemon=True)
 
     def __enter__(self) -> Watchdog:
-        self._last, self._cpu = time.perf_counter(), time.process_time()
+        self._last = time.perf_counter()
+        self._cpu = time.process_time()
         self._thread.start()
         return self
 
@@ -68,10 +71,14 @@ class Watchdog:
 
     def beat(self) -> None:
         """The event loop turns. Called by the watched thread alone."""
-        now, cpu = time.perf_counter(), time.process_time()
-        away, used = now - self._last, cpu - self._cpu
-        self._last, self._cpu = now, cpu
-        stack, self._stack = self._stack, ()
+        now = time.perf_counter()
+        cpu = time.process_time()
+        away = now - self._last
+        used = cpu - self._cpu
+        self._last = now
+        self._cpu = cpu
+        stack = self._stack
+        self._stack = ()
         if away > self._limit:
             self.stalls.append(Stall(away, used, self._label, stack))
 

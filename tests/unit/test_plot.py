@@ -53,7 +53,8 @@ def test_a_contact_is_marked_at_its_centre_with_its_force():
 
 
 def test_forces_are_drawn_contact_by_contact():
-    session, frames = Session(BAR, scripted=False, settings=ControlSettings(controller="hold_force")), []
+    session = Session(BAR, scripted=False, settings=ControlSettings(controller="hold_force"))
+    frames = []
     session.press(BAR.skin.taxel_point(30), force=1.0)
     with session.watched(frames.append):
         session.run_for(0.3)

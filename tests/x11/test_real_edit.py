@@ -66,7 +66,8 @@ def take(app, key, tool):
 def test_a_patch_is_moved_a_pin_dragged_and_a_seam_drawn(app):
     app.wait_for(lambda: app.read("places.json"))
     told = app.read("places.json")
-    taxels, first = np.array(told["taxels"]), told["first"]
+    taxels = np.array(told["taxels"])
+    first = told["first"]
     patches = [taxels[a:b] for a, b in itertools.pairwise(first)]
     before = load_document(app.folder / "first.npz")
     middles = [patch[np.linalg.norm(patch - patch.mean(axis=0), axis=1).argmin()] for patch in patches]

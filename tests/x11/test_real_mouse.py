@@ -36,7 +36,8 @@ live(window, ready)
 
 def test_a_poke_on_the_mesh_and_on_the_map_is_felt_at_the_same_place(app):
     app.wait_for(lambda: app.read("places.json"))
-    places, recording = app.read("places.json"), app.folder / "poked.mcap"
+    places = app.read("places.json")
+    recording = app.folder / "poked.mcap"
     for number, where in enumerate(("body", "map"), start=1):
         app.hand("mousemove", *places[where], "mousedown", 1)
         app.wait_for(lambda number=number: len(_presses(recording)) == number)

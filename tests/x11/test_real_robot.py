@@ -76,7 +76,8 @@ def drag(app, start, by, button):
 
 def test_the_robot_view_answers_a_real_mouse(app):
     app.wait_for(lambda: app.read("places.json") and app.read("eye.json"))
-    places, eye = app.read("places.json"), app.read("eye.json")
+    places = app.read("places.json")
+    eye = app.read("eye.json")
     skin = places["skin"]
 
     app.hand("keydown", "shift", "mousemove", *skin, "click", 1, "keyup", "shift")

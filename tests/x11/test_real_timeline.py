@@ -58,7 +58,8 @@ live(window, ready)
 
 def test_a_range_is_dragged_on_both_and_a_click_goes_there(app):
     app.wait_for(lambda: app.read("places.json"))
-    bar, plots = app.read("places.json")["bar"], app.read("places.json")["plots"]
+    bar = app.read("places.json")["bar"]
+    plots = app.read("places.json")["plots"]
 
     def drag(places, *, shift):
         app.hand(*(["keydown", "shift"] if shift else []), "mousemove", *places["0.5"], "mousedown", 1)

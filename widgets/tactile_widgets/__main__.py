@@ -38,7 +38,8 @@ def _gui(arguments: argparse.Namespace) -> int:
         return launch(scene_from_arguments(arguments), then=file)
     if role is not None:
         if getattr(arguments, role.value, None) is not None:
-            problem, remedy = f"a {role.value} is named twice", f"Give FILE or --{role.value}"
+            problem = f"a {role.value} is named twice"
+            remedy = f"Give FILE or --{role.value}"
             raise UsageError(problem, file=file, value=getattr(arguments, role.value), remedy=remedy)
         setattr(arguments, role.value, file)
     return launch(scene_from_arguments(arguments))

@@ -548,7 +548,8 @@ def _positive(text: str) -> float:
 
 
 def _threshold(text: str) -> float:
-    low, high = 0.001, 1e8
+    low = 0.001
+    high = 1e8
     value = float(text)
     if not low <= value <= high:
         raise argparse.ArgumentTypeError(f"must be {low:g} to {high:,.0f} counts or kPa: {text}")
@@ -557,7 +558,8 @@ def _threshold(text: str) -> float:
 
 def _duration(text: str) -> float:
     """Seconds of ``90s``, ``30min`` or ``2h``."""
-    number, unit = text.rstrip("abcdefghijklmnopqrstuvwxyz"), text.lstrip("0123456789.")
+    number = text.rstrip("abcdefghijklmnopqrstuvwxyz")
+    unit = text.lstrip("0123456789.")
     if unit not in _UNITS:
         raise argparse.ArgumentTypeError(f"{text!r} is no time: write 90s, 30min or 2h")
     return _positive(number) * _UNITS[unit]

@@ -117,10 +117,17 @@ class ContactState:
     """
 
     def __init__(self, tick: int, time: float, region: ContactRegion, rule: EventThresholds) -> None:
-        self._rule, self._born, self._peak, self._last = rule, time, region.force, region
-        self.until, self._there = time, True
+        self._rule = rule
+        self._born = time
+        self._peak = region.force
+        self._last = region
+        self.until = time
+        self._there = True
         self._kind: EventKind | None = None
-        self._began, self._at, self._strongest, self._way = time, region.at, region.force, 0.0
+        self._began = time
+        self._at = region.at
+        self._strongest = region.force
+        self._way = 0.0
         self._mark(time, region)
         parent = region.split_from
         contacts = (region.id,) if parent is None else (region.id, parent)
@@ -129,9 +136,12 @@ class ContactState:
 
     def go_on(self, tick: int, time: float, region: ContactRegion) -> list[ContactEvent]:
         """Take the next frame; what began or ended there."""
-        rule, self._last = self._rule, region
-        self.until, self._there = time, True
-        self._peak, self._strongest = max(self._peak, region.force), max(self._strongest, region.force)
+        rule = self._rule
+        self._last = region
+        self.until = time
+        self._there = True
+        self._peak = max(self._peak, region.force)
+        self._strongest = max(self._strongest, region.force)
         if region.merged:  # its centre jumps, which is no stroke
             self._mark(time, region)
             return [self._event(tick, time, "merge", "began", others=region.merged)]
@@ -148,7 +158,8 @@ class ContactState:
     def leave(self, time: float) -> None:
         """It is not there in this frame. It may come back."""
         if self._there:
-            self.until, self._there = time, False
+            self.until = time
+            self._there = False
 
     def end(self, tick: int, time: float, *, released: bool) -> list[ContactEvent]:
         """The contact is gone for good: what ended with it. One that became part of another is not ``released``."""
@@ -172,7 +183,8 @@ class ContactState:
     def _mark(self, time: float, region: ContactRegion) -> None:
         """A pace ends here."""
         self._from: FloatArray = region.link_position
-        self._marked, self._marked_at = time, region.at
+        self._marked = time
+        self._marked_at = region.at
 
     def _stroke(self, tick: int, time: float) -> list[ContactEvent]:
         """One more pace."""
@@ -187,13 +199,17 @@ class ContactState:
         """Begin another phase. The first one takes over what was felt before it had a name."""
         if self._kind is not None:
             self._strongest = self._last.force
-        self._kind, self._began, self._at, self._way = kind, since, at, 0.0
+        self._kind = kind
+        self._began = since
+        self._at = at
+        self._way = 0.0
         return self._event(tick, time, kind, "began")
 
     def _event(
         self, tick: int, time: float, kind: EventKind, phase: EventPhase, *, others: tuple[int, ...] = ()
     ) -> ContactEvent:
-        last, stroke = self._last, kind == "stroke"
+        last = self._last
+        stroke = kind == "stroke"
         return ContactEvent(
             tick, time, kind, phase, (last.id, *others), (last.link,), self._at,
             to=last.at if stroke else None,
@@ -249,7 +265,8 @@ class GraspPairs:
         gone = [key for key in apart if not self._bonds[key].ids.intersection(awaited)]
         told = [_pair_event(tick, time, key[0], "ended", self._bonds.pop(key)) for key in gone]
         for key, (one, other) in sorted(found.items(), key=lambda item: item[0]):
-            old, force = self._bonds.get(key), min(one.force, other.force)
+            old = self._bonds.get(key)
+            force = min(one.force, other.force)
             if old is None:
                 self._bonds[key] = bond = _Pair(time, math.inf, one, other, force)
                 told.append(_pair_event(tick, time, key[0], "began", bond))
@@ -276,9 +293,11 @@ class GraspPairs:
 
 
 def _pair_event(tick: int, time: float, kind: EventKind, phase: EventPhase, bond: _Pair) -> ContactEvent:
-    one, other = bond.one, bond.other
+    one = bond.one
+    other = bond.other
     links = (one.link,) if kind == "grasp" else (one.link, other.link)
-    contacts, lasted = (one.id, other.id), min(bond.until, time) - bond.since
+    contacts = (one.id, other.id)
+    lasted = min(bond.until, time) - bond.since
     return ContactEvent(tick, time, kind, phase, contacts, links, one.at, other.at, bond.force, lasted)
 
 
@@ -303,7 +322,8 @@ class EventDetector:
     """
 
     def __init__(self, *, rule: EventThresholds = _RULE) -> None:
-        self._rule, self.claims_force = rule, True
+        self._rule = rule
+        self.claims_force = True
         self.reset()
 
     def reset(self) -> None:

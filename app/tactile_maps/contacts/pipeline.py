@@ -183,12 +183,15 @@ class ContactPipeline:
         depth: float = 0.002,
         seed: int = 0,
     ) -> None:
-        self._skin, self._depth = map_.skin, depth
-        self._settings, self._reader = settings, ContactDetector(map_, centre=settings.centre)
+        self._skin = map_.skin
+        self._depth = depth
+        self._settings = settings
+        self._reader = ContactDetector(map_, centre=settings.centre)
         self._forces = RegionForceEstimator(
             map_, estimator=settings.estimator, depth=depth, wrench_noise=settings.wrench_noise, seed=seed
         )
-        self._self_touch, self._events = SelfTouchMatcher(), EventDetector()
+        self._self_touch = SelfTouchMatcher()
+        self._events = EventDetector()
         self._fill: TaxelFill | None = None
         self._filled: tuple[FloatArray, FilledReadings] | None = None
         self.set_sensor_model(sensor)
@@ -386,7 +389,8 @@ def read_contacts(
     if estimator == "lumped":
         remedy = f"Choose one of: {', '.join(name for name in ESTIMATORS if name != 'lumped')}"
         raise MapError("a force-torque sensor is not read from pressures", value=estimator, remedy=remedy)
-    settings, errors = ReadingSettings(estimator, threshold), errors or SensorUncertainty()
+    settings = ReadingSettings(estimator, threshold)
+    errors = errors or SensorUncertainty()
     detector = ContactDetector(map_, threshold=settings.thresholds_for(errors), errors=errors)
     forces = RegionForceEstimator(map_, estimator=estimator, depth=depth)
     return forces.read(detector.read(pressures), pressures, errors)[0]

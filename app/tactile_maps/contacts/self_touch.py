@@ -102,12 +102,15 @@ class SelfTouchMatcher:
         partner: dict[int, int] = {}
         for _, a, b in sorted(found):
             if a not in partner and b not in partner:
-                partner[a], partner[b] = b, a
+                partner[a] = b
+                partner[b] = a
         return partner
 
     def _apart(self, one: _Side, other: _Side) -> float | None:
         """How far apart the two centres lie [m] if the two may be one contact, else None."""
-        a, b, rule = one.region, other.region, self._rule
+        a = one.region
+        b = other.region
+        rule = self._rule
         if a.link == b.link or float(one.normal.dot(other.normal)) > rule.facing:
             return None
         apart = float(np.linalg.norm(one.point - other.point))

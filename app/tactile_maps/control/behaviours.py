@@ -18,7 +18,8 @@ SettingValue: TypeAlias = int | float | str | tuple[tuple[float, float], ...]
 """Of the controller: a number, a word, or points on the map [m]."""
 ENDING_EVENTS = ("tap", "release")
 """Events that are told only once they are over."""
-_MOST_TIMES, _MOST_FORCE = 5, 200.0
+_MOST_TIMES = 5
+_MOST_FORCE = 200.0
 
 
 @dataclass(frozen=True)
@@ -148,14 +149,16 @@ class BehaviourTrigger:
         for number, behaviour in enumerate(behaviours):
             if behaviour.where and behaviour.where not in known:
                 remedy = did_you_mean(behaviour.where, tuple(known))
-                place, problem = f"behaviours.{number}.where", "no such link or patch has skin"
+                place = f"behaviours.{number}.where"
+                problem = "no such link or patch has skin"
                 raise SceneError(problem, place=place, value=behaviour.where, remedy=remedy)
         self.behaviours = tuple(behaviours)
         self._past: dict[int, deque[float]] = {}
 
     def reset(self) -> ControlSettings | None:
         """Nothing has happened; the settings that are to come back from what held until a release, None for none."""
-        before, self._before = self._before, None
+        before = self._before
+        self._before = None
         self._past.clear()
         return before
 
@@ -180,9 +183,11 @@ class BehaviourTrigger:
                 if self._happened(number, behaviour, event):
                     if behaviour.until_released and self._before is None:
                         self._before = settings
-                    now, why = _changed(now, behaviour), behaviour
+                    now = _changed(now, behaviour)
+                    why = behaviour
         if not touched and self._before is not None and why is None:
-            now, why = self._before, "released"
+            now = self._before
+            why = "released"
         if not touched:
             self._before = None
         return (now, why) if why is not None and now != settings else None

@@ -65,7 +65,9 @@ class ControllerManager:
         *,
         surroundings: Surroundings = nothing_around,
     ) -> None:
-        self._robot, self._rest, self._sight = robot, robot.home, MapKinematics(map_)
+        self._robot = robot
+        self._rest = robot.home
+        self._sight = MapKinematics(map_)
         self._task_manager = TaskManager(robot, surroundings=surroundings)
         self._controllers: dict[str, Controller] = {}
         self._gain_limiter = GainLimiter(robot)
@@ -157,7 +159,10 @@ class ControllerManager:
         self._gain_limiter.reset()
         self._safety.reset()
         self._unmeasured.reset()
-        self._last, self._fading, self._switched, self._beyond = None, None, False, ()
+        self._last = None
+        self._fading = None
+        self._switched = False
+        self._beyond = ()
         self._strained = ()
         for controller in self._controllers.values():
             controller.reset()
@@ -247,7 +252,8 @@ class ControllerManager:
         An unreadable skin stops only controllers that need it: impedance does not read it, and hold force keeps its
         posture. One monitor serves all controllers, so that a stop outlasts a change of the controller.
         """
-        max_force, needs_skin = self._settings.max_force, self._controller.needs_skin
+        max_force = self._settings.max_force
+        needs_skin = self._controller.needs_skin
         if not needs_skin:
             regions = [region for region in regions if is_readable(region)]
             readable = readable or self._safety.reason is None
@@ -276,7 +282,9 @@ class ControllerManager:
         self, posture: FloatArray, regions: Sequence[ContactRegion], dt: float
     ) -> tuple[ControlSettings, tuple[ContactRegion, ...]]:
         """Settings and regions as controllers may take them; what is to be said of the skin's limits is kept."""
-        settings, read, said = self._settings, tuple(regions), list[Limit]()
+        settings = self._settings
+        read = tuple(regions)
+        said = list[Limit]()
         if settings.controller != "impedance":
             goal = settings.force_goal
             if self.readings is not None:

@@ -80,7 +80,9 @@ class _GuardedController:
 
     def __init__(self, plugin: Plugin, controller: Controller, robot: Robot) -> None:
         check_members(plugin, controller, "rest", "why_limited", "report", "use", "reset", "start", "command")
-        self._plugin, self._controller, self._joints = plugin, controller, robot.home.shape
+        self._plugin = plugin
+        self._controller = controller
+        self._joints = robot.home.shape
 
     @property
     def rest(self) -> FloatArray:

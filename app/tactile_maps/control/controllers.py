@@ -207,9 +207,11 @@ class HoldForceController:
     needs_skin = False
 
     def __init__(self, robot: Robot) -> None:
-        self.rest, self._configuration = robot.home, Configuration(robot)
+        self.rest = robot.home
+        self._configuration = Configuration(robot)
         self._reference = PostureReference(robot, self._configuration)
-        self._selection, self._relief = ContactSelection(), ReliefMonitor()
+        self._selection = ContactSelection()
+        self._relief = ReliefMonitor()
         self.reset()
 
     def use(self, sight: MapKinematics) -> None:
@@ -289,7 +291,9 @@ class HoldForceController:
         limits: ActiveLimits,
     ) -> FloatArray:
         self._servo.held = self._reference.torque_limited
-        levels, controlled, moves = [], [], []
+        levels = []
+        controlled = []
+        moves = []
         for region in regions:
             error = settings.force_goal - region.force
             push = self._servo.push(settings, (region.id, ContactPresence.FELT), error, dt, limits)
@@ -330,7 +334,8 @@ STAY = ("retreat", "guide")
 """Tasks after which the arm stays where it is."""
 _HOME_SPEED = 0.2
 """At which joints that a task leaves free go back to rest, at most [rad/s]."""
-_NO_MAP, _NO_VELOCITY = readonly(np.zeros((2, 3))), readonly(np.zeros(2))
+_NO_MAP = readonly(np.zeros((2, 3)))
+_NO_VELOCITY = readonly(np.zeros(2))
 
 
 class TaskController:
@@ -354,10 +359,14 @@ class TaskController:
     needs_skin = True
 
     def __init__(self, robot: Robot, scheme: ControlScheme, task_manager: TaskManager, sight: MapKinematics) -> None:
-        self.rest, self.sight, self._scheme, self._task_manager = robot.home, sight, scheme, task_manager
+        self.rest = robot.home
+        self.sight = sight
+        self._scheme = scheme
+        self._task_manager = task_manager
         self._configuration = Configuration(robot)
         self._reference = PostureReference(robot, self._configuration)
-        self.tank, self._stall = EnergyTank(), StallDetector(1.5 * sight.pitch)
+        self.tank = EnergyTank()
+        self._stall = StallDetector(1.5 * sight.pitch)
         self._relief = ReliefMonitor()
         self._slide = SlideObserver()
         self.reset()
@@ -500,7 +509,8 @@ class TaskController:
         return speed
 
     def _contact(self, settings: ControlSettings, want: ContactGoal) -> TaskContact:
-        region, pose = want.region, self._configuration.pose(want.region.link)
+        region = want.region
+        pose = self._configuration.pose(want.region.link)
         normal = pose.rotation.dot(self.sight.normal(region, settings.jacobian))
         move = self._configuration.jacobian(region.link, region.link_position)
         tilt = self._tilt(region.id, normal.dot(move), move)

@@ -25,7 +25,8 @@ GAIN_SHARE = 0.35
 """Of the limit of stability at a measured contact, that limited gains take: a gain margin of 2.9. With joints that
 follow at once it leaves 60 degrees of phase and overshoots by at most 7 % however late the skin is (z**(d + 1) - z**d +
 g = 0; at 0.5 it is 25 % from one sample on)."""
-NOMINAL_SHARE, SAMPLED_SHARE = 0.9, 0.3
+NOMINAL_SHARE = 0.9
+SAMPLED_SHARE = 0.3
 """While the contact counts as nominal: of the limit there, and no more than this of the limit were joints to follow at
 once. The reserve of the first is in the stiffness, four times that of a cover; one that is really so stiff swings, is
 measured by that, and gets ``GAIN_SHARE``. With a slow skin that takes seconds, so there the second holds from the
@@ -51,7 +52,8 @@ PLACE_SHARE = 0.3
 _PATIENCE = 12.0
 """An integral is no faster than so many times what passes from a touch to its reading: it follows the answer."""
 _OF_THE_PATH = ("path_kind", "path", "path_size", "path_speed", "starts")
-_SAME, _MOVED = 1.03, 0.05
+_SAME = 1.03
+_MOVED = 0.05
 """By how much stiffness [as a factor] or a joint [rad, m] have to change for the limit to be worked out anew."""
 
 
@@ -269,7 +271,9 @@ class GainLimiter:
             return settings
         self._calm += dt
         if self._calm > self._patience:
-            self._share, self._calm, self.exhausted = 2 * self._share, 0.0, False
+            self._share = 2 * self._share
+            self._calm = 0.0
+            self.exhausted = False
         known = self._reduced
         if known is None or known[0] is not settings or known[1] != self._share:
             reduced = replace(settings, force_gain=self._share * settings.force_gain)
@@ -294,7 +298,8 @@ class GainLimiter:
     ) -> None:
         """Take the motion of the last tick; the configuration is at ``posture`` afterwards where something touches."""
         wanted = posture if wanted is None else wanted
-        before, self._before = self._before, (posture, wanted)
+        before = self._before
+        self._before = (posture, wanted)
         felt = {one.id: one for one in regions if one.id in self._contacts} | {one.id: one for one in controlled}
         if felt:
             self._configuration.update(posture)
@@ -305,7 +310,8 @@ class GainLimiter:
         for id_ in felt.keys() - self._contacts.keys():
             self._contacts[id_] = self._begun(felt[id_], felt.keys())
         for id_, contact in self._contacts.items():
-            region, begins = felt.get(id_), contact.missing == math.inf or before is None
+            region = felt.get(id_)
+            begins = contact.missing == math.inf or before is None
             if region is not None and not begins:
                 contact.outward = self._outward(region)
             way = asked = 0.0
@@ -328,7 +334,8 @@ class GainLimiter:
         if bounced is None:
             return _FollowedContact(region.link, self._outward(region))
         contact = self._contacts.pop(bounced)
-        contact.outward, contact.limit = self._outward(region), None
+        contact.outward = self._outward(region)
+        contact.limit = None
         contact.estimator.reset()
         return contact
 
@@ -359,11 +366,13 @@ class GainLimiter:
         if known is None:
             for contact in self._contacts.values():
                 contact.limit = None
-        limits, changed = list[_LoopLimit](), False
+        limits = list[_LoopLimit]()
+        changed = False
         for region in controlled:
             contact = self._contacts[region.id]
             stiffness = contact.estimator.stiffness(max(settings.force_goal, region.force))
-            limit, measured = contact.limit, contact.estimator.measured
+            limit = contact.limit
+            measured = contact.estimator.measured
             if limit is None or not limit.holds(stiffness, posture, measured=measured):
                 held = self._loop_limit(settings, posture, region, dt, self.readings, stiffness, measured=measured)
                 limit = contact.limit = held
@@ -385,7 +394,8 @@ class GainLimiter:
         *,
         measured: bool,
     ) -> _LoopLimit:
-        calm, loop = _limited(settings, readings), LoopFilter.of(settings)
+        calm = _limited(settings, readings)
+        loop = LoopFilter.of(settings)
         at_a_place = settings.controller != "hold_force" and settings.task in TASKS_AT_A_PLACE
         slides = not at_a_place or region.id != self._first
         arm = pressed_arm(self._configuration, self._impedance, region, stiffness, slides=slides)
@@ -398,7 +408,8 @@ class GainLimiter:
         else:
             sampled = SAMPLED_SHARE * arm.sampled_limit(readings)
             held = GAIN_SHARE * most if measured else min(NOMINAL_SHARE * most, sampled)
-        series, gain = arm.series_stiffness, settings.force_gain
+        series = arm.series_stiffness
+        gain = settings.force_gain
         if measured and series > 0:  # soft joints give way: the point moves by less than the posture does
             gain = max(gain, min(SOFT_RATE, gain * stiffness) / series)
         return _LoopLimit(stiffness, measured, posture, series, most, min(gain, held))
@@ -425,7 +436,8 @@ def _damped_integral(gain: float, drawn: float, limit: _LoopLimit) -> float:
     The rate at which the force approaches its goal without integral is gain times series stiffness, and the point is
     drawn back at a rate ``drawn`` [1/s], less what soft joints give way.
     """
-    rate, back = gain * limit.series, drawn * limit.series / limit.stiffness
+    rate = gain * limit.series
+    back = drawn * limit.series / limit.stiffness
     return _DAMPED * rate / (rate + back) ** 2 if rate > 0 else 0.0
 
 
@@ -444,7 +456,8 @@ def _limited(settings: ControlSettings, readings: SensorTiming) -> ControlSettin
     if settings.gains == "as_given":
         return settings
     wait = readings.period + readings.delay
-    place, integral = min(settings.position_gain, PLACE_SHARE / wait), max(settings.integral_time, _PATIENCE * wait)
+    place = min(settings.position_gain, PLACE_SHARE / wait)
+    integral = max(settings.integral_time, _PATIENCE * wait)
     return replace(settings, position_gain=place, integral_time=integral)
 
 
@@ -452,7 +465,9 @@ def _unstable(settings: ControlSettings, most: float, readings: SensorTiming) ->
     """That a gain that stays as it is set is more than the loop can hold, if it is."""
     if settings.force_gain <= most:
         return ()
-    kind, period, delay = LimitKind.FORCE_GAIN_UNSTABLE, readings.period, readings.delay
+    kind = LimitKind.FORCE_GAIN_UNSTABLE
+    period = readings.period
+    delay = readings.delay
     return (Limit(kind, value=settings.force_gain, bound=most, period=period, delay=delay),)
 
 

@@ -82,7 +82,9 @@ def limit_texts(limits: Iterable[Limit]) -> str:
 
 
 def _fact(limit: Limit) -> str:
-    names, value, bound = [name.replace("_", " ") for name in limit.names], limit.value, limit.bound
+    names = [name.replace("_", " ") for name in limit.names]
+    value = limit.value
+    bound = limit.bound
     match limit.kind:
         case LimitKind.JOINT_LIMIT | LimitKind.TORQUE_LIMIT:
             return ", ".join(names)

@@ -170,7 +170,10 @@ class _Mistake(Exception):
 
     def __init__(self, problem: str, value: JsonValue, remedy: str | None = None, *, note: str = "") -> None:
         super().__init__(problem)
-        self.problem, self.found, self.remedy, self.note = problem, _described(value), remedy, note
+        self.problem = problem
+        self.found = _described(value)
+        self.remedy = remedy
+        self.note = note
         self.path: list[str] = []
 
 
@@ -218,7 +221,8 @@ def _codec(hint: Any) -> _Codec:
         TypeError: There is none: the hint is a mistake in the program.
     """
     hint = _without_alias(hint)
-    origin, inner = get_origin(hint), get_args(hint)
+    origin = get_origin(hint)
+    inner = get_args(hint)
     if origin is Annotated:
         return _annotated(inner[0], loose=NON_FINITE in inner[1:])
     if hint in _PLAIN:
@@ -338,7 +342,8 @@ def _choice(values: Mapping[Any, Any]) -> _Codec:
 
 def _list(item: _Codec) -> _Codec:
     """A tuple of any length."""
-    read_item, write_item = item.read, item.write
+    read_item = item.read
+    write_item = item.write
 
     def read(raw: JsonValue) -> tuple[Any, ...]:
         if type(raw) is not list:
@@ -440,7 +445,8 @@ def _array(dtype: np.dtype[Any], *, loose: bool) -> _Codec:
             return read_values(raw)
         if raw.keys() != {"shape", "values"}:
             raise _Mistake("an array must have a shape and values", raw)
-        shape, values = _SHAPE.read(raw["shape"]), read_values(raw["values"])
+        shape = _SHAPE.read(raw["shape"])
+        values = read_values(raw["values"])
         try:
             if min(shape, default=0) >= 0 and math.prod(shape) == len(values):
                 return values.reshape(shape)
@@ -467,7 +473,8 @@ def _object(kind: type) -> _Codec:
     names = tuple(field.name for field in fields(kind) if field.init)
     codecs = {name: _codec(hints[name]) for name in names}
     later = frozenset(field.name for field in fields(kind) if field.metadata.get("later"))
-    known, readers = frozenset(names), [(name, codec.read) for name, codec in codecs.items()]
+    known = frozenset(names)
+    readers = [(name, codec.read) for name, codec in codecs.items()]
     writers = [(name, codec.write) for name, codec in codecs.items() if codec.write is not None]
     taken = attrgetter(*names) if len(names) > 1 else lambda value: [getattr(value, name) for name in names]
 

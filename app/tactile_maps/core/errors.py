@@ -47,7 +47,11 @@ class TactileMapsError(Exception):
         value: object = None,
         remedy: str | None = None,
     ) -> None:
-        self.problem, self.file, self.place, self.value, self.remedy = problem, file, place, value, remedy
+        self.problem = problem
+        self.file = file
+        self.place = place
+        self.value = value
+        self.remedy = remedy
         super().__init__(self._message())
 
     def at(

@@ -200,7 +200,8 @@ def output_path(path: Path, *, error: type[TactileMapsError], overwrite: bool = 
         raise _not_writable(path, cause, error) from cause
     if found is None:
         if not target.parent.is_dir():
-            problem, value = "the file cannot be written", f"the folder {target.parent} does not exist"
+            problem = "the file cannot be written"
+            value = f"the folder {target.parent} does not exist"
             raise error(problem, file=path, value=value, remedy="Create the folder, or choose a folder that exists")
         return target
     kind = stat.S_IFMT(found.st_mode)
@@ -343,7 +344,8 @@ class FolderClaim:
     """A folder that one owner has for itself until ``release`` or the end of its process. See ``claim_folder``."""
 
     def __init__(self, folder: Path, descriptor: int) -> None:
-        self.folder, self._descriptor = folder, descriptor
+        self.folder = folder
+        self._descriptor = descriptor
 
     def release(self) -> None:
         """Let others have it; once."""
@@ -635,7 +637,8 @@ def _read_stream(
     most: float = math.inf,
 ) -> NDArray[Any]:
     """An npy file. Its header is not given to Python's parser, as numpy does: that can be made to fail in many ways."""
-    magic, version = stream.read(6), (*stream.read(2),)
+    magic = stream.read(6)
+    version = (*stream.read(2),)
     if magic != b"\x93NUMPY":
         raise error("an array is damaged", file=file, place=place, value=magic)
     if version not in _LENGTH_BYTES:

@@ -107,7 +107,9 @@ class Registry(Mapping[str, T], Generic[T]):
         self, kind: str, entry: type[T], built_in: Iterable[T], guard: Callable[[Plugin, T], T],
         *, reserved: Iterable[str] = (),
     ) -> None:  # fmt: skip
-        self.kind, self._entry, self._guard = kind, entry, guard
+        self.kind = kind
+        self._entry = entry
+        self._guard = guard
         self._built_in = {one.name: one for one in built_in}
         self._taken = {*self._built_in, *reserved}
         self._loaded: dict[tuple[EntryPoint, str, bool], tuple[Plugin, T | None]] = {}
@@ -153,7 +155,8 @@ class Registry(Mapping[str, T], Generic[T]):
         return [self._checked(point) for point in _found(self.kind) if name is None or point.name == name]
 
     def _checked(self, point: EntryPoint) -> tuple[Plugin, T | None]:
-        plugin, key = _described(point, self.kind), self._key(point)
+        plugin = _described(point, self.kind)
+        key = self._key(point)
         if key not in self._loaded:
             try:
                 self._loaded[key] = plugin, self._guard(plugin, self._entry_of(plugin, point))

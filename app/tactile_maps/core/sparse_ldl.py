@@ -56,7 +56,8 @@ class SparseLDL:
             if self._solver is None or pattern != self._pattern:
                 self._solver = _factored(upper)
                 # Held on to, so that no other array can come to lie at the same address.
-                self._pattern, self._held = pattern, upper
+                self._pattern = pattern
+                self._held = upper
             else:
                 self._solver.update(upper)
         except (RuntimeError, ValueError) as error:

@@ -25,7 +25,9 @@ class _Stage:
     __slots__ = ("_clock", "_ms", "_name", "_start")
 
     def __init__(self, clock: Callable[[], float], ms: dict[str, float], name: str) -> None:
-        self._clock, self._ms, self._name = clock, ms, name
+        self._clock = clock
+        self._ms = ms
+        self._name = name
 
     def __enter__(self) -> None:
         self._start = self._clock()
@@ -51,5 +53,6 @@ class Stopwatch:
 
     def take(self) -> Timings:
         """Return the sums since the last take, and reset them."""
-        taken, self._ms = Timings(self._ms), {}
+        taken = Timings(self._ms)
+        self._ms = {}
         return taken

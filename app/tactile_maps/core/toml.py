@@ -53,12 +53,14 @@ def check_key_depth(text: str, *, file: str | Path, error: type[TactileMapsError
     """
     if _LONG_KEY.search(text) is None:
         return  # the usual case; what follows tells keys from the contents of strings and comments
-    parts, joined = 0, False
+    parts = 0
+    joined = False
     for token, line in _tokens(text):
         if token == ".":
             joined = True
         elif token.strip(" \t"):
-            parts, joined = (parts + 1 if joined else 1), False
+            parts = parts + 1 if joined else 1
+            joined = False
             if parts > MAX_KEYS:
                 remedy = f"The most is {MAX_KEYS} parts"
                 raise error("a key has too many parts", file=file, place=f"line {line}", value=f"more than {MAX_KEYS}",
@@ -81,7 +83,8 @@ def parse_toml(text: str, *, file: str | Path, error: type[TactileMapsError] = S
     try:
         values = tomllib.loads(text)
     except RecursionError as cause:
-        problem, remedy = "lists or tables are nested too deep", "Write them as tables with names"
+        problem = "lists or tables are nested too deep"
+        remedy = "Write them as tables with names"
         raise error(problem, file=file, remedy=remedy) from cause
     except tomllib.TOMLDecodeError:
         raise
@@ -272,7 +275,8 @@ def number_remedy(text: str, *, degrees: bool = False) -> str:
     match = _QUANTITY.fullmatch(text)
     if match is None:
         return "Write a number, without quotes"
-    number, unit = float(match[1]), match[2]
+    number = float(match[1])
+    unit = match[2]
     if unit is None:
         return f"Write {number:.12g}, without quotes"
     if unit in ("deg", "°") and degrees:
@@ -347,7 +351,9 @@ class TomlReader:
     """
 
     def __init__(self, text: str, *, file: str, top: tuple[str, ...] = ()) -> None:
-        self._text, self._file, self._top = text, file, top
+        self._text = text
+        self._file = file
+        self._top = top
         try:
             self.raw: dict[str, Any] = parse_toml(text, file=file)
         except ValueError as error:
@@ -414,7 +420,8 @@ class TomlReader:
 
     def value(self, value: Any, hint: Any, path: KeyPath) -> Any:
         """A TOML value as the type that an annotation names."""
-        origin, inner = get_origin(hint), get_args(hint)
+        origin = get_origin(hint)
+        inner = get_args(hint)
         if origin in (Union, UnionType):
             return self._one_of(value, inner, path)
         if origin is Literal:
@@ -440,9 +447,11 @@ class TomlReader:
     def _walk(self, table: Any, path: KeyPath, words: list[str]) -> KeyPath:
         for word in words:
             if isinstance(table, dict) and word in table:
-                table, path = table[word], (*path, word)
+                table = table[word]
+                path = (*path, word)
             elif isinstance(table, list) and word.isdecimal() and int(word) < len(table):
-                table, path = table[int(word)], (*path, int(word))
+                table = table[int(word)]
+                path = (*path, int(word))
         return path
 
     def _one_of(self, value: Any, hints: tuple[Any, ...], path: KeyPath) -> Any:

@@ -83,7 +83,8 @@ def align(document: MapDocument, numbers: Iterable[int], edge: Edge) -> MapDocum
     chosen = document.chosen(numbers)
     if len(chosen) < 2:
         raise MapError("aligning needs two patches", remedy="Select at least two patches")
-    boxes, of = document.map.boxes, _EDGES[edge]
+    boxes = document.map.boxes
+    of = _EDGES[edge]
     goal = of(_around(boxes[chosen]))
     for number in chosen:
         document = move(document, [number], goal - of(boxes[number]))
@@ -109,7 +110,8 @@ def repack(document: MapDocument, numbers: Iterable[int] | None = None) -> MapDo
     steps = np.array([p.offset for p in packed.placements]).reshape(-1, 2) - np.reshape(corners, (-1, 2))
     others = np.setdiff1d(np.arange(len(document.patches)), chosen)
     if chosen and others.size:
-        before, boxes = _around(document.map.boxes[chosen]), document.map.boxes[chosen] + steps[:, None]
+        before = _around(document.map.boxes[chosen])
+        boxes = document.map.boxes[chosen] + steps[:, None]
         margin = PACKING_MARGIN * float(np.median(np.ptp(document.map.boxes, axis=1).max(axis=1)))
         steps += _nearest_free(_around(boxes), document.map.boxes[others], before.mean(axis=0), margin)
     for number, step in zip(chosen, steps, strict=True):
@@ -129,7 +131,8 @@ def _nearest_free(block: FloatArray, others: FloatArray, middle: FloatArray, mar
     either as wished or on the side of a grown box.
     """
     reach = 0.5 * np.ptp(block, axis=0) + margin
-    low, high = others[:, 0] - reach, others[:, 1] + reach
+    low = others[:, 0] - reach
+    high = others[:, 1] + reach
     x, y = (np.unique(np.concatenate([[middle[k]], low[:, k], high[:, k]])) for k in (0, 1))
     tried = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 1, 2)
     free = tried[~((tried > low) & (tried < high)).all(axis=2).any(axis=1), 0]
@@ -149,7 +152,8 @@ def _about(document: MapDocument, numbers: Iterable[int], act: Placement, about:
 
 
 def _placed(document: MapDocument, numbers: Iterable[int], act: Placement) -> MapDocument:
-    chosen, placements = document.chosen(numbers), list(document.layout.placements)
+    chosen = document.chosen(numbers)
+    placements = list(document.layout.placements)
     for number in chosen:
         placements[number] = act.after(placements[number])
     layout = MapLayout(tuple(placements))

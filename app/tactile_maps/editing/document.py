@@ -87,7 +87,8 @@ class MapDocument:
         Raises:
             MapError: There is no such patch.
         """
-        known, wanted = range(len(self.patches)), sorted(set(numbers))
+        known = range(len(self.patches))
+        wanted = sorted(set(numbers))
         for number in wanted:
             if number not in known:
                 raise MapError("there is no such patch", value=number, remedy=f"The map has {len(known)}, from 0")

@@ -33,7 +33,8 @@ from tactile_maps.maps.model.tactile_map import TactileMap
 from tactile_maps.skin.model.skin import Patch
 from tactile_maps.skin.model.skin_file import MAP_FORMAT
 
-FORMAT, VERSION = "tactile-maps-document", 1
+FORMAT = "tactile-maps-document"
+VERSION = 1
 _ROUNDING = 1e-6
 
 
@@ -130,7 +131,8 @@ def _order(header: Mapping[str, Any], count: int, file: str | Path | None) -> tu
 def _patches(
     header: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]], map_: TactileMap, file: str | Path | None
 ) -> tuple[PatchEdit, ...]:
-    entries, patches = header.get("patches"), map_.skin.patches
+    entries = header.get("patches")
+    patches = map_.skin.patches
     if not isinstance(entries, list) or len(entries) != len(patches):
         raise MapError("the list of patches is broken", file=file, place="patches", value=entries)
     return tuple(_PatchReader(entries[i], arrays, i, patch, file).edit() for i, patch in enumerate(patches))
@@ -142,9 +144,12 @@ class _PatchReader:
     def __init__(
         self, entry: object, arrays: Mapping[str, NDArray[Any]], i: int, patch: Patch, file: str | Path | None
     ) -> None:
-        self._i, self._patch, self._file = i, patch, file
+        self._i = i
+        self._patch = patch
+        self._file = file
         self._entry = entry if isinstance(entry, dict) else {}
-        self._drawn, self._importance = arrays.get(f"{i}_drawn"), arrays.get(f"{i}_importance")
+        self._drawn = arrays.get(f"{i}_drawn")
+        self._importance = arrays.get(f"{i}_importance")
 
     def edit(self) -> PatchEdit:
         """Checked, so that whatever is done with it later meets only what an edit could have made."""
@@ -165,7 +170,9 @@ class _PatchReader:
     def _is_pin(self, value: object) -> bool:
         if not isinstance(value, list) or [type(x) for x in value] != [int, *5 * [float]]:
             return False
-        face, weights, place = value[0], value[1:4], value[4:]
+        face = value[0]
+        weights = value[1:4]
+        place = value[4:]
         return (
             0 <= face < len(self._patch.surface.faces)
             and all(0 <= w <= 1 for w in weights)
@@ -174,7 +181,9 @@ class _PatchReader:
         )
 
     def _seams(self) -> SeamPlan:
-        surface, drawn, importance = self._patch.surface, self._drawn, self._importance
+        surface = self._patch.surface
+        drawn = self._drawn
+        importance = self._importance
         extra = self._take("extra", lambda value: value is None or (type(value) is int and 0 <= value < 1000))
         if drawn is None or drawn.dtype.kind not in "iu" or drawn.ndim != 2 or drawn.shape[1] != 2:
             raise self._refuse("drawn", None if drawn is None else f"{drawn.shape} {drawn.dtype}")
@@ -235,7 +244,9 @@ class DocumentFile:
     """
 
     def __init__(self, path: Path | None, saved: MapDocument | None, *, folder: Path | None = None) -> None:
-        self.path, self._saved, self._folder = path, saved, folder
+        self.path = path
+        self._saved = saved
+        self._folder = folder
         self._autosaved: MapDocument | None = None
         self._signature = _signature(path)
 
@@ -280,7 +291,8 @@ class DocumentFile:
         if self.path is None:
             raise MapError("the map has no file yet", remedy="Save it under a name")
         save_document(document, self.path)
-        self._saved, self._signature = document, _signature(self.path)
+        self._saved = document
+        self._signature = _signature(self.path)
         self.drop_autosave()
 
     def save_as(self, document: MapDocument, path: str | Path) -> None:
@@ -291,7 +303,8 @@ class DocumentFile:
         """
         save_document(document, path)
         self.drop_autosave()
-        self.path, self._saved = Path(path), document
+        self.path = Path(path)
+        self._saved = document
         self._signature = _signature(self.path)
 
     @property
@@ -347,7 +360,8 @@ class DocumentFile:
         Raises:
             MapError: It cannot be removed.
         """
-        file, self._autosaved = self.autosave_file, None
+        file = self.autosave_file
+        self._autosaved = None
         try:
             if file is not None:
                 file.unlink(missing_ok=True)

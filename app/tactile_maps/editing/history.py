@@ -43,12 +43,15 @@ class History:
     ) -> None:
         if most_steps < 1:
             raise MapError("a history keeps at least one step", value=most_steps)
-        self._most_steps, self._most_bytes = most_steps, most_bytes
+        self._most_steps = most_steps
+        self._most_bytes = most_bytes
         self._held: Counter[int] = Counter()
         self._bytes = 0
         self._steps: list[_Step] = []
         self._steps.append(self._count(_Step(name, first)))
-        self.present, self.gesture, self.position = first, "", 0
+        self.present = first
+        self.gesture = ""
+        self.position = 0
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -123,14 +126,16 @@ class History:
 
     def end(self) -> None:
         """The gesture is done: one step, or none if it changed nothing. Nothing without a gesture."""
-        name, document = self.gesture, self.present
+        name = self.gesture
+        document = self.present
         self.cancel()
         if name:
             self.do(name, document)
 
     def cancel(self) -> None:
         """The gesture never was. Nothing without a gesture."""
-        self.gesture, self.present = "", self._steps[self.position].document
+        self.gesture = ""
+        self.present = self._steps[self.position].document
 
     def undo(self) -> MapDocument:
         """One step back, or out of the gesture that is going on; the present."""

@@ -70,7 +70,9 @@ def adopt_patches(document: MapDocument, other: MapDocument) -> MapDocument:
     the free space closest to where they are.
     """
     matches = _corresponding(document.skin, other.skin)
-    charts, placements, patches = list(document.charts), list(document.layout.placements), list(document.patches)
+    charts = list(document.charts)
+    placements = list(document.layout.placements)
+    patches = list(document.patches)
     for own, theirs in matches.items():
         charts[own] = other.charts[theirs]
         placements[own] = other.layout.placements[theirs]
@@ -131,7 +133,8 @@ def drawing_from_taxels(sets: Sequence[TaxelSet], skin: Skin) -> TaxelLayout:
         MapError: As ``drawn_layout``.
     """
     links = {patch.link for patch in skin.patches}
-    points, numbers = [], []
+    points = []
+    numbers = []
     for taxels in [taxels for taxels in sets if taxels.mapped.any()] or sets:
         on_link = [patch.link == taxels.link or taxels.link not in links for patch in skin.patches]
         own = np.flatnonzero(np.asarray(on_link)[skin.patch_of])
@@ -180,7 +183,8 @@ def pin_as_drawn(document: MapDocument, drawing: TaxelLayout, *, most: int = MOS
     wanted = []
     for number, fit in _fits(document, drawing).items():
         points, _ = _drawn(document, drawing, number)
-        goals, taxels = fit.back(points), _taxels(document, drawing, number)
+        goals = fit.back(points)
+        taxels = _taxels(document, drawing, number)
         chosen = _spread_out(document.map.taxel_points[taxels], most)
         pins = tuple(
             Pin(document.skin.taxel_point(int(taxels[k])), (float(goals[k, 0]), float(goals[k, 1]))) for k in chosen

@@ -45,7 +45,8 @@ def add_pin(document: MapDocument, at: SurfacePoint) -> MapDocument:
         MapError: No such patch or place on it, or a pin is there already.
     """
     (number,) = document.chosen([at.patch])
-    patch, weights = document.patches[number], np.asarray(at.weights, dtype=np.float64)
+    patch = document.patches[number]
+    weights = np.asarray(at.weights, dtype=np.float64)
     sound = np.isfinite(weights).all() and (weights >= 0).all() and abs(weights.sum() - 1) <= _ROUNDING
     if not (sound and 0 <= at.face < len(document.charts[number].faces)):
         raise MapError("a pin is not on the patch", place=patch.name, value=f"face {at.face}, weights {at.weights}")
@@ -60,7 +61,8 @@ def add_pin(document: MapDocument, at: SurfacePoint) -> MapDocument:
 def begin_pin_drag(document: MapDocument, number: int) -> PinnedPatch:
     """A patch being dragged, with its pins numbered from 0 in their order. Cost: 30 ms for 10,000 faces."""
     document.chosen([number])
-    patch, surface = document.patches[number], document.skin.patches[number].surface
+    patch = document.patches[number]
+    surface = document.skin.patches[number].surface
     return PinnedPatch(surface, document.charts[number], lengths=kept_lengths(patch), pins=patch.pins, name=patch.name)
 
 

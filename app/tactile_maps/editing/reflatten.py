@@ -96,7 +96,8 @@ def request_reflatten(
         old = document.patches[number]
         if anyway or _recipe(edit) != _recipe(old):
             recut = _recipe(replace(edit, pins=())) != _recipe(replace(old, pins=()))
-            patch, chart = document.skin.patches[number], document.charts[number]
+            patch = document.skin.patches[number]
+            chart = document.charts[number]
             jobs.append(FlattenJob(number, patch, edit, chart, recut, chart_fingerprint(document, number)))
     return ReflattenRequest(name, tuple(jobs))
 
@@ -144,7 +145,8 @@ def reflatten(wanted: ReflattenRequest, *, progress: Progress = no_progress) -> 
     """
     charts: list[Chart] = []
     for done, job in enumerate(wanted.jobs):
-        text, share = f"Flattening {job.wanted.name}", done / len(wanted.jobs)
+        text = f"Flattening {job.wanted.name}"
+        share = done / len(wanted.jobs)
 
         def report(_iterate: Iterate, text: str = text, share: float = share) -> None:
             progress(text, share)
@@ -177,13 +179,15 @@ def _laid_over(chart: Chart, other: Chart) -> Chart:
     """``chart`` turned and moved to lie on ``other``, of the same surface but maybe cut otherwise."""
     if chart is other:
         return chart
-    ours, theirs = chart.plane[chart.faces].reshape(-1, 2), other.plane[other.faces].reshape(-1, 2)
+    ours = chart.plane[chart.faces].reshape(-1, 2)
+    theirs = other.plane[other.faces].reshape(-1, 2)
     return replace(chart, plane=fit_placement(ours, theirs, rigid=True).apply(chart.plane))
 
 
 def _unwanted(job: FlattenJob, chart: Chart) -> list[Finding]:
     """What the patch's topology took although a person would rather not."""
-    plan, found = job.wanted.seams, []
+    plan = job.wanted.seams
+    found = []
     if plan.extra == 0:
         drawn = {tuple(edge) for edge in np.sort(plan.drawn, axis=1).tolist()}
         more = sum(tuple(edge) not in drawn for edge in np.sort(chart.seams, axis=1).tolist())
@@ -228,7 +232,8 @@ def with_chart_in_frame(document: MapDocument, number: int, chart: Chart, edit: 
     corner = chart.plane.min(axis=0)
     x, y = (float(value) for value in corner)
     pins = tuple(replace(pin, place=(pin.place[0] - x, pin.place[1] - y)) for pin in edit.pins)
-    charts, placements = list(document.charts), list(document.layout.placements)
+    charts = list(document.charts)
+    placements = list(document.layout.placements)
     charts[number] = replace(chart, plane=chart.plane - corner)
     placements[number] = placements[number].after(Placement(offset=(x, y)))
     map_ = TactileMap(document.skin, tuple(charts), MapLayout(tuple(placements)))
@@ -242,7 +247,8 @@ def chart_fingerprint(document: MapDocument, number: int) -> str:
     """
     if number not in range(len(document.patches)):
         return ""
-    chart, digest = document.charts[number], hashlib.blake2b(digest_size=16)
+    chart = document.charts[number]
+    digest = hashlib.blake2b(digest_size=16)
     for array in (chart.plane, chart.faces):
         digest.update(np.ascontiguousarray(array).tobytes())
     return f"{digest.hexdigest()} {_recipe(document.patches[number])}"

@@ -114,7 +114,8 @@ def paint_interest(
         MapError: No such patch or vertex, or an importance that is not a number from 0 up.
     """
     surface, plan = _surface_and_plan(document, number)
-    painted, count = np.asarray(vertices, dtype=np.int64), len(surface.vertices)
+    painted = np.asarray(vertices, dtype=np.int64)
+    count = len(surface.vertices)
     if ((painted < 0) | (painted >= count)).any():
         raise MapError("the patch has no such vertex", place=document.patches[number].name, value=painted.max())
     values = np.zeros(count) if plan.importance is None else plan.importance.copy()

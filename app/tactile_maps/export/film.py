@@ -24,12 +24,16 @@ class FilmWriter:
     """A film being written, picture by picture. ``open_film`` makes one."""
 
     def __init__(self, container: Any, stream: Any, av: Any) -> None:
-        self._container, self._stream, self._av, self._count = container, stream, av, 0
+        self._container = container
+        self._stream = stream
+        self._av = av
+        self._count = 0
 
     def add(self, picture: NDArray[np.uint8]) -> None:
         """The next picture (height, width, 3)."""
         frame = self._av.VideoFrame.from_ndarray(np.ascontiguousarray(picture), format="rgb24")
-        frame.pts, self._count = self._count, self._count + 1
+        frame.pts = self._count
+        self._count = self._count + 1
         for packet in self._stream.encode(frame):
             self._container.mux(packet)
 
@@ -72,14 +76,16 @@ def write_film(player: RecordingPlayer, path: Path, *, rate: float, progress: Pr
     Where frames are missing the last one stays. Cost: 10 ms a picture.
     """
     count = int(player.duration * rate + 1e-9) + 1
-    highest, look = 0.0, part_of_progress(progress, 0.0, 0.1)
+    highest = 0.0
+    look = part_of_progress(progress, 0.0, 0.1)
     for done in range(count):
         if done % 100 == 0:
             look("Looking for the highest pressure", done / count)
         frame = player.frame(player.number_at(done / rate))
         highest = max(highest, float(np.nanmax(frame.pressures, initial=0.0)))
     edits = [tick for tick, session_input in player.inputs if isinstance(session_input, MapEdited)]
-    passed, draw = 0, part_of_progress(progress, 0.1, 1.0)
+    passed = 0
+    draw = part_of_progress(progress, 0.1, 1.0)
     canvas = FilmFrame(player.prepared.map, rounded_scale(1e-3 * highest))
     with open_film(path, canvas.size, Fraction(rate).limit_denominator(1000)) as film:
         for done in range(count):

@@ -58,7 +58,8 @@ def write_lerobot(player: RecordingPlayer, folder: Path, *, progress: Progress) 
     with packages_of("export"):
         import pyarrow.parquet as parquet
     rows_of = _rows_of(player)
-    found, counts = rows_of.episodes, _in_counts(player)
+    found = rows_of.episodes
+    counts = _in_counts(player)
     statistics = [_Statistics() for _ in found]
     image = TactileImage(player.prepared.map, width=_WIDTH)
     rows, columns = image.shape
@@ -112,7 +113,8 @@ def _rows_of(player: RecordingPlayer) -> _RowsOf:
     steps = np.diff(player.times)
     usual = max(round(1 / float(np.median(steps))), 1) if len(steps) else 1
     done = 0
-    frames, sampled = [], []
+    frames = []
+    sampled = []
     for one in found:
         times = player.times[one.first : one.first + one.frames]
         count = int((times[-1] - times[0]) * usual + 1e-6) + 1
@@ -162,7 +164,8 @@ def _rows(
     import pyarrow as arrow
 
     index = np.arange(first, first + len(frames))
-    firsts, tasks = np.array([one.first for one in found]), _tasks(found)
+    firsts = np.array([one.first for one in found])
+    tasks = _tasks(found)
     episode = np.searchsorted(firsts, index, side="right") - 1
     within = index - firsts[episode]
     columns: dict[str, Any] = {}
@@ -302,7 +305,9 @@ def _episode_row(number: int, one: Episode, stats: Mapping[str, Mapping[str, Any
 
 
 def _info(player: RecordingPlayer, rows_of: _RowsOf, size: tuple[int, ...], *, counts: bool) -> dict[str, Any]:
-    prepared, rate, found = player.prepared, rows_of.rate, rows_of.episodes
+    prepared = player.prepared
+    rate = rows_of.rate
+    found = rows_of.episodes
     joints = [joint.name for joint in prepared.robot.joints]
     names = {"observation.tactile": taxel_labels(prepared.skin)}
     features: dict[str, Any] = {

@@ -45,7 +45,8 @@ class LiveRerun:
         self._place = _place_of(address)
         with packages_of("rerun"):
             import rerun
-        self.address, self._rerun = address, rerun
+        self.address = address
+        self._rerun = rerun
         if not _listens(self._place):
             remedy = "Start the viewer first: rerun"
             raise ExportError("no Rerun viewer listens there", place=address, remedy=remedy)
@@ -54,7 +55,9 @@ class LiveRerun:
         self._waiting: tuple[Frame, TactileMap] | None = None
         self._stream = rerun.RecordingStream("tactile-maps")
         self._stream.connect_grpc(address)
-        self._map, self._scale, self._next = prepared.map, rounded_scale(0.0), -np.inf
+        self._map = prepared.map
+        self._scale = rounded_scale(0.0)
+        self._next = -np.inf
         self._log = RerunLog(prepared, rerun, self._stream, scale=self._scale)
         self._log.open()
         self._thread = threading.Thread(target=self._loop, name="live rerun", daemon=True)

@@ -21,7 +21,8 @@ from tactile_maps.recording.encoding.viewer_messages import ENCODING, ROBOT_TOPI
 from tactile_maps.session.frame import Frame
 from tactile_maps.session.prepare import PreparedScene
 
-LOOPBACK, PORT = "127.0.0.1", 8765
+LOOPBACK = "127.0.0.1"
+PORT = 8765
 """8765 is the port at which viewers look by default."""
 _DRIFT_NS = 500_000_000
 """Times are the wall's to this [ns]: simulated time in between, begun again where it has been left behind."""
@@ -54,9 +55,11 @@ class LiveServer:
         port: int = PORT,
         clock: Callable[[], int] = time.time_ns,
     ) -> None:
-        self._prepared, self._clock = prepared, clock
+        self._prepared = prepared
+        self._clock = clock
         self._changed = threading.Condition()
-        self._opening_wanted, self._closed = True, False
+        self._opening_wanted = True
+        self._closed = False
         # Kept, since channels close with their context. That a viewer went away without a word is none of our logs.
         self._context = context = foxglove.Context()
         logging.getLogger("foxglove.websocket").setLevel(logging.CRITICAL)
@@ -82,7 +85,8 @@ class LiveServer:
             for topic, schema in self._messages.schemas.items()
         }
         self._waiting: tuple[Frame, TactileMap] | None = None
-        self._map, self._last = prepared.map, -1
+        self._map = prepared.map
+        self._last = -1
         self._thread = threading.Thread(target=self._loop, name="live server", daemon=True)
         self._thread.start()
 
@@ -137,8 +141,10 @@ class LiveServer:
                     self._changed.wait()
                 if self._closed:
                     return
-                opening, self._opening_wanted = self._opening_wanted, False
-                waiting, self._waiting = self._waiting, None
+                opening = self._opening_wanted
+                self._opening_wanted = False
+                waiting = self._waiting
+                self._waiting = None
             if waiting is not None:
                 frame = waiting[0]
                 self._follow(*waiting)
@@ -149,11 +155,13 @@ class LiveServer:
         """Begin again where time has jumped: a reset, or the wall's clock went on while the session was paused."""
         lag = self._clock() - self._started - self._after(frame.tick)
         if frame.tick < self._last or abs(lag) > _DRIFT_NS:
-            self._messages, self._opening_wanted = self._fresh(frame.tick), True
+            self._messages = self._fresh(frame.tick)
+            self._opening_wanted = True
             self._messages.use_map(map_)
         elif map_ is not self._map:
             self._messages.use_map(map_)
-        self._map, self._last = map_, frame.tick
+        self._map = map_
+        self._last = frame.tick
 
     def _send(self, frame: Frame, *, opening: bool, new: bool) -> None:
         messages = self._messages.opening(frame.tick) if opening else []

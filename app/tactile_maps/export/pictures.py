@@ -16,8 +16,14 @@ from tactile_maps.session.frame import Frame
 
 WIDTH = 640
 """Of the tactile image [px], on its longer side."""
-_MARGIN, _TOP, _BAR, _BAR_SPACE = 16, 40, 18, 96
-_INK, _OUTLINE, _CONTACT, _PAPER = (40, 40, 40), (90, 90, 90), (31, 119, 180), (255, 255, 255)
+_MARGIN = 16
+_TOP = 40
+_BAR = 18
+_BAR_SPACE = 96
+_INK = (40, 40, 40)
+_OUTLINE = (90, 90, 90)
+_CONTACT = (31, 119, 180)
+_PAPER = (255, 255, 255)
 _TURN = np.linspace(0, 2 * np.pi, 49)
 
 
@@ -66,7 +72,8 @@ class FilmFrame:
     def _draw_ground(self) -> Image.Image:
         ground = Image.new("RGB", self.size, _PAPER)
         pen = ImageDraw.Draw(ground)
-        left, bottom = self.size[0] - _BAR_SPACE, self.size[1] - _MARGIN
+        left = self.size[0] - _BAR_SPACE
+        bottom = self.size[1] - _MARGIN
         height = bottom - _TOP
         bar = COLOURS[np.linspace(255, 0, height).astype(int)]
         ground.paste(Image.fromarray(np.repeat(bar[:, None], _BAR, axis=1)), (left, _TOP))

@@ -28,7 +28,8 @@ def write_rerun(player: RecordingPlayer, path: Path, *, rate: float, progress: P
         log = RerunLog(player.prepared, rerun, stream, scale=rounded_scale(1e-3 * highest))
         log.open()
         every = max(round(1.0 / (rate * player.prepared.scene.tick)), 1)
-        told, due = 0, -(-player.frame(0).tick // every) * every
+        told = 0
+        due = -(-player.frame(0).tick // every) * every
         for frames in batches(player, part_of_progress(progress, LOOKING, 1.0)):
             for frame in frames:
                 stream.set_time("time", duration=frame.time)

@@ -33,7 +33,9 @@ class RerunLog:
     """
 
     def __init__(self, prepared: PreparedScene, rerun: Any, stream: Any, *, scale: float) -> None:
-        self._rr, self._stream, self._prepared = rerun, stream, prepared
+        self._rr = rerun
+        self._stream = stream
+        self._prepared = prepared
         self._configuration = Configuration(prepared.robot)
         self._image = TactileImage(prepared.map, width=256)
         self._scale = scale
@@ -45,7 +47,8 @@ class RerunLog:
 
     def use_scale(self, scale: float) -> None:
         """Let the colours end elsewhere [kPa]; said with the next tick."""
-        self._scale, self._units = scale, None
+        self._scale = scale
+        self._units = None
 
     def open(self) -> None:
         """The surfaces, once."""
@@ -63,7 +66,8 @@ class RerunLog:
     def add(self, frame: Frame) -> None:
         """One tick."""
         self._tell_units(frame.units)
-        rr, prepared = self._rr, self._prepared
+        rr = self._rr
+        prepared = self._prepared
         self._configuration.update(frame.posture)
         names = [link.name for link in prepared.robot.links]
         names += [object_frame(body.spec.name) for body in prepared.objects]

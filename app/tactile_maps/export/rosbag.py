@@ -33,9 +33,13 @@ from tactile_maps.recording.player import RecordingPlayer
 from tactile_maps.robots.kinematics import Configuration
 from tactile_maps.session.frame import Frame
 
-_WORLD, _METRES_A_NEWTON = "world", 0.02
+_WORLD = "world"
+_METRES_A_NEWTON = 0.02
 _LABELS = "/skin/taxels"
-_ADD, _DELETE_ALL, _ARROW, _FLOAT32 = 0, 3, 0, 7
+_ADD = 0
+_DELETE_ALL = 3
+_ARROW = 0
+_FLOAT32 = 7
 
 
 def write_rosbag(player: RecordingPlayer, folder: Path, *, rate: float, progress: Progress) -> None:
@@ -53,7 +57,8 @@ def write_rosbag(player: RecordingPlayer, folder: Path, *, rate: float, progress
         bag = _Bag(player, writer)
         bag.open()
         every = max(round(1.0 / (rate * player.prepared.scene.tick)), 1)
-        told, due = 0, -(-player.frame(0).tick // every) * every
+        told = 0
+        due = -(-player.frame(0).tick // every) * every
         for frames in batches(player, progress):
             for frame in frames:
                 bag.add_state(frame)
@@ -95,7 +100,8 @@ class _Bag:
         from rosbags import typesys
 
         self._types = typesys.get_typestore(typesys.Stores.ROS2_HUMBLE)
-        self._writer, self._prepared = writer, player.prepared
+        self._writer = writer
+        self._prepared = player.prepared
         self._started = int(player.versions.get("started_ns", 0))
         self._first = round(float(player.times[0]) / player.prepared.scene.tick)
         self._connections: dict[str, Any] = {}

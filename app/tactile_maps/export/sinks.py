@@ -31,7 +31,9 @@ class CsvSink:
     """
 
     def __init__(self, folder: Path, labels: Labels, files: ExitStack) -> None:
-        self._folder, self._labels, self._files = folder, labels, files
+        self._folder = folder
+        self._labels = labels
+        self._files = files
         self._streams: dict[str, IO[str]] = {}
 
     def append(self, table: str, columns: Columns) -> None:
@@ -110,8 +112,11 @@ class ParquetSink:
         with packages_of("export"):
             import pyarrow
             import pyarrow.parquet
-        self._arrow, self._parquet = pyarrow, pyarrow.parquet
-        self._folder, self._labels, self._files = folder, labels, files
+        self._arrow = pyarrow
+        self._parquet = pyarrow.parquet
+        self._folder = folder
+        self._labels = labels
+        self._files = files
         self._writers: dict[str, RowGroups] = {}
 
     def append(self, table: str, columns: Columns) -> None:
@@ -158,8 +163,10 @@ class Hdf5Sink:
     def __init__(self, path: Path, labels: Labels, files: ExitStack, *, slides: Sequence[bool] = ()) -> None:
         with packages_of("export"):
             import h5py
-        self._h5py, self._slides = h5py, slides
-        self._labels, self._file = labels, files.enter_context(self._h5py.File(path, "w"))
+        self._h5py = h5py
+        self._slides = slides
+        self._labels = labels
+        self._file = files.enter_context(self._h5py.File(path, "w"))
 
     def append(self, table: str, columns: Columns) -> None:
         """More rows."""
@@ -219,7 +226,9 @@ class NpzSink:
     """
 
     def __init__(self, path: Path, labels: Labels, waiting: Path) -> None:
-        self._path, self._labels, self._waiting = path, labels, waiting
+        self._path = path
+        self._labels = labels
+        self._waiting = waiting
         self._arrays: dict[str, tuple[IO[bytes], np.dtype[Any], tuple[int, ...]]] = {}
         self._words: dict[str, dict[str, int]] = {}  # numbers of the words of a column, whose rows wait as numbers
         self._rows: dict[str, int] = {}
@@ -238,7 +247,8 @@ class NpzSink:
             values = np.array([known.setdefault(word, len(known)) for word in values.tolist()], dtype=np.int64)
         if key not in self._arrays:
             stream = (self._waiting / str(len(self._arrays))).open("w+b")
-            self._arrays[key], self._rows[key] = (stream, values.dtype, values.shape[1:]), 0
+            self._arrays[key] = (stream, values.dtype, values.shape[1:])
+            self._rows[key] = 0
         self._arrays[key][0].write(np.ascontiguousarray(values).tobytes())
         self._rows[key] += len(values)
 

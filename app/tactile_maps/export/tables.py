@@ -107,7 +107,8 @@ def highest_reading(player: RecordingPlayer, progress: Progress) -> float:
 
 def batches(player: RecordingPlayer, progress: Progress, *, size: int = BATCH) -> Iterator[list[Frame]]:
     """The frames of a recording in order, ``size`` at a time, with progress between; a damaged one raises."""
-    frames, done = iter(player), 0
+    frames = iter(player)
+    done = 0
     while batch := list(islice(frames, size)):
         progress("Exporting", done / len(player))
         yield batch
@@ -153,7 +154,8 @@ def episodes(player: RecordingPlayer) -> list[Episode]:
     for one in player.annotations().episodes:
         first, end = np.searchsorted(ticks, (one.first, one.last + 1)).tolist()
         for run in runs:
-            begin, until = max(first, run.first), min(end, run.first + run.frames)
+            begin = max(first, run.first)
+            until = min(end, run.first + run.frames)
             if until > begin:
                 found.append(Episode(begin, until - begin, one.label, one.instruction, str(one.outcome or "")))
     return found or runs
@@ -295,7 +297,8 @@ def _facts(player: RecordingPlayer) -> Columns:
 
 
 def _damage(player: RecordingPlayer) -> Columns:
-    found, tick = player.damage, player.prepared.scene.tick
+    found = player.damage
+    tick = player.prepared.scene.tick
     return {
         "kind": _words([one.kind.value for one in found]),
         "count": _numbers([one.count for one in found]),

@@ -51,12 +51,16 @@ def crossing_sides(*loops: FloatArray) -> tuple[IntArray, IntArray]:
         return np.zeros(0, np.int64), np.zeros(0, np.int64)
     after = _next(loops)
     end = start[after]
-    low, high = np.minimum(start, end), np.maximum(start, end)
+    low = np.minimum(start, end)
+    high = np.maximum(start, end)
     i, j = BoxGrid(low, high, float((high - low).max(axis=1).mean())).pairs()
     apart = ((high[i] < low[j]) | (high[j] < low[i])).any(axis=1) | (after[i] == j) | (after[j] == i)
-    i, j = i[~apart], j[~apart]
-    d1, d2 = _side(start[i], end[i], start[j]), _side(start[i], end[i], end[j])
-    d3, d4 = _side(start[j], end[j], start[i]), _side(start[j], end[j], end[i])
+    i = i[~apart]
+    j = j[~apart]
+    d1 = _side(start[i], end[i], start[j])
+    d2 = _side(start[i], end[i], end[j])
+    d3 = _side(start[j], end[j], start[i])
+    d4 = _side(start[j], end[j], end[i])
     meet = (d1 * d2 <= 0) & (d3 * d4 <= 0)
     return i[meet], j[meet]
 
@@ -70,8 +74,10 @@ def _next(loops: Sequence[FloatArray]) -> IntArray:
 
 def _side(a: FloatArray, b: FloatArray, p: FloatArray) -> FloatArray:
     """Which side of the line a-b each p lies on: -1, 0 or 1; within rounding is 0, which counts as touching."""
-    u, v = b - a, p - a
-    left, right = u[:, 0] * v[:, 1], u[:, 1] * v[:, 0]
+    u = b - a
+    v = p - a
+    left = u[:, 0] * v[:, 1]
+    right = u[:, 1] * v[:, 0]
     return np.where(np.abs(left - right) <= _ROUNDING * (np.abs(left) + np.abs(right)), 0.0, np.sign(left - right))
 
 
@@ -91,7 +97,9 @@ class BoundaryBarrier:
     """
 
     def __init__(self, problem: Energy, loop: IntArray, plane: FloatArray) -> None:
-        self._problem, self._loop, self._next = problem, loop, np.roll(loop, -1)
+        self._problem = problem
+        self._loop = loop
+        self._next = np.roll(loop, -1)
         self._reach = _REACH * float(np.linalg.norm(plane[self._next] - plane[loop], axis=1).mean())
 
     def energy(self, plane: FloatArray) -> float:
@@ -125,7 +133,8 @@ class BoundaryBarrier:
         curvature = 2 * _WEIGHT * (ratio**2 + 2 * (ratio - 1) * ratio) / distance**2
         blocks = curvature[:, None, None] * direction[:, :, None] * direction[:, None, :]
         dofs = _dofs(vertices)
-        rows, columns = np.repeat(dofs, 6, axis=1).ravel(), np.tile(dofs, (1, 6)).ravel()
+        rows = np.repeat(dofs, 6, axis=1).ravel()
+        columns = np.tile(dofs, (1, 6)).ravel()
         upper = rows <= columns
         entries = coo_matrix((blocks.ravel()[upper], (rows[upper], columns[upper])), shape=hessian.shape)
         total = (hessian + entries).tocsc()
@@ -151,18 +160,22 @@ class BoundaryBarrier:
         Returns:
             (p, 3) the vertex and the side's start and end, (p,) their distance, (p, 6) its gradient.
         """
-        start, end = plane[self._loop], plane[self._next]
-        low, high = np.minimum(start, end) - self._reach, np.maximum(start, end) + self._reach
+        start = plane[self._loop]
+        end = plane[self._next]
+        low = np.minimum(start, end) - self._reach
+        high = np.maximum(start, end) + self._reach
         point, side = BoxGrid(low, high, float((high - low).max(axis=1).mean())).candidates(start)
         others = (side != point) & (self._next[side] != self._loop[point])
-        point, side = point[others], side[others]
+        point = point[others]
+        side = side[others]
         along = end[side] - start[side]
         share = ((start[point] - start[side]) * along).sum(axis=1) / (along**2).sum(axis=1)
         share = np.clip(share, 0.0, 1.0)
         arm = start[point] - start[side] - share[:, None] * along
         distance = np.linalg.norm(arm, axis=1)
         near = distance < self._reach
-        unit, share = arm[near] / np.where(distance > 0, distance, 1.0)[near, None], share[near, None]
+        unit = arm[near] / np.where(distance > 0, distance, 1.0)[near, None]
+        share = share[near, None]
         vertices = np.stack([self._loop[point], self._loop[side], self._next[side]], axis=1)[near]
         return vertices, distance[near], np.concatenate([unit, (share - 1) * unit, -share * unit], axis=1)
 

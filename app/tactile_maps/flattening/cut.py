@@ -101,7 +101,8 @@ def _drawn_edges(connectivity: Connectivity, drawn: IntArray) -> BoolArray:
 
 def _seams(surface: Connectivity, faces: IntArray) -> IntArray:
     """(s, 2) the surface's inner edges that the two faces beside them no longer share in ``faces``."""
-    sides, corners = surface.twins, faces.ravel()
+    sides = surface.twins
+    corners = faces.ravel()
     after = side_ends(sides)
     parted = (corners[sides[:, 0]] != corners[after[:, 1]]) | (corners[after[:, 0]] != corners[sides[:, 1]])
     return surface.edges[surface.twin_edges[parted]]
@@ -109,7 +110,8 @@ def _seams(surface: Connectivity, faces: IntArray) -> IntArray:
 
 def _shortest_cut(surface: Mesh, terminals: Sequence[int], importance: FloatArray | None) -> CutSurface:
     connectivity = surface.connectivity
-    loops, ends = connectivity.boundary_loops, list(terminals)
+    loops = connectivity.boundary_loops
+    ends = list(terminals)
     if not loops and not ends and connectivity.euler_characteristic == 2:
         ends = far_points(surface, importance=importance)  # a ball: nothing but two far points says where to open it
     nodes, marked, root = _contract(surface, loops, ends)
@@ -194,7 +196,8 @@ def _cut_edges(
     connectivity: Connectivity, lengths: FloatArray, nodes: IntArray, marked: BoolArray, root: int
 ) -> BoolArray:
     """(e,) which edges are seams; ``lengths`` (e,) as they count."""
-    ends, shared = nodes[connectivity.edges], connectivity.face_count == 2
+    ends = nodes[connectivity.edges]
+    shared = connectivity.face_count == 2
     tree, distance = _shortest_tree(ends, lengths, shared & (ends[:, 0] != ends[:, 1]), root, len(nodes))
     cotree = _face_tree(connectivity, tree, distance[ends].sum(axis=1) + lengths)
     loose = shared & ~tree & ~cotree
@@ -207,12 +210,17 @@ def _shortest_tree(
     """Edges of a shortest-path tree from ``root``, and each node's distance."""
     # Of parallel edges between two nodes only the shortest may be in the tree.
     numbers = np.flatnonzero(usable)
-    low, high = ends[numbers].min(axis=1), ends[numbers].max(axis=1)
+    low = ends[numbers].min(axis=1)
+    high = ends[numbers].max(axis=1)
     order = np.lexsort((lengths[numbers], high, low))
-    numbers, low, high = numbers[order], low[order], high[order]
+    numbers = numbers[order]
+    low = low[order]
+    high = high[order]
     first = np.ones(len(numbers), dtype=bool)
     first[1:] = (low[1:] != low[:-1]) | (high[1:] != high[:-1])
-    numbers, low, high = numbers[first], low[first], high[first]
+    numbers = numbers[first]
+    low = low[first]
+    high = high[first]
     graph = edge_graph(np.stack([low, high], axis=1), lengths[numbers], count)
     distance, before = shortest_path_tree(graph, root)
     reached = np.flatnonzero(before >= 0)
@@ -225,14 +233,18 @@ def _shortest_tree(
 def _face_tree(connectivity: Connectivity, tree: BoolArray, weight: FloatArray) -> BoolArray:
     """Edges crossed by a spanning tree of the faces that avoids ``tree`` and prefers far, long edges."""
     free = ~tree[connectivity.twin_edges]
-    pairs, crossed = connectivity.face_pairs[free], connectivity.twin_edges[free]
+    pairs = connectivity.face_pairs[free]
+    crossed = connectivity.twin_edges[free]
     cost = weight.max() - weight[crossed] + 1e-9 * (weight.max() or 1.0)
     count = len(connectivity.faces)
     # Faces that share two edges would have their costs added up by the matrix: keep the cheaper crossing only.
     key = pairs.min(axis=1) * count + pairs.max(axis=1)
     best = np.lexsort((cost, key))
     best = best[np.r_[True, key[best][1:] != key[best][:-1]]] if len(best) else best
-    pairs, crossed, cost, key = pairs[best], crossed[best], cost[best], key[best]
+    pairs = pairs[best]
+    crossed = crossed[best]
+    cost = cost[best]
+    key = key[best]
     graph = edge_graph(np.sort(pairs, axis=1), cost, count)
     spanning = minimum_spanning_tree(graph).tocoo()
     used = np.minimum(spanning.row, spanning.col).astype(np.int64) * count + np.maximum(spanning.row, spanning.col)
@@ -250,17 +262,22 @@ def _pruned(ends: IntArray, cut: BoolArray, marked: BoolArray) -> BoolArray:
     near, far = ends[chosen].T
     degree = np.bincount(ends[chosen].ravel(), minlength=len(marked))
     # The sum of a node's edges, and of their other ends, tells the last one that is left.
-    edges, others = np.zeros_like(degree), np.zeros_like(degree)
+    edges = np.zeros_like(degree)
+    others = np.zeros_like(degree)
     for here, there in ((near, far), (far, near)):
         np.add.at(edges, here, chosen)
         np.add.at(others, here, there)
     loose = np.flatnonzero((degree == 1) & ~marked).tolist()
-    left, last, other, kept = degree.tolist(), edges.tolist(), others.tolist(), marked.tolist()
+    left = degree.tolist()
+    last = edges.tolist()
+    other = others.tolist()
+    kept = marked.tolist()
     dropped = []
     for node in loose:  # grows while it is read
         if left[node] != 1:
             continue
-        edge, after = last[node], other[node]
+        edge = last[node]
+        after = other[node]
         dropped.append(edge)
         left[node] = 0
         left[after] -= 1

@@ -69,7 +69,8 @@ def flatten(
     Raises:
         MapError: An unknown method, or a surface that cannot be cut or opened.
     """
-    how, plan = find_method(method), seams or SeamPlan()
+    how = find_method(method)
+    plan = seams or SeamPlan()
     if not 0 <= lengths <= 1:
         raise MapError("the slider between angles and lengths goes from 0 to 1", place="lengths", value=lengths)
     if not surface.area > 0:
@@ -88,7 +89,8 @@ def flatten(
         if reached - after < _WORTH_KEEPING * (reached - 4):
             break
         notes.append(Finding("seam-added", name, f"distortion {reached:.2f} -> {after:.2f} (4 is isometric)"))
-        chart, reached = better, after
+        chart = better
+        reached = after
     return replace(chart, findings=(*chart.findings, *notes))
 
 
@@ -98,10 +100,15 @@ class _FlatteningJob:
     def __init__(
         self, surface: Mesh, how: Method, lengths: float, plan: SeamPlan, name: str, on_round: OnRound | None
     ) -> None:
-        self._surface, self._how, self._lengths = surface, how, lengths
-        self._plan, self._name, self._on_round = plan, name, on_round
+        self._surface = surface
+        self._how = how
+        self._lengths = lengths
+        self._plan = plan
+        self._name = name
+        self._on_round = on_round
         self._further_cuts = planned_cuts(surface, plan)
-        self._rounds, self._most_rounds = 0, max(MOST_FACE_ROUNDS / len(surface.faces), _LEAST_ROUNDS)
+        self._rounds = 0
+        self._most_rounds = max(MOST_FACE_ROUNDS / len(surface.faces), _LEAST_ROUNDS)
         self._converged = True  # the descent last told
         self._cuts: list[CutSurface] = []
         self._disks: dict[int, tuple[CutSurface, Disk]] = {}
@@ -142,7 +149,8 @@ class _FlatteningJob:
         A body with limbs needs a seam into almost each of them: one limb without a seam is lost in rounding.
         """
         asked = self._plan.extra or 0
-        best, least = asked, np.inf
+        best = asked
+        least = np.inf
         for extra in sorted({asked, *(count for count in _SEAMS_TO_OPEN if count > asked)}):
             _, disk = self._cut(extra)
             energy = disk.energy.energy(disk.start)
@@ -152,7 +160,8 @@ class _FlatteningJob:
             # that is nearest to being lost in rounding and says nothing about the next seam.
             settled = least < GIVEN_UP_ENERGY and energy > 0.1 * least
             if energy < least:
-                best, least = extra, energy
+                best = extra
+                least = energy
             if settled:
                 break
         if least < HARDEST_ENERGY:
@@ -184,7 +193,8 @@ class _FlatteningJob:
                 "thin-face", self._name, "enlarged to the least area that can be flattened", disk.energy.mollified
             )
             findings.append(note)
-        energies, seconds = tuple(r.energy for r in rounds), tuple(r.seconds for r in rounds)
+        energies = tuple(r.energy for r in rounds)
+        seconds = tuple(r.seconds for r in rounds)
         chart = Chart(cut.faces, plane, cut.vertex_of, cut.seams, self._how.name, energies, seconds, tuple(findings))
         return chart, rounds[-1].energy if self._lengths == 1 else methods.blended_energy(disk, self._lengths).energy(
             best
@@ -192,7 +202,8 @@ class _FlatteningJob:
 
     def _valid(self, disk: Disk) -> tuple[list[Iterate], list[Finding]]:
         """Rounds that end in a map without flips and overlaps, and what it took."""
-        findings, clock = list[Finding](), _Clock()
+        findings = list[Finding]()
+        clock = _Clock()
         rounds: list[Iterate] = []
         try:
             rounds += self._told(disk, clock, self._how.run(disk, self._lengths))

@@ -53,7 +53,8 @@ def stretch_balanced(disk: Mesh, plane: FloatArray) -> FloatArray:
 
     Each edge pulls in proportion to how much too long it was (Yoshizawa, Belyaev and Seidel 2004, made symmetric).
     """
-    on_body, on_map = disk.edge_lengths, edge_lengths(plane, disk.edges)
+    on_body = disk.edge_lengths
+    on_map = edge_lengths(plane, disk.edges)
     tiny = np.finfo(float).tiny
     pull = np.maximum(on_map, tiny) / np.maximum(on_body, 1e-9 * on_body.max())
     return _solve_interior(boundary_on_circle(disk), np.maximum(pull / pull.max(), 1e-12), disk.connectivity)
@@ -78,11 +79,13 @@ def _solve_interior(plane: FloatArray, pull: FloatArray, connectivity: Connectiv
     inner[connectivity.boundary_loops[0]] = False
     if not inner.any():
         return plane
-    number, size = np.cumsum(inner) - 1, int(inner.sum())
+    number = np.cumsum(inner) - 1
+    size = int(inner.sum())
     low, high = connectivity.edges.T
     total = np.bincount(low, pull, count) + np.bincount(high, pull, count)
     free = inner[low] & inner[high]
-    rows, columns = np.concatenate([number[low[free]], np.arange(size)]), number[high[free]]
+    rows = np.concatenate([number[low[free]], np.arange(size)])
+    columns = number[high[free]]
     columns = np.concatenate([columns, np.arange(size)])
     data = np.concatenate([-pull[free], total[inner]])
     matrix = csc_matrix(coo_matrix((data, (rows, columns)), shape=(size, size)))
@@ -92,7 +95,8 @@ def _solve_interior(plane: FloatArray, pull: FloatArray, connectivity: Connectiv
         held = inner[here] & ~inner[there]
         for axis in range(2):
             right[:, axis] += np.bincount(here[held], pull[held] * plane[there[held], axis], count)
-    factor, result = SparseLDL(), plane.copy()
+    factor = SparseLDL()
+    result = plane.copy()
     try:
         factor.update(matrix)
         result[inner] = factor.solve(right[inner])

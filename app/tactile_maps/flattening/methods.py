@@ -44,7 +44,9 @@ def flatten_by_harmonic(disk: Disk) -> Iterator[FloatArray]:
     yield np.asarray(igl.harmonic(disk.positions, disk.faces, disk.loop, np.ascontiguousarray(border), 1))
 
 
-_ARAP_INNER_ROUNDS, _ARAP_ROUNDS, _ARAP_TOLERANCE = 10, 20, 1e-5
+_ARAP_INNER_ROUNDS = 10
+_ARAP_ROUNDS = 20
+_ARAP_TOLERANCE = 1e-5
 
 
 def flatten_by_arap(disk: Disk) -> Iterator[FloatArray]:
@@ -63,12 +65,14 @@ def flatten_by_arap(disk: Disk) -> Iterator[FloatArray]:
         plane = after
 
 
-_SLIM_ROUNDS, _SLIM_TOLERANCE = 100, 1e-4
+_SLIM_ROUNDS = 100
+_SLIM_TOLERANCE = 1e-4
 
 
 def flatten_by_slim(disk: Disk) -> Iterator[FloatArray]:
     """Rounds from Tutte's map until one gains less than 1e-4 of what could be gained."""
-    none, nowhere = np.zeros(0, dtype=np.int64), np.zeros((0, 2))
+    none = np.zeros(0, dtype=np.int64)
+    nowhere = np.zeros((0, 2))
     energy = igl.MappingEnergyType.SYMMETRIC_DIRICHLET
     start = np.ascontiguousarray(disk.start)
     data = igl.slim_precompute(disk.positions, disk.faces, start, energy, none, nowhere, 0.0)
@@ -76,7 +80,8 @@ def flatten_by_slim(disk: Disk) -> Iterator[FloatArray]:
     for _ in range(_SLIM_ROUNDS):
         plane = np.asarray(igl.slim_solve(data, 1))[:, :2]
         yield plane
-        before, reached = reached, disk.energy.energy(plane)
+        before = reached
+        reached = disk.energy.energy(plane)
         if not before - reached > _SLIM_TOLERANCE * max(reached - 4, 1e-9):
             return
 
@@ -90,7 +95,8 @@ _PARALLEL = 1e-4
 def flatten_by_unrolling(disk: Disk) -> Iterator[FloatArray]:
     """The one round of the method ``unroll``."""
     surface = Mesh(disk.positions, disk.faces)
-    normals, weights = surface.face_normals, surface.face_areas / surface.area
+    normals = surface.face_normals
+    weights = surface.face_areas / surface.area
     mean = weights @ normals
     spread = (weights[:, None] * (normals - mean)).T @ (normals - mean)
     values, axes = np.linalg.eigh(spread)
@@ -107,14 +113,17 @@ def _rolled_off(disk: Disk, surface: Mesh, axis: FloatArray, sine: float) -> Flo
     along = np.cross(axis, np.eye(3)[np.abs(axis).argmin()])
     along /= np.linalg.norm(along)
     across = np.cross(axis, along)
-    centres, normals = surface.vertices[surface.faces].mean(axis=1), surface.face_normals
+    centres = surface.vertices[surface.faces].mean(axis=1)
+    normals = surface.face_normals
     flat = np.stack([normals @ along, normals @ across], axis=1)
     # The normals' lines all meet the axis: least squares for where it crosses the plane through the origin.
     away = np.stack([-flat[:, 1], flat[:, 0]], axis=1)
     level = np.stack([centres @ along, centres @ across], axis=1)
     middle, *_ = np.linalg.lstsq(away, (away * level).sum(axis=1), rcond=None)
-    x, y = disk.positions @ along - middle[0], disk.positions @ across - middle[1]
-    height, radius = disk.positions @ axis, np.hypot(x, y)
+    x = disk.positions @ along - middle[0]
+    y = disk.positions @ across - middle[1]
+    height = disk.positions @ axis
+    radius = np.hypot(x, y)
     angle = _unwrapped_angles(np.arctan2(y, x), disk.rest.edges)
     if sine < _PARALLEL:
         return np.stack([angle * radius.mean(), height], axis=1)

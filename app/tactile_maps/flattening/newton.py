@@ -100,7 +100,8 @@ def minimise(
     for _ in range(rounds):
         before = energy
         for after, reached, length in _steps(problem, factor, plane, energy, tolerance):
-            plane, energy = after, reached
+            plane = after
+            energy = reached
             yield Iterate(plane, energy, clock() - start, length)
         if before - energy <= tolerance * max(energy - 4, 1e-9):
             return
@@ -123,10 +124,13 @@ def _steps(
         if gain <= max(tolerance * max(reached - 4, 1e-9), _FAIR_SHARE * (first - reached) / count) or count == _STEPS:
             return
         new = problem.gradient(after)
-        moved, turned = (after - plane).ravel(), new - gradient
+        moved = (after - plane).ravel()
+        turned = new - gradient
         if dot(moved, turned) > 0:
             steps.append((moved, turned))
-        plane, energy, gradient = after, reached, new
+        plane = after
+        energy = reached
+        gradient = new
 
 
 def factorise(factor: SparseLDL, hessian: csc_matrix) -> None:
@@ -151,7 +155,8 @@ def quasi_newton(factor: SparseLDL, steps: list[tuple[FloatArray, FloatArray]], 
     Raises:
         MapError: The numbers are too far apart.
     """
-    q, shares = gradient, []
+    q = gradient
+    shares = []
     for moved, turned in reversed(steps):
         shares.append(dot(moved, q) / dot(moved, turned))
         q = q - shares[-1] * turned

@@ -52,7 +52,8 @@ class Springs:
     """
 
     def __init__(self, corners: IntArray, weights: FloatArray) -> None:
-        self.corners, self.weights = corners, weights
+        self.corners = corners
+        self.weights = weights
         self._slots: IntArray | None = None
 
     def add_to(self, hessian: csc_matrix) -> None:
@@ -68,7 +69,8 @@ class Springs:
     @cached_property
     def _pairs(self) -> tuple[IntArray, IntArray, FloatArray]:
         """Vertices i <= j of every two corners of each pin's face, and the spring between them."""
-        first, second = np.repeat(self.corners, 3, axis=1).ravel(), np.tile(self.corners, (1, 3)).ravel()
+        first = np.repeat(self.corners, 3, axis=1).ravel()
+        second = np.tile(self.corners, (1, 3)).ravel()
         value = (2 * STIFFNESS * self.weights[:, :, None] * self.weights[:, None, :]).ravel()
         upper = first <= second
         return first[upper], second[upper], value[upper]
@@ -84,7 +86,9 @@ class PinnedEnergy:
     """
 
     def __init__(self, problem: Energy, springs: Springs, goals: FloatArray) -> None:
-        self._problem, self._springs, self.goals = problem, springs, goals
+        self._problem = problem
+        self._springs = springs
+        self.goals = goals
 
     def towards(self, goals: FloatArray) -> PinnedEnergy:
         """The same with other ``goals`` (p, 2)."""
@@ -131,9 +135,11 @@ def shepard_warp(plane: FloatArray, places: FloatArray, moves: FloatArray) -> Fl
     return np.einsum("kp,pd->kd", nearness, moves) / nearness.sum(axis=1, keepdims=True)
 
 
-_FARTHEST, _NEAREST = 0.05, 1e-3
+_FARTHEST = 0.05
+_NEAREST = 1e-3
 """Reach, in shares of the map's size: about four edges of 10,000 faces; where pins are in each other's way, less."""
-_STEPS, _REMEMBERED = 2, 6
+_STEPS = 2
+_REMEMBERED = 6
 _AGED = 1e-3
 """A last step that still gains so much of the energy wants a new Hessian."""
 _NEGLIGIBLE = 1e-4
@@ -157,9 +163,13 @@ class PinDescent:
     """
 
     def __init__(self, plane: FloatArray, *, barrier: Barrier = _no_barrier) -> None:
-        self.plane, self._barrier = plane, barrier
-        self._factor, self._steps, self._reach = SparseLDL(), list[tuple[FloatArray, FloatArray]](), _FARTHEST
-        self._aged, self._shortest = True, 1.0
+        self.plane = plane
+        self._barrier = barrier
+        self._factor = SparseLDL()
+        self._steps = list[tuple[FloatArray, FloatArray]]()
+        self._reach = _FARTHEST
+        self._aged = True
+        self._shortest = 1.0
 
     @property
     def reach(self) -> float:
@@ -179,12 +189,16 @@ class PinDescent:
         moves = wanted.goals - places
         lengths = np.linalg.norm(moves, axis=1, keepdims=True)
         moves = moves * np.minimum(1.0, self._reach / np.maximum(lengths, 1e-12))
-        near, whole = self._barrier(wanted.towards(places + moves)), self._barrier(wanted)
-        before, fresh, self._shortest = whole.energy(self.plane), self._aged, 1.0
+        near = self._barrier(wanted.towards(places + moves))
+        whole = self._barrier(wanted)
+        before = whole.energy(self.plane)
+        fresh = self._aged
+        self._shortest = 1.0
         try:
             plane = self._descended(near, *self._pulled(near, places, moves))
         except MapError:  # a face is too thin for a step: the map stays as it is, and how far pins are behind is told
-            self._aged, self._reach = True, max(_NEAREST, 0.5 * self._reach)
+            self._aged = True
+            self._reach = max(_NEAREST, 0.5 * self._reach)
             return 0.0
         gain = before - whole.energy(plane)
         self._adapt(gain, fresh)
@@ -216,9 +230,12 @@ class PinDescent:
             self._shortest = min(self._shortest, length)
             if length == 0:
                 break
-            gain, new = energy - reached, near.gradient(after)
+            gain = energy - reached
+            new = near.gradient(after)
             self._remember((after - plane).ravel(), new - gradient)
-            plane, energy, gradient = after, reached, new
+            plane = after
+            energy = reached
+            gradient = new
             if gain <= _NEGLIGIBLE * max(energy - 4, 1e-9):
                 return plane
         self._aged = self._shortest < 0.3 or (count > 1 and gain > _AGED * max(energy - 4, 1e-9))
@@ -230,7 +247,8 @@ class PinDescent:
             return near.gradient(plane), _STEPS
         gradient, hessian = near.derivatives(plane)
         factorise(self._factor, hessian)
-        self._steps, self._aged = [], False
+        self._steps = []
+        self._aged = False
         return gradient, 1
 
     def _remember(self, moved: FloatArray, turned: FloatArray) -> None:

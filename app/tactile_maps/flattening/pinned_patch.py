@@ -44,7 +44,8 @@ class PinFollower:
     """
 
     def __init__(self, problem: SymmetricDirichlet, plane: FloatArray, *, cage: CoarseCage | None = None) -> None:
-        self._cage, self._faces = cage, len(problem.faces)
+        self._cage = cage
+        self._faces = len(problem.faces)
         self._energy: Energy = problem if cage is None else ReducedEnergy(problem, cage.carried)
         self._descent = PinDescent(plane if cage is None else plane[cage.chosen])
         self.pin(np.zeros((0, 3), dtype=np.int64), np.zeros((0, 3)), np.zeros((0, 2)))
@@ -70,12 +71,14 @@ class PinFollower:
         """Be held there from now on: (p, 3) vertices of faces, (p, 3) weights in them, (p, 2) where on the plane."""
         if self._cage is not None:
             corners, weights = self._cage.held(corners, weights)
-        self._pinned, self._still = PinnedEnergy(self._energy, Springs(corners, weights), goals), False
+        self._pinned = PinnedEnergy(self._energy, Springs(corners, weights), goals)
+        self._still = False
         self._descent.forget()
 
     def aim(self, goals: FloatArray) -> None:
         """Want the pins at ``goals`` (p, 2)."""
-        self._pinned, self._still = self._pinned.towards(goals), False
+        self._pinned = self._pinned.towards(goals)
+        self._still = False
 
     def frame(self) -> None:
         """Follow the pins for about a frame's time; ``energy`` never rises."""
@@ -141,7 +144,8 @@ def converge(job: ConvergenceJob, *, on_round: OnRound | None = None) -> Chart:
         farthest = f"the farthest is {1e3 * job.unit * behind.max():.1f} mm from its target"
         notes.append(Finding("pin-behind", job.name, farthest, int(late.sum())))
     known = [note for note in job.chart.findings if note.kind not in _OF_THE_DESCENT]
-    energies, seconds = tuple(r.energy for r in rounds), tuple(r.seconds for r in rounds)
+    energies = tuple(r.energy for r in rounds)
+    seconds = tuple(r.seconds for r in rounds)
     metres = plane * job.unit
     return replace(job.chart, plane=metres, energies=energies, seconds=seconds, findings=(*known, *notes))
 
@@ -151,7 +155,8 @@ _OF_THE_DESCENT = ("pin-behind", "overlap-avoided", "descent-stopped")
 
 
 def _rounds(job: ConvergenceJob, on_round: OnRound | None) -> tuple[list[Iterate], list[Finding]]:
-    begin, rounds = time.perf_counter(), list[Iterate]()
+    begin = time.perf_counter()
+    rounds = list[Iterate]()
 
     def follow(planes: Iterator[FloatArray]) -> list[Finding]:
         try:
@@ -228,7 +233,10 @@ class PinnedPatch:
     ) -> None:
         start = chart if plane is None else replace(chart, plane=plane)
         _check(surface, start, lengths, name)
-        self._surface, self._chart, self._name, self._whole = surface, chart, name, whole
+        self._surface = surface
+        self._chart = chart
+        self._name = name
+        self._whole = whole
         self._unit = float(np.sqrt(surface.area))
         positions = surface.vertices[chart.vertex_of]
         self._disk = Disk(Mesh.of(chart.connectivity, (positions - positions.mean(axis=0)) / self._unit))
@@ -297,7 +305,8 @@ class PinnedPatch:
         if (np.abs(places - here).max(axis=1, initial=0.0) < 1e-9).any():
             raise MapError("there is a pin already", place=self._name, remedy="Drag that one")
         wanted = self._checked(here * self._unit if place is None else place)
-        number, self._next = self._next, self._next + 1
+        number = self._next
+        self._next = self._next + 1
         self._pins[number] = Pin(at, wanted)
         self._follower.pin(*self._held())
         return number
@@ -405,7 +414,8 @@ def _check(surface: Mesh, chart: Chart, lengths: float, name: str) -> None:
 
 def _laid_over(plane: FloatArray, other: FloatArray) -> FloatArray:
     """``plane`` (k, 2) turned and moved to lie as ``other`` (k, 2) does."""
-    flat, there = plane - plane.mean(axis=0), other - other.mean(axis=0)
+    flat = plane - plane.mean(axis=0)
+    there = other - other.mean(axis=0)
     (a, b), (c, d) = np.einsum("ki,kj->ij", flat, there)
     angle = np.arctan2(b - c, a + d)
     turn = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])

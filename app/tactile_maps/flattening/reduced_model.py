@@ -72,23 +72,31 @@ def _blocks(hessian: csc_matrix) -> tuple[IntArray, IntArray, IntArray]:
     columns = np.repeat(np.arange(size), np.diff(hessian.indptr))
     keys = columns * size + hessian.indices
     first = (columns % 2 == 0) & (hessian.indices % 2 == 0)
-    i, j = hessian.indices[first].astype(np.int64) // 2, columns[first] // 2
+    i = hessian.indices[first].astype(np.int64) // 2
+    j = columns[first] // 2
     parts = []
     for d, e in _COMPONENTS:
-        row, column = 2 * i + d, 2 * j + e
-        low, high = np.minimum(row, column), np.maximum(row, column)  # a diagonal block holds yx as xy
+        row = 2 * i + d
+        column = 2 * j + e
+        # a diagonal block holds yx as xy
+        low = np.minimum(row, column)
+        high = np.maximum(row, column)
         parts.append(np.searchsorted(keys, high * size + low))
     return i, j, np.stack(parts, axis=1)
 
 
 def _sums(carried: csr_matrix, i: IntArray, j: IntArray) -> tuple[IntArray, IntArray, csr_matrix, csr_matrix]:
     """Small blocks (low, high), and which large blocks go into each: as they are, and with xy and yx exchanged."""
-    corners, weights = carried.indices.reshape(-1, 3).astype(np.int64), carried.data.reshape(-1, 3)
-    a, b = np.repeat(corners[i], 3, axis=1).ravel(), np.tile(corners[j], (1, 3)).ravel()
+    corners = carried.indices.reshape(-1, 3).astype(np.int64)
+    weights = carried.data.reshape(-1, 3)
+    a = np.repeat(corners[i], 3, axis=1).ravel()
+    b = np.tile(corners[j], (1, 3)).ravel()
     share = (weights[i][:, :, None] * weights[j][:, None, :]).ravel()
-    block, off = np.repeat(np.arange(len(i)), 9), np.repeat(i != j, 9)
+    block = np.repeat(np.arange(len(i)), 9)
+    off = np.repeat(i != j, 9)
     # Off the diagonal each block stands for its mirror image too; on it the mirrored pairs are among the nine.
-    straight, mirrored = (share != 0) & (a <= b), (share != 0) & (a >= b) & off
+    straight = (share != 0) & (a <= b)
+    mirrored = (share != 0) & (a >= b) & off
     count = carried.shape[1]
     keys, place = np.unique(np.concatenate([(a * count + b)[straight], (b * count + a)[mirrored]]), return_inverse=True)
     low, high = np.divmod(keys, count)
@@ -108,7 +116,8 @@ class ReducedEnergy:
     """
 
     def __init__(self, problem: Energy, carried: csr_matrix) -> None:
-        self._problem, self._carried = problem, carried
+        self._problem = problem
+        self._carried = carried
         self._back: csr_matrix = carried.T.tocsr()
         self._subspace: GalerkinProjection | None = None
 
@@ -249,7 +258,8 @@ def _dual(faces: IntArray, owners: IntArray) -> IntArray:
 
 def _unfit(coarse: Connectivity, plane: FloatArray) -> BoolArray:
     """(c,) vertices to do without: of no triangle, or one of each that is flipped, inside rather than on the border."""
-    faces, unfit = coarse.faces, np.ones(len(plane), dtype=bool)
+    faces = coarse.faces
+    unfit = np.ones(len(plane), dtype=bool)
     unfit[faces] = False
     bad = flipped(plane, faces) | (coarse.face_count[coarse.edge_of] > 2).any(axis=1)
     inside = np.ones(len(plane), dtype=bool)
@@ -270,9 +280,12 @@ def _weights(faces: IntArray, plane: FloatArray, owners: IntArray, points: Float
     asked, step = owner_and_rank(start[owners + 1] - start[owners])
     face = order[start[owners][asked] + step] // 3
     a, b, c = (plane[faces[face, k]] for k in range(3))
-    u, v, p = b - a, c - a, points[asked] - a
+    u = b - a
+    v = c - a
+    p = points[asked] - a
     area = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
-    second, third = (p[:, 0] * v[:, 1] - p[:, 1] * v[:, 0]) / area, (u[:, 0] * p[:, 1] - u[:, 1] * p[:, 0]) / area
+    second = (p[:, 0] * v[:, 1] - p[:, 1] * v[:, 0]) / area
+    third = (u[:, 0] * p[:, 1] - u[:, 1] * p[:, 0]) / area
     weights = np.stack([1 - second - third, second, third], axis=1)
     best = _last_of_each(asked, np.lexsort((weights.min(axis=1), asked)))
     return face[best], weights[best]

@@ -58,11 +58,14 @@ def rest_triangles(positions: FloatArray, faces: IntArray) -> RestTriangles:
     until they form a triangle (local intrinsic mollification, Sharp and Crane 2020); no vertex moves.
     """
     a, b, c = (np.ascontiguousarray(positions[corner].T) for corner in faces.T)
-    first, second, third = b - a, c - a, c - b
+    first = b - a
+    second = c - a
+    third = c - b
     base = _length(first)
     height = _length((first[[1, 2, 0]] * second[[2, 0, 1]]) - (first[[2, 0, 1]] * second[[1, 2, 0]]))
     safe = np.where(base > 0, base, 1.0)
-    along, across = (first * second).sum(axis=0) / safe, height / safe
+    along = (first * second).sum(axis=0) / safe
+    across = height / safe
     sides = np.stack([base, _length(third), _length(second)])
     # The two shorter sides must exceed the longest by the margin.
     lacking = MOLLIFICATION * sides.mean() - (sides.sum(axis=0) - 2 * sides.max(axis=0))
@@ -101,7 +104,8 @@ class HessianPattern:
     """
 
     def __init__(self, connectivity: Connectivity, count: int) -> None:
-        self._faces, self._count = connectivity.faces, count
+        self._faces = connectivity.faces
+        self._count = count
         edges = connectivity.edges
         # Edges by their higher vertex: each is a block in that vertex's two columns, above its diagonal block.
         order = np.lexsort((edges[:, 0], edges[:, 1]))
@@ -109,7 +113,9 @@ class HessianPattern:
         first = np.concatenate([[0], np.cumsum(self._lower)])
         self._rank = np.empty(len(order), dtype=np.int64)
         self._rank[order] = np.arange(len(order)) - first[edges[order, 1]]
-        self._edges, self._edge_of, self._sorted = edges, connectivity.edge_of, edges[order, 0]
+        self._edges = edges
+        self._edge_of = connectivity.edge_of
+        self._sorted = edges[order, 0]
         # A vertex's columns hold two entries an edge, and one and two of its diagonal block.
         lengths = np.stack([2 * self._lower + 1, 2 * self._lower + 2], axis=1).ravel()
         self.columns = np.concatenate([[0], np.cumsum(lengths)]).astype(np.int32)
@@ -131,16 +137,19 @@ class HessianPattern:
     @cached_property
     def _slots(self) -> IntArray:
         """Place of every entry of every block, in the order in which ``matrix`` lists them."""
-        starts, parts = self.columns.astype(np.int64), []
+        starts = self.columns.astype(np.int64)
+        parts = []
         for k, other in _PAIRS:
             if k == other:
                 v = self._faces[:, k]
                 parts += [starts[2 * v + j] + 2 * self._lower[v] + i for i, j in ((0, 0), (0, 1), (1, 1))]
                 continue
             edge = self._edge_of[:, {(0, 1): 0, (1, 2): 1, (0, 2): 2}[k, other]]
-            high, turned = self._edges[edge, 1], self._faces[:, k] > self._faces[:, other]
+            high = self._edges[edge, 1]
+            turned = self._faces[:, k] > self._faces[:, other]
             for i, j in ((0, 0), (0, 1), (1, 0), (1, 1)):
-                row, column = np.where(turned, j, i), np.where(turned, i, j)
+                row = np.where(turned, j, i)
+                column = np.where(turned, i, j)
                 parts.append(starts[2 * high + column] + 2 * self._rank[edge] + row)
         return np.concatenate(parts)
 
@@ -170,9 +179,15 @@ class SymmetricDirichlet:
 
     def __init__(self, rest: Mesh, *, lengths: float = 1.0) -> None:
         shape = rest_triangles(rest.vertices, rest.faces)
-        self.faces, self.areas, self.mollified = rest.faces, shape.areas, shape.mollified
-        self._rest, self._lengths, self._count = rest, lengths, len(rest.vertices)
-        self._base, self._along, self._across = 1 / shape.base, shape.along, 1 / shape.across
+        self.faces = rest.faces
+        self.areas = shape.areas
+        self.mollified = shape.mollified
+        self._rest = rest
+        self._lengths = lengths
+        self._count = len(rest.vertices)
+        self._base = 1 / shape.base
+        self._along = shape.along
+        self._across = 1 / shape.across
         self._weight = shape.areas / shape.areas.sum()
         self._corners = np.ascontiguousarray(rest.faces.T)
         self._pattern: HessianPattern | None = None
@@ -184,7 +199,8 @@ class SymmetricDirichlet:
     def _jacobian(self, plane: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
         """Entries xx, xy, yx, yy, each (m,): one array an entry is several times faster than small matrices."""
         x, y = self._at_corners(plane)
-        xx, yx = (x[1] - x[0]) * self._base, (y[1] - y[0]) * self._base
+        xx = (x[1] - x[0]) * self._base
+        yx = (y[1] - y[0]) * self._base
         xy = (x[2] - x[0] - xx * self._along) * self._across
         yy = (y[2] - y[0] - yx * self._along) * self._across
         return xx, xy, yx, yy
@@ -202,7 +218,8 @@ class SymmetricDirichlet:
         squares = xx * xx + xy * xy + yx * yx + yy * yy
         with np.errstate(over="ignore"):  # a face of almost no area costs more than the largest number: inf is right
             inverse = 1 / determinant
-            lengths, angles = 1 + inverse * inverse, 2 * inverse
+            lengths = 1 + inverse * inverse
+            angles = 2 * inverse
             return dot(self._weight, squares * (self._lengths * lengths + (1 - self._lengths) * angles))
 
     def energy_at_best_scale(self, plane: FloatArray) -> float:
@@ -216,7 +233,8 @@ class SymmetricDirichlet:
             return float("inf")
         squares = xx * xx + xy * xy + yx * yx + yy * yy
         with np.errstate(over="ignore"):
-            stretched, squeezed = dot(self._weight, squares), dot(self._weight, squares * determinant**-2)
+            stretched = dot(self._weight, squares)
+            squeezed = dot(self._weight, squares * determinant**-2)
             return float(2 * np.sqrt(stretched) * np.sqrt(squeezed))
 
     def gradient(self, plane: FloatArray) -> FloatArray:
@@ -228,7 +246,8 @@ class SymmetricDirichlet:
         """Gradient (2k,) and the projected Hessian's upper triangle (2k, 2k); x and y of a vertex side by side."""
         u, s, v = _rotations_and_values(*self._jacobian(plane))
         hats = self._hats(v)
-        gradient, curvatures = self._gradient(u, self._slopes(*s), hats), self._curvatures(*s)
+        gradient = self._gradient(u, self._slopes(*s), hats)
+        curvatures = self._curvatures(*s)
         if self._pattern is None:
             self._pattern = HessianPattern(self._rest.connectivity, self._count)
         return gradient, self._pattern.matrix(_blocks(u, curvatures, hats))
@@ -236,19 +255,26 @@ class SymmetricDirichlet:
     def _hats(self, v: tuple[FloatArray, FloatArray]) -> tuple[tuple[FloatArray, FloatArray], ...]:
         """Gradients of the hat functions of corners 1 and 2 in the frame of the right singular vectors."""
         cosine, sine = v
-        x, y = self._base, -self._along * self._base * self._across
+        x = self._base
+        y = -self._along * self._base * self._across
         return (cosine * x + sine * y, cosine * y - sine * x), (sine * self._across, cosine * self._across)
 
     def _slopes(self, s1: FloatArray, s2: FloatArray) -> tuple[FloatArray, FloatArray]:
         """By face, weighted, along s1 and s2."""
-        long, round_, i1, i2 = self._lengths * self._weight, (1 - self._lengths) * self._weight, 1 / s1, 1 / s2
+        long = self._lengths * self._weight
+        round_ = (1 - self._lengths) * self._weight
+        i1 = 1 / s1
+        i2 = 1 / s2
         first = 2 * long * (s1 - i1 * i1 * i1) + 2 * round_ * (i2 - s2 * i1 * i1)
         return first, 2 * long * (s2 - i2 * i2 * i2) + 2 * round_ * (i1 - s1 * i2 * i2)
 
     def _curvatures(self, s1: FloatArray, s2: FloatArray) -> tuple[FloatArray, ...]:
         """By face, weighted, not negative: 11, 12 and 22 of stretching, and of the modes twist and flip."""
-        long, round_ = self._lengths * self._weight, (1 - self._lengths) * self._weight
-        i1, i2, product = 1 / s1, 1 / s2, s1 * s2
+        long = self._lengths * self._weight
+        round_ = (1 - self._lengths) * self._weight
+        i1 = 1 / s1
+        i2 = 1 / s2
+        product = s1 * s2
         inverse = 1 / product
         squares = inverse * inverse
         cubes = squares * inverse
@@ -278,9 +304,17 @@ class SymmetricDirichlet:
     def largest_step(self, plane: FloatArray, step: FloatArray) -> float:
         """How far along ``step`` (k, 2) the first face loses its area; inf if none does."""
         (x, y), (dx, dy) = self._at_corners(plane), self._at_corners(step)
-        x1, y1, x2, y2 = x[1] - x[0], y[1] - y[0], x[2] - x[0], y[2] - y[0]
-        u1, v1, u2, v2 = dx[1] - dx[0], dy[1] - dy[0], dx[2] - dx[0], dy[2] - dy[0]
-        c, b, a = x1 * y2 - y1 * x2, x1 * v2 - y1 * u2 + u1 * y2 - v1 * x2, u1 * v2 - v1 * u2
+        x1 = x[1] - x[0]
+        y1 = y[1] - y[0]
+        x2 = x[2] - x[0]
+        y2 = y[2] - y[0]
+        u1 = dx[1] - dx[0]
+        v1 = dy[1] - dy[0]
+        u2 = dx[2] - dx[0]
+        v2 = dy[2] - dy[0]
+        c = x1 * y2 - y1 * x2
+        b = x1 * v2 - y1 * u2 + u1 * y2 - v1 * x2
+        a = u1 * v2 - v1 * u2
         under = b * b - 4 * a * c
         # The stable form of the smaller positive root of a t² + b t + c with c > 0.
         denominator = -b + np.sqrt(np.maximum(under, 0.0))
@@ -309,7 +343,8 @@ def _rotations_and_values(
     The matrix is a scaled rotation by u - v plus a scaled reflection by u + v. Both directions are unit vectors, and
     half of their sum comes by the half-angle formulas: arcs and their sines take twice the time.
     """
-    spun, flipped = np.hypot(xx + yy, yx - xy), np.hypot(xx - yy, xy + yx)
+    spun = np.hypot(xx + yy, yx - xy)
+    flipped = np.hypot(xx - yy, xy + yx)
     c, s = _directions(xx + yy, yx - xy, spun)
     d, t = _directions(xx - yy, xy + yx, flipped)
     largest = (spun + flipped) / 2
@@ -323,14 +358,17 @@ def _directions(x: FloatArray, y: FloatArray, length: FloatArray) -> tuple[Float
     """Cosine and sine, each (m,), of vectors of these lengths; those of the x axis where there is no length."""
     held = length > np.finfo(float).tiny
     if not held.all():
-        x, y, length = np.where(held, x, 1.0), np.where(held, y, 0.0), np.where(held, length, 1.0)
+        x = np.where(held, x, 1.0)
+        y = np.where(held, y, 0.0)
+        length = np.where(held, length, 1.0)
     return x / length, y / length
 
 
 def _halved(cosine: FloatArray, sine: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Cosine and sine of half the angles; each by the formula that cancels no digits."""
     larger = np.sqrt(0.5 * (1 + np.abs(cosine)))
-    smaller, ahead = 0.5 * sine / larger, cosine >= 0
+    smaller = 0.5 * sine / larger
+    ahead = cosine >= 0
     return np.where(ahead, larger, np.abs(smaller)), np.where(ahead, smaller, np.copysign(larger, sine))
 
 
@@ -357,11 +395,16 @@ def _without_negative(a: FloatArray, b: FloatArray, c: FloatArray) -> tuple[Floa
     bad = a * c < b * b
     if not bad.any():
         return a, b, c
-    half, mean = 0.5 * (a[bad] - c[bad]), 0.5 * (a[bad] + c[bad])
+    half = 0.5 * (a[bad] - c[bad])
+    mean = 0.5 * (a[bad] + c[bad])
     radius = np.hypot(half, b[bad])
     top = (mean + radius) / (2 * radius)
-    a, b, c = a.copy(), b.copy(), c.copy()
-    a[bad], b[bad], c[bad] = top * (radius + half), top * b[bad], top * (radius - half)
+    a = a.copy()
+    b = b.copy()
+    c = c.copy()
+    a[bad] = top * (radius + half)
+    b[bad] = top * b[bad]
+    c[bad] = top * (radius - half)
     return a, b, c
 
 
@@ -372,18 +415,25 @@ def _blocks(
 ) -> dict[tuple[int, int], tuple[FloatArray, ...]]:
     """The 2 x 2 blocks (xx, xy, yx, yy), each entry (m,), of corners (k, l), k <= l, of every face."""
     first, mixed, second, twist, flip = curvatures
-    spin, swap = 0.5 * (flip + twist), 0.5 * (flip - twist)
+    spin = 0.5 * (flip + twist)
+    swap = 0.5 * (flip - twist)
     blocks: dict[tuple[int, int], tuple[FloatArray, ...]] = {}
     for pair in ((1, 1), (1, 2), (2, 2)):
         (p, q), (r, t) = (hats[corner - 1] for corner in pair)
-        pr, qt, pt, qr = p * r, q * t, p * t, q * r
+        pr = p * r
+        qt = q * t
+        pt = p * t
+        qr = q * r
         inner = first * pr + spin * qt, mixed * pt + swap * qr, mixed * qr + swap * pt, second * qt + spin * pr
         blocks[pair] = _turned(u, *inner)
-    a, b, c = blocks[1, 1], blocks[1, 2], blocks[2, 2]
+    a = blocks[1, 1]
+    b = blocks[1, 2]
+    c = blocks[2, 2]
     # The three hat functions sum to one, so the blocks of each row sum to zero.
     blocks[0, 1] = -(a[0] + b[0]), -(a[1] + b[2]), -(a[2] + b[1]), -(a[3] + b[3])
     blocks[0, 2] = tuple(-(x + y) for x, y in zip(b, c, strict=True))
-    d, e = blocks[0, 1], blocks[0, 2]
+    d = blocks[0, 1]
+    e = blocks[0, 2]
     blocks[0, 0] = -(d[0] + e[0]), -(d[2] + e[2]), -(d[1] + e[1]), -(d[3] + e[3])
     return blocks
 
@@ -393,5 +443,8 @@ def _turned(
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     """u [[xx, xy], [yx, yy]] u'."""
     c, s = u
-    ax, ay, bx, by = c * xx - s * yx, c * xy - s * yy, s * xx + c * yx, s * xy + c * yy
+    ax = c * xx - s * yx
+    ay = c * xy - s * yy
+    bx = s * xx + c * yx
+    by = s * xy + c * yy
     return ax * c - ay * s, ax * s + ay * c, bx * c - by * s, bx * s + by * c

@@ -21,7 +21,8 @@ from tactile_maps.geometry.surface.mesh import Mesh
 
 _THINNEST = 1e-6
 """Of a face for libigl: its area over its longest side squared. It hangs on thinner ones."""
-_THIN, _MOST_THIN = 1e-3, 60
+_THIN = 1e-3
+_MOST_THIN = 60
 """Thin faces cut the exact method's intervals ever finer: on 30,000 faces one source takes 1 s with 6 of them, 13 s
 with 58, and over 40 s with 85 (measured on spheres drawn out to a spike)."""
 _NONE = np.zeros(0, dtype=np.int64)
@@ -45,7 +46,8 @@ class Geodesics:
         self._number[kept] = np.arange(len(kept))
         sides = self._mesh.vertices[faces] - np.roll(self._mesh.vertices[faces], 1, axis=1)
         self._sides = np.linalg.norm(sides, axis=2)
-        areas, squares = self._mesh.face_areas, (self._sides**2).max(axis=1)
+        areas = self._mesh.face_areas
+        squares = (self._sides**2).max(axis=1)
         hangs = (areas <= _THINNEST * squares).any()
         slow = (areas <= _THIN * squares).sum() > _MOST_THIN
         connectivity = self._mesh.connectivity
@@ -70,7 +72,8 @@ class Geodesics:
         if not self.exact:
             found = self.from_vertex(source, targets)
             return np.where(found <= reach, found, np.inf)
-        start, goals = self._number[source], self._number[targets]
+        start = self._number[source]
+        goals = self._number[targets]
         within = self._face_centres.query_ball_point(self._mesh.vertices[start], reach + self._reach_of_faces)
         faces = self._mesh.faces[within]
         met = np.zeros(len(self._mesh.vertices), dtype=bool)
@@ -78,7 +81,8 @@ class Geodesics:
         kept = np.flatnonzero(met)
         place = np.cumsum(met) - 1  # of each vertex among those kept: to sort and search them takes twice as long
         inside = met[goals]
-        goal, beginning = place[goals[inside]], int(place[start])
+        goal = place[goals[inside]]
+        beginning = int(place[start])
         found = _exact(self._mesh.vertices[kept], place[faces], beginning, goal)
         # What the ball cut off is told as 0.
         reached = (found <= reach) & ((found > 0) | (goal == beginning))

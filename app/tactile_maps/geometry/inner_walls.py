@@ -25,9 +25,11 @@ THINNEST_WALL = 0.08
 end at edges of more than 60 degrees, so that each wall of a box has an area of its own."""
 _PARALLEL = 0.5
 """Cosine of the largest angle between the two sides of a wall, and between neighbouring faces of one side."""
-_SAMPLES, _THIN_SHARE = 200, 0.2
+_SAMPLES = 200
+_THIN_SHARE = 0.2
 """Faces that are looked at first, and the share of them that must lie on a thin wall for the rest to be."""
-_VIEWPOINTS, _DIRECTIONS = 40, 60
+_VIEWPOINTS = 40
+_DIRECTIONS = 60
 _LEAST_SIDE = 0.02
 """Share of the area below which a side of a wall is not judged."""
 _CLEAR = 1e-5  # of the size: single precision, and not the face itself
@@ -109,7 +111,8 @@ class _Rays:
     def __init__(self, mesh: Mesh) -> None:
         # Unit size about the origin: rays are traced in single precision.
         vertices = (mesh.vertices - mesh.bounds.mean(axis=0)) / mesh.size
-        self._size, self._normals = mesh.size, mesh.face_normals
+        self._size = mesh.size
+        self._normals = mesh.face_normals
         self._centres = vertices[mesh.faces].mean(axis=1)
         self._tree = EmbreeIntersector()
         self._tree.init(np.ascontiguousarray(vertices, np.float32), np.ascontiguousarray(mesh.faces, np.int32))
@@ -117,14 +120,17 @@ class _Rays:
 
     def opposite(self, faces: IntArray) -> tuple[IntArray, FloatArray]:
         """The nearest face that is nearly parallel to each, along its normal either way, and how far it is [m]."""
-        found, distance = np.full(len(faces), -1), np.full(len(faces), np.inf)
-        starts, normals = self._centres[faces].astype(np.float32), self._normals[faces].astype(np.float32)
+        found = np.full(len(faces), -1)
+        distance = np.full(len(faces), np.inf)
+        starts = self._centres[faces].astype(np.float32)
+        normals = self._normals[faces].astype(np.float32)
         for sign in (1, -1):
             for row, (start, along) in enumerate(zip(starts, sign * normals, strict=True)):
                 face, away, _, _ = self._tree.intersectRay_first(start, along, _CLEAR)
                 nearer = face >= 0 and away < distance[row]
                 if nearer and abs(float(self._normals[face] @ self._normals[faces[row]])) > _PARALLEL:
-                    found[row], distance[row] = face, away
+                    found[row] = face
+                    distance[row] = away
         return found, self._size * distance
 
     def view(self, faces: IntArray) -> float:

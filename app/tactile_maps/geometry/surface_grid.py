@@ -19,7 +19,8 @@ from tactile_maps.geometry.surface.closest_point import ClosestPoint
 from tactile_maps.geometry.surface.mesh import Mesh
 
 _MAX_CROSSINGS = 20_000
-_ROUNDS, _CLOSE = 60, 1e-4
+_ROUNDS = 60
+_CLOSE = 1e-4
 """Of placing the corners; they are within this many pitches of where they should be."""
 _EDGE_COSINE = float(np.cos(np.radians(60)))
 """Neighbours whose normals differ by more lie on two sides of an edge, or of a thin wall."""
@@ -57,7 +58,8 @@ class StraightWalks:
         self._surface = surface
         self._twin = np.full(3 * len(surface.faces), -1)
         pairs = surface.connectivity.twins
-        self._twin[pairs[:, 0]], self._twin[pairs[:, 1]] = pairs[:, 1], pairs[:, 0]
+        self._twin[pairs[:, 0]] = pairs[:, 1]
+        self._twin[pairs[:, 1]] = pairs[:, 0]
 
     def start(self, faces: IntArray, points: FloatArray, directions: FloatArray) -> Walkers:
         """Walkers at ``points`` (k, 3) of ``faces`` (k,), who look along ``directions`` (k, 3) as seen in the faces."""
@@ -81,9 +83,12 @@ class StraightWalks:
         Raises:
             MeshError: A walk crosses more than 20,000 edges.
         """
-        faces, on = walkers.faces.copy(), walkers.on.copy()
-        points, ahead = walkers.points.copy(), walkers.ahead.copy()
-        left, came = np.array(lengths, dtype=np.float64), np.full(len(faces), -1)
+        faces = walkers.faces.copy()
+        on = walkers.on.copy()
+        points = walkers.points.copy()
+        ahead = walkers.ahead.copy()
+        left = np.array(lengths, dtype=np.float64)
+        came = np.full(len(faces), -1)
         points[~on] += left[~on, None] * ahead[~on]
         moving = np.flatnonzero(on & (left > 0))
         for _ in range(_MAX_CROSSINGS):
@@ -99,9 +104,12 @@ class StraightWalks:
             over = moving[beyond < 0]
             on[over] = False
             points[over] += left[over, None] * ahead[over]
-            moving, side, beyond = moving[beyond >= 0], side[beyond >= 0], beyond[beyond >= 0]
+            moving = moving[beyond >= 0]
+            side = side[beyond >= 0]
+            beyond = beyond[beyond >= 0]
             ahead[moving] = self._across(side, beyond, ahead[moving])
-            faces[moving], came[moving] = beyond // 3, beyond
+            faces[moving] = beyond // 3
+            came[moving] = beyond
         raise MeshError("a straight walk crosses too many edges", remedy="Choose points closer together")
 
     def _exit(
@@ -123,7 +131,8 @@ class StraightWalks:
         """(k, 3) the directions in the faces beyond the half-edges."""
         surface = self._surface
         face, corner = np.divmod(side, 3)
-        start, end = surface.faces[face, corner], surface.faces[face, (corner + 1) % 3]
+        start = surface.faces[face, corner]
+        end = surface.faces[face, (corner + 1) % 3]
         along = surface.vertices[end] - surface.vertices[start]
         along /= np.linalg.norm(along, axis=1, keepdims=True)
         out = (ahead * np.cross(along, surface.face_normals[face])).sum(axis=1, keepdims=True)

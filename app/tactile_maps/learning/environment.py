@@ -68,7 +68,8 @@ class SkinEnvironment(gymnasium.Env[Observation, NDArray[np.float32]], ABC):
     ) -> None:
         _check_choice("action", action, get_args(ActionKind))
         _check_choice("render_mode", render_mode, (None, *self.metadata["render_modes"]))
-        self.render_mode, self._kind = render_mode, action
+        self.render_mode = render_mode
+        self._kind = action
         self.prepared = prepared or prepared_arm(taxels)
         self._observer = FrameObserver(self.prepared.robot, self.prepared.map)
         self._lower, self._upper = joint_limits(self.prepared.robot)
@@ -128,7 +129,8 @@ class SkinEnvironment(gymnasium.Env[Observation, NDArray[np.float32]], ABC):
         Raises:
             LearningError: The action has another shape, or a number that is not from -1 to 1.
         """
-        session, wanted = self.session, self._checked(action)
+        session = self.session
+        wanted = self._checked(action)
         info = self._move_rest(wanted) if self._kind == "joint_velocity" else self._move_target(wanted)
         try:
             for _ in range(TICKS_PER_STEP):

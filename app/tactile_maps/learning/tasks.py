@@ -32,7 +32,9 @@ class FollowEnvironment(SkinEnvironment):
     contact has been lost for half a second.
     """
 
-    length, speed, metre_per_reward = 0.03, 0.01, 0.01
+    length = 0.03
+    speed = 0.01
+    metre_per_reward = 0.01
 
     def goal_spaces(self) -> dict[str, Any]:
         """The place where the contact is wanted."""
@@ -45,7 +47,8 @@ class FollowEnvironment(SkinEnvironment):
     def begin(self, settings: ControlSettings, seed: int) -> Session:
         """A ball at the start of a path that fits on the skin."""
         taxel, self._direction = self._fitting_path()
-        self._start, self._lost = self.prepared.map.taxel_points[taxel], 0
+        self._start = self.prepared.map.taxel_points[taxel]
+        self._lost = 0
         return session_beside_ball(self.prepared, self.prepared.skin.taxel_point(taxel), settings, seed=seed)
 
     def judge(self) -> tuple[float, bool]:
@@ -63,7 +66,8 @@ class FollowEnvironment(SkinEnvironment):
 
     def _fitting_path(self) -> tuple[int, FloatArray]:
         for _ in range(1000):
-            taxel, angle = _random_taxel(self), self.np_random.uniform(0, 2 * np.pi)
+            taxel = _random_taxel(self)
+            angle = self.np_random.uniform(0, 2 * np.pi)
             direction = np.array([np.cos(angle), np.sin(angle)])
             ways = np.linspace(0, self.length, 16)[:, None] * direction
             patch, _, _ = self.prepared.map.to_body_many(self.prepared.map.taxel_points[taxel] + ways)
@@ -80,14 +84,16 @@ class RetreatEnvironment(SkinEnvironment):
     free for half a second.
     """
 
-    depth, force_per_reward = 0.015, 5.0
+    depth = 0.015
+    force_per_reward = 5.0
     force_goal = 0.5
 
     def begin(self, settings: ControlSettings, seed: int) -> Session:
         """A ball on its way in."""
         seconds = self.np_random.uniform(0.3, 1.0)
         way = np.array([[0.0, 0.002], [seconds, -self.depth], [600.0, -self.depth]])
-        self._touched, self._free = False, 0
+        self._touched = False
+        self._free = 0
         at = self.prepared.skin.taxel_point(_random_taxel(self))
         return session_beside_ball(self.prepared, at, settings, seed=seed, way=way)
 
@@ -119,7 +125,8 @@ class ExploreEnvironment(SkinEnvironment):
 
     def begin(self, settings: ControlSettings, seed: int) -> Session:
         """A ball somewhere."""
-        self._visited, self._lost = np.zeros((self.cells, self.cells), dtype=bool), 0
+        self._visited = np.zeros((self.cells, self.cells), dtype=bool)
+        self._lost = 0
         at = self.prepared.skin.taxel_point(_random_taxel(self))
         return session_beside_ball(self.prepared, at, settings, seed=seed)
 
@@ -130,7 +137,8 @@ class ExploreEnvironment(SkinEnvironment):
         before = int(self._visited.sum())
         if contact is not None:
             self._visited |= self._cells_at(contact[None]) & self._cells_at(self.prepared.map.taxel_points)
-        now, all_ = int(self._visited.sum()), int(self._cells_at(self.prepared.map.taxel_points).sum())
+        now = int(self._visited.sum())
+        all_ = int(self._cells_at(self.prepared.map.taxel_points).sum())
         return float(now - before), now == all_ or self._lost >= LOST_STEPS
 
     def _cells_at(self, points: FloatArray) -> BoolArray:

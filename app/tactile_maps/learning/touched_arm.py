@@ -55,7 +55,8 @@ def session_beside_ball(
     """
     skin = prepared.skin
     pose = Configuration(prepared.robot).pose(skin.link(at))
-    place, out = pose.points(skin.position(at)), pose.directions(skin.normal(at))
+    place = pose.points(skin.position(at))
+    out = pose.directions(skin.normal(at))
     heights = np.array([-BALL_DEPTH]) if way is None else way[:, 1]
     centres = place + (BALL_RADIUS + heights)[:, None] * out
     start = (float(centres[0][0]), float(centres[0][1]), float(centres[0][2]))

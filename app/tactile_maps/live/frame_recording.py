@@ -30,8 +30,11 @@ class FrameRecording:
     """
 
     def __init__(self, recorder: Recorder, *, lossless: bool) -> None:
-        self._recorder, self._lossless = recorder, lossless
-        self._inputs, self._handed_over = InputLog(), 0  # the thread's own: the session's list goes on growing
+        self._recorder = recorder
+        self._lossless = lossless
+        # the thread's own: the session's list goes on growing
+        self._inputs = InputLog()
+        self._handed_over = 0
         self._queue: queue.Queue[tuple[Frame, Sequence[tuple[int, SessionInput]]] | None] = queue.Queue(MOST_WAITING)
         self.left_out = 0
         self.error: TactileMapsError | None = None

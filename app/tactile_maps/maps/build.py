@@ -48,9 +48,11 @@ def build_map(
     """
     plans = _checked(skin, method, seams or {})
     total = sum(len(patch.surface.faces) for patch in skin.patches)
-    charts, done = [], 0
+    charts = []
+    done = 0
     for patch in skin.patches:
-        text, fraction = f"Flattening {patch.name}", done / total
+        text = f"Flattening {patch.name}"
+        fraction = done / total
 
         def report(_iterate: Iterate, text: str = text, fraction: float = fraction) -> None:
             progress(text, fraction)
@@ -99,7 +101,8 @@ def with_chart(map_: TactileMap, number: int, chart: Chart) -> TactileMap:
     Raises:
         MapError: The chart is of another surface.
     """
-    old, placement = map_.charts[number], map_.layout.placements[number]
+    old = map_.charts[number]
+    placement = map_.layout.placements[number]
     middle = placement.apply(_middle(old)[None])[0]
     moved = replace(placement, offset=(0.0, 0.0))
     x, y = middle - moved.apply(_middle(chart)[None])[0]

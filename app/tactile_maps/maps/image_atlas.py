@@ -100,7 +100,8 @@ def halo_of(inside: BoolArray) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
         return np.zeros(0, np.intp), np.zeros(0, np.intp)
     distance, nearest = distance_transform_edt(~inside, return_indices=True)
     halo = np.flatnonzero((distance > 0) & (distance <= HALO_PX))
-    rows, columns = nearest[0].ravel()[halo], nearest[1].ravel()[halo]
+    rows = nearest[0].ravel()[halo]
+    columns = nearest[1].ravel()[halo]
     return halo, np.ravel_multi_index((rows, columns), inside.shape)
 
 
@@ -228,7 +229,8 @@ class ImageAtlas:
         for number, tile in enumerate(self.tiles):
             there = self.window(number)
             patch[there] = np.where(tile.inside, number, -1)
-            face[there], weights[there] = tile.face, tile.bary
+            face[there] = tile.face
+            weights[there] = tile.bary
         return patch.ravel(), face.ravel(), weights.reshape(-1, 3)
 
     def centres(self) -> FloatArray:
@@ -278,9 +280,12 @@ def _shelf_packing(shapes: Sequence[tuple[int, int]]) -> tuple[list[tuple[int, i
     for number in sorted(range(len(shapes)), key=lambda k: -shapes[k][0]):
         height, width = shapes[number]
         if column + width > widest:
-            top, column, tall = top + tall, 0, 0
+            top = top + tall
+            column = 0
+            tall = 0
         corners[number] = top, column
-        column, tall = column + width, max(tall, height)
+        column = column + width
+        tall = max(tall, height)
         right = max(right, column)
     return [corners[k] for k in range(len(shapes))], (max(top + tall, 1), max(right, 1))
 

@@ -106,12 +106,16 @@ class _Tracer:
     """Where the walker is: on the map, on the body, and on which border segment if just over a seam."""
 
     def __init__(self, transitions: SeamTransitions, at: SurfacePoint, point: FloatArray) -> None:
-        self._transitions, self._at, self._point, self._entered = transitions, at, point, -1
+        self._transitions = transitions
+        self._at = at
+        self._point = point
+        self._entered = -1
         self.pieces: list[PathSegment] = []
 
     def go(self, steps: FloatArray) -> FloatArray:
         """Walk ``steps`` (k, 2), directions where it starts; what is left (2,) of the one on which the skin ended."""
-        linear, borders = np.eye(2), self._transitions.borders
+        linear = np.eye(2)
+        borders = self._transitions.borders
         while len(steps := steps[steps.any(axis=1)]):
             now = steps[:_STEPS_AT_ONCE] @ linear.T
             points = self._point + np.cumsum(now, axis=0)
@@ -146,7 +150,8 @@ class _Tracer:
         if not met[number].any():
             return len(steps), -1, 1.0, 0.0
         first = int(np.where(met[number], along[number], np.inf).argmin())
-        share, where = float(along[number, first]), float(np.clip(at[number, first], 0.0, 1.0))
+        share = float(along[number, first])
+        where = float(np.clip(at[number, first], 0.0, 1.0))
         return number, int(own[first]), max(share, 0.0), where
 
     def _facing(self) -> float:
@@ -180,12 +185,16 @@ class _Tracer:
 
     def _move(self, point: FloatArray, at: SurfacePoint) -> None:
         self.pieces.append(PathSegment(self._at.patch, np.stack([self._point, point]), self._at, at))
-        self._at, self._point, self._entered = at, point, -1
+        self._at = at
+        self._point = point
+        self._entered = -1
 
     def _on_border(self, segment: int, at: float) -> SurfacePoint:
-        borders, weights = self._transitions.borders, [0.0, 0.0, 0.0]
+        borders = self._transitions.borders
+        weights = [0.0, 0.0, 0.0]
         side = int(borders.side[segment])
-        weights[side], weights[(side + 1) % 3] = 1.0 - at, at
+        weights[side] = 1.0 - at
+        weights[(side + 1) % 3] = at
         a, b, c = weights
         return SurfacePoint(int(borders.patch[segment]), int(borders.face[segment]), (a, b, c))
 
@@ -281,7 +290,8 @@ def _spline(points: FloatArray) -> FloatArray:
     """Through all points, smooth, by chord length; closed if the last is the first."""
     chords = np.linalg.norm(np.diff(points, axis=0), axis=1)
     keep = np.concatenate([[True], chords > 1e-9])
-    points, way = points[keep], np.concatenate([[0.0], np.cumsum(chords[chords > 1e-9])])
+    points = points[keep]
+    way = np.concatenate([[0.0], np.cumsum(chords[chords > 1e-9])])
     if len(points) < 3:
         return points
     closed = np.linalg.norm(points[0] - points[-1]) < 1e-9
@@ -367,9 +377,11 @@ def _met(points: FloatArray, ends: FloatArray) -> tuple[IntArray, FloatArray]:
 
     Only segments in the polygon's box are looked at: most paths are small.
     """
-    low, high = points.min(axis=0) - _SHORT, points.max(axis=0) + _SHORT
+    low = points.min(axis=0) - _SHORT
+    high = points.max(axis=0) + _SHORT
     near = ends[((ends.max(axis=1) >= low) & (ends.min(axis=1) <= high)).all(axis=1)]
-    steps, found = np.diff(points, axis=0), []
+    steps = np.diff(points, axis=0)
+    found = []
     for some in np.array_split(np.arange(len(steps)), 1 + len(steps) * len(near) // _AT_ONCE):
         along, at = line_crossing(points[some][:, None], steps[some][:, None], near[None])
         side, segment = np.nonzero((along > 0) & (along < 1) & (at >= -_EDGE) & (at <= 1 + _EDGE))
@@ -402,7 +414,9 @@ class PathProjection:
     """
 
     def __init__(self, transitions: SeamTransitions, start: SurfacePoint, points: FloatArray, *, drawn: bool) -> None:
-        self._transitions, self._map, self._start = transitions, transitions.map, start
+        self._transitions = transitions
+        self._map = transitions.map
+        self._start = start
         self.pieces: list[PathSegment] = []
         self.jumps: list[int] = []
         self.whole = True

@@ -54,7 +54,8 @@ class RecordingPlayer:
     """
 
     def __init__(self, path: str | Path, *, progress: Progress = no_progress) -> None:
-        self.path, file = Path(path), str(path)
+        self.path = Path(path)
+        file = str(path)
         contents = mcap_file.read_recording(path)
         self._contents = contents
         self.versions = contents.metadata
@@ -63,8 +64,10 @@ class RecordingPlayer:
         messages = read_messages(contents, self.prepared, file=file, progress=progress)
         if not len(messages.frames):
             raise contents.no_frame()
-        self.inputs, self.events = messages.inputs, messages.events
-        self.failure, self.damage = messages.failure, messages.damage
+        self.inputs = messages.inputs
+        self.events = messages.events
+        self.failure = messages.failure
+        self.damage = messages.damage
         self.recorded_annotations = annotations_in(contents.metadata, messages.marks, file=file)
         self._frames = messages.frames
         self.times = self.prepared.scene.tick * messages.frames.ticks
@@ -114,7 +117,8 @@ class RecordingPlayer:
         Raises:
             RecordingError: It is damaged, or the file was removed or changed since it was opened.
         """
-        chunk, place = int(self._frames.chunks[number]), int(self._frames.places[number])
+        chunk = int(self._frames.chunks[number])
+        place = int(self._frames.places[number])
         frame = decode_frame(self._unpacked(chunk)[place], self.prepared, file=str(self.path))
         known = bisect_right(self.events, frame.tick, key=lambda event: event.tick)
         return (
@@ -155,7 +159,8 @@ class RecordingPlayer:
 
     def edits(self) -> list[tuple[float, str]]:
         """When the map was edited [s since the first frame] and the edits' names, for marks on a timeline."""
-        tick, first = self.prepared.scene.tick, float(self.times[0])
+        tick = self.prepared.scene.tick
+        first = float(self.times[0])
         found = [
             (at * tick - first, session_input.name)
             for at, session_input in self.inputs
@@ -181,7 +186,8 @@ class RecordingPlayer:
 
     def damaged_spans(self) -> list[tuple[float, float, RecordingDamage]]:
         """From and to when [s since the first frame] something was lost, within the recording, for a timeline."""
-        tick, first = self.prepared.scene.tick, float(self.times[0])
+        tick = self.prepared.scene.tick
+        first = float(self.times[0])
         spans = []
         for damage in self.damage:
             if damage.first is not None:

@@ -74,11 +74,15 @@ class Recorder:
         measured: str | None = None,
     ) -> None:
         self._measured = {} if measured is None else {MEASURED: measured}
-        self.path, self.frames = Path(path), 0
+        self.path = Path(path)
+        self.frames = 0
         self._started = time.time_ns() if started is None else started
         self._for_viewers = viewers
         self._viewers: ViewerMessages | None = None  # made with the file's beginning
-        self.tick, self._inputs, self._map, self._told = prepared.scene.tick, 0, prepared.map, -1
+        self.tick = prepared.scene.tick
+        self._inputs = 0
+        self._map = prepared.map
+        self._told = -1
         self._prepared: PreparedScene | None = prepared  # until it is in the file
         self._file = RecordingFile(self.path, overwrite=overwrite)
         self._stream = self._file.stream
@@ -94,7 +98,8 @@ class Recorder:
         """Write what goes before the messages, if it is not in the file yet: whoever writes waits for it, not
         whoever makes the recorder.
         """
-        prepared, self._prepared = self._prepared, None
+        prepared = self._prepared
+        self._prepared = None
         if prepared is None:
             return
         scene = prepared.scene
@@ -106,7 +111,8 @@ class Recorder:
             if self._for_viewers:
                 self._viewers = ViewerMessages(prepared, started=self._started)
                 channels = {**channels, **add_viewer_channels(self._writer, self._viewers.schemas)}
-            self._channels, self._numbers = channels, dict.fromkeys(channels, 0)
+            self._channels = channels
+            self._numbers = dict.fromkeys(channels, 0)
             self._stream.flush()
         except OSError as error:
             self.abandon()

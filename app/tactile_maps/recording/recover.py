@@ -43,7 +43,8 @@ def recover(source: str | Path, target: str | Path, *, overwrite: bool = False) 
     Raises:
         RecordingError: The source is no recording or holds no frame; the target exists or cannot be written.
     """
-    source, target = Path(source), Path(target)
+    source = Path(source)
+    target = Path(target)
     if source.resolve() == target.resolve():
         raise RecordingError("a recording cannot be recovered into itself", file=target, remedy="Name another file")
     contents = mcap_file.read_recording(source)

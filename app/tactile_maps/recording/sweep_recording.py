@@ -66,7 +66,9 @@ def record_case(case: Mapping[str, Any], *, common: SweepRecording) -> list[dict
     scene = varied_scene(common.scene, settings, file=common.sweep)
     session = Session(_prepared(scene), effects=scene.unattended.effects)
     contacts: set[int] = set()
-    strongest, touched, count = 0.0, 0, max(1, round(case["seconds"] / scene.tick))
+    strongest = 0.0
+    touched = 0
+    count = max(1, round(case["seconds"] / scene.tick))
     target = common.folder / case["file"]
     with (
         make_atomically(target, error=RecordingError, overwrite=True) as part,

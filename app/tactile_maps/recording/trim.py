@@ -78,7 +78,8 @@ def trim(
     Raises:
         RecordingError: The source is no recording or has no frame there; the target exists or cannot be written.
     """
-    source, target = Path(source), Path(target)
+    source = Path(source)
+    target = Path(target)
     check_apart(source, target)
     contents = mcap_file.read_recording(source)
     prepared = unpack_scene(contents.attachments, file=str(source))
@@ -91,7 +92,8 @@ def trim(
         span = f"ticks {first} to {'the end' if last is None else last}"
         has = f"It has ticks {ticks[0]} to {ticks[-1]}"
         raise RecordingError("the recording has no frame there", file=source, value=span, remedy=has)
-    begin, end = int(kept[0]), int(kept[-1])
+    begin = int(kept[0])
+    end = int(kept[-1])
     own = annotations_in(contents.metadata, messages.marks, file=str(source))
     said = (load_annotations(source, of=contents.metadata.get(mcap_file.STARTED, "")) or own).within(begin, end)
     part = _Part(contents, messages, prepared, begin, end)
@@ -123,7 +125,10 @@ class _Part:
         first: int,
         last: int,
     ) -> None:
-        self._contents, self._prepared, self._first, self._last = contents, prepared, first, last
+        self._contents = contents
+        self._prepared = prepared
+        self._first = first
+        self._last = last
         frames = messages.frames.within(first, last)
         self._number = int(frames.numbers.min())  # running numbers begin at 0, and keep their gaps
         self.damage = tuple(one for one in messages.damage if _concerns(one, first, last))
@@ -159,7 +164,8 @@ class _Part:
             message: The message.
             kept: Whether it is one of the frames of the part.
         """
-        time, inside = message.log_time, self._start_time <= message.log_time <= self._end_time
+        time = message.log_time
+        inside = self._start_time <= message.log_time <= self._end_time
         if topic == "/frame":
             if kept:
                 yield time, message.sequence - self._number
@@ -178,7 +184,8 @@ class _Part:
 def _by_chunk(frames: FramePlaces) -> Callable[[int], frozenset[int]]:
     """Return a function that gives the indices of the frames among the messages of a chunk."""
     order = np.lexsort((frames.places, frames.chunks))
-    chunks, places = frames.chunks[order], frames.places[order]
+    chunks = frames.chunks[order]
+    places = frames.places[order]
 
     def of(chunk: int) -> frozenset[int]:
         return frozenset(places[slice(*np.searchsorted(chunks, (chunk, chunk + 1)).tolist())].tolist())

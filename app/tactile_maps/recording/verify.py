@@ -70,7 +70,10 @@ def verify(player: RecordingPlayer, *, progress: Progress = no_progress) -> Veri
         raise RecordingError("the readings were measured: there is nothing to simulate again", file=player.path,
                              value=player.measured)  # fmt: skip
     again = Resimulation(player)
-    largest, differing, first, compared = 0.0, "", None, 0
+    largest = 0.0
+    differing = ""
+    first = None
+    compared = 0
     sure = _last_sure_tick(player)
     for number in range(len(player)):
         recorded = player.frame(number)
@@ -80,14 +83,17 @@ def verify(player: RecordingPlayer, *, progress: Progress = no_progress) -> Veri
         difference, quantity = _difference(frame, recorded)
         compared += 1
         if difference > largest:
-            largest, differing = difference, quantity
+            largest = difference
+            differing = quantity
         if first is None and (difference != 0.0 or _content(frame) != _content(recorded)):
             first = min(recorded.tick, frame.tick + 1)  # a run that stopped is at an earlier tick
         if number % 200 == 0:
             progress("Simulating again", number / len(player))
     stopped, tick = again.ending() if sure is None else (None, None)
     if tick is not None:
-        largest, differing, first = float("inf"), "", tick if first is None else first
+        largest = float("inf")
+        differing = ""
+        first = tick if first is None else first
     missing = len(player) - compared
     identical = None if compared == 0 else first is None
     return Verification(

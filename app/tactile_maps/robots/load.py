@@ -62,7 +62,9 @@ def robot_of_mesh(
     shell = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL  # asks no closed surface of it
     spec.add_mesh(name=MESH_LINK, file="mesh.msh", inertia=shell)
     body = spec.worldbody.add_body(name=link, pos=[0, 0, CLEARANCE - mesh.bounds[0, 2]])
-    body.mass, body.inertia, body.explicitinertial = 1.0, [0.01] * 3, True
+    body.mass = 1.0
+    body.inertia = [0.01] * 3
+    body.explicitinertial = True
     body.add_geom(name="visual", type=mujoco.mjtGeom.mjGEOM_MESH, meshname=MESH_LINK, group=2, contype=0, conaffinity=0)
     body.add_geom(name="collision", type=mujoco.mjtGeom.mjGEOM_MESH, meshname=MESH_LINK, group=3)
     assets = {"mesh.msh": to_msh(mesh)}

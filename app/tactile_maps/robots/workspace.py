@@ -8,7 +8,8 @@ from tactile_maps.core.arrays import FloatArray
 from tactile_maps.robots.kinematics import Configuration
 from tactile_maps.robots.model.robot import Robot
 
-_STEPS, _ROUNDS = 24, 3
+_STEPS = 24
+_ROUNDS = 3
 _MAX_VERTICES = 100
 
 
@@ -23,7 +24,8 @@ def reach(robot: Robot) -> float | None:
     clouds = [(link.name, _few(link.mesh.vertices)) for link in robot.links if link.mesh is not None]
     if not robot.joints or not clouds:
         return None
-    configuration, posture = Configuration(robot), robot.home.copy()
+    configuration = Configuration(robot)
+    posture = robot.home.copy()
     origin = configuration.joint_axes()[0][0]
 
     def distance() -> float:

@@ -30,7 +30,9 @@ DecidedAbove: TypeAlias = Mapping[str, Any]
 EffectRule: TypeAlias = Callable[[Needs, DecidedAbove], ValueAndReason]
 RUBBING_TASKS = ("slide", "push", "self-touch")
 """Tasks in which something slides or sticks on the skin."""
-FINE_STEP, COARSE_STEP, LONGEST_STEP = 0.001, 0.002, 0.02
+FINE_STEP = 0.001
+COARSE_STEP = 0.002
+LONGEST_STEP = 0.02
 """Time steps [s]: usual; up to which implicitfast serves where nothing touches; of anything."""
 
 
@@ -171,7 +173,8 @@ def _part_of(tick: float, longest: float) -> float:
 
 
 def _names(needs: Needs) -> str:
-    first, more = needs.objects[0].name, len(needs.objects) - 1
+    first = needs.objects[0].name
+    more = len(needs.objects) - 1
     return f"{first} and {more} more are" if more else f"{first} is"
 
 
@@ -356,7 +359,8 @@ def decide_effects(needs: Needs, overrides: Mapping[str, Override]) -> EffectDec
         )
         if entry.of_sensor and isinstance(value, bool):
             value = entry.value("on" if value else "off")
-        values[key], reasons[key] = value, why
+        values[key] = value
+        reasons[key] = why
     plug_ins = (value for key, value in values.items() if EFFECTS[key].plug_in is not None and value is not None)
     rows = (_row(EFFECTS[key], values, why, overridden=key in asked) for key, why in reasons.items())
     effects = Effects(

@@ -28,7 +28,9 @@ _SIZES: dict[str, tuple[tuple[str, ...], ...]] = {
 """What the numbers of a size mean, by kind; where two are given, the size may be left out."""
 MIN_MOVING_MASS = 0.05
 """Of a probe or a plate [kg]: lighter ones would need a smaller time step than anything else in a scene."""
-_FARTHEST, _LARGEST, _SMALLEST = 1e3, 100.0, 1e-4
+_FARTHEST = 1e3
+_LARGEST = 100.0
+_SMALLEST = 1e-4
 _RANGES = (("mass", 0.0, 1e5), ("stiffness", 1.0, 1e8), ("damping", 0.0, 10.0),
            ("max_force", 0.0, 1e4))  # fmt: skip
 
@@ -89,12 +91,11 @@ class ObjectSpec:
         self._check_path()
         if (self.kind == "mesh") != bool(self.file):
             if self.file:
-                problem, remedy = f"a {self.kind} has no file", 'Remove file, or write kind = "mesh"'
+                problem = f"a {self.kind} has no file"
+                remedy = 'Remove file, or write kind = "mesh"'
             else:
-                problem, remedy = (
-                    "an object of kind mesh needs a mesh file",
-                    'Write file = "FILE.obj" or another format',
-                )
+                problem = "an object of kind mesh needs a mesh file"
+                remedy = 'Write file = "FILE.obj" or another format'
             raise SceneError(problem, place="objects.file", value=self.file or self.name, remedy=remedy)
         if self.guided and (self.kind in ("probe", "plane", "plate") or not self.mass):
             remedy = "Give a box, cylinder, sphere or mesh with mass"

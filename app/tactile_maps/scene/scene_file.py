@@ -208,7 +208,8 @@ def with_taxels(scene: Scene, path: str, *, links: tuple[str, ...] = ()) -> Scen
         links: The link that carries them, where the file does not name it.
     """
     stimuli = tuple(replace(stimulus, patch="") for stimulus in scene.stimuli[:1])
-    alone, file = scene.robot == NO_ROBOT, Path(path)
+    alone = scene.robot == NO_ROBOT
+    file = Path(path)
     name, title = (file.stem, file.name) if alone else (scene.name, f"{scene.title} with {file.name}")
     title = f"{file.name} with its own taxels" if path == scene.robot else title
     cover = replace(scene.cover, links=links)

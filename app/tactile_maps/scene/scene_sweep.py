@@ -132,11 +132,14 @@ def _way(reader: TomlReader, value: Any, path: KeyPath) -> _Way:
         return _Way(value)
     if not isinstance(value, Mapping):
         return _Way([value])
-    first, count = value["from"], value.get("count")
+    first = value["from"]
+    count = value.get("count")
     if set(value) == {"from", "count"} and type(first) is int and type(count) is int and 0 < count <= MOST_SCENES:
         return _Way(range(first, first + count))
-    low, high = _numbers(first), _numbers(value.get("to"))
-    log, steps = value.get("log", False), value.get("steps")
+    low = _numbers(first)
+    high = _numbers(value.get("to"))
+    log = value.get("log", False)
+    steps = value.get("steps")
     right = low is not None and high is not None and len(low) == len(high) and "count" not in value
     right &= isinstance(first, list) == isinstance(value.get("to"), list)
     if not right or type(log) is not bool or not (steps is None or (type(steps) is int and 1 < steps <= MOST_SCENES)):

@@ -28,14 +28,18 @@ from tactile_maps.session.prepare import PreparedScene
 
 DAMAGED = "The recording is damaged, or was not made by this program"
 """Remedy stated for invalid data."""
-SCENE, ROBOT, MAP, OBJECTS = "scene.toml", "robot.zip", "map.npz", "objects.npz"
+SCENE = "scene.toml"
+ROBOT = "robot.zip"
+MAP = "map.npz"
+OBJECTS = "objects.npz"
 MEDIA_TYPES = {
     SCENE: "application/toml",
     ROBOT: "application/zip",
     MAP: "application/x-npz",
     OBJECTS: "application/x-npz",
 }
-_HEADER, _MJCF = "header.json", "robot.xml"
+_HEADER = "header.json"
+_MJCF = "robot.xml"
 _MAX_UNPACKED = 400_000_000
 _MAX_MEMBERS = 5000
 
@@ -86,7 +90,8 @@ def _damage_in(part: str, file: str) -> Iterator[None]:
     try:
         yield
     except TactileMapsError as error:
-        place, remedy = ", ".join(filter(None, (part, error.place))), error.remedy or DAMAGED
+        place = ", ".join(filter(None, (part, error.place)))
+        remedy = error.remedy or DAMAGED
         raise RecordingError(error.problem, file=file, place=place, value=error.value, remedy=remedy) from error
 
 
@@ -211,7 +216,8 @@ def _mesh(parts: dict[str, bytes], number: int, file: str) -> Mesh | None:
 
 def _checked_mesh(vertices: NDArray[Any], faces: NDArray[Any], *, place: str, file: str | None = None) -> Mesh:
     """A mesh of arrays from anyone."""
-    kinds, shapes = (vertices.dtype.kind, faces.dtype.kind), (vertices.shape[1:], faces.shape[1:])
+    kinds = (vertices.dtype.kind, faces.dtype.kind)
+    shapes = (vertices.shape[1:], faces.shape[1:])
     if kinds[0] != "f" or kinds[1] not in "iu" or shapes != ((3,), (3,)):
         found = f"{vertices.shape} {vertices.dtype}, {faces.shape} {faces.dtype}"
         raise RecordingError("these are not the arrays of a mesh", file=file, place=place, value=found, remedy=DAMAGED)

@@ -29,7 +29,9 @@ class InputLog(Sequence[TimedInput]):
 
     def __init__(self, inputs: Iterable[TimedInput] = ()) -> None:
         self._ticks = array("q")
-        self._moves, self._weights = array("q"), array("d")  # finger, patch and face of each, and three weights
+        # finger, patch and face of each, and three weights
+        self._moves = array("q")
+        self._weights = array("d")
         self._others: list[SessionInput] = []
         self._places: list[int] = []  # of the others, rising
         for tick, session_input in inputs:

@@ -26,7 +26,8 @@ def obstacles_of(objects: Sequence[SceneObject], poses: FloatArray) -> tuple[Obs
 
 
 def _shape(scene_object: SceneObject) -> ObstacleShape:
-    kind, size = scene_object.spec.kind, scene_object.spec.size
+    kind = scene_object.spec.kind
+    size = scene_object.spec.size
     match kind:
         case "sphere" | "probe":
             return Sphere(size[0])

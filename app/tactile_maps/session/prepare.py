@@ -136,7 +136,8 @@ def load_robot_and_skin(scene: Scene, *, progress: Progress = no_progress) -> tu
     skin: Skin | None = None
     if scene.taxel_file:
         progress("Importing taxels", 0.1)
-        links, thickness = scene.cover.links, scene.cover.thickness
+        links = scene.cover.links
+        thickness = scene.cover.thickness
         roots = scene.package_roots
         skin = import_skin(scene.taxel_file, robot, links=links, thickness=thickness, package_roots=roots)
     elif scene.cover.links or not scene.grids:
@@ -241,6 +242,7 @@ def _check_taxels(scene: Scene, robot: Robot | None) -> None:
     try:
         check_links(scene.taxel_file, robot, scene.cover.links)
     except TactileMapsError as error:
-        place, problem = ", ".join(str(part) for part in (error.file, error.place) if part), error.problem
+        place = ", ".join(str(part) for part in (error.file, error.place) if part)
+        problem = error.problem
         remedy = (error.remedy or "").replace("Choose the link", "Name as cover.links the link")
         raise error.at(kind=SceneError, place="taxel_file", problem=f"{place}: {problem}", remedy=remedy) from error

@@ -49,9 +49,12 @@ from tactile_maps.skin.link_pieces import PIECES_SUFFIX
 MOST_BYTES = 500_000_000
 """Of all entries together. The arm has 1 MB, the whole iCub with 4,000 taxels 12 MB."""
 _FORMAT = 1
-_SUFFIX, _LEVELS_SUFFIX = ".prepared", ".levels"
+_SUFFIX = ".prepared"
+_LEVELS_SUFFIX = ".levels"
 _FOLDER_VARIABLES = ("MENAGERIE_ROOT", "AMENT_PREFIX_PATH", "ROS_PACKAGE_PATH")
-_SOURCES, _ROBOT, _MAP = "sources.json", "robot.zip", "map.npz"
+_SOURCES = "sources.json"
+_ROBOT = "robot.zip"
+_MAP = "map.npz"
 T = TypeVar("T")
 _log = logging.getLogger(__name__)
 

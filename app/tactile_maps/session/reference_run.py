@@ -90,7 +90,9 @@ def _match(ours: Sequence[ContactRegion], theirs: Sequence[ContactRegion]) -> tu
         for j, other in enumerate(theirs)
         if one.link == other.link
     )
-    distances, used, taken = [], set[int](), set[int]()
+    distances = []
+    used = set[int]()
+    taken = set[int]()
     for distance, i, j in pairs:
         if i not in used and j not in taken:
             used.add(i)
@@ -142,7 +144,8 @@ class ReferenceRun:
             reading=start.reading,
         )
         self._waiting: list[TimedInput] = []
-        self._seconds, self._ticks = 0.0, 0
+        self._seconds = 0.0
+        self._ticks = 0
 
     @property
     def time(self) -> float:
@@ -174,5 +177,6 @@ class ReferenceRun:
     def compare(self, frame: Frame) -> ReferenceDifference:
         """The difference of the session's frame at the tick that was advanced to."""
         each = 1e3 * self._seconds / self._ticks if self._ticks else None
-        self._seconds, self._ticks = 0.0, 0
+        self._seconds = 0.0
+        self._ticks = 0
         return frame_difference(frame, self._session.frame, self._session.prepared.skin.areas, each)

@@ -48,7 +48,8 @@ class RuntimeSettings:
             TactileMapsError: It says what there is not.
         """
         scene = prepared.scene
-        control, behaviours = settings_from(scene.control), behaviours_from(scene.behaviours)
+        control = settings_from(scene.control)
+        behaviours = behaviours_from(scene.behaviours)
         return cls(control, scene.effects, behaviours, reading_from(scene.reading), prepared.map)
 
     def after(self, session_input: SessionInput) -> RuntimeSettings:

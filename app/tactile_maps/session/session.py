@@ -71,7 +71,8 @@ def skin_readings(effects: Effects, tick: float) -> SensorTiming:
 
     The mean over the time since the last sample is as old as the middle of that time.
     """
-    bus, amplifier = effects.sensor.sampling, effects.sensor.saturation
+    bus = effects.sensor.sampling
+    amplifier = effects.sensor.saturation
     highest = math.inf if amplifier is None else amplifier.at
     averaged = effects.time_averaging
     if bus is None:
@@ -146,8 +147,11 @@ class Session:
         behaviours: Sequence[Behaviour] | None = None,
         reading: ReadingSettings | None = None,
     ) -> None:
-        self.prepared, self._wants_script = prepared, scripted
-        scene, robot, skin = prepared.scene, prepared.robot, prepared.skin
+        self.prepared = prepared
+        self._wants_script = scripted
+        scene = prepared.scene
+        robot = prepared.robot
+        skin = prepared.skin
         self._start = RuntimeSettings.of_scene(prepared)
         effects = effects or self._start.effects
         self._steps = substeps(scene.tick, effects.timestep)
@@ -214,7 +218,8 @@ class Session:
             if not isinstance(session_input, ControlChanged)
         ]
         self.inputs = InputLog((0, one) for one in (ControlChanged(runtime_settings.settings), *others))
-        self._ticks, self._remainder = 0, 0.0
+        self._ticks = 0
+        self._remainder = 0.0
         self.failure: Failure | None = None
         self.scripted = self._wants_script and bool(self.prepared.scene.stimuli)
         self.frame = self._frame()
@@ -277,7 +282,8 @@ class Session:
         """
         if not isinstance(session_input, ControlChanged | BehavioursChanged | MapEdited):
             return
-        tasks, map_ = [self.settings.task, *tasks_of(self._behaviours.behaviours)], self.map
+        tasks = [self.settings.task, *tasks_of(self._behaviours.behaviours)]
+        map_ = self.map
         for coming in (*self._waiting, session_input):
             match coming:
                 case ControlChanged(settings=settings):
@@ -459,7 +465,8 @@ class Session:
         self._check_free(posture)  # what touches may have come since it was asked for
         self._simulation.place(np.array(posture))
         self._controller.reset()
-        self._controller.rest, self._rest_goal = np.array(posture), None
+        self._controller.rest = np.array(posture)
+        self._rest_goal = None
         # The command in force is about the posture before, and would pull for a tick.
         still = np.zeros(len(posture))
         self._command = self._controller.command(np.array(posture), still, (), self.prepared.scene.tick)
@@ -470,9 +477,11 @@ class Session:
         if goal is None or goal.speed is None:
             return
         away = np.array(goal.posture) - self._controller.rest
-        farthest, step = float(np.abs(away).max(initial=0.0)), goal.speed * self.prepared.scene.tick
+        farthest = float(np.abs(away).max(initial=0.0))
+        step = goal.speed * self.prepared.scene.tick
         if farthest <= step:
-            self._controller.rest, self._rest_goal = np.array(goal.posture), None
+            self._controller.rest = np.array(goal.posture)
+            self._rest_goal = None
         else:
             self._controller.rest = self._controller.rest + away * (step / farthest)
 
@@ -496,8 +505,12 @@ class Session:
         self._contacts.set_broken_taxels(self._simulation.broken_taxels)
 
     def _frame(self) -> Frame:
-        simulation, watch, time = self._simulation, self._watch, self._ticks * self.prepared.scene.tick
-        posture, velocity, tick = simulation.posture, simulation.velocity, self.prepared.scene.tick
+        simulation = self._simulation
+        watch = self._watch
+        time = self._ticks * self.prepared.scene.tick
+        posture = simulation.posture
+        velocity = simulation.velocity
+        tick = self.prepared.scene.tick
         seal(posture, velocity)
         pressures, regions = self._touch(time, posture)
         with watch.stage("control"):
@@ -535,7 +548,8 @@ class Session:
     @property
     def _drive_torques(self) -> DriveTorques | None:
         """Torques of the drives in the last tick; None where the physics knows none."""
-        mean, effects = self._simulation.drive_torque, self.effects
+        mean = self._simulation.drive_torque
+        effects = self.effects
         if mean is None:
             return None
         return DriveTorques(mean, gravity=effects.gravity == "on", dry_friction=effects.joint_friction)
@@ -545,7 +559,8 @@ class Session:
 
     def _touch(self, time: float, posture: FloatArray) -> tuple[FloatArray, tuple[ContactRegion, ...]]:
         """What the skin reads, stage by stage, and the contacts in it; neither where no skin is simulated."""
-        pressures, stages = np.zeros(len(self.prepared.skin)), self._simulation.readings
+        pressures = np.zeros(len(self.prepared.skin))
+        stages = self._simulation.readings
         true = pressures
         for number, (name, stage) in enumerate(stages):
             with self._watch.stage(name):

@@ -52,7 +52,9 @@ class ContactLoads:
         """
         if not data.ncon:
             return []
-        contact, forces, feels = data.contact, data.efc_force, self._feels
+        contact = data.contact
+        forces = data.efc_force
+        feels = self._feels
         address = contact.efc_address.tolist()
         # Numbers of contacts by who meets: plain lists, which are faster than arrays for the few there are.
         meetings: dict[tuple[int, int, float], list[int]] = {}
@@ -69,10 +71,12 @@ class ContactLoads:
             total = float(force.sum())
             if total > 0:
                 # The contact frame's x axis points from the first geom to the second: outward for the first body.
-                moment, normal = force @ contact.pos[numbers], sign * (force @ contact.frame[numbers, :3])
+                moment = force @ contact.pos[numbers]
+                normal = sign * (force @ contact.frame[numbers, :3])
                 if body in self._divided:  # faces of a hollow face differently: what is across their mean cancels
                     share = math.sqrt(normal @ normal) / total
-                    total, moment = share * total, share * moment
+                    total = share * total
+                    moment = share * moment
                 loads.append(self._load(data, body, other, total, moment, normal))
         return loads
 
@@ -84,7 +88,8 @@ class ContactLoads:
             if meeting[0] not in self._divided or len(numbers) == 1:
                 yield meeting, numbers
                 continue
-            forces, normals = data.efc_force[data.contact.efc_address[numbers]], data.contact.frame[numbers, :3]
+            forces = data.efc_force[data.contact.efc_address[numbers]]
+            normals = data.contact.frame[numbers, :3]
             clusters: dict[int, list[int]] = {}
             for row in (-forces).argsort(kind="stable").tolist():
                 first = next((one for one in clusters if normals[one] @ normals[row] > ONE_LOAD), row)
@@ -96,7 +101,8 @@ class ContactLoads:
         self, data: mujoco.MjData, body: int, geom: int, force: float, moment: FloatArray, normal: FloatArray
     ) -> Load:
         """Return the load of ``geom`` on ``body``, from sums of force, force times place, force times normal."""
-        rotation, solid = data.xmat[body].reshape(3, 3), self._solids[geom]
+        rotation = data.xmat[body].reshape(3, 3)
+        solid = self._solids[geom]
         point = (moment / force - data.xpos[body]) @ rotation
         outward = (normal / math.sqrt(normal @ normal)) @ rotation
         return Load(self._links[body], point, outward, force, solid.shape, solid.seen_from(data, body), solid.by)
@@ -113,7 +119,8 @@ class LinkWrenches:
     def __init__(self, model: mujoco.MjModel, skin: Skin) -> None:
         self._model = model
         self._bodies = {patch.link: int(model.body(patch.link).id) for patch in skin.patches}
-        self._positions, self._rotations = np.zeros((0, 3)), np.zeros((0, 9))
+        self._positions = np.zeros((0, 3))
+        self._rotations = np.zeros((0, 9))
         self.begin()
 
     def begin(self) -> None:
@@ -128,7 +135,8 @@ class LinkWrenches:
 
     def keep(self, data: mujoco.MjData) -> None:
         """Bodies are where the last step found its contacts; a step moves them after that. Cost: 1 µs."""
-        self._positions, self._rotations = data.xpos.copy(), data.xmat.copy()
+        self._positions = data.xpos.copy()
+        self._rotations = data.xmat.copy()
 
     def read(self, data: mujoco.MjData, pushes: Sequence[ContactWrench]) -> dict[str, FloatArray]:
         """(6,) force [N] and torque [N m] about each link's origin, link frame, by link.
@@ -166,7 +174,8 @@ class LinkWrenches:
 
     def _solved(self, data: mujoco.MjData) -> Iterator[ContactWrench]:
         """The solver's contacts."""
-        felt, own = set(self._bodies.values()), np.zeros(6)
+        felt = set(self._bodies.values())
+        own = np.zeros(6)
         for number, geoms in enumerate(data.contact.geom.tolist()):
             first, second = (int(self._model.geom_bodyid[geom]) for geom in geoms)
             if felt.isdisjoint((first, second)):

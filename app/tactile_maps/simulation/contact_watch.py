@@ -48,23 +48,28 @@ class ContactWatch:
     def __init__(
         self, model: mujoco.MjModel, data: mujoco.MjData, skin: Skin, layer: ElasticLayer, *, averages: bool = False
     ) -> None:
-        self._model, self._data = model, data
-        self._qvel, self._pushes = data.qvel, data.qfrc_constraint
+        self._model = model
+        self._data = data
+        self._qvel = data.qvel
+        self._pushes = data.qfrc_constraint
         self.needed = not model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_CONTACT
         links = {int(model.body(patch.link).id) for patch in skin.patches}
         self._feels = [int(body) in links for body in model.geom_bodyid]
-        self._averages, self._groups = averages, np.array(piece_groups(model), dtype=np.int64)
+        self._averages = averages
+        self._groups = np.array(piece_groups(model), dtype=np.int64)
         self.start()
 
     def start(self) -> None:
         """Nothing has touched yet."""
         self._now: frozenset[Geoms] = frozenset()
-        self._pairs, self._count = b"", 0
+        self._pairs = b""
+        self._count = 0
         self.begin(1)
 
     def begin(self, steps: int) -> None:
         """A tick of so many steps begins: what touches now was read at the last one."""
-        self._before, self._met = self._now, self._now
+        self._before = self._now
+        self._met = self._now
         self._slow = (_SLOW / (steps * self._model.opt.timestep)) ** 2
         self._deep: dict[Geoms, float] = {}
         self._hard: dict[Geoms, float] = {}
@@ -84,9 +89,11 @@ class ContactWatch:
         self._count = data.ncon
         if not data.ncon:
             if self._now:
-                self._now, self._pairs = frozenset(), b""
+                self._now = frozenset()
+                self._pairs = b""
             return
-        contact, depths = data.contact, data.contact.dist
+        contact = data.contact
+        depths = data.contact.dist
         pairs = contact.geom.tobytes()
         if pairs != self._pairs:
             self._pairs = pairs

@@ -43,10 +43,14 @@ class Fingers:
     def __init__(
         self, model: mujoco.MjModel, skin: Skin, layer: ElasticLayer, *, yields: bool = True, averages: bool = False
     ) -> None:
-        self._model, self._skin, self._layer, self._yields = model, skin, layer, yields and model.nv > 0
+        self._model = model
+        self._skin = skin
+        self._layer = layer
+        self._yields = yields and model.nv > 0
         self._body = {patch.link: int(model.body(patch.link).id) for patch in skin.patches}
         self._down: dict[int, _Touch] = {}
-        self._averages, self._steps = averages, 0
+        self._averages = averages
+        self._steps = 0
 
     def __len__(self) -> int:
         """How many are down."""
@@ -71,7 +75,8 @@ class Fingers:
             SimulationError: A finger is too stiff for the new time step; nothing changed then.
         """
         before = self._model, self._yields
-        self._model, self._yields = model, yields and model.nv > 0
+        self._model = model
+        self._yields = yields and model.nv > 0
         try:
             for touch in self._down.values():
                 self._refuse_stiff(data, touch)
@@ -99,7 +104,8 @@ class Fingers:
             old = self._down[poke.id]
             touch = self._touch(data, poke.at, old.finger)
             old.follow(data)  # how far the skin yielded since the last step counts
-            touch.depth, touch.force = old.depth, old.force
+            touch.depth = old.depth
+            touch.force = old.force
             self._down[poke.id] = touch
 
     def push(self, data: mujoco.MjData) -> None:
@@ -126,7 +132,8 @@ class Fingers:
         for touch in self._down.values():
             force = touch.sum / self._steps if self._averages and self._steps else touch.force
             if force:
-                radius, depth = touch.finger.radius, force / self._layer.stiffness
+                radius = touch.finger.radius
+                depth = force / self._layer.stiffness
                 loads.append(sphere_load(touch.link, touch.local, touch.local_normal, force, radius, depth=depth))
         return loads
 
@@ -143,7 +150,8 @@ class Fingers:
         return np.array(rows, dtype=np.float64).ravel()
 
     def _pressed(self, data: mujoco.MjData, poke: PokePressed) -> _Touch:
-        touch, old = self._touch(data, poke.at, poke.finger), self._down.get(poke.id)
+        touch = self._touch(data, poke.at, poke.finger)
+        old = self._down.get(poke.id)
         if old is not None and old.at == poke.at and old.finger != poke.finger:
             old.follow(data)
             limit = poke.finger.max_force
@@ -159,7 +167,9 @@ class Fingers:
         return touch
 
     def _refuse_stiff(self, data: mujoco.MjData, touch: _Touch) -> None:
-        mass, stiffness, step = self._mass(data, touch), touch.finger.stiffness, self._model.opt.timestep
+        mass = self._mass(data, touch)
+        stiffness = touch.finger.stiffness
+        step = self._model.opt.timestep
         if step > _STABLE_DT * np.sqrt(mass / stiffness):
             raise SimulationError(
                 "the finger is too stiff for the time step",
@@ -187,18 +197,26 @@ class _Touch:
     """One finger at one body point: ``depth`` is how far its tip is below the skin along the normal [m]."""
 
     def __init__(self, skin: Skin, bodies: dict[str, int], at: SurfacePoint, finger: Finger) -> None:
-        self.at, self.finger, self.link = at, finger, skin.link(at)
+        self.at = at
+        self.finger = finger
+        self.link = skin.link(at)
         self.body = bodies[self.link]
-        self.local, self.local_normal = readonly(skin.position(at)), readonly(skin.normal(at))
+        self.local = readonly(skin.position(at))
+        self.local_normal = readonly(skin.normal(at))
         self._both = np.stack([self.local, self.local_normal])
         self._data: mujoco.MjData | None = None
-        self.depth, self.force, self.sum = 0.0, 0.0, 0.0
-        self.point, self.normal = np.zeros(3), np.zeros(3)
+        self.depth = 0.0
+        self.force = 0.0
+        self.sum = 0.0
+        self.point = np.zeros(3)
+        self.normal = np.zeros(3)
 
     def world(self, data: mujoco.MjData) -> tuple[FloatArray, FloatArray]:
         """The touched point [m] and the outward normal there, in the world."""
         if data is not self._data:  # a state keeps its arrays where they are, and looking for them is dear
-            self._data, self._turn, self._origin = data, data.xmat[self.body].reshape(3, 3).T, data.xpos[self.body]
+            self._data = data
+            self._turn = data.xmat[self.body].reshape(3, 3).T
+            self._origin = data.xpos[self.body]
         moved = self._both.dot(self._turn)
         return moved[0] + self._origin, moved[1]
 
@@ -206,7 +224,8 @@ class _Touch:
         """Let the skin move against the standing tip: with the mean normal, exact to second order in the motion."""
         point, normal = self.world(data)
         self.depth += 0.5 * float((self.normal + normal).dot(point - self.point))
-        self.point, self.normal = point, normal
+        self.point = point
+        self.normal = normal
 
     def numbers(self) -> list[float]:
         finger = self.finger

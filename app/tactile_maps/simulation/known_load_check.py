@@ -29,7 +29,8 @@ from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
 
 _LEVEL = 0.93
 """Vertical component of normals that count as level: 21 degrees."""
-_ABOVE, _BULGE = 0.0002, 0.003
+_ABOVE = 0.0002
+_BULGE = 0.003
 """How far above what it will rest on the weight starts, and how far the hull may stand off the skin there [m]."""
 
 
@@ -47,11 +48,13 @@ def find_level_place(robot: Robot, skin: Skin, *, radius: float) -> tuple[Surfac
     Raises:
         SimulationError: There is none.
     """
-    kinematics, best = Configuration(robot), 0.0
+    kinematics = Configuration(robot)
+    best = 0.0
     found: list[tuple[float, int, FloatArray]] = []
     for number, patch in enumerate(skin.patches):
         pose = kinematics.pose(patch.link)
-        places, up = pose.points(patch.taxels.positions), pose.directions(patch.taxels.normals)[:, 2]
+        places = pose.points(patch.taxels.positions)
+        up = pose.directions(patch.taxels.normals)[:, 2]
         heights, level = _resting_heights(pose.points(hull_points(robot, skin, patch.link)), places, radius)
         best = max(best, float(up.max(initial=0.0)))
         good = (up >= _LEVEL) & (level >= _LEVEL) & (heights - radius - places[:, 2] < _BULGE)
@@ -94,7 +97,9 @@ class _Clearance:
     """
 
     def __init__(self, robot: Robot, kinematics: Configuration, radius: float) -> None:
-        self._robot, self._kinematics, self._radius = robot, kinematics, radius
+        self._robot = robot
+        self._kinematics = kinematics
+        self._radius = radius
         self._trees: dict[str, ClosestPoint] = {}
 
     def is_free(self, wearer: str, middle: FloatArray) -> bool:
@@ -120,7 +125,9 @@ GRAVITY = 9.81
 _RADIUS = 0.03
 _HOLD = 60.0
 _STABLE = 0.3
-_CHECK, _STILL, _LONGEST = 0.05, 4, 10.0
+_CHECK = 0.05
+_STILL = 4
+_LONGEST = 10.0
 
 
 @dataclass(frozen=True)
@@ -197,14 +204,19 @@ def _hold_command(robot: Robot) -> _HoldCommand:
 
 def _until_rest(simulation: Simulation, robot: Robot, skin: Skin, at: SurfacePoint, mass: float) -> float:
     """Step until neither the weight nor the reading changes; the reading's vertical sum [N]."""
-    command, kinematics, still, read = _hold_command(robot), Configuration(robot), 0, 0.0
+    command = _hold_command(robot)
+    kinematics = Configuration(robot)
+    still = 0
+    read = 0.0
     start = height = float(simulation.object_poses[0, 2, 3])
     while still < _STILL:
         simulation.step(round(_CHECK / simulation.timestep), command)
         kinematics.update(simulation.posture)
         upwards = float(kinematics.pose(skin.link(at)).directions(skin.normal(at))[2])
-        before, read = read, upwards * float(simulation.sense() @ skin.areas)
-        above, height = height, float(simulation.object_poses[0, 2, 3])
+        before = read
+        read = upwards * float(simulation.sense() @ skin.areas)
+        above = height
+        height = float(simulation.object_poses[0, 2, 3])
         calm = abs(read - before) < 1e-4 * mass * GRAVITY and abs(height - above) < 1e-6
         still = still + 1 if calm else 0
         if abs(start - height) > _RADIUS or simulation.time > _LONGEST:

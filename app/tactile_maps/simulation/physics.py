@@ -71,9 +71,11 @@ class Physics:
         self._joints = len(robot.joints)
         self._guard = DivergenceGuard(self.model, self.data)
         # A state keeps its arrays where they are, and looking for them is dear.
-        self._wanted, self._applied = self.data.ctrl, self.data.qfrc_applied
+        self._wanted = self.data.ctrl
+        self._applied = self.data.qfrc_applied
         self._torque = np.zeros(self.model.nv)
-        self._servos, self._servo_notes = b"", tuple[ContactNote, ...]()
+        self._servos = b""
+        self._servo_notes = tuple[ContactNote, ...]()
         present = [scene_object for scene_object in objects if has_body(self.model, scene_object.spec)]
         self._bodies = {
             scene_object.spec.name: int(self.model.body(body_name(scene_object.spec)).id) for scene_object in present
@@ -83,7 +85,8 @@ class Physics:
         self._watch = ContactWatch(self.model, self.data, skin, layer, averages=effects.time_averaging)
         pieces = PieceContacts(self.model, robot, skin)
         self._sharing = ContactSharing(self.model, layer, pieces=pieces) if self._watch.needed else None
-        self._drives, passing = ProbeDrives(self.model, present), TunnellingCheck(self.model, present)
+        self._drives = ProbeDrives(self.model, present)
+        passing = TunnellingCheck(self.model, present)
         self._passing = passing if passing.needed else None
         self._hooks: tuple[Hook, ...] = (self._drives.push,) if self._drives.moving else ()
         self.touch: ContactModel | None = None
@@ -130,7 +133,9 @@ class Physics:
 
     def _set_servos(self, command: ImpedanceCommand) -> None:
         """Once for each stiffness and damping: controllers change these seldom."""
-        gains, count, model = command.stiffness.tobytes() + command.damping.tobytes(), self._joints, self.model
+        gains = command.stiffness.tobytes() + command.damping.tobytes()
+        count = self._joints
+        model = self.model
         if gains != self._servos:
             self._servo_notes = unstable_servos(model, self.data, command.stiffness, command.damping)
             self._servos = gains
@@ -163,7 +168,8 @@ class Physics:
 
         Velocity is the change of posture over the time that passes.
         """
-        data, step = self.data, self.model.opt.timestep
+        data = self.data
+        step = self.model.opt.timestep
         data.qvel[:] = (posture - data.qpos) / (count * step)
         data.qpos[:] = posture
         mujoco.mj_kinematics(self.model, data)
@@ -236,8 +242,10 @@ class Physics:
         if name not in self._bodies:
             return None
         self.refresh()
-        pose, body = np.eye(4), self._bodies[name]
-        pose[:3, :3], pose[:3, 3] = self.data.xmat[body].reshape(3, 3), self.data.xpos[body]
+        pose = np.eye(4)
+        body = self._bodies[name]
+        pose[:3, :3] = self.data.xmat[body].reshape(3, 3)
+        pose[:3, 3] = self.data.xpos[body]
         return pose
 
     def _lay_foundation(
@@ -254,7 +262,8 @@ class Physics:
 
     def _step_freely(self, count: int, _: Sequence[Hook]) -> None:
         if self._pushed:
-            self._applied[:], self._pushed = self._torque, False
+            self._applied[:] = self._torque
+            self._pushed = False
         self._guard.keep()
         if self._watch.needed:
             for _number in range(count):

@@ -52,7 +52,8 @@ class Solid:
 
     def seen_from(self, data: mujoco.MjData, body: int) -> Pose:
         """``T_body_shape`` from another body's frame, at the state of ``data``."""
-        base, turn = data.xmat[body].reshape(3, 3), data.xmat[self.body].reshape(3, 3)
+        base = data.xmat[body].reshape(3, 3)
+        turn = data.xmat[self.body].reshape(3, 3)
         place = turn @ self.pose.translation + data.xpos[self.body]
         return Pose(base.T @ turn @ self.pose.rotation, (place - data.xpos[body]) @ base)
 
@@ -78,7 +79,8 @@ class Solids:
     def __getitem__(self, geom: int) -> Solid:
         """The solid of a geom."""
         if geom not in self._known:
-            model, body = self._model, int(self._model.geom_bodyid[geom])
+            model = self._model
+            body = int(self._model.geom_bodyid[geom])
             shape, pose = _geom_shape(model, geom)
             self._known[geom] = Solid(geom, body, shape, pose, model.body(body).name)
         return self._known[geom]
@@ -86,7 +88,8 @@ class Solids:
     def _learn(self, scene_object: SceneObject) -> None:
         """Objects are about their body's own frame."""
         name = body_name(scene_object.spec)
-        geom, body = int(self._model.geom(name).id), int(self._model.body(name).id)
+        geom = int(self._model.geom(name).id)
+        body = int(self._model.body(name).id)
         shape: Shape
         if scene_object.spec.kind == "mesh":
             solid = (
@@ -104,7 +107,8 @@ class Solids:
 
 def _geom_shape(model: mujoco.MjModel, geom: int) -> tuple[Shape, Pose]:
     """A geom's shape and ``T_body_shape``."""
-    kind, size = mujoco.mjtGeom(int(model.geom_type[geom])), [float(length) for length in model.geom_size[geom]]
+    kind = mujoco.mjtGeom(int(model.geom_type[geom]))
+    size = [float(length) for length in model.geom_size[geom]]
     rotation = np.empty(9)
     mujoco.mju_quat2Mat(rotation, model.geom_quat[geom])
     pose = Pose(rotation.reshape(3, 3), model.geom_pos[geom])
@@ -144,7 +148,8 @@ def contact_candidates(
     Raises:
         MeshError: A mesh object is no solid.
     """
-    solids, links = Solids(model, objects), skinned_links(skin)
+    solids = Solids(model, objects)
+    links = skinned_links(skin)
     things = [solids[int(model.geom(body_name(scene_object.spec)).id)] for scene_object in objects]
     outside = [_candidate(link, scene_object) for link in links for scene_object in things]
     if not allows_self_contact(effects):

@@ -49,7 +49,8 @@ class RobotContacts:
     ) -> None:
         effects = replace(effects, skin="off") if effects.skin in ("foundation", "depth") else effects
         self._model = assemble(robot, skin, effects, objects=objects, layer=layer)
-        self._data, self._joints = mujoco.MjData(self._model), len(robot.joints)
+        self._data = mujoco.MjData(self._model)
+        self._joints = len(robot.joints)
         self._links = {int(self._model.body(link.name).id) for link in robot.links}
 
     def words(self, states: Mapping[str, HasPosition], posture: FloatArray) -> str:
@@ -59,7 +60,8 @@ class RobotContacts:
             states: Where all else is, by joint name.
             posture: [rad, or m].
         """
-        model, data = self._model, self._data
+        model = self._model
+        data = self._data
         for number in range(model.njnt):
             joint = model.joint(number)
             if (state := states.get(joint.name)) is not None:

@@ -79,14 +79,17 @@ def restore_joint_states(physics: Physics, states: Mapping[str, JointState], tim
         states: By joint name.
         time: [s].
     """
-    model, data = physics.model, physics.data
+    model = physics.model
+    data = physics.data
     data.time = time
     warm = np.zeros(model.nv)
     for joint in range(model.njnt):
         state = states.get(model.joint(joint).name)
         if state is not None:
             at, way = _slices(model, joint)
-            data.qpos[at], data.qvel[way], warm[way] = state.position, state.velocity, state.acceleration
+            data.qpos[at] = state.position
+            data.qvel[way] = state.velocity
+            warm[way] = state.acceleration
     physics.forward()
     data.qacc_warmstart[:] = warm
 
@@ -94,7 +97,8 @@ def restore_joint_states(physics: Physics, states: Mapping[str, JointState], tim
 def _slices(model: mujoco.MjModel, joint: int) -> tuple[slice, slice]:
     """Of the joint's coordinates in ``qpos`` and ``qvel``."""
     kind = mujoco.mjtJoint(int(model.jnt_type[joint]))
-    at, way = int(model.jnt_qposadr[joint]), int(model.jnt_dofadr[joint])
+    at = int(model.jnt_qposadr[joint])
+    way = int(model.jnt_dofadr[joint])
     return slice(at, at + _POSITIONS.get(kind, 1)), slice(way, way + _VELOCITIES.get(kind, 1))
 
 
@@ -131,8 +135,13 @@ class Simulation:
         tick: float = 0.005,
         seed: int = 0,
     ) -> None:
-        self._robot, self._skin, self._effects = robot, skin, effects
-        self._objects, self._layer, self._tick, self._seed = tuple(objects), layer, tick, seed
+        self._robot = robot
+        self._skin = skin
+        self._effects = effects
+        self._objects = tuple(objects)
+        self._layer = layer
+        self._tick = tick
+        self._seed = seed
         self._physics = Physics(robot, skin, effects, self._objects, layer)
         averages = effects.time_averaging
         self._fingers = Fingers(self._model, skin, layer, yields=effects.dynamics, averages=averages)
@@ -203,7 +212,9 @@ class Simulation:
             MeshError: A mesh object is no solid.
             SimulationError: A finger is too stiff for the new time step.
         """
-        old, physics, touch = self._physics, self._physics, self._touch
+        old = self._physics
+        physics = self._physics
+        touch = self._touch
         if _physics_effects(effects) != _physics_effects(self._effects):
             physics = self._carried(effects)
         if physics is not old or _contact_model_effects(effects) != _contact_model_effects(self._effects):
@@ -214,7 +225,9 @@ class Simulation:
             self._leave_behind(physics)
         if not effects.fingers:
             self._fingers.reset()
-        self._physics, self._touch, self._effects = physics, touch, effects
+        self._physics = physics
+        self._touch = touch
+        self._effects = effects
         physics.felt = effects.skin != "off"
         self._contact_search = None
         self._use_sensor(effects)
@@ -230,8 +243,11 @@ class Simulation:
 
     def place(self, posture: FloatArray) -> None:
         """The robot stands still in ``posture`` (n,), without having gone there; nothing may touch it."""
-        data, count = self._data, len(self._robot.joints)
-        data.qpos[:count], data.qvel[:count], data.qacc_warmstart[:count] = posture, 0.0, 0.0
+        data = self._data
+        count = len(self._robot.joints)
+        data.qpos[:count] = posture
+        data.qvel[:count] = 0.0
+        data.qacc_warmstart[:count] = 0.0
         self._drive_torque = None
         self._physics.forward()
 
@@ -395,7 +411,8 @@ class Simulation:
 
     def _leave_behind(self, physics: Physics) -> None:
         """Remember where those objects are that the new physics does not have."""
-        here, there = joint_states(self._model, self._data), joint_states(physics.model, physics.data)
+        here = joint_states(self._model, self._data)
+        there = joint_states(physics.model, physics.data)
         poses = self.object_poses
         left = {**self._left, **{name: state.at_rest for name, state in here.items()}}
         self._left = {name: state for name, state in left.items() if name not in there}

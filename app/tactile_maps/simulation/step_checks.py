@@ -60,9 +60,11 @@ class DivergenceGuard:
     """
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
-        self._model, self._data = model, data
+        self._model = model
+        self._data = data
         self._good = np.zeros(mujoco.mj_stateSize(model, _STATE))
-        self._qvel, self._limit = data.qvel, MAX_SPEED**2
+        self._qvel = data.qvel
+        self._limit = MAX_SPEED**2
 
     def keep(self) -> None:
         """Take the present state for the last good one. Cost: 0.5 µs."""
@@ -121,10 +123,13 @@ class DivergenceGuard:
         mujoco.mj_setState(self._model, self._data, self._good, _STATE)
 
     def _error(self) -> SimulationError:
-        model, data = self._model, self._data
+        model = self._model
+        data = self._data
         dof = int(np.flatnonzero(~(np.abs(data.qvel) <= MAX_SPEED))[0])
         joint = model.joint(int(model.dof_jntid[dof]))
-        position, velocity, time = data.qpos[joint.qposadr[0]], data.qvel[dof], data.time
+        position = data.qpos[joint.qposadr[0]]
+        velocity = data.qvel[dof]
+        time = data.time
         self._back()
         return SimulationError(
             "the simulation diverged",
@@ -195,18 +200,21 @@ def unstable_servos(
     count = len(stiffness)
     if not count or model.opt.integrator != mujoco.mjtIntegrator.mjINT_EULER:
         return ()
-    full, apart = np.zeros((model.nv, model.nv)), mujoco.MjData(model)
+    full = np.zeros((model.nv, model.nv))
+    apart = mujoco.MjData(model)
     apart.qpos[:] = data.qpos  # what follows from positions stays in ``data`` as the last step left it
     mujoco.mj_kinematics(model, apart)
     mujoco.mj_comPos(model, apart)
     mujoco.mj_makeM(model, apart)
     mujoco.mj_fullM(model, apart, full)
-    inertia, passive = full[:count, :count], model.dof_damping[:count]
+    inertia = full[:count, :count]
+    passive = model.dof_damping[:count]
     step = float(model.opt.timestep)
     growth, mode = _growth(inertia, stiffness, damping, passive, step)
     if growth <= 1 + _GROWTH:
         return ()
-    low, high = 0.0, step
+    low = 0.0
+    high = step
     for _ in range(_HALVINGS):
         middle = 0.5 * (low + high)
         stable = _growth(inertia, stiffness, damping, passive, middle)[0] <= 1 + _GROWTH
@@ -303,7 +311,8 @@ class TunnellingCheck:
                 self._look_at_link(data, link, count)
 
     def _look_at_link(self, data: mujoco.MjData, link: _MovingLink, count: int) -> None:
-        step, motion = self._model.opt.timestep, np.zeros(6)
+        step = self._model.opt.timestep
+        motion = np.zeros(6)
         mujoco.mj_objectVelocity(self._model, data, mujoco.mjtObj.mjOBJ_XBODY, link.body, motion, 0)
         middle = data.xmat[link.body].reshape(3, 3) @ link.middle
         speed = float(
@@ -336,7 +345,8 @@ class TunnellingCheck:
 
     def _mover(self, name: str, body: int) -> _MovingObject:
         model = self._model
-        first, count = int(model.body_dofadr[body]), min(int(model.body_dofnum[body]), 3)
+        first = int(model.body_dofadr[body])
+        count = min(int(model.body_dofnum[body]), 3)
         own = model.geom_bodyid == body
         others = np.flatnonzero(~own & ~np.isin(model.geom_type, _UNBOUNDED_GEOMS))
         return _MovingObject(

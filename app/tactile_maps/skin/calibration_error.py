@@ -108,7 +108,8 @@ def _displaced(patch: Patch, shift: float, turn: float) -> Patch:
     def move(points: FloatArray) -> FloatArray:
         return np.asarray(middle + (points - middle) @ rotation.T + shift * axis)
 
-    taxels, quadrature = patch.taxels, patch.taxels.quadrature
+    taxels = patch.taxels
+    quadrature = patch.taxels.quadrature
     return replace(
         patch,
         surface=Mesh(move(patch.surface.vertices), patch.surface.faces),
@@ -137,7 +138,8 @@ def with_area_error(skin: Skin, factor: float) -> Skin:
 
 
 def _enlarged(patch: Patch, factor: float) -> Patch:
-    taxels, quadrature = patch.taxels, patch.taxels.quadrature
+    taxels = patch.taxels
+    quadrature = patch.taxels.quadrature
     quadrature = replace(quadrature, areas=factor * quadrature.areas)
     return replace(patch, taxels=replace(taxels, areas=factor * taxels.areas, quadrature=quadrature))
 
@@ -184,7 +186,8 @@ def group_into_modules(positions: FloatArray) -> list[IntArray]:
 
 def _shift_patch(patch: Patch, shift: FloatArray) -> Patch:
     """The patch with its taxels moved by ``shift`` (n, 3) [m] and all that lies between them along with them."""
-    surface, taxels = patch.surface, patch.taxels
+    surface = patch.surface
+    taxels = patch.taxels
     moves = _interpolate_shift(patch, shift, surface.vertices)
     corners = surface.faces[taxels.faces]
     moves += _least_norm_correction(

@@ -20,7 +20,8 @@ def controllable_share(robot: Robot, skin: Skin) -> Mapping[str, float]:
 
     Cost: 10 us a taxel.
     """
-    configuration, counts = Configuration(robot), dict[str, list[bool]]()
+    configuration = Configuration(robot)
+    counts = dict[str, list[bool]]()
     for taxel in range(len(skin)):
         at = skin.taxel_point(taxel)
         link = skin.link(at)

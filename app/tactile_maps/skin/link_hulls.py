@@ -103,7 +103,8 @@ def overlapping_hulls(robot: Robot, skin: Skin) -> tuple[LinkPairs, LinkPairs]:
 
     Cost: a compilation and 31 collision passes, once for a robot and its skin.
     """
-    spec, skinned = hulls_spec(robot, skin), skinned_links(skin)
+    spec = hulls_spec(robot, skin)
+    skinned = skinned_links(skin)
     bare = {pair for pair in drop_found_exclusions(spec) if pair.isdisjoint(skinned)}
     stated = {frozenset((exclude.bodyname1, exclude.bodyname2)) for exclude in spec.excludes}
     model = compile_spec(spec, source=robot.source)
@@ -114,7 +115,8 @@ def overlapping_hulls(robot: Robot, skin: Skin) -> tuple[LinkPairs, LinkPairs]:
 
 def _neighbours(model: mujoco.MjModel) -> set[frozenset[str]]:
     """Return bodies that are welded together or joined by one joint; MuJoCo's own filter ignores explicit pairs."""
-    weld, names = model.body_weldid, [model.body(body).name for body in range(model.nbody)]
+    weld = model.body_weldid
+    names = [model.body(body).name for body in range(model.nbody)]
     parent = model.body_weldid[model.body_parentid[weld]]
     return {
         frozenset((names[a], names[b]))

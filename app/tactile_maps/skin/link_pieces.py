@@ -48,15 +48,18 @@ from tactile_maps.skin.model.skin import Skin
 
 PIECES_SUFFIX = ".pieces"
 """Ending of the files in which pieces are kept."""
-PROUD, PROUD_SHARE = 1e-3, 0.01
+PROUD = 1e-3
+PROUD_SHARE = 0.01
 """Distances of the hull from the skin that are accepted: this many metres, or this share of the link's size."""
 PROUD_AREA = 0.02
 """Share of the skin's area above which a larger distance is not accepted."""
-BARE_AREA, BARE_NEAR = 0.10, 0.02
+BARE_AREA = 0.10
+BARE_NEAR = 0.02
 """Bare area within ``BARE_NEAR`` [m] of the skin, over that of the skin, above which it is not accepted."""
 _NOTED = 0.01
 """Share of the skin's area above which a shape that is too high is reported; a hull is where pieces would be lower."""
-_TOLERANCE, _TOLERANCE_SHARE = 3e-4, 0.003
+_TOLERANCE = 3e-4
+_TOLERANCE_SHARE = 0.003
 """Distance of a piece from the surface that is accepted [m], or as a share of the link's size; the larger counts."""
 _BARE = 4.0
 """Tolerance where a link is bare whose mesh is wrapped, over that of its skin."""
@@ -166,7 +169,8 @@ def link_pieces(robot: Robot, skin: Skin, link: str) -> LinkPieces | None:
     """
     if not spans_hollows(robot, skin, link):
         return None
-    digest, folder = _digest(robot, skin, link), cache_folder()
+    digest = _digest(robot, skin, link)
+    folder = cache_folder()
     if folder is None:
         if digest not in _MADE:
             while len(_MADE) >= _MOST_MADE:
@@ -217,7 +221,8 @@ def _digest(robot: Robot, skin: Skin, link: str) -> str:
 
 @cache
 def _program() -> bytes:
-    root, own = Path(__file__).parents[1], Path(__file__)
+    root = Path(__file__).parents[1]
+    own = Path(__file__)
     sources = [own, own.with_name("link_hulls.py"), *sorted((root / "geometry").rglob("*.py"))]
     versions = (sys.version, platform.machine(), *map(version, ("numpy", "scipy", "libigl")))
     return blake2b(b"".join([*(word.encode() for word in versions), *map(Path.read_bytes, sources)])).digest()
@@ -306,7 +311,8 @@ def _fit(
     places, normals, areas = _sampled(covered, _MEASURED)
     height, facing = _heights(hulls, places, normals)
     angles = np.arccos(np.clip(facing, -1, 1))
-    bare, bare_areas = np.zeros(0), np.zeros(0)
+    bare = np.zeros(0)
+    bare_areas = np.zeros(0)
     mesh = robot.link(link).mesh if carries_mesh(robot, skin, link) else None
     if mesh is not None:
         places, normals, bare_areas = _bare_next_to(covered, mesh, link)
@@ -346,7 +352,8 @@ def _bare_next_to(covered: Mesh, mesh: Mesh, link: str) -> tuple[FloatArray, Flo
 
 def _leaves(mesh: Mesh, places: FloatArray, directions: FloatArray) -> BoolArray:
     """Return whether each ray from a place (n, 3) on a mesh along a direction (n, 3) meets the mesh nowhere else."""
-    rays, step = ray_caster(mesh), 1e-5 * mesh.size
+    rays = ray_caster(mesh)
+    step = 1e-5 * mesh.size
     starts = zip(places + step * directions, directions, strict=True)
     return np.array([rays.first_hit(start, direction) is None for start, direction in starts], dtype=bool)
 
@@ -360,7 +367,8 @@ def _sampled(surface: Mesh, most: int) -> tuple[FloatArray, FloatArray, FloatArr
 
 def _heights(hulls: tuple[FloatArray, ...], places: FloatArray, normals: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return how far hulls stand proud of places (n, 3) along normals (n, 3) [m], and the cosine of both normals."""
-    height, facing = np.zeros(len(places)), np.ones(len(places))
+    height = np.zeros(len(places))
+    facing = np.ones(len(places))
     for hull in hulls if len(places) else ():
         facets = ConvexHull(hull).equations
         inside, leaves, facet = _leaving(facets, places, normals)
@@ -388,7 +396,8 @@ def _leaving(facets: FloatArray, points: FloatArray, directions: FloatArray) -> 
     Returns:
         (n,) whether the point is in the hull, (n,) the distance to the exit [m], (n,) the facet of the exit.
     """
-    slopes, heights = directions @ facets[:, :3].T, points @ facets[:, :3].T + facets[:, 3]
+    slopes = directions @ facets[:, :3].T
+    heights = points @ facets[:, :3].T + facets[:, 3]
     ways = np.divide(-heights, slopes, out=np.full_like(slopes, np.inf), where=slopes > 1e-9)
     facet = ways.argmin(axis=1)
     return heights.max(axis=1) <= _INSIDE, ways[np.arange(len(ways)), facet], facet
@@ -406,7 +415,8 @@ def _touchable(robot: Robot, skin: Skin, link: str) -> tuple[Mesh, FloatArray, f
     parts = [patch.surface for patch in skin.patches if patch.link == link]
     covered = _joined(parts)
     mesh = robot.link(link).mesh
-    walls, factor = [np.full(len(covered.faces), np.inf)], 1.0
+    walls = [np.full(len(covered.faces), np.inf)]
+    factor = 1.0
     if mesh is not None and carries_mesh(robot, skin, link):
         solid = _solid(mesh, link) if hull_fit(robot, skin, link).share <= PROUD_AREA else None
         if solid is not None:  # the skin is raised, not hollow
@@ -490,7 +500,8 @@ def _volume(points: FloatArray) -> float:
         return 0.0
 
 
-_OPEN, _NO_PIECE = -1, -2
+_OPEN = -1
+_NO_PIECE = -2
 """Marks of faces that are in no region yet, and of those too small for a piece."""
 _SMALLEST = 1e-13
 """Smallest volume of a piece [m³]."""
@@ -508,8 +519,10 @@ class _Regions:
     """
 
     def __init__(self, surface: Mesh, walls: FloatArray, skinned: int, tolerance: float, bare_tolerance: float) -> None:
-        self._surface, self._skinned = surface, skinned
-        self._normals, self._corners = surface.face_normals, surface.vertices[surface.faces]
+        self._surface = surface
+        self._skinned = skinned
+        self._normals = surface.face_normals
+        self._corners = surface.vertices[surface.faces]
         self._centres = self._corners.mean(axis=1)
         self._columns = np.ascontiguousarray(self._centres.T)
         self._accepted = np.full(len(surface.faces), tolerance)
@@ -535,7 +548,8 @@ class _Regions:
 
     def _grown(self, seed: int, region: IntArray) -> list[int]:
         """Return the faces of a region about ``seed``, added ring by ring."""
-        inside, seen = [seed], {seed}
+        inside = [seed]
+        seen = {seed}
         added = inside
         while True:
             ring = {other for face in added for other in self._neighbours[face] if region[other] == _OPEN} - seen
@@ -560,7 +574,8 @@ class _Regions:
         """
         if not len(ring):
             return []
-        most, region = 4 * self._accepted[inside[0]], np.array(inside)
+        most = 4 * self._accepted[inside[0]]
+        region = np.array(inside)
         # Matrix products: a ring and its region may be thousands of faces.
         rise = self._corners[ring].reshape(-1, 3) @ self._normals[region].T
         rise -= np.vecdot(self._centres[region], self._normals[region])
@@ -586,7 +601,8 @@ class _Regions:
     def _piece(self, faces: IntArray, share: float) -> FloatArray:
         """Return the corners of faces and, below them by a share of the wall's depth, their copies."""
         points, corner = np.unique(self._surface.faces[faces], return_inverse=True)
-        vertices, corner = self._surface.vertices[points], corner.ravel()
+        vertices = self._surface.vertices[points]
+        corner = corner.ravel()
         weighted = np.repeat(self._normals[faces] * self._surface.face_areas[faces][:, None], 3, axis=0)
         outward = np.stack([np.bincount(corner, column) for column in weighted.T], axis=1)
         outward = outward / np.linalg.norm(outward, axis=1, keepdims=True)
@@ -619,8 +635,10 @@ class _Regions:
 
 def _walls(surface: Mesh) -> FloatArray:
     """Return (m,) the distance from each face inward to the next one [m]; infinite where there is none."""
-    rays, step = RayCaster(surface), 1e-5 * surface.size
-    centres, walls = surface.vertices[surface.faces].mean(axis=1), np.full(len(surface.faces), np.inf)
+    rays = RayCaster(surface)
+    step = 1e-5 * surface.size
+    centres = surface.vertices[surface.faces].mean(axis=1)
+    walls = np.full(len(surface.faces), np.inf)
     for face, (centre, normal) in enumerate(zip(centres, surface.face_normals, strict=True)):
         if normal.any() and (hit := rays.first_hit(centre - step * normal, -normal)) is not None:
             walls[face] = hit.distance + step

@@ -74,7 +74,8 @@ def skin_of_mesh(
     spec = spec or PlacementSpec(taxels=1000)
     progress(f"Repairing {name}", 0.0)
     repaired = repair_mesh(mesh, where=name)
-    whole, notes = _Surface(repaired.mesh, repaired.vertex_of, repaired.component), list[Finding]()
+    whole = _Surface(repaired.mesh, repaired.vertex_of, repaired.component)
+    notes = list[Finding]()
     if surface == "outer":
         progress(f"Finding the visible surface of {name}", 0.2)
         whole, notes = _outer_surface(whole, _min_component_area(whole.mesh, spec), name)
@@ -105,7 +106,8 @@ def _area_text(area: float) -> str:
 
 def _patches(parts: list[_Part], name: str, progress: Progress) -> tuple[tuple[Patch, ...], list[Finding]]:
     """A patch on each part that has room for what is asked of it, and why others have none."""
-    patches, refusals = list[Patch](), list[SkinError]()
+    patches = list[Patch]()
+    refusals = list[SkinError]()
     for number, (part, spec) in enumerate(parts):
         progress(f"Placing taxels on {name}", 0.4 + 0.6 * number / len(parts))
         try:
@@ -137,7 +139,8 @@ def _min_component_area(mesh: Mesh, spec: PlacementSpec) -> float:
 
 def _outer_surface(whole: _Surface, smallest: float, name: str) -> tuple[_Surface, list[Finding]]:
     """The outer surface, split again where other faces held it together, and how many faces were left out."""
-    mesh, notes = whole.mesh, list[Finding]()
+    mesh = whole.mesh
+    notes = list[Finding]()
     seen: BoolArray = without_islands(mesh, outer_faces(mesh), smallest)
     inner = inner_walls(mesh, seen)
     chosen = without_islands(mesh, seen & ~inner, smallest) if inner.any() else seen

@@ -84,7 +84,8 @@ def open_skin(source: str | Path, options: SkinOptions | None = None, *, progres
         >>> [patch.name for patch in tm.open_skin("hand.npz").patches]
         ['hand']
     """
-    spec, path = options or SkinOptions(), Path(source)
+    spec = options or SkinOptions()
+    path = Path(source)
     ending = path.suffix.lower()
     if spec.grid is not None:
         robot = load_robot(str(source), package_roots=spec.package_roots, home=spec.home)

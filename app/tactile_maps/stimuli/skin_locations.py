@@ -113,7 +113,8 @@ def principal_axes(patch: Patch) -> FloatArray:
 
 def _taxel_at(patch: Patch, place: SkinLocation) -> int:
     """The taxel nearest to fractions (along, around) of the patch's extents about its long axis."""
-    axes, centred = principal_axes(patch), patch.taxels.positions - patch.taxels.positions.mean(axis=0)
+    axes = principal_axes(patch)
+    centred = patch.taxels.positions - patch.taxels.positions.mean(axis=0)
     along = centred @ axes[0]
     around = np.arctan2(centred @ axes[2], centred @ axes[1]) / (2 * np.pi)
     miss = (along - along.min()) / max(float(np.ptp(along)), 1e-12) - place[0]
@@ -123,7 +124,8 @@ def _taxel_at(patch: Patch, place: SkinLocation) -> int:
 
 def _taxels_between(patch: Patch, first: int, last: int) -> list[int]:
     """The taxels of the shortest way; only the last where there is none."""
-    pairs, positions = patch.taxels.neighbours, patch.taxels.positions
+    pairs = patch.taxels.neighbours
+    positions = patch.taxels.positions
     graph = edge_graph(pairs, edge_lengths(positions, pairs), len(positions))
     return path_in_tree(shortest_path_tree(graph, first)[1], last).tolist()
 

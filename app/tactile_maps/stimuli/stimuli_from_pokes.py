@@ -45,7 +45,8 @@ def stimuli_from_pokes(
     touches = _touches(pokes, last)
     if not touches:
         return ()
-    locator, first = SkinLocator(skin), min(touch.ticks[0] for touch in touches)
+    locator = SkinLocator(skin)
+    first = min(touch.ticks[0] for touch in touches)
     return tuple(_stimulus(locator, touch, tick, first) for touch in sorted(touches, key=lambda touch: touch.ticks[0]))
 
 
@@ -143,8 +144,11 @@ def _stroke(locator: SkinLocator, track: FingerTrack, begin: float) -> Stimulus 
     moving = np.flatnonzero((np.diff(track.points, axis=0) != 0).any(axis=1))
     if not moving.size or np.ptp(track.patches):
         return None
-    patch, start, end = int(track.patches[0]), _place(track.points[0]), _place(track.points[-1])
-    leave, arrive = float(track.times[moving[0]]), float(track.times[moving[-1] + 1])
+    patch = int(track.patches[0])
+    start = _place(track.points[0])
+    end = _place(track.points[-1])
+    leave = float(track.times[moving[0]])
+    arrive = float(track.times[moving[-1] + 1])
     length = float(cumulative_lengths(locator.surface_path(patch, start, end))[-1])
     low, high = Stroke.ranges["speed"]
     if not low <= length / (arrive - leave) <= high:
@@ -171,12 +175,14 @@ def _path(locator: SkinLocator, track: FingerTrack, begin: float) -> Stimulus:
 
 def _simplified(track: FingerTrack) -> list[int]:
     """The places without which a straight way in time would miss another: Ramer, Douglas and Peucker's choice."""
-    kept, waiting = {0, len(track.times) - 1}, [(0, len(track.times) - 1)]
+    kept = {0, len(track.times) - 1}
+    waiting = [(0, len(track.times) - 1)]
     while waiting:
         first, last = waiting.pop()
         if last - first < 2:
             continue
-        patches, times = track.patches[first : last + 1], track.times[first : last + 1]
+        patches = track.patches[first : last + 1]
+        times = track.times[first : last + 1]
         share = (times - times[0]) / (times[-1] - times[0])
         # A finger that steps over to another patch waits before it; the places there are in another frame.
         along = track.points[last] - track.points[first] if patches[0] == patches[-1] else np.zeros(3)

@@ -44,7 +44,8 @@ class FingerTrack:
         """Patch and point (3,) [m] under the finger; before the press and after the lift those of press and lift."""
         last = len(self.times) - 1
         now = int(np.clip(np.searchsorted(self.times, seconds, side="right") - 1, 0, last))
-        here, patch = self.points[now], int(self.patches[now])
+        here = self.points[now]
+        patch = int(self.patches[now])
         if now == last or patch != self.patches[now + 1]:
             return patch, here
         share = (seconds - self.times[now]) / (self.times[now + 1] - self.times[now])

@@ -83,7 +83,8 @@ class Tap(Stimulus):
 
     def tracks(self, locator: SkinLocator) -> tuple[FingerTrack, ...]:
         """One finger that comes and goes."""
-        patch, each = locator.patch(self.patch), self.down + self.up
+        patch = locator.patch(self.patch)
+        each = self.down + self.up
         point = locator.point(patch, self.at)
         return tuple(
             stationary_track(0, self.tip, patch, point, press=number * each, lift=number * each + self.down)
@@ -181,7 +182,8 @@ class Roll(Stimulus):
     def tracks(self, locator: SkinLocator) -> tuple[FingerTrack, ...]:
         """One finger that sways."""
         patch = locator.patch(self.patch)
-        middle, width = locator.point(patch, self.at), self.radius * np.deg2rad(self.angle)
+        middle = locator.point(patch, self.at)
+        width = self.radius * np.deg2rad(self.angle)
         heading = self._heading(locator, patch, middle)
         sides = [locator.straight_path(patch, middle, middle + sign * width * heading) for sign in (-1.0, 1.0)]
         line = np.concatenate([sides[0][:0:-1], sides[1]])
@@ -278,7 +280,8 @@ class Grasp(Stimulus):
             SceneError: There is no skin on the side where a finger must press.
         """
         patch = locator.patch(self.patch)
-        first, axis = locator.point(patch, self.at), principal_axes(locator.skin.patches[patch])[0]
+        first = locator.point(patch, self.at)
+        axis = principal_axes(locator.skin.patches[patch])[0]
         middle = _section_middle(locator, patch, first, axis)
         places = [
             (patch, first),
@@ -290,10 +293,12 @@ class Grasp(Stimulus):
         self, locator: SkinLocator, patch: int, first: FloatArray, middle: FloatArray, axis: FloatArray, number: int
     ) -> tuple[int, FloatArray]:
         """Patch and point (3,) of another finger: the first thing a ray towards the middle meets."""
-        turn, out = 2 * np.pi * number / self.fingers, first - middle
+        turn = 2 * np.pi * number / self.fingers
+        out = first - middle
         out = np.cos(turn) * out + np.sin(turn) * np.cross(axis, out)
         out /= np.linalg.norm(out)
-        patches, link = locator.skin.patches, locator.skin.patches[patch].link
+        patches = locator.skin.patches
+        link = locator.skin.patches[patch].link
         far = max(other.surface.size for other in patches if other.link == link)
         best: tuple[float, int, FloatArray] | None = None
         for index, other in enumerate(patches):
@@ -384,8 +389,10 @@ class Babble(Stimulus):
         places = touched_places(skin, spec)
         # Its own stream, so that more strokes do not move the touches.
         generator = np.random.default_rng([self.seed, 1])
-        forces, moves = generator.uniform(0.5, 1.5, self.touches), generator.random(self.touches) < self.strokes
-        found, begin = [], 0.0
+        forces = generator.uniform(0.5, 1.5, self.touches)
+        moves = generator.random(self.touches) < self.strokes
+        found = []
+        begin = 0.0
         for touch in range(self.touches):
             tip = replace(self.tip, max_force=self.force * float(forces[touch]))
             end = begin + self.hold
@@ -393,7 +400,8 @@ class Babble(Stimulus):
                 patch = first + int(places.patches[touch, 0, finger])
                 line = locator.project(patch, places.positions[touch, : samples if moves[touch] else 1, finger])
                 times = begin + self.hold + cumulative_lengths(line) / self.speed
-                times, line = np.concatenate([[begin], times]), np.concatenate([line[:1], line])
+                times = np.concatenate([[begin], times])
+                line = np.concatenate([line[:1], line])
                 found.append(FingerTrack(finger, tip, times, np.full(len(times), patch), line))
                 end = max(end, float(times[-1]))
             begin = end + self.pause

@@ -41,7 +41,10 @@ class StimulusPlayer:
 
     def __init__(self, skin: Skin, stimuli: Sequence[Stimulus], *, tick: float) -> None:
         made: list[_ScheduledTrack] = []
-        self.ticks, ended, locator, lanes = 0, 0, SkinLocator(skin), _FingerIds()
+        self.ticks = 0
+        ended = 0
+        locator = SkinLocator(skin)
+        lanes = _FingerIds()
         for stimulus in stimuli:
             parts = [_ScheduledTrack(locator, track, tick) for track in stimulus.tracks(locator)]
             period = max(part.lift for part in parts) + max(math.ceil(stimulus.rest / tick - 1e-9), 1)
@@ -69,8 +72,12 @@ class _ScheduledTrack:
     """One track in ticks: pressed at ``press``, lifted at ``lift``."""
 
     def __init__(self, locator: SkinLocator, track: FingerTrack, tick: float) -> None:
-        self._locator, self._track, self._tick = locator, track, tick
-        self.begin, self.id, self.finger = 0, FIRST_SCRIPTED_FINGER, track.finger
+        self._locator = locator
+        self._track = track
+        self._tick = tick
+        self.begin = 0
+        self.id = FIRST_SCRIPTED_FINGER
+        self.finger = track.finger
         self.press = round(float(track.times[0]) / tick)
         self.lift = max(math.ceil(float(track.times[-1]) / tick - 1e-9), self.press + 1)
         # The first search builds the tree: not while the physics waits.
@@ -82,8 +89,10 @@ class _ScheduledTrack:
     def at(self, begin: int, number: int) -> _ScheduledTrack:
         """The same ``begin`` ticks later, by finger ``number``."""
         part = copy(self)
-        part.begin, part.id = begin, number
-        part.press, part.lift = self.press + begin, self.lift + begin
+        part.begin = begin
+        part.id = number
+        part.press = self.press + begin
+        part.lift = self.lift + begin
         return part
 
     def inputs(self, tick: int) -> list[PokeInput]:

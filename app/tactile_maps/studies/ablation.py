@@ -130,7 +130,8 @@ def _record_run(prepared: PreparedScene, effects: Effects, seconds: float, clock
     times: dict[str, list[float]] = {}
     end = clock() + seconds
     while len(ticks) < _FEWEST or (len(ticks) < _LONGEST and clock() < end):
-        command, known = session.frame.command, len(session.inputs)
+        command = session.frame.command
+        known = len(session.inputs)
         frame = session.tick()
         ticks.append(([act for _, act in session.inputs[known:] if isinstance(act, get_args(PokeInput))], command))
         for stage, ms in frame.timings.ms.items():
@@ -151,7 +152,9 @@ class _PairedRun:
     """Two simulations of the same run, with an effect and without. Mutable."""
 
     def __init__(self, prepared: PreparedScene, run: _RecordedRun, effects: Effects, key: str, clock: Clock) -> None:
-        self._prepared, self._run, self._clock = prepared, run, clock
+        self._prepared = prepared
+        self._run = run
+        self._clock = clock
         self._felt = EFFECTS[key].of_sensor
         if not self._felt:  # what is sensed does not change the physics, and would only add its noise
             skin = effects.skin if effects.skin in _PHYSICAL_MODELS else "off"
@@ -160,7 +163,8 @@ class _PairedRun:
 
     def cost(self, seconds: float) -> float | None:
         """Mean difference [ms a tick]; None when the run is not possible without the effect."""
-        end, turns = self._clock() + seconds, list[float]()
+        end = self._clock() + seconds
+        turns = list[float]()
         try:
             pair = tuple(self._simulation(effects) for effects in self._effects)
             while len(turns) < _FEWEST or self._clock() < end:
@@ -175,7 +179,8 @@ class _PairedRun:
         return 1e3 * _trimmed_mean(turns)
 
     def _simulation(self, effects: Effects) -> Simulation:
-        prepared, scene = self._prepared, self._prepared.scene
+        prepared = self._prepared
+        scene = self._prepared.scene
         return Simulation(
             prepared.robot,
             prepared.skin,

@@ -300,7 +300,8 @@ class _ContenderRun:
     def __init__(self, prepared: PreparedScene, contender: Contender, inputs: Inputs | None, *, own_task: bool) -> None:
         self._contender = contender
         self._waiting: list[tuple[int, SessionInput]] = []
-        settings, acts = contender.settings, list(inputs or ())
+        settings = contender.settings
+        acts = list(inputs or ())
         if inputs is not None:
             kept = ("force_goal",) if own_task else TASK_FIELDS
             settings, self._waiting = _for_contender(acts, settings, kept)
@@ -311,7 +312,8 @@ class _ContenderRun:
         self._session = Session(prepared, scripted=inputs is None, settings=settings, **started)
         self._bodies = _BodyDistance(prepared)
         self._scale = SpeedScale(prepared.robot)
-        self._rows, self._ended = TraceRecorder(self._scale), ""
+        self._rows = TraceRecorder(self._scale)
+        self._ended = ""
 
     @property
     def trace(self) -> ControllerTrace:
@@ -333,7 +335,8 @@ class _ContenderRun:
             self._write(frame)
 
     def _write(self, frame: Frame) -> None:
-        task, settings = frame.task, self._session.settings
+        task = frame.task
+        settings = self._session.settings
         goal = task.force_goal if task else settings.force_goal if settings.controller == "hold_force" else None
         self._rows.add(
             time=frame.time,
@@ -356,7 +359,8 @@ def _for_contender(
 
     Of a change of settings only ``kept`` is taken over; one that changes nothing of it is left out.
     """
-    start, waiting = settings, list[tuple[int, SessionInput]]()
+    start = settings
+    waiting = list[tuple[int, SessionInput]]()
     for tick, act in inputs:
         if isinstance(act, ControlChanged):
             if act.by is not None:
@@ -409,13 +413,15 @@ class _BodyDistance:
     """How far contacts are from a place on the skin, straight across. Keeps the robot's kinematics at one posture."""
 
     def __init__(self, prepared: PreparedScene) -> None:
-        self._skin, self._configuration = prepared.skin, Configuration(prepared.robot)
+        self._skin = prepared.skin
+        self._configuration = Configuration(prepared.robot)
 
     def nearest(self, frame: Frame, target: SurfacePoint | None) -> float | None:
         """From the nearest contact, as it was read, to ``target`` [m]; None without one or the other."""
         if target is None:
             return None
-        link, point = self._skin.link(target), self._skin.position(target)
+        link = self._skin.link(target)
+        point = self._skin.position(target)
         self._configuration.update(frame.posture)
         goal = self._configuration.pose(link).points(point)
         away = [

@@ -102,7 +102,8 @@ def babble(skin: Skin, spec: BabbleSpec) -> FloatArray:
     """
     if not len(skin):
         raise SimulationError("the skin has no taxels for babbling", remedy="Cover at least one link")
-    generator, ground = np.random.default_rng(spec.seed), _TouchableSites(skin)
+    generator = np.random.default_rng(spec.seed)
+    ground = _TouchableSites(skin)
     if spec.together is not None and not all(0 <= taxel < len(skin) for taxel in spec.together):
         remedy = f"Choose two of 0 to {len(skin) - 1}"
         raise SimulationError("there are no such taxels to press together", value=spec.together, remedy=remedy)
@@ -168,7 +169,8 @@ class _TouchableSites:
 
     def __init__(self, skin: Skin) -> None:
         points = [patch.taxels.quadrature for patch in skin.patches]
-        self._skin, starts = skin, skin.first[:-1]
+        self._skin = skin
+        starts = skin.first[:-1]
         self.positions = np.concatenate([q.positions for q in points])
         self.normals = np.concatenate([q.normals for q in points])
         areas = np.concatenate([q.areas for q in points])
@@ -229,7 +231,8 @@ def _ways(ground: _TouchableSites, spec: BabbleSpec, generator: np.random.Genera
             start = _pairs(ground, spec.touches, generator)
         case _:
             assert_never(spec.kind)
-    way, heading = [start.ravel()], generator.normal(size=(start.size, 3))
+    way = [start.ravel()]
+    heading = generator.normal(size=(start.size, 3))
     for _ in range(spec.samples - 1):
         place, heading = _onwards(ground, way[-1], heading, generator)
         way.append(place)
@@ -252,7 +255,8 @@ def _onwards(
     ground: _TouchableSites, place: IntArray, heading: FloatArray, generator: np.random.Generator
 ) -> tuple[IntArray, FloatArray]:
     """The next place (k,) of straight ways over the skin and the heading (k, 3) there; at a border they turn."""
-    step, here = _STEP * ground.pitch, ground.positions[place]
+    step = _STEP * ground.pitch
+    here = ground.positions[place]
     along = _tangent(heading, ground.normals[place])
     there = ground.nearest(here + step * along, ground.patch[place])
     moved = np.linalg.norm(ground.positions[there] - here, axis=1)
@@ -269,7 +273,8 @@ def _tangent(vectors: FloatArray, normals: FloatArray) -> FloatArray:
 def _with_partners(ground: _TouchableSites, ways: IntArray, together: tuple[int, int] | None) -> _Ways:
     """Two at once: a place near one of two middles gets the place that lies alike from the other."""
     first, second = (ground.middle_of(taxel) for taxel in together or ground.farthest_taxels())
-    partner, joined = np.zeros(ways.shape, dtype=np.int64), np.zeros(ways.shape, dtype=np.bool_)
+    partner = np.zeros(ways.shape, dtype=np.int64)
+    joined = np.zeros(ways.shape, dtype=np.bool_)
     for here, there in ((first, second), (second, first)):
         offset = ground.positions[ways] - ground.positions[here]
         near = (np.linalg.norm(offset, axis=-1) < _BIASED_REGION * ground.pitch) & (

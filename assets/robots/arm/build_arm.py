@@ -22,7 +22,8 @@ DENSITY = 1150  # kg/m³: shell, motors and gears averaged
 OVERLAP = 0.002  # m: neighbours dip into each other so that no light shows through a joint
 RIM = 0.012  # m: height of a flat end's rounded rim
 RIM_EXPONENT = 3.5  # the larger, the flatter the end and the tighter its rim
-SHELL, DARK = "0.90 0.91 0.92 1", "0.30 0.33 0.37 1"
+SHELL = "0.90 0.91 0.92 1"
+DARK = "0.30 0.33 0.37 1"
 
 
 @dataclass(frozen=True)
@@ -84,7 +85,8 @@ HINGES = (
 def section(n: float, edge: float, size: float) -> FloatArray:
     """A ring of points (k, 2) evenly spaced along the unit super-ellipse |x|^n + |y|^n = 1, counter-clockwise."""
     angle = np.linspace(0.0, 2.0 * np.pi, 4097)
-    c, s = np.cos(angle), np.sin(angle)
+    c = np.cos(angle)
+    s = np.sin(angle)
     ring = np.stack([np.sign(c) * np.abs(c) ** (2 / n), np.sign(s) * np.abs(s) ** (2 / n)], axis=1)
     walked = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(ring, axis=0), axis=1))])
     count = max(6, round(walked[-1] * size / edge))
@@ -123,7 +125,9 @@ def cap_scales(kind: str, a: float, b: float, n: float, edge: float) -> FloatArr
 def cap_rings(link: Link, top: bool) -> list[FloatArray]:
     """Rings (k, 3) of one cap from the section towards the pole, the pole (1, 3) last."""
     side = 1 if top else 0
-    a, b, n = link.a[2 * side], link.b[2 * side], link.n[side]
+    a = link.a[2 * side]
+    b = link.b[2 * side]
+    n = link.n[side]
     rings = []
     for scale in [*cap_scales(link.caps[side], a, b, n, link.edge), 0.0]:
         ring = section(n, link.edge, scale * (a + b) / 2) if scale else np.zeros((1, 2))
@@ -138,7 +142,8 @@ def body_rings(link: Link) -> list[FloatArray]:
     rings = []
     count = round(link.length / (0.87 * link.edge))
     for t in (k / count for k in range(count + 1)):
-        a, b = bend(link.a, t), bend(link.b, t)
+        a = bend(link.a, t)
+        b = bend(link.b, t)
         ease = 1 - (1 - t) ** 2 if link.n[1] > link.n[0] else t**2  # keeps the diagonals convex
         ring = section(link.n[0] + (link.n[1] - link.n[0]) * ease, link.edge, (a + b) / 2)
         rings.append(np.column_stack([ring * (a, b), np.full(len(ring), link.length * t)]))
@@ -151,7 +156,9 @@ def zip_rings(low: int, low_count: int, high: int, high_count: int) -> list[tupl
         return [(low, high + (j + 1) % high_count, high + j) for j in range(high_count)]
     if high_count == 1:
         return [(low + i, low + (i + 1) % low_count, high) for i in range(low_count)]
-    faces, i, j = [], 0, 0
+    faces = []
+    i = 0
+    j = 0
     while i < low_count or j < high_count:
         here = (low + i % low_count, high + j % high_count)
         if j == high_count or (i < low_count and (2 * i + 1) * high_count <= (2 * j + 1) * low_count):
@@ -185,7 +192,8 @@ def to_obj(vertices: FloatArray, faces: IntArray) -> str:
 
 def joint_offsets() -> list[tuple[float, float, float]]:
     """Where each link's frame sits in its parent's [m]; pitch joints step aside, left and right in turn."""
-    offsets, side = [], 1.0
+    offsets = []
+    side = 1.0
     for parent, child, hinge in zip(LINKS[:-1], LINKS[1:], HINGES, strict=True):
         foot = 0.0 if parent.caps[0] == "disc" else RIM
         if hinge.axis == "z":
@@ -198,8 +206,10 @@ def joint_offsets() -> list[tuple[float, float, float]]:
 
 def body_xml(index: int, offsets: list[tuple[float, float, float]]) -> str:
     """The ``<body>`` of link ``index`` with everything it carries inside."""
-    link, pad = LINKS[index], "  " * (index + 2)
-    place, joint = "", ""
+    link = LINKS[index]
+    pad = "  " * (index + 2)
+    place = ""
+    joint = ""
     if index:
         hinge = HINGES[index - 1]
         place = ' pos="{:.5f} {:.5f} {:.5f}"'.format(*offsets[index - 1])

@@ -53,7 +53,8 @@ def two_arms_xml() -> str:
     postures = [value for side in SIDES for value in home(root, side)]
     root.set("model", "two_arms")
     part(root, "compiler").set("meshdir", "../arm/meshes")
-    world, contact = part(root, "worldbody"), part(root, "contact")
+    world = part(root, "worldbody")
+    contact = part(root, "contact")
     arm = part(world, "body")
     world.remove(arm)
     plate = SubElement(world, "body", name="plate")

@@ -114,7 +114,8 @@ def test_a_path_leads_by_its_speed_over_the_gain(delay):
     The goal is known at once and the place late, so in truth the contact is nearer by v d T, or ahead if the controller
     is told the speed; and the goal goes on between readings where ticks are shorter than the period.
     """
-    bench, speed = LoopTest(Loop(period=PERIOD, delay=delay)), 0.001
+    bench = LoopTest(Loop(period=PERIOD, delay=delay))
+    speed = 0.001
     seen, true = tracking_lag(bench, critical_gain(delay) / PERIOD, speed, told=False, periods=60 + 30 * delay)
     assert seen == pytest.approx(speed * PERIOD * [1, 4, 6.75, 9.48][delay], rel=0.01)
     assert seen - true == pytest.approx(speed * PERIOD * delay, abs=1e-7)
@@ -126,7 +127,8 @@ def test_a_path_leads_by_its_speed_over_the_gain(delay):
 @pytest.mark.parametrize("stretch", [1.0, 1.5, 2.0])
 def test_told_its_speed_only_the_error_of_the_map_is_left(stretch):
     """The projection controller takes the map for an isometry; along x it is stretched by the root."""
-    gain, speed = 2.0, 0.001
+    gain = 2.0
+    speed = 0.001
     bench = LoopTest(Loop(period=0.1, stretch=stretch), "projection")
     seen, _ = tracking_lag(bench, gain, speed, told=True, periods=150)
     assert seen == pytest.approx(speed / gain * (1 - stretch**-0.5), abs=2e-6)

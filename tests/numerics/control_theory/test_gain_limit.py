@@ -44,7 +44,8 @@ READINGS = {"every 5 ms": None, "20 Hz": Sampling(20.0, 0.0), "20 Hz, one late":
 def limit_at_run_time(setup: PathSetup, controller: str, *, ticks: int) -> tuple[ControlSettings, float]:
     """As limited, after an approach from a light touch; and the limit that a session works out meanwhile [m/s/N]."""
     asked = ControlSettings(controller=controller, task="hold_point", force_gain=0.05, force_goal=3.0)
-    session, held = setup.session(replace(asked, force_goal=1.5)), None
+    session = setup.session(replace(asked, force_goal=1.5))
+    held = None
     for tick in range(ticks):
         if tick == ticks // 3:
             session.submit(ControlChanged(asked))

@@ -43,7 +43,8 @@ class TwoTaxels:
     notes = ()
 
     def __init__(self, skin: Skin) -> None:
-        self._skin, self._positions = skin, taxel_positions(skin)
+        self._skin = skin
+        self._positions = taxel_positions(skin)
 
     def pressures(self, loads: Sequence[Load]) -> np.ndarray:
         """(taxels,) [Pa]."""
@@ -72,7 +73,9 @@ class Hum:
     """Mains hum: the same sine on every taxel."""
 
     def __init__(self, readout: Readout, pressure: float, hertz: float) -> None:
-        self._pressure, self._step, self._readings = pressure, math.tau * hertz * readout.tick, 0
+        self._pressure = pressure
+        self._step = math.tau * hertz * readout.tick
+        self._readings = 0
 
     def read(self, pressures: np.ndarray) -> np.ndarray:
         """(taxels,) [Pa]."""
@@ -96,7 +99,8 @@ def build_hum(readout: Readout, options: Mapping[str, float]) -> Hum:
 class Slack:
     """Holds nothing: its joints are damped, as if each were led through honey."""
 
-    why_limited, report = (), None
+    why_limited = ()
+    report = None
 
     def __init__(self, robot: Robot) -> None:
         self.rest = robot.home
@@ -170,10 +174,13 @@ def write_peaks(player: RecordingPlayer, path: Path, options: ExportOptions, pro
 class Sine:
     """Ten readings of so many taxels as the address says, that swell and fade."""
 
-    finite, slow = True, False
+    finite = True
+    slow = False
 
     def __init__(self, address: str) -> None:
-        self.address, self._taxels, self._tick = address, int(address.partition(":")[2]), 0
+        self.address = address
+        self._taxels = int(address.partition(":")[2])
+        self._tick = 0
 
     def open(self) -> None:
         """From the first reading."""

@@ -33,7 +33,8 @@ def interrupted(words: list[str], folder: Path, number: int, *, once) -> tuple[i
     process = subprocess.Popen(
         command, cwd=folder, env=environment, stderr=subprocess.PIPE, text=True, start_new_session=True
     )
-    told, deadline = psutil.Process(process.pid), time.monotonic() + SECONDS
+    told = psutil.Process(process.pid)
+    deadline = time.monotonic() + SECONDS
     while not once(told):
         assert process.poll() is None, process.communicate()
         assert time.monotonic() < deadline
@@ -78,7 +79,8 @@ def test_a_study_that_was_killed_goes_on_and_has_the_same_table(tmp_path):
     words = [sys.executable, "-m", "tactile_maps", "study", "image-cost", "--quick", "-o"]
     environment = dict(os.environ)
     subprocess.run([*words, tmp_path / "whole"], env=environment, check=True)
-    log, kills = tmp_path / "killed" / "image-cost.cases.jsonl", 0
+    log = tmp_path / "killed" / "image-cost.cases.jsonl"
+    kills = 0
     for lines in (2, 5, 9):
         process = subprocess.Popen([*words, tmp_path / "killed", "--resume"], env=environment)
         while not log.exists() or log.read_bytes().count(b"\n") < lines:

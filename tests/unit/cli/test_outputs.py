@@ -92,7 +92,8 @@ def test_an_existing_file_is_not_replaced(command, option, tmp_path, capsys):
 @pytest.mark.parametrize(("command", "option"), [each for each in OUTPUTS if "in." in str(WORDS[each[0]])])
 def test_a_file_that_is_read_is_never_replaced(command, option, link, tmp_path, capsys):
     (name,) = (word for word in WORDS[command] if word.startswith("in."))
-    path, output = tmp_path / name, tmp_path / "out" if link else tmp_path / name
+    path = tmp_path / name
+    output = tmp_path / "out" if link else tmp_path / name
     path.write_bytes(b"precious")
     if link:
         output.symlink_to(path)

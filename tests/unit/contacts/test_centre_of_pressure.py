@@ -52,7 +52,8 @@ SKIN = MAP.skin
 
 
 def test_a_map_point_is_put_on_the_body_by_its_containing_triangle():
-    placer, random = BackProjector(MAP, taxel_positions(SKIN)), np.random.default_rng(0)
+    placer = BackProjector(MAP, taxel_positions(SKIN))
+    random = np.random.default_rng(0)
     for taxel in range(0, len(SKIN), 9):
         patch = int(SKIN.patch_of[taxel])
         centre = MAP.taxel_points[taxel] + random.normal(0, 1e-3, 2)
@@ -74,7 +75,8 @@ def test_a_walk_that_meets_a_border_is_no_end():
     """From the farthest triangle of the patch, whose straight way may leave the map."""
     placer = BackProjector(MAP, taxel_positions(SKIN))
     for taxel in range(0, len(SKIN), 17):
-        patch, centre = int(SKIN.patch_of[taxel]), MAP.taxel_points[taxel]
+        patch = int(SKIN.patch_of[taxel])
+        centre = MAP.taxel_points[taxel]
         faces = MAP.charts[patch].faces
         far = int(np.linalg.norm(MAP.uv[patch][faces].mean(axis=1) - centre, axis=1).argmax())
         place = placer.place(patch, centre, near=far)
@@ -132,9 +134,12 @@ def flat(*, map_sides=((1.0, 0.0), (0.0, 1.0)), normal=(0.0, 0.0, 1.0), sides=((
 def ellipse(long: float, short: float, angle: float, count: int = 20_000) -> np.ndarray:
     """Points spread evenly over an ellipse in the plane z = 0."""
     random = np.random.default_rng(0)
-    turn, reach = random.uniform(0, 2 * np.pi, count), np.sqrt(random.uniform(0, 1, count))
-    x, y = long * reach * np.cos(turn), short * reach * np.sin(turn)
-    c, s = np.cos(angle), np.sin(angle)
+    turn = random.uniform(0, 2 * np.pi, count)
+    reach = np.sqrt(random.uniform(0, 1, count))
+    x = long * reach * np.cos(turn)
+    y = short * reach * np.sin(turn)
+    c = np.cos(angle)
+    s = np.sin(angle)
     return np.stack([c * x - s * y, s * x + c * y, 0 * x], axis=1)
 
 
@@ -149,7 +154,8 @@ def test_an_evenly_pressed_ellipse_is_found(angle):
 
 
 def test_a_region_off_its_centre_has_the_same_axes():
-    points, share = ellipse(0.03, 0.01, 0.4), np.full(20_000, 1 / 20_000)
+    points = ellipse(0.03, 0.01, 0.4)
+    share = np.full(20_000, 1 / 20_000)
     one, other = (principal_axes(points + shift, share, 0.0, flat())[0] for shift in (0.0, np.array([0.01, 0.02, 0.0])))
     assert one == pytest.approx(other, abs=1e-12)
 
@@ -160,13 +166,15 @@ def test_one_taxel_is_as_large_as_its_area():
 
 
 def test_a_map_that_stretches_carries_the_axes_along():
-    points, share = ellipse(0.03, 0.01, 0.0), np.full(20_000, 1 / 20_000)
+    points = ellipse(0.03, 0.01, 0.0)
+    share = np.full(20_000, 1 / 20_000)
     _, on_map = principal_axes(points, share, 0.0, flat(map_sides=((2.0, 0.0), (0.0, 0.5))))
     assert np.linalg.norm(on_map, axis=1) == pytest.approx([0.06, 0.005], rel=0.02)
 
 
 def test_a_triangle_without_area_carries_nothing():
-    points, share = ellipse(0.03, 0.01, 0.0), np.full(20_000, 1 / 20_000)
+    points = ellipse(0.03, 0.01, 0.0)
+    share = np.full(20_000, 1 / 20_000)
     axes, on_map = principal_axes(points, share, 0.0, flat(sides=((1.0, 0.0, 0.0), (2.0, 0.0, 0.0))))
     assert np.linalg.norm(axes[0]) == pytest.approx(0.03, rel=0.02)
     assert not on_map.any()
@@ -174,7 +182,8 @@ def test_a_triangle_without_area_carries_nothing():
 
 @pytest.mark.parametrize("side", [(0.0, 0.0, 1.0), (0.0, 0.0, 0.0)])
 def test_a_side_along_the_normal_gives_axes_all_the_same(side):
-    points, share = ellipse(0.03, 0.01, 0.0), np.full(20_000, 1 / 20_000)
+    points = ellipse(0.03, 0.01, 0.0)
+    share = np.full(20_000, 1 / 20_000)
     axes, _ = principal_axes(points, share, 0.0, flat(sides=(side, (0.0, 1.0, 0.0))))
     assert np.linalg.norm(axes, axis=1) == pytest.approx([0.03, 0.01], rel=0.02)
     x = principal_axes(points[:, [2, 0, 1]], share, 0.0, flat(sides=((1.0, 0, 0), (0, 1.0, 0)), normal=(1.0, 0, 0)))[0]

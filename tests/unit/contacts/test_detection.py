@@ -18,7 +18,8 @@ from tactile_maps.tactile.sensors.sensor_effects import OffsetDrift, Sampling, S
 from tests.support.touch import arm, prepared_bar
 
 BAR = prepared_bar()
-MAP, SKIN = BAR.map, BAR.map.skin
+MAP = BAR.map
+SKIN = BAR.map.skin
 POSITIONS = SKIN.patches[0].taxels.positions
 
 
@@ -64,7 +65,8 @@ def test_everything_touched_is_one_region():
 
 
 def test_a_taxel_stays_touched_down_to_half_the_threshold():
-    reader, pressures = ContactDetector(MAP), np.zeros(len(SKIN))
+    reader = ContactDetector(MAP)
+    pressures = np.zeros(len(SKIN))
     for level, found in ((0.9, 0), (1.0, 1), (0.6, 1), (0.49, 0), (0.6, 0)):
         pressures[7] = level * TOUCH_THRESHOLD
         assert len(reader.read(pressures)) == found, level
@@ -72,12 +74,14 @@ def test_a_taxel_stays_touched_down_to_half_the_threshold():
 
 def test_touched_taxels_are_those_of_area_mean_and_peak():
     """A ring taxel may read more than a touched one, which stays touched down to half of the threshold."""
-    reader, pressures = ContactDetector(MAP), np.zeros(len(SKIN))
+    reader = ContactDetector(MAP)
+    pressures = np.zeros(len(SKIN))
     middle = int(np.argmin(np.linalg.norm(POSITIONS - (0.2, 0, 0.02), axis=1)))
     ring = sorted(SKIN.neighbours[(SKIN.neighbours == middle).any(axis=1)].ravel())
     pressures[middle] = 2 * TOUCH_THRESHOLD
     reader.read(pressures)
-    pressures[ring], pressures[middle] = 0.9 * TOUCH_THRESHOLD, 0.6 * TOUCH_THRESHOLD
+    pressures[ring] = 0.9 * TOUCH_THRESHOLD
+    pressures[middle] = 0.6 * TOUCH_THRESHOLD
     (region,) = reader.read(pressures)
     assert len(region.taxels) > region.touched == 1
     assert region.area == SKIN.areas[middle]
@@ -99,7 +103,8 @@ def test_a_region_keeps_its_name_while_it_wanders():
 
 def test_when_two_merge_the_older_keeps_its_name_and_the_other_is_told():
     reader = ContactDetector(MAP)
-    small, large = around((0.1, 0, 0.02), radius=0.03), around((0.25, 0, 0.02), radius=0.06, kilopascals=20)
+    small = around((0.1, 0, 0.02), radius=0.03)
+    large = around((0.25, 0, 0.02), radius=0.06, kilopascals=20)
     reader.read(small)
     before = reader.read(small + large)
     assert [region.id for region in before] == [2, 1], "strongest first"
@@ -113,7 +118,8 @@ def test_when_two_merge_the_older_keeps_its_name_and_the_other_is_told():
 
 
 def test_numbers_follow_the_pressures_while_the_same_taxels_are_touched():
-    reader, pressures = ContactDetector(MAP), around((0.2, 0, 0.02))
+    reader = ContactDetector(MAP)
+    pressures = around((0.2, 0, 0.02))
     (first,) = reader.read(pressures)
     (second,) = reader.read(1.1 * pressures)
     assert second.force == pytest.approx(1.1 * first.force)
@@ -122,7 +128,8 @@ def test_numbers_follow_the_pressures_while_the_same_taxels_are_touched():
 
 
 def test_a_held_sample_is_read_once_and_tells_what_it_would_tell_anew():
-    held_by, anew = ContactDetector(MAP), ContactDetector(MAP)
+    held_by = ContactDetector(MAP)
+    anew = ContactDetector(MAP)
     apart = around((0.08, 0, 0.02)) + around((0.2, 0, 0.02))
     for reader in (held_by, anew):
         reader.read(apart)
@@ -156,7 +163,8 @@ def test_axes_mean_pressure_and_error_bars_are_told():
 
 def test_uncertainty_grows_with_the_time_that_offsets_have_drifted():
     drift = SensorUncertainty.of_sensor(SensorEffects(offset_drift=OffsetDrift(0.0, 10.0)))
-    detector, pressures = ContactDetector(MAP, errors=drift), around((0.2, 0, 0.02))
+    detector = ContactDetector(MAP, errors=drift)
+    pressures = around((0.2, 0, 0.02))
 
     def drifted(time: float) -> float:
         (region,) = detector.read(pressures, time=time)
@@ -174,7 +182,9 @@ def test_uncertainty_grows_with_the_time_that_offsets_have_drifted():
 
 def test_force_that_changes_is_as_uncertain_as_the_sample_is_old():
     errors = SensorUncertainty.of_sensor(SensorEffects(sampling=Sampling(10.0, 0.1)))
-    detector, exact, pressures = ContactDetector(MAP, errors=errors), ContactDetector(MAP), around((0.2, 0, 0.02))
+    detector = ContactDetector(MAP, errors=errors)
+    exact = ContactDetector(MAP)
+    pressures = around((0.2, 0, 0.02))
     for step in range(30):
         sample = readonly((1 + 0.01 * step) * pressures)
         for tick in range(4):  # it is held for some ticks
@@ -199,9 +209,11 @@ def test_a_taxel_that_reads_no_number_counts_as_unpressed(reading):
     pressures = around((0.2, 0, 0.02))
     broken = pressures.copy()
     taxel = int(pressures.argmax())
-    broken[taxel], pressures[taxel] = reading, 0.0
+    broken[taxel] = reading
+    pressures[taxel] = 0.0
     broken[3] = reading
-    found, wanted = ContactDetector(MAP).read(broken), ContactDetector(MAP).read(pressures)
+    found = ContactDetector(MAP).read(broken)
+    wanted = ContactDetector(MAP).read(pressures)
     assert [region.force for region in found] == [region.force for region in wanted]
     assert np.isfinite([region.place_error for region in found]).all()
 
@@ -218,7 +230,8 @@ def test_a_ring_of_negative_noise_is_left_out():
 
 def test_a_region_under_strong_noise_has_axes():
     """Large ring taxels that read below zero outweigh the touched one's area."""
-    chance, sizes = np.random.default_rng(3), []
+    chance = np.random.default_rng(3)
+    sizes = []
     detector = ContactDetector(MAP)
     for _ in range(400):
         pressures = chance.normal(0.0, 800.0, len(SKIN))
@@ -229,7 +242,8 @@ def test_a_region_under_strong_noise_has_axes():
 
 
 def test_an_edited_map_moves_the_place_and_not_the_identity():
-    reader, pressures = ContactDetector(MAP), around((0.2, 0, 0.02))
+    reader = ContactDetector(MAP)
+    pressures = around((0.2, 0, 0.02))
     (before,) = reader.read(pressures)
     moved = replace(MAP, layout=MapLayout(tuple(replace(p, offset=(1.0, 2.0)) for p in MAP.layout.placements)))
     reader.use(moved)
@@ -243,7 +257,8 @@ def test_a_touch_across_a_seam_is_one_region_placed_on_the_body():
     prepared = arm()
     reader = ContactDetector(prepared.map)
     assert len(reader._seams.pairs), "the arm's tubes are cut somewhere"
-    skin, torn = prepared.skin, 0
+    skin = prepared.skin
+    torn = 0
     body = np.concatenate([patch.taxels.positions for patch in skin.patches])
     for one, other in reader._seams.pairs:
         pressures = np.zeros(len(skin))
@@ -267,7 +282,9 @@ def test_a_patch_drawn_larger_is_torn_no_further():
 
 def test_a_finger_anywhere_on_the_arm_is_found_where_it_is():
     prepared = arm()
-    skin, felt, missed = prepared.skin, WaterFillModel(prepared.skin), []
+    skin = prepared.skin
+    felt = WaterFillModel(prepared.skin)
+    missed = []
     reader = ContactDetector(prepared.map)
     for taxel in range(0, len(skin), 5):
         at = skin.taxel_point(taxel)

@@ -322,10 +322,12 @@ def test_age_of_a_sample_counts_by_how_fast_force_and_place_change():
 
 
 def test_noise_is_not_taken_for_motion():
-    random, effects = np.random.default_rng(0), SensorEffects(noise=Noise(1000.0), sampling=Sampling())
+    random = np.random.default_rng(0)
+    effects = SensorEffects(noise=Noise(1000.0), sampling=Sampling())
     errors = SensorUncertainty.of_sensor(effects)
     sd = 1000 * AREA * math.sqrt(3)
-    motion, squares = Motion.begin(0.0, 1.0, np.zeros(3), errors.lag), []
+    motion = Motion.begin(0.0, 1.0, np.zeros(3), errors.lag)
+    squares = []
     for step in range(1, 2000):
         motion = motion.next(0.02 * step, 1 + random.normal(0, sd), np.zeros(3))
         squares.append(propagate_uncertainty(errors, ONE, np.zeros(3), motion=motion).parts["sampling"] ** 2)

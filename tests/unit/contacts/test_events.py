@@ -46,8 +46,11 @@ def test_each_kind_reads_well(kind, phase, links, words):
 
 @pytest.mark.parametrize("seed", range(5))
 def test_whatever_it_does_each_phase_begins_where_the_last_one_ended(seed):
-    random, at, rule = np.random.default_rng(seed), np.zeros(3), EventThresholds()
-    course, events = ContactState(0, 0.0, region(1), rule), []
+    random = np.random.default_rng(seed)
+    at = np.zeros(3)
+    rule = EventThresholds()
+    course = ContactState(0, 0.0, region(1), rule)
+    events = []
     for tick in range(1, 2000):
         if tick % 200 == 0:
             pace = random.normal(0, 3e-4, 3) * random.integers(2)
@@ -69,7 +72,9 @@ DOWN = np.array([0.0, 0.0, -1.0])
 
 def test_a_grasp_goes_on_while_fingers_change():
     pairs = GraspPairs(-0.5)
-    one, other, third = region(1), region(2, link_normal=DOWN), region(3, link_normal=DOWN)
+    one = region(1)
+    other = region(2, link_normal=DOWN)
+    third = region(3, link_normal=DOWN)
     assert [event.phase for event in pairs.read(0, 0.0, {1: one, 2: other})] == ["began"]
     assert pairs.read(1, 0.1, {1: one, 2: other, 3: third}) == []
     assert pairs.read(2, 0.2, {1: one, 3: third}) == []
@@ -80,7 +85,8 @@ def test_a_grasp_goes_on_while_fingers_change():
 
 def test_a_grasp_waits_for_a_finger_that_may_come_back():
     pairs = GraspPairs(-0.5)
-    one, other = region(1), region(2, link_normal=DOWN)
+    one = region(1)
+    other = region(2, link_normal=DOWN)
     pairs.read(0, 0.0, {1: one, 2: other})
     assert pairs.read(1, 0.1, {1: one}, awaited={2}) == []
     assert pairs.read(2, 0.2, {1: one, 2: other}) == []
@@ -106,7 +112,8 @@ TICK = 0.01
 
 def told(frames, *, reader=None):
     """(phase, kind, contacts) of everything that regions frame by frame mean; the events too."""
-    reader, found = reader or EventDetector(), []
+    reader = reader or EventDetector()
+    found = []
     for tick, regions in enumerate(frames):
         found += reader.read(tick, tick * TICK, regions)
     return [(event.phase, event.kind, event.contacts) for event in found], found

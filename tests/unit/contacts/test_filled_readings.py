@@ -51,7 +51,8 @@ def test_even_pressure_is_filled_in():
 
 def test_contacts_on_a_hole_are_within_the_stated_interval():
     fill = TaxelFill(SKIN, broken(HOLE))
-    off, stated = [], []
+    off = []
+    stated = []
     for taxel in (HOLE, *sorted(neighbours(HOLE))):
         for force in (3.0, 10.0):
             true = press_skin(SKIN, SKIN.taxel_point(taxel), force=force, radius=0.03)

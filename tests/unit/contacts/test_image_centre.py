@@ -17,7 +17,8 @@ from tactile_maps.tactile.sensors.sensor_effects import SensorEffects
 from tests.support.touch import arm
 
 PREPARED = arm()
-ROBOT, MAP = PREPARED.robot, PREPARED.map
+ROBOT = PREPARED.robot
+MAP = PREPARED.map
 TAXEL = 150
 
 
@@ -27,7 +28,8 @@ def pressures():
     found = np.zeros(len(MAP.skin))
     pairs = MAP.skin.neighbours
     around = np.setdiff1d(pairs[(pairs == TAXEL).any(axis=1)], TAXEL)
-    found[TAXEL], found[around] = 12e3, np.linspace(2e3, 7e3, len(around))
+    found[TAXEL] = 12e3
+    found[around] = np.linspace(2e3, 7e3, len(around))
     return found
 
 
@@ -65,7 +67,8 @@ def test_without_pixels_nothing_changes(pressures):
 
 
 def test_three_taxels_are_a_mean_of_places_and_normals_weighted_by_nearness(pressures):
-    usual, found = centre(pressures), centre(pressures, back_projection="three-taxels")
+    usual = centre(pressures)
+    found = centre(pressures, back_projection="three-taxels")
     assert np.array_equal(found.map_point, usual.map_point)
     patch = MAP.skin.patches[usual.at.patch]
     first = MAP.skin.first[usual.at.patch]

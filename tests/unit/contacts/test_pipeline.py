@@ -161,7 +161,8 @@ def test_estimators_use_the_noise_of_the_contact(estimator):
 
 def test_two_links_touched_apart_are_no_self_touch():
     prepared = arm()
-    skin, pressed = prepared.skin, np.zeros(len(prepared.skin))
+    skin = prepared.skin
+    pressed = np.zeros(len(prepared.skin))
     pressed[[int(skin.first[0]), int(skin.first[2])]] = 5e3
     sense = ContactPipeline(prepared.robot, prepared.map, SensorEffects())
     regions = sense.read(1, 0.01, prepared.robot.home, pressed)
@@ -178,7 +179,8 @@ def test_an_edited_map_is_used():
 @pytest.mark.parametrize("estimator", ["area-sum", "local-nnls", "tikhonov"])
 def test_one_reading_is_read_without_a_past(estimator):
     prepared = prepared_bar()
-    skin, at = prepared.skin, prepared.skin.taxel_point(30)
+    skin = prepared.skin
+    at = prepared.skin.taxel_point(30)
     pressures = press_skin(skin, at, force=3.0, model="water-fill" if estimator == "area-sum" else "half-space")
     (contact,) = read_contacts(prepared.map, pressures, estimator=estimator)
     assert contact.force == pytest.approx(3.0, rel=1e-9 if estimator == "area-sum" else 0.2)

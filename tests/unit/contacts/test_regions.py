@@ -12,7 +12,8 @@ from tests.support.touch import arm
 
 
 def test_it_owns_its_arrays():
-    at, point = SurfacePoint(0, 0, (1.0, 0.0, 0.0)), np.zeros(3)
+    at = SurfacePoint(0, 0, (1.0, 0.0, 0.0))
+    point = np.zeros(3)
     region = ContactRegion(1, np.array([3, 4]), 2.0, 1e-4, 5e3, np.zeros(2), at, "bar", point, point)
     point[0] = 1
     assert region.link_position[0] == 0
@@ -42,7 +43,8 @@ def test_a_lonely_taxel_has_no_ring():
 
 
 def test_groups_are_the_connected_components_of_what_is_touched():
-    skin, random = arm().skin, np.random.default_rng(0)
+    skin = arm().skin
+    random = np.random.default_rng(0)
     graph = TaxelGraph(skin)
     for share in (0.05, 0.3, 0.6):
         touched = np.flatnonzero(random.random(len(skin)) < share)

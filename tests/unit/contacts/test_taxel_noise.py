@@ -83,7 +83,8 @@ def test_readings_that_never_differ_say_nothing_of_the_noise():
 
 def test_one_noisy_taxel_does_not_hide_a_contact_of_its_neighbours():
     noise = TaxelNoise(np.r_[np.full(9, 1.0), 1e4], np.full(10, 49.0))
-    areas, taxels = np.full(10, 2.0), np.arange(10)
+    areas = np.full(10, 2.0)
+    taxels = np.arange(10)
     assert noise.exceeded(6.0, np.full(10, 2 * 5.0), taxels, areas)
     assert not noise.exceeded(6.0, np.r_[np.zeros(9), 2 * 5e4], taxels, areas)
 
@@ -91,7 +92,8 @@ def test_one_noisy_taxel_does_not_hide_a_contact_of_its_neighbours():
 def test_one_underestimated_taxel_is_no_contact_together_with_a_quiet_one():
     """By the sum's degrees of freedom alone, a large reading of one taxel would count if its neighbour reads a bit."""
     noise = TaxelNoise(np.full(2, 1.0), np.full(2, 5.0))
-    areas, taxels = np.ones(2), np.arange(2)
+    areas = np.ones(2)
+    taxels = np.arange(2)
     alone = float(noise.limits(6.0)[0])
     assert not noise.exceeded(6.0, np.array([0.8 * alone, 0.1 * alone]), taxels, areas)
     assert noise.exceeded(6.0, np.array([1.01 * alone, 0.1 * alone]), taxels, areas)
@@ -166,7 +168,8 @@ def test_tail_of_taxels_that_are_constant_silent_or_rarely_differ():
 
 @pytest.mark.parametrize("kind", ["normal", "clipped"])
 def test_taxels_of_an_ended_contact_are_no_contacts(kind):
-    random, map_ = np.random.default_rng(3), bar_map(60)
+    random = np.random.default_rng(3)
+    map_ = bar_map(60)
     values = 10e3 * KINDS[kind][0](random, (50, 60))
     noise = estimate_noise(values.std(0), np.full(60, 50), tail_of_readings(values))
     errors = SensorUncertainty.measured(noise)
@@ -181,8 +184,10 @@ def test_taxels_of_an_ended_contact_are_no_contacts(kind):
 
 def false_contacts(readings, seed, seconds):
     """Number of readings in which noise alone is a contact, and of those that were looked at."""
-    random, map_ = np.random.default_rng(seed), bar_map(TAXELS)
-    sigma, pairs = two_decades(random), map_.skin.neighbours
+    random = np.random.default_rng(seed)
+    map_ = bar_map(TAXELS)
+    sigma = two_decades(random)
+    pairs = map_.skin.neighbours
     baseline, noise = tared(random, sigma, readings)
     errors = SensorUncertainty.measured(noise)
     detector = ContactDetector(map_, threshold=ReadingSettings().thresholds_for(errors), errors=errors)
@@ -215,7 +220,8 @@ def test_false_contacts_in_an_hour_are_few(readings):
 
 @pytest.mark.parametrize("readings", [5, 50])
 def test_a_contact_above_the_noise_is_found(readings):
-    random, map_ = np.random.default_rng(2), bar_map(TAXELS)
+    random = np.random.default_rng(2)
+    map_ = bar_map(TAXELS)
     sigma = two_decades(random) / 50
     baseline, noise = tared(random, sigma, readings)
     errors = SensorUncertainty.measured(noise)

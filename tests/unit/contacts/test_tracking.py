@@ -22,7 +22,8 @@ from tests.support.sensors import row
 from tests.support.touch import arm, bar_skin
 
 SKIN = bar_skin(400)
-BODY, MEMORY_GRAPH = taxel_positions(SKIN), TaxelGraph(SKIN)
+BODY = taxel_positions(SKIN)
+MEMORY_GRAPH = TaxelGraph(SKIN)
 PITCH = float(np.sqrt(np.median(SKIN.areas)))
 
 
@@ -33,13 +34,16 @@ def around(x: float, radius: float) -> TaxelGroup:
     return group
 
 
-WIDE, LONE = around(0.2, 1.5 * PITCH), around(0.2, 0.0)
+WIDE = around(0.2, 1.5 * PITCH)
+LONE = around(0.2, 0.0)
 
 
 def lost(group: TaxelGroup, *, period: float = 0.0, gaps: bool = True) -> TrackMemory:
     """Contact 7 was lost at the time 1."""
     made = TrackMemory(SKIN, BODY)
-    made.waits, made.period, made.gaps = True, period, gaps
+    made.waits = True
+    made.period = period
+    made.gaps = gaps
     made.lose(7, group, 1.0)
     return made
 
@@ -84,7 +88,8 @@ def test_a_slow_skin_may_miss_one_sample():
 @pytest.mark.parametrize("waited", [0.02, 0.2])
 def test_nobody_comes_back_from_farther_than_a_hand_moves(waited):
     reached = max(BODY[sorted(LONE.core | LONE.ring), 0]) + SPEED * waited
-    near, far = around(reached - 0.5 * PITCH, 0.0), around(reached + 1.5 * PITCH, 0.0)
+    near = around(reached - 0.5 * PITCH, 0.0)
+    far = around(reached + 1.5 * PITCH, 0.0)
     assert lost(LONE).find(near, 1.0 + waited) == 7
     assert lost(LONE).find(far, 1.0 + waited) is None
 
@@ -100,7 +105,8 @@ def test_the_nearest_comes_back_and_only_once():
 
 def test_on_another_link_it_is_another():
     skin = arm().skin
-    graph, body = TaxelGraph(skin), taxel_positions(skin)
+    graph = TaxelGraph(skin)
+    body = taxel_positions(skin)
     first, other = (graph.groups([int(skin.first[patch])])[0] for patch in (0, 1))
     assert skin.patches[0].link != skin.patches[1].link
     made = TrackMemory(skin, np.zeros_like(body))  # all in one place, each in its own link's frame
@@ -198,7 +204,8 @@ class Walk:
     """Contacts on a row of taxels a millimetre apart; the time of each frame is a hundredth of a second."""
 
     def __init__(self) -> None:
-        self.tracker, self.now = RegionTracker(), 0.0
+        self.tracker = RegionTracker()
+        self.now = 0.0
 
     def frame(self, *touched: set[int], forces: tuple[float, ...] = ()) -> list[TrackId]:
         """Names of the groups ``touched``, which press with ``forces``, 1 N each by default."""

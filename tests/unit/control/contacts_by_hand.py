@@ -22,7 +22,8 @@ def touch(force, *, x=0.3, id_=1, normal=(0, 0, 1)):
 
 def touch_on(map_: TactileMap, taxel, force, *, id_=1):
     """One contact at a taxel of a map."""
-    at, skin = map_.skin.taxel_point(taxel), map_.skin
+    at = map_.skin.taxel_point(taxel)
+    skin = map_.skin
     return region(force, at, skin.position(at), map_.to_map(at), id_=id_, normal=skin.normal(at), link=skin.link(at))
 
 

@@ -19,7 +19,8 @@ from tests.support.limits import kinds
 from tests.support.touch import arm, prepared_bar
 from tests.unit.control.contacts_by_hand import TICK, touch
 
-BENT, STILL = np.array([0.7]), np.zeros(1)
+BENT = np.array([0.7])
+STILL = np.zeros(1)
 
 
 def manager(**settings) -> ControllerManager:
@@ -52,7 +53,9 @@ def test_other_gains_do_not_start_a_law_afresh():
 @pytest.mark.parametrize("after", CHOICES["controller"])
 def test_a_law_switched_in_mid_contact_does_not_jump(before, after):
     """The torque goes on, and changes as slowly afterwards as the controllers themselves do."""
-    mine, posture, velocity = manager(controller=before), np.array([0.1]), np.array([0.05])
+    mine = manager(controller=before)
+    posture = np.array([0.1])
+    velocity = np.array([0.05])
     for _ in range(50):
         last = mine.command(posture, velocity, touch(4.0), TICK)
     mine.settings = replace(mine.settings, controller=after)
@@ -65,7 +68,8 @@ def test_a_law_switched_in_mid_contact_does_not_jump(before, after):
 
 
 def test_a_law_taken_up_again_starts_from_the_torque_asked_for_not_from_what_it_remembers():
-    mine, posture = manager(controller="hybrid"), np.array([0.1])
+    mine = manager(controller="hybrid")
+    posture = np.array([0.1])
     for _ in range(50):
         mine.command(posture, STILL, touch(9.0), TICK)
     mine.settings = ControlSettings()
@@ -88,7 +92,9 @@ def test_what_is_left_of_another_law_fades():
 
 
 def test_a_rest_posture_holds_under_every_law():
-    mine, posture, still = manager(), np.zeros(1), np.zeros(1)
+    mine = manager()
+    posture = np.zeros(1)
+    still = np.zeros(1)
     assert mine.rest == [0.0], "the robot's home, until it is set"
     mine.rest = np.array([0.3])
     assert mine.command(posture, still, (), TICK).posture == [0.3]
@@ -128,7 +134,8 @@ def test_a_skin_that_cannot_be_read_stops_every_law_that_reads(controller):
 
 
 def test_what_the_skin_cannot_hold_is_said_beside_what_limits_the_law():
-    mine, seldom = manager(controller="hybrid", force_gain=0.05), SensorTiming(0.2)
+    mine = manager(controller="hybrid", force_gain=0.05)
+    seldom = SensorTiming(0.2)
     mine.command(BENT, STILL, touch(2.0), TICK)
     assert mine.why_limited == ()
     mine.readings = seldom
@@ -193,7 +200,8 @@ def limited(controller: str, **joint) -> ControllerManager:
 
 @pytest.mark.parametrize("controller", CHOICES["controller"])
 def test_torque_limit_of_a_joint_is_respected_and_named(controller):
-    mine, posture = limited(controller, max_effort=1.0), np.array([0.6])
+    mine = limited(controller, max_effort=1.0)
+    posture = np.array([0.6])
     said = set()
     for _ in range(200):  # too weak a touch, to which an arm that something blocks presses on
         command = mine.command(posture, STILL, touch(0.5), TICK)
@@ -207,7 +215,8 @@ def test_torque_limit_of_a_joint_is_respected_and_named(controller):
 
 
 def test_torque_limit_holds_while_another_controller_fades():
-    mine, posture = limited("impedance", max_effort=1.0), np.array([0.6])
+    mine = limited("impedance", max_effort=1.0)
+    posture = np.array([0.6])
     for controller in ("impedance", "hybrid", "impedance", "hold_force"):
         mine.settings = ControlSettings(controller=controller)
         for _ in range(20):
@@ -222,7 +231,8 @@ def test_integral_does_not_wind_up_at_the_torque_limit(controller):
     """After ten seconds of a blocked arm the torque turns as soon as after one, when the force is too high."""
     turned = []
     for blocked in (200, 2000):
-        mine, posture = limited(controller, max_effort=1.0), np.array([0.6])
+        mine = limited(controller, max_effort=1.0)
+        posture = np.array([0.6])
         for _ in range(40):
             mine.command(posture, STILL, touch(4.0), TICK)  # above the goal, so that the integral works
         for _ in range(blocked):
@@ -241,7 +251,8 @@ def test_integral_does_not_grow_while_the_arm_is_wedged_below_its_torque_limit(c
     """A bare link rests on the object: the point does not move, and the skin reads less than the goal for 1 or 3 s."""
     turned = []
     for wedged in (200, 600):
-        mine, posture = manager(controller=controller, force_gain=0.001), np.array([0.6])
+        mine = manager(controller=controller, force_gain=0.001)
+        posture = np.array([0.6])
         mine.readings = SensorTiming(TICK)
         for _ in range(40):
             mine.command(posture, STILL, touch(4.0), TICK)  # above the goal, so that the integral works
@@ -260,12 +271,14 @@ def test_integral_does_not_grow_while_the_arm_is_wedged_below_its_torque_limit(c
 @pytest.mark.parametrize("controller", [name for name in CHOICES["controller"] if name != "impedance"])
 @pytest.mark.parametrize("force", [0.1, 20.0])
 def test_speed_limit_of_the_model_is_respected(controller, force):
-    mine, posture = limited(controller, max_speed=0.05), np.array([0.1])
+    mine = limited(controller, max_speed=0.05)
+    posture = np.array([0.1])
     fastest = 0.0
     for number in range(300):
         regions = touch(force) if number < 150 else ()  # and on the way back to rest
         after = mine.command(posture, STILL, regions, TICK).posture
-        fastest, posture = max(fastest, abs(float(after[0] - posture[0])) / TICK), after
+        fastest = max(fastest, abs(float(after[0] - posture[0])) / TICK)
+        posture = after
     assert 0.01 < fastest <= 0.05 * (1 + 1e-6)
 
 
@@ -286,9 +299,11 @@ def test_every_controller_is_stopped_yields_and_continues(controller, force, vel
     assert not stopped.torque.any()
     ticks = 0
     while kind in kinds(mine.why_limited):
-        last, command = stopped, mine.command(pushed, STILL, (), TICK)
+        last = stopped
+        command = mine.command(pushed, STILL, (), TICK)
         assert command.torque_at(pushed, STILL) == pytest.approx(last.torque_at(pushed, STILL), abs=0.1), "no jump"
-        stopped, ticks = command, ticks + 1
+        stopped = command
+        ticks = ticks + 1
     assert ticks * TICK == pytest.approx(QUIET, abs=2 * TICK)
 
 
@@ -300,7 +315,8 @@ def test_a_stop_outlasts_a_change_of_the_controller(before, after):
     mine.command(BENT, STILL, touch(41.0), TICK)
     stopped = kinds(mine.why_limited)
     assert stopped == [LimitKind.STOPPED_BY_FORCE]
-    pushed, last = BENT + 0.05, mine.command(BENT, STILL, touch(20.0), TICK)
+    pushed = BENT + 0.05
+    last = mine.command(BENT, STILL, touch(20.0), TICK)
     mine.settings = replace(mine.settings, controller=after)
     for _ in range(300):
         command = mine.command(pushed, STILL, touch(20.0), TICK)

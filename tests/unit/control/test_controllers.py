@@ -40,7 +40,8 @@ def controller_of(name, prepared) -> Controller:
 
 @pytest.mark.parametrize("name", CHOICES["controller"])
 def test_a_law_keeps_the_protocol(name):
-    robot, controller = arm().robot, controller_of(name, arm())
+    robot = arm().robot
+    controller = controller_of(name, arm())
     for method in ("reset", "start", "command"):
         said, wanted = (inspect.signature(getattr(kind, method)).parameters for kind in (type(controller), Controller))
         assert list(said) == list(wanted)
@@ -66,8 +67,10 @@ def test_too_much_force_moves_the_point_inwards_and_too_little_outwards(name):
 @pytest.mark.parametrize("task", CHOICES["task"])
 @pytest.mark.parametrize("name", CHOICES["controller"])
 def test_every_law_does_every_task_within_its_bounds(name, task):
-    prepared, settings = arm(), ControlSettings(controller=name, task=task, force_goal=3.0)
-    controller, posture = controller_of(name, prepared), prepared.robot.home
+    prepared = arm()
+    settings = ControlSettings(controller=name, task=task, force_goal=3.0)
+    controller = controller_of(name, prepared)
+    posture = prepared.robot.home
     taxel = int(prepared.skin.first[1]) + 40
     for tick in range(60):
         regions = (touch_on(prepared.map, taxel, 1.0 + 0.2 * tick),) if tick < 50 else ()
@@ -79,7 +82,8 @@ def test_every_law_does_every_task_within_its_bounds(name, task):
 
 @pytest.mark.parametrize("name", CHOICES["controller"])
 def test_a_robot_without_joints_gets_an_empty_command(name):
-    controller, empty = controller_of(name, prepared_bar(hinged=False)), np.zeros(0)
+    controller = controller_of(name, prepared_bar(hinged=False))
+    empty = np.zeros(0)
     for regions in ((), touch(9.0), ()):
         assert controller.command(
             replace(ControlSettings(), controller=name), empty, empty, regions, TICK
@@ -115,7 +119,8 @@ def test_impedance_of_a_robot_without_joints_is_an_empty_command():
 
 
 SETTINGS = ControlSettings(controller="hold_force", force_goal=3.0, force_gain=0.01, integral_time=0.5)
-NO_VELOCITY, HOLD_TICK = np.zeros(1), 0.005
+NO_VELOCITY = np.zeros(1)
+HOLD_TICK = 0.005
 
 
 def touch_along_the_bar(force, *, x=0.3, id_=1, normal=(0, 0, 1)):
@@ -156,7 +161,8 @@ def test_it_retreats_from_every_contact_above_the_goal():
     both = (*touch_along_the_bar(7.0), *touch_along_the_bar(5.0, id_=2))
     alone, together = (moved(HoldForceController(bar()), regions) for regions in (touch_along_the_bar(6.0), both))
     assert together == pytest.approx(alone, rel=1e-9)
-    first, light = touch_along_the_bar(7.0), touch_along_the_bar(2.0, id_=2)
+    first = touch_along_the_bar(7.0)
+    light = touch_along_the_bar(2.0, id_=2)
     assert moved(HoldForceController(bar()), (*first, *light)) == moved(HoldForceController(bar()), first)
 
 
@@ -235,7 +241,8 @@ def test_a_push_along_the_axis_moves_nothing():
 
 
 def test_a_joint_at_its_limit_stays_and_says_so():
-    controller, edge = HoldForceController(bar()), np.array([1.5])
+    controller = HoldForceController(bar())
+    edge = np.array([1.5])
     assert moved(controller, touch_along_the_bar(9.0), posture=edge) == 0
     assert LimitKind.JOINT_LIMIT in kinds(controller.why_limited)
     controller.reset()
@@ -251,7 +258,8 @@ def test_it_does_not_run_ahead_of_an_arm_that_is_held_back():
 
 
 def test_it_starts_from_the_posture_it_finds_and_goes_home_gently():
-    controller, posture = HoldForceController(bar()), np.array([1.0])
+    controller = HoldForceController(bar())
+    posture = np.array([1.0])
     wanted = [float(controller.command(SETTINGS, posture, NO_VELOCITY, (), HOLD_TICK).posture[0])]
     assert wanted[0] == pytest.approx(1.0, abs=1e-3), "no jolt"
     for _ in range(2000):
@@ -289,12 +297,15 @@ def test_no_integral_at_all_can_be_asked_for():
 
 
 def test_hold_force_of_a_robot_without_joints_is_an_empty_command():
-    controller, empty = HoldForceController(bar(hinged=False)), np.zeros(0)
+    controller = HoldForceController(bar(hinged=False))
+    empty = np.zeros(0)
     for regions in ((), touch_along_the_bar(9.0), ()):
         assert controller.command(SETTINGS, empty, empty, regions, HOLD_TICK).posture.shape == (0,)
 
 
-BAR, STILL, BENT = prepared_bar(), np.zeros(1), np.array([0.5])
+BAR = prepared_bar()
+STILL = np.zeros(1)
+BENT = np.array([0.5])
 
 
 def controller_on(prepared=BAR) -> TaskController:
@@ -319,7 +330,8 @@ def test_too_much_force_stops_it_softly_where_it_is():
 
 @pytest.mark.parametrize(("task", "stays"), [("keep_force", False), ("guide", True), ("retreat", True)])
 def test_after_the_touch_it_goes_home_or_stays(task, stays):
-    controller, posture = controller_on(), BENT
+    controller = controller_on()
+    posture = BENT
     for tick in range(800):
         posture = controller.command(ControlSettings(controller="hybrid", task=task), posture, STILL, (), TICK).posture
         assert tick or posture == pytest.approx(BENT, abs=1e-3)
@@ -328,11 +340,14 @@ def test_after_the_touch_it_goes_home_or_stays(task, stays):
 
 def test_after_a_contact_was_lost_for_good_it_comes_home_slowly_and_says_so():
     """What it lost may stand in the way."""
-    controller, settings, posture = controller_on(), ControlSettings(controller="hybrid"), BENT
+    controller = controller_on()
+    settings = ControlSettings(controller="hybrid")
+    posture = BENT
     controller.command(settings, posture, STILL, touch(3.0), TICK)
     steps = []
     for _ in range(1600):
-        before, posture = posture, controller.command(settings, posture, STILL, (), TICK).posture
+        before = posture
+        posture = controller.command(settings, posture, STILL, (), TICK).posture
         steps.append(abs(posture[0] - before[0]) / TICK)
         told = set(kinds(controller.why_limited)) & {LimitKind.SLOW_HOMING, LimitKind.CONTACT_LOST}
         assert told or abs(posture[0]) < 0.011
@@ -341,8 +356,10 @@ def test_after_a_contact_was_lost_for_good_it_comes_home_slowly_and_says_so():
 
 def test_giving_energy_for_long_is_slowed_to_nothing_and_said():
     """Something gives way for ever under the goal force."""
-    controller, settings = controller_on(), ControlSettings(controller="hybrid", force_goal=20.0, force_gain=0.015)
-    posture, speeds = STILL, []
+    controller = controller_on()
+    settings = ControlSettings(controller="hybrid", force_goal=20.0, force_gain=0.015)
+    posture = STILL
+    speeds = []
     velocity = np.array([-0.25 / 0.3])  # outward
     for _ in range(200):
         command = controller.command(settings, posture, velocity, touch(15.0), TICK)
@@ -361,7 +378,8 @@ def test_giving_energy_for_long_is_slowed_to_nothing_and_said():
 
 def test_a_contact_that_goes_along_with_the_skin_is_let_slide():
     prepared = arm()
-    controller, posture = controller_on(prepared), prepared.robot.home
+    controller = controller_on(prepared)
+    posture = prepared.robot.home
     pairs = prepared.skin.neighbours
     here, there = (int(taxel) for taxel in pairs[pairs[:, 0] > prepared.skin.first[1] + 40][0])
     settings = ControlSettings(controller="hybrid", task="hold_point")
@@ -381,7 +399,9 @@ def test_a_contact_that_goes_along_with_the_skin_is_let_slide():
 def test_a_contact_that_falls_short_on_a_path_is_led_faster_on_fine_taxels(pitch, share):
     """It does not move for 0.2 s: the arm makes more than the speed of the path and the gain times the error."""
     prepared = arm()
-    controller, posture, still = controller_on(prepared), prepared.robot.home, np.zeros(7)
+    controller = controller_on(prepared)
+    posture = prepared.robot.home
+    still = np.zeros(7)
     controller.sight.pitch = pitch
     touched = touch_on(prepared.map, int(prepared.skin.first[1]) + 40, 3.0)
     start = touched.map_point
@@ -429,7 +449,9 @@ def answers(settings: ControlSettings) -> np.ndarray:
     """What a controller asks of the joints while a contact wanders to and fro and presses, and once it is lost."""
     prepared = arm()
     controller = build_controller(settings.controller, prepared.robot, TaskManager(), MapKinematics(prepared.map))
-    pairs, posture, rows = prepared.skin.neighbours, prepared.robot.home + 0.02, []
+    pairs = prepared.skin.neighbours
+    posture = prepared.robot.home + 0.02
+    rows = []
     here, there = (int(taxel) for taxel in pairs[pairs[:, 0] > prepared.skin.first[1] + 40][0])
     for tick in range(40):
         regions = (touch_on(prepared.map, here if tick < 20 else there, 1.0 + 0.1 * tick),)
@@ -468,7 +490,8 @@ def test_laws_with_a_task_are_choices():
 
 @pytest.mark.parametrize("name", [controller for controller in CHOICES["controller"] if controller != "impedance"])
 def test_joint_gains_follow_the_posture(name):
-    robot, controller = arm().robot, controller_of(name, arm())
+    robot = arm().robot
+    controller = controller_of(name, arm())
     configuration = Configuration(robot)
     for posture in (robot.home, robot.home + 0.5):
         configuration.update(posture)

@@ -46,7 +46,8 @@ def test_stopped_arm_brakes_only_joints_faster_than_allowed_and_without_a_jump(d
     robot = bar()
     configuration = Configuration(robot)
     yielding = YieldingImpedance(configuration, np.array([0.6]))
-    inertia, home = configuration.inertia()[0], robot.home
+    inertia = configuration.inertia()[0]
+    home = robot.home
     slow, just, fast = (
         direction * yielding.about(home, np.array([direction * v])).torque_at(home, direction * v)[0]
         for v in (0.6, 0.6001, 1.6)
@@ -68,7 +69,8 @@ def test_every_joint_has_the_requested_frequency_and_damping_ratio_at_any_postur
     configuration = Configuration(robot)
     impedance = JointImpedance(configuration, frequency=40.0, damping_ratio=1.0)
     configuration.update(lower + (upper - lower) * np.random.default_rng(seed).random(7))
-    command, inertia = impedance.about(robot.home), configuration.inertia()
+    command = impedance.about(robot.home)
+    inertia = configuration.inertia()
     assert np.sqrt(command.stiffness / inertia) == pytest.approx(np.full(7, 40.0))
     damping = command.damping + configuration.joint_damping
     assert damping == pytest.approx(80.0 * inertia), "less the damping that the joints have"
@@ -79,7 +81,8 @@ def test_every_joint_has_the_requested_frequency_and_damping_ratio_at_any_postur
 def test_a_joint_whose_own_damping_exceeds_the_requested_is_named():
     robot = arm().robot
     configuration = Configuration(robot)
-    own, inertia = configuration.joint_damping, configuration.inertia()
+    own = configuration.joint_damping
+    inertia = configuration.inertia()
     frequency = float((own / (2 * inertia)).max()) / 2  # the joint with most damping then has a ratio of 2
     limit = JointImpedance(configuration, frequency=frequency, damping_ratio=1.0).deviation()
     assert limit is not None
@@ -92,7 +95,8 @@ def test_a_joint_whose_own_damping_exceeds_the_requested_is_named():
 
 def test_a_controller_names_the_joint_whose_response_differs():
     robot = arm().robot
-    soft, controller = ControlSettings(stiffness=0.5), ImpedanceController(robot)
+    soft = ControlSettings(stiffness=0.5)
+    controller = ImpedanceController(robot)
     controller.command(soft, robot.home, np.zeros(7), (), DT)
     assert kinds(controller.why_limited) == [LimitKind.JOINT_RESPONSE]
     controller.reset()
@@ -106,7 +110,8 @@ def test_limits_in_posture_order():
     assert [side.shape for side in joint_limits(bar(hinged=False))] == [(0,), (0,)]
 
 
-DT, STILL = 0.005, np.zeros(1)
+DT = 0.005
+STILL = np.zeros(1)
 
 
 def reference() -> PostureReference:
@@ -114,7 +119,8 @@ def reference() -> PostureReference:
 
 
 def test_it_starts_from_the_posture_found_and_integrates():
-    mine, limits = reference(), ActiveLimits()
+    mine = reference()
+    limits = ActiveLimits()
     command = mine.move(np.array([0.2]), np.array([0.1]), DT, limits)
     assert command.posture == pytest.approx([0.2 + 0.1 * DT])
     assert mine.move(np.array([0.2]), np.array([0.1]), DT, limits).posture == pytest.approx([0.2 + 0.2 * DT])
@@ -132,7 +138,8 @@ def test_it_can_start_with_a_torque():
 
 
 def test_it_runs_neither_ahead_nor_over_a_limit_and_says_so():
-    mine, limits = reference(), ActiveLimits()
+    mine = reference()
+    limits = ActiveLimits()
     mine.move(STILL, np.array([1e3]), DT, limits)
     assert (mine.wanted, kinds(limits)) == ([MAX_LEAD], [LimitKind.HELD_BACK])
     limits = ActiveLimits()
@@ -143,7 +150,8 @@ def test_it_runs_neither_ahead_nor_over_a_limit_and_says_so():
 
 
 def test_home_is_neared_gently():
-    mine, at = reference(), np.array([1.0])
+    mine = reference()
+    at = np.array([1.0])
     speeds = []
     for _ in range(2000):
         speeds.append(float(mine.home_speed(at, STILL, DT)[0]))
@@ -184,7 +192,8 @@ def test_hinges_slides_and_stated_limits_have_their_own_speeds():
 
 
 def test_slow_joint_returns_to_rest_at_the_same_share_of_its_speed():
-    mine, at = reference_of(limited(max_speed=0.3)), np.array([1.0])
+    mine = reference_of(limited(max_speed=0.3))
+    at = np.array([1.0])
     speeds = []
     for _ in range(4000):
         speeds.append(float(mine.home_speed(at, STILL, DT)[0]))
@@ -193,7 +202,8 @@ def test_slow_joint_returns_to_rest_at_the_same_share_of_its_speed():
 
 
 def test_posture_stays_where_the_torque_of_the_joint_ends():
-    mine, limits = reference_of(limited(max_effort=2.0)), ActiveLimits()
+    mine = reference_of(limited(max_effort=2.0))
+    limits = ActiveLimits()
     for _ in range(50):
         command = mine.move(STILL, np.array([1.0]), DT, limits)
         assert command.torque_at(STILL, STILL)[0] <= 2.0 * (1 + 1e-9)
@@ -207,7 +217,8 @@ def test_posture_stays_where_the_torque_of_the_joint_ends():
 
 
 def test_damping_counts_as_torque():
-    mine, limits = reference_of(limited(max_effort=2.0)), ActiveLimits()
+    mine = reference_of(limited(max_effort=2.0))
+    limits = ActiveLimits()
     fast = np.array([-1.0])
     command = mine.move(STILL, STILL, DT, limits, velocity=fast)
     assert command.torque_at(STILL, fast) == pytest.approx([2.0])
@@ -229,9 +240,13 @@ def test_torque_above_the_limit_is_reduced_to_it(stiffness, torque):
 def test_impedance_moves_a_joint_no_faster_than_its_model_allows():
     """The spring of the impedance controller would pull it with up to three times the speed."""
     robot = limited(max_speed=0.2)
-    controller, settings = ImpedanceController(robot), ControlSettings()
-    at, speed, step = np.array([1.0]), np.zeros(1), 1e-3
-    fastest, said = 0.0, set()
+    controller = ImpedanceController(robot)
+    settings = ControlSettings()
+    at = np.array([1.0])
+    speed = np.zeros(1)
+    step = 1e-3
+    fastest = 0.0
+    said = set()
     inertia = Configuration(robot).inertia()
     for _ in range(10_000):
         torque = controller.command(settings, at, speed, (), step).torque_at(at, speed)

@@ -18,7 +18,9 @@ def test_the_pitch_is_that_of_the_taxels():
 
 def test_the_jacobian_turns_with_the_link():
     prepared = prepared_bar()
-    sight, configuration, at = MapKinematics(prepared.map), Configuration(prepared.robot), prepared.skin.taxel_point(20)
+    sight = MapKinematics(prepared.map)
+    configuration = Configuration(prepared.robot)
+    at = prepared.skin.taxel_point(20)
     flat = sight.jacobian(at, "smoothed", configuration)
     configuration.update(np.array([0.7]))
     turned = sight.jacobian(at, "smoothed", configuration)
@@ -29,8 +31,10 @@ def test_the_jacobian_turns_with_the_link():
 
 def test_on_one_piece_the_way_is_straight_on_the_map():
     prepared = prepared_bar()
-    sight, configuration = MapKinematics(prepared.map), Configuration(prepared.robot)
-    region, target = touch_on(prepared.map, 10, 1.0), prepared.skin.taxel_point(50)
+    sight = MapKinematics(prepared.map)
+    configuration = Configuration(prepared.robot)
+    region = touch_on(prepared.map, 10, 1.0)
+    target = prepared.skin.taxel_point(50)
     jacobian = sight.jacobian(region.at, "smoothed", configuration)
     wanted = prepared.map.taxel_points[50] - prepared.map.taxel_points[10]
     assert sight.error(target, region, jacobian, configuration) == pytest.approx(wanted)
@@ -39,8 +43,11 @@ def test_on_one_piece_the_way_is_straight_on_the_map():
 def test_over_a_seam_the_way_is_as_long_as_on_the_body():
     """Neighbours on the body, whose map points a seam takes apart."""
     prepared = arm()
-    sight, skin, configuration = MapKinematics(prepared.map), prepared.skin, Configuration(prepared.robot)
-    points, seen = prepared.map.taxel_points, 0
+    sight = MapKinematics(prepared.map)
+    skin = prepared.skin
+    configuration = Configuration(prepared.robot)
+    points = prepared.map.taxel_points
+    seen = 0
     for here, there in skin.neighbours:
         body = np.linalg.norm(skin.position(skin.taxel_point(here)) - skin.position(skin.taxel_point(there)))
         if np.linalg.norm(points[here] - points[there]) < 4 * body:
@@ -55,13 +62,16 @@ def test_over_a_seam_the_way_is_as_long_as_on_the_body():
 
 def test_from_link_to_link_the_way_is_that_in_space():
     prepared = arm()
-    sight, skin, configuration = MapKinematics(prepared.map), prepared.skin, Configuration(prepared.robot)
+    sight = MapKinematics(prepared.map)
+    skin = prepared.skin
+    configuration = Configuration(prepared.robot)
     region = touch_on(prepared.map, int(skin.first[1]) + 10, 1.0)
     jacobian = sight.jacobian(region.at, "smoothed", configuration)
     target = skin.taxel_point(3)
     assert target.patch != region.at.patch
     places = [configuration.pose(skin.link(at)).points(skin.position(at)) for at in (region.at, target)]
-    error, way = sight.error(target, region, jacobian, configuration), places[1] - places[0]
+    error = sight.error(target, region, jacobian, configuration)
+    way = places[1] - places[0]
     assert error / np.linalg.norm(error) == pytest.approx(jacobian @ way / np.linalg.norm(jacobian @ way))
     assert np.linalg.norm(error) == pytest.approx(np.linalg.norm(way), rel=0.2)
 
@@ -73,8 +83,11 @@ def test_the_gluing_is_made_once():
 
 def test_how_far_places_and_contacts_are_apart_is_measured_in_space():
     prepared = arm()
-    sight, skin, configuration = MapKinematics(prepared.map), prepared.skin, Configuration(prepared.robot)
-    here, there = skin.taxel_point(3), skin.taxel_point(int(skin.first[1]) + 10)
+    sight = MapKinematics(prepared.map)
+    skin = prepared.skin
+    configuration = Configuration(prepared.robot)
+    here = skin.taxel_point(3)
+    there = skin.taxel_point(int(skin.first[1]) + 10)
     places = [configuration.pose(skin.link(at)).points(skin.position(at)) for at in (here, there)]
     apart = sight.apart(here, there, configuration)
     assert apart == pytest.approx(np.linalg.norm(places[0] - places[1]))

@@ -68,7 +68,8 @@ def random_rows(seed, m, n=7):
 
 @pytest.mark.parametrize("seed", range(10))
 def test_levels_that_do_not_conflict_are_all_met_by_the_least_motion(seed):
-    rows, wanted = random_rows(seed, 3), np.array([0.1, -0.2, 0.05])
+    rows = random_rows(seed, 3)
+    wanted = np.array([0.1, -0.2, 0.05])
     levels = [PriorityLevel(rows[:1], wanted[:1]), PriorityLevel(rows[1:], wanted[1:])]
     speed, weak = solve_hierarchy(levels, np.zeros(7), FAST)
     assert rows @ speed == pytest.approx(wanted, abs=1e-9)
@@ -79,7 +80,8 @@ def test_levels_that_do_not_conflict_are_all_met_by_the_least_motion(seed):
 @pytest.mark.parametrize("size", [0.01, 1.0, 100.0])
 def test_the_size_of_the_robot_does_not_matter(size):
     """Short levers are not singular: only a speed beyond that of the joints is damped."""
-    rows, wanted = size * random_rows(0, 3), size * np.array([0.1, -0.2, 0.05])
+    rows = size * random_rows(0, 3)
+    wanted = size * np.array([0.1, -0.2, 0.05])
     speed, weak = solve_hierarchy([PriorityLevel(rows, wanted)], np.zeros(7), FAST)
     assert rows @ speed == pytest.approx(wanted, rel=1e-9)
     assert weak is None
@@ -102,7 +104,8 @@ def test_what_is_more_wanted_is_exact_in_a_conflict():
 
 
 def test_rest_moves_only_what_is_free():
-    rows, rest = random_rows(3, 3), np.full(7, 0.3)
+    rows = random_rows(3, 3)
+    rest = np.full(7, 0.3)
     speed, _ = solve_hierarchy([PriorityLevel(rows, np.zeros(3))], rest, FAST)
     assert rows @ speed == pytest.approx(np.zeros(3), abs=1e-12)
     assert np.linalg.norm(speed) > 0.1
@@ -155,7 +158,8 @@ def test_a_contact_that_may_slide_has_one_row():
 def test_a_joint_at_its_limit_leaves_the_work_to_the_others():
     robot = arm().robot
     joint = next(k for k, j in enumerate(robot.joints) if np.isfinite(j.upper))
-    start, limits = robot.home.copy(), ActiveLimits()
+    start = robot.home.copy()
+    limits = ActiveLimits()
     start[joint] = robot.joints[joint].upper
     level = PriorityLevel(np.full((1, 7), 0.5), np.array([0.2]))
     speed = solve_within_limits([level], limits_of_joints(), start, limits)
@@ -166,7 +170,8 @@ def test_a_joint_at_its_limit_leaves_the_work_to_the_others():
 
 
 def test_when_no_joint_is_left_nothing_moves():
-    robot, limits = arm().robot, ActiveLimits()
+    robot = arm().robot
+    limits = ActiveLimits()
     start = np.array([j.upper for j in robot.joints])
     assert np.isfinite(start).all()
     assert not solve_within_limits(
@@ -176,8 +181,11 @@ def test_when_no_joint_is_left_nothing_moves():
 
 
 def test_lost_speed_is_reported_with_its_direction_and_singular_value():
-    limits, rows = ActiveLimits(), np.zeros((3, 7))
-    rows[0, 0], rows[1, 1], rows[2, 2] = 0.5, 0.02, 0.5
+    limits = ActiveLimits()
+    rows = np.zeros((3, 7))
+    rows[0, 0] = 0.5
+    rows[1, 1] = 0.02
+    rows[2, 2] = 0.5
     level = PriorityLevel(rows, np.array([0.1, -0.1, 0.1]), np.eye(3))
     solve_within_limits([level], limits_of_joints(), arm().robot.home, limits)
     assert kinds(limits) == [LimitKind.WEAK_DIRECTION]
@@ -193,7 +201,8 @@ def test_lost_speed_is_reported_with_its_direction_and_singular_value():
 def test_near_a_stretched_posture_joint_speeds_change_slowly_with_posture():
     """A planar arm of two 0.3 m links: beyond four per second it would pass back and forth through that posture."""
     elbows = np.linspace(-0.3, 0.3, 2001)
-    one, two = 0.3 * np.exp(0.0j * elbows), 0.3 * np.exp(1j * elbows)
+    one = 0.3 * np.exp(0.0j * elbows)
+    two = 0.3 * np.exp(1j * elbows)
     speeds = []
     for upper, lower in zip(one, two, strict=True):
         motion = 1j * np.array([upper + lower, lower])

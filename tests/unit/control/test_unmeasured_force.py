@@ -29,7 +29,8 @@ def seen(
 
     The first tick of the force is the second of ``ticks``.
     """
-    monitor, configuration = UnmeasuredForceMonitor(robot), Configuration(robot)
+    monitor = UnmeasuredForceMonitor(robot)
+    configuration = Configuration(robot)
     if posture is not None:
         configuration.update(posture)
     still = np.zeros(len(robot.joints))
@@ -45,7 +46,8 @@ def force_torque(robot: Robot, link: str, point, force) -> np.ndarray:
     data = mujoco.MjData(model)
     data.qpos[:] = robot.home
     mujoco.mj_forward(model, data)
-    body, jacobian = model.body(link).id, np.zeros((3, model.nv))
+    body = model.body(link).id
+    jacobian = np.zeros((3, model.nv))
     place = data.xmat[body].reshape(3, 3) @ point + data.xpos[body]
     mujoco.mj_jac(model, data, jacobian, None, place, body)
     return jacobian.T @ force
@@ -117,11 +119,14 @@ def test_coupled_joints_are_left_out():
 @pytest.mark.parametrize("link", ["forearm", "wrist", "hand"])
 def test_the_least_force_is_near_the_true_one_and_on_a_link_nearby(link):
     """Over points of the link's own mesh, where joints feel the force: the hull of the monitor is its own."""
-    robot, rng = arm().robot, np.random.default_rng(0)
-    mesh, links = robot.link(link).mesh, [one.name for one in robot.links]
+    robot = arm().robot
+    rng = np.random.default_rng(0)
+    mesh = robot.link(link).mesh
+    links = [one.name for one in robot.links]
     ratios = []
     for face in rng.choice(len(mesh.faces), 60, p=mesh.face_areas / mesh.face_areas.sum()):
-        point, normal = mesh.vertices[mesh.faces[face]].mean(axis=0), mesh.face_normals[face]
+        point = mesh.vertices[mesh.faces[face]].mean(axis=0)
+        normal = mesh.face_normals[face]
         pose = Configuration(robot).pose(link)
         torque = force_torque(robot, link, point, -60.0 * (pose.rotation @ normal))
         if np.abs(torque).max() < 6.0:
@@ -139,7 +144,8 @@ def test_a_robot_without_joints_feels_nothing():
 
 
 def test_a_reset_forgets_the_force():
-    monitor, configuration = UnmeasuredForceMonitor(bar()), Configuration(bar())
+    monitor = UnmeasuredForceMonitor(bar())
+    configuration = Configuration(bar())
     torque = force_torque(bar(), "bar", (0.39, 0, -0.02), (0, 0, 60.0))
     for _ in range(20):
         found = monitor.look(configuration, np.zeros(1), (), DriveTorques(-torque), TICK)

@@ -40,7 +40,8 @@ def _square(x: float) -> Mesh:
 
 def _upright(map_: TactileMap, number: int, x: float, scale: float) -> Placement:
     """The placement that lays a flat plate's chart as it lies on the body, its corner at (x, 0)."""
-    chart, surface = map_.charts[number], map_.skin.patches[number].surface
+    chart = map_.charts[number]
+    surface = map_.skin.patches[number].surface
     body = surface.vertices[chart.vertex_of][:, :2]
     plane = chart.plane - chart.plane.mean(axis=0)
     turn = plane.T @ (body - body.mean(axis=0))

@@ -147,7 +147,8 @@ def test_every_array_reads_back_with_type_and_shape(values: np.ndarray) -> None:
     value = Arrays(finite, finite.astype(bool).astype(np.int64), finite > 0, values)
     again = load_json(Arrays, dump_json(value), error=RecordingError)
     for name in ("floats", "whole", "flags", "free"):
-        one, other = getattr(again, name), getattr(value, name)
+        one = getattr(again, name)
+        other = getattr(value, name)
         assert (one.dtype, one.shape) == (other.dtype, other.shape)
         assert np.array_equal(one, other, equal_nan=name == "free")
 

@@ -128,7 +128,8 @@ def test_a_special_file_that_appears_meanwhile_is_not_replaced(tmp_path: Path) -
 def test_a_symbolic_link_stays_and_its_target_is_written(tmp_path: Path, exists: bool) -> None:
     (tmp_path / "links").mkdir()
     (tmp_path / "files").mkdir()
-    target, link = tmp_path / "files" / "map.npz", tmp_path / "links" / "map.npz"
+    target = tmp_path / "files" / "map.npz"
+    link = tmp_path / "links" / "map.npz"
     if exists:
         target.write_bytes(b"before")
     link.symlink_to("../files/map.npz")
@@ -183,7 +184,8 @@ def test_a_read_only_file_is_not_replaced(tmp_path: Path) -> None:
 
 
 def test_files_that_must_be_new_are_refused_in_the_block_only(tmp_path: Path) -> None:
-    path, other = tmp_path / "map.npz", tmp_path / "other.npz"
+    path = tmp_path / "map.npz"
+    other = tmp_path / "other.npz"
     with new_outputs([path]):
         write_atomically(path, b"first", error=SkinError)
         with pytest.raises(SkinError, match=r"already exists.*--overwrite"):

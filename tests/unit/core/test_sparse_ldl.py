@@ -38,7 +38,8 @@ def test_the_solution_is_that_of_dense_algebra(positive, columns):
 
 
 def test_new_numbers_in_the_same_pattern_are_taken(positive):
-    upper, factor = _upper(positive), SparseLDL()
+    upper = _upper(positive)
+    factor = SparseLDL()
     factor.update(upper)
     again = csc_matrix((3 * upper.data, upper.indices, upper.indptr), shape=upper.shape)
     factor.update(again)
@@ -76,7 +77,8 @@ def test_nothing_is_solved_before_or_after_a_failure(positive):
 )
 def test_supernodes_factor_what_is_large_and_fills(monkeypatch, rows, columns, kind):
     monkeypatch.undo()
-    factor, matrix = SparseLDL(), _grid(rows, columns)
+    factor = SparseLDL()
+    matrix = _grid(rows, columns)
     factor.update(_upper(matrix))
     assert isinstance(factor._solver, getattr(sparse_ldl, kind))
     right = np.random.default_rng(2).normal(size=rows * columns)

@@ -26,7 +26,8 @@ def test_it_is_made_once_for_each_value_and_goes_with_it():
         asked.append(value.number)
         return Made()
 
-    first, twin = Value(1), Value(1)
+    first = Value(1)
+    twin = Value(1)
     assert made_of(first) is made_of(first)
     assert made_of(twin) is not made_of(first)
     assert asked == [1, 1]

@@ -234,7 +234,8 @@ def test_a_document_without_a_file_is_autosaved_in_a_folder(document, tmp_path):
 
 
 def test_saving_elsewhere_moves_on_and_leaves_the_old_file(document, kept, tmp_path):
-    moved, old = move(document, [0], (0.1, 0.0)), kept.path
+    moved = move(document, [0], (0.1, 0.0))
+    old = kept.path
     kept.autosave(moved)
     kept.save_as(moved, tmp_path / "other.npz")
     assert kept.path.name == "other.npz"

@@ -46,7 +46,8 @@ def test_a_saved_skin_is_the_same_skin_whatever_its_patches_are_called(document)
 
 
 def test_another_surface_link_or_taxel_is_another_skin(document):
-    skin, patch = document.skin, document.skin.patches[0]
+    skin = document.skin
+    patch = document.skin.patches[0]
     moved = Mesh(patch.surface.vertices + [1e-9, 0, 0], patch.surface.faces)
     weights = patch.taxels.weights.copy()
     weights[0] = np.roll(weights[0], 1)

@@ -24,7 +24,8 @@ from tactile_maps.editing.reflatten import apply_result, reflatten
 from tactile_maps.flattening.bijectivity import crossings, flipped
 from tactile_maps.geometry.surface.mesh import SurfacePoint
 
-FIRST, SECOND = SurfacePoint(1, 4, (0.2, 0.3, 0.5)), SurfacePoint(1, 80, (1.0, 0.0, 0.0))
+FIRST = SurfacePoint(1, 4, (0.2, 0.3, 0.5))
+SECOND = SurfacePoint(1, 80, (1.0, 0.0, 0.0))
 
 
 @pytest.fixture(scope="module")
@@ -73,7 +74,8 @@ def test_a_nudged_pin_reaches_its_place_and_the_other_stays(pinned):
 
 
 def test_a_drag_shows_no_flip_and_settles_where_the_hand_left_it(pinned):
-    gripped, start = begin_pin_drag(pinned, 1), pin_places(pinned, 1)
+    gripped = begin_pin_drag(pinned, 1)
+    start = pin_places(pinned, 1)
     for k in range(1, 13):
         goal = start[0] + np.array([0.001, 0.0005]) * k
         gripped.move(0, chart_place(pinned, 1, goal))

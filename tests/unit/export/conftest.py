@@ -19,7 +19,8 @@ from tests.support.recordings import record, small_arm
 def named_arm() -> PreparedScene:
     """The small arm, whose taxels have the ids 1000, 1003, 1006, ..."""
     arm = small_arm()
-    patches, start = [], 0
+    patches = []
+    start = 0
     for patch in arm.skin.patches:
         ids = 1000 + 3 * np.arange(start, start + len(patch.taxels))
         identity = TaxelIdentity(ids=ids, modules=ids // 12, channels=ids % 12)

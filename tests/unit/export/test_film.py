@@ -25,7 +25,10 @@ def test_it_has_a_picture_for_each_instant(pictures, player):
 
 
 def test_pictures_are_at_equal_steps_and_show_the_contacts_of_their_times(player, tmp_path):
-    path, rate, times, marked = tmp_path / "out.mp4", 50.0, [], []
+    path = tmp_path / "out.mp4"
+    rate = 50.0
+    times = []
+    marked = []
     export_recording(player, path, to="mp4", options=ExportOptions(rate=rate))
     with av.open(str(path)) as container:
         stream = container.streams.video[0]
@@ -35,7 +38,8 @@ def test_pictures_are_at_equal_steps_and_show_the_contacts_of_their_times(player
             marked.append(bool((away < 50).any()))  # H.264 changes colours, most those of thin lines
     np.testing.assert_allclose(times, np.arange(int(player.duration * rate + 1e-9) + 1) / rate, atol=1e-4)
     forces = [sum(region.force for region in player.frame(player.number_at(time)).regions) for time in times]
-    firm, free = np.array(forces) > 0.5, np.array(forces) == 0
+    firm = np.array(forces) > 0.5
+    free = np.array(forces) == 0
     assert min(firm.sum(), free.sum()) > 5
     assert all(np.array(marked)[firm])
     assert not any(np.array(marked)[free])

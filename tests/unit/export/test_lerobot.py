@@ -130,7 +130,8 @@ def test_labelled_episodes_are_the_episodes_and_their_instructions_the_tasks(pat
     spans = [(one[f"{film}/from_timestamp"], one[f"{film}/to_timestamp"]) for one in episodes]
     np.testing.assert_allclose(spans, [(0.0, 0.15), (0.15, 0.2), (0.2, 0.25)])
     assert [one["stats/observation.tactile/count"] for one in episodes] == [[30], [10], [10]]
-    stats, pressures = json.loads((tmp_path / "set/meta/stats.json").read_text()), np.array(rows["observation.tactile"])
+    stats = json.loads((tmp_path / "set/meta/stats.json").read_text())
+    pressures = np.array(rows["observation.tactile"])
     for name in ("observation.tactile", "observation.state", "action", "timestamp"):
         assert stats[name]["count"] == [50]
     np.testing.assert_allclose(stats["observation.tactile"]["mean"], pressures.mean(0), rtol=1e-5, atol=1e-6)

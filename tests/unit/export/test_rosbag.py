@@ -37,7 +37,8 @@ def messages(folder):
     """(time [ns], message) by topic."""
     from rosbags.typesys import Stores, get_typestore
 
-    types, found = get_typestore(Stores.ROS2_HUMBLE), defaultdict(list)
+    types = get_typestore(Stores.ROS2_HUMBLE)
+    found = defaultdict(list)
     with rosbag2.Reader(folder) as reader:
         for connection, time, data in reader.messages():
             found[connection.topic].append((time, types.deserialize_cdr(data, connection.msgtype)))
@@ -99,7 +100,8 @@ def test_markers_point_at_the_contacts(told, frames):
 def test_pictures_have_the_times_of_their_ticks(player, frames, tmp_path, rate):
     """At 30 a second of 200 ticks every seventh tick is shown."""
     found = messages(exported(player, tmp_path / "bag", rate))
-    tick, started = player.prepared.scene.tick, int(player.versions["started_ns"])
+    tick = player.prepared.scene.tick
+    started = int(player.versions["started_ns"])
     every = round(1 / (rate * tick))
     times = [started + round(1e9 * frame.tick * tick) for frame in frames if frame.tick % every == 0]
     assert len(times) > 10
@@ -119,13 +121,15 @@ def test_pictures_are_those_of_their_ticks(told, player, frames):
 
 
 def test_transforms_are_the_poses_of_the_links(told, player, frames):
-    configuration, links = Configuration(player.prepared.robot), player.prepared.robot.links
+    configuration = Configuration(player.prepared.robot)
+    links = player.prepared.robot.links
     shown = [frame for frame in frames if frame.tick % 10 == 0]
     turned = 0.0
     for (_, message), frame in zip(told["/tf"], shown, strict=True):
         configuration.update(frame.posture)
         for one, link in zip(message.transforms, links, strict=False):
-            pose, turn = configuration.pose(link.name), one.transform.rotation
+            pose = configuration.pose(link.name)
+            turn = one.transform.rotation
             assert one.child_frame_id == link.name
             place = one.transform.translation
             np.testing.assert_allclose([place.x, place.y, place.z], pose.translation, atol=1e-12)

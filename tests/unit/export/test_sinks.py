@@ -127,7 +127,8 @@ def test_ticks_pressures_and_joints_are_exact(tables, frames):
 
 
 def test_taxels_have_their_ids_and_places(tables, player):
-    skin, taxels = player.prepared.skin, tables["taxels"]
+    skin = player.prepared.skin
+    taxels = tables["taxels"]
     assert [int(number) for number in taxels["id"]] == [1000 + 3 * taxel for taxel in range(len(skin))]
     assert [int(number) for number in taxels["channel"]] == [(1000 + 3 * taxel) % 12 for taxel in range(len(skin))]
     places = np.concatenate([patch.taxels.positions for patch in skin.patches])

@@ -26,7 +26,8 @@ class Counting:
 
 
 def test_no_more_than_a_batch_is_ever_in_memory(player):
-    sink, told = Counting(), []
+    sink = Counting()
+    told = []
     write_tables(player, sink, image_width=8, progress=lambda text, share: told.append(share))
     assert max(sink.rows["pressures"]) == max(sink.rows["images"]) == BATCH
     assert sum(sink.rows["frames"]) == len(player)
@@ -38,7 +39,8 @@ class Kept:
     """A sink that keeps the columns of one table."""
 
     def __init__(self, table):
-        self.table, self.columns = table, {}
+        self.table = table
+        self.columns = {}
 
     def append(self, table, columns):
         if table == self.table:

@@ -59,7 +59,10 @@ def test_the_count_is_that_of_comparing_all_pairs():
     expected = 0
     for i in range(60):
         for j in range(i + 2, 60 - (i == 0)):
-            a, b, c, d = loop[i], loop[(i + 1) % 60], loop[j], loop[(j + 1) % 60]
+            a = loop[i]
+            b = loop[(i + 1) % 60]
+            c = loop[j]
+            d = loop[(j + 1) % 60]
             sides = [np.linalg.det([q - p, r - p]) for p, q, r in ((a, b, c), (a, b, d), (c, d, a), (c, d, b))]
             expected += sides[0] * sides[1] < 0 and sides[2] * sides[3] < 0
     assert expected > 100
@@ -70,7 +73,8 @@ def test_the_count_is_that_of_comparing_all_pairs():
 def bent():
     """A strip bent into a ring that nearly closes: its two ends are close to each other."""
     flat = sheet(24, 2, width=2.4, height=0.2)
-    angle, radius = flat.vertices[:, 0] * (2 * np.pi - 0.06) / 2.4, 0.4 - flat.vertices[:, 1]
+    angle = flat.vertices[:, 0] * (2 * np.pi - 0.06) / 2.4
+    radius = 0.4 - flat.vertices[:, 1]
     plane = np.stack([radius * np.cos(angle), radius * np.sin(angle)], axis=1)
     problem = SymmetricDirichlet(flat)
     return problem, flat.connectivity.boundary_loops[0], plane
@@ -78,7 +82,8 @@ def bent():
 
 def test_apart_from_close_parts_it_costs_nothing():
     flat = sheet(24, 2, width=2.4, height=0.2)
-    problem, plane = SymmetricDirichlet(flat), flat.vertices[:, :2]
+    problem = SymmetricDirichlet(flat)
+    plane = flat.vertices[:, :2]
     apart = BoundaryBarrier(problem, flat.connectivity.boundary_loops[0], plane)
     assert apart.energy(plane) == problem.energy(plane)
     np.testing.assert_array_equal(apart.derivatives(plane)[0], problem.derivatives(plane)[0])
@@ -88,7 +93,8 @@ def test_closeness_costs_and_the_gradient_is_the_energys(bent):
     problem, loop, plane = bent
     apart = BoundaryBarrier(problem, loop, plane)
     assert apart.energy(plane) > problem.energy(plane) + 1e-4
-    gradient, h = apart.derivatives(plane)[0], 1e-7
+    gradient = apart.derivatives(plane)[0]
+    h = 1e-7
     for k in range(0, plane.size, 5):
         step = np.zeros(plane.size)
         step[k] = h
@@ -116,7 +122,8 @@ def test_a_border_that_meets_itself_costs_infinitely_much(bent):
 def test_every_round_of_a_descent_stays_off_itself():
     surface = named("spiral")
     positions = (surface.vertices - surface.vertices.mean(axis=0)) / np.sqrt(surface.area)
-    problem, loop = SymmetricDirichlet(Mesh(positions, surface.faces)), surface.connectivity.boundary_loops[0]
+    problem = SymmetricDirichlet(Mesh(positions, surface.faces))
+    loop = surface.connectivity.boundary_loops[0]
     start = tutte(Mesh(positions, surface.faces)) / np.sqrt(np.pi)
     *_, free = minimise(problem, start)
     assert crossings(free.plane[loop]) > 0, "without the barrier this surface does lie on itself"
@@ -128,7 +135,8 @@ def test_every_round_of_a_descent_stays_off_itself():
 
 def test_a_corner_that_misses_a_side_by_the_last_bit_touches():
     """An hourglass whose waist is one rounding wide, as the two sides of a seam in a plain tube come to lie."""
-    tip, a = [-0.38232282140252394, 0.10407355315773271], [-0.3084796216698031, 0.2676116508481561]
+    tip = [-0.38232282140252394, 0.10407355315773271]
+    a = [-0.3084796216698031, 0.2676116508481561]
     other = [tip[0], 0.10407355315773269]
     plane = np.array([a, tip, [-0.5, 0.3], [-0.5, -0.1], other, [-0.3, -0.1]])
     wide = plane + [[0, 0.1], [0, 0.1], [0, 0.1], [0, 0], [0, 0], [0, 0]]

@@ -26,7 +26,8 @@ def test_every_surface_becomes_a_disk_with_its_own_faces(name):
 
 @pytest.mark.parametrize("name", WHOLE)
 def test_seams_are_edges_with_a_face_on_both_sides(name):
-    surface, cut = named(name), cut_to_disk(named(name))
+    surface = named(name)
+    cut = cut_to_disk(named(name))
     edges = {tuple(edge) for edge in surface.edges.tolist()}
     inner = edges - {
         tuple(sorted((a, b)))

@@ -108,7 +108,8 @@ def test_a_surface_without_area_is_a_named_error():
 
 
 def test_the_same_surface_gives_the_same_map_to_the_bit():
-    first, second = flatten(named("sieve")), flatten(named("sieve"))
+    first = flatten(named("sieve"))
+    second = flatten(named("sieve"))
     np.testing.assert_array_equal(first.plane, second.plane)
 
 
@@ -205,7 +206,8 @@ def test_a_descent_cut_short_is_still_one_to_one_and_says_where_it_stopped(name,
         monkeypatch.setattr("tactile_maps.flattening.flatten._LEAST_ROUNDS", 3)
     else:
         monkeypatch.setitem(minimise.__kwdefaults__, "rounds", 1)
-    short, again = flatten(surface), flatten(surface)
+    short = flatten(surface)
+    again = flatten(surface)
     assert "descent-stopped" in _kinds(short)
     assert not flipped(short.plane, short.faces).any()
     assert not crossings(short.plane[Connectivity(short.faces).boundary_loops[0]])

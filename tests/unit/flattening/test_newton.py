@@ -41,7 +41,8 @@ def test_a_start_with_flips_is_refused(posed):
 
 def test_a_descent_that_has_not_converged_says_so_after_its_last_map(posed):
     problem, plane = posed
-    short, rounds = minimise(problem, 0.3 * plane, rounds=1), []
+    short = minimise(problem, 0.3 * plane, rounds=1)
+    rounds = []
 
     def follow():
         for reached in short:

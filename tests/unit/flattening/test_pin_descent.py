@@ -19,10 +19,8 @@ SPRING_WEIGHTS = np.array([[0.2, 0.3, 0.5], [1.0, 0.0, 0.0], [0.0, 0.5, 0.5]])
 
 @pytest.fixture
 def pinned():
-    problem, plane = (
-        SymmetricDirichlet(SPRING_SURFACE),
-        1.1 * SPRING_SURFACE.vertices[:, :2],
-    )
+    problem = SymmetricDirichlet(SPRING_SURFACE)
+    plane = 1.1 * SPRING_SURFACE.vertices[:, :2]
     springs = Springs(SPRING_SURFACE.faces[FACES], SPRING_WEIGHTS)
     here = np.einsum("pc,pcd->pd", SPRING_WEIGHTS, plane[SPRING_SURFACE.faces[FACES]])
     return problem, PinnedEnergy(problem, springs, here + [[0.01, 0.0], [0.0, -0.02], [0.03, 0.01]]), plane
@@ -43,7 +41,8 @@ def test_a_spring_costs_the_square_of_how_far_it_is_drawn(pinned):
 
 def test_the_gradient_is_the_energys(pinned):
     _, energy, plane = pinned
-    gradient, h = energy.gradient(plane), 1e-6
+    gradient = energy.gradient(plane)
+    h = 1e-6
     np.testing.assert_array_equal(gradient, energy.derivatives(plane)[0])
     touched = np.unique(SPRING_SURFACE.faces[FACES])
     for k in [*(2 * touched), *(2 * touched + 1), 1, 40]:
@@ -56,7 +55,8 @@ def test_the_gradient_is_the_energys(pinned):
 
 def test_the_hessian_gains_the_springs_and_no_entry(pinned):
     problem, energy, plane = pinned
-    alone, held = problem.derivatives(plane)[1], energy.derivatives(plane)[1]
+    alone = problem.derivatives(plane)[1]
+    held = energy.derivatives(plane)[1]
     np.testing.assert_array_equal(alone.indices, held.indices)
     np.testing.assert_array_equal(alone.indptr, held.indptr)
     expected = np.zeros(alone.shape)
@@ -93,7 +93,8 @@ PLANE = np.random.default_rng(0).uniform(-0.5, 0.5, (200, 2))
 
 
 def test_each_pin_makes_its_own_move():
-    places, moves = PLANE[[3, 50, 120]], np.array([[0.1, 0.0], [0.0, -0.2], [0.0, 0.0]])
+    places = PLANE[[3, 50, 120]]
+    moves = np.array([[0.1, 0.0], [0.0, -0.2], [0.0, 0.0]])
     np.testing.assert_allclose(shepard_warp(PLANE, places, moves)[[3, 50, 120]], moves, atol=1e-9)
 
 
@@ -144,7 +145,8 @@ def wanted(rest, *moves):
 
 @pytest.mark.parametrize("far", [0.01, 0.1, 0.4, 5.0])
 def test_every_round_goes_downhill_and_flips_nothing(rest, far):
-    energy, descent = wanted(rest, (far, 0.0), (0.0, 0.0), (0.0, 0.0)), PinDescent(rest[1])
+    energy = wanted(rest, (far, 0.0), (0.0, 0.0), (0.0, 0.0))
+    descent = PinDescent(rest[1])
     before = energy.energy(descent.plane)
     for _ in range(30):
         gain = descent.round(energy)
@@ -157,7 +159,8 @@ def test_every_round_goes_downhill_and_flips_nothing(rest, far):
 
 
 def test_it_ends_where_newtons_minimiser_does(rest):
-    energy, descent = wanted(rest, (0.2, 0.1), (0.0, 0.0), (0.0, 0.0)), PinDescent(rest[1])
+    energy = wanted(rest, (0.2, 0.1), (0.0, 0.0), (0.0, 0.0))
+    descent = PinDescent(rest[1])
     *_, best = minimise(energy, rest[1], tolerance=1e-10)
     for _ in range(40):
         descent.round(energy)
@@ -165,8 +168,10 @@ def test_it_ends_where_newtons_minimiser_does(rest):
 
 
 def test_a_far_pin_is_followed_in_reaches(rest):
-    energy, descent = wanted(rest, (0.4, 0.0), (0.0, 0.0), (0.0, 0.0)), PinDescent(rest[1])
-    reach, before = descent.reach, energy.places(descent.plane)[0]
+    energy = wanted(rest, (0.4, 0.0), (0.0, 0.0), (0.0, 0.0))
+    descent = PinDescent(rest[1])
+    reach = descent.reach
+    before = energy.places(descent.plane)[0]
     descent.round(energy)
     gone = np.linalg.norm(energy.places(descent.plane)[0] - before)
     assert 0 < gone < 1.5 * reach < 0.4
@@ -175,7 +180,8 @@ def test_a_far_pin_is_followed_in_reaches(rest):
 @pytest.mark.parametrize("slant", [0.0, 0.3, 1.1])
 def test_a_map_at_rest_is_carried_without_a_shorter_reach(rest, slant):
     """All that a step could still gain is rounding there: luck of the last digits must not slow the pins."""
-    descent, reach = PinDescent(rest[1]), PinDescent(rest[1]).reach
+    descent = PinDescent(rest[1])
+    reach = PinDescent(rest[1]).reach
     for step in range(1, 41):
         way = 0.03 * step * np.array([np.cos(slant), np.sin(slant)])
         energy = wanted(rest, way, way, way)
@@ -220,16 +226,17 @@ def test_a_barrier_is_minded(rest):
     class Wall:
         def __init__(self, energy):
             self._inner = energy
-            self.gradient, self.derivatives, self.largest_step = (
-                energy.gradient, energy.derivatives, energy.largest_step,
-            )  # fmt: skip
+            self.gradient = energy.gradient
+            self.derivatives = energy.derivatives
+            self.largest_step = energy.largest_step
 
         def energy(self, plane):
             return self._inner.energy(plane) if plane[:, 0].max() < 0.62 else np.inf
 
     assert rest[1][:, 0].max() < 0.62
     all_right = wanted(rest, (0.4, 0.0), (0.4, 0.0), (0.4, 0.0))
-    free, held = PinDescent(rest[1]), PinDescent(rest[1], barrier=Wall)
+    free = PinDescent(rest[1])
+    held = PinDescent(rest[1], barrier=Wall)
     for _ in range(20):
         free.round(all_right)
         held.round(all_right)

@@ -114,7 +114,8 @@ def test_progress_is_told_and_may_cancel_with_all_as_it_was():
     surface, chart = dome()
     patch, numbers, places = pinned(surface, chart)
     patch.move(numbers[0], places[0] + 0.01)
-    before, told = patch.plane, []
+    before = patch.plane
+    told = []
 
     def stop(iterate):
         told.append(iterate.energy)
@@ -268,7 +269,8 @@ def test_back_where_it_was_the_energy_is_what_it_was():
     patch, numbers, places = pinned(surface, chart)
     for _ in range(20):
         patch.frame()
-    before, plane = patch.energy, patch.plane
+    before = patch.energy
+    plane = patch.plane
     dragged(patch, numbers[0], line(places[0], places[0] + [0.01, 0.01]))
     assert patch.energy > before + 0.01
     dragged(patch, numbers[0], line(places[0] + [0.01, 0.01], places[0]))
@@ -430,7 +432,8 @@ class TestLargePatches:
         for patch in (small, large):
             dragged(patch, numbers[0], line(places[0], places[0] + 0.015))
         assert large.lag < 2e-3 * np.sqrt(surface.area)
-        exact, refined = small.converge(), large.converge()
+        exact = small.converge()
+        refined = large.converge()
         np.testing.assert_allclose(refined.plane, exact.plane, atol=2e-3 * np.sqrt(surface.area))
         assert large.uses_coarse_cage
         assert large.lag < 1e-3 * np.sqrt(surface.area)

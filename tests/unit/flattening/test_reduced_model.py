@@ -27,7 +27,8 @@ def random_weights(fine, coarse, seed):
 
 
 def expected(carried, hessian):
-    whole, spread = hessian + triu(hessian, 1).T, kron(carried, identity(2))
+    whole = hessian + triu(hessian, 1).T
+    spread = kron(carried, identity(2))
     return triu(spread.T @ whole @ spread).toarray()
 
 
@@ -76,7 +77,8 @@ def test_it_is_the_whole_maps(carried):
 
 def test_the_gradient_is_the_energys(carried):
     _, _, energy, plane = carried
-    gradient, h = energy.gradient(plane), 1e-8
+    gradient = energy.gradient(plane)
+    h = 1e-8
     np.testing.assert_array_equal(gradient, energy.derivatives(plane)[0])
     for k in range(0, plane.size, 9):
         step = np.zeros(plane.size)
@@ -88,7 +90,8 @@ def test_the_gradient_is_the_energys(carried):
 
 def test_the_hessian_is_never_negative_and_keeps_its_pattern(carried):
     _, _, energy, plane = carried
-    first, second = energy.derivatives(plane)[1], energy.derivatives(1.2 * plane)[1]
+    first = energy.derivatives(plane)[1]
+    second = energy.derivatives(1.2 * plane)[1]
     assert first.indices is second.indices or (first.indices == second.indices).all()
     values = np.linalg.eigvalsh(first.toarray(), UPLO="U")
     assert values.min() > -1e-9 * values.max()
@@ -144,7 +147,8 @@ def test_its_vertices_are_those_of_the_patch(made):
 def test_a_pins_place_is_the_same_in_coarse_faces(made):
     _, chart, cage = made
     rng = np.random.default_rng(0)
-    corners, weights = chart.faces[rng.integers(len(chart.faces), size=50)], rng.dirichlet(np.ones(3), 50)
+    corners = chart.faces[rng.integers(len(chart.faces), size=50)]
+    weights = rng.dirichlet(np.ones(3), 50)
     coarse, shares = cage.held(corners, weights)
     there = np.einsum("qc,qcd->qd", shares, cage.plane[coarse])
     here = np.einsum("qc,qcd->qd", weights, chart.plane[corners])

@@ -57,7 +57,8 @@ def test_a_face_without_area_gets_a_little(corners):
 
 @pytest.mark.parametrize("surface", [cap(1.0, rings=3), frustum(around=5, along=2)], ids=["disk", "tube"])
 def test_the_sum_is_the_dense_sums_upper_triangle(surface):
-    faces, count = surface.faces, len(surface.vertices)
+    faces = surface.faces
+    count = len(surface.vertices)
     generator = np.random.default_rng(0)
     local = generator.normal(size=(len(faces), 6, 6))
     local += local.swapaxes(1, 2)
@@ -77,9 +78,11 @@ def test_the_sum_is_the_dense_sums_upper_triangle(surface):
 
 def test_every_matrix_shares_one_pattern():
     surface = cap(1.0, rings=2)
-    pattern, ones = HessianPattern(surface.connectivity, len(surface.vertices)), np.ones(len(surface.faces))
+    pattern = HessianPattern(surface.connectivity, len(surface.vertices))
+    ones = np.ones(len(surface.faces))
     blocks = dict.fromkeys(((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2)), (ones,) * 4)
-    first, second = pattern.matrix(blocks), pattern.matrix(blocks)
+    first = pattern.matrix(blocks)
+    second = pattern.matrix(blocks)
     assert first.indices.ctypes.data == second.indices.ctypes.data
 
 
@@ -120,7 +123,8 @@ def test_a_flip_costs_infinitely_much():
 def test_the_gradient_is_the_energys(posed):
     problem, plane = posed
     gradient, _ = problem.derivatives(plane)
-    h, differences = 1e-6, []
+    h = 1e-6
+    differences = []
     for k in range(plane.size):
         step = np.zeros(plane.size)
         step[k] = h
@@ -134,7 +138,8 @@ def test_where_nothing_is_negative_the_hessian_is_the_energys(posed):
     plane = 2.5 * plane  # stretched both ways, so that no mode needs to be set to zero
     assert np.linalg.svd(problem.jacobians(plane))[1].min() > 1
     _, hessian = problem.derivatives(plane)
-    h, rows = 1e-6, []
+    h = 1e-6
+    rows = []
     for k in range(plane.size):
         step = np.zeros(plane.size)
         step[k] = h

@@ -45,7 +45,8 @@ def test_two_faces_that_run_the_same_way_disagree() -> None:
 
 def test_twins_run_along_one_edge_from_end_to_end() -> None:
     mesh = cap(1.2, rings=5)
-    found, corners = mesh.connectivity, mesh.faces.ravel()
+    found = mesh.connectivity
+    corners = mesh.faces.ravel()
     one, two = found.twins.T
     np.testing.assert_array_equal(corners[one], corners[side_ends(two)])
     np.testing.assert_array_equal(corners[two], corners[side_ends(one)])
@@ -171,7 +172,8 @@ def test_an_edge_with_three_faces_pairs_the_two_of_one_piece() -> None:
 def test_a_cap_looks_away_from_its_middle_only_when_the_file_is_not_clear(angle: float) -> None:
     mesh = cap(angle)
     inverted = Mesh(mesh.vertices, mesh.faces[:, ::-1])
-    component, opened = np.zeros(len(mesh.faces), dtype=int), np.array([False])
+    component = np.zeros(len(mesh.faces), dtype=int)
+    opened = np.array([False])
     assert inside_out(inverted, component, opened, np.array([0.6])).all()
     assert not inside_out(mesh, component, opened, np.array([0.6])).any()
     assert not inside_out(inverted, component, opened, np.array([1.0])).any()
@@ -179,7 +181,8 @@ def test_a_cap_looks_away_from_its_middle_only_when_the_file_is_not_clear(angle:
 
 def test_a_closed_piece_looks_outward_whatever_the_file_said() -> None:
     ball = sphere()
-    component, closed = np.zeros(len(ball.faces), dtype=int), np.array([True])
+    component = np.zeros(len(ball.faces), dtype=int)
+    closed = np.array([True])
     assert inside_out(Mesh(ball.vertices + 5.0, ball.faces[:, ::-1]), component, closed, np.array([1.0])).all()
     assert not inside_out(Mesh(ball.vertices + 5.0, ball.faces), component, closed, np.array([1.0])).any()
 
@@ -197,7 +200,8 @@ def fans(faces: np.ndarray) -> int:
     for vertex in np.unique(faces):
         own = [set(face.tolist()) - {vertex} for face in faces[(faces == vertex).any(axis=1)]]
         while own:
-            fan, total = own.pop(), total + 1
+            fan = own.pop()
+            total = total + 1
             while touching := next((other for other in own if other & fan), None):
                 own.remove(touching)
                 fan = fan | touching

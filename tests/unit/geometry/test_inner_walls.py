@@ -27,7 +27,8 @@ def distances(mesh: Mesh, axes: slice) -> np.ndarray:
 @pytest.mark.parametrize("half_angle", [np.pi / 2, 2 * np.pi / 3])
 def test_the_inner_wall_of_a_bowl_is_found_and_its_rim_stays(half_angle: float, rounded: bool) -> None:
     mesh = bowl(half_angle, rounded=rounded)
-    inner, radius = found(mesh), distances(mesh, slice(None))
+    inner = found(mesh)
+    radius = distances(mesh, slice(None))
     middle = mesh.vertices[mesh.faces].mean(axis=1)
     away_from_rim = np.arccos(-middle[:, 2] / radius) < half_angle - 0.1
     assert inner[away_from_rim & (radius < 0.0485) & outer_faces(mesh)].all()
@@ -50,7 +51,8 @@ def test_of_nested_walls_only_the_outermost_side_stays() -> None:
 
 
 def test_a_rib_in_a_cavity_belongs_to_its_inner_wall_and_one_outside_does_not() -> None:
-    up, down = np.linspace(0, 0.1, 16), np.linspace(0.1, 0, 16)
+    up = np.linspace(0, 0.1, 16)
+    down = np.linspace(0.1, 0, 16)
     outer = [(0.05, z) for z in up[:8]] + [(0.065, up[7]), (0.065, up[8])] + [(0.05, z) for z in up[8:]]
     inner = [(0.047, z) for z in down[:8]] + [(0.03, down[7]), (0.03, down[8])] + [(0.047, z) for z in down[8:]]
     mesh = revolved(np.array([*outer, *inner]))

@@ -94,7 +94,8 @@ def test_points_on_sides_and_corners_are_never_lost(triangles, weights, offset):
 
 def test_rounding_off_the_rim_loses_no_point(triangles):
     """A corner computed elsewhere may lie a few last digits outside of everything."""
-    middle, size = triangles.mean(axis=(0, 1)), 0.02 * np.ptp(triangles)
+    middle = triangles.mean(axis=(0, 1))
+    size = 0.02 * np.ptp(triangles)
     corners = triangles.reshape(-1, 2)
     outward = np.sign(corners - middle)
     face, _ = PointLocator(triangles).query(corners + 1e-10 * size * outward)
@@ -103,10 +104,13 @@ def test_rounding_off_the_rim_loses_no_point(triangles):
 
 def test_it_agrees_with_trying_every_triangle(triangles):
     points = np.random.default_rng(1).uniform(triangles.min() - 0.02, triangles.max() + 0.02, (300, 2))
-    a, b, c = triangles[:, 0], triangles[:, 1], triangles[:, 2]
+    a = triangles[:, 0]
+    b = triangles[:, 1]
+    c = triangles[:, 2]
 
     def left(p, q, x):
-        u, v = (q - p)[None], x[:, None] - p[None]
+        u = (q - p)[None]
+        v = x[:, None] - p[None]
         return u[..., 0] * v[..., 1] - u[..., 1] * v[..., 0] >= 0
 
     expected = left(a, b, points) & left(b, c, points) & left(c, a, points)

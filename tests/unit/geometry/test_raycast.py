@@ -56,7 +56,8 @@ def test_a_mesh_without_faces_is_refused() -> None:
 
 def thick_cup(depth: float) -> Mesh:
     """A tube with two walls, joined at one rim and closed at the other end."""
-    outer, inner = frustum(length=depth), frustum(0.038, 0.038, length=depth)
+    outer = frustum(length=depth)
+    inner = frustum(0.038, 0.038, length=depth)
     around = 36
     rim = np.arange(around) + len(outer.vertices) - around
     other = rim + len(outer.vertices)
@@ -87,7 +88,8 @@ def test_inner_shells_are_not() -> None:
 
 
 def test_overlapping_parts_are_outside_where_they_stick_out() -> None:
-    ball, other = sphere(radius=0.05), moved(sphere(radius=0.05), (0.06, 0, 0))
+    ball = sphere(radius=0.05)
+    other = moved(sphere(radius=0.05), (0.06, 0, 0))
     outer = outer_faces(joined(ball, other))
     middle = np.concatenate([ball.vertices[ball.faces].mean(axis=1), other.vertices[other.faces].mean(axis=1)])
     inside = np.minimum(np.linalg.norm(middle, axis=1), np.linalg.norm(middle - [0.06, 0, 0], axis=1)) < 0.047
@@ -133,7 +135,8 @@ def test_it_does_not_matter_how_the_file_turned_its_faces() -> None:
 
 def test_slow_rays_agree() -> None:
     mesh = HARD_MESHES["overlapping parts"]
-    outer, middle = outer_faces(mesh), mesh.vertices[mesh.faces].mean(axis=1)
+    outer = outer_faces(mesh)
+    middle = mesh.vertices[mesh.faces].mean(axis=1)
     for face in np.random.default_rng(1).integers(len(mesh.faces), size=25):
         seen = 0
         for direction in fibonacci_sphere(DIRECTIONS):

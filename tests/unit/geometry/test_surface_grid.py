@@ -10,7 +10,8 @@ from tactile_maps.geometry.surface.closest_point import ClosestPoint
 from tactile_maps.geometry.surface_grid import StraightWalks, surface_grid
 from tests.support.surfaces import cap, frustum, sheet
 
-RADIUS, AROUND = 0.04, 120
+RADIUS = 0.04
+AROUND = 120
 CYLINDER = frustum(RADIUS, RADIUS, length=0.2, around=AROUND, along=40)
 UNROLLED = AROUND / np.pi * RADIUS * np.sin(np.pi / AROUND)
 """Radius [m] of the circle that is as long as the polygon around the cylinder."""
@@ -71,12 +72,14 @@ def test_a_walk_over_the_border_says_so_and_goes_on_in_the_plane():
 
 @pytest.mark.parametrize("mirrored", [False, True])
 def test_a_grid_in_the_plane_is_a_grid(mirrored):
-    first, last = np.array([0.03, 0.03, 0]), np.array([0.08, 0.03, 0])
+    first = np.array([0.03, 0.03, 0])
+    last = np.array([0.08, 0.03, 0])
     grid = surface_grid(sheet(), first, last, 3, 5, mirrored=mirrored)
     assert grid.on.all()
     np.testing.assert_allclose(grid.points[[0, -1], [0, -1]], [first, last], atol=1e-6)
     np.testing.assert_allclose(grid.pitch, 0.05 / np.hypot(2, 4), rtol=1e-4)
-    right, up = grid.points[0, 1] - grid.points[0, 0], grid.points[1, 0] - grid.points[0, 0]
+    right = grid.points[0, 1] - grid.points[0, 0]
+    up = grid.points[1, 0] - grid.points[0, 0]
     assert right @ up == pytest.approx(0, abs=1e-12)
     assert np.cross(right, up)[2] * (-1 if mirrored else 1) > 0
     whole = first + np.arange(3)[:, None, None] * up + np.arange(5)[:, None] * right
@@ -90,7 +93,8 @@ def test_a_grid_in_the_plane_is_a_grid(mirrored):
     ((0.1, 0.05), (0.9, 0.12), 1, 7, 1.0),
 ])  # fmt: skip
 def test_rows_and_columns_keep_their_distance_around_a_cylinder(first, last, rows, columns, aspect):
-    first, last = on_cylinder(*first), on_cylinder(*last)
+    first = on_cylinder(*first)
+    last = on_cylinder(*last)
     grid = surface_grid(CYLINDER, first, last, rows, columns, aspect=aspect)
     assert grid.on.all()
     assert np.linalg.norm(grid.points[[0, -1], [0, -1]] - [first, last], axis=1).max() < 30e-6  # chord and grid

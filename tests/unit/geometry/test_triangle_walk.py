@@ -12,9 +12,13 @@ from tests.support.touch import arm
 
 @pytest.mark.parametrize("patch", [0, 1, 2])
 def test_it_arrives_where_a_search_arrives_or_says_that_it_does_not(patch):
-    map_, random = arm().map, np.random.default_rng(patch)
-    faces, corners = map_.charts[patch].faces, map_.uv[patch]
-    walk, search, arrived = TriangleWalk(faces), PointLocator(corners[faces]), 0
+    map_ = arm().map
+    random = np.random.default_rng(patch)
+    faces = map_.charts[patch].faces
+    corners = map_.uv[patch]
+    walk = TriangleWalk(faces)
+    search = PointLocator(corners[faces])
+    arrived = 0
     for _ in range(200):
         goal = int(random.integers(len(faces)))
         point = random.dirichlet(np.ones(3)) @ corners[faces[goal]]

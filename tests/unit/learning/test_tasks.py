@@ -17,7 +17,8 @@ def made(name, action="joint_velocity", **others):
 def course(environment, seed, steps=30):
     """Observations, rewards and ends of an episode under random actions."""
     first, _ = environment.reset(seed=seed)
-    rng, told = np.random.default_rng(1), [first]
+    rng = np.random.default_rng(1)
+    told = [first]
     rewards = []
     for _ in range(steps):
         size = environment.action_space.shape
@@ -50,7 +51,9 @@ def test_the_same_seed_gives_the_same_episode_and_another_gives_another(name, ac
 def test_a_contact_that_is_led_along_the_path_earns_more_than_one_that_stays():
     totals = []
     for leads in (True, False):
-        environment, total, touched = made("Follow", "map_target"), 0.0, 0
+        environment = made("Follow", "map_target")
+        total = 0.0
+        touched = 0
         seen, _ = environment.reset(seed=2)
         for _ in range(160):
             touched = touched + int(seen["contact_mask"][0])

@@ -9,7 +9,8 @@ from tactile_maps.learning.touched_arm import prepared_arm, session_beside_ball
 def test_a_ball_touches_the_place_and_one_on_its_way_not_yet():
     prepared = prepared_arm(300)
     assert prepared_arm(300) is prepared
-    at, settings = prepared.skin.taxel_point(150), ControlSettings(stiffness=20.0)
+    at = prepared.skin.taxel_point(150)
+    settings = ControlSettings(stiffness=20.0)
     (region,) = session_beside_ball(prepared, at, settings, seed=0).run_for(0.05).regions
     assert np.linalg.norm(region.map_point - prepared.map.to_map(at)) < 0.01
     way = np.array([[0.0, 0.005], [0.2, 0.005], [0.4, -0.01], [60.0, -0.01]])

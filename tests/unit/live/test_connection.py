@@ -14,8 +14,11 @@ class Scripted:
     """A source that does what its script says; True opens, a LiveError in its place refuses to."""
 
     def __init__(self, *script, opens=(), finite=False):
-        self.address, self.finite, self.slow = "scripted", finite, False
-        self._script, self._opens = list(script), list(opens)
+        self.address = "scripted"
+        self.finite = finite
+        self.slow = False
+        self._script = list(script)
+        self._opens = list(opens)
         self.opened = self.closed = 0
 
     def open(self):
@@ -65,7 +68,8 @@ def test_readings_come_in_order_and_malformed_ones_are_counted():
 
 
 def test_a_broken_source_is_opened_again_with_growing_pauses():
-    clock, gone = Clock(), LiveError("gone")
+    clock = Clock()
+    gone = LiveError("gone")
     source = Scripted(reading(0), gone, reading(5), opens=[None, *[gone] * 8])
     connection = Connection(source, clock=clock)
     connection.open()
@@ -163,7 +167,8 @@ class Packets(Scripted):
 
     def __init__(self, *packets):
         super().__init__()
-        self.buffer, self.decoded = list(packets), []
+        self.buffer = list(packets)
+        self.decoded = []
 
     def wait_for_packet(self, timeout):
         return bool(self.buffer)

@@ -23,7 +23,8 @@ class Slow:
     """A disk that writes nothing before it is let."""
 
     def __init__(self):
-        self.ready, self.written = threading.Event(), []
+        self.ready = threading.Event()
+        self.written = []
 
     def write(self, frame, inputs):
         assert self.ready.wait(10.0)

@@ -24,13 +24,21 @@ LONG = pytest.mark.long
 class RoughNetwork:
     """A source whose packets are dropped, late, repeated, damaged, and whose connection breaks; time is simulated."""
 
-    address, finite, slow = "rough", False, False
+    address = "rough"
+    finite = False
+    slow = False
 
     def __init__(self, packets, seed):
-        self.now, self._packets, self._random = 0.0, packets, np.random.default_rng(seed)
-        self._number, self._air = 0, []
-        self.arrived, self.arrivals = np.zeros(packets, dtype=bool), 0
-        self.damaged, self.broken, self.connected = 0, 0, False
+        self.now = 0.0
+        self._packets = packets
+        self._random = np.random.default_rng(seed)
+        self._number = 0
+        self._air = []
+        self.arrived = np.zeros(packets, dtype=bool)
+        self.arrivals = 0
+        self.damaged = 0
+        self.broken = 0
+        self.connected = False
         self._values = np.zeros(len(bar_skin()))
 
     def __call__(self):
@@ -46,7 +54,8 @@ class RoughNetwork:
 
     def receive(self, timeout):
         if self._random.random() < 1e-4:
-            self.broken, self.connected = self.broken + 1, False
+            self.broken = self.broken + 1
+            self.connected = False
             raise LiveError("broken")
         self._send()
         if not self._air or self._air[0][0] > self.now + timeout:
@@ -65,7 +74,8 @@ class RoughNetwork:
     def _send(self):
         """All that was sent by now, with what the network does to it."""
         while self._number < self._packets and self._number / RATE <= self.now + 0.02:
-            number, random = self._number, self._random.random(4)
+            number = self._number
+            random = self._random.random(4)
             self._number += 1
             if random[0] < 0.02:
                 continue
@@ -87,7 +97,9 @@ def test_nothing_that_arrived_is_lost_and_nothing_grows(packets):
     network = RoughNetwork(packets, seed=1)
     connection = Connection(network, clock=network)
     session = MeasuredSession(as_measured(prepared_bar()), connection.take)
-    shown, last, sizes = np.zeros(packets, dtype=bool), -1, []
+    shown = np.zeros(packets, dtype=bool)
+    last = -1
+    sizes = []
     process = psutil.Process()
 
     def take():

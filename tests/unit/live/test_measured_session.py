@@ -95,7 +95,8 @@ def noisy_readings(random, count, pressed=0.0):
 
 @pytest.mark.parametrize("tare", [5, 50])
 def test_a_noisy_taxel_is_no_contact_and_hides_none(tare):
-    random, measured = np.random.default_rng(0), session()
+    random = np.random.default_rng(0)
+    measured = session()
     measured.tare(tare)
     number = 0
 
@@ -114,7 +115,9 @@ def test_a_noisy_taxel_is_no_contact_and_hides_none(tare):
 
 
 def test_a_recorded_tare_has_the_same_noise_again(tmp_path):
-    random, measured, path = np.random.default_rng(0), session(), tmp_path / "felt.mcap"
+    random = np.random.default_rng(0)
+    measured = session()
+    path = tmp_path / "felt.mcap"
     measured.tare(20)
     sent = [*(5000 + 10 * random.laplace(size=(20, 60))), *noisy_readings(random, 20, pressed=3000.0)]
     with Recorder(measured.prepared, path, measured="a file") as recorder:
@@ -198,7 +201,8 @@ def arrival(sent, arrived):
 @pytest.mark.parametrize("wild", [0.4, 1.5, 9.0, 500.0, -0.5, -9.0, -500.0])
 @pytest.mark.parametrize("count", [1, 3])
 def test_wild_times_of_single_readings_do_not_advance_the_session(wild, count):
-    measured, times = session(), []
+    measured = session()
+    times = []
     for number in range(20):
         odd = number in range(5, 5 + 3 * count, 3)
         sent = 100 + 0.01 * number + (wild if odd else 0.0)
@@ -264,7 +268,8 @@ def noisy(number, *, dead=30, values=None):
 
 
 def test_broken_channel_is_estimated_and_recorded(tmp_path):
-    measured, path = session(quiet_seconds=1.0), tmp_path / "dead.mcap"
+    measured = session(quiet_seconds=1.0)
+    path = tmp_path / "dead.mcap"
     with Recorder(measured.prepared, path, measured="udp://127.0.0.1:9870") as recorder:
         for number in range(200):
             recorder.write(measured.show(at(0.02 * number, noisy(number))), measured.inputs)
@@ -312,7 +317,9 @@ def test_its_source_is_asked_at_each_tick():
 
 
 def test_a_recording_holds_every_reading_and_is_not_simulated_again(tmp_path):
-    measured, path, frames = session(), tmp_path / "felt.mcap", []
+    measured = session()
+    path = tmp_path / "felt.mcap"
+    frames = []
     with Recorder(measured.prepared, path, measured="udp://127.0.0.1:9870") as recorder:
         for number, time in enumerate((0.0, 0.011, 0.0111, 0.5, 0.52)):
             frame = measured.show(at(time, touched() if number % 2 else np.zeros(60)))
@@ -331,7 +338,8 @@ def test_a_recording_holds_every_reading_and_is_not_simulated_again(tmp_path):
 
 def test_a_recording_is_read_again_as_it_was_sent_and_shown_otherwise(tmp_path):
     """Recorded in counts before the weight was laid on, it is read again calibrated, or raw: nothing is lost."""
-    path, sent = tmp_path / "felt.mcap", [np.full(60, 20.0), *(20 + 0.01 * touched(force) for force in (1.5, 3.0))]
+    path = tmp_path / "felt.mcap"
+    sent = [np.full(60, 20.0), *(20 + 0.01 * touched(force) for force in (1.5, 3.0))]
     sent[2][5] = 21.0
     measured = session()
     measured.tare(1)
@@ -360,7 +368,8 @@ def test_a_recording_is_read_again_as_it_was_sent_and_shown_otherwise(tmp_path):
 
 
 def test_taxels_that_were_never_heard_are_not_made_up(tmp_path):
-    path, measured = tmp_path / "felt.mcap", session()
+    path = tmp_path / "felt.mcap"
+    measured = session()
     with Recorder(measured.prepared, path, measured="a file") as recorder:
         recorder.write(measured.show(at(0.0, [500.0], ids=[7])), measured.inputs)
     (reading,) = read_recording(path)

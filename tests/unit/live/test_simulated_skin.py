@@ -88,7 +88,8 @@ def test_counts_are_refused_as_are_other_skins_and_postures():
 
 
 def test_an_object_of_the_scene_presses_where_it_stands():
-    bar, ball = prepared_bar(), thing("sphere", at=(0.2, 0.0, 0.039))
+    bar = prepared_bar()
+    ball = thing("sphere", at=(0.2, 0.0, 0.039))
     skin = SimulatedSkin(replace(bar, objects=(ball,)))
     pressures = skin.pressures(np.zeros(1))
     (patch,) = bar.skin.patches

@@ -24,11 +24,13 @@ READINGS = {
 @pytest.mark.parametrize("encode", [encode_json, encode_binary])
 @pytest.mark.parametrize("token", [None, "a secret of ours"])
 def test_a_reading_comes_back_equal(name, encode, token):
-    given_, back = READINGS[name], decode(encode(READINGS[name], token=token), token=token)
+    given_ = READINGS[name]
+    back = decode(encode(READINGS[name], token=token), token=token)
     assert (back.time, back.unit, dict(back.joints)) == (given_.time, given_.unit, dict(given_.joints))
     assert back.sequence == (given_.sequence if encode is encode_json else given_.sequence or 0)
     for field in ("values", "ids", "channels"):
-        one, other = getattr(back, field), getattr(given_, field)
+        one = getattr(back, field)
+        other = getattr(given_, field)
         assert (one is None) == (other is None)
         assert one is None or np.array_equal(one, other)
 

@@ -62,7 +62,8 @@ def test_made_in_another_process_it_comes_with_its_map_and_is_the_same(three_pat
     assert came.skin is map_.skin
     assert all(tile.chart is chart for tile, chart in zip(came.tiles, map_.charts, strict=True))
     pressures = 1e4 * np.random.default_rng(4).random(len(three_patches.skin))
-    here, there = np.zeros(atlas.shape, np.float32), np.zeros(atlas.shape, np.float32)
+    here = np.zeros(atlas.shape, np.float32)
+    there = np.zeros(atlas.shape, np.float32)
     atlas.render(pressures, here)
     came.render(pressures, there)
     np.testing.assert_array_equal(here, there)

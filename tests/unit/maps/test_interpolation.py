@@ -34,7 +34,8 @@ def triangles(request):
 
 def test_corners_run_counter_clockwise(triangles):
     a, b, c = np.swapaxes(triangles.sites[triangles.faces], 0, 1)
-    u, v = b - a, c - a
+    u = b - a
+    v = c - a
     assert (u[:, 0] * v[:, 1] > u[:, 1] * v[:, 0]).all()
 
 
@@ -101,14 +102,16 @@ def test_parts_hold_every_held_point_once(count):
 
 
 def test_blocks_are_stacked_and_merged_in_order():
-    one, two = csr_matrix([[1.0, 0], [0, 2.0]]), csr_matrix([[3.0, 4.0]])
+    one = csr_matrix([[1.0, 0], [0, 2.0]])
+    two = csr_matrix([[3.0, 4.0]])
     np.testing.assert_array_equal(stack_rows([one, two]).toarray(), [[1, 0], [0, 2], [3, 4]])
     np.testing.assert_array_equal(merge_rows(np.array([5, -1, 7]), one, two).toarray(), [[1, 0], [3, 4], [0, 2]])
 
 
 def test_it_agrees_with_scipy_between_the_taxels():
     triangles = TaxelTriangles(jittered())
-    points, values = held(triangles), np.random.default_rng(2).random(len(triangles.sites))
+    points = held(triangles)
+    values = np.random.default_rng(2).random(len(triangles.sites))
     expected = LinearNDInterpolator(triangles.sites, values)(points)
     np.testing.assert_allclose(barycentric(triangles, points) @ values, expected, atol=1e-12)
 
@@ -122,7 +125,8 @@ def test_it_is_the_nearest_of_all():
 
 def _cell_area(sites, number):
     """Area of the Voronoi cell of one site within a large square: the square cut along each bisector."""
-    cell, site = 0.5 * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]), sites[number]
+    cell = 0.5 * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
+    site = sites[number]
     for other in np.delete(sites, number, axis=0):
         side = (cell - 0.5 * (site + other)) @ (other - site)
         kept = []
@@ -225,10 +229,12 @@ def _needles(kind, generator):
 @pytest.mark.parametrize("kind", ["rows", "pairs", "circle", "strip"])
 def test_among_needles_the_walk_ends_and_weights_are_sound(kind, monkeypatch):
     monkeypatch.setattr("tactile_maps.maps.model.interpolation.LONGEST_SIDE", 1e9)
-    generator, asked = np.random.default_rng(0), 0
+    generator = np.random.default_rng(0)
+    asked = 0
     for _ in range(25):
         sites = _needles(kind, generator)
-        triangles, size = TaxelTriangles(sites), np.ptp(sites, axis=0)
+        triangles = TaxelTriangles(sites)
+        size = np.ptp(sites, axis=0)
         around = 10.0 ** generator.uniform(-12, -1, (300, 1)) * generator.normal(size=(300, 2))
         points = sites[generator.integers(0, 40, 300)] + size * around
         points = points[triangles.locate(points)[0] >= 0]
@@ -242,7 +248,8 @@ def test_among_needles_the_walk_ends_and_weights_are_sound(kind, monkeypatch):
 
 def test_with_few_taxels_it_is_scipys_thin_plate_spline():
     sites = jittered(3, jitter=0.15)
-    triangles, values = TaxelTriangles(sites), np.random.default_rng(2).random(9)
+    triangles = TaxelTriangles(sites)
+    values = np.random.default_rng(2).random(9)
     points = held(triangles)
     assert len(sites) <= STENCIL
     assert (np.diff(thin_plate(triangles, points).indptr) == 9).all(), "each plate holds all"
@@ -319,7 +326,8 @@ def test_an_unknown_method_is_a_named_error(three_patches, field):
 @EVERY
 def test_rows_sum_to_one_on_the_skin_and_are_empty_elsewhere(three_patches, field, method):
     weights = interpolation_weights(three_patches, *field, interpolation=method)
-    sums, on = np.asarray(weights.sum(axis=1)).ravel(), field[0] >= 0
+    sums = np.asarray(weights.sum(axis=1)).ravel()
+    on = field[0] >= 0
     assert 1000 < on.sum() < 5500
     np.testing.assert_allclose(sums[on], 1, rtol=1e-12)
     assert (np.diff(weights.indptr)[~on] == 0).all()
@@ -378,8 +386,10 @@ def test_at_a_taxel_its_own_value_is_shown(three_patches, method):
 
 @CONTINUOUS
 def test_the_field_is_continuous_where_triangles_end(three_patches, method):
-    step, patch = 1e-7, np.zeros(4000, dtype=int)
-    low, high = three_patches.uv[0].min(axis=0), three_patches.uv[0].max(axis=0)
+    step = 1e-7
+    patch = np.zeros(4000, dtype=int)
+    low = three_patches.uv[0].min(axis=0)
+    high = three_patches.uv[0].max(axis=0)
     line = np.linspace(low, high, 4000)
     values = np.random.default_rng(0).random(len(three_patches.skin))
     here, there = (

@@ -22,7 +22,8 @@ PITCH = 0.008
 @pytest.mark.parametrize("kind", ["smoothed", "raw"])
 def test_it_tells_how_map_points_move_on_a_flat_skin(kind):
     map_ = prepared_bar().map
-    jacobian, at = MapJacobian(map_), map_.skin.taxel_point(25)
+    jacobian = MapJacobian(map_)
+    at = map_.skin.taxel_point(25)
     rows = jacobian.at(at, kind=kind)
     for other in range(0, 60, 7):
         there = map_.skin.taxel_point(other)
@@ -42,7 +43,8 @@ def test_a_patch_drawn_larger_and_turned_has_its_jacobian_so():
 
 
 def test_both_agree_on_a_map_with_little_stretch_whose_taxels_are_where_they_are():
-    map_, skin = arm().map, arm().skin
+    map_ = arm().map
+    skin = arm().skin
     jacobian = MapJacobian(map_)
     apart = []
     for taxel in range(0, len(skin), 3):
@@ -54,7 +56,8 @@ def test_both_agree_on_a_map_with_little_stretch_whose_taxels_are_where_they_are
 
 def test_a_fit_keeps_on_its_side_of_a_seam():
     """Not one taxel of a tube has neighbours in its fit from where the map was cut."""
-    map_, jacobian = arm().map, MapJacobian(arm().map)
+    map_ = arm().map
+    jacobian = MapJacobian(arm().map)
     torn = 0
     for taxel in range(len(map_.skin)):
         ring = jacobian.two_rings(taxel)
@@ -73,7 +76,8 @@ def test_where_no_taxel_has_neighbours_enough_the_triangle_answers_to_the_last_b
 
 
 def test_the_answer_does_not_depend_on_what_was_asked_before():
-    map_, asked = arm().map, MapJacobian(arm().map)
+    map_ = arm().map
+    asked = MapJacobian(arm().map)
     places = [map_.skin.taxel_point(taxel) for taxel in range(0, len(map_.skin), 17)]
     for at in places[::-1]:
         asked.at(at)
@@ -83,7 +87,8 @@ def test_the_answer_does_not_depend_on_what_was_asked_before():
 
 def test_the_nearest_taxels_of_all_its_patch_are_blended():
     """What is kept by triangle forgets none that could be nearest, wherever in the triangle is asked."""
-    map_, rng = arm().map, np.random.default_rng(0)
+    map_ = arm().map
+    rng = np.random.default_rng(0)
     jacobian = MapJacobian(map_)
     for taxel in range(0, len(map_.skin), 11):
         at = replace(map_.skin.taxel_point(taxel), weights=tuple(rng.dirichlet((0.5, 0.5, 0.5)).tolist()))
@@ -100,8 +105,10 @@ def test_the_nearest_taxels_of_all_its_patch_are_blended():
 def test_the_least_motion_is_the_pseudo_inverse_s(flatness):
     rng = np.random.default_rng(3)
     for _ in range(50):
-        turn, square = np.linalg.qr(rng.normal(size=(2, 2)))[0], np.linalg.qr(rng.normal(size=(3, 3)))[0]
-        rows, velocity = turn @ np.diag([1.3, 1.3 * flatness]) @ square[:2], rng.normal(size=2)
+        turn = np.linalg.qr(rng.normal(size=(2, 2)))[0]
+        square = np.linalg.qr(rng.normal(size=(3, 3)))[0]
+        rows = turn @ np.diag([1.3, 1.3 * flatness]) @ square[:2]
+        velocity = rng.normal(size=2)
         expected = np.linalg.pinv(rows, rcond=1e-3) @ velocity
         assert least_norm_motion(rows, velocity) == pytest.approx(expected, rel=1e-8, abs=1e-8 * np.abs(expected).max())
     assert not least_norm_motion(np.zeros((2, 3)), np.ones(2)).any()
@@ -124,12 +131,14 @@ def believed(sigma, count=4000):
 
     The map is laid out by where taxels are believed to be; the body is where they are.
     """
-    rng, points = np.random.default_rng(0), lattice()
+    rng = np.random.default_rng(0)
+    points = lattice()
     body = np.column_stack([points, np.zeros(len(points))])
     middle, right, up = (int(np.argmin(np.linalg.norm(points - PITCH * np.array(p), axis=1)))
                          for p in ((0, 0), (1, 0), (0.5, np.sqrt(3) / 2)))  # fmt: skip
     true = (points[[right, up]] - points[middle]).T
-    raw, fitted = [], []
+    raw = []
+    fitted = []
     for _ in range(count):
         plane = points + rng.normal(scale=sigma, size=points.shape)
         raw.append((plane[[right, up]] - plane[middle]).T @ np.linalg.inv(true))
@@ -184,8 +193,10 @@ def test_how_the_patch_is_drawn_makes_no_difference():
 
 
 def test_on_a_bent_skin_it_follows_the_surface_between_the_taxels():
-    map_, skin = arm().map, arm().skin
-    jacobian, off = MapJacobian(map_), []
+    map_ = arm().map
+    skin = arm().skin
+    jacobian = MapJacobian(map_)
+    off = []
     for taxel in range(0, len(skin), 3):
         at = skin.taxel_point(taxel)
         off.append(turned(jacobian.normal(at), skin.normal(at)))
@@ -197,7 +208,9 @@ def test_on_a_bent_skin_it_follows_the_surface_between_the_taxels():
 def test_misplaced_taxels_turn_triangles_and_hardly_the_smoothed_normal(sd, least):
     """On a plane at a pitch of 9 mm, where the truth is known."""
     believed = build_map(with_calibration_error(bar_skin(500, finer=3), sd, seed=1))
-    jacobian, triangle, smooth = MapJacobian(believed), [], []
+    jacobian = MapJacobian(believed)
+    triangle = []
+    smooth = []
     for taxel in range(0, 500, 7):
         at = believed.skin.taxel_point(taxel)
         triangle.append(turned(believed.skin.normal(at), np.array([0.0, 0.0, 1.0])))
@@ -224,8 +237,10 @@ def test_an_isometric_jacobian_turns_as_the_smoothed_one_and_stretches_nothing()
     map_ = prepared_bar().map
     stretched = replace(map_.charts[0], plane=map_.charts[0].plane * [1.5, 0.8])
     drawn = TactileMap(map_.skin, (stretched,), MapLayout((Placement(angle=0.7, scale=2.0),)))
-    jacobian, at = MapJacobian(drawn), map_.skin.taxel_point(25)
-    smoothed, isometric = jacobian.at(at), jacobian.at(at, kind="isometric")
+    jacobian = MapJacobian(drawn)
+    at = map_.skin.taxel_point(25)
+    smoothed = jacobian.at(at)
+    isometric = jacobian.at(at, kind="isometric")
     assert np.linalg.svd(smoothed, compute_uv=False) == pytest.approx([3.0, 1.6], rel=0.01)
     assert np.linalg.svd(isometric, compute_uv=False) == pytest.approx([2.0, 2.0])
     assert smoothed @ isometric.T == pytest.approx((smoothed @ isometric.T).T, abs=1e-9), "no turn is left between them"

@@ -55,16 +55,20 @@ def _direction_on_body(map_, at, step):
 def test_it_ends_where_one_ends_who_walks_straight_on(name, mirrored):
     surface = TUBES[name]()
     map_ = unrolled(surface, angle=1.1, mirrored=mirrored)
-    transitions, crossed, stopped = SeamTransitions(map_), 0, 0
+    transitions = SeamTransitions(map_)
+    crossed = 0
+    stopped = 0
     for seed in range(30):
-        at, turn = _start(map_, seed), 0.21 * seed
+        at = _start(map_, seed)
+        turn = 0.21 * seed
         step = 0.25 * np.array([np.cos(turn), np.sin(turn)])
         end, _, left = walk(surface, at.face, map_.skin.position(at), _direction_on_body(map_, at, step), 0.25)
         path = trace_path(transitions, at, map_.to_map(at) + step)
         np.testing.assert_allclose(map_.skin.position(path.pieces[-1].end), end, atol=1e-9)
         assert np.linalg.norm(path.remaining) == pytest.approx(left, abs=1e-9)
         assert path.arrived == (left == 0)
-        crossed, stopped = crossed + len(path.pieces) - 1, stopped + (left > 0)
+        crossed = crossed + len(path.pieces) - 1
+        stopped = stopped + (left > 0)
     assert crossed > 10
     assert 0 < stopped < 30
 
@@ -72,7 +76,8 @@ def test_it_ends_where_one_ends_who_walks_straight_on(name, mirrored):
 @pytest.mark.parametrize("name", ["hemisphere", "bumpy tube", "sphere"])
 def test_pieces_follow_each_other_on_the_body(name):
     map_ = build_map(skin_of(named(name)))
-    transitions, crossed = SeamTransitions(map_), 0
+    transitions = SeamTransitions(map_)
+    crossed = 0
     for seed in range(20):
         at = _start(map_, seed)
         pieces = trace_path(transitions, at, map_.to_map(at) + 0.1 * np.array([np.cos(seed), np.sin(seed)])).pieces
@@ -110,7 +115,8 @@ def _on_map(map_, at, direction):
 def test_a_path_of_several_points_turns_by_the_same_angles_beyond_the_seam():
     surface = frustum(0.05, 0.02, length=0.2, around=30, along=12)
     map_ = unrolled(surface)
-    transitions, at = SeamTransitions(map_), _start(map_, 4)
+    transitions = SeamTransitions(map_)
+    at = _start(map_, 4)
     here = map_.to_map(at)
     steps = 0.04 * np.array([[np.cos(t), np.sin(t)] for t in np.linspace(0, 2 * np.pi, 7)[:-1]])
     crossed = 0
@@ -157,10 +163,8 @@ def test_a_path_may_start_on_the_seam():
     at = SurfacePoint(0, int(transitions.borders.face[segment]), tuple(weights.tolist()))
     edge = np.diff(transitions.borders.ends[segment], axis=0)[0]
     outward = 0.02 * np.array([edge[1], -edge[0]]) / np.linalg.norm(edge)
-    out, back = (
-        trace_path(transitions, at, map_.to_map(at) + outward),
-        trace_path(transitions, at, map_.to_map(at) - outward),
-    )
+    out = trace_path(transitions, at, map_.to_map(at) + outward)
+    back = trace_path(transitions, at, map_.to_map(at) - outward)
     assert out.arrived
     assert back.arrived
     assert np.linalg.norm(map_.skin.position(out.pieces[-1].end) - map_.skin.position(at)) == pytest.approx(
@@ -219,7 +223,8 @@ def test_a_spline_goes_through_its_points_and_closes_smoothly():
         assert np.linalg.norm(path.points - corner, axis=1).min() < 1e-3
     ring = draw_path("spline", [*CORNERS, CORNERS[0]])
     assert ring.closed
-    before, after = ring.at(ring.length * (1 - 1e-6))[1], ring.at(0.0)[1]
+    before = ring.at(ring.length * (1 - 1e-6))[1]
+    after = ring.at(0.0)[1]
     assert before @ after > 0.99
 
 
@@ -349,7 +354,8 @@ def test_on_the_body_each_piece_goes_on_where_the_one_before_ended_but_at_jumps(
     map_ = arm().map
     turn = np.linspace(0, 2 * np.pi, 60)
     ring = map_.taxel_points[taxel] + 0.12 * np.stack([np.sin(turn), np.cos(turn) - 1], axis=1)
-    walk, skin = walked(*ring, drawn=drawn, transitions=SeamTransitions(map_)), map_.skin
+    walk = walked(*ring, drawn=drawn, transitions=SeamTransitions(map_))
+    skin = map_.skin
     assert len(walk.pieces) > 3
     for number, (before, after) in enumerate(pairwise(walk.pieces), start=1):
         away = np.linalg.norm(skin.position(before.end) - skin.position(after.start))

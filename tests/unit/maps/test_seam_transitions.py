@@ -32,10 +32,8 @@ def test_every_seam_segment_has_a_partner_and_true_borders_have_none(three_patch
     assert borders.turned[glued].all()
     assert not borders.turned[borders.partner < 0].any()
     for segment in glued:
-        chart, surface = (
-            three_patches.charts[borders.patch[segment]],
-            three_patches.skin.patches[borders.patch[segment]],
-        )
+        chart = three_patches.charts[borders.patch[segment]]
+        surface = three_patches.skin.patches[borders.patch[segment]]
         corner = [int(borders.side[segment]), (int(borders.side[segment]) + 1) % 3]
         edge = surface.surface.faces[borders.face[segment], corner]
         assert np.sort(edge).tolist() in np.sort(chart.seams, axis=1).tolist()
@@ -99,7 +97,8 @@ def test_neighbours_are_seen_over_the_seam_where_they_are_on_the_body(rolled, mi
 
 def test_nothing_is_seen_through_a_true_border():
     map_ = build_map(skin_of(sheet(), named("saddle"), taxels=20))
-    here, there = np.array([0, 3, 25, 5]), np.array([7, 30, 2, 5])
+    here = np.array([0, 3, 25, 5])
+    there = np.array([7, 30, 2, 5])
     transitions = SeamTransitions(map_)
     assert (transitions.borders.partner == -1).all()
     np.testing.assert_array_equal(transitions.seen(here, there), map_.taxel_points[there])

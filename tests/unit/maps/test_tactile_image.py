@@ -41,7 +41,8 @@ def test_the_areas_behind_the_pixels_are_those_of_their_faces(three_patches):
 def test_every_taxels_force_is_kept():
     generator = np.random.default_rng(0)
     weights = csr_matrix(generator.dirichlet(np.ones(5), 60))
-    areas, wanted = generator.uniform(0.5, 1.5, 60), 60 * generator.dirichlet(np.full(5, 20))
+    areas = generator.uniform(0.5, 1.5, 60)
+    wanted = 60 * generator.dirichlet(np.full(5, 20))
     np.testing.assert_allclose(weights.T @ force_areas(weights, areas, wanted), wanted, rtol=1e-12)
 
 
@@ -49,7 +50,8 @@ def test_of_all_such_areas_they_are_the_nearest():
     """Against the weighted least-norm solution by a dense pseudo-inverse."""
     generator = np.random.default_rng(1)
     weights = csr_matrix(generator.dirichlet(np.ones(5), 60))
-    areas, wanted = generator.uniform(0.5, 1.5, 60), 60 * generator.dirichlet(np.full(5, 20))
+    areas = generator.uniform(0.5, 1.5, 60)
+    wanted = 60 * generator.dirichlet(np.full(5, 20))
     root = np.sqrt(areas)
     missing = wanted - weights.T @ areas
     expected = areas + root * (np.linalg.pinv(weights.T.toarray() * root) @ missing)
@@ -206,7 +208,8 @@ def test_the_body_is_coloured_as_the_map(three_patches):
 
 def test_no_seam_shows_on_the_body(three_patches):
     """A seam's vertex takes the mean of its two places; without that one side would decide alone."""
-    weights, chart = vertex_weights(three_patches)[0], three_patches.charts[0]
+    weights = vertex_weights(three_patches)[0]
+    chart = three_patches.charts[0]
     vertex = int(chart.seams[len(chart.seams) // 2, 0])
     copies = np.flatnonzero(chart.vertex_of == vertex)
     assert len(copies) == 2
@@ -217,7 +220,8 @@ def test_no_seam_shows_on_the_body(three_patches):
 
 
 def test_the_round_trip_is_that_of_the_images_own_table(three_patches):
-    image, skin = TactileImage(three_patches, width=200), three_patches.skin
+    image = TactileImage(three_patches, width=200)
+    skin = three_patches.skin
     found = round_trip_mm(three_patches, image)
     for taxel in range(0, len(skin), 7):
         at = image.back_project(*image.pixel(three_patches.taxel_points[taxel]))
@@ -269,7 +273,8 @@ def test_what_no_pixel_shows_is_lost(three_patches):
 
 
 def test_places_off_the_skin_are_unknown(three_patches):
-    patch, face = np.array([0, -1, 2]), np.array([3, -1, 5])
+    patch = np.array([0, -1, 2])
+    face = np.array([3, -1, 5])
     places = surface_positions(three_patches.skin, patch, face, np.full((3, 3), 1 / 3))
     surfaces = [worn.surface for worn in three_patches.skin.patches]
     np.testing.assert_allclose(places[0], surfaces[0].vertices[surfaces[0].faces[3]].mean(axis=0))

@@ -112,7 +112,9 @@ def test_where_patches_lie_on_one_another_one_of_them_answers(three_patches):
 
 
 def test_parts_that_do_not_belong_together_are_refused(three_patches):
-    skin, charts, layout = three_patches.skin, three_patches.charts, three_patches.layout
+    skin = three_patches.skin
+    charts = three_patches.charts
+    layout = three_patches.layout
     with pytest.raises(MapError, match="number of patches"):
         TactileMap(skin, charts[:2], layout)
     with pytest.raises(MapError, match="surface's faces"):
@@ -122,7 +124,8 @@ def test_parts_that_do_not_belong_together_are_refused(three_patches):
 def test_a_map_point_is_taken_back_to_its_link(three_patches):
     skin = three_patches.skin
     for taxel in range(0, len(skin), 7):
-        place, at = back_project(three_patches, three_patches.taxel_points[taxel]), skin.taxel_point(taxel)
+        place = back_project(three_patches, three_patches.taxel_points[taxel])
+        at = skin.taxel_point(taxel)
         assert place.link == skin.link(at)
         np.testing.assert_allclose(place.link_position, skin.position(at), atol=1e-9)
         assert np.linalg.norm(place.link_normal) == pytest.approx(1.0)

@@ -44,7 +44,8 @@ def test_it_is_kept_beside_the_recording_whose_bytes_stay(copy):
 
 
 def test_marks_set_while_recording_are_in_the_file(prepared, tmp_path):
-    path, session = tmp_path / "marked.mcap", Session(prepared)
+    path = tmp_path / "marked.mcap"
+    session = Session(prepared)
     with Recorder(prepared, path) as recorder:
         recorder.mark(Mark(0, "before"))
         for _ in range(5):

@@ -36,7 +36,8 @@ from tactile_maps.session.bundle import unpack_scene
 from tactile_maps.session.session import Session
 from tactile_widgets.__main__ import main
 
-FIRST, LAST = 51, 250
+FIRST = 51
+LAST = 250
 """Ticks of the fixture's frames."""
 
 
@@ -319,7 +320,8 @@ def test_file_cut_before_its_first_frame_is_reported_as_cut_off(recording, tmp_p
     offset, length = attachment_spans(recording)[2]
     size = {"empty": 0, "magic": 5, "header": 40, "attachment": offset + length // 2, "between": offset + length,
             "first chunk": chunk_spans(recording)[0][0] + 50}[place]  # fmt: skip
-    cut, target = tmp_path / "cut.mcap", tmp_path / "new.mcap"
+    cut = tmp_path / "cut.mcap"
+    target = tmp_path / "new.mcap"
     cut.write_bytes(recording.read_bytes()[:size])
     uses = (RecordingPlayer, lambda path: recover(path, target), lambda path: trim(path, target, first=0))
     for use in uses:
@@ -342,7 +344,8 @@ def test_incomplete_file_of_another_program_is_not_called_cut_off(recording, tmp
 
 
 def test_bytes_after_the_end_are_counted_and_not_called_a_cut(recording, tmp_path, capsys):
-    path, clean = tmp_path / "more.mcap", tmp_path / "clean.mcap"
+    path = tmp_path / "more.mcap"
+    clean = tmp_path / "clean.mcap"
     path.write_bytes(recording.read_bytes() + b"x" * 37)
     player = RecordingPlayer(path)
     assert player.damage == (RecordingDamage(DamageKind.TRAILING, 37),)
@@ -356,7 +359,8 @@ def test_bytes_after_the_end_are_counted_and_not_called_a_cut(recording, tmp_pat
 
 
 def test_file_that_is_being_recorded_is_not_called_cut_off(prepared, tmp_path, capsys):
-    path, session = tmp_path / "now.mcap", Session(prepared)
+    path = tmp_path / "now.mcap"
+    session = Session(prepared)
     with Recorder(prepared, path) as recorder:
         for use in (RecordingPlayer, lambda path: recover(path, tmp_path / "none.mcap")):
             with pytest.raises(RecordingError, match="has just begun and holds no frame yet"):

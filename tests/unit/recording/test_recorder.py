@@ -96,7 +96,8 @@ def test_a_killed_process_loses_less_than_one_percent(tmp_path):
     path = tmp_path / "killed.mcap"
     process = subprocess.Popen([sys.executable, "-c", ENDLESS, path], cwd=ROOT, stdout=subprocess.PIPE, text=True)
     assert process.stdout is not None
-    written, deadline = 0, time.monotonic() + 120
+    written = 0
+    deadline = time.monotonic() + 120
     while written < 1500:
         assert time.monotonic() < deadline
         written = int(process.stdout.readline())
@@ -115,7 +116,9 @@ def test_a_killed_process_loses_less_than_one_percent(tmp_path):
 
 
 def test_ctrl_c_at_any_moment_loses_nothing(tmp_path):
-    prepared, path, times = prepared_bar(), tmp_path / "x.mcap", 40
+    prepared = prepared_bar()
+    path = tmp_path / "x.mcap"
+    times = 40
     frame = Session(prepared).tick()
     before = signal.signal(signal.SIGALRM, lambda *_: signal.raise_signal(signal.SIGINT))
     interrupted = 0
@@ -246,7 +249,8 @@ def test_a_session_that_goes_on_has_nothing_to_report(tmp_path):
 
 
 def test_a_block_is_recorded_and_replays_bit_for_bit(prepared, tmp_path):
-    session, path = Session(prepared, scripted=False), tmp_path / "block.mcap"
+    session = Session(prepared, scripted=False)
+    path = tmp_path / "block.mcap"
     session.run_for(0.02)
     session.press(prepared.skin.taxel_point(0), force=1.0)
     with record(session, path) as recorder:
@@ -259,7 +263,8 @@ def test_a_block_is_recorded_and_replays_bit_for_bit(prepared, tmp_path):
 
 
 def test_a_block_in_which_the_physics_gives_up_says_so(prepared, tmp_path):
-    session, path = Session(prepared, scripted=False), tmp_path / "stopped.mcap"
+    session = Session(prepared, scripted=False)
+    path = tmp_path / "stopped.mcap"
     session.submit(PokePressed(1, prepared.skin.taxel_point(0), Finger(speed=1e9, max_force=1e12, stiffness=100.0)))
     with pytest.raises(SimulationError), record(session, path):
         session.run_for(5.0)

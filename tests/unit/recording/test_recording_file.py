@@ -93,7 +93,8 @@ def test_a_second_recorder_is_refused_until_the_first_is_killed(prepared, tmp_pa
 
 
 def test_two_recorders_of_one_process_are_refused_too(prepared, tmp_path):
-    path, session = tmp_path / "touch.mcap", Session(prepared)
+    path = tmp_path / "touch.mcap"
+    session = Session(prepared)
     make_recording(prepared, path)
     with Recorder(prepared, path, overwrite=True) as first:
         first.write(session.tick(), session.inputs)
@@ -136,7 +137,8 @@ def record_until(stop, recorder: Recorder, session: Session) -> None:
 
 @pytest.mark.parametrize("stop", [ValueError, KeyboardInterrupt])
 def test_error_keeps_the_old_recording_and_the_new_part_and_names_both(prepared, tmp_path, stop):
-    path, session = tmp_path / "touch.mcap", Session(prepared)
+    path = tmp_path / "touch.mcap"
+    session = Session(prepared)
     old = make_recording(prepared, path)
     with pytest.raises(stop) as raised:
         record_until(stop, Recorder(prepared, path, overwrite=True), session)
@@ -150,7 +152,8 @@ def test_error_keeps_the_old_recording_and_the_new_part_and_names_both(prepared,
 
 
 def test_error_before_the_first_frame_or_of_a_new_recording_adds_no_note(prepared, tmp_path):
-    path, session = tmp_path / "touch.mcap", Session(prepared)
+    path = tmp_path / "touch.mcap"
+    session = Session(prepared)
     with pytest.raises(ValueError, match="stop") as raised:
         record_until(ValueError("stop"), Recorder(prepared, path, overwrite=True), session)
     assert not hasattr(raised.value, "__notes__")
@@ -177,7 +180,8 @@ def record_for_ever(recorder: Recorder, session: Session) -> None:
 
 
 def test_a_disk_that_fills_up_leaves_the_old_recording(prepared, tmp_path):
-    path, session = tmp_path / "touch.mcap", Session(prepared)
+    path = tmp_path / "touch.mcap"
+    session = Session(prepared)
     old = make_recording(prepared, path)
     recorder = Recorder(prepared, path, overwrite=True)
     for _ in range(20):
@@ -207,7 +211,8 @@ def test_a_special_file_is_refused(prepared, tmp_path, kind):
 @pytest.mark.parametrize("exists", [True, False])
 def test_a_symbolic_link_stays(prepared, tmp_path, exists):
     (tmp_path / "files").mkdir()
-    target, link = tmp_path / "files" / "a.mcap", tmp_path / "link.mcap"
+    target = tmp_path / "files" / "a.mcap"
+    link = tmp_path / "link.mcap"
     if exists:
         target.write_bytes(b"old")
         target.chmod(0o640)

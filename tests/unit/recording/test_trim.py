@@ -32,7 +32,8 @@ def copy(recording, tmp_path):
 
 
 def test_a_part_holds_its_frames_and_is_simulated_again(copy, tmp_path):
-    before, whole = copy.read_bytes(), RecordingPlayer(copy)
+    before = copy.read_bytes()
+    whole = RecordingPlayer(copy)
     save_annotations(copy, Annotations(marks=(Mark(90, "in"), Mark(240, "out")), label="try"))
     result = trim(copy, tmp_path / "part.mcap", first=80, last=150)
     part = RecordingPlayer(tmp_path / "part.mcap")

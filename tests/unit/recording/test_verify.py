@@ -158,7 +158,8 @@ def test_a_session_on_an_edited_map_starts_on_it_again(prepared, tmp_path):
 
 
 def test_a_rest_posture_that_moved_is_run_again_bit_for_bit(tmp_path):
-    session, path = Session(forearm()), tmp_path / "rest.mcap"
+    session = Session(forearm())
+    path = tmp_path / "rest.mcap"
     with record(session, path):
         for number in range(20):
             posture = tuple(session.prepared.robot.home + 0.01 * number)

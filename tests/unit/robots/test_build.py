@@ -45,7 +45,8 @@ def test_geoms_are_placed_in_the_body_frame() -> None:
 
 
 def test_visual_geoms_go_first_then_what_is_shown_then_anything() -> None:
-    collision, visual = '<geom size=".3" group="3"/>', '<geom size=".1" contype="0" conaffinity="0"/>'
+    collision = '<geom size=".3" group="3"/>'
+    visual = '<geom size=".1" contype="0" conaffinity="0"/>'
     for geoms, size in ((collision + visual, 0.1), (collision, 0.3), ('<geom size=".2"/>' + collision, 0.2)):
         mesh = mesh_of(geoms)
         assert mesh is not None

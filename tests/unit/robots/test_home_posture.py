@@ -101,7 +101,8 @@ def test_shipped_robots_keep_their_home() -> None:
 
 
 def test_home_of_a_robot_with_a_name_is_replaced_joint_by_joint() -> None:
-    usual, robot = load_robot("arm"), load_robot("arm", home={"elbow_pitch": 1.0})
+    usual = load_robot("arm")
+    robot = load_robot("arm", home={"elbow_pitch": 1.0})
     assert robot.home[3] == 1.0
     assert np.delete(robot.home, 3).tolist() == np.delete(usual.home, 3).tolist()
 
@@ -119,7 +120,8 @@ def test_impossible_home_is_refused(home: dict[str, float], words: str, tmp_path
 
 def test_motion_of_points_is_that_of_the_configuration(tmp_path: Path) -> None:
     robot = load(ROBOTS["arm"], tmp_path)
-    configuration, points = Configuration(robot), np.array([[0.0, 0.0, 0.0], [0.02, -0.01, 0.1]])
+    configuration = Configuration(robot)
+    points = np.array([[0.0, 0.0, 0.0], [0.02, -0.01, 0.1]])
     pose = configuration.pose("link6")
     move = np.array([configuration.jacobian("link6", point) for point in points])
     angular = np.array([move[1, :, joint] - move[0, :, joint] for joint in range(6)])

@@ -67,12 +67,14 @@ def test_an_unknown_link_is_refused_with_the_valid_ones(configuration: Configura
 def test_joint_axes_are_where_a_turn_leaves_points_and_say_what_a_link_is_moved_by() -> None:
     """A small turn about an axis moves a point as the Jacobian says; joints that do not move a link have none there."""
     robot = load_robot("arm")
-    configuration, point = Configuration(robot), np.array([0.02, -0.01, 0.05])
+    configuration = Configuration(robot)
+    point = np.array([0.02, -0.01, 0.05])
     configuration.update(robot.home + 0.2)
     anchors, axes, slides = configuration.joint_axes()
     assert not slides.any()
     for link in ("turret", "forearm", "hand"):
-        before, jacobian = configuration.joints_before(link), configuration.jacobian(link, point)
+        before = configuration.joints_before(link)
+        jacobian = configuration.jacobian(link, point)
         world = configuration.pose(link).points(point)
         assert before.tolist() == list(range(len(before)))
         assert jacobian[:, before] == pytest.approx(np.cross(axes[before], world - anchors[before]).T, abs=1e-12)

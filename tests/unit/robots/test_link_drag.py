@@ -45,7 +45,8 @@ def test_out_of_reach_it_comes_as_near_as_it_goes_and_says_how_far_that_is(arm):
 
 
 def test_a_joint_at_its_limit_is_named_and_no_limit_is_passed(arm):
-    lower, upper = arm.home - 0.05, arm.home + 0.05
+    lower = arm.home - 0.05
+    upper = arm.home + 0.05
     answer = drag_link(Configuration(arm), "hand", TIP, place(arm, arm.home) + [0.3, 0.0, 0.0], arm.home, lower, upper)
     assert not answer.reached
     assert answer.stuck
@@ -59,7 +60,8 @@ def test_where_a_joint_is_at_its_limit_the_others_do_its_part(arm):
     lower, upper = joint_limits(arm)
     freely = drag_link(Configuration(arm), "hand", TIP, place(arm, arm.home) + [0.0, 0.1, 0.0], arm.home, lower, upper)
     busiest = int(np.argmax(np.abs(freely.posture - arm.home)))
-    lower[busiest], upper[busiest] = arm.home[busiest] - 0.01, arm.home[busiest] + 0.01
+    lower[busiest] = arm.home[busiest] - 0.01
+    upper[busiest] = arm.home[busiest] + 0.01
     goal = place(arm, arm.home) + [0.0, 0.1, 0.0]
     assert drag_link(Configuration(arm), "hand", TIP, goal, arm.home, lower, upper).reached
 

@@ -111,5 +111,6 @@ def test_a_robot_crosses_to_another_process_unchanged(tiny: Path) -> None:
 
 
 def test_reading_twice_gives_the_same_robot(tiny: Path) -> None:
-    first, second = load_robot_file(tiny), load_robot_file(tiny)
+    first = load_robot_file(tiny)
+    second = load_robot_file(tiny)
     assert (first.mjcf, first.assets) == (second.mjcf, second.assets)

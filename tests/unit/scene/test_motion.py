@@ -45,7 +45,8 @@ def test_position_speed_and_acceleration_have_no_steps():
     step = 1e-3
     times = np.arange(0.0, 2 * motion.period, step)
     path = np.array([motion.posture(time)[0] for time in times])
-    speed, jerk = np.diff(path) / step, np.diff(path, 3) / step**3
+    speed = np.diff(path) / step
+    jerk = np.diff(path, 3) / step**3
     assert np.abs(speed).max() == pytest.approx(1.875 * 2.0 / 1.0, rel=0.01), "15/8 of the mean"
     assert np.abs(jerk).max() < 1.1 * 60 * 2.0, "the jerk is that of the polynomial everywhere"
 

@@ -33,7 +33,8 @@ def test_without_draws_it_is_every_combination_in_order(read):
 
 def test_draws_lie_within_and_depend_on_number_key_and_seed_alone(read):
     vary = "[vary]\nstimuli.0.at = { from = [0.2, 0.0], to = [0.4, 1.0] }\ntick = [0.005, 0.01]\n"
-    few, many = read(f"draws = 3\n{vary}"), read(f"draws = 200\n{vary}seed = {{ from = 0, count = 9 }}\n")
+    few = read(f"draws = 3\n{vary}")
+    many = read(f"draws = 200\n{vary}seed = {{ from = 0, count = 9 }}\n")
     for one, other in zip(few.variants, many.variants, strict=False):
         assert one == {key: other[key] for key in one}
     along = [one["stimuli.0.at"][0] for one in many.variants]
@@ -87,6 +88,7 @@ def test_a_setting_that_is_not_right_there_is_named(key, value, told):
 
 
 def test_the_shipped_sweep_is_right_for_its_scene():
-    sweep, scene = load_sweep("pokes"), load_scene("poke")
+    sweep = load_sweep("pokes")
+    scene = load_scene("poke")
     for settings in sweep.variants[:20]:
         varied_scene(scene, settings, file=sweep.file)

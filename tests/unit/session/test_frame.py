@@ -14,7 +14,8 @@ from tests.support.touch import prepared_bar
 
 
 def test_it_owns_its_arrays():
-    none, pressures = np.zeros(0), np.zeros(3)
+    none = np.zeros(0)
+    pressures = np.zeros(3)
     frame = Frame(1, 0.005, none, none, pressures, (), (), JointCommand(none, none, none, none))
     pressures[0] = 1
     assert frame.pressures[0] == 0

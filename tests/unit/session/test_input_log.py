@@ -56,7 +56,8 @@ def test_it_is_equal_to_what_says_the_same_and_to_nothing_else():
 
 
 def test_a_stroke_of_an_hour_takes_megabytes():
-    random, log = np.random.default_rng(0), InputLog()
+    random = np.random.default_rng(0)
+    log = InputLog()
     before = sys.getallocatedblocks()
     for tick in range(20_000):
         a, b = random.dirichlet([1, 1, 1])[:2].tolist()

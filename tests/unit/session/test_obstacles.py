@@ -25,7 +25,8 @@ def test_an_object_is_as_far_from_the_robot_as_in_the_physics(kind):
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     pose = np.eye(4)
-    pose[:3, :3], pose[:3, 3] = data.body(body_name(each.spec)).xmat.reshape(3, 3), far
+    pose[:3, :3] = data.body(body_name(each.spec)).xmat.reshape(3, 3)
+    pose[:3, 3] = far
     obstacles = obstacles_of((each,), pose[None])
     clearance = Clearance(robot, skin, obstacles)
     normal = np.array([0.0, 0.0, 1.0])

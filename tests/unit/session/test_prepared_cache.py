@@ -71,9 +71,11 @@ def test_what_is_kept_is_what_would_be_made():
     assert kept is not None
     assert kept.scene == scene
     assert _content(kept) == _content(made) == _content(prepare(scene))
-    one, other = Session(made), Session(kept)
+    one = Session(made)
+    other = Session(kept)
     for _ in range(60):
-        ours, theirs = one.tick(), other.tick()
+        ours = one.tick()
+        theirs = other.tick()
     assert ours.pressures.any()
     assert np.array_equal(ours.posture, theirs.posture)
     assert np.array_equal(ours.pressures, theirs.pressures)
@@ -175,7 +177,8 @@ def test_a_member_of_something_else_counts_as_none(bar, folder):
 
 def test_the_robot_alone_is_found_too(bar):
     prepare_cached(bar)
-    robot, made = load_robot_cached(bar), prepare(bar).robot
+    robot = load_robot_cached(bar)
+    made = prepare(bar).robot
     assert robot.mjcf == made.mjcf
     assert [link.name for link in robot.links] == [link.name for link in made.links]
 

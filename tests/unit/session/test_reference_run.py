@@ -30,7 +30,8 @@ def same(effects: Effects) -> Effects:
 
 def played(prepared: PreparedScene, ticks: int = 160):
     """A session in which a finger presses, strokes and leaves, and a person changes controller and effects."""
-    skin, session = prepared.skin, Session(prepared, scripted=False)
+    skin = prepared.skin
+    session = Session(prepared, scripted=False)
     acts = {
         5: PokePressed(1, skin.taxel_point(150), Finger(stiffness=2000.0)),
         60: PokeMoved(1, skin.taxel_point(151)),

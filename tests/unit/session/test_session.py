@@ -50,7 +50,8 @@ def test_a_mean_over_the_sample_time_is_half_of_that_time_older():
 
 
 BAR = prepared_bar(stimuli=(Stroke(hold=0.1),))
-AT, THERE = BAR.skin.taxel_point(30), BAR.skin.taxel_point(31)
+AT = BAR.skin.taxel_point(30)
+THERE = BAR.skin.taxel_point(31)
 
 
 def quiet(prepared=BAR) -> Session:
@@ -147,10 +148,12 @@ def test_same_inputs_same_frames_and_the_inputs_are_enough_to_repeat_it():
         return frames
 
     first_session = Session(arm())
-    first, second = run(first_session), run(Session(arm()))
+    first = run(first_session)
+    second = run(Session(arm()))
     assert all(map(same, first, second))
     assert any(frame.regions for frame in first)
-    replay, waiting = Session(arm(), scripted=False), list(first_session.inputs)[1:]
+    replay = Session(arm(), scripted=False)
+    waiting = list(first_session.inputs)[1:]
     for frame in first:
         while waiting and waiting[0][0] == frame.tick:
             replay.submit(waiting.pop(0)[1])
@@ -197,7 +200,8 @@ def test_time_it_cannot_keep_up_with_is_dropped():
 
 @pytest.mark.parametrize("act", [PokeReleased(3), PokeMoved(3, AT)])
 def test_acts_of_a_finger_that_is_not_down_do_nothing(act):
-    session, untouched = quiet(), quiet()
+    session = quiet()
+    untouched = quiet()
     session.submit(act)
     assert same(session.tick(), untouched.tick())
 
@@ -221,7 +225,8 @@ def test_pressing_twice_starts_afresh():
     (EffectsChanged(replace(BAR.scene.effects, timestep=float("nan"))), SimulationError, "whole number"),
 ])  # fmt: skip
 def test_a_refused_input_leaves_the_session_as_it_was(act, error, words):
-    session, other = quiet(), quiet()
+    session = quiet()
+    other = quiet()
     for run in (session, other):
         run.tick()
     session.submit(act)
@@ -285,7 +290,8 @@ def test_seconds_that_are_none_are_refused(seconds):
 
 
 def test_a_watcher_is_told_every_tick_until_its_block_ends():
-    session, seen = quiet(), []
+    session = quiet()
+    seen = []
     with session.watched(lambda frame: seen.append(frame.tick)):
         session.advance(0.015)
         session.run_for(0.01)
@@ -303,7 +309,8 @@ def test_a_session_of_a_robot_and_a_map_is_alone_in_the_world():
 
 @pytest.mark.parametrize("elapsed", [math.nan, math.inf, -math.inf, -0.01])
 def test_a_time_that_is_none_is_refused_and_changes_nothing(elapsed):
-    session, other = quiet(), quiet()
+    session = quiet()
+    other = quiet()
     for run in (session, other):
         run.submit(PokePressed(1, AT))
         run.advance(0.0125)

@@ -63,7 +63,8 @@ def test_every_stage_is_timed_and_there_is_none_without_its_effect():
 
 
 def test_effects_change_at_the_next_tick_and_only_them():
-    session, other = quiet(), quiet()
+    session = quiet()
+    other = quiet()
     for run in (session, other):
         run.submit(PokePressed(1, AT))
         for _ in range(30):
@@ -71,7 +72,8 @@ def test_effects_change_at_the_next_tick_and_only_them():
     wanted = replace(session.effects, sensor=SensorEffects(noise=Noise()))
     session.submit(EffectsChanged(wanted))
     assert session.effects == STROKED_BAR.scene.effects, "at the next tick, not now"
-    frame, plain = session.tick(), other.tick()
+    frame = session.tick()
+    plain = other.tick()
     assert session.effects == wanted
     assert session.inputs[-1] == (31, EffectsChanged(wanted))
     assert np.array_equal(frame.posture, plain.posture), "the state stays"
@@ -316,7 +318,8 @@ def test_control_sees_what_the_estimator_found(name):
 
 def test_a_sensor_in_the_link_reads_the_impulse_of_an_impact():
     """Over the whole tick where time averaging is on, as the skin does."""
-    mass, speed = 0.2, 0.4
+    mass = 0.2
+    speed = 0.4
     ball = thing("sphere", at=(0.15, 0.0, 0.041), mass=mass, guided=True)
     effects = Effects(contact="environment", gravity="off", timestep=5e-4, time_averaging=True)
     reading = ReadingSettings("lumped", threshold=1.0)
@@ -367,7 +370,8 @@ def test_a_higher_threshold_lets_go_live():
 
 
 def test_the_sensors_noise_has_the_scenes_seed():
-    reading, other = ReadingSettings("lumped", wrench_noise=0.1), replace(BAR, scene=replace(BAR.scene, seed=1))
+    reading = ReadingSettings("lumped", wrench_noise=0.1)
+    other = replace(BAR, scene=replace(BAR.scene, seed=1))
     forces = [pressed(prepared, reading=reading).frame.regions[0].force for prepared in (BAR, BAR, other)]
     assert forces[0] == forces[1] != forces[2]
 
@@ -414,7 +418,8 @@ def test_an_estimate_that_differs_is_noticed(tmp_path):
 
 @pytest.mark.parametrize("name", ESTIMATORS)
 def test_a_skin_that_is_believed_to_lie_elsewhere_places_contacts_there(name):
-    prepared, reading = arm(), ReadingSettings(name)
+    prepared = arm()
+    reading = ReadingSettings(name)
     believed = with_calibration_error(prepared.skin, 0.003, seed=1)
     taxel = int(prepared.skin.first[1]) + 20
     true = pressed(prepared, taxels=(taxel,), reading=reading, ticks=40).frame
@@ -515,7 +520,8 @@ def test_the_arm_goes_to_another_rest_posture_and_a_reset_forgets_it():
 
 def test_with_a_speed_the_rest_posture_goes_there_and_all_joints_arrive_together():
     session = Session(forearm())
-    home, away = session.prepared.robot.home, np.array([0.3, 0.0, -0.1, 0.0, 0.2, 0.0, 0.0])
+    home = session.prepared.robot.home
+    away = np.array([0.3, 0.0, -0.1, 0.0, 0.2, 0.0, 0.0])
     session.submit(RestChanged(tuple(home + away), 0.6))
     assert np.allclose(session.run_for(0.25).command.posture, home + 0.5 * away)
     assert np.allclose(session.run_for(0.3).command.posture, home + away, atol=1e-12)

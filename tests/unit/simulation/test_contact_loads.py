@@ -98,10 +98,12 @@ def test_without_the_effect_links_pass_through_each_other():
 
 def test_many_contacts_of_one_meeting_are_one_load_at_their_centre():
     """With several points a hull and a box, as no model of ours makes them, but as MuJoCo can."""
-    robot, skin = bar(hinged=False), bar_skin()
+    robot = bar(hinged=False)
+    skin = bar_skin()
     box = thing("box", at=(0.2, 0.01, 0.03 - 1e-3), mass=1.0)
     simulation = Simulation(robot, skin, WORLD, objects=(box,))
-    model, data = simulation._model, simulation._data
+    model = simulation._model
+    data = simulation._data
     model.opt.disableflags &= ~int(mujoco.mjtDisableBit.mjDSBL_MULTICCD)
     mujoco.mj_forward(model, data)
     assert data.ncon == 4
@@ -179,7 +181,8 @@ def test_a_push_brings_its_own_torque():
     model = mujoco.MjModel.from_xml_string(
         "<mujoco><worldbody><body name='bar' pos='1 0 0'><geom size='1'/></body></worldbody></mujoco>"
     )
-    data, sums = mujoco.MjData(model), LinkWrenches(model, bar_skin())
+    data = mujoco.MjData(model)
+    sums = LinkWrenches(model, bar_skin())
     mujoco.mj_forward(model, data)
     sums.keep(data)
     push = ContactWrench(1, 0, np.array([1.0, 0.5, 0.0]), np.array([0.0, 0.0, -2.0]), np.array([0.1, 0.2, 0.3]))
@@ -207,7 +210,8 @@ def test_fingers_are_felt():
     simulation.step(500, hold(bar(hinged=False), 0.0, 0.0))
     (poke,) = simulation.pokes
     assert poke.force > 1
-    wrench, force = simulation.wrenches()["bar"], np.array([0, 0, -poke.force])
+    wrench = simulation.wrenches()["bar"]
+    force = np.array([0, 0, -poke.force])
     assert wrench == pytest.approx(np.concatenate([force, np.cross(bar_skin().position(at), force)]))
 
 
@@ -228,7 +232,8 @@ def test_untouched_is_nothing():
 
 def test_asking_changes_nothing():
     """Neither the run nor a second answer."""
-    asked, silent = pressed(WORLD, count=2), pressed(WORLD, count=2)
+    asked = pressed(WORLD, count=2)
+    silent = pressed(WORLD, count=2)
     first = asked.wrenches()["bar"]
     first += 1.0
     assert asked.wrenches()["bar"] == pytest.approx(first - 1.0, abs=1e-12)

@@ -13,7 +13,8 @@ from tests.support.scene_objects import thing
 from tests.support.touch import bar, bar_skin, hold
 
 INTEGRATORS = ("implicitfast", "euler")
-RADIUS, TOP = 0.02, 0.02
+RADIUS = 0.02
+TOP = 0.02
 
 
 def on_the_bar(depth: float, *, mass: float, stiffness: float = 2e4, **effects) -> Simulation:

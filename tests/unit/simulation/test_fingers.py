@@ -23,7 +23,8 @@ def fixed() -> Simulation:
 
 
 def test_on_a_rigid_robot_force_is_stiffness_times_depth():
-    simulation, finger = fixed(), Finger(stiffness=800.0, speed=0.01, max_force=5.0)
+    simulation = fixed()
+    finger = Finger(stiffness=800.0, speed=0.01, max_force=5.0)
     simulation.apply(PokePressed(1, AT, finger))
     for steps in range(1, 900):
         simulation.step(1, no_command(bar(hinged=False)))
@@ -45,13 +46,16 @@ def test_the_finger_stops_advancing_at_its_limit():
 
 def test_the_wrench_is_the_jacobians():
     prepared = arm()
-    robot, skin = prepared.robot, prepared.skin
-    simulation, configuration = Simulation(robot, skin, Effects()), Configuration(robot)
+    robot = prepared.robot
+    skin = prepared.skin
+    simulation = Simulation(robot, skin, Effects())
+    configuration = Configuration(robot)
     at = skin.taxel_point(150)
     simulation.apply(PokePressed(1, at, Finger(speed=0.0)))
     simulation._fingers._down[1].depth = 0.004
     simulation.step(1, no_command(robot))
-    pose, link = configuration.pose(skin.link(at)), skin.link(at)
+    pose = configuration.pose(skin.link(at))
+    link = skin.link(at)
     wrench = -4.0 * pose.rotation @ skin.normal(at)
     assert simulation._data.qfrc_applied == pytest.approx(
         configuration.jacobian(link, skin.position(at)).T @ wrench, rel=1e-12, abs=1e-14
@@ -60,8 +64,10 @@ def test_the_wrench_is_the_jacobians():
 
 
 def test_a_yielding_arm_feels_less_as_springs_in_series_do():
-    robot, finger = bar(), Finger(stiffness=1000.0, speed=0.005, max_force=50.0)
-    simulation, rigid = Simulation(robot, SKIN, Effects()), fixed()
+    robot = bar()
+    finger = Finger(stiffness=1000.0, speed=0.005, max_force=50.0)
+    simulation = Simulation(robot, SKIN, Effects())
+    rigid = fixed()
     for run, body in ((simulation, robot), (rigid, bar(hinged=False))):
         run.apply(PokePressed(1, AT, finger))
         run.step(2000, hold(body, 40.0, 6.0))
@@ -135,7 +141,8 @@ def test_nothing_is_too_stiff_for_a_robot_that_cannot_move():
 
 
 def test_the_state_vector_tells_fingers_apart():
-    one, other = fixed(), fixed()
+    one = fixed()
+    other = fixed()
     one.apply(PokePressed(1, AT, Finger(max_force=3.0)))
     other.apply(PokePressed(1, AT, Finger(max_force=4.0)))
     assert len(one.state()) == len(other.state()) > len(fixed().state())
@@ -144,7 +151,8 @@ def test_the_state_vector_tells_fingers_apart():
 
 def test_moving_to_where_it_is_changes_nothing_while_the_arm_yields():
     """The skin yields between the last step and the move; that counts."""
-    still, moved = Simulation(bar(), SKIN, Effects()), Simulation(bar(), SKIN, Effects())
+    still = Simulation(bar(), SKIN, Effects())
+    moved = Simulation(bar(), SKIN, Effects())
     for simulation in (still, moved):
         simulation.apply(PokePressed(1, AT, Finger(max_force=3.0)))
     for _ in range(100):

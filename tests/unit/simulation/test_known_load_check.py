@@ -26,7 +26,8 @@ def test_on_a_level_bar_the_weight_starts_just_above_the_skin():
 
 
 def test_on_an_arm_it_faces_up_and_nothing_is_near():
-    robot, skin = arm().robot, arm().skin
+    robot = arm().robot
+    skin = arm().skin
     at, middle = find_level_place(robot, skin, radius=RADIUS)
     kinematics = Configuration(robot)
     pose = kinematics.pose(skin.link(at))
@@ -46,7 +47,8 @@ def test_the_weight_avoids_what_hangs_over_the_skin():
     covered = replace(robot, links=(link, replace(link, name="roof", mesh=roof)),
                       mjcf=robot.mjcf.replace("</worldbody>", '<body name="roof"/></worldbody>'))  # fmt: skip
     at, middle = find_level_place(covered, bar_skin(), radius=RADIUS)
-    left, right = roof.bounds[0, 0] - RADIUS, roof.bounds[1, 0] + RADIUS
+    left = roof.bounds[0, 0] - RADIUS
+    right = roof.bounds[1, 0] + RADIUS
     assert not left < middle[0] < right
     assert bar_skin().position(at)[0] == pytest.approx(middle[0])
     everywhere = replace(covered, links=(link, replace(link, name="roof", mesh=Mesh(

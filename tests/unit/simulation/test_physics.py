@@ -50,7 +50,8 @@ def test_a_command_of_the_controller_is_what_the_physics_takes():
 
 @pytest.mark.parametrize("integrator", ["implicitfast", "discrete"])
 def test_a_hand_acts_in_every_step_at_that_steps_places(integrator):
-    made, seen = physics(integrator=integrator), []
+    made = physics(integrator=integrator)
+    seen = []
 
     def hand(data: mujoco.MjData) -> None:
         data.qfrc_applied[0] += 1.0

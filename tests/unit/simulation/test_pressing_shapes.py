@@ -37,11 +37,16 @@ def solid_of(kind: str, **said):
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_distances_are_mujocos(kind):
-    body, point = thing(kind, at=(0.1, 0.2, 0.3), turn=(20.0, 30.0, 40.0)), thing("probe", name="point", size=(POINT,))
+    body = thing(kind, at=(0.1, 0.2, 0.3), turn=(20.0, 30.0, 40.0))
+    point = thing("probe", name="point", size=(POINT,))
     model, data = world_with(body, point)
-    geom, tip = int(model.geom(f"tactile-maps/object {kind}").id), int(model.geom("tactile-maps/object point").id)
-    solid, first = Solids(model, (body, point))[geom], int(model.joint("tactile-maps/object point x").qposadr[0])
-    shape, rng, nearby = solid.seen_from(data, 0), np.random.default_rng(0), np.zeros(6)
+    geom = int(model.geom(f"tactile-maps/object {kind}").id)
+    tip = int(model.geom("tactile-maps/object point").id)
+    solid = Solids(model, (body, point))[geom]
+    first = int(model.joint("tactile-maps/object point x").qposadr[0])
+    shape = solid.seen_from(data, 0)
+    rng = np.random.default_rng(0)
+    nearby = np.zeros(6)
     for place in shape.points(rng.normal(size=(40, 3)) * 0.03):
         data.qpos[first : first + 3] = place
         mujoco.mj_kinematics(model, data)
@@ -71,7 +76,8 @@ def test_an_open_mesh_presses_as_what_collides():
 
 
 def test_a_links_hull_holds_link_and_skin():
-    robot, skin = arm().robot, arm().skin
+    robot = arm().robot
+    skin = arm().skin
     model = assemble(robot, skin, Effects(contact="self"))
     solids = Solids(model, ())
     for patch in skin.patches:
@@ -85,7 +91,8 @@ def test_a_links_hull_holds_link_and_skin():
 
 
 def found(contact: str, objects=()):
-    robot, skin = arm().robot, arm().skin
+    robot = arm().robot
+    skin = arm().skin
     effects = Effects(contact=contact, skin="foundation")
     model = assemble(robot, skin, effects, objects=objects)
     present = [t for t in objects if has_body(model, t.spec)]

@@ -23,7 +23,8 @@ from tests.support.touch import BAR_INERTIA, arm, bar, bar_skin, hold, no_comman
 
 def test_a_joint_under_impedance_answers_as_the_equation_says():
     """I q'' + d q' + k q = torque, critically damped, against the closed form."""
-    robot, frequency = bar(), 10.0
+    robot = bar()
+    frequency = 10.0
     command = hold(robot, BAR_INERTIA * frequency**2, 2 * BAR_INERTIA * frequency)
     simulation = Simulation(robot, bar_skin(), Effects(timestep=1e-4))
     simulation._data.qpos[:] = 0.1
@@ -66,7 +67,8 @@ def test_same_calls_same_numbers():
         simulation = Simulation(prepared.robot, prepared.skin, Effects(contact="self"))
         acts = {0: PokePressed(1, prepared.skin.taxel_point(10)), 40: PokePressed(2, prepared.skin.taxel_point(200)),
                 60: PokeMoved(1, prepared.skin.taxel_point(12)), 90: PokeReleased(2)}  # fmt: skip
-        states, pressures = [], []
+        states = []
+        pressures = []
         for tick in range(120):
             if tick in acts:
                 simulation.apply(acts[tick])
@@ -75,7 +77,8 @@ def test_same_calls_same_numbers():
             pressures.append(simulation.sense())
         return states, pressures
 
-    first, second = run(), run()
+    first = run()
+    second = run()
     assert any(p.any() for p in first[1])
     for one, other in zip(first[0] + first[1], second[0] + second[1], strict=True):
         assert np.array_equal(one, other)
@@ -104,7 +107,8 @@ def test_what_is_handed_out_is_not_what_is_inside():
 
 
 def test_a_robot_without_joints_is_pressed_too():
-    robot, skin = bar(hinged=False), bar_skin()
+    robot = bar(hinged=False)
+    skin = bar_skin()
     simulation = Simulation(robot, skin, Effects())
     simulation.apply(PokePressed(1, skin.taxel_point(5), Finger(max_force=3.0)))
     simulation.step(1000, no_command(robot))
@@ -112,7 +116,8 @@ def test_a_robot_without_joints_is_pressed_too():
     assert simulation.posture.shape == simulation.velocity.shape == (0,)
 
 
-BALL, PROBE = thing("sphere", at=(5.0, 0.0, 5.0), mass=1.0), thing("probe", at=(5.0, 1.0, 5.0))
+BALL = thing("sphere", at=(5.0, 0.0, 5.0), mass=1.0)
+PROBE = thing("probe", at=(5.0, 1.0, 5.0))
 
 
 def physics(*objects, effects: Effects | None = None, robot=None, skin=None) -> Physics:
@@ -124,7 +129,8 @@ def physics(*objects, effects: Effects | None = None, robot=None, skin=None) -> 
 
 
 def test_every_joint_is_carried_by_its_name_wherever_it_stands():
-    one, other = physics(BALL, PROBE), physics(PROBE, BALL)
+    one = physics(BALL, PROBE)
+    other = physics(PROBE, BALL)
     rng = np.random.default_rng(0)
     one.data.qpos[:] = rng.normal(size=one.model.nq) * 0.1
     one.data.qpos[one.model.joint("tactile-maps/object sphere").qposadr[0] + 3 :][:4] = (1, 0, 0, 0)
@@ -149,7 +155,8 @@ def test_every_joint_is_carried_by_its_name_wherever_it_stands():
 
 
 def test_joints_without_a_state_stay_where_they_are():
-    here, there = physics(effects=Effects()), physics(BALL)
+    here = physics(effects=Effects())
+    there = physics(BALL)
     here.data.qpos[:] = 0.3
     restore_joint_states(there, joint_states(here.model, here.data), 0.0)
     assert there.data.qpos[0] == 0.3
@@ -184,8 +191,10 @@ def test_the_posture_is_the_commands_and_time_passes():
 
 def test_fingers_ride_on_it_and_press_without_moving_it():
     prepared = arm()
-    robot, skin = prepared.robot, prepared.skin
-    simulation, at = Simulation(robot, skin, STILL), skin.taxel_point(150)
+    robot = prepared.robot
+    skin = prepared.skin
+    simulation = Simulation(robot, skin, STILL)
+    at = skin.taxel_point(150)
     simulation.apply(PokePressed(1, at, Finger(stiffness=1e9, speed=1e-8, max_force=4.0)))
     simulation.step(2000, hold(robot, 0.0, 0.0))
     assert np.array_equal(simulation.posture, robot.home)
@@ -248,7 +257,8 @@ def test_there_and_back_the_state_is_bitwise_the_same(other):
     assert (simulation.posture, simulation.velocity, simulation.time, simulation.pokes[0].force) == before
     simulation.use(Effects())
     assert (simulation.posture, simulation.velocity, simulation.time, simulation.pokes[0].force) == before
-    one, two = moving(things=(thing("box", at=(5.0, 0.0, 5.0), mass=1.0),)), simulation
+    one = moving(things=(thing("box", at=(5.0, 0.0, 5.0), mass=1.0),))
+    two = simulation
     for run in (one, two):
         run.step(200, hold(bar(), 5.0, 0.5))
     assert np.array_equal(one.posture, two.posture), "and so is the future"
@@ -270,7 +280,9 @@ def test_a_skin_that_is_switched_on_feels_what_already_touches_it(skin):
 
 def test_the_same_effects_change_nothing_at_all():
     simulation = moving()
-    model, state, touch = simulation._model, simulation.state(), simulation._touch
+    model = simulation._model
+    state = simulation.state()
+    touch = simulation._touch
     simulation.use(Effects())
     assert simulation._model is model
     assert simulation._touch is touch
@@ -287,7 +299,8 @@ def test_sensor_and_skin_model_leave_the_physics_alone():
 
 def test_live_changes_are_the_same_every_time():
     def run() -> list[np.ndarray]:
-        prepared, states = arm(), []
+        prepared = arm()
+        states = []
         simulation = Simulation(prepared.robot, prepared.skin, Effects(), objects=(thing("plane", at=(0, 0, -1)),))
         simulation.apply(PokePressed(1, prepared.skin.taxel_point(150), Finger(max_force=5.0)))
         for effects in (
@@ -306,7 +319,9 @@ def test_live_changes_are_the_same_every_time():
 
 
 def test_an_object_that_leaves_stands_still_until_it_comes_back():
-    ball, on, off = thing("sphere", at=(5.0, 0.0, 20.0), mass=1.0), Effects(contact="environment"), Effects()
+    ball = thing("sphere", at=(5.0, 0.0, 20.0), mass=1.0)
+    on = Effects(contact="environment")
+    off = Effects()
     simulation = Simulation(bar(), bar_skin(), on, objects=(ball,))
     simulation.step(500, hold(bar(), 1.0, 1.0))
     fallen = simulation.object_poses
@@ -335,7 +350,8 @@ def test_a_falling_object_goes_on_falling_when_something_else_changes():
 
 
 def test_objects_that_were_never_in_the_physics_are_shown_where_the_scene_has_them():
-    box, probe = thing("box", at=(1.0, 2.0, 3.0), turn=(0, 0, 90)), thing("probe", path=((0.0, 4.0, 5.0, 6.0),))
+    box = thing("box", at=(1.0, 2.0, 3.0), turn=(0, 0, 90))
+    probe = thing("probe", path=((0.0, 4.0, 5.0, 6.0),))
     simulation = Simulation(bar(), bar_skin(), Effects(), objects=(box, probe))
     assert simulation.object_poses[0] == pytest.approx(box.spec.pose.matrix)
     assert simulation.object_poses[1, :3, 3] == pytest.approx((4, 5, 6))
@@ -359,7 +375,8 @@ def test_fingers_off_lifts_them_and_refuses_new_ones():
 def test_a_finger_too_stiff_for_the_new_step_is_refused_and_nothing_changes():
     simulation = Simulation(bar(), bar_skin(), Effects())
     simulation.apply(PokePressed(1, bar_skin().taxel_point(30), Finger(stiffness=1e5)))
-    before, model = simulation.state(), simulation._model
+    before = simulation.state()
+    model = simulation._model
     with pytest.raises(SimulationError, match="too stiff"):
         simulation.use(Effects(timestep=8e-3))
     assert np.array_equal(simulation.state(), before)
@@ -400,7 +417,8 @@ def test_area_averaging_changes_what_the_taxels_feel():
 
 def test_readings_called_in_turn_are_what_sense_gives():
     effects = Effects(sensor=SensorEffects(hysteresis=Hysteresis(), noise=Noise()))
-    one, two = moving(effects=effects), moving(effects=effects)
+    one = moving(effects=effects)
+    two = moving(effects=effects)
     pressures = np.zeros(len(bar_skin()))
     for _, read in one.readings:
         pressures = read(pressures)

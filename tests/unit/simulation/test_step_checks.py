@@ -73,7 +73,8 @@ def test_a_command_that_is_no_number_is_refused_by_name(field, value):
     robot = arm().robot
     simulation = Simulation(robot, arm().skin, Effects())
     simulation.step(3, no_command(robot))
-    before, asked = simulation.state(), np.zeros(7)
+    before = simulation.state()
+    asked = np.zeros(7)
     asked[6] = value
     with pytest.raises(SimulationError, match=f"joint {robot.joints[6].name}.*output is not finite.*{field}"):
         simulation.step(1, replace(no_command(robot), **{field: asked}))
@@ -146,7 +147,8 @@ def test_it_looks_as_far_as_the_call_goes():
 
 
 def test_a_floor_has_nothing_behind_it():
-    ball, floor = thing("sphere", at=(2.0, 0.0, 0.1), mass=1.0), thing("plane", at=(0.0, 0.0, 0.0))
+    ball = thing("sphere", at=(2.0, 0.0, 0.1), mass=1.0)
+    floor = thing("plane", at=(0.0, 0.0, 0.0))
     model = assemble(bar(), bar_skin(), EFFECTS, objects=(ball, floor))
     data = mujoco.MjData(model)
     data.qvel[-4] = -100.0
@@ -170,7 +172,10 @@ def servo_notes(simulation) -> list:
 
 def test_servos_too_stiff_for_euler_are_reported_beyond_its_limit():
     """A joint with damping alone: its rate times the step is at most 2."""
-    robot, step, integrator, most = bar(), 0.01, "euler", 2.0
+    robot = bar()
+    step = 0.01
+    integrator = "euler"
+    most = 2.0
     simulation = Simulation(robot, bar_skin(), Effects(integrator=integrator, timestep=step))
     simulation.step(1, hold(robot, 0.0, 0.99 * most / step * BAR_INERTIA))
     assert servo_notes(simulation) == []
@@ -185,7 +190,8 @@ def test_servos_too_stiff_for_euler_are_reported_beyond_its_limit():
 
 def test_a_spring_alone_is_told_where_explicit_steps_make_it_grow():
     """Semi-implicit Euler holds a spring while its frequency times the step is below 2."""
-    robot, step = bar(), 0.01
+    robot = bar()
+    step = 0.01
     simulation = Simulation(robot, bar_skin(), Effects(integrator="euler", timestep=step))
     for share, told in ((0.97, 0), (1.03, 1), (0.97, 0)):
         simulation.step(1, hold(robot, (share * 2.0 / step) ** 2 * BAR_INERTIA, 0.0))

@@ -17,7 +17,8 @@ def rod(length: float, radius: float) -> Mesh:
 
 def two_rods(*, buried: float = 0.0, length: float = 0.3) -> Robot:
     """A base and a rod above it that turns; the rod, ``length`` [m] long, starts ``buried`` [m] inside the base."""
-    base, upper = rod(0.2, 0.05), rod(length, 0.04)
+    base = rod(0.2, 0.05)
+    upper = rod(length, 0.04)
     mjcf = f"""<mujoco><worldbody><body name="base">
       <body name="upper" pos="0 0 {0.2 - buried}">
         <inertial pos="0 0 0.15" mass="1" diaginertia="0.01 0.01 0.01"/>

@@ -143,7 +143,8 @@ def test_parts_inside_the_link_have_no_points() -> None:
     shell = box(0.1, 0.1, 0.04)
     inside = joined(box(0.09, 0.09, 0.036), box(0.02, 0.02, 0.02), box(0.01, 0.01, 0.01, at=(0.03, 0, 0)))
     skin = skin_of(plate((-0.05, 0.0), (-0.05, 0.05), 0.02))
-    bare, with_parts = bare_points(shell, skin), bare_points(joined(shell, inside), skin)
+    bare = bare_points(shell, skin)
+    with_parts = bare_points(joined(shell, inside), skin)
     assert with_parts.areas.sum() == pytest.approx(bare.areas.sum(), rel=1e-3)
     assert (np.abs(with_parts.positions).max(axis=0) > [0.049, 0.049, 0.019]).all()
     assert (np.abs(with_parts.positions / [0.05, 0.05, 0.02]).max(axis=1) > 0.99).all(), "on the outside"

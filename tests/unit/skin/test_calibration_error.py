@@ -42,7 +42,8 @@ def test_taxels_err_by_themselves_and_modules_as_one():
         """Mean square of how pairs within a module change their distance."""
         changes = []
         for group in groups:
-            before, after = patch.positions[group], patch.positions[group] + moved[group]
+            before = patch.positions[group]
+            after = patch.positions[group] + moved[group]
             sides = [np.linalg.norm(x[:, None] - x[None], axis=2) for x in (before, after)]
             changes.append(np.abs(sides[1] - sides[0]).max())
         return float(np.mean(changes))
@@ -53,7 +54,8 @@ def test_taxels_err_by_themselves_and_modules_as_one():
 
 def test_it_is_the_same_skin_otherwise():
     believed = with_calibration_error(SKIN, 0.003)
-    true, said = SKIN.patches[0], believed.patches[0]
+    true = SKIN.patches[0]
+    said = believed.patches[0]
     assert np.array_equal(said.surface.faces, true.surface.faces)
     for name in ("faces", "weights", "areas", "neighbours"):
         assert np.array_equal(getattr(said.taxels, name), getattr(true.taxels, name)), name
@@ -66,9 +68,12 @@ def test_it_is_the_same_skin_otherwise():
 def test_the_surface_between_taxels_goes_along():
     """Halfway between two neighbours it moves by the mean of both."""
     fine = bar_skin(60, finer=3)
-    said, patch = with_calibration_error(fine, 0.001).patches[0].surface, fine.patches[0]
-    moved, vertices = shifts(with_calibration_error(fine, 0.001), fine), said.vertices - patch.surface.vertices
-    errors, sizes = [], []
+    said = with_calibration_error(fine, 0.001).patches[0].surface
+    patch = fine.patches[0]
+    moved = shifts(with_calibration_error(fine, 0.001), fine)
+    vertices = said.vertices - patch.surface.vertices
+    errors = []
+    sizes = []
     for i, j in patch.taxels.neighbours:
         middle = patch.taxels.positions[[i, j]].mean(axis=0)
         nearest = int(np.linalg.norm(patch.surface.vertices - middle, axis=1).argmin())

@@ -22,7 +22,8 @@ def test_links_at_the_end_of_a_bent_arm_are_controllable() -> None:
 
 
 def test_straight_arm_controls_less_than_with_its_chosen_home(tmp_path: Path) -> None:
-    bent, straight = load(arm(1.0), tmp_path), load(arm(1.0), tmp_path, home={"joint1": 0.0})
+    bent = load(arm(1.0), tmp_path)
+    straight = load(arm(1.0), tmp_path, home={"joint1": 0.0})
     skin = cover_robot(bent, CoverSpec(links=("link4",), taxels=60))
     assert controllable_share(bent, skin)["link4"] == pytest.approx(1.0, abs=0.1)
     assert controllable_share(straight, skin)["link4"] < 0.9

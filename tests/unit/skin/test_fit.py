@@ -62,12 +62,14 @@ def test_a_lone_taxel_is_a_patch() -> None:
 
 
 def test_positions_in_the_links_other_frame_are_found() -> None:
-    robot, shift = two_rods(), np.array([0.0, 0.0, 0.4])
+    robot = two_rods()
+    shift = np.array([0.0, 0.0, 0.4])
     mjcf = robot.mjcf.replace("</body><body name=", '<body name="upper_dh_frame" pos="0 0 0.4"/></body><body name=')
     links = (*robot.links[:2], replace(robot.links[2], name="upper_dh_frame"), robot.links[2])
     other = replace(robot, mjcf=mjcf, links=links)
     positions = sleeve(np.arange(0.05, 0.10, 0.006))
-    here, there = worn(positions, other), worn(positions - shift, other)
+    here = worn(positions, other)
+    there = worn(positions - shift, other)
     assert "taxel-frame" not in {finding.kind for finding in here.findings}
     assert "taxel-frame" in {finding.kind for finding in there.findings}
     assert there.patches[0].taxels.positions == pytest.approx(here.patches[0].taxels.positions, abs=1e-9)

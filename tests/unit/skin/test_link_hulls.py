@@ -44,7 +44,8 @@ def test_flat_skin_alone_has_a_hull():
 
 
 def test_hulls_collide_in_place_of_the_shapes_of_skinned_links():
-    robot, skin = arm().robot, arm().skin
+    robot = arm().robot
+    skin = arm().skin
     model = compile_spec(hulls_spec(robot, skin), source=robot.source)
     solid = [int(geom) for geom in np.flatnonzero(model.geom_contype)]
     of_skinned = {model.geom(g).name for g in solid if model.body(model.geom_bodyid[g]).name in skinned_links(skin)}

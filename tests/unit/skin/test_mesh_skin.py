@@ -45,7 +45,8 @@ def test_a_coarse_one_is_divided_for_the_taxels() -> None:
 
 
 def test_inner_shells_are_left_bare_unless_asked_for() -> None:
-    mesh, spec = HARD_MESHES["inner shell"], PlacementSpec(taxels=40)
+    mesh = HARD_MESHES["inner shell"]
+    spec = PlacementSpec(taxels=40)
     outer = skin_of_mesh(mesh, spec)
     assert len(outer.patches) == 1
     assert np.linalg.norm(outer.patches[0].surface.vertices, axis=1) == pytest.approx(0.1)
@@ -57,8 +58,10 @@ def test_inner_shells_are_left_bare_unless_asked_for() -> None:
 
 @pytest.mark.parametrize("name", ["bowl with walls", "tube with walls", "nested open tubes"])
 def test_the_inner_wall_of_a_shell_is_left_bare_unless_all_is_requested(name: str) -> None:
-    mesh, spec = hard_mesh(name), PlacementSpec(taxels=40)
-    outer, everything = skin_of_mesh(mesh, spec), skin_of_mesh(mesh, spec, surface="all")
+    mesh = hard_mesh(name)
+    spec = PlacementSpec(taxels=40)
+    outer = skin_of_mesh(mesh, spec)
+    everything = skin_of_mesh(mesh, spec, surface="all")
     assert len(outer.patches) == 1
     covered = sum(patch.surface.area for patch in outer.patches)
     assert 0.5 < covered / mesh.area < 0.6
@@ -188,7 +191,8 @@ def test_progress_rises_and_may_cancel() -> None:
 
 
 def test_modules_are_numbered_through_all_pieces() -> None:
-    one, other = sphere(radius=0.06), sphere(radius=0.04)
+    one = sphere(radius=0.06)
+    other = sphere(radius=0.04)
     faces = np.concatenate([one.faces, other.faces + len(one.vertices)])
     both = Mesh(np.concatenate([one.vertices, other.vertices + 0.2]), faces)
     skin = skin_of_mesh(both, PlacementSpec(pattern="modules"))

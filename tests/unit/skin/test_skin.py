@@ -23,7 +23,8 @@ def test_arrays_are_read_only_and_counted() -> None:
 
 
 def two_patches() -> Skin:
-    ball, tube = HARD_MESHES["sphere"], HARD_MESHES["open tube"]
+    ball = HARD_MESHES["sphere"]
+    tube = HARD_MESHES["open tube"]
     return Skin((Patch("ball", "a", ball, place_evenly(ball, 5)), Patch("tube", "b", tube, place_evenly(tube, 7))))
 
 

@@ -15,11 +15,13 @@ from tactile_maps.skin.model.skin_file import load_skin, save_skin, skin_from_by
 from tactile_maps.skin.taxel_placement.sampling import place_evenly
 from tests.hard_cases.meshes import HARD_MESHES
 
-Header, Arrays = dict[str, object], dict[str, np.ndarray]
+Header = dict[str, object]
+Arrays = dict[str, np.ndarray]
 
 
 def skin() -> Skin:
-    ball, tube = HARD_MESHES["sphere"], HARD_MESHES["open tube"]
+    ball = HARD_MESHES["sphere"]
+    tube = HARD_MESHES["open tube"]
     patches = (Patch("ball", "a", ball, place_evenly(ball, 5)), Patch("Röhre", "b", tube, place_evenly(tube, 7)))
     return Skin(patches, (Finding("duplicate-face", "a", "dropped", 3),))
 

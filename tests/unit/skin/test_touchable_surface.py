@@ -38,7 +38,8 @@ def centres(mesh: Mesh | None) -> np.ndarray:
 
 @pytest.mark.parametrize("depth", [0.0002, 0.001, 0.004, 0.02])
 def test_a_core_inside_a_pad_cannot_be_touched_and_the_pad_is_unchanged(depth: float) -> None:
-    core, pad = box(0.04, 0.04, 0.04), box(*[0.04 + 2 * depth] * 3)
+    core = box(0.04, 0.04, 0.04)
+    pad = box(*[0.04 + 2 * depth] * 3)
     inner, outer = touchable_surfaces([core, pad])
     assert inner is None
     assert outer is pad
@@ -61,7 +62,8 @@ def test_shapes_apart_or_side_by_side_are_unchanged() -> None:
 
 
 def test_of_a_core_that_sticks_out_the_part_outside_can_be_touched() -> None:
-    core, pad = box(0.02, 0.02, 0.07, centre=(0, 0, 0.025)), box(0.04, 0.04, 0.04)
+    core = box(0.02, 0.02, 0.07, centre=(0, 0, 0.025))
+    pad = box(0.04, 0.04, 0.04)
     inner, outer = touchable_surfaces([core, pad])
     assert centres(inner)[:, 2].min() > 0.02 - 1e-3
     assert inner.area == pytest.approx(0.02**2 + 4 * 0.02 * 0.04, rel=0.05)
@@ -69,7 +71,8 @@ def test_of_a_core_that_sticks_out_the_part_outside_can_be_touched() -> None:
 
 
 def test_faces_pressed_together_cannot_be_touched() -> None:
-    base, plate = box(0.04, 0.04, 0.04), box(0.04, 0.04, 0.002, centre=(0, 0, 0.021))
+    base = box(0.04, 0.04, 0.04)
+    plate = box(0.04, 0.04, 0.002, centre=(0, 0, 0.021))
     lower, upper = touchable_surfaces([base, plate])
     assert lower.area == pytest.approx(5 * 0.04**2, rel=0.05)
     assert centres(lower)[:, 2].max() < 0.02

@@ -28,7 +28,8 @@ def at(x: float, y: float = 0.0):
 
 def wander(seed: int, *, patch: int = 1, id: int = 1) -> list:
     """A hand as a mouse moves it: a place every 12 to 20 ms, at a changing speed, with a rest on the way."""
-    locator, generator = SkinLocator(arm().skin), np.random.default_rng(seed)
+    locator = SkinLocator(arm().skin)
+    generator = np.random.default_rng(seed)
     times = np.cumsum(generator.integers(3, 5, 150))
     times[80:] += 100
     angles = np.cumsum(generator.normal(scale=0.15, size=150))
@@ -100,7 +101,8 @@ def test_played_back_it_is_felt_as_before():
 
     script = stimuli_from_toml(stimuli_to_toml(stimuli_from_pokes(prepared.skin, acts, tick=TICK)), file="x")
     assert kinds(script) == ["path", "path"]
-    before, after = felt((), True), felt(script, False)
+    before = felt((), True)
+    after = felt(script, False)
     assert before.max() > 4.0
     assert (before > 1.0).mean() > 0.8
     assert np.abs(after - before).max() < 0.02 * before.max()
@@ -169,7 +171,8 @@ def test_a_way_over_two_patches_is_one_path():
 
 def test_steps_to_another_patch_need_no_more_points():
     """The places before the step are in another frame than those after it: no straight way leads there."""
-    skin, locator = arm().skin, SkinLocator(arm().skin)
+    skin = arm().skin
+    locator = SkinLocator(arm().skin)
     start = locator.point(1, (0.3, 0.2))
     way = locator.straight_path(1, start, start + [0.0, 0.0, 0.02])
     acts = [(5 * k, PokeMoved(1, locator.surface_point(1, point))) for k, point in enumerate(way)]

@@ -105,7 +105,8 @@ def test_a_path_over_two_patches():
 @pytest.mark.parametrize("fingers", [2, 3, 5])
 def test_fingers_stand_around_the_link_and_their_forces_nearly_cancel(fingers):
     skin = arm().skin
-    locator, axis = SkinLocator(skin), principal_axes(skin.patches[1])[0]
+    locator = SkinLocator(skin)
+    axis = principal_axes(skin.patches[1])[0]
     tracks = Grasp(patch="forearm", at=(0.5, 0.1), fingers=fingers, hold=2.0).tracks(locator)
     assert [track.finger for track in tracks] == list(range(fingers))
     points = np.array([track.points[0] for track in tracks])
@@ -144,10 +145,12 @@ def test_forces_and_shares_are_as_said():
 
 
 def test_the_seed_chooses_and_strokes_do_not_move_the_touches():
-    one, other = tracks(seed=1)[0], tracks(seed=2)[0]
+    one = tracks(seed=1)[0]
+    other = tracks(seed=2)[0]
     assert not np.array_equal(one.points[0], other.points[0])
     assert one.tip != other.tip
-    still, moving = tracks(strokes=0.0), tracks(strokes=1.0)
+    still = tracks(strokes=0.0)
+    moving = tracks(strokes=1.0)
     assert all(np.array_equal(a.points[0], b.points[0]) for a, b in zip(still, moving, strict=True))
     assert all(a.tip == b.tip for a, b in zip(still, moving, strict=True))
 

@@ -87,7 +87,8 @@ def test_what_falls_on_a_tick_depends_on_the_tick_alone():
 def test_every_press_is_lifted_and_no_finger_is_in_two_places(tick):
     script = [Babble(touches=5, way="self-touch"), Tap(begin=0.1), Grasp(patch="forearm", begin=0.2, hold=5.0),
               Stroke(patch="hand", rest=0.0, hold=0.0)]  # fmt: skip
-    player, down = StimulusPlayer(arm().skin, script, tick=tick), set()
+    player = StimulusPlayer(arm().skin, script, tick=tick)
+    down = set()
     for number in range(2 * player.ticks):
         for act in player.inputs(number):
             if isinstance(act, PokePressed):

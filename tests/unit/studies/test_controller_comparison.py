@@ -59,7 +59,8 @@ def test_one_without_a_tick_is_empty():
     assert trace.force.shape == trace.touched.shape == (0,)
 
 
-TICKS, OFF_SKIN = 1000, Limit(LimitKind.POINT_OFF_SKIN)
+TICKS = 1000
+OFF_SKIN = Limit(LimitKind.POINT_OFF_SKIN)
 TIME = 0.005 * np.arange(1, TICKS + 1)
 
 
@@ -137,7 +138,8 @@ def test_a_table_of_all_has_a_row_a_tick_and_an_empty_cell_for_what_there_was_no
 
 BAR = prepared_bar(stimuli=(Stroke(hold=0.1),))
 AT = BAR.skin.taxel_point(30)
-HYBRID, QP = ControlSettings(controller="hybrid"), ControlSettings(controller="qp")
+HYBRID = ControlSettings(controller="hybrid")
+QP = ControlSettings(controller="qp")
 EXACT = tuple(name for name in TRACE_COLUMNS if name != "control_ms")
 
 
@@ -153,7 +155,8 @@ def compare(*settings, prepared=BAR, seconds=0.5, **options):
 
 def recorded(acts, *, prepared=BAR, settings=HYBRID, seconds=1.0, **options):
     """A session to which these acts were done before the given ticks, and its frames."""
-    session, frames = Session(prepared, scripted=False, settings=settings, **options), []
+    session = Session(prepared, scripted=False, settings=settings, **options)
+    frames = []
     for tick in range(1, round(seconds / prepared.scene.tick) + 1):
         for act in acts.get(tick, ()):
             session.submit(act)
@@ -204,7 +207,8 @@ def test_speeds_of_slides_have_their_own_unit_and_limit(tmp_path, more, unit, li
     path = tmp_path / "lift.xml"
     path.write_text(LIFT.format(more=more))
     prepared = prepare(replace(scene_for(str(path)), cover=CoverSpec(taxels=40)))
-    session, limits = Session(prepared, scripted=False), joint_speeds(prepared.robot)
+    session = Session(prepared, scripted=False)
+    limits = joint_speeds(prepared.robot)
     top = int(np.argmax([prepared.skin.normal(prepared.skin.taxel_point(taxel))[2] for taxel in range(40)]))
     session.submit(PokePressed(1, prepared.skin.taxel_point(top)))
     shares = [np.abs(session.tick().velocity / limits).max() for _ in range(100)]

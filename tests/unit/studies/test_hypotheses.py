@@ -55,7 +55,9 @@ def test_it_is_the_interval_that_decides(interval, verdict):
 
 
 def test_one_part_that_fails_fails_the_whole_and_no_part_decides_nothing():
-    held, failed, open_ = Verdict.HELD, Verdict.NOT_HELD, Verdict.NOT_DECIDED
+    held = Verdict.HELD
+    failed = Verdict.NOT_HELD
+    open_ = Verdict.NOT_DECIDED
     assert [all_of(parts) for parts in ([held, held], [held, failed, open_], [held, open_], [])] == [
         held,
         failed,

@@ -18,7 +18,8 @@ from tactile_maps.studies.base.rows import (
     scaled,
 )
 
-NAN, INF = math.nan, math.inf
+NAN = math.nan
+INF = math.inf
 
 
 @pytest.mark.parametrize(("cell", "value"), [(2, 2.0), (0.5, 0.5), (True, 1.0), (INF, INF)])
@@ -53,7 +54,8 @@ def test_another_unit_of_what_is_unknown_is_unknown():
 
 
 def test_the_bootstrap_interval_holds_the_truth_19_times_of_20():
-    held, random = 0, np.random.default_rng(1)
+    held = 0
+    random = np.random.default_rng(1)
     for _ in range(200):
         low, high = bootstrap_interval(random.normal(3.0, 1.0, 60), lambda rows: rows.mean(axis=1))
         held += low <= 3.0 <= high
@@ -65,7 +67,8 @@ def test_of_two_values_nothing_is_said():
 
 
 def test_the_interval_of_a_root_mean_square_holds_the_truth_19_times_of_20():
-    held, random = 0, np.random.default_rng(2)
+    held = 0
+    random = np.random.default_rng(2)
     for _ in range(400):
         low, high = rms_interval(random.laplace(0.0, 1.0, 3000))  # of variance 2
         held += low <= math.sqrt(2.0) <= high

@@ -97,7 +97,8 @@ def test_the_best_are_those_that_nobody_beats():
 
 def test_every_setting_is_tried_and_one_that_fails_stops_no_other():
     asked = [Setting("guess", name) for name in ("first", "second", "third")]
-    done, told = [], []
+    done = []
+    told = []
 
     def trials(subject, setting):
         done.append(setting.method)
@@ -132,7 +133,8 @@ def test_progress_may_cancel():
     ("lasting", "result"), [([5.0], (0, 5.0)), ([0.1, 9.0], (0, 0.1)), ([0.02, 0.01, 0.05], (0, 0.02))]
 )
 def test_the_middle_of_the_runs_that_the_budget_allows_counts(lasting, result):
-    ticks, count = [], iter(range(9))
+    ticks = []
+    count = iter(range(9))
     now = 0.0
     for seconds in lasting:
         ticks += [now, now + seconds]

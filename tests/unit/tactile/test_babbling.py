@@ -41,7 +41,8 @@ def test_each_touch_is_one_contact_of_two_spacings_radius_with_its_force(skin):
     assert 5 <= forces.min() < 6
     assert 14 < forces.max() <= 15
     footprints = babble(skin, _still())
-    positions, pitch = skin.patches[0].taxels.positions, np.sqrt(2 / np.sqrt(3) * np.median(skin.areas))
+    positions = skin.patches[0].taxels.positions
+    pitch = np.sqrt(2 / np.sqrt(3) * np.median(skin.areas))
     for row in footprints:
         touched = positions[row > 0]
         assert np.linalg.norm(touched - touched.mean(axis=0), axis=1).max() < 4 * pitch
@@ -90,8 +91,10 @@ def test_multi_touch_is_three_at_once(skin):
 
 
 def test_biased_touch_always_has_its_far_partner(skin):
-    positions, pitch = skin.patches[0].taxels.positions, np.sqrt(2 / np.sqrt(3) * np.median(skin.areas))
-    here, there = 3, 70
+    positions = skin.patches[0].taxels.positions
+    pitch = np.sqrt(2 / np.sqrt(3) * np.median(skin.areas))
+    here = 3
+    there = 70
     assert np.linalg.norm(positions[here] - positions[there]) > 5 * pitch
     around = np.linalg.norm(positions - positions[there], axis=1) < 3 * pitch
     biased = babble(skin, _still("biased", together=(here, there), touches=1500))

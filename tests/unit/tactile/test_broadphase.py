@@ -47,7 +47,8 @@ def test_no_cells_have_no_members():
 
 NORMAL = np.array([0.0, 0, 1])
 GRID = np.stack([k.ravel() for k in np.meshgrid(np.linspace(-0.02, 0.02, 9), np.linspace(-0.02, 0.02, 9), [0.0])], 1)
-BALL, BOX = Sphere(0.01), Box((0.01, 0.01, 0.01))
+BALL = Sphere(0.01)
+BOX = Box((0.01, 0.01, 0.01))
 
 
 def load(shape, *, at=(0, 0, 0.01), normal=NORMAL, turn=(0, 0, 0), point=(0, 0, 0)):
@@ -134,11 +135,13 @@ def wander(shape, seed: int, steps: int = 120) -> Iterator[Load]:
     """A body that presses somewhere, slides, turns and sometimes jumps."""
     generator = np.random.default_rng(seed)
     _, positions, normals = link_points()
-    place, rotation = generator.integers(len(positions)), Rotation.random(random_state=seed)
+    place = generator.integers(len(positions))
+    rotation = Rotation.random(random_state=seed)
     offset = np.zeros(3)
     for step in range(steps):
         if step % 40 == 39:
-            place, offset = generator.integers(len(positions)), np.zeros(3)
+            place = generator.integers(len(positions))
+            offset = np.zeros(3)
         offset = offset + generator.normal(scale=4e-4, size=3)
         rotation = Rotation.from_rotvec(generator.normal(scale=5e-3, size=3)) * rotation
         normal = normals[place] + generator.normal(scale=0.02, size=3)
@@ -189,9 +192,11 @@ def test_points_up_to_any_distance_are_there_when_asked_for(upto):
 
 
 def test_a_body_that_stands_or_creeps_is_searched_for_once():
-    bed, shape = LinkBroadphase(SKIN, LINK), Sphere(0.01)
+    bed = LinkBroadphase(SKIN, LINK)
+    shape = Sphere(0.01)
     _, positions, normals = link_points()
-    at, normal = positions[50] + 0.01 * normals[50], normals[50]
+    at = positions[50] + 0.01 * normals[50]
+    normal = normals[50]
     points = {
         id(bed.near(Load(LINK, at, normal, 1.0, shape, Pose(np.eye(3), at + k * 2e-5 * UP))).points) for k in range(20)
     }
@@ -213,7 +218,8 @@ def test_many_bodies_are_remembered_and_memory_does_not_grow():
 
 def test_beside_the_skin_nothing_is_under_and_on_its_edge_the_nearest_point_is():
     skin = bar_skin()
-    bed, points = LinkBroadphase(skin, "bar"), quadrature_points(skin)
+    bed = LinkBroadphase(skin, "bar")
+    points = quadrature_points(skin)
     for away in (0.2, 0.1, 0.2):
         beside = sphere_load("bar", np.array([-away, 0, 0.02]), UP, 1.0, 0.008)
         assert bed.near(beside) is None

@@ -35,7 +35,8 @@ def test_a_point_force_passes_every_depth_whole(depth):
 @pytest.mark.parametrize("at", [(0.0, 0.0), (0.003, 0.001), (0.002, -0.0015), (-0.01, 0.007)])
 def test_a_rectangle_is_the_sum_of_its_points(at, depth):
     x, y = at
-    a, b = 0.002, 0.0015
+    a = 0.002
+    b = 0.0015
     summed, _ = dblquad(lambda v, u: point_stress(np.hypot(x - u, y - v), depth), -a, a, -b, b, epsrel=1e-9)
     found = rectangle_stress(np.array(x), np.array(y), depth, sides=(np.array(2 * a), np.array(2 * b)))
     assert found == pytest.approx(summed, rel=1e-7, abs=1e-12)
@@ -96,7 +97,8 @@ def test_every_force_is_felt_whole(depth):
 
 
 def test_clumps_are_of_one_taxel_and_no_wider_than_three_tenths_of_a_depth():
-    points, field = quadrature_points(SKIN), subsurface_field(SKIN, 0.02)
+    points = quadrature_points(SKIN)
+    field = subsurface_field(SKIN, 0.02)
     assert len(field.taxels) < 0.5 * len(points.areas), "there are clusters of several points"
     for number in range(len(field.taxels)):
         members = field.cluster == number
@@ -109,7 +111,8 @@ def test_clumps_are_of_one_taxel_and_no_wider_than_three_tenths_of_a_depth():
 def test_clumps_are_felt_as_their_points():
     """With a depth of four spacings: the taxel under a point, against the sum over all points."""
     skin = each_point_a_taxel(bar_skin(finer=1))
-    points, depth = quadrature_points(skin), 0.03
+    points = quadrature_points(skin)
+    depth = 0.03
     pressures = np.zeros(len(skin))
     middle = int(np.linalg.norm(points.positions - [0.2, 0, 0.02], axis=1).argmin())
     subsurface_field(skin, depth, share=1e-3).add(pressures, np.array([middle]), np.ones(1))
@@ -119,7 +122,8 @@ def test_clumps_are_felt_as_their_points():
 
 
 def test_forces_add_to_what_is_there():
-    field, pressures = subsurface_field(SKIN, 2e-3), np.full(len(SKIN), 7.0)
+    field = subsurface_field(SKIN, 2e-3)
+    pressures = np.full(len(SKIN), 7.0)
     field.add(pressures, np.array([3, 500, 3]), np.array([1.0, 2.0, 0.5]))
     once = np.zeros(len(SKIN))
     field.add(once, np.array([3]), np.array([1.5]))
@@ -142,7 +146,9 @@ def test_a_cover_too_deep_for_its_skin_is_refused(monkeypatch):
     assert "50 mm" in str(caught.value)
 
 
-SHAPE, PITCH, DEPTH = (17, 24), (0.0012, 0.001), 0.002
+SHAPE = (17, 24)
+PITCH = (0.0012, 0.001)
+DEPTH = 0.002
 
 
 @pytest.fixture(scope="module")

@@ -21,7 +21,9 @@ from tactile_maps.tactile.mechanics.loads import (
     sphere_load,
 )
 
-BALL, BOX, CYLINDER = Sphere(0.03), Box((0.02, 0.03, 0.05)), Cylinder(0.03, 0.02)
+BALL = Sphere(0.03)
+BOX = Box((0.02, 0.03, 0.05))
+CYLINDER = Cylinder(0.03, 0.02)
 
 
 def on_ball(generator):
@@ -129,7 +131,8 @@ def fan() -> Mesh:
     """A sharp pyramid, one of its three sides in 40 slivers: at its tip, most faces look the same way."""
     base = 0.01 * np.array([[1, 0, 0], [-0.5, 0.75**0.5, 0], [-0.5, -(0.75**0.5), 0]])
     row = base[0] + np.linspace(0, 1, 41)[:, None] * (base[1] - base[0])
-    tip, last = 41, 42
+    tip = 41
+    last = 42
     slivers = [f for k in range(40) for f in ((tip, k, k + 1), (last, k + 1, k))]
     return Mesh(np.concatenate([row, [[0, 0, 0.06]], base[2:]]), np.array([*slivers, (tip, 40, last), (tip, last, 0)]))
 
@@ -147,7 +150,8 @@ def notched() -> Mesh:
 
 def hollow() -> Mesh:
     """A ball with a ball-shaped hole in it: two shells, the inner one looks inward."""
-    outer, inner = trimesh.creation.icosphere(2, 0.04), trimesh.creation.icosphere(2, 0.02)
+    outer = trimesh.creation.icosphere(2, 0.04)
+    inner = trimesh.creation.icosphere(2, 0.02)
     faces = np.concatenate([outer.faces, inner.faces[:, ::-1] + len(outer.vertices)])
     return Mesh(np.concatenate([outer.vertices, inner.vertices]), faces)
 
@@ -201,7 +205,8 @@ def test_the_distance_of_a_box_is_exact():
 
 @pytest.mark.parametrize("name", SOLIDS)
 def test_the_distance_is_that_to_the_closest_of_many_points_on_the_faces(name):
-    mesh, generator = SOLIDS[name], np.random.default_rng(8)
+    mesh = SOLIDS[name]
+    generator = np.random.default_rng(8)
     points = around(mesh, 20)
     corners = generator.dirichlet((1, 1, 1), size=(len(mesh.faces), 4000 // len(mesh.faces) + 60))
     samples = np.einsum("fsc,fcd->fsd", corners, mesh.vertices[mesh.faces]).reshape(-1, 3)
@@ -282,7 +287,8 @@ UP = np.array([0.0, 0.0, 1.0])
 
 
 def test_a_balls_lowest_point_is_as_deep_as_it_says():
-    point, normal = np.array([0.1, 0.2, 0.3]), np.array([0.6, 0.0, 0.8])
+    point = np.array([0.1, 0.2, 0.3])
+    normal = np.array([0.6, 0.0, 0.8])
     load = sphere_load("arm", point, normal, 5.0, 0.01, depth=0.002)
     assert load.distances(point[None]) == pytest.approx([-0.002])
     assert load.distances(point[None] - 0.002 * normal) == pytest.approx([0.0], abs=1e-15)

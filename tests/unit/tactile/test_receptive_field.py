@@ -23,7 +23,8 @@ from tests.support.touch import arm, bar_skin, pair
 
 def test_they_come_patch_after_patch_and_name_the_skins_taxels():
     _, skin = pair()
-    points, second = quadrature_points(skin), skin.patches[1].taxels.quadrature
+    points = quadrature_points(skin)
+    second = skin.patches[1].taxels.quadrature
     assert len(skin.patches) == 2
     np.testing.assert_array_equal(points.positions[-len(second.areas) :], second.positions)
     np.testing.assert_array_equal(points.taxel[-len(second.areas) :], second.taxel + skin.first[1])
@@ -38,7 +39,8 @@ def test_a_bare_robot_has_none():
 def test_bare_points_follow_those_that_taxels_read():
     _, skin = pair()
     bare = BarePoints("left", np.ones((3, 3)), np.tile([0.0, 0.0, 1.0], (3, 1)), np.array([1.0, 2.0, 3.0]))
-    read, loaded = quadrature_points(skin), load_points(replace(skin, bare_points=(bare,)))
+    read = quadrature_points(skin)
+    loaded = load_points(replace(skin, bare_points=(bare,)))
     assert load_points(skin) is read
     np.testing.assert_array_equal(loaded.areas, [*read.areas, 1, 2, 3])
     np.testing.assert_array_equal(loaded.taxel[-3:], -1)
@@ -67,7 +69,8 @@ def test_whole_cells_keep_the_force_and_read_a_uniform_pressure():
 
 def test_it_adds_to_what_is_there_and_a_point_may_come_twice():
     skin = bar_skin()
-    field, pressures = cell_field(skin), np.full(len(skin), 7.0)
+    field = cell_field(skin)
+    pressures = np.full(len(skin), 7.0)
     field.add(pressures, np.array([3, 3]), np.array([1.0, 2.0]))
     taxel = quadrature_points(skin).taxel[3]
     assert pressures[taxel] == pytest.approx(7.0 + 3.0 / skin.areas[taxel])
@@ -82,7 +85,8 @@ def test_discs_of_any_size_read_a_uniform_pressure(radius):
 @pytest.mark.parametrize("radius", [0.004, 0.01])
 def test_a_disc_is_the_mean_over_the_points_within_it(radius):
     forces = np.random.default_rng(1).uniform(0, 1, len(POINTS.areas))
-    pressures, start = felt(disc_field(SKIN, radius), forces), 0
+    pressures = felt(disc_field(SKIN, radius), forces)
+    start = 0
     checked = 0
     for patch, first in zip(SKIN.patches, SKIN.first[:-1], strict=True):
         points = patch.taxels.quadrature
@@ -100,7 +104,8 @@ def test_a_disc_is_the_mean_over_the_points_within_it(radius):
 def test_what_presses_between_discs_is_not_felt_and_overlapping_discs_both_feel():
     skin = bar_skin()
     points = quadrature_points(skin)
-    small, large = disc_field(skin, 0.004), disc_field(skin, 0.03)
+    small = disc_field(skin, 0.004)
+    large = disc_field(skin, 0.03)
     heard = [np.unique(field.taxels[field.weights > 0]).size for field in (small, large)]
     assert heard == [len(skin), len(skin)]
     unheard = np.flatnonzero(~(small.weights > 0).any(axis=1))
@@ -127,7 +132,9 @@ def _taxel_normals():
 
 
 def test_a_table_holds_its_entries():
-    points, taxels, weights = np.array([2, 0, 2, 2]), np.array([5, 1, 3, 4]), np.array([1.0, 2.0, 3.0, 4.0])
+    points = np.array([2, 0, 2, 2])
+    taxels = np.array([5, 1, 3, 4])
+    weights = np.array([1.0, 2.0, 3.0, 4.0])
     field = field_from_entries(4, points, taxels, weights)
     assert field.taxels.shape == (4, 3)
     pressures = np.zeros(6)
@@ -150,7 +157,8 @@ def test_a_disc_that_is_none_is_refused(radius):
 
 def test_pad_of_one_point_is_as_far_from_its_taxel_as_the_nearest_point():
     skin = bar_skin(100)
-    taxels, points = skin.patches[0].taxels, quadrature_points(skin)
+    taxels = skin.patches[0].taxels
+    points = quadrature_points(skin)
     nearest = np.linalg.norm(taxels.positions[:, None] - points.positions, axis=2).min(axis=1)
     np.testing.assert_allclose(pad_displacements(skin, 1e-4), nearest**2, rtol=1e-9, atol=1e-18)
 

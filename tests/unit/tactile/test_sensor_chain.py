@@ -30,7 +30,8 @@ def pressed(count=40, taxels=20):
 
 
 def test_with_nothing_on_there_is_no_stage_and_a_reading_is_what_presses():
-    empty, pressures = chain(SensorEffects()), pressed()[0]
+    empty = chain(SensorEffects())
+    pressures = pressed()[0]
     assert empty.stages == ()
     assert empty.read(pressures) is pressures
     assert empty.state().shape == (0,)
@@ -47,7 +48,8 @@ def test_the_stages_are_those_that_are_on_in_the_order_of_the_signal():
 
 
 def test_calling_the_stages_in_turn_is_reading():
-    one, other = chain(ALL_ON), chain(ALL_ON)
+    one = chain(ALL_ON)
+    other = chain(ALL_ON)
     for pressures in pressed():
         by_hand = pressures
         for _, call in other.stages:
@@ -57,7 +59,8 @@ def test_calling_the_stages_in_turn_is_reading():
 
 @pytest.mark.parametrize("name", STAGES)
 def test_an_effect_that_is_off_costs_no_call(name):
-    on, calls = chain(replace(ALL_ON, **{name: None})), []
+    on = chain(replace(ALL_ON, **{name: None}))
+    calls = []
     kinds = {key: type(stage) for key, stage in chain(ALL_ON)._stages.items()}
     with pytest.MonkeyPatch.context() as patch:
         for key, kind in kinds.items():
@@ -77,7 +80,8 @@ def test_what_is_read_is_not_changed():
 
 
 def test_an_effect_that_stays_goes_on_and_one_that_changes_begins():
-    live, steady = chain(ALL_ON), chain(ALL_ON)
+    live = chain(ALL_ON)
+    steady = chain(ALL_ON)
     readings(live, pressed())
     readings(steady, pressed())
     kept = dict(live._stages)
@@ -101,7 +105,8 @@ def test_a_choice_that_cannot_be_made_leaves_the_chain_as_it_was():
 @pytest.mark.parametrize("bad", [float("nan"), float("inf"), float("-inf"), 1e101])
 @pytest.mark.parametrize("effects", [ALL_ON, SensorEffects(), *only(ALL_ON).values()])
 def test_a_pressure_that_is_no_number_is_refused_by_name_and_nothing_is_read(effects, bad):
-    broken, steady = chain(effects), chain(effects)
+    broken = chain(effects)
+    steady = chain(effects)
     pressures = pressed()[0]
     pressures[[7, 11]] = bad
     with pytest.raises(SimulationError, match="taxel 7 on row: .*Pa"):

@@ -168,7 +168,8 @@ def test_without_walk_the_offsets_stay():
 
 def test_reset_starts_the_same_walk_again():
     at_work = stage(OffsetDrift(), 3)
-    start, first = at_work.state(), readings(at_work, np.zeros((5, 3)))
+    start = at_work.state()
+    first = readings(at_work, np.zeros((5, 3)))
     assert at_work.state()[0] == 5
     assert not np.array_equal(at_work.state()[1:], start[1:])
     at_work.reset()
@@ -187,7 +188,8 @@ def test_it_is_new_at_every_taxel_and_every_reading():
 
 
 def test_a_seed_makes_its_own_noise_and_reset_the_same_again():
-    at_work, other = stage(Noise(), 4), stage(Noise(), 4, seed=1)
+    at_work = stage(Noise(), 4)
+    other = stage(Noise(), 4, seed=1)
     first = readings(at_work, np.zeros((5, 4)))
     assert not np.array_equal(readings(other, np.zeros((5, 4))), first)
     assert at_work.state().tolist() == [5.0]
@@ -281,7 +283,8 @@ def test_the_dead_read_nothing_the_stuck_always_the_same_the_others_what_they_fe
 
 
 def test_what_enters_is_not_changed_and_what_broke_stays_broken():
-    at_work, pressures = stage(DeadTaxels(dead=1.0), 4), np.ones(4)
+    at_work = stage(DeadTaxels(dead=1.0), 4)
+    pressures = np.ones(4)
     codes = at_work.codes.copy()
     assert not at_work.read(pressures).any()
     assert pressures.all()
@@ -329,7 +332,8 @@ def test_a_rate_above_the_ticks_samples_at_every_tick():
 
 
 def test_a_sample_is_kept_as_it_was_and_none_may_change_it():
-    at_work, pressures = stage(Sampling(10.0, 0.0)), np.array([5.0])
+    at_work = stage(Sampling(10.0, 0.0))
+    pressures = np.array([5.0])
     read = at_work.read(pressures)
     pressures[:] = 9.0
     assert at_work.read(pressures).tolist() == read.tolist() == [5.0]
@@ -339,7 +343,8 @@ def test_a_sample_is_kept_as_it_was_and_none_may_change_it():
 @pytest.mark.parametrize(("rate", "delay"), [(100.0, 0.07), (33.0, 0.1), (7.3, 1.0), (1e4, 0.0)])
 def test_the_state_has_one_length_and_reset_brings_back_the_first(rate, delay):
     at_work = stage(Sampling(rate, delay), 3)
-    start, pressures = at_work.state(), np.random.default_rng(0).random((300, 3))
+    start = at_work.state()
+    pressures = np.random.default_rng(0).random((300, 3))
     first = readings(at_work, pressures)
     for _ in range(100):
         at_work.read(np.ones(3))

@@ -32,7 +32,8 @@ def test_it_is_the_level_of_sorting():
     generator = np.random.default_rng(0)
     for _ in range(300):
         count = int(generator.integers(1, 200))
-        floors, areas = generator.normal(size=count), generator.uniform(0.1, 2, count)
+        floors = generator.normal(size=count)
+        areas = generator.uniform(0.1, 2, count)
         volume = 10.0 ** generator.uniform(-6, 3)
         wet = winkler_level(floors, areas, volume)
         assert wet.level == pytest.approx(sorted_level(floors, areas, volume), rel=1e-12, abs=1e-12)
@@ -43,15 +44,19 @@ def test_it_is_the_level_of_sorting():
 
 
 def test_the_answer_does_not_depend_on_the_guess_to_the_bit():
-    generator, guess = np.random.default_rng(1), WarmStart()
+    generator = np.random.default_rng(1)
+    guess = WarmStart()
     areas = generator.uniform(0.1, 2, 120)
     for _ in range(300):
-        floors, volume = generator.normal(size=120), 10.0 ** generator.uniform(-6, 3)
+        floors = generator.normal(size=120)
+        volume = 10.0 ** generator.uniform(-6, 3)
         assert winkler_level(floors, areas, volume, guess=guess).level == winkler_level(floors, areas, volume).level
 
 
 def test_floors_at_infinity_stay_dry_even_if_they_were_wet():
-    floors, areas, guess = np.array([0.0, 0.1, 0.2]), np.ones(3), WarmStart()
+    floors = np.array([0.0, 0.1, 0.2])
+    areas = np.ones(3)
+    guess = WarmStart()
     assert len(winkler_level(floors, areas, 1.0, guess=guess).points) == 3
     floors[1] = np.inf
     assert winkler_level(floors, areas, 1.0, guess=guess).level == pytest.approx(0.6)
@@ -103,7 +108,8 @@ def test_force_and_place_are_matched(seed, newtons):
 
 def test_it_is_the_least_of_the_energy():
     offsets, gaps, areas = bed(0)
-    offsets, volume = offsets - [0.002, -0.001], 1e-7
+    offsets = offsets - [0.002, -0.001]
+    volume = 1e-7
     found = rest(offsets, gaps, areas, volume)
 
     def energy(plane):

@@ -94,7 +94,8 @@ def test_an_action_needs_one_place(plain):
     inner = Menu("Inner", (ActionSpec("deep", "Deep"),))
     menus = (Menu("Tools", (spec, LINE, inner, MenuList("things", "Things"))),)
     registry = ActionRegistry(plain, DARK, menus=menus)
-    asked, filled = [], []
+    asked = []
+    filled = []
     registry.bind("measure", lambda: asked.append(1))
     build_menus(plain.menuBar(), registry, {"things": filled.append})
     action = registry["measure"]

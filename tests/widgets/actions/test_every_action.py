@@ -50,7 +50,10 @@ class Bench:
     """A window, what files it is given, and what it asked."""
 
     def __init__(self, window, prepared, folder, patching) -> None:
-        self.window, self.prepared, self.folder, self.patching = window, prepared, folder, patching
+        self.window = window
+        self.prepared = prepared
+        self.folder = folder
+        self.patching = patching
         self.asked: list[str] = []
         self.opened: list[str] = []
         self.prepares = 0
@@ -276,7 +279,8 @@ def aimed(bench):
     """A target was set with the mouse."""
     bench.tasked()
     bench.ask("set_target")
-    view, pixel = bench.window.map_view, press_map(bench.window, 5)
+    view = bench.window.map_view
+    pixel = press_map(bench.window, 5)
     QTest.mouseRelease(view.viewport(), Qt.MouseButton.LeftButton, pos=pixel)
     run(bench.window, TICK)
 
@@ -366,7 +370,8 @@ def held(bench):
     """A finger was pressed: there is something to save."""
     bench.live()
     bench.ask("poke")
-    view, pixel = bench.window.map_view, press_map(bench.window, 5)
+    view = bench.window.map_view
+    pixel = press_map(bench.window, 5)
     run(bench.window, 0.1)
     QTest.mouseRelease(view.viewport(), Qt.MouseButton.LeftButton, pos=pixel)
     run(bench.window, 0.05)
@@ -381,7 +386,9 @@ def _family(prefix, names, field, *first):
     }
 
 
-LIVE, PAUSED, RECORDED = Bench.live, Bench.paused, Bench.recorded
+LIVE = Bench.live
+PAUSED = Bench.paused
+RECORDED = Bench.recorded
 
 
 def led(bench):

@@ -94,7 +94,8 @@ def bench(new_window, prepared, tmp_path, monkeypatch):
 
 
 def test_no_action_loses_unsaved_edits_without_a_question(bench):
-    lost, asking = [], []
+    lost = []
+    asking = []
     for name, effect in EFFECTS.items():
         bench.live()
         document = bench.edit()
@@ -119,7 +120,8 @@ def test_no_action_loses_unsaved_edits_without_a_question(bench):
 def drop(window, path):
     data = QMimeData()
     data.setUrls([QUrl.fromLocalFile(str(path))])
-    left, none = Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier
+    left = Qt.MouseButton.LeftButton
+    none = Qt.KeyboardModifier.NoModifier
     window.dropEvent(QDropEvent(QPointF(5, 5), Qt.DropAction.CopyAction, data, left, none))
 
 

@@ -29,7 +29,8 @@ def chosen(bar):
 
 
 def test_colours_run_from_zero_at_the_bottom_to_the_end_at_the_top(bar):
-    image, scale = bar.grab().toImage(), PressureScale(20.0)
+    image = bar.grab().toImage()
+    scale = PressureScale(20.0)
     x = 32
     for kilopascals, entry in ((0.1, 0), (19.9, -1)):
         drawn = image.pixelColor(x, round(bar.y_of(kilopascals)))

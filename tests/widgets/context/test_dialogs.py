@@ -18,7 +18,8 @@ def dialogs(qtbot, tmp_path) -> Dialogs:
 
 def choose(monkeypatch, *answers):
     """The user's choices one after the other; where each dialog opened."""
-    opened, left = [], list(answers)
+    opened = []
+    left = list(answers)
 
     def ask(_parent, _title, start, _kinds):
         opened.append(start)

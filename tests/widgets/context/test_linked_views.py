@@ -34,7 +34,8 @@ class Paints(QObject):
 def test_the_map_is_painted_before_a_frame_is_done_with(window, prepared):
     """It is what the finger waits for: no round of events lies between, in which the body could be drawn first."""
     frame = Session(prepared, scripted=False).tick()
-    viewport, paints = window.map_view.viewport(), Paints()
+    viewport = window.map_view.viewport()
+    paints = Paints()
     viewport.installEventFilter(paints)
     window.views.show_frame(frame)
     viewport.removeEventFilter(paints)
@@ -43,10 +44,12 @@ def test_the_map_is_painted_before_a_frame_is_done_with(window, prepared):
 
 def test_both_views_show_one_instant_however_slow_the_body_is(window_again, prepared, qtbot):
     """What the body has no time for, the map drops too; at last both show the newest."""
-    views, session = window_again.views, Session(prepared, scripted=False)
+    views = window_again.views
+    session = Session(prepared, scripted=False)
     views.set_paced(on=True)
     session.submit(PokePressed(0, prepared.skin.taxel_point(20)))
-    body, shown = views.robot.display, views.map.display
+    body = views.robot.display
+    shown = views.map.display
     with qtbot.waitSignal(body.drawn):
         views.show_frame(session.tick())
     QApplication.processEvents()

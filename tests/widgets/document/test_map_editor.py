@@ -21,7 +21,8 @@ class HeldWorker(InlineSceneWorker):
         self.held = []
 
     def _request(self, task, token):
-        self._task, self._token = task, token
+        self._task = task
+        self._token = token
         self.held.append((task, token))
 
     def release(self):
@@ -167,7 +168,8 @@ def test_a_refinement_takes_the_place_of_its_step(editor, worker):
 
 
 def test_a_proposal_waits_and_is_accepted_as_it_was_shown(editor, worker):
-    first, changed = editor.document, []
+    first = editor.document
+    changed = []
     editor.proposal_changed.connect(lambda: changed.append(editor.proposal))
     editor.ask(lambda document: propose_seam(document, 0), propose=True)
     worker.release()
@@ -209,7 +211,8 @@ def test_nothing_is_edited_while_a_recording_is_shown(editor):
 
 @pytest.mark.parametrize("propose", [False, True])
 def test_a_result_that_comes_while_a_recording_is_shown_waits_until_edits_are_taken_again(editor, worker, propose):
-    shown, edit = [], propose_seam if propose else (lambda document, number: set_method(document, [number], "lscm"))
+    shown = []
+    edit = propose_seam if propose else (lambda document, number: set_method(document, [number], "lscm"))
     editor.ask(lambda document: edit(document, 0), propose=propose)
     editor.set_enabled(enabled=False)
     for signal in (editor.shown, editor.proposal_changed):

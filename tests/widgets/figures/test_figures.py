@@ -60,7 +60,8 @@ def test_map_and_plots_are_vectors_of_the_stated_size_and_the_window_stays_as_it
     run(window, 0.4)
     window.plots.draw()
     QApplication.processEvents()
-    before, camera = window.plots.grab().toImage(), window.map_view.camera
+    before = window.plots.grab().toImage()
+    camera = window.map_view.camera
     figure = window.presenters.figure
     for part in (FigurePart.MAP, FigurePart.PLOTS):
         figure.save(part, tmp_path / f"{part.value}.svg", SMALL)

@@ -18,7 +18,8 @@ av = pytest.importorskip("av", reason="films need PyAV, of the extra 'export'")
 @pytest.fixture(scope="module")
 def recording(coarse_prepared, tmp_path_factory):
     """Half a second, pressed from the start."""
-    path, session = tmp_path_factory.mktemp("film") / "push.mcap", Session(coarse_prepared, scripted=False)
+    path = tmp_path_factory.mktemp("film") / "push.mcap"
+    session = Session(coarse_prepared, scripted=False)
     taxel = middle_taxel(coarse_prepared.map, 1)
     with Recorder(coarse_prepared, path) as recorder:
         session.submit(PokePressed(0, coarse_prepared.skin.taxel_point(taxel)))
@@ -35,7 +36,8 @@ def test_the_film_shows_the_touch_in_both_views(qapp, recording, tmp_path):
     assert len(pictures) == 5
     assert pictures[0].shape == (420, 900, 3)
     changed = np.abs(pictures[-1] - pictures[0]).max(axis=2) > 60
-    body, map_ = changed[:, :440], changed[:, 520:]
+    body = changed[:, :440]
+    map_ = changed[:, 520:]
     assert body.sum() > 20
     assert map_.sum() > 20
 

@@ -13,19 +13,18 @@ from tests.widgets.support.samples import middle_taxel
 from tests.widgets.support.window_driver import run, visible_skin
 
 LEFT = Qt.MouseButton.LeftButton
-NONE, CTRL, SHIFT, ALT = (
-    Qt.KeyboardModifier.NoModifier,
-    Qt.KeyboardModifier.ControlModifier,
-    Qt.KeyboardModifier.ShiftModifier,
-    Qt.KeyboardModifier.AltModifier,
-)
+NONE = Qt.KeyboardModifier.NoModifier
+CTRL = Qt.KeyboardModifier.ControlModifier
+SHIFT = Qt.KeyboardModifier.ShiftModifier
+ALT = Qt.KeyboardModifier.AltModifier
 
 
 class Side:
     """One of the two views, as a hand finds it."""
 
     def __init__(self, window, name):
-        self.window, self.name = window, name
+        self.window = window
+        self.name = name
         self.view = window.map_view if name == "map" else window.robot_view
         self.target = self.view.viewport() if name == "map" else self.view.display.canvas.widget
 
@@ -34,9 +33,11 @@ class Side:
 
     def taxels(self):
         """Some that can be seen, the first with others around it."""
-        tactile_map, skin = self.window.live.prepared.map, self.window.live.prepared.skin
+        tactile_map = self.window.live.prepared.map
+        skin = self.window.live.prepared.skin
         if self.name == "map":
-            centre, seen = middle_taxel(tactile_map, 0), np.arange(int(skin.first[1]))
+            centre = middle_taxel(tactile_map, 0)
+            seen = np.arange(int(skin.first[1]))
             away = np.linalg.norm(tactile_map.taxel_points[seen] - tactile_map.taxel_points[centre], axis=1)
         else:
             centre = self.view.taxel_at(QPointF(visible_skin(self.window)[1]).toTuple())
@@ -129,7 +130,8 @@ def test_selecting_touches_nothing(window, side):
 def test_a_box_and_a_lasso_choose_what_they_enclose(window, side, tool):
     window.presenters.view.set_tool(tool)
     taxel = int(side.taxels()[0])
-    middle, reach = side.pixel(taxel), 40
+    middle = side.pixel(taxel)
+    reach = 40
     corners = around(middle, reach)
     start = middle if side.name == "body" else corners[0]
     side.press(start)
@@ -139,7 +141,8 @@ def test_a_box_and_a_lasso_choose_what_they_enclose(window, side, tool):
     outline = side.view.taxel_selector.rubber_band.outline
     side.release(path[-1])
     pixels = side.view.taxel_pixels()
-    low, high = outline.min(axis=0), outline.max(axis=0)
+    low = outline.min(axis=0)
+    high = outline.max(axis=0)
     expected = np.flatnonzero(((pixels >= low) & (pixels <= high)).all(axis=1))
     expected = expected[~side.view.hidden(expected)]
     assert len(expected) >= 2
@@ -214,7 +217,8 @@ def test_escape_gives_a_drag_up_and_then_selects_none(window, side, tool):
 
 
 def test_a_press_that_moved_and_came_back_picks_nothing(window, side):
-    kept, other = int(side.taxels()[-1]), int(side.taxels()[0])
+    kept = int(side.taxels()[-1])
+    other = int(side.taxels()[0])
     side.click(kept)
     start = side.pixel(other)
     side.press(start, CTRL)
@@ -241,7 +245,8 @@ def test_the_far_side_of_the_body_is_never_selected(window):
     run(window, 0.1)
     window.presenters.view.set_tool(SELECT_LASSO)
     side = Side(window, "body")
-    view, prepared = window.robot_view, window.live.prepared
+    view = window.robot_view
+    prepared = window.live.prepared
     start = visible_skin(window)[1]
     side.press(start)
     whole = [QPoint(2, 2), QPoint(view.width() - 3, 2), QPoint(view.width() - 3, view.height() - 3)]

@@ -91,7 +91,8 @@ def make_views(qtbot):
 def test_a_layer_needs_one_line(make_views, prepared):
     views = make_views((*LAYERS, SPEC))
     views.show_prepared(prepared)
-    on_map, on_body = views.map.display.picture.layers["grid"], views.robot.display.scene.layers["grid"]
+    on_map = views.map.display.picture.layers["grid"]
+    on_body = views.robot.display.scene.layers["grid"]
     assert on_map.got[0] == on_body.got[0] == DARK
     assert on_map.items[0].scene() is views.map.scene()
     assert not on_map.items[0].isVisible()

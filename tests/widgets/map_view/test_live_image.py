@@ -41,9 +41,12 @@ def colour(live, row, column):
 
 
 def test_pressures_take_the_colours_of_the_scale(inside):
-    live, scale = live_image(inside), PressureScale(20.0)
+    live = live_image(inside)
+    scale = PressureScale(20.0)
     kilopascals = np.zeros(inside.shape, np.float32)
-    kilopascals[7, 12], kilopascals[8, 12], kilopascals[9, 12] = 10.0, 20.0, 500.0
+    kilopascals[7, 12] = 10.0
+    kilopascals[8, 12] = 20.0
+    kilopascals[9, 12] = 500.0
     live.fill(kilopascals, scale)
     half = (len(scale.lut) - 1) // 2
     assert colour(live, 6, 12) == int(scale.lut[0]) & 0xFFFFFF
@@ -52,7 +55,8 @@ def test_pressures_take_the_colours_of_the_scale(inside):
 
 
 def test_the_rim_is_carried_outwards(inside):
-    live, scale = live_image(inside), PressureScale(20.0)
+    live = live_image(inside)
+    scale = PressureScale(20.0)
     live.fill(np.where(inside, np.float32(20.0), np.float32(0.0)), scale)
     top = int(scale.lut[-1]) & 0xFFFFFF
     assert [colour(live, 10, column) == top for column in (21, 22, 24, 9, 7, 5)] == [True, True, False] * 2
@@ -70,7 +74,8 @@ leaves = cache(leaf_map)
 
 @pytest.mark.parametrize("kind", ["apart", "over another", "inside another", "flipped", "hidden", "new chart"])
 def test_flaws_are_those_of_the_whole_map(kind):
-    document, finder = MapDocument.of(leaves()), FlawFinder()
+    document = MapDocument.of(leaves())
+    finder = FlawFinder()
     finder.of(document)
     between = document.map.boxes[1].mean(axis=0) - document.map.boxes[0].mean(axis=0)
     edited = {
@@ -81,7 +86,8 @@ def test_flaws_are_those_of_the_whole_map(kind):
         "hidden": lambda: show_patches(rotate(move(document, [0], 0.7 * between), [0], 0.4), [0], visible=False),
         "new chart": lambda: _folded(move(document, [0], 0.5 * between)),
     }[kind]()
-    found, expected = finder.of(edited), _flaws_of_the_whole_map(edited.map)
+    found = finder.of(edited)
+    expected = _flaws_of_the_whole_map(edited.map)
     if kind == "hidden":
         assert len(expected.overlaps)
         assert len(found.overlaps) == len(found.flips) == 0
@@ -101,7 +107,8 @@ def _flaws_of_the_whole_map(map_):
     borders = [[uv[loop] for loop in chart.connectivity.boundary_loops] for chart, uv in pairs]
     loops = [loop for border in borders for loop in border]
     i, j = crossing_sides(*loops)
-    start, end = np.concatenate(loops), np.concatenate([np.roll(loop, -1, axis=0) for loop in loops])
+    start = np.concatenate(loops)
+    end = np.concatenate([np.roll(loop, -1, axis=0) for loop in loops])
     meetings = 0.25 * (start[i] + end[i] + start[j] + end[j])
     insides = [uv[chart.faces[0]].mean(axis=0) for chart, uv in pairs]
     return Flaws(np.concatenate(flips), np.concatenate([meetings, nested_patches(borders, insides)]))
@@ -119,12 +126,16 @@ def _folded(document):
 @pytest.mark.parametrize("over_a_ground", [False, True])
 def test_what_is_brought_up_to_date_is_what_is_made_anew(prepared, over_a_ground):
     """Bit for bit, whether few taxels changed or all; in the pressures and in the colours."""
-    atlas, scale, random = ImageAtlas(prepared.map), PressureScale(20.0), np.random.default_rng(1)
-    count, old = len(prepared.skin), np.zeros(len(prepared.skin))
+    atlas = ImageAtlas(prepared.map)
+    scale = PressureScale(20.0)
+    random = np.random.default_rng(1)
+    count = len(prepared.skin)
+    old = np.zeros(len(prepared.skin))
     kept, anew = (LiveImage(atlas.shape, *atlas.halo) for _ in range(2))
     if over_a_ground:
         for live in (kept, anew):
-            live.ground, live.touch_from = np.full(atlas.shape, 0xFF336699, np.uint32), 1.0
+            live.ground = np.full(atlas.shape, 0xFF336699, np.uint32)
+            live.touch_from = 1.0
     values = np.zeros(atlas.shape, np.float32)
     atlas.render(old, values)
     kept.fill(values, scale)
@@ -151,7 +162,8 @@ def _sorted(rows):
 
 
 def test_a_camera_over_other_content_sees_the_same():
-    camera, room = MapCamera((100.0, 50.0), (20.0, 30.0), 2.0), (640.0, 480.0)
+    camera = MapCamera((100.0, 50.0), (20.0, 30.0), 2.0)
+    room = (640.0, 480.0)
     other = camera.over((400.0, 700.0), (-80.0, 5.0), room)
     assert other.to_scene((17.0, 400.0), room) == pytest.approx(camera.to_scene((17.0, 400.0), room))
     framed = MapCamera.framing(other.content, other.origin)

@@ -53,7 +53,8 @@ def near(one, other):
 
 @pytest.mark.parametrize("edit", EDITS)
 def test_touch_goes_with_its_patch_and_nothing_is_built(view, document, edit):
-    taxel, tiles = middle_taxel(leaves(), 0), view.display.picture.atlas.tiles
+    taxel = middle_taxel(leaves(), 0)
+    tiles = view.display.picture.atlas.tiles
     quiet = colour_beside(view, taxel)
     view.display.show_frame(touched(leaves(), [taxel], kilopascals=19.0, radius=0.06))
     loud = colour_beside(view, taxel)
@@ -86,7 +87,8 @@ def test_the_contour_goes_with_its_patch(view, document):
 def test_the_camera_does_not_jump_and_frames_all_when_asked(view, document):
     view.zoom(2.5, QPointF(200, 200))
     still = leaves().skin.taxel_point(middle_taxel(leaves(), 1))
-    before, scene = view.pixel_of(still), view.scene_point(QPointF(30, 30))
+    before = view.pixel_of(still)
+    scene = view.scene_point(QPointF(30, 30))
     view.display.show_document(move(document, [0], (-0.7, 0.4)))
     for point, place in ((view.pixel_of(still), before), (view.scene_point(QPointF(30, 30)), scene)):
         assert np.hypot(point.x() - place.x(), point.y() - place.y()) <= 0.01
@@ -165,7 +167,8 @@ def images_anew(monkeypatch):
 @pytest.mark.usefixtures("images_anew")
 def test_a_scene_that_starts_again_is_the_same_picture_and_no_image_is_built(view, prepared):
     view.display.show_prepared(prepared)
-    tiles, first = view.display.picture.atlas.tiles, view.grab().toImage()
+    tiles = view.display.picture.atlas.tiles
+    first = view.grab().toImage()
     view.display.show_prepared(replace(prepared))
     assert all(old is new for old, new in zip(tiles, view.display.picture.atlas.tiles, strict=True))
     assert view.grab().toImage() == first
@@ -173,7 +176,8 @@ def test_a_scene_that_starts_again_is_the_same_picture_and_no_image_is_built(vie
 
 @pytest.mark.usefixtures("images_anew")
 def test_an_image_made_elsewhere_is_drawn_and_stays_while_another_skin_is_shown(view, prepared):
-    image, other = ImageAtlas(prepared.map), replace(prepared, map=leaves())
+    image = ImageAtlas(prepared.map)
+    other = replace(prepared, map=leaves())
     view.display.keep_image(image)
     for shown in (prepared, other, prepared):
         view.display.show_prepared(shown)
@@ -203,7 +207,9 @@ def test_undone_it_is_the_very_same_picture(view, document):
 def test_a_chart_in_the_hand_is_a_net_and_at_rest_only_its_own_image_is_built(view, document):
     taxel = middle_taxel(leaves(), 0)
     view.display.show_frame(touched(leaves(), [taxel], kilopascals=19.0, radius=0.06))
-    heard, tiles, first = [], view.display.picture.atlas.tiles, view.grab().toImage()
+    heard = []
+    tiles = view.display.picture.atlas.tiles
+    first = view.grab().toImage()
     view.display.picture_changed.connect(lambda: heard.append(True))
     for share in (0.05, 0.1):
         held = bent(document, share=share)
@@ -254,7 +260,8 @@ def test_flaws_are_marked_and_told_while_editing(view, document):
 
 def test_stretch_of_areas_follows_the_scale_at_rest(view, document):
     view.display.set_overlays(replace(at_first(LAYERS), ground=BaseLayer.AREA))
-    first, ground = view.grab().toImage(), view.display.picture.ground
+    first = view.grab().toImage()
+    ground = view.display.picture.ground
     enlarged = scale(document, [0], 1.5)
     view.display.show_document(enlarged, in_gesture=True)
     assert view.display.picture.ground is ground

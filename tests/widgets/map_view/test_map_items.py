@@ -12,7 +12,8 @@ from tests.widgets.support.samples import touched
 
 
 def test_lines_filled_again_are_those_of_the_newest_segments():
-    buffer, random = LineBuffer(), np.random.default_rng(0)
+    buffer = LineBuffer()
+    random = np.random.default_rng(0)
     for count in (3, 50, 0, 7):
         segments = random.normal(size=(count, 2, 2))
         lines = buffer.fill(segments)

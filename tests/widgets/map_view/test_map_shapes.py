@@ -73,7 +73,8 @@ def test_a_chart_in_the_hand_keeps_its_loop(prepared):
 
 
 def test_a_net_joins_taxels_but_not_across_seams(prepared):
-    patch, shape = prepared.skin.patches[0], ChartShape.of(prepared.skin.patches[0], prepared.map.charts[0])
+    patch = prepared.skin.patches[0]
+    shape = ChartShape.of(prepared.skin.patches[0], prepared.map.charts[0])
     all_lines = np.linalg.norm(np.diff(shape.taxels[patch.taxels.neighbours], axis=1)[:, 0], axis=1)
     assert all_lines.max() > 5 * np.median(all_lines)
     joined = shape.lines(wireframe(shape, patch, most=3000))
@@ -83,7 +84,8 @@ def test_a_net_joins_taxels_but_not_across_seams(prepared):
 
 
 def test_a_net_without_neighbours_thins_the_mesh(prepared):
-    patch, chart = prepared.skin.patches[0], prepared.map.charts[0]
+    patch = prepared.skin.patches[0]
+    chart = prepared.map.charts[0]
     shape = ChartShape.of(patch, chart)
     bare = replace(patch, taxels=replace(patch.taxels, neighbours=np.zeros((0, 2), int)))
     by_taxels, whole = wireframe(shape, bare, most=10**6)

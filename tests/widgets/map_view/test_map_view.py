@@ -17,7 +17,9 @@ from tests.widgets.support.layered_map_view import layered_map_view
 from tests.widgets.support.samples import touched
 from tests.widgets.support.snapshots import pixels
 
-LEFT, MIDDLE, NONE = Qt.MouseButton.LeftButton, Qt.MouseButton.MiddleButton, Qt.KeyboardModifier.NoModifier
+LEFT = Qt.MouseButton.LeftButton
+MIDDLE = Qt.MouseButton.MiddleButton
+NONE = Qt.KeyboardModifier.NoModifier
 BESIDE = QPoint(4, 4)
 
 
@@ -25,7 +27,10 @@ class Heard:
     """Remembers what a view emitted."""
 
     def __init__(self, view):
-        self.acts, self.hovers, self.words, self.painted = [], [], [], []
+        self.acts = []
+        self.hovers = []
+        self.words = []
+        self.painted = []
         view.poke_pressed.connect(self._on_pressed)
         view.poke_moved.connect(self._on_moved)
         view.poke_released.connect(self._on_released)
@@ -140,7 +145,8 @@ def test_the_wheel_keeps_the_point_under_the_pointer(view, notches):
     middle = view.viewport().rect().center()
     wheel(view, middle, 4)
     pointer = middle + QPoint(60, -40)
-    before, zoom = view.scene_point(QPointF(pointer)), view.camera.zoom
+    before = view.scene_point(QPointF(pointer))
+    zoom = view.camera.zoom
     wheel(view, pointer, notches)
     assert view.camera.zoom == pytest.approx(zoom * 1.2**notches)
     away = view.viewportTransform().map(before) - QPointF(pointer)
@@ -179,7 +185,8 @@ def test_keys_zoom_and_pan(view):
 def test_a_resize_keeps_the_framing(view):
     middle = view.viewport().rect().center()
     wheel(view, middle + QPoint(30, 20), 3)
-    centre, zoom = view.camera.centre, view.camera.zoom
+    centre = view.camera.centre
+    zoom = view.camera.zoom
     view.resize(420, 500)
     assert (view.camera.centre, view.camera.zoom) == (centre, zoom)
     room = view.viewport().size()

@@ -15,7 +15,8 @@ from tactile_widgets.overlays.taxel_faults import NO_FAULTS, Fault, TaxelFaults
 from tests.widgets.support.samples import touched
 from tests.widgets.support.snapshots import pixels
 
-DEAD, STUCK = 40, 90
+DEAD = 40
+STUCK = 90
 
 
 @pytest.fixture
@@ -26,7 +27,8 @@ def view(open_map_view, prepared):
 @pytest.fixture
 def broken(prepared):
     kinds = np.zeros(len(prepared.skin), np.int8)
-    kinds[DEAD], kinds[STUCK] = 1, 2
+    kinds[DEAD] = 1
+    kinds[STUCK] = 2
     return TaxelFaults(kinds, 9e3)
 
 
@@ -34,7 +36,8 @@ def around(view, prepared, taxel):
     """(h, w, 3) the pixels of a taxel's mark."""
     at = view.pixel_of(prepared.skin.taxel_point(taxel)) - QPointF(9, 9)
     image = pixels(view.viewport().grab().toImage())
-    x, y = round(at.x()), round(at.y())
+    x = round(at.x())
+    y = round(at.y())
     return image[y : y + 19, x : x + 19]
 
 

@@ -62,7 +62,8 @@ def test_a_fault_has_a_mark_and_an_empty_list_says_what_would_fill_it(made):
     made.setPalette(palette)
 
     def fault_pixels():
-        image, colour = made.viewport().grab().toImage(), made.palette().color(made.palette().ColorRole.BrightText)
+        image = made.viewport().grab().toImage()
+        colour = made.palette().color(made.palette().ColorRole.BrightText)
         return sum(image.pixelColor(1, y) == colour for y in range(image.height()))
 
     assert fault_pixels() > 10

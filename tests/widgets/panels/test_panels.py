@@ -80,7 +80,8 @@ def test_a_slider_moves_by_keys(qtbot):
 
 def test_a_slider_rests_once_the_hand_lets_go(qtbot):
     slider = shown(qtbot, LabelledSlider("Gain", "N", 0.0, 10.0, 0.5, "tip"))
-    rested, handle = [], slider._slider
+    rested = []
+    handle = slider._slider
     slider.rested.connect(rested.append)
     handle.setSliderDown(True)
     handle.setValue(4)
@@ -201,7 +202,9 @@ class Extra(Panel):
 
 def test_a_panel_needs_one_line(qtbot, editor, prepared, touched):
     """Its place, scenes, frames, theme, session and folding come from its spec and the hooks."""
-    session, selection, followed = LiveSession(backends=INLINE), TaxelSelection(), []
+    session = LiveSession(backends=INLINE)
+    selection = TaxelSelection()
+    followed = []
     specs = (
         PANELS[3],
         PanelSpec(
@@ -273,7 +276,8 @@ def test_contacts_are_listed_with_units_and_cleared(qtbot, touched):
     region = touched.regions[0]
     words = texts(panel)
     assert {"On", "N", "kPa", "mm²"} <= set(words)
-    place, told = words.index(region.link), panel.findChild(QLabel, "contacts-facts").text()
+    place = words.index(region.link)
+    told = panel.findChild(QLabel, "contacts-facts").text()
     assert words[place : place + 4] == [
         region.link,
         f"{region.force:.2f}",
@@ -323,7 +327,8 @@ def test_times_follow_the_work_and_say_real_time(qtbot, touched):
 
 def test_a_number_beside_a_slider_can_be_typed_within_its_limits(qtbot):
     slider = shown(qtbot, LabelledSlider("Gain", "N", 0.0, 10.0, 0.5, "tip"))
-    got, rested = [], []
+    got = []
+    rested = []
     slider.value_changed.connect(got.append)
     slider.rested.connect(rested.append)
     field = slider._value

@@ -19,7 +19,8 @@ from tactile_widgets.plots.plot_board import PlotWindow
 from tests.widgets.support.samples import touched
 
 LEFT = Qt.MouseButton.LeftButton
-FORCE, PRESSURE = STANDARD[0], STANDARD[4]
+FORCE = STANDARD[0]
+PRESSURE = STANDARD[4]
 TAXEL = PlotKey(PlotKind.TAXEL, "10")
 
 
@@ -58,7 +59,8 @@ def curve(plots, key):
 
 def test_what_is_added_shows_its_past_at_once_in_its_unit(plots, prepared):
     play(plots, prepared)
-    elbow, link = joint(prepared, 3), PlotKey(PlotKind.LINK, prepared.skin.link(prepared.skin.taxel_point(10)))
+    elbow = joint(prepared, 3)
+    link = PlotKey(PlotKind.LINK, prepared.skin.link(prepared.skin.taxel_point(10)))
     for key in (elbow, replace(elbow, kind=PlotKind.JOINT_SPEED), TAXEL, link):
         plots.add_plot(key)
     assert plots.shown[-4:] == (elbow.text, f"joint-speed:{elbow.of}", "taxel:10", link.text)

@@ -20,7 +20,8 @@ def test_its_ground_is_that_of_the_theme_shown(qtbot):
     for theme in (DARK, LIGHT):
         apply_theme(QApplication.instance(), theme)
         picture = panel.grab().toImage()
-        beside, within = picture.pixelColor(2, 2), picture.pixelColor(panel.width() - 20, 14)
+        beside = picture.pixelColor(2, 2)
+        within = picture.pixelColor(panel.width() - 20, 14)
         assert within == beside
         grounds.append(within.name())
     assert grounds[0] != grounds[1]

@@ -112,14 +112,16 @@ def prepared_by_user(window):
 
 def test_disconnect_keeps_the_settings_and_the_edited_map(prepared_by_user, tmp_path):
     window = prepared_by_user
-    before, chosen = window.live.run.settings, window.presenters.effects.scene
+    before = window.live.run.settings
+    chosen = window.presenters.effects.scene
     assert chosen.overrides != window.live.prepared.scene.overrides
     connect(window, tmp_path)
     assert window.live.run.settings.settings == before.settings, "shown while connected"
     connect(window, tmp_path)  # a second source: the settings of the simulation are still known
     window.editor.do("Move", partial(move, numbers=[0], by=(0.05, 0.0)))
     run(window, 0.05)
-    names, document = window.editor.history.names, window.editor.document
+    names = window.editor.history.names
+    document = window.editor.document
     window.action("disconnect").trigger()
     run(window, 0.05)
     session = window.live.runner.session
@@ -139,7 +141,8 @@ def test_disconnect_keeps_the_settings_and_the_edited_map(prepared_by_user, tmp_
 class Viewer:
     """A viewer that keeps the maps it is offered."""
 
-    address, gone = "ws://127.0.0.1:1", False
+    address = "ws://127.0.0.1:1"
+    gone = False
 
     def __init__(self):
         self.maps = []

@@ -127,7 +127,8 @@ def shift_layout(player, number):
 
 def test_the_first_drag_can_be_taken_back_while_it_goes_on(window):
     window.presenters.view.set_tool(ARRANGE)
-    undo, editor = window.action("undo"), window.editor
+    undo = window.action("undo")
+    editor = window.editor
     before = editor.document
     assert not undo.isEnabled()
     for done in (undo.trigger, editor.end):
@@ -273,7 +274,8 @@ class RestlessPerson(RuleBasedStateMachine):
         self.window.show()
         self.window.live.show_prepared(self.prepared)
         self.window.presenters.map_files._file.path = Path(self.folder.name) / "map.npz"
-        self.editor, self.view = self.window.editor, self.window.map_view
+        self.editor = self.window.editor
+        self.view = self.window.map_view
         self.first = self.editor.document
         self.failures = []
         self.window.live.halted.connect(self.failures.append)
@@ -391,7 +393,8 @@ def test_whatever_a_restless_person_does_the_map_stays_whole(prepared, qapp, tmp
         "tactile_widgets.presenters.maps.map_file_presenter.user_state_path",
         lambda *_args, **_kwargs: tmp_path / "state",
     )
-    RestlessPerson.prepared, RestlessPerson.done = prepared, 0
+    RestlessPerson.prepared = prepared
+    RestlessPerson.done = 0
     run_state_machine_as_test(
         RestlessPerson,
         settings=settings(
@@ -404,6 +407,7 @@ def test_whatever_a_restless_person_does_the_map_stays_whole(prepared, qapp, tmp
         ),
     )
     if ACTS > 1000:
-        first, last = RestlessPerson.memory[3], RestlessPerson.memory[-1]
+        first = RestlessPerson.memory[3]
+        last = RestlessPerson.memory[-1]
         sys.stderr.write(f"\n{RestlessPerson.done} acts, {first:.0f} MB after 4 windows, {last:.0f} MB in the end\n")
     assert RestlessPerson.done >= 0.5 * ACTS

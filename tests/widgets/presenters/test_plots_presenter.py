@@ -17,7 +17,8 @@ from tactile_widgets.plots.choice.plot_choice import STANDARD, PlotChoice, PlotK
 from tests.widgets.support.window_driver import press_map, run
 
 LEFT = Qt.MouseButton.LeftButton
-FORCE, EVENTS = STANDARD[0], STANDARD[-1]
+FORCE = STANDARD[0]
+EVENTS = STANDARD[-1]
 pytestmark = pytest.mark.qt_log_ignore("This plugin does not support")
 
 

@@ -24,7 +24,9 @@ from tactile_widgets.tools.map_editing.seam_tool import SeamTool
 from tactile_widgets.views.interaction.pointed_at import PointedAt
 from tests.widgets.support.window_driver import press_map, run, visible_skin
 
-RIGHT, LEFT, SHIFT = Qt.MouseButton.RightButton, Qt.MouseButton.LeftButton, Qt.KeyboardModifier.ShiftModifier
+RIGHT = Qt.MouseButton.RightButton
+LEFT = Qt.MouseButton.LeftButton
+SHIFT = Qt.KeyboardModifier.ShiftModifier
 
 OFFERED_ON_SKIN = [
     "poke",
@@ -119,7 +121,8 @@ def test_a_finger_stays_while_gains_move_and_is_changed_typed_and_taken_away(win
 
 def test_clicks_with_shift_leave_several_and_drags_with_it_none(window):
     _at, places = pixels(window)
-    canvas, viewport = window.robot_view.display.canvas.widget, window.map_view.viewport()
+    canvas = window.robot_view.display.canvas.widget
+    viewport = window.map_view.viewport()
     QTest.mouseClick(canvas, LEFT, SHIFT, places["robot"])
     other = window.live.prepared.skin.taxel_point(140)
     QTest.mouseClick(viewport, LEFT, SHIFT, window.map_view.pixel_of(other).toPoint())
@@ -219,7 +222,8 @@ def test_a_link_is_left_out_of_the_robot_view_until_all_are_shown(window):
 def test_pins_of_the_edited_map_are_meant_while_it_is_the_one_shown(window):
     """A recording that is shown may wear another skin: its places are not of the document's."""
     at, _ = pixels(window)
-    editor, resolve = window.context.editor, window.presenters.pointing.resolve
+    editor = window.context.editor
+    resolve = window.presenters.pointing.resolve
     assert editor.do("Pin", lambda document: with_pins(document, [at]))
     assert resolve(PointedAt(at)).pin == at
     editor.set_enabled(enabled=False)
@@ -233,7 +237,8 @@ def test_every_action_has_its_own_name():
 
 
 def test_a_seam_is_erased_where_it_is_pointed_at_and_only_there(window):
-    document, pointing = window.editor.document, window.presenters.pointing
+    document = window.editor.document
+    pointing = window.presenters.pointing
     runs = [(patch, run) for patch in range(3) for run in seam_runs(present_seams(document, patch))]
     patch, run = max(runs, key=lambda pair: len(pair[1]))
     faces = document.skin.patches[patch].surface.faces
@@ -249,7 +254,8 @@ def test_a_seam_is_erased_where_it_is_pointed_at_and_only_there(window):
     window.views.frame_all()
     frame.act(pointing, seam)
     assert window.map_view.viewport().rect().contains(window.map_view.pixel_of(seam.at).toPoint())
-    scene, size = window.robot_view.display.scene, window.robot_view.display.size
+    scene = window.robot_view.display.scene
+    size = window.robot_view.display.size
     pose = scene.poses[window.live.prepared.robot.link_index[document.skin.patches[patch].link]]
     ends = document.skin.patches[patch].surface.vertices[run] @ pose[:3, :3].T + pose[:3, 3]
     x, y = scene.viewpoint.pixels(ends, size).T
@@ -272,7 +278,8 @@ def test_a_seam_is_erased_where_it_is_pointed_at_and_only_there(window):
 
 def test_selected_taxels_are_plotted_as_a_group_under_a_name(window):
     _, places = pixels(window)
-    skin, selection = window.live.prepared.skin, window.views.selection
+    skin = window.live.prepared.skin
+    selection = window.views.selection
     taxels = np.arange(60, 80)
     selection.take(SelectionUpdate(taxels, SelectionMode.REPLACE))
     choose(right_click(window, "map", places["map"]), "plot-group")

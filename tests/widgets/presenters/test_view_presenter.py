@@ -60,7 +60,8 @@ def place(map_, face):
 
 def show(window, taxels, *, kilopascals=25.0, regions=True):
     """Both views with the robot as it stands, touched around these taxels by hand."""
-    felt, stands = touched(window.live.prepared.map, taxels, kilopascals=kilopascals), window.live.runner.session.frame
+    felt = touched(window.live.prepared.map, taxels, kilopascals=kilopascals)
+    stands = window.live.runner.session.frame
     kept = felt.regions if regions else ()
     window.views.show_frame(replace(stands, pressures=felt.pressures, regions=kept, pokes=()))
     QApplication.processEvents()
@@ -91,7 +92,8 @@ def still(window, prepared):
 @pytest.mark.parametrize(("ground", "measure"), STRETCHES)
 def test_the_numbers_printed_are_those_measured(still, prepared, ground, measure):
     still.action(f"ground_{ground.value}").trigger()
-    legend, spread = still.map_view.display.marks.legend, stretch(prepared.map, measure).spread
+    legend = still.map_view.display.marks.legend
+    spread = stretch(prepared.map, measure).spread
     assert legend.title == ground.title
     said = legend.lines[0].replace("\u202f", " ")
     assert said == f"Median ×{spread.median:.2f}   95 % ×{spread.p95:.2f}   max ×{format_three_digits(spread.max)}"
@@ -124,7 +126,8 @@ def test_the_map_has_the_colour_of_its_stretch(still, prepared, ground, measure)
 
 @pytest.mark.parametrize("ground", [BaseLayer.ANGLE, BaseLayer.AREA, BaseLayer.CHECKER, BaseLayer.CIRCLES])
 def test_body_and_map_wear_the_same_picture(still, qtbot, ground):
-    bare, plain = body(still, qtbot), still.map_view.display.skin_texture.pixels.copy()
+    bare = body(still, qtbot)
+    plain = still.map_view.display.skin_texture.pixels.copy()
     still.action(f"ground_{ground.value}").trigger()
     worn = body(still, qtbot)
     assert shared_share(worn, bare, tolerance=6) < 0.98
@@ -245,7 +248,8 @@ def test_flips_are_marked_red_and_counted_whatever_is_shown(qtbot, prepared, gro
 
 def identified(prepared):
     """The same scene, its taxels named as on a robot: ids that fall, modules of twelve."""
-    start, patches = 87012, []
+    start = 87012
+    patches = []
     for patch in prepared.skin.patches:
         ids = start - np.arange(len(patch.taxels))
         identity = TaxelIdentity(ids, ids // 12, ids % 12)

@@ -75,7 +75,8 @@ def changed(before, after):
 
 
 def test_a_click_on_the_body_pins_the_place_under_it(view, editor, skin):
-    heard, tool = Heard(view), take(view, PinTool(editor))
+    heard = Heard(view)
+    tool = take(view, PinTool(editor))
     before = picture(view)
     QTest.mouseClick(view.display.canvas.widget, LEFT, NONE, skin)
     ((pin,),) = [patch.pins for patch in editor.document.patches if patch.pins]
@@ -143,7 +144,8 @@ def test_a_stroke_on_the_body_paints_only_what_looks_the_same_way(view, editor, 
 
 
 def test_beside_the_body_the_view_turns_and_the_middle_button_pans(view, editor, skin):
-    heard, tool = Heard(view), take(view, SeamTool(editor))
+    heard = Heard(view)
+    tool = take(view, SeamTool(editor))
     eye = view.display.scene.viewpoint.eye
     stroke(view, BESIDE, BESIDE + QPoint(40, 20))
     turned = view.display.scene.viewpoint.eye
@@ -211,7 +213,8 @@ def test_marks_go_with_the_tool_and_while_the_skin_is_off_the_body(view, editor)
 
 
 def test_what_is_behind_the_body_is_hidden(view, prepared):
-    eye, poses = view.display.scene.viewpoint.eye, view.display.scene.poses
+    eye = view.display.scene.viewpoint.eye
+    poses = view.display.scene.poses
     faces = []
     for taxel in range(len(prepared.skin)):
         at = prepared.skin.taxel_point(taxel)

@@ -57,10 +57,12 @@ def test_what_is_in_front_wins_and_bare_links_hide_the_skin(prepared, picker):
 
 
 def test_rays_pass_through_what_is_hidden(prepared):
-    picker, poses = SkinPicker(prepared), Configuration(prepared.robot).poses()
+    picker = SkinPicker(prepared)
+    poses = Configuration(prepared.robot).poses()
     at = prepared.skin.taxel_point(0)
     point, normal = place(prepared, poses, at)
-    ray, link = CameraRay(point + 2e-3 * normal, -normal), prepared.robot.link_index[prepared.skin.link(at)]
+    ray = CameraRay(point + 2e-3 * normal, -normal)
+    link = prepared.robot.link_index[prepared.skin.link(at)]
     near = picker.distance(ray, poses)
     picker.hidden = frozenset({link})
     found = picker.pick(ray, poses)
@@ -81,7 +83,9 @@ def test_an_object_in_front_hides_the_skin_wherever_it_stands(prepared):
     links = Configuration(prepared.robot).poses()
     point, normal = place(prepared, links, prepared.skin.taxel_point(0))
     ray = CameraRay(point + 0.3 * normal, -normal)
-    away, between = np.eye(4), np.eye(4)
-    away[:3, 3], between[:3, 3] = point + [0.0, 0.0, 5.0], point + 0.15 * normal
+    away = np.eye(4)
+    between = np.eye(4)
+    away[:3, 3] = point + [0.0, 0.0, 5.0]
+    between[:3, 3] = point + 0.15 * normal
     assert picker.pick(ray, np.concatenate([links, away[None]])) is not None
     assert picker.pick(ray, np.concatenate([links, between[None]])) is None

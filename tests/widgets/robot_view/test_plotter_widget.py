@@ -21,8 +21,11 @@ class SlowCanvas(QWidget):
 
     def __init__(self, milliseconds):
         super().__init__()
-        self.plotter, self.widget = None, self
-        self.milliseconds, self.time, self.qualities = milliseconds, 0.0, []
+        self.plotter = None
+        self.widget = self
+        self.milliseconds = milliseconds
+        self.time = 0.0
+        self.qualities = []
 
     def clock(self):
         return self.time

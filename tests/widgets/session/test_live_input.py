@@ -38,7 +38,8 @@ def live(qtbot, prepared):
 @pytest.fixture
 def readings(prepared, tmp_path):
     """A file of two seconds: nothing, then a press on the hand, while a joint moves."""
-    skin, joint = prepared.skin, prepared.robot.joints[1].name
+    skin = prepared.skin
+    joint = prepared.robot.joints[1].name
     pressed = press_skin(skin, skin.taxel_point(30), force=3.0)
     rows = [f"time,{','.join(map(str, range(len(skin))))},joint:{joint}"]
     for number in range(20):
@@ -50,7 +51,8 @@ def readings(prepared, tmp_path):
 
 
 def test_a_file_is_felt_and_moves_the_body(live, prepared, readings):
-    told, frames = [], []
+    told = []
+    frames = []
     live.live_input_changed.connect(told.append)
     live.frame_ready.connect(frames.append)
     live.connect_source(readings)
@@ -139,7 +141,8 @@ def test_on_threads_packets_become_frames_and_both_end(qtbot, prepared):
     live = LiveSession(backends=replace(INLINE, readings_runner=ThreadReadingsRunner))
     live.show_prepared(prepared)
     live.connect_source(LiveInputSettings("udp://127.0.0.1:0"))
-    port, taxels = live.live_input.connection.source.port, len(prepared.skin)
+    port = live.live_input.connection.source.port
+    taxels = len(prepared.skin)
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
         for number in range(30):
             reading = Reading(0.01 * number, np.full(taxels, float(number)), Unit.PASCAL, sequence=number)
@@ -165,7 +168,9 @@ def test_on_threads_motion_is_sent_and_stops_without_waiting_for_the_readings(qt
     live.show_prepared(prepared_bar())
     clock = SimulatedClock()
     live.connect_source(LiveInputSettings("udp://127.0.0.1:0", SourceOptions(token=TOKEN, clock=clock)))
-    values, packets, number = press_skin(bar_skin(), bar_skin().taxel_point(30), force=2.0), [], itertools.count()
+    values = press_skin(bar_skin(), bar_skin().taxel_point(30), force=2.0)
+    packets = []
+    number = itertools.count()
     with (
         socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as skin,
         socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as driver,

@@ -239,7 +239,8 @@ def test_a_bad_recording_leaves_the_session_running(live, told, tmp_path):
 
 
 def test_a_hand_in_the_middle_of_an_edit_gives_it_up_before_another_scene_is_shown(live, told, tmp_path):
-    path, order = recorded(live, tmp_path / "order.mcap"), []
+    path = recorded(live, tmp_path / "order.mcap")
+    order = []
     live.mode_changed.connect(order.append)
     live.prepared_changed.connect(lambda _prepared: order.append("another scene"))
     live.open_recording(path)
@@ -251,7 +252,8 @@ def test_a_hand_in_the_middle_of_an_edit_gives_it_up_before_another_scene_is_sho
 def test_what_was_measured_on_the_scene_before_is_dropped_when_a_recording_is_shown(qtbot, prepared, tmp_path):
     live = LiveSession(backends=replace(INLINE, cost_worker=CostWorker))
     live.show_prepared(prepared)
-    path, heard = recorded(live, tmp_path / "other.mcap"), []
+    path = recorded(live, tmp_path / "other.mcap")
+    heard = []
     measurements = live.measurements
     measurements.priced.connect(heard.append)
     measurements.price(prepared, prepared.scene.effects)

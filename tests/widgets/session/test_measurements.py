@@ -55,7 +55,8 @@ def live(qtbot, prepared):
 @pytest.fixture
 def told(live):
     """Every fact of the measurements, by name."""
-    heard, facts = [], live.measurements
+    heard = []
+    facts = live.measurements
     for name in ("measured", "compared", "map_failed", "priced", "weighed", "cost_failed", "weighing_changed"):
         getattr(facts, name).connect(lambda value, name=name: heard.append((name, value)))
     return heard
@@ -100,13 +101,15 @@ def test_late_results_of_the_scene_before_are_dropped(live, told, prepared):
 
 
 def test_a_late_failure_of_the_scene_before_is_not_told(live, told, prepared):
-    failures, worker = [], live.measurements.cost_worker
+    failures = []
+    worker = live.measurements.cost_worker
     live.failed.connect(failures.append)
     live.measurements.weigh(prepared, with_override(prepared.scene, "skin", "off").effects)
     late = worker.held
     live.show_prepared(prepared)
     live.measurements.weigh(prepared, prepared.scene.effects)
-    newest, worker.held = worker.held, late
+    newest = worker.held
+    worker.held = late
     worker.let_go()
     assert failures == []
     assert live.measurements.weighing, "the load of now is still there"

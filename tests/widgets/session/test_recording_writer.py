@@ -27,7 +27,8 @@ class GatedRecorder(Recorder):
 
     def __init__(self, *args):
         super().__init__(*args)
-        self.gate, self.writing = threading.Event(), threading.Event()
+        self.gate = threading.Event()
+        self.writing = threading.Event()
 
     def write(self, frame, inputs):
         """Wait for the disk."""
@@ -51,7 +52,8 @@ def test_without_a_recorder_nothing_is_written(prepared):
 
 
 def test_what_was_written_can_be_read(prepared, tmp_path):
-    writer, session = RecordingWriter(), Session(prepared)
+    writer = RecordingWriter()
+    session = Session(prepared)
     writer.begin(Recorder(prepared, tmp_path / "kept.mcap"))
     for _ in range(20):
         session.tick()
@@ -62,7 +64,8 @@ def test_what_was_written_can_be_read(prepared, tmp_path):
 
 
 def test_a_disk_that_stands_still_keeps_nobody_waiting_and_nothing_is_lost(prepared, tmp_path):
-    writer, session = RecordingWriter(), Session(prepared)
+    writer = RecordingWriter()
+    session = Session(prepared)
     recorder = GatedRecorder(prepared, tmp_path / "slow.mcap")
     writer.begin(recorder)
     for tick in range(20):
@@ -86,7 +89,8 @@ def test_a_disk_that_stands_still_keeps_nobody_waiting_and_nothing_is_lost(prepa
 
 def test_a_disk_that_never_comes_back_ends_the_recording_and_says_so(prepared, tmp_path, monkeypatch):
     monkeypatch.setattr(recording_writer, "MOST_WAITING", 5)
-    writer, session = RecordingWriter(), Session(prepared)
+    writer = RecordingWriter()
+    session = Session(prepared)
     recorder = GatedRecorder(prepared, tmp_path / "slow.mcap")
     writer.begin(recorder)
     for _ in range(10):
@@ -100,7 +104,9 @@ def test_a_disk_that_never_comes_back_ends_the_recording_and_says_so(prepared, t
 
 @pytest.mark.skipif(not FULL.exists(), reason="needs /dev/full, a disk that is full")
 def test_a_full_disk_is_told_once_and_the_session_goes_on(prepared, tmp_path, qtbot):
-    path, writer, session = tmp_path / "torn.mcap", RecordingWriter(), Session(prepared)
+    path = tmp_path / "torn.mcap"
+    writer = RecordingWriter()
+    session = Session(prepared)
     recorder = Recorder(prepared, path)
     writer.begin(recorder)
     for _ in range(20):
@@ -125,7 +131,8 @@ def test_a_full_disk_is_told_once_and_the_session_goes_on(prepared, tmp_path, qt
 
 @pytest.mark.skipif(not FULL.exists(), reason="needs /dev/full, a disk that is full")
 def test_what_fails_while_it_is_completed_is_raised(prepared, tmp_path):
-    writer, session = RecordingWriter(), Session(prepared)
+    writer = RecordingWriter()
+    session = Session(prepared)
     recorder = Recorder(prepared, tmp_path / "torn.mcap")
     writer.begin(recorder)
     with FULL.open("wb") as full:
@@ -149,12 +156,15 @@ def let_it_write(writer, session, recorder, ticks, qtbot):
 
 
 def test_the_space_that_is_left_is_told_an_hour_ten_minutes_and_a_minute_before_it_ends(prepared, tmp_path, qtbot):
-    now, free = [0.0], [10**15]
-    writer, session = RecordingWriter(free=lambda _folder: free[0], clock=lambda: now[0]), Session(prepared)
+    now = [0.0]
+    free = [10**15]
+    writer = RecordingWriter(free=lambda _folder: free[0], clock=lambda: now[0])
+    session = Session(prepared)
     recorder = Recorder(prepared, tmp_path / "long.mcap")
     writer.begin(recorder)
     let_it_write(writer, session, recorder, 1, qtbot)  # the scene, which does not count
-    start, told = recorder.bytes_written, []
+    start = recorder.bytes_written
+    told = []
     for share in (1e9, 5000.0, 3000.0, 2500.0, 500.0, 450.0, 48.0, 40.0):
         let_it_write(writer, session, recorder, 24, qtbot)
         now[0] += 10.0
@@ -170,9 +180,11 @@ def test_the_space_that_is_left_is_told_an_hour_ten_minutes_and_a_minute_before_
 
 @pytest.mark.parametrize("gone", ["file", "folder", "replaced"])
 def test_a_file_that_vanishes_ends_the_recording_and_says_so(prepared, tmp_path, qtbot, gone):
-    now, folder = [0.0], tmp_path / "stick"
+    now = [0.0]
+    folder = tmp_path / "stick"
     folder.mkdir()
-    writer, session = RecordingWriter(clock=lambda: now[0]), Session(prepared)
+    writer = RecordingWriter(clock=lambda: now[0])
+    session = Session(prepared)
     recorder = Recorder(prepared, folder / "a.mcap")
     writer.begin(recorder)
     let_it_write(writer, session, recorder, 5, qtbot)
@@ -195,7 +207,8 @@ def test_a_file_that_vanishes_ends_the_recording_and_says_so(prepared, tmp_path,
 
 
 def test_a_file_that_vanished_is_not_told_as_saved(prepared, tmp_path):
-    writer, session = RecordingWriter(), Session(prepared)
+    writer = RecordingWriter()
+    session = Session(prepared)
     writer.begin(Recorder(prepared, tmp_path / "a.mcap"))
     session.tick()
     writer.write(session.frame, session.inputs)
@@ -206,7 +219,8 @@ def test_a_file_that_vanished_is_not_told_as_saved(prepared, tmp_path):
 
 
 def test_the_window_does_not_wait_while_robot_and_map_are_compressed(prepared, tmp_path, monkeypatch):
-    packing, go_on = threading.Event(), threading.Event()
+    packing = threading.Event()
+    go_on = threading.Event()
 
     def slow(scene):
         packing.set()
@@ -214,7 +228,8 @@ def test_the_window_does_not_wait_while_robot_and_map_are_compressed(prepared, t
         return pack_scene(scene)
 
     monkeypatch.setattr("tactile_maps.recording.recorder.pack_scene", slow)
-    writer, session = RecordingWriter(), Session(prepared)
+    writer = RecordingWriter()
+    session = Session(prepared)
     writer.begin(Recorder(prepared, tmp_path / "a.mcap"))
     writer.write(session.frame, session.inputs)
     assert packing.wait(10)
@@ -226,7 +241,8 @@ def test_the_window_does_not_wait_while_robot_and_map_are_compressed(prepared, t
 
 
 def test_for_pictures_a_file_is_complete_when_it_is_ended(prepared, tmp_path):
-    writer, session = InlineRecordingWriter(), Session(prepared)
+    writer = InlineRecordingWriter()
+    session = Session(prepared)
     writer.begin(Recorder(prepared, tmp_path / "a.mcap"))
     writer.write(session.frame, session.inputs)
     writer.end()

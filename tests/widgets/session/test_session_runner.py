@@ -128,7 +128,8 @@ class GatedSession(Session):
 
     def __init__(self, prepared):
         super().__init__(prepared)
-        self.gate, self.entered = threading.Semaphore(0), threading.Event()
+        self.gate = threading.Semaphore(0)
+        self.entered = threading.Event()
 
     def tick(self):
         """Wait for a turn."""
@@ -138,7 +139,8 @@ class GatedSession(Session):
 
 
 def test_whoever_asks_waits_for_one_tick_not_for_a_batch(prepared, qtbot):
-    session, seen = GatedSession(prepared), []
+    session = GatedSession(prepared)
+    seen = []
     runner = ThreadRunner(session, lambda _frame: None, clock=accumulate(repeat(0.1)).__next__)
     runner.start()
     assert session.entered.wait(10)
@@ -191,7 +193,8 @@ def test_a_session_runs_at_the_speed_asked_for_and_makes_up_a_tenth_of_a_second_
 def test_a_session_waits_for_a_window_that_does_not_look(session):
     """Half a second of looks a hundredth apart, and the frames are taken once: after two tenths the session waits."""
     clock, ended = looks(*[0.010] * 50)
-    ticks_when_taken, told = 25, []
+    ticks_when_taken = 25
+    told = []
 
     def each(frame):
         told.append(frame.tick)
@@ -221,7 +224,8 @@ class SlowToAsk(FailingSession):
 
     def __init__(self, prepared):
         super().__init__(prepared)
-        self.gate, self.asked_by = threading.Event(), []
+        self.gate = threading.Event()
+        self.asked_by = []
 
     def submit(self, session_input):
         """Wait for the gate."""

@@ -11,7 +11,8 @@ from tactile_maps.tactile.poke import PokeMoved, PokePressed, PokeReleased
 from tactile_widgets.session.session_runner import InlineRunner
 from tactile_widgets.session.stroke import LEAP, LONGEST, StrokePlan
 
-SPEED, FRAME = 0.110, 0.1
+SPEED = 0.110
+FRAME = 0.1
 """A stroke as people make them [m/s], and a slow window's frame [s]."""
 
 
@@ -36,7 +37,9 @@ def places(prepared, line):
 
 
 def test_a_fast_stroke_in_a_slow_window_leaps_nowhere_and_is_one_contact(coarse_prepared, line):
-    stops, skin, frames = places(coarse_prepared, line), coarse_prepared.skin, []
+    stops = places(coarse_prepared, line)
+    skin = coarse_prepared.skin
+    frames = []
     assert len(stops) >= 6
     runner = InlineRunner(Session(coarse_prepared, scripted=False), frames.append)
     runner.submit(PokePressed(1, stops[0]))
@@ -62,7 +65,8 @@ def plan(prepared, at):
 
 
 def test_a_leap_is_spread_over_the_time_it_took_and_ends_where_the_hand_is(coarse_prepared, line):
-    stops, skin = places(coarse_prepared, line), coarse_prepared.skin
+    stops = places(coarse_prepared, line)
+    skin = coarse_prepared.skin
     strokes = plan(coarse_prepared, stops[0])
     assert strokes.take(PokeMoved(1, stops[1]), 10) == ()
     assert strokes.take(PokeReleased(1), 10) == (), "the lift waits for the end of the way"
@@ -76,7 +80,8 @@ def test_a_leap_is_spread_over_the_time_it_took_and_ends_where_the_hand_is(coars
 
 
 def test_short_ways_and_other_patches_are_taken_at_once(coarse_prepared, line):
-    stops, skin = places(coarse_prepared, line), coarse_prepared.skin
+    stops = places(coarse_prepared, line)
+    skin = coarse_prepared.skin
     near = SkinLocator(skin).surface_point(line[0], line[1][1])
     strokes = plan(coarse_prepared, stops[0])
     assert strokes.take(PokeMoved(1, near), 50) == (PokeMoved(1, near),)

@@ -76,7 +76,8 @@ def edited_recording(window, tmp_path):
 
     Its layout at that time is returned. The map behind it has another edit, which is not saved.
     """
-    live, path = window.live, tmp_path / "a.mcap"
+    live = window.live
+    path = tmp_path / "a.mcap"
     live.start_recording(path)
     run(window, 0.1)
     window.editor.do("Move", partial(move, numbers=[0], by=(0.05, 0.0)))

@@ -18,12 +18,11 @@ from tactile_widgets.tools.registry import ARRANGE
 from tactile_widgets.workers.scene_worker import SceneWorker
 from tests.widgets.support.layered_map_view import layered_map_view
 
-LEFT, NO_BUTTON = Qt.MouseButton.LeftButton, Qt.MouseButton.NoButton
-NONE, SHIFT, CONTROL = (
-    Qt.KeyboardModifier.NoModifier,
-    Qt.KeyboardModifier.ShiftModifier,
-    Qt.KeyboardModifier.ControlModifier,
-)
+LEFT = Qt.MouseButton.LeftButton
+NO_BUTTON = Qt.MouseButton.NoButton
+NONE = Qt.KeyboardModifier.NoModifier
+SHIFT = Qt.KeyboardModifier.ShiftModifier
+CONTROL = Qt.KeyboardModifier.ControlModifier
 
 
 class Bench:
@@ -79,7 +78,8 @@ class Bench:
     def mouse(self, kind, pixel, keys=NONE):
         held = NO_BUTTON if kind is QEvent.Type.MouseButtonRelease else LEFT
         button = NO_BUTTON if kind is QEvent.Type.MouseMove else LEFT
-        at, viewport = QPointF(*map(float, pixel)), self.view.viewport()
+        at = QPointF(*map(float, pixel))
+        viewport = self.view.viewport()
         QApplication.sendEvent(viewport, QMouseEvent(kind, at, viewport.mapToGlobal(at), button, held, keys))
 
     def press(self, pixel, keys=NONE):
@@ -108,6 +108,7 @@ class Bench:
 
 def bent(document, number=0, share=0.1):
     """Another chart for a patch: sheared, so that no placement could do it."""
-    charts, chart = list(document.charts), document.charts[number]
+    charts = list(document.charts)
+    chart = document.charts[number]
     charts[number] = replace(chart, plane=chart.plane @ np.array([[1.0, share], [0.0, 1.0]]))
     return replace(document, map=replace(document.map, charts=tuple(charts)))

@@ -22,9 +22,13 @@ from tactile_widgets.workers.scene_worker import InlineSceneWorker
 from tests.support.surfaces import cap, frustum, sheet, skin_of
 from tests.widgets.support.layered_map_view import layered_map_view
 
-LEFT, NONE, ALT = Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier, Qt.KeyboardModifier.AltModifier
+LEFT = Qt.MouseButton.LeftButton
+NONE = Qt.KeyboardModifier.NoModifier
+ALT = Qt.KeyboardModifier.AltModifier
 SHIFT = Qt.KeyboardModifier.ShiftModifier
-TUBE, SHEET, CAP = 0, 1, 2
+TUBE = 0
+SHEET = 1
+CAP = 2
 ROWS = 7  # vertices of a column of the sheet, which is 9 columns wide
 
 
@@ -36,7 +40,8 @@ class HeldWorker(InlineSceneWorker):
         self.held = []
 
     def _request(self, task, token):
-        self._task, self._token = task, token
+        self._task = task
+        self._token = token
         self.held.append((task, token))
 
     def release(self):
@@ -55,7 +60,8 @@ def open_editor(worker, document) -> MapEditor:
     made = MapEditor(worker)
     made.open(document)
     made.set_enabled(enabled=True)
-    made.heard, made.seen = [], []
+    made.heard = []
+    made.seen = []
     made.failed.connect(lambda text: made.heard.append(("failed", text)))
     made.told.connect(lambda text: made.heard.append(("told", text)))
     made.shown.connect(made.seen.append)
@@ -66,7 +72,9 @@ class MapViewDriver:
     """Shows what the editor shows; the left button is held from ``press`` to ``release``."""
 
     def __init__(self, qtbot, editor, tool, *, kind=PINS):
-        self.editor, self.tool, self.view = editor, tool, layered_map_view(DARK, PressureScale())
+        self.editor = editor
+        self.tool = tool
+        self.view = layered_map_view(DARK, PressureScale())
         qtbot.addWidget(self.view)
         self.view.resize(900, 700)
         self.view.display.show_document(editor.document)

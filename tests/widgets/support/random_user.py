@@ -58,7 +58,8 @@ from tactile_widgets.presenters.files import recordings_presenter
 from tactile_widgets.tools.registry import TOOLS
 from tests.widgets.support.window_checks import WindowChecks
 
-KEY, LEFT = Qt.Key, Qt.MouseButton.LeftButton
+KEY = Qt.Key
+LEFT = Qt.MouseButton.LeftButton
 BUTTONS = (LEFT, LEFT, LEFT, Qt.MouseButton.MiddleButton, Qt.MouseButton.RightButton)
 MODIFIERS = [
     Qt.KeyboardModifier.NoModifier,
@@ -132,8 +133,12 @@ class RandomUser:
         scenes: Callable[[int], str] | None = None,
         before: Callable[[str], None] = lambda _words: None,
     ) -> None:
-        self.window, self.seed, self.folder = window, seed, folder
-        self._pass_time, self._scenes, self._before = pass_time, scenes, before
+        self.window = window
+        self.seed = seed
+        self.folder = folder
+        self._pass_time = pass_time
+        self._scenes = scenes
+        self._before = before
         self.done = 0
         self.last: deque[str] = deque(maxlen=LAST)
         self._rng = np.random.default_rng([seed, 0])
@@ -164,7 +169,8 @@ class RandomUser:
         QFileDialog.getSaveFileName = lambda _parent, _title, name, _kinds="": (self._file_to_save(name), "")
         QFileDialog.getExistingDirectory = lambda _parent, _title, _folder="": str(self.folder)
         self._opened, QDesktopServices.openUrl = QDesktopServices.openUrl, lambda _url: True
-        self._trashed, recordings_presenter._to_trash = recordings_presenter._to_trash, _away
+        self._trashed = recordings_presenter._to_trash
+        recordings_presenter._to_trash = _away
         self._checks.__enter__()
         self._answerer.start()
         return self
@@ -172,7 +178,8 @@ class RandomUser:
     def __exit__(self, *error: object) -> None:
         self._answerer.stop()
         self._checks.__exit__(*error)
-        QDesktopServices.openUrl, recordings_presenter._to_trash = self._opened, self._trashed
+        QDesktopServices.openUrl = self._opened
+        recordings_presenter._to_trash = self._trashed
         for name, kept in self._kept.items():
             setattr(QFileDialog, name, kept)
 
@@ -406,7 +413,8 @@ class RandomUser:
         index = model.index(int(self._rng.integers(model.rowCount(QModelIndex()))), int(self._rng.integers(columns)))
         view.scrollTo(index, QAbstractItemView.ScrollHint.EnsureVisible)
         at = view.visualRect(index).center()
-        twice, modifier = self._chance(0.2), self._one_of(MODIFIERS)
+        twice = self._chance(0.2)
+        modifier = self._one_of(MODIFIERS)
         _click(view.viewport(), at, modifier=modifier, twice=twice)
         if self._chance(0.3) and shiboken6.isValid(view):
             self._keys(view, CONTROL_KEYS)
@@ -425,8 +433,10 @@ class RandomUser:
         if self._chance(0.4):
             self.window.action(self._one_of(TOOLS).kind.name).trigger()
         tool = self.window.views.tool.name
-        start, end = self._place(view, target), self._place(view, target)
-        button, modifier = self._one_of(BUTTONS), self._one_of(MODIFIERS)
+        start = self._place(view, target)
+        end = self._place(view, target)
+        button = self._one_of(BUTTONS)
+        modifier = self._one_of(MODIFIERS)
         how = self._one_of(["drag", "drag", "drag", "click", "double", "wheel", "hover", "keys"])
         self._say(f"{how} on {name} with {tool}, {button.name} {modifier.name}, {_at(start)} to {_at(end)}")
         if how == "drag":
@@ -473,7 +483,9 @@ class RandomUser:
         view = self._one_of([self.window.map_view, self.window.robot_view])
         target = view.viewport() if view is self.window.map_view else view.display.canvas.widget
         self.window.action(self._one_of(TOOLS).kind.name).trigger()
-        tool, start, end = self.window.views.tool.name, self._place(view, target), self._place(view, target)
+        tool = self.window.views.tool.name
+        start = self._place(view, target)
+        end = self._place(view, target)
         _mouse(target, QEvent.Type.MouseButtonPress, start)
         _move(target, (start + end) / 2, LEFT)
         self._pass_time(0.04)
@@ -511,7 +523,8 @@ class RandomUser:
 
     def _arranges(self) -> None:
         """Saves a layout, or takes one that was saved."""
-        layouts, docks = self.window.settings.layouts, self.window.panel_docks
+        layouts = self.window.settings.layouts
+        docks = self.window.panel_docks
         if layouts and self._chance(0.6):
             name = self._one_of(sorted(layouts))
             self._say(f"takes the layout {name}")
@@ -526,7 +539,8 @@ class RandomUser:
         self.window.action("keys").trigger()
         sheet = self.window.findChild(KeysSheet)
         spec = self._one_of(list(specs_in(self.window.context.actions.menus)))
-        key, modifier = self._one_of(CHANGED_KEYS), self._one_of(MODIFIERS)
+        key = self._one_of(CHANGED_KEYS)
+        modifier = self._one_of(MODIFIERS)
         self._say(f"gives {spec.name} the key {modifier.name} {key.name}")
         sheet.choose(spec.name)
         editor = sheet.editor
@@ -540,7 +554,8 @@ class RandomUser:
 
     def _replays(self) -> None:
         """Shows what was recorded last, or takes over from it, or goes back to the session."""
-        live, files = self.window.live, sorted(self.folder.rglob("recordings/*.mcap"))
+        live = self.window.live
+        files = sorted(self.folder.rglob("recordings/*.mcap"))
         if live.mode == "replaying":
             name = self._one_of(["take_over", "mark", "range_start", "range_end", "split_episodes"])
             self._say(f"{name} in a replay")
@@ -573,7 +588,8 @@ class RandomUser:
         self.window.action("record").trigger()
 
     def _resizes(self) -> None:
-        width, height = int(self._rng.integers(700, 1700)), int(self._rng.integers(450, 1000))
+        width = int(self._rng.integers(700, 1700))
+        height = int(self._rng.integers(450, 1000))
         self._say(f"resizes to {width} x {height}")
         self.window.resize(width, height)
 
@@ -650,7 +666,8 @@ def _can_be_used(widget: QWidget) -> bool:
 
 
 def _scroll_areas(widget: QWidget) -> list[QScrollArea]:
-    above, found = widget.parentWidget(), []
+    above = widget.parentWidget()
+    found = []
     while above is not None:
         if isinstance(above, QScrollArea):
             found.append(above)

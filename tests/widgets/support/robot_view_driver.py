@@ -14,7 +14,9 @@ from tactile_maps.tactile.poke import PokePressed
 from tactile_widgets.common.colours import DARK, PressureScale
 from tactile_widgets.views.robot.robot_view import RobotView
 
-LEFT, MIDDLE, NONE = Qt.MouseButton.LeftButton, Qt.MouseButton.MiddleButton, Qt.KeyboardModifier.NoModifier
+LEFT = Qt.MouseButton.LeftButton
+MIDDLE = Qt.MouseButton.MiddleButton
+NONE = Qt.KeyboardModifier.NoModifier
 SHIFT = Qt.KeyboardModifier.ShiftModifier
 BESIDE = QPoint(4, 4)
 PICTURE = (320, 280)
@@ -35,7 +37,9 @@ class Heard:
     """Remembers what a view emitted."""
 
     def __init__(self, view):
-        self.acts, self.hovers, self.drawn = [], [], []
+        self.acts = []
+        self.hovers = []
+        self.drawn = []
         view.poke_pressed.connect(self._on_pressed)
         view.poke_moved.connect(self._on_moved)
         view.poke_released.connect(self._on_released)

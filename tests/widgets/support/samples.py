@@ -32,15 +32,22 @@ def coarse(taxels) -> Scene:
 
 def touched(tactile_map, taxels=(), *, tick=1, time=0.0, kilopascals=12.0, radius=0.02) -> Frame:
     """A frame with a round touch on the map around each of ``taxels``."""
-    pressures, regions, pokes = np.zeros(len(tactile_map.skin)), [], []
+    pressures = np.zeros(len(tactile_map.skin))
+    regions = []
+    pokes = []
     for number, taxel in enumerate(taxels):
-        at, centre = tactile_map.skin.taxel_point(taxel), tactile_map.taxel_points[taxel]
+        at = tactile_map.skin.taxel_point(taxel)
+        centre = tactile_map.taxel_points[taxel]
         share = 1 - (np.linalg.norm(tactile_map.taxel_points - centre, axis=1) / radius) ** 2
         pressures += 1e3 * kilopascals * np.clip(share, 0, None)
-        felt, skin = np.flatnonzero(share > 0), tactile_map.skin
-        point, normal = skin.position(at), skin.normal(at)
-        force, area = float(pressures[felt] @ skin.areas[felt]), float(skin.areas[felt].sum())
-        peak, patch = float(pressures[felt].max()), skin.patches[at.patch].surface
+        felt = np.flatnonzero(share > 0)
+        skin = tactile_map.skin
+        point = skin.position(at)
+        normal = skin.normal(at)
+        force = float(pressures[felt] @ skin.areas[felt])
+        area = float(skin.areas[felt].sum())
+        peak = float(pressures[felt].max())
+        patch = skin.patches[at.patch].surface
         along = np.diff(patch.vertices[patch.faces[at.face][:2]], axis=0)[0]
         along = along / np.linalg.norm(along)
         axes = radius * np.array([0.8 * along, 0.5 * np.cross(normal, along)])
@@ -59,7 +66,8 @@ def touched(tactile_map, taxels=(), *, tick=1, time=0.0, kilopascals=12.0, radiu
 
 def middle_taxel(tactile_map, patch) -> int:
     """The taxel nearest to the middle of a patch on the map."""
-    first, last = tactile_map.skin.first[patch], tactile_map.skin.first[patch + 1]
+    first = tactile_map.skin.first[patch]
+    last = tactile_map.skin.first[patch + 1]
     points = tactile_map.taxel_points[first:last]
     return int(first + np.linalg.norm(points - points.mean(axis=0), axis=1).argmin())
 
@@ -85,10 +93,12 @@ def _leaf(name, width, height, *, rings=12, sides=48) -> tuple[Patch, Chart]:
     reach = 1 + 0.1 * np.cos(3 * angle)
     rim = np.stack([width * reach * np.cos(angle), height * reach * np.sin(angle)], axis=1)
     plane = np.vstack([np.zeros((1, 2)), *(rim * k / rings for k in range(1, rings + 1))])
-    here, there = np.arange(sides), (np.arange(sides) + 1) % sides
+    here = np.arange(sides)
+    there = (np.arange(sides) + 1) % sides
     faces = [np.stack([np.zeros(sides, int), 1 + here, 1 + there], axis=1)]
     for k in range(rings - 1):
-        inner, outer = 1 + k * sides, 1 + (k + 1) * sides
+        inner = 1 + k * sides
+        outer = 1 + (k + 1) * sides
         faces += [np.stack([inner + here, outer + here, outer + there], axis=1),
                   np.stack([inner + here, outer + there, inner + there], axis=1)]  # fmt: skip
     surface = Mesh(np.column_stack([plane, np.zeros(len(plane))]), np.vstack(faces))
@@ -99,13 +109,15 @@ def _leaf(name, width, height, *, rings=12, sides=48) -> tuple[Patch, Chart]:
 
 def _taxels(surface, count=220) -> Taxels:
     """Evenly spread face middles, each as far from those before as can be, sharing the area."""
-    middles, chosen = surface.vertices[surface.faces].mean(axis=1), np.zeros(count, dtype=int)
+    middles = surface.vertices[surface.faces].mean(axis=1)
+    chosen = np.zeros(count, dtype=int)
     away = np.linalg.norm(middles - middles[0], axis=1)
     for k in range(1, count):
         chosen[k] = away.argmax()
         away = np.minimum(away, np.linalg.norm(middles - middles[chosen[k]], axis=1))
     weights = np.full((count, 3), 1 / 3)
-    positions, normals = surface.points(chosen, weights), np.tile([0.0, 0.0, 1.0], (count, 1))
+    positions = surface.points(chosen, weights)
+    normals = np.tile([0.0, 0.0, 1.0], (count, 1))
     areas = np.full(count, surface.area / count)
     felt = Quadrature(positions, normals, areas, np.arange(count))
     return Taxels(positions, normals, chosen, weights, areas, np.zeros((0, 2), int), felt)

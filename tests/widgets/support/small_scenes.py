@@ -23,7 +23,8 @@ class SmallScenes:
     """
 
     def __init__(self, taxels: int, *, most: int = 24) -> None:
-        self._taxels, self._most = taxels, most
+        self._taxels = taxels
+        self._most = most
         self._made: dict[str, bytes] = {}
 
     def prepare(self, scene: Scene, **how: object) -> PreparedScene:

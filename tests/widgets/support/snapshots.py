@@ -33,13 +33,15 @@ def check_picture(widget: QWidget, name: str, *, tolerance: int = 24, share: flo
 
     On failure the new picture is left beside the old one as ``name.new.png``.
     """
-    drawn, kept = widget.grab().toImage(), FOLDER / f"{name}.png"
+    drawn = widget.grab().toImage()
+    kept = FOLDER / f"{name}.png"
     if os.environ.get("TACTILE_MAPS_UPDATE_SNAPSHOTS") == "1":
         FOLDER.mkdir(exist_ok=True)
         assert drawn.save(str(kept))
         return
     assert kept.exists(), f"no picture {kept}; write it with TACTILE_MAPS_UPDATE_SNAPSHOTS=1"
-    expected, got = pixels(QImage(str(kept))), pixels(drawn)
+    expected = pixels(QImage(str(kept)))
+    got = pixels(drawn)
     assert got.shape == expected.shape, "the pinned size differs; is the display scaled?"
     same = shared_share(got, expected, tolerance=tolerance)
     if same < share:

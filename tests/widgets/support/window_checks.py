@@ -39,7 +39,8 @@ class WindowChecks:
         window.live.halted.connect(self._halts.append)
 
     def __enter__(self) -> WindowChecks:
-        self._hook, sys.excepthook = sys.excepthook, self._on_unforeseen
+        self._hook = sys.excepthook
+        sys.excepthook = self._on_unforeseen
         self._handler = qInstallMessageHandler(self._on_message)
         return self
 
@@ -86,7 +87,9 @@ class WindowChecks:
             return
         with runner.lock:
             session = runner.session
-            failure, halted, frame = session.failure, runner.halted, session.frame
+            failure = session.failure
+            halted = runner.halted
+            frame = session.frame
         if failure is not None:
             _require(halted, "a session that failed runs on", failure)
         if live.mode == Mode.LIVE:

@@ -106,7 +106,8 @@ def blow_up(live):
 
 def visible_skin(window):
     """A place on the skin that the robot view shows unhidden, and its pixel there."""
-    view, skin = window.robot_view, window.live.prepared.skin
+    view = window.robot_view
+    skin = window.live.prepared.skin
     for taxel in range(len(skin)):
         at = skin.taxel_point(taxel)
         pixel = view.pixel_of(at)

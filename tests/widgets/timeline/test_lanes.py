@@ -14,7 +14,8 @@ GROUP = TaxelGroup("palm", (3, 4, 5)).text
 
 
 def test_each_is_read_from_what_the_recording_has(prepared):
-    joint, link = prepared.robot.joints[2].name, prepared.skin.patches[0].link
+    joint = prepared.robot.joints[2].name
+    link = prepared.skin.patches[0].link
     keys = [
         PlotKey(PlotKind.JOINT, joint),
         PlotKey(PlotKind.JOINT_SPEED, joint),

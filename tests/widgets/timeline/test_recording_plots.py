@@ -18,8 +18,10 @@ from tactile_widgets.plots.timeline.lanes import AddedLane
 from tactile_widgets.plots.timeline.playhead import Span
 from tactile_widgets.plots.timeline.recording_plots import RecordingPlots
 
-LEFT, NONE = Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier
-SECONDS, TICK = 600.0, 0.005
+LEFT = Qt.MouseButton.LeftButton
+NONE = Qt.KeyboardModifier.NoModifier
+SECONDS = 600.0
+TICK = 0.005
 SPIKE = 300.0
 JOINT = PlotKey(PlotKind.JOINT, "elbow")
 
@@ -27,7 +29,8 @@ JOINT = PlotKey(PlotKind.JOINT, "elbow")
 def values_with(force):
     """(n, curves) with this force, no pressure and no error."""
     values = np.zeros((len(force), len(CURVES)))
-    values[:, CURVES.index("force")], values[:, CURVES.index("error")] = force, np.nan
+    values[:, CURVES.index("force")] = force
+    values[:, CURVES.index("error")] = np.nan
     return values
 
 
@@ -70,7 +73,9 @@ def test_one_tick_in_ten_minutes_is_drawn_as_high_as_it_was(plots):
     bright = seen(plots)[:30] > 150
     x = round(plots.x_of(SPIKE))
     top = 20 + int(np.argmax(bright[:, x - 2 : x + 3].any(axis=1)))
-    floor, height = 61, 55 / 1.3  # of the upper lane, for 10 N
+    # of the upper lane, for 10 N
+    floor = 61
+    height = 55 / 1.3
     assert top == pytest.approx(floor - 0.64 * height, abs=2)
     bright[:, x - 4 : x + 5] = False
     assert not bright[:, 60:].any(), "and nothing else is"
@@ -91,7 +96,8 @@ def test_the_wheel_zooms_where_it_is_and_a_double_click_shows_all(plots):
 
 
 def test_a_click_goes_there_and_a_drag_chooses_a_range(plots):
-    went, ranges = [], []
+    went = []
+    ranges = []
     plots.went_to.connect(went.append)
     plots.range_dragged.connect(ranges.append)
     QTest.mouseClick(plots, LEFT, NONE, QPoint(400, 40))

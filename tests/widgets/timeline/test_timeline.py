@@ -11,7 +11,9 @@ from tactile_widgets.common.colours import DARK, LIGHT
 from tactile_widgets.plots.timeline.scrub_bar import DamagedSpan, ScrubBar
 from tactile_widgets.plots.timeline.timeline import EMPTY, Timeline
 
-LEFT, NONE, SHIFT = Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier, Qt.KeyboardModifier.ShiftModifier
+LEFT = Qt.MouseButton.LeftButton
+NONE = Qt.KeyboardModifier.NoModifier
+SHIFT = Qt.KeyboardModifier.ShiftModifier
 
 
 @pytest.fixture
@@ -184,7 +186,8 @@ def test_damage_is_marked_where_it_is_and_named_under_the_pointer(qtbot):
     whole = bar.grab().toImage()
     bar.show_recording(10.0, [], damage=[DamagedSpan(4.0, 4.01, "frames missing: 2")])
     marked = bar.grab().toImage()
-    width, height = whole.width(), whole.height()
+    width = whole.width()
+    height = whole.height()
     changed = [x for x in range(width) if any(whole.pixel(x, y) != marked.pixel(x, y) for y in range(height))]
     assert changed, "one hundredth of a second is seen"
     assert abs(sum(changed) / len(changed) - bar.x_of(4.005)) < 2

@@ -42,7 +42,8 @@ def editor(worker, document):
 def lead(document):
     """It remembers in ``asked`` all settings wished for, and in ``heard`` what it said."""
     made = ControlSettingsEditor()
-    made.asked, made.heard = [], []
+    made.asked = []
+    made.heard = []
     made.wished.connect(made.asked.append)
     made.told.connect(made.heard.append)
     made.show_map(document.map)

@@ -123,7 +123,9 @@ def feed(port, driver, *, until):
 
     The clocks of board and program run at a tenth of the speed, so that no reading is late on a busy machine.
     """
-    found, deadline, number = [], time.monotonic() + SECONDS, 0
+    found = []
+    deadline = time.monotonic() + SECONDS
+    number = 0
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as board:
         while not until(found):
             assert time.monotonic() < deadline, found[-3:]

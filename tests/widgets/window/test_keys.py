@@ -17,11 +17,9 @@ from tactile_widgets.window.palette_commands import action_commands
 from tests.widgets.support.window_driver import run
 
 KEY = Qt.Key
-CTRL, SHIFT, ALT = (
-    Qt.KeyboardModifier.ControlModifier,
-    Qt.KeyboardModifier.ShiftModifier,
-    Qt.KeyboardModifier.AltModifier,
-)
+CTRL = Qt.KeyboardModifier.ControlModifier
+SHIFT = Qt.KeyboardModifier.ShiftModifier
+ALT = Qt.KeyboardModifier.AltModifier
 
 
 @pytest.fixture
@@ -110,8 +108,10 @@ def test_home_and_backspace_are_the_windows_elsewhere(window):
 
 def test_space_and_a_drag_move_the_map_and_pause_nothing(window):
     view = focus(window.map_view)
-    start, end = QPoint(200, 200), QPoint(260, 230)
-    before, touched = view.camera.centre, []
+    start = QPoint(200, 200)
+    end = QPoint(260, 230)
+    before = view.camera.centre
+    touched = []
     window.live.touched.connect(lambda: touched.append(1))
     QTest.keyPress(view, KEY.Key_Space)
     assert view.viewport().cursor().shape() == Qt.CursorShape.OpenHandCursor

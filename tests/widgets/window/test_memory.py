@@ -17,7 +17,9 @@ from tactile_widgets.session.backends import INLINE
 from tests.widgets.support.random_user import RandomUser
 from tests.widgets.support.window_driver import close_window, open_window, run
 
-WARM_UP, MEASURED, ACTS = 10, 8, 100
+WARM_UP = 10
+MEASURED = 8
+ACTS = 100
 """Windows until the caches of the session, of Qt and of the graphics are full, windows compared, acts in each."""
 GROWTH = 0.05
 
@@ -74,7 +76,8 @@ def let_go():
 
 @pytest.mark.long
 def test_memory_is_flat_after_warm_up(qtbot, prepared, own_files, tmp_path, heap_bytes):
-    heap, blocks = [], []
+    heap = []
+    blocks = []
     for number in range(WARM_UP + MEASURED):
         act_in_a_window(700 + number, prepared, tmp_path / str(number))
         let_go()
@@ -82,5 +85,6 @@ def test_memory_is_flat_after_warm_up(qtbot, prepared, own_files, tmp_path, heap
         blocks.append(sys.getallocatedblocks())
     half = MEASURED // 2
     for measured in (heap, blocks):
-        first, last = median(measured[WARM_UP : WARM_UP + half]), median(measured[-half:])
+        first = median(measured[WARM_UP : WARM_UP + half])
+        last = median(measured[-half:])
         assert last < (1 + GROWTH) * first, measured

@@ -36,7 +36,8 @@ def test_the_second_view_has_a_camera_of_its_own_and_follows_the_robot(window, q
     assert view.isVisible()
     first = eye(window.robot_view)
     assert np.linalg.norm(eye(view) - first) > 0.2, "it looks from another side"
-    before, canvas = eye(view), view.display.canvas.widget
+    before = eye(view)
+    canvas = view.display.canvas.widget
     QTest.mousePress(canvas, LEFT, pos=QPoint(60, 60))
     QTest.mouseMove(canvas, QPoint(100, 70))
     QTest.mouseRelease(canvas, LEFT, pos=QPoint(100, 70))
@@ -76,7 +77,8 @@ def test_the_inset_looks_at_the_strongest_contact_and_a_double_click_looks_there
     configuration.update(window.live.shown.posture)
     place = configuration.pose(strongest.link).points(strongest.link_position)
     qtbot.waitUntil(lambda: bool(np.linalg.norm(inset.view.display.scene.viewpoint.focus - place) < 0.03))
-    pokes, before = len(window.live.shown.pokes), eye(window.robot_view)
+    pokes = len(window.live.shown.pokes)
+    before = eye(window.robot_view)
     QTest.mouseClick(inset.view.display.canvas.widget, LEFT, pos=QPoint(40, 40))
     run(window, 0.05)
     assert len(window.live.shown.pokes) == pokes, "what is under it is not pressed"

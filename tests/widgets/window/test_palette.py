@@ -10,7 +10,9 @@ from PySide6.QtWidgets import QApplication
 from tactile_widgets.actions.keys_sheet import KeysSheet
 from tactile_widgets.actions.palette import Command, matching
 
-KEY, CTRL, SHIFT = Qt.Key, Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.ShiftModifier
+KEY = Qt.Key
+CTRL = Qt.KeyboardModifier.ControlModifier
+SHIFT = Qt.KeyboardModifier.ShiftModifier
 
 
 @pytest.fixture

@@ -66,7 +66,8 @@ def test_what_a_panel_enlarged_outlives_the_window_that_the_panel_stood_in(windo
 
 
 def test_a_panel_lives_on_in_its_own_window_and_comes_back_to_its_place(window):
-    panel, before = window.column.get(ContactsPanel), order(window)
+    panel = window.column.get(ContactsPanel)
+    before = order(window)
     undock(panel)
     dock = dock_of(window, panel)
     assert dock.isFloating()
@@ -148,7 +149,8 @@ def test_what_is_being_typed_in_an_undocked_panel_is_taken_before_the_window_clo
     panel.set_folded(False)
     undock(panel)
     panel.window().activateWindow()
-    slider, told = panel.sliders[0], []
+    slider = panel.sliders[0]
+    told = []
     slider.value_changed.connect(told.append)
     field = slider.findChild(NumberField)
     field.setFocus()

@@ -18,7 +18,9 @@ from tests.widgets.support.random_user import RandomUser
 from tests.widgets.support.small_scenes import SmallScenes, everything_that_opens, open_named
 from tests.widgets.support.window_driver import run
 
-ACTS, BATCH, BATCHES = 100, 500, 20
+ACTS = 100
+BATCH = 500
+BATCHES = 20
 TAXELS = 120
 FREEZE_ACTS = int(os.environ.get("TACTILE_MAPS_FREEZE_ACTS", "300"))
 FREEZE = 1.0

@@ -42,7 +42,8 @@ def threads():
 
 
 def test_a_person_presses_edits_records_and_replays(window, qtbot, tmp_path):
-    live, frames = window.live, []
+    live = window.live
+    frames = []
     live.frame_ready.connect(frames.append)
     with qtbot.waitSignal(live.measurements.measured, timeout=LONG):
         pass
@@ -76,7 +77,8 @@ def test_a_person_presses_edits_records_and_replays(window, qtbot, tmp_path):
 
 
 def test_a_scene_is_opened_beside_the_one_that_runs_which_stays_where_it_fails(window, qtbot):
-    live, first = window.live, window.live.prepared
+    live = window.live
+    first = window.live.prepared
     arm = coarse(60)
     with qtbot.waitSignal(live.failed, timeout=LONG) as failure:
         window.presenters.files.open_scene(replace(arm, robot="no-such-robot"))

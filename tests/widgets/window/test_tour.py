@@ -9,7 +9,9 @@ from PySide6.QtWidgets import QPushButton
 
 from tests.widgets.support.window_driver import press_map, run, visible_skin
 
-LEFT, RIGHT, CTRL = Qt.MouseButton.LeftButton, Qt.MouseButton.RightButton, Qt.KeyboardModifier.ControlModifier
+LEFT = Qt.MouseButton.LeftButton
+RIGHT = Qt.MouseButton.RightButton
+CTRL = Qt.KeyboardModifier.ControlModifier
 
 
 @pytest.fixture(scope="module")
@@ -47,7 +49,8 @@ def go_on(tour, number):
 
 
 def test_each_step_is_done_by_doing_it(window, tour):
-    view, body = window.robot_view, window.robot_view.display.canvas.widget
+    view = window.robot_view
+    body = window.robot_view.display.canvas.widget
     before = window.robot_view.display.scene.viewpoint.eye.tolist()
     drag(body, QPoint(40, 40), QPoint(60, 20), RIGHT)
     view.display.draw_now()

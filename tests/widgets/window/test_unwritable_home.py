@@ -93,7 +93,8 @@ def window_at(home, script, prepare):
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="mounts a file system")
 @pytest.mark.parametrize("kind", ["full", pytest.param("read-only", marks=pytest.mark.long)])
 def test_the_window_opens_and_works_where_nothing_can_be_stored(mounting, tmp_path, kind):
-    home, script = tmp_path / "home", tmp_path / "window.py"
+    home = tmp_path / "home"
+    script = tmp_path / "window.py"
     home.mkdir()
     script.write_text(WINDOW)
     said, errors = window_at(home, script, HOMES[kind].format(home=home))

@@ -59,7 +59,8 @@ def test_laws_are_run_beside_and_give_what_they_give_here(comparison_worker, pre
 
 
 def test_a_stimulus_is_read_from_a_recording_beside(comparison_worker, prepared, qtbot, tmp_path):
-    session, told = record(prepared, tmp_path / "half.mcap", ticks=100), []
+    session = record(prepared, tmp_path / "half.mcap", ticks=100)
+    told = []
     comparison_worker.reading.connect(lambda _text, done: told.append(done))
     with qtbot.waitSignal(comparison_worker.read, timeout=START) as got:
         comparison_worker.read_stimulus(tmp_path / "half.mcap", HERE)

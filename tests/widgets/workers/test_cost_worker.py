@@ -101,7 +101,8 @@ def test_prices_that_were_overtaken_are_told_to_nobody(cost_worker, prepared, qt
 
 def test_results_know_what_they_were_asked_for(cost_worker, prepared, qtbot):
     """Also where another scene has been shown since: whoever receives them drops them by their token."""
-    there, got = HERE.next(), []
+    there = HERE.next()
+    got = []
     cost_worker.priced.connect(got.append)
     with qtbot.waitSignal(cost_worker.weighed, timeout=LONG) as weighed:
         cost_worker.price(prepared, prepared.scene.effects, HERE)

@@ -60,7 +60,8 @@ def test_a_map_is_measured_as_it_would_be_here(map_quality_worker, shown, qtbot)
 
 
 def test_maps_that_were_overtaken_are_never_measured(map_quality_worker, shown, qtbot):
-    document, got = MapDocument.of(shown), []
+    document = MapDocument.of(shown)
+    got = []
     map_quality_worker.measured.connect(got.append)
     for step in range(30):
         map_quality_worker.measure(scale(document, [0], 1 + step / 10).map, HERE)
@@ -111,7 +112,8 @@ def test_a_process_that_dies_is_told_and_replaced(fresh_worker, shown, qtbot):
 
 
 def test_inline_it_measures_when_told_to(shown, qtbot):
-    map_quality_worker, got = InlineMapQualityWorker(), []
+    map_quality_worker = InlineMapQualityWorker()
+    got = []
     map_quality_worker.measured.connect(got.append)
     map_quality_worker.measure(shown, HERE)
     assert not got

@@ -262,7 +262,8 @@ def test_a_process_that_dies_at_an_edit_is_told(worker, document, qtbot):
 
 def test_coarser_links_are_made_when_nothing_else_is_to_be_done(worker, prepared, document, qtbot):
     """An edit goes before them, and they come all the same."""
-    order, made = [], []
+    order = []
+    made = []
     worker.levels_made.connect(made.append)
     worker.levels_made.connect(lambda _levels: order.append("levels"))
     worker.reflattened.connect(lambda _result: order.append("edit"))

@@ -62,8 +62,10 @@ class FocusedKeys(QObject):
         views: Sequence[QWidget] = (),
     ) -> None:
         super().__init__(window)
-        self._window, self._keys = window, {QKeySequence(key).toString() for key in keys}
-        self._controls, self._views = (*CONTROLS, *controls), tuple(views)
+        self._window = window
+        self._keys = {QKeySequence(key).toString() for key in keys}
+        self._controls = (*CONTROLS, *controls)
+        self._views = tuple(views)
         self._view = views[0] if views else None
         self._watched: QWidget | None = None
         application = QApplication.instance()

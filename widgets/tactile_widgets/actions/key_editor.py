@@ -80,7 +80,9 @@ class KeyEditor(QWidget):
 
     def __init__(self, keymap: KeyMap, titles: Mapping[str, str], taken: Mapping[str, str], parent: QWidget) -> None:
         super().__init__(parent)
-        self._keymap, self._titles, self._taken = keymap, titles, taken
+        self._keymap = keymap
+        self._titles = titles
+        self._taken = taken
         self._name: str | None = None
         self._wanted: KeyMap | None = None
         self.told, self.field = QLabel(_HOW, self), KeyField(self)
@@ -129,7 +131,8 @@ class KeyEditor(QWidget):
 
     def choose(self, name: str | None) -> None:
         """Be about another action; None for none."""
-        self._name, self._wanted = name, None
+        self._name = name
+        self._wanted = None
         self._show(_HOW if name is None else f"{self._titles[name]}: {self._words(self._keymap.keys(name))}.")
 
     def begin(self) -> None:
@@ -167,7 +170,8 @@ class KeyEditor(QWidget):
 
     def _want(self, name: str, keys: Keys) -> None:
         """Give them at once where they are free; else say whose they are, and offer to swap."""
-        wanted, conflicts = self._keymap.with_keys(name, keys), self._keymap.conflicts(name, keys)
+        wanted = self._keymap.with_keys(name, keys)
+        conflicts = self._keymap.conflicts(name, keys)
         if not conflicts:
             self._give(wanted)
             return
@@ -194,7 +198,8 @@ class KeyEditor(QWidget):
 
     def _show(self, text: str, *, waiting: bool = False) -> None:
         self.told.setText(text)
-        asks, known = self._wanted is not None, self._name is not None
+        asks = self._wanted is not None
+        known = self._name is not None
         self.field.setVisible(waiting)
         for button in (self.swap, self.keep):
             button.setVisible(asks)

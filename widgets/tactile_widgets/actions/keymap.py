@@ -60,7 +60,8 @@ class KeyMap:
 
     def with_keys(self, name: str, keys: Keys) -> KeyMap:
         """The same with other keys for an action; one that is left without a key by that gets what ``name`` gave up."""
-        before, chosen = self.keys(name), {**self.changes, name: keys}
+        before = self.keys(name)
+        chosen = {**self.changes, name: keys}
         spare = [key for key in before if key not in keys]
         for owner in dict.fromkeys(self.conflicts(name, keys).values()):
             left = tuple(key for key in self.keys(owner) if key not in keys)

@@ -12,7 +12,8 @@ from tactile_widgets.actions.key_editor import KeyEditor
 from tactile_widgets.actions.keymap import KeyMap
 from tactile_widgets.actions.registry import key_text
 
-WIDTH, HEIGHT = 860, 640
+WIDTH = 860
+HEIGHT = 640
 """It fits a screen of 768 rows with its frame and a bar of the desktop's [px]."""
 
 Row = tuple[str, str]

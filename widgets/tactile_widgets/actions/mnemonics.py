@@ -25,7 +25,8 @@ def choose_mnemonics(texts: Sequence[str], taken: Collection[str] = ()) -> list[
 
 def with_mnemonic(text: str, letter: str) -> str:
     """A text as Qt takes it: ``&`` before the letter, at the start of a word where it can be."""
-    words, lower = text.replace("&", "&&"), text.replace("&", "&&").lower()
+    words = text.replace("&", "&&")
+    lower = text.replace("&", "&&").lower()
     starts = [at for at, char in enumerate(lower) if char == letter]
     if not letter or not starts:
         return words

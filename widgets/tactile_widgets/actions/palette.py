@@ -11,7 +11,8 @@ from PySide6.QtWidgets import QDialog, QLineEdit, QListWidget, QListWidgetItem, 
 
 MOST = 60
 """Entries listed at once; a letter more finds the others."""
-WIDTH, HEIGHT = 600, 420
+WIDTH = 600
+HEIGHT = 420
 
 
 @dataclass(frozen=True)
@@ -38,7 +39,9 @@ def match_score(wanted: str, text: str) -> float | None:
 
     Letters that begin a word or follow the one before cost nothing, others what they skip.
     """
-    told, cost, at = text.lower(), 0.0, -1
+    told = text.lower()
+    cost = 0.0
+    at = -1
     for letter in wanted.lower().replace(" ", ""):
         places = [place for place in range(at + 1, len(told)) if told[place] == letter]
         if not places:

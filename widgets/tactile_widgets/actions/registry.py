@@ -138,8 +138,10 @@ class ActionRegistry:
         menus: Sequence[Menu],
         remedies: Sequence[ActionSpec] = (),
     ) -> None:
-        self.menus, self.specs = tuple(menus), (*specs_in(menus), *remedies)
-        self._theme, self._state = theme, WindowState()
+        self.menus = tuple(menus)
+        self.specs = (*specs_in(menus), *remedies)
+        self._theme = theme
+        self._state = WindowState()
         self._bound: set[str] = set()
         self._icons: dict[str, str] = {}
         groups: dict[str, QActionGroup] = {}

@@ -46,7 +46,8 @@ def _forget_rules(app: QApplication) -> None:
 
 
 def _palette(theme: Theme) -> QPalette:
-    palette, role = QPalette(), QPalette.ColorRole
+    palette = QPalette()
+    role = QPalette.ColorRole
     dim = mixed(theme.panel, theme.text, 0.08)
     colours = {
         role.Window: theme.panel,

@@ -26,8 +26,13 @@ from tactile_widgets.common.colours import PressureScale, Theme
 
 MAXIMA = (2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0)
 """The ends on offer [kPa]."""
-LOWEST, HIGHEST = 0.1, 10_000.0
-WIDTH, BAR_LEFT, BAR_WIDTH, TOP, BOTTOM = 72, 26.0, 12.0, 34.0, 24.0
+LOWEST = 0.1
+HIGHEST = 10_000.0
+WIDTH = 72
+BAR_LEFT = 26.0
+BAR_WIDTH = 12.0
+TOP = 34.0
+BOTTOM = 24.0
 
 
 class ColourBar(QWidget):
@@ -38,7 +43,9 @@ class ColourBar(QWidget):
 
     def __init__(self, theme: Theme, scale: PressureScale, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self._theme, self._scale, self._peak = theme, scale, 0.0
+        self._theme = theme
+        self._scale = scale
+        self._peak = 0.0
         self._units = ReadingUnits.CALIBRATED
         self.setObjectName("colour-bar")
         self.setAccessibleName("Pressure scale")
@@ -145,7 +152,8 @@ class ColourBar(QWidget):
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Qt: Up and Down go to the next round end, Space types one, Escape gives up typing."""
-        key, now = Qt.Key(event.key()), self._scale.maximum
+        key = Qt.Key(event.key())
+        now = self._scale.maximum
         if key == Qt.Key.Key_Space:
             self.edit()
         elif key == Qt.Key.Key_Escape and self._editor.isVisible():
@@ -186,7 +194,8 @@ class ColourBar(QWidget):
         painter.drawRect(box)
 
     def _paint_ticks(self, painter: QPainter) -> None:
-        metrics, left = QFontMetricsF(painter.font()), BAR_LEFT + BAR_WIDTH
+        metrics = QFontMetricsF(painter.font())
+        left = BAR_LEFT + BAR_WIDTH
         for value in ticks(self._scale.maximum, most=max(2, int(self._length / 48))):
             y = self.y_of(value)
             painter.setPen(QColor(self._theme.quiet))

@@ -137,7 +137,8 @@ class DifferenceScale:
 @cache
 def _diverging_table() -> NDArray[np.uint8]:
     """(255, 3) from the colour of less through the skin's own to that of more."""
-    at, stops = np.linspace(-1, 1, 255), np.linspace(-1, 1, len(_STRETCH))
+    at = np.linspace(-1, 1, 255)
+    stops = np.linspace(-1, 1, len(_STRETCH))
     return np.stack([np.interp(at, stops, _STRETCH[:, k]) for k in range(3)], axis=1).round().astype(np.uint8)
 
 

@@ -200,7 +200,8 @@ class ControllerSliders(QWidget):
 
     def show_settings(self, settings: ControlSettings) -> None:
         """Show the settings in force."""
-        self._settings, names = settings, effective_settings(settings)
+        self._settings = settings
+        names = effective_settings(settings)
         for name, slider in self.by_name.items():
             slider.set_value(getattr(settings, name) * SLIDERS[name].scale)
             slider.setVisible(name in names)

@@ -30,7 +30,8 @@ def dock_icons(theme: Theme) -> dict[str, str]:
 
 
 def _drawn_icons(theme: Theme, shapes: dict[str, Callable[[QPainter], None]]) -> dict[str, str]:
-    folder, paths = Path(_folder().path()), {}
+    folder = Path(_folder().path())
+    paths = {}
     for name, shape in shapes.items():
         for ending, scale in _SCALES.items():
             path = folder / f"{theme.name}-{name}{ending}.png"

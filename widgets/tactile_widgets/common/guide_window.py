@@ -25,7 +25,8 @@ class GuidePlace:
 
 
 _SIZE = (980, 860)
-_MARGIN, _SPACE = 24, 10
+_MARGIN = 24
+_SPACE = 10
 _SMOOTH = Qt.TransformationMode.SmoothTransformation
 
 

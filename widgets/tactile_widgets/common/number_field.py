@@ -35,7 +35,9 @@ class NumberField(QDoubleSpinBox):
         self, name: str, unit: str, low: float, high: float, step: float, tip: str, parent: QWidget | None = None
     ) -> None:
         super().__init__(parent)
-        self._low, self._high, self._words = low, high, ""
+        self._low = low
+        self._high = high
+        self._words = ""
         self.setAccessibleName(name)
         self.setToolTip(f"{tip}\nFrom {low:g} to {high:g}{chr(0x2009)}{unit}; click to type".rstrip())
         self.setButtonSymbols(QDoubleSpinBox.ButtonSymbols.NoButtons)

@@ -76,7 +76,8 @@ class CollapsibleHeading(QAbstractButton):
 
     def paintEvent(self, _event: QPaintEvent) -> None:
         """Qt: words at the left, the chevron at the right, a line below while the keys come here."""
-        painter, palette = QPainter(self), self.palette()
+        painter = QPainter(self)
+        palette = self.palette()
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         font = QFont(self.font())
         font.setWeight(QFont.Weight.DemiBold)
@@ -269,7 +270,9 @@ class LabelledSlider(QWidget):
         self, text: str, unit: str, low: float, high: float, step: float, tip: str, parent: QWidget | None = None
     ) -> None:
         super().__init__(parent)
-        self._low, self._high, self._step = low, high, step
+        self._low = low
+        self._high = high
+        self._step = step
         self._number = low
         self._rest: float | None = low  # last told; None for mixed values
         self._name, self._value = _ClickableLabel(text, self), NumberField(text, unit, low, high, step, tip, self)
@@ -358,7 +361,9 @@ class LabelledSlider(QWidget):
         self._slider.setAccessibleDescription(self._value.text())
 
 
-_PAD, _CHEVRON, _ROUND = 6.0, 3.5, 4.0
+_PAD = 6.0
+_CHEVRON = 3.5
+_ROUND = 4.0
 """Beside the words, half the chevron's width, radius of the frame's corners [px]."""
 
 
@@ -367,7 +372,8 @@ class FlatComboBox(QComboBox):
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self._words, self._quiet = "", False
+        self._words = ""
+        self._quiet = False
         guard_wheel(self)
         self.setAttribute(Qt.WidgetAttribute.WA_Hover)
         # Its own text is elided; the list is as wide as it has to be.
@@ -386,13 +392,15 @@ class FlatComboBox(QComboBox):
 
     def say(self, words: str, *, quiet: bool = False) -> None:
         """Say this from now on; ``quiet`` for what is off."""
-        self._words, self._quiet = words, quiet
+        self._words = words
+        self._quiet = quiet
         self.setAccessibleDescription(words)
         self.update()
 
     def paintEvent(self, _event: QPaintEvent) -> None:
         """Qt: words, chevron, and a frame where it is about to be used."""
-        painter, palette = QPainter(self), self.palette()
+        painter = QPainter(self)
+        palette = self.palette()
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         box = QRectF(self.rect()).adjusted(0.5, 0.5, -0.5, -0.5)
         used = self.isEnabled() and (self.underMouse() or self.hasFocus())

@@ -43,7 +43,10 @@ class PlaceholderCard(QWidget):
 
     def __init__(self, texts: CardTexts, parent: QWidget) -> None:
         super().__init__(parent)
-        self._texts, self._parent, self._filled, self._loading = texts, parent, False, False
+        self._texts = texts
+        self._parent = parent
+        self._filled = False
+        self._loading = False
         self.setObjectName("state-card")
         self.setAutoFillBackground(True)
         self.setBackgroundRole(QPalette.ColorRole.Base)  # the views' ground

@@ -8,7 +8,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import Enum
 
-SMALLEST_BRUSH, BRUSH, LARGEST_BRUSH = 6.0, 24.0, 160.0
+SMALLEST_BRUSH = 6.0
+BRUSH = 24.0
+LARGEST_BRUSH = 160.0
 """Radius of the brush [px]."""
 BRUSH_STEP = 1.25
 

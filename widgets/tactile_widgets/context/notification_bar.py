@@ -29,7 +29,8 @@ class FloatingBar(QWidget):
 
     def __init__(self, parent: QWidget, *, widest: int) -> None:
         super().__init__(parent)
-        self._parent, self._widest = parent, widest
+        self._parent = parent
+        self._widest = widest
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
         parent.installEventFilter(self)
 
@@ -59,7 +60,8 @@ class NotificationBar(FloatingBar):
     def __init__(self, theme: Theme, parent: QWidget) -> None:
         super().__init__(parent, widest=720)
         self.setObjectName("message-bar")
-        self._theme, self._fault = theme, False
+        self._theme = theme
+        self._fault = False
         self._said = self._answered = 0
         self._offered: tuple[str, Sequence[QAction], str] | None = None
         self._text = QLabel(self)

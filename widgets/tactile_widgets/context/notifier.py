@@ -14,7 +14,8 @@ from tactile_maps.core.errors import describe_unexpected_error
 from tactile_widgets.context.notification_bar import HintBar, NotificationBar
 from tactile_widgets.context.progress_indicator import ProgressIndicator
 
-STATUS_MS, INTRODUCTION_MS = 5_000, 20_000
+STATUS_MS = 5_000
+INTRODUCTION_MS = 20_000
 
 
 class Notifier(QObject):
@@ -44,7 +45,10 @@ class Notifier(QObject):
         parent: QObject | None = None,
     ) -> None:
         super().__init__(parent)
-        self._bar, self._hints, self._status, self._progress = bar, hints, status, progress
+        self._bar = bar
+        self._hints = hints
+        self._status = status
+        self._progress = progress
         self._jobs: dict[str, tuple[str, float | None]] = {}
         self._faults: Counter[str] = Counter()
         progress.cancelled.connect(self._on_cancelled)

@@ -106,7 +106,8 @@ class ConnectDialog(QDialog):
 
     def _file_row(self, title: str, kinds: str) -> tuple[QLineEdit, QWidget]:
         row = QWidget(self)
-        edit, button = QLineEdit(row), QPushButton("…", row)
+        edit = QLineEdit(row)
+        button = QPushButton("…", row)
         button.setToolTip(title)
         button.setAccessibleName(title)
         button.setAutoDefault(False)

@@ -23,7 +23,8 @@ class Dialogs:
     """
 
     def __init__(self, parent: QWidget, settings: Settings) -> None:
-        self._parent, self._settings = parent, settings
+        self._parent = parent
+        self._settings = settings
         self._shown: dict[str, QMessageBox] = {}
 
     def open_file(self, title: str, kinds: str) -> str:
@@ -44,7 +45,8 @@ class Dialogs:
         A name without an extension gets that of ``name``. If the completed file exists, the dialog opens again
         with it, as Qt asked about the typed name only.
         """
-        start, ending = str(Path(self._folder(title)) / name), Path(name).suffix
+        start = str(Path(self._folder(title)) / name)
+        ending = Path(name).suffix
         while True:
             path = QFileDialog.getSaveFileName(self._parent, title, start, kinds)[0]
             if not path or Path(path).suffix or not ending or f"*{ending}" not in kinds:

@@ -101,7 +101,8 @@ class RecordingsDialog(QDialog):
         self.said.setWordWrap(True)
 
     def _lay_out(self) -> None:
-        top, bottom = QHBoxLayout(), QHBoxLayout()
+        top = QHBoxLayout()
+        bottom = QHBoxLayout()
         top.addWidget(self.folder, 1)
         choose = QPushButton("Choose folder…", self)
         choose.setObjectName("recordings-folder")
@@ -138,7 +139,8 @@ class RecordingsDialog(QDialog):
 
     def show_folder(self, folder: Path, paths: Sequence[Path], more: int) -> None:
         """List these files of a folder; ``more`` older ones are left out."""
-        self._summaries, self._paths = {}, list(paths)
+        self._summaries = {}
+        self._paths = list(paths)
         self.folder.setText(str(folder))
         self.table.setRowCount(len(paths))
         for row, path in enumerate(paths):
@@ -153,7 +155,8 @@ class RecordingsDialog(QDialog):
         if summary.path not in self._paths:
             return
         self._summaries[summary.path] = summary
-        row, said = self._paths.index(summary.path), summary.annotations
+        row = self._paths.index(summary.path)
+        said = summary.annotations
         length = "" if summary.seconds is None else clock_text(summary.seconds)
         taxels = str(summary.taxels) if summary.taxels else ""
         when = f"{datetime.fromtimestamp(summary.modified):%Y-%m-%d %H:%M}"

@@ -38,7 +38,8 @@ class RowsModel(QAbstractTableModel):
 
     def __init__(self, columns: Sequence[str], parent: QWidget) -> None:
         super().__init__(parent)
-        self._columns, self.rows = list(columns), list[Row]()
+        self._columns = list(columns)
+        self.rows = list[Row]()
 
     def show_rows(self, rows: Sequence[Row]) -> None:
         """Have these rows."""
@@ -134,8 +135,13 @@ class StudyDialog(QDialog):
         self.view.setShowGrid(False)
         self.view.setWordWrap(False)
         self.view.verticalHeader().setDefaultSectionSize(22)
-        left, right, ends = QWidget(self), QWidget(self), QSplitter(Qt.Orientation.Horizontal, self)
-        form, drawn, listed, foot = QFormLayout(), QVBoxLayout(left), QVBoxLayout(right), QHBoxLayout()
+        left = QWidget(self)
+        right = QWidget(self)
+        ends = QSplitter(Qt.Orientation.Horizontal, self)
+        form = QFormLayout()
+        drawn = QVBoxLayout(left)
+        listed = QVBoxLayout(right)
+        foot = QHBoxLayout()
         form.addRow("Factor", self.factor)
         form.addRow("Measure", self.measure)
         form.addRow("Curves by", self.curves)

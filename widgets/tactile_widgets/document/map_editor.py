@@ -203,7 +203,9 @@ class MapEditor(MapEditorSignals):
         """The gesture is done: one step, or none if it changed nothing."""
         if self.history is None or self._before is None:
             return
-        changed, name, self._before = self.history.present is not self._before, self.history.gesture, None
+        changed = self.history.present is not self._before
+        name = self.history.gesture
+        self._before = None
         self.history.end()
         self.gesture_changed.emit()
         if changed:
@@ -313,18 +315,21 @@ class MapEditor(MapEditorSignals):
             self._worker.cancel_edit()
 
     def _rest(self) -> str:
-        name, self._asked = "" if self._asked is None else self._asked.name, None
+        name = "" if self._asked is None else self._asked.name
+        self._asked = None
         self.rested.emit()
         return name
 
     def _take_proposal(self) -> ReflattenResult | None:
-        proposal, self.proposal = self.proposal, None
+        proposal = self.proposal
+        self.proposal = None
         if proposal is not None:
             self.proposal_changed.emit()
         return None if proposal is None else proposal.result
 
     def _on_reflattened(self, computed: Result[ReflattenResult]) -> None:
-        asked, result = self._asked, computed.value
+        asked = self._asked
+        result = computed.value
         if asked is None or asked.token != computed.token:
             return  # for a document that is no longer edited, or an edit that is no longer wanted
         self._rest()
@@ -336,7 +341,8 @@ class MapEditor(MapEditorSignals):
     def _take_late(self) -> None:
         """What was computed while it could not be put in."""
         if self._late is not None and self.enabled:
-            late, self._late = self._late, None
+            late = self._late
+            self._late = None
             self._take(*late)
 
     def _take(self, asked: _PendingEdit, result: ReflattenResult) -> None:
@@ -367,5 +373,6 @@ class MapEditor(MapEditorSignals):
 
 
 def _gain(result: ReflattenResult) -> float | None:
-    before, gain = result.request.jobs[0].before.energies, result.gains[0]
+    before = result.request.jobs[0].before.energies
+    gain = result.gains[0]
     return gain / (before[-1] - _ISOMETRY) if gain is not None and before[-1] > _ISOMETRY else None

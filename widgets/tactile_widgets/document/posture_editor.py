@@ -68,7 +68,8 @@ class PostureEditor(QObject):
 
     def show_prepared(self, prepared: PreparedScene) -> None:
         """Another robot, or the same from its start."""
-        self.robot, self._tick = prepared.robot, -1
+        self.robot = prepared.robot
+        self._tick = -1
         self._forget(prepared.robot.home)
         self.lower, self.upper = joint_limits(prepared.robot)
         self.changed.emit()
@@ -78,11 +79,14 @@ class PostureEditor(QObject):
         if self.robot is None or len(frame.posture) != len(self.robot.joints):
             return
         if frame.tick < self._tick:
-            lower, upper = self.lower, self.upper
+            lower = self.lower
+            upper = self.upper
             self._forget(self.robot.home)
-            self.lower, self.upper = lower, upper
+            self.lower = lower
+            self.upper = upper
             self.changed.emit()
-        self._tick, self.found = frame.tick, frame.posture
+        self._tick = frame.tick
+        self.found = frame.posture
 
     def show_wanted(self, posture: FloatArray) -> None:
         """Show the target posture (n,) of a session that did not begin at home."""
@@ -93,7 +97,8 @@ class PostureEditor(QObject):
         """Whether there is a robot to lead, and whether time stands still."""
         if not enabled:
             self.cancel()
-        self.enabled, self.placing = enabled, placing
+        self.enabled = enabled
+        self.placing = placing
         self.changed.emit()
 
     def refused(self) -> None:
@@ -117,7 +122,8 @@ class PostureEditor(QObject):
     def begin(self, name: str) -> None:
         """A gesture starts; one that goes on has ended."""
         self.end()
-        self.gesture, self._before = name, self.wanted
+        self.gesture = name
+        self._before = self.wanted
 
     def change(self, posture: FloatArray) -> None:
         """What the gesture wants so far, within the limits."""
@@ -129,7 +135,8 @@ class PostureEditor(QObject):
 
     def end(self, *, goes_on: bool = False) -> None:
         """The gesture is one step, and a robot that is placed is placed now. Nothing without a gesture."""
-        name, self.gesture = self.gesture, ""
+        name = self.gesture
+        self.gesture = ""
         if not name:
             return
         if np.abs(self.wanted - self._before).max(initial=0.0) > _SAME:
@@ -139,7 +146,8 @@ class PostureEditor(QObject):
         self.changed.emit()
 
     def _keep(self, name: str, *, goes_on: bool) -> None:
-        kept, before = self._steps[: self._position], self._before
+        kept = self._steps[: self._position]
+        before = self._before
         if goes_on and kept and kept[-1][0] == name:
             before = kept.pop()[1]
         self._steps = [*kept, (name, before, self.wanted)][-MOST_STEPS:]
@@ -147,7 +155,8 @@ class PostureEditor(QObject):
 
     def cancel(self) -> bool:
         """The gesture never was. Whether there was one."""
-        name, self.gesture = self.gesture, ""
+        name = self.gesture
+        self.gesture = ""
         if name:
             self.wanted = self._before
             if self.placing:

@@ -34,13 +34,17 @@ class RecordingNotes(QObject):
             self.close()
             self.failed.emit(str(error))
             return
-        self._path, self._steps, self._at = player.path, [("", found)], 0
+        self._path = player.path
+        self._steps = [("", found)]
+        self._at = 0
         self._began = player.began
         self.changed.emit()
 
     def close(self) -> None:
         """There is no recording any more."""
-        self._path, self._steps, self._at = None, [("", Annotations())], 0
+        self._path = None
+        self._steps = [("", Annotations())]
+        self._at = 0
         self.changed.emit()
 
     @property

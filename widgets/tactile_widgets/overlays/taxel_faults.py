@@ -105,7 +105,8 @@ NO_FAULTS = TaxelFaults()
 
 def faults_of(prepared: PreparedScene, effects: Effects) -> TaxelFaults:
     """What these effects do to the taxels of a scene. Cost: 0.2 ms for 1000 taxels."""
-    sensor, scene = effects.sensor, prepared.scene
+    sensor = effects.sensor
+    scene = prepared.scene
     if sensor.dead_taxels is None and sensor.saturation is None:
         return NO_FAULTS
     made = partial(SensorChain, prepared.skin, tick=scene.tick, seed=scene.seed)

@@ -36,7 +36,8 @@ class HistoryModel(QAbstractListModel):
         if names == self._names and position == self.position:
             return
         self.beginResetModel()
-        self._names, self.position = names, position
+        self._names = names
+        self.position = position
         self.endResetModel()
 
     def rowCount(self, parent: QModelIndex | QPersistentModelIndex = _NOWHERE) -> int:
@@ -47,7 +48,8 @@ class HistoryModel(QAbstractListModel):
         """Qt."""
         if not index.isValid():
             return None
-        row, name = index.row(), self._names[index.row()]
+        row = index.row()
+        name = self._names[index.row()]
         state = "now" if row == self.position else "undone" if row > self.position else "done"
         match role:
             case Qt.ItemDataRole.DisplayRole:
@@ -72,7 +74,9 @@ class _StepDelegate(QStyledItemDelegate):
     ) -> None:
         """Qt."""
         painter.save()
-        palette, rect, role = option.palette, option.rect, QPalette.ColorRole
+        palette = option.palette
+        rect = option.rect
+        role = QPalette.ColorRole
         present = bool(index.data(_PRESENT))
         accent = palette.color(role.Link)
         if option.state & (QStyle.StateFlag.State_MouseOver | QStyle.StateFlag.State_HasFocus):

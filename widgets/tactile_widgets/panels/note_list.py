@@ -74,7 +74,9 @@ class _NoteDelegate(QStyledItemDelegate):
         self, painter: QPainter, option: QStyleOptionViewItem, index: QModelIndex | QPersistentModelIndex
     ) -> None:
         """Qt."""
-        note, rect, role = index.data(_NOTE), option.rect, QPalette.ColorRole
+        note = index.data(_NOTE)
+        rect = option.rect
+        role = QPalette.ColorRole
         painter.save()
         painter.setFont(_small(option.font))
         metrics = painter.fontMetrics()
@@ -103,7 +105,8 @@ def _small(font: QFont) -> QFont:
 
 def _wrapped(text: str, font: QFont, width: int) -> QTextLayout:
     """Lines that break between words, within one only where it is longer than a line: paths are."""
-    layout, option = QTextLayout(text.replace("\n", _LINE_SEPARATOR), font), QTextOption()
+    layout = QTextLayout(text.replace("\n", _LINE_SEPARATOR), font)
+    option = QTextOption()
     option.setWrapMode(QTextOption.WrapMode.WrapAtWordBoundaryOrAnywhere)
     layout.setTextOption(option)
     layout.beginLayout()

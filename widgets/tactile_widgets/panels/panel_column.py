@@ -46,7 +46,8 @@ class PanelColumn(QScrollArea):
         self, editor: MapEditor, parent: QWidget | None = None, *, specs: Sequence[PanelSpec] = PANELS
     ) -> None:
         super().__init__(parent)
-        self._specs, self._panels = tuple(specs), list[Panel]()
+        self._specs = tuple(specs)
+        self._panels = list[Panel]()
         content = QWidget()
         self._rows = QVBoxLayout(content)
         self._rows.setContentsMargins(0, 0, 0, 0)
@@ -119,7 +120,8 @@ class PanelColumn(QScrollArea):
 
     def _on_mode_changed(self, mode: str) -> None:
         """What is replayed cannot be changed, and of a real skin nothing but how it is read and mapped."""
-        running, reason = Mode(mode).running, ""
+        running = Mode(mode).running
+        reason = ""
         if running and self._session.live_input is not None:
             reason = _NOT_SIMULATED
         elif (player := self._session.player) is not None and player.measured is not None:

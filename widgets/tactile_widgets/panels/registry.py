@@ -111,7 +111,8 @@ def _follow_quality(panel: QualityPanel, session: LiveSession, _selection: Taxel
 
 def _make_compare(editor: MapEditor, panels: Panels) -> ComparePanel:
     """What it finds is shown in the quality card."""
-    panel, quality = ComparePanel(editor), panels.get(QualityPanel)
+    panel = ComparePanel(editor)
+    quality = panels.get(QualityPanel)
     panel.compared.connect(quality.show_comparison)
     panel.ended.connect(quality.end_comparison)
     return panel

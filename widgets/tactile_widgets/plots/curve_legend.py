@@ -17,7 +17,9 @@ _CURVE_COLOURS = {
     "dark": ("#5aa9e6", "#e0a63c", "#3fbf9a", "#d98cc0", "#d97b4f", "#c9c25a", "#a9b3bd", "#8f9de0"),
     "light": ("#0b6bb0", "#9a6700", "#00795a", "#a83f86", "#b64a12", "#6f6a00", "#5b6570", "#4a55a8"),
 }
-MARKER_SIZE, ITERATION_MARKER_SIZE, RING_SIZE = 11, 5, 22
+MARKER_SIZE = 11
+ITERATION_MARKER_SIZE = 5
+RING_SIZE = 22
 """Sizes of markers [px]: of a setting, of a round on the way, of the ring around the present one."""
 _CELL = 132
 LINE_STYLES = {
@@ -44,7 +46,8 @@ class LegendSwatch(QWidget):
 
     def __init__(self, kind: int | str, theme: Theme, parent: QWidget) -> None:
         super().__init__(parent)
-        self._kind, self._theme = kind, theme
+        self._kind = kind
+        self._theme = theme
         self.setFixedSize(QSize(22, 16))
 
     def paintEvent(self, event: QPaintEvent) -> None:

@@ -61,7 +61,8 @@ REST = 8.0
 """And not before so many times what bringing their curves up to date took: to paint them takes about as long again, so
 that a quarter of the window's time goes into plots at most, and the rest is for body and map."""
 SIDE_BY_SIDE_ASPECT = 1.6
-LOWEST, USUAL_HEIGHT = 118, 140
+LOWEST = 118
+USUAL_HEIGHT = 140
 """Of the plots side by side [px]."""
 ENLARGED_SHARE = 0.36
 """Of the window's height, for a plot that is enlarged."""
@@ -104,7 +105,8 @@ class LivePlots(QWidget):
         super().__init__(parent)
         self.setObjectName("live-plots")
         self.setAccessibleName("Live plots")
-        self._theme, self._settings = theme, ControlSettings()
+        self._theme = theme
+        self._settings = ControlSettings()
         self._prepared: PreparedScene | None = None
         self._latest: Frame | None = None
         self._make_memory()
@@ -131,9 +133,12 @@ class LivePlots(QWidget):
         self._arrange()
 
     def _make_memory(self) -> None:
-        self._stages, self._links = SampleHistory(seconds=PLOT_SECONDS), SampleHistory(seconds=PLOT_SECONDS)
-        self._posture, self._velocity = VectorHistory(seconds=PLOT_SECONDS), VectorHistory(seconds=PLOT_SECONDS)
-        self._limits, self._changes = LimitHistory(seconds=PLOT_SECONDS), SettingChanges(seconds=PLOT_SECONDS)
+        self._stages = SampleHistory(seconds=PLOT_SECONDS)
+        self._links = SampleHistory(seconds=PLOT_SECONDS)
+        self._posture = VectorHistory(seconds=PLOT_SECONDS)
+        self._velocity = VectorHistory(seconds=PLOT_SECONDS)
+        self._limits = LimitHistory(seconds=PLOT_SECONDS)
+        self._changes = SettingChanges(seconds=PLOT_SECONDS)
         self._events = EventHistory(seconds=PLOT_SECONDS)
 
     def _make_plots(self, theme: Theme) -> None:
@@ -145,8 +150,10 @@ class LivePlots(QWidget):
             _SPEED: ("Max joint speed (rad/s)", 2.0),
         }
         plots = {key: self._add_plot(key, *said) for key, said in titles.items()}
-        self._force, self._pressure = ForceTraces(plots[_FORCE], theme), PressureTraces(plots[_PRESSURE], theme)
-        self._error, self._speed = error_trace(plots[_ERROR], theme), speed_trace(plots[_SPEED], theme)
+        self._force = ForceTraces(plots[_FORCE], theme)
+        self._pressure = PressureTraces(plots[_PRESSURE], theme)
+        self._error = error_trace(plots[_ERROR], theme)
+        self._speed = speed_trace(plots[_SPEED], theme)
         self._speed_scale = SpeedScale()
         self._areas = StageAreas(plots[_TIME], self._stages, theme)
         self._strip = LimitStrip(self._limits, self._ages, theme, self)
@@ -289,7 +296,8 @@ class LivePlots(QWidget):
             return self._add_strip(key, EventStrip(self._events, self._ages, self._theme, self, only=(key.of,)))
         signed = key.kind in (PlotKind.JOINT, PlotKind.JOINT_SPEED)
         if key.kind is PlotKind.GROUP_PRESSURE:
-            plot, samples = self._add_plot(key, key.title, 1.0), partial(self._group_pressures, key.of)
+            plot = self._add_plot(key, key.title, 1.0)
+            samples = partial(self._group_pressures, key.of)
             return GroupPressure(plot, self._theme, name=key.title, source=samples)
         plot = self._add_plot(key, key.title, _SMALLEST_SPAN[self._slides(key.of)] if signed else 1.0)
         source = partial(self._source, key)
@@ -320,7 +328,8 @@ class LivePlots(QWidget):
 
     def _group_force(self, group: str) -> tuple[FloatArray, FloatArray]:
         """Ages (k,) [s] and the sum of pressure times area (k,) [N]."""
-        taxels, prepared = _members(group), self._prepared
+        taxels = _members(group)
+        prepared = self._prepared
         if prepared is None or self._units.force is None or self._no_group(group):
             return np.zeros(0), np.zeros(0)
         ages, kilopascals = self._pressure.group(taxels)
@@ -331,7 +340,8 @@ class LivePlots(QWidget):
         return GroupSamples(self._units.unit, ages, values.mean(axis=1), values.max(axis=1), self._no_group(group))
 
     def _joint_source(self, key: PlotKey) -> TraceSource:
-        number, speed = self._joint_number(key.of), key.kind is PlotKind.JOINT_SPEED
+        number = self._joint_number(key.of)
+        speed = key.kind is PlotKind.JOINT_SPEED
         unit = ("m" if self._slides(key.of) else "rad") + ("/s" if speed else "")
         samples = partial((self._velocity if speed else self._posture).series, -1 if number is None else number)
         if number is None or self._prepared is None:
@@ -350,7 +360,8 @@ class LivePlots(QWidget):
     @property
     def offered(self) -> tuple[PlotGroup, ...]:
         """All plots there can be now, but for those of taxels; of groups those that are shown, where they are named."""
-        prepared, frame = self._prepared, self._latest
+        prepared = self._prepared
+        frame = self._latest
         links = [] if prepared is None else list(dict.fromkeys(patch.link for patch in prepared.skin.patches))
         joints = [] if prepared is None else [joint.name for joint in prepared.robot.joints]
         contacts = () if frame is None else frame.regions
@@ -391,7 +402,8 @@ class LivePlots(QWidget):
     @property
     def _called_for(self) -> frozenset[PlotKey]:
         """Those that matter now, and no more than have room."""
-        settings, selected = self._settings, self._selection is not None and bool(len(self._selection.taxels))
+        settings = self._settings
+        selected = self._selection is not None and bool(len(self._selection.taxels))
         wanted = [_FORCE]
         if has_task(settings.controller):
             at_a_place = settings.task in TASKS_AT_A_PLACE
@@ -532,7 +544,8 @@ class LivePlots(QWidget):
 
     def table(self, keys: Sequence[PlotKey] | None = None) -> str:
         """What is shown, or of these plots, as CSV: a row a sample, with simulated time [s]."""
-        written, now = io.StringIO(), 0.0 if self._latest is None else self._latest.time
+        written = io.StringIO()
+        now = 0.0 if self._latest is None else self._latest.time
         rows = csv.writer(written, lineterminator="\n")
         rows.writerow(("plot", "series", "unit", "time_s", "value"))
         for key in self.shown_keys if keys is None else keys:

@@ -15,7 +15,8 @@ from PySide6.QtWidgets import QApplication, QBoxLayout, QFrame, QScrollArea, QVB
 from tactile_widgets.common.colours import Theme
 from tactile_widgets.plots.choice.plot_choice import PlotKey, Rectangle
 
-NARROWEST, LOWEST_CELL = 150, 110
+NARROWEST = 150
+LOWEST_CELL = 110
 """What a plot is given at least, side by side and one under the other; where that is too much, they scroll [px]."""
 _WINDOW_SIZE = (520, 320)
 _STEP = 28
@@ -39,7 +40,8 @@ class PlotCell(QWidget):
 
     def __init__(self, key: PlotKey, content: QWidget, parent: QWidget) -> None:
         super().__init__(parent)
-        self.key, self.content = key, content
+        self.key = key
+        self.content = content
         self.setObjectName(f"plot-{key.text}")
         self.setAccessibleName(key.title)
         self.setFocusPolicy(Qt.FocusPolicy.TabFocus)
@@ -71,10 +73,12 @@ class PlotCell(QWidget):
             super().keyPressEvent(event)
 
     def _mouse(self, event: QMouseEvent) -> bool:
-        left, place = event.button() == Qt.MouseButton.LeftButton, event.globalPosition()
+        left = event.button() == Qt.MouseButton.LeftButton
+        place = event.globalPosition()
         match event.type():
             case QEvent.Type.MouseButtonPress if left:
-                self._pressed, self._dragging = place, False
+                self._pressed = place
+                self._dragging = False
             case QEvent.Type.MouseMove if self._pressed is not None:
                 self._move(place)
             case QEvent.Type.MouseButtonRelease if left and self._pressed is not None:
@@ -96,7 +100,9 @@ class PlotCell(QWidget):
             self.dragged.emit(place.toPoint())
 
     def _release(self, place: QPointF) -> None:
-        dragging, self._pressed, self._dragging = self._dragging, None, False
+        dragging = self._dragging
+        self._pressed = None
+        self._dragging = False
         self.unsetCursor()
         if dragging:
             self.dropped.emit(place.toPoint())
@@ -300,7 +306,8 @@ class PlotBoard(QScrollArea):
     def _show_mark(self, key: PlotKey, place: QPoint) -> None:
         if key in self._windows or self._enlarged is not None:
             return
-        before, gap = self._place_at(key, place), self._row.spacing() // 2
+        before = self._place_at(key, place)
+        gap = self._row.spacing() // 2
         beside = self._cells[before].geometry() if before is not None else self._cells[self._here[-1]].geometry()
         if self.beside:
             x = beside.left() - gap if before is not None else beside.right() + gap

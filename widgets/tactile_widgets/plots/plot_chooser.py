@@ -33,7 +33,8 @@ class PlotChooser(QDialog):
         self.setObjectName("plot-chooser")
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self.setWindowTitle("Plots")
-        self._find_taxels, self._groups = find_taxels, tuple[PlotGroup, ...]()
+        self._find_taxels = find_taxels
+        self._groups = tuple[PlotGroup, ...]()
         self._shown: frozenset[PlotKey] = frozenset()
         self.automatic = QCheckBox("Standard plots follow the controller", self)
         self.automatic.setToolTip("Show those of the standard plots that the controller calls for")
@@ -59,13 +60,16 @@ class PlotChooser(QDialog):
 
     def offer(self, groups: Sequence[PlotGroup], shown: Collection[PlotKey], *, automatic: bool) -> None:
         """List these; ``shown`` are checked."""
-        self._groups, self._shown = tuple(groups), frozenset(shown)
+        self._groups = tuple(groups)
+        self._shown = frozenset(shown)
         self.automatic.setChecked(automatic)
         self._fill()
 
     def _fill(self, _text: str = "") -> None:
-        bar, wanted = self.list.verticalScrollBar(), self.field.text().strip().lower()
-        row, place = self.list.currentRow(), bar.value()
+        bar = self.list.verticalScrollBar()
+        wanted = self.field.text().strip().lower()
+        row = self.list.currentRow()
+        place = bar.value()
         self.list.blockSignals(True)
         self.list.clear()
         for group in self._with_taxels(wanted):

@@ -63,7 +63,8 @@ class StudyPlot(QWidget):
         self._points: tuple[TablePoint, ...] = ()
         self._marked: TablePoint | None = None
         self._theory: tuple[TheoryColumn, ...] = ()
-        self._names, self._series = ("", ""), list[Cell]()
+        self._names = ("", "")
+        self._series = list[Cell]()
         self._values: Mapping[Cell, int] | None = None
         self.canvas = PlotCanvas(self)
         self.canvas.setObjectName("study-canvas")
@@ -81,7 +82,10 @@ class StudyPlot(QWidget):
 
     def show_points(self, points: Sequence[TablePoint], x: str, y: str, theory: Sequence[TheoryColumn] = ()) -> None:
         """Draw these, and dashed below them what theory says; ``x`` and ``y`` name the axes."""
-        self._points, self._names, self._marked, self._theory = tuple(points), (x, y), None, tuple(theory)
+        self._points = tuple(points)
+        self._names = (x, y)
+        self._marked = None
+        self._theory = tuple(theory)
         self._legend.setToolTip("\n".join(f"{one.law}: {one.source}." for one in theory))
         self._series = list(dict.fromkeys(point.series for point in points))
         cells = list(dict.fromkeys(point.x for point in points))
@@ -104,7 +108,8 @@ class StudyPlot(QWidget):
         return self._values[point.x] + max(min(aside, 0.4), -0.4), point.interval.middle
 
     def _draw(self) -> None:
-        plot, theme = self.canvas.getPlotItem(), self._theme
+        plot = self.canvas.getPlotItem()
+        theme = self._theme
         plot.clear()
         for side, name in zip(("bottom", "left"), self._names, strict=True):
             axis = self.canvas.getAxis(side)
@@ -136,7 +141,8 @@ class StudyPlot(QWidget):
         self.canvas.getAxis("bottom").setTicks(places)
 
     def _draw_series(self, points: Sequence[TablePoint], order: int) -> None:
-        plot, colour = self.canvas.getPlotItem(), curve_colour(self._theme, order)
+        plot = self.canvas.getPlotItem()
+        colour = curve_colour(self._theme, order)
         drawn = [(point, at) for point in points if (at := self.place(point)) is not None]
         if not drawn:
             return
@@ -169,7 +175,8 @@ class StudyPlot(QWidget):
 
     def _draw_interval(self, point: TablePoint, x: float, colour: QColor) -> None:
         """Upright line with its ends; an interval that goes on to where seeds cannot has no upper end."""
-        low, high = point.interval.low, point.interval.high
+        low = point.interval.low
+        high = point.interval.high
         top = high if math.isfinite(high) else point.interval.middle
         plot = self.canvas.getPlotItem()
         plot.addItem(pg.PlotDataItem([x, x], [low, top], pen=pg.mkPen(colour, width=1.5), antialias=True))

@@ -94,7 +94,8 @@ class LogCanvas(PlotCanvas):
     key_pressed = Signal(int)
 
     def __init__(self, parent: QWidget) -> None:
-        self.left_axis, self.bottom_axis = LogAxis("left"), LogAxis("bottom")
+        self.left_axis = LogAxis("left")
+        self.bottom_axis = LogAxis("bottom")
         axes = {"left": self.left_axis, "bottom": self.bottom_axis}
         super().__init__(parent, axisItems=axes)
         self.setObjectName("work-precision-canvas")
@@ -131,7 +132,8 @@ class LogCanvas(PlotCanvas):
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
         """Qt: a press that moved is no click."""
-        pressed, self._pressed = self._pressed, None
+        pressed = self._pressed
+        self._pressed = None
         if pressed is not None and (event.position() - pressed).manhattanLength() < QApplication.startDragDistance():
             self.clicked.emit(event.position())
 
@@ -160,8 +162,10 @@ class LogCanvas(PlotCanvas):
 
 PICK_RADIUS = 12.0
 """A point so near is meant [px]."""
-_MARGIN, _LEAST_SPAN = 0.09, 0.3
-_SPREAD_WIDTH, _SPREAD_ALPHA = 4.0, 0.45
+_MARGIN = 0.09
+_LEAST_SPAN = 0.3
+_SPREAD_WIDTH = 4.0
+_SPREAD_ALPHA = 0.45
 
 
 class WorkPrecisionPlot(QWidget):
@@ -212,7 +216,8 @@ class WorkPrecisionPlot(QWidget):
     def show_diagram(self, diagram: Diagram, present: Setting | None = None) -> None:
         """Draw a diagram and ring the point of the ``present`` setting, if it has one."""
         if (diagram, present) != (self._diagram, self._present):
-            self._diagram, self._present = diagram, present
+            self._diagram = diagram
+            self._present = present
             self._draw()
 
     def places(self) -> list[tuple[Point, QPointF]]:
@@ -263,7 +268,8 @@ class WorkPrecisionPlot(QWidget):
         self._hold(self._held if self._held in diagram.points else None)
 
     def _draw_curve(self, curve: Curve) -> None:
-        plot, colour = self.canvas.getPlotItem(), curve_colour(self._theme, curve.number)
+        plot = self.canvas.getPlotItem()
+        colour = curve_colour(self._theme, curve.number)
         line = self._logarithms([point for point in curve.points if point.joined])
         plot.addItem(pg.PlotDataItem(line, pen=pg.mkPen(colour, width=1.5), antialias=True))
         self._draw_spread(curve, colour)
@@ -327,10 +333,13 @@ class WorkPrecisionPlot(QWidget):
         self.canvas.left_axis.zero = self._floor if flat else None
         ends = [replace(point, error=end) for point in points for end in point.interval or ()]
         places = self._logarithms([*points, *ends]) if points else np.zeros((1, 2))
-        low, high = places.min(axis=0), places.max(axis=0)
+        low = places.min(axis=0)
+        high = places.max(axis=0)
         upright = [math.log10(limit.milliseconds) for limit in (self._diagram.limits if self._diagram else ())]
-        low[0], high[0] = min(low[0], *upright, math.inf), max(high[0], *upright, -math.inf)
-        middle, half = 0.5 * (low + high), (0.5 + _MARGIN) * np.maximum(high - low, _LEAST_SPAN)
+        low[0] = min(low[0], *upright, math.inf)
+        high[0] = max(high[0], *upright, -math.inf)
+        middle = 0.5 * (low + high)
+        half = (0.5 + _MARGIN) * np.maximum(high - low, _LEAST_SPAN)
         x, y = np.stack([middle - half, middle + half], axis=1)
         self.canvas.getPlotItem().getViewBox().setRange(xRange=x, yRange=y, padding=0)
 

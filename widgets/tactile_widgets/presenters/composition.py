@@ -98,7 +98,8 @@ def build(context: AppContext, parent: QWidget) -> Presenters:
     map_edit = MapEditPresenter(context, tools, map_files, parent)
     studies = StudyPresenter(context, parent)
     files = FilePresenter(context, effects, map_files, studies, tools.get(GridTool), parent)
-    plots, figure = PlotsPresenter(context, parent), FigurePresenter(context, parent)
+    plots = PlotsPresenter(context, parent)
+    figure = FigurePresenter(context, parent)
     overlay = OverlayPresenter(context, parent)
     return Presenters(
         tools=tools,

@@ -26,7 +26,9 @@ class NotificationPresenter(QObject):
 
     def __init__(self, context: AppContext, parent: QObject) -> None:
         super().__init__(parent)
-        self._context, self._session, self._notifier = context, context.session, context.notifier
+        self._context = context
+        self._session = context.session
+        self._notifier = context.notifier
         self._saved: str | None = None
         context.actions.bind("replay_saved", self._replay_saved)
         context.actions.bind("show_saved", self._show_saved)

@@ -34,7 +34,9 @@ class PlotsPresenter(QObject):
 
     def __init__(self, context: AppContext, parent: QWidget) -> None:
         super().__init__(parent)
-        self._context, self._plots, self._window = context, context.plots, parent
+        self._context = context
+        self._plots = context.plots
+        self._window = parent
         self.chooser: PlotChooser | None = None
         for name, handler in (
             ("choose_plots", self.ask),
@@ -76,7 +78,8 @@ class PlotsPresenter(QObject):
 
     def ask_group(self, taxels: Sequence[int]) -> None:
         """Ask for a name of these taxels, then have the force on them and their pressure shown."""
-        text, name = f"Name of these {len(taxels)} taxels:", f"{len(taxels)} taxels"
+        text = f"Name of these {len(taxels)} taxels:"
+        name = f"{len(taxels)} taxels"
         taken = {key.title for key in self._plots.choice.order}
         name = next(
             one for one in chain((name,), (f"{name} ({n})" for n in count(2))) if f"Force on {one}" not in taken
@@ -92,7 +95,8 @@ class PlotsPresenter(QObject):
 
     def _show_plots(self, key: PlotKey) -> None:
         """Even where the curves of a whole recording are in their place, unless those can show it too."""
-        actions, replaying = self._context.actions, self._context.session.player is not None
+        actions = self._context.actions
+        replaying = self._context.session.player is not None
         if not actions["plots"].isChecked():
             actions["plots"].trigger()
         if replaying and actions["whole_recording"].isChecked() and key.kind not in OVER_A_RECORDING:
@@ -136,7 +140,8 @@ class PlotsPresenter(QObject):
 
     def go_to(self, seconds: float) -> None:
         """Show the instant of a recording at which something clicked began."""
-        session, notifier = self._context.session, self._context.notifier
+        session = self._context.session
+        notifier = self._context.notifier
         if session.player is None:
             notifier.status(f"That was at {seconds:.2f}\u202fs; in a recording a click goes there")
             return

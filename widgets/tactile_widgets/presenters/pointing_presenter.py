@@ -102,7 +102,11 @@ class PointingPresenter(QObject):
         self, context: AppContext, tools: Tools, plots: PlotsPresenter, figure: FigurePresenter, parent: QWidget
     ) -> None:
         super().__init__(parent)
-        self.context, self.tools, self.plots, self.figure, self._window = context, tools, plots, figure, parent
+        self.context = context
+        self.tools = tools
+        self.plots = plots
+        self.figure = figure
+        self._window = parent
         self.fingers = context.panels.get(ContactsPanel).fingers
         self.menu: QMenu | None = None
         context.views.menu_requested.connect(self.open_menu)
@@ -120,7 +124,9 @@ class PointingPresenter(QObject):
 
     def _can_touch(self) -> bool:
         """Whether what is shown can be pressed; else say why not, and offer what helps."""
-        session, notifier, actions = self.context.session, self.context.notifier, self.context.actions
+        session = self.context.session
+        notifier = self.context.notifier
+        actions = self.context.actions
         if session.player is not None:
             notifier.say("This is a recording: it cannot be pressed.", remedies=[actions["take_over"]])
             return False
@@ -169,7 +175,8 @@ class PointingPresenter(QObject):
 
     def resolve(self, hit: PointedAt) -> Pointed:
         """All that is known of what is there now."""
-        prepared, frame = self.context.session.prepared, self.context.session.shown
+        prepared = self.context.session.prepared
+        frame = self.context.session.shown
         if prepared is None:
             return Pointed()
         if hit.at is None:
@@ -177,7 +184,8 @@ class PointingPresenter(QObject):
             name = _body_name(prepared, hit.body)
             return Pointed(body=hit.body, name=name, link=link, joint=_joint_name(prepared, link))
         document = self.context.editor.document if self.context.editor.enabled else None
-        at, taxel = hit.at, nearest_taxel(prepared.map if document is None else document.map, hit.at)
+        at = hit.at
+        taxel = nearest_taxel(prepared.map if document is None else document.map, hit.at)
         link = prepared.skin.patches[at.patch].link
         return Pointed(
             at,
@@ -446,7 +454,8 @@ def _hide_body_words(presenter: PointingPresenter, pointed: Pointed) -> str:
 
 
 def _hide_body(presenter: PointingPresenter, pointed: Pointed) -> None:
-    robot, body = presenter.context.views.robot, presenter.body_of(pointed)
+    robot = presenter.context.views.robot
+    body = presenter.body_of(pointed)
     if body is not None:
         robot.hide_bodies(robot.display.scene.hidden | {body})
 

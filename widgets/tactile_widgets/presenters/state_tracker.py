@@ -40,10 +40,14 @@ class StateTracker(QObject):
         parent: QObject,
     ) -> None:
         super().__init__(parent)
-        self._context, self._tools, self._settings = context, tools, ControlSettings()
-        self._overlay, self._map_files = overlay, map_files
+        self._context = context
+        self._tools = tools
+        self._settings = ControlSettings()
+        self._overlay = overlay
+        self._map_files = map_files
         self.state = WindowState()
-        session, editor = context.session, context.editor
+        session = context.session
+        editor = context.editor
         session.settings_changed.connect(self._on_settings_changed)
         for signal in (
             session.mode_changed,
@@ -86,8 +90,12 @@ class StateTracker(QObject):
         self.update()
 
     def _read(self) -> WindowState:
-        context, control, stack = self._context, self._tools.control, self._tools.undo_stack
-        session, editor, settings = context.session, context.editor, self._settings
+        context = self._context
+        control = self._tools.control
+        stack = self._tools.undo_stack
+        session = context.session
+        editor = context.editor
+        settings = self._settings
         mode = Mode(session.mode)
         return WindowState(
             mode=mode,

@@ -39,13 +39,16 @@ class ViewPresenter(QObject):
 
     def __init__(self, context: AppContext, tools: Tools, parent: QObject) -> None:
         super().__init__(parent)
-        self._context, self._views, self._tools = context, context.views, tools
+        self._context = context
+        self._views = context.views
+        self._tools = tools
         self._bind()
         tools.changed.connect(self._on_tool_changed)
         self._show(context.settings.overlays or self._views.overlays)
 
     def _bind(self) -> None:
-        bind, selection = self._context.actions.bind, self._views.selection
+        bind = self._context.actions.bind
+        selection = self._views.selection
         for spec in self._tools.specs:
             bind(spec.kind.name, partial(self._tools.take, spec.kind))
         for ground in BaseLayer:

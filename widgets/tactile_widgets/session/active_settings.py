@@ -21,7 +21,8 @@ class ActiveSettings:
 
     def show(self, now: RuntimeSettings) -> None:
         """These are in force in what is shown."""
-        before, self._told = self._told, now
+        before = self._told
+        self._told = now
         if now is before:
             return
         for field, tell in self._tell.items():

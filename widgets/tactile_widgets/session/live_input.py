@@ -71,10 +71,13 @@ class LiveInput:
     """
 
     def __init__(self, settings: LiveInputSettings, origin: PreparedScene, simulated: RuntimeSettings) -> None:
-        self.settings, self.origin, self.simulated = settings, origin, simulated
+        self.settings = settings
+        self.origin = origin
+        self.simulated = simulated
         source = open_source(settings.address, settings.options)
         controlled = replace(origin.scene, control=scene_values(simulated.settings))
-        prepared, skin = as_measured(replace(origin, scene=controlled)), origin.skin
+        prepared = as_measured(replace(origin, scene=controlled))
+        skin = origin.skin
         table = None if settings.ids is None else load_matching(settings.ids, skin)
         calibration = None if settings.calibration is None else load_calibration(settings.calibration, skin)
         self.connection = Connection(source, clock=settings.options.clock)
@@ -196,7 +199,8 @@ class _TakesReadings(SessionRunner):
         self, session: MeasuredSession, each: Callable[[Frame], None], connection: Connection, motion: LiveMotion
     ) -> None:
         super().__init__(session, each)
-        self._connection, self._motion = connection, motion
+        self._connection = connection
+        self._motion = motion
         self._commands = CommandLoop(
             connection, session, motion, self._keep, lock=self.lock, paused=lambda: self.paused
         )

@@ -121,7 +121,8 @@ class LiveRun:
         with runner.lock.taken_within(_LONGEST_WAIT) as taken:
             if not taken:
                 return RunUpdate(self._frame, None, None)
-            failure, runner.failure = runner.failure, None
+            failure = runner.failure
+            runner.failure = None
             if failure is not None and not runner.halted:
                 self.settings = runner.session.runtime_settings
             behaved = self._behaved()
@@ -139,8 +140,10 @@ class LiveRun:
     def _behaved(self) -> ControlChanged | None:
         session = self.runner.session
         if session.inputs is not self._inputs:  # it started again
-            self._inputs, self._seen = session.inputs, 0
-        new, self._seen = session.inputs[self._seen :], len(session.inputs)
+            self._inputs = session.inputs
+            self._seen = 0
+        new = session.inputs[self._seen :]
+        self._seen = len(session.inputs)
         changes = [act for _tick, act in new if isinstance(act, ControlChanged)]
         return changes[-1] if changes and changes[-1].by is not None else None
 
@@ -186,7 +189,8 @@ class Replay:
             return False
         played = self.frame is not None and 0 < number - self.number <= _MOST_PLAYED
         self.passed = self.frames(range(self.number + 1, number)) if played else None
-        self.number, self.frame = number, frame
+        self.number = number
+        self.frame = frame
         self.settings = self.player.runtime_settings_at(frame.tick)
         return True
 

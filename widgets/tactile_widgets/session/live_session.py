@@ -149,7 +149,8 @@ class LiveSession(QObject):
     def __init__(self, parent: QObject | None = None, *, backends: Backends = BACKGROUND) -> None:
         super().__init__(parent)
         self.finger = Finger()
-        self._backends, self._speed = backends, 1.0
+        self._backends = backends
+        self._speed = 1.0
         self._run: LiveRun | None = None
         self._replay: Replay | None = None
         self._was_paused = False  # the run, before the recording that is replayed
@@ -420,7 +421,8 @@ class LiveSession(QObject):
         self.taken_over.emit(session.frame.time, same)
 
     def _give_up_taking_over(self) -> None:
-        over, self._taking_over = self._taking_over, None
+        over = self._taking_over
+        self._taking_over = None
         if over is not None:
             over.close()
             self.loading_ended.emit()
@@ -461,7 +463,8 @@ class LiveSession(QObject):
         self.loading_ended.emit()
         self.stop_recording()
         if run := self._shown_run:
-            self._was_paused, run.runner.paused = run.runner.paused, True
+            self._was_paused = run.runner.paused
+            run.runner.paused = True
         self._replay = Replay(player)
         self.mode_changed.emit(self.mode)  # first: a user in the middle of an edit gives it up on its own map
         self._show_other(player.prepared)
@@ -570,7 +573,8 @@ class LiveSession(QObject):
         if run is None or not run.runner.paused:
             return None
         run.submit(PosturePlaced(tuple(posture.tolist())))
-        refused, run.runner.failure = run.runner.failure, None
+        refused = run.runner.failure
+        run.runner.failure = None
         if refused is None:
             self.step()
         return refused
@@ -626,7 +630,8 @@ class LiveSession(QObject):
             return ()
         with run.runner.lock:
             session = run.runner.session
-            inputs, tick = tuple(session.inputs), session.frame.tick
+            inputs = tuple(session.inputs)
+            tick = session.frame.tick
         prepared = run.prepared
         return stimuli_from_pokes(prepared.skin, inputs, tick=prepared.scene.tick, last=tick)
 
@@ -708,7 +713,8 @@ class LiveSession(QObject):
 
     def save_report(self, path: Path) -> None:
         """Keep what led to the stop in a file that replays and repeats it."""
-        run, session = self._shown_run, self._reportable
+        run = self._shown_run
+        session = self._reportable
         if run is None or session is None:
             return
         try:
@@ -748,7 +754,8 @@ class LiveSession(QObject):
             return
         self.stop_sharing()
         try:
-            self._server, self._shared_with = self._viewer_link(kind, self.prepared), kind
+            self._server = self._viewer_link(kind, self.prepared)
+            self._shared_with = kind
         except TactileMapsError as error:
             self.failed.emit(str(error))
             self.sharing_changed.emit(None)
@@ -769,7 +776,8 @@ class LiveSession(QObject):
 
     def stop_sharing(self) -> None:
         """Close the server for viewers, if there is one."""
-        server, self._server = self._server, None
+        server = self._server
+        self._server = None
         if server is not None:
             server.close()
             self.sharing_changed.emit(None)

@@ -60,7 +60,8 @@ class RecordingWriter:
     def __init__(
         self, *, free: Callable[[Path], int] = free_space, clock: Callable[[], float] = time.monotonic
     ) -> None:
-        self._free, self._clock = free, clock
+        self._free = free
+        self._clock = clock
         self._file: _OpenFile | None = None
         self._closing: list[_OpenFile] = []
 
@@ -88,7 +89,8 @@ class RecordingWriter:
 
     def end(self) -> None:
         """Take no more ticks, and complete the file when what waits is written; ``take_closed`` tells of it."""
-        file, self._file = self._file, None
+        file = self._file
+        self._file = None
         assert file is not None
         file.end()
         self._closing.append(file)
@@ -118,7 +120,8 @@ class RecordingWriter:
         file = self._file
         if file is None:
             return None
-        warning, file.warning = file.warning, None
+        warning = file.warning
+        file.warning = None
         return warning
 
 
@@ -126,7 +129,9 @@ class _OpenFile:
     """One recorder and the thread that feeds it. Mutable."""
 
     def __init__(self, recorder: Recorder, free: Callable[[Path], int], clock: Callable[[], float]) -> None:
-        self.recorder, self._free, self._clock = recorder, free, clock
+        self.recorder = recorder
+        self._free = free
+        self._clock = clock
         self.error: TactileMapsError | None = None
         self.warning: DiskSpace | None = None
         self._start = self._checked = clock()
@@ -150,7 +155,8 @@ class _OpenFile:
                 remedy="Record to a faster disk; what was written so far can be read with recover",
             )
             return
-        new, self._handed_over = tuple(inputs[self._handed_over :]), len(inputs)
+        new = tuple(inputs[self._handed_over :])
+        self._handed_over = len(inputs)
         self._queue.put((frame, new))
 
     def put_mark(self, mark: Mark) -> None:
@@ -219,7 +225,8 @@ class _OpenFile:
         seconds = free * (now - self._start) / written
         reached = min((limit for limit in TOLD_AT if seconds < limit), default=float("inf"))
         if reached < self._told_at:
-            self._told_at, self.warning = reached, DiskSpace(folder, free, seconds)
+            self._told_at = reached
+            self.warning = DiskSpace(folder, free, seconds)
 
 
 class InlineRecordingWriter(RecordingWriter):

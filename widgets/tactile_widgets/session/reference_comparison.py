@@ -66,14 +66,17 @@ class ReferenceComparison(QObject):
 
     def _next(self, inputs: InputLog, tick: int) -> list[TimedInput]:
         """Those up to ``tick`` that have not been given yet."""
-        first, end = self._given, len(inputs)
+        first = self._given
+        end = len(inputs)
         while self._given < end and inputs[self._given][0] <= tick:
             self._given += 1
         return inputs[first : self._given]
 
     def _end(self) -> None:
         self.worker.close()
-        self._inputs, self._given, self._refused = None, 0, False
+        self._inputs = None
+        self._given = 0
+        self._refused = False
         self._token = self._token.next()
 
     def _on_compared(self, result: Result[object]) -> None:

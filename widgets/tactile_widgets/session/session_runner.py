@@ -40,7 +40,8 @@ class FairLock:
     """
 
     def __init__(self) -> None:
-        self._turn, self._held = threading.Lock(), threading.Lock()
+        self._turn = threading.Lock()
+        self._held = threading.Lock()
 
     @property
     def wanted(self) -> bool:
@@ -89,9 +90,12 @@ class SessionRunner:
     def __init__(
         self, session: Session | MeasuredSession, each: Callable[[Frame], None], *, speed: float = 1.0
     ) -> None:
-        self.session, self._each = session, each
+        self.session = session
+        self._each = each
         self.lock = FairLock()
-        self.paused, self.speed, self.real_time_factor = False, speed, 0.0
+        self.paused = False
+        self.speed = speed
+        self.real_time_factor = 0.0
         self.failure: TactileMapsError | None = None
         self.halted = False
         self.strokes = StrokePlan(session.prepared.skin, session.prepared.scene.tick)
@@ -137,7 +141,8 @@ class SessionRunner:
             self.strokes.clear()
             self.session.reset()
             self._recent.clear()
-            self.failure, self.halted = None, False
+            self.failure = None
+            self.halted = False
 
     def stop(self) -> None:
         """End for good; the session stays as it is."""
@@ -190,9 +195,11 @@ class ThreadRunner(SessionRunner):
         clock: Callable[[], float] = time.perf_counter,
     ) -> None:
         super().__init__(session, each, speed=speed)
-        self._clock, self._ended = clock, threading.Event()
+        self._clock = clock
+        self._ended = threading.Event()
         self._asked: deque[SessionInput] = deque()
-        self._remainder, self._taken = 0.0, 0.0
+        self._remainder = 0.0
+        self._taken = 0.0
         self._thread = threading.Thread(target=self._loop, name="session", daemon=True)
 
     def start(self) -> None:
@@ -241,7 +248,8 @@ class ThreadRunner(SessionRunner):
         last = self._taken = self._clock()
         while not self._ended.wait(BATCH_SECONDS):
             now = self._clock()
-            elapsed, last = now - last, now
+            elapsed = now - last
+            last = now
             simulated = 0.0
             if self._asked:
                 with self.lock:

@@ -38,7 +38,8 @@ class SkinComparison(QObject):
 
     def show_input(self, live: LiveInput | None) -> None:
         """Compare the readings of another source; None for none."""
-        self._input, self._token = live, self._token.next()
+        self._input = live
+        self._token = self._token.next()
         if live is None:
             self.worker.close()
 

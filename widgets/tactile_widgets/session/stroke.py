@@ -33,7 +33,8 @@ class StrokePlan:
     """
 
     def __init__(self, skin: Skin, tick: float) -> None:
-        self._locator, self._most = SkinLocator(skin), max(round(LONGEST / tick), 1)
+        self._locator = SkinLocator(skin)
+        self._most = max(round(LONGEST / tick), 1)
         self.clear()
 
     def clear(self) -> None:
@@ -48,7 +49,8 @@ class StrokePlan:
         """What of ``poke`` is to be done at once; the rest is done by ``due`` at the ticks after ``now``."""
         if isinstance(poke, PokePressed):
             self._forget(poke.id)
-            self._at[poke.id], self._told[poke.id] = poke.at, now
+            self._at[poke.id] = poke.at
+            self._told[poke.id] = now
             return (poke,)
         if poke.id not in self._at:
             return (poke,)
@@ -75,8 +77,10 @@ class StrokePlan:
         return acts
 
     def _move(self, poke: PokeMoved, now: int) -> tuple[PokeInput, ...]:
-        spent, start = min(now - self._told[poke.id], self._most), self._at[poke.id]
-        self._at[poke.id], self._told[poke.id] = poke.at, now
+        spent = min(now - self._told[poke.id], self._most)
+        start = self._at[poke.id]
+        self._at[poke.id] = poke.at
+        self._told[poke.id] = now
         waiting = self._ways.get(poke.id)
         way = self._between(start, poke.at)
         if waiting is None and (len(way) == 1 or spent <= 1):

@@ -45,7 +45,8 @@ class TakeOver(QObject):
                 value=player.measured,
                 remedy="Open its robot, and connect the skin again",
             )
-        self._again, self._frame = Resimulation(player), frame
+        self._again = Resimulation(player)
+        self._frame = frame
         self._timer = QTimer(self)
         self._timer.timeout.connect(self._on_timer)
         self._timer.start(0)
@@ -56,7 +57,8 @@ class TakeOver(QObject):
         self.deleteLater()
 
     def _on_timer(self) -> None:
-        until, wanted = time.perf_counter() + _SLICE, self._frame.tick
+        until = time.perf_counter() + _SLICE
+        wanted = self._frame.tick
         try:
             while time.perf_counter() < until:
                 now = self._again.session.frame.tick
@@ -73,7 +75,8 @@ class TakeOver(QObject):
 
     def _finish(self) -> None:
         self.close()
-        frame, recorded = self._again.session.frame, self._frame
+        frame = self._again.session.frame
+        recorded = self._frame
         same = all(
             getattr(frame, name).tobytes() == getattr(recorded, name).tobytes() for name in ("posture", "velocity")
         )

@@ -178,12 +178,14 @@ class MapUndo:
     """The steps of the map, and the taxel grids between them."""
 
     def __init__(self, editor: MapEditor, grids: GridSteps) -> None:
-        self._editor, self._grids = editor, grids
+        self._editor = editor
+        self._grids = grids
 
     @property
     def can_undo(self) -> bool:
         """Whether there is a step, or an edit being computed."""
-        history, editor = self._editor.history, self._editor
+        history = self._editor.history
+        editor = self._editor
         return history is not None and editor.enabled and (history.can_undo or editor.busy or self._grids.can_undo)
 
     @property
@@ -208,7 +210,8 @@ class MapUndo:
 
     def undo(self) -> None:
         """One step back."""
-        editor, history = self._editor, self._editor.history
+        editor = self._editor
+        history = self._editor.history
         if history is None or history.can_undo or editor.busy or editor.proposal is not None:
             editor.undo()
         else:
@@ -227,7 +230,8 @@ class ControlUndo:
     """The steps of path, target and force, and before them the corners of a path that is being drawn."""
 
     def __init__(self, control: ControlSettingsEditor, path: PathTool) -> None:
-        self._control, self._path = control, path
+        self._control = control
+        self._path = path
 
     @property
     def can_undo(self) -> bool:
@@ -286,7 +290,8 @@ class Tools(QObject):
 
     def __init__(self, editor: MapEditor, parent: QObject | None = None, *, specs: Sequence[ToolSpec] = TOOLS) -> None:
         super().__init__(parent)
-        self.specs, self.active = tuple(specs), POKE
+        self.specs = tuple(specs)
+        self.active = POKE
         self._lent_undo: Undoable | None = None
         self.control = ControlSettingsEditor(self)
         self.posture = PostureEditor(self)
@@ -294,7 +299,8 @@ class Tools(QObject):
         self._made = {spec.kind: spec.make(context) for spec in specs if spec.make is not None}
         path = self.get(PathTool)
         grid = self.get(GridTool).steps
-        self._map_undo, self._control_undo = MapUndo(editor, grid), ControlUndo(self.control, path)
+        self._map_undo = MapUndo(editor, grid)
+        self._control_undo = ControlUndo(self.control, path)
         for signal in (
             self.control.changed,
             path.drawn,

@@ -82,7 +82,9 @@ class LinkedViews(QWidget):
         self.bar = ColourBar(theme, scale)
         self.scale, self.selection, self.tool = scale, TaxelSelection(self), POKE
         self.selection.changed.connect(self._on_selection_changed)
-        self.brush, self.overlays, self._task = BRUSH, at_first(layers), TaskOverlayBuilder()
+        self.brush = BRUSH
+        self.overlays = at_first(layers)
+        self._task = TaskOverlayBuilder()
         self.faults = NO_FAULTS
         self._hover: SurfacePoint | None = None
         self._waiting: Frame | None = None

@@ -59,7 +59,8 @@ class MainWindow(QMainWindow):
 
     def __init__(self, settings: Settings, *, backends: Backends = BACKGROUND) -> None:
         super().__init__()
-        self.settings, self._backends = settings, backends
+        self.settings = settings
+        self._backends = backends
         self._theme = ThemeHolder(settings, self)
         self.live = LiveSession(self, backends=backends)
         self.editor = MapEditor(self.live.worker, self)
@@ -114,7 +115,9 @@ class MainWindow(QMainWindow):
     def _build_views(self) -> None:
         self.views = LinkedViews(self.theme, PressureScale())
         self.views.set_paced(on=self._backends is not INLINE)  # that one is told when to show what
-        self.robot_view, self.map_view, self.colour_bar = self.views.robot, self.views.map, self.views.bar
+        self.robot_view = self.views.robot
+        self.map_view = self.views.map
+        self.colour_bar = self.views.bar
         self.setCentralWidget(self.views)
         self.notification_bar = NotificationBar(self.theme, self.views)
         self.timeline = Timeline(self.theme)
@@ -126,7 +129,8 @@ class MainWindow(QMainWindow):
     def _build_bars(self) -> None:
         self.status_line = StatusLine(self)
         self.setStatusBar(self.status_line)
-        self.readout, self.loading_bar = self.status_line.readout, self.status_line.loading
+        self.readout = self.status_line.readout
+        self.loading_bar = self.status_line.loading
         self.session_bar = SessionToolbar(self._actions, self)
         self.addToolBar(self.session_bar)
         self.notifier = Notifier(self.notification_bar, self.hint_bar, self.status_line, self.loading_bar, self)
@@ -140,7 +144,8 @@ class MainWindow(QMainWindow):
         self.panels = self._dock("Panels", self.column, Qt.DockWidgetArea.RightDockWidgetArea)
 
     def _build_bottom(self) -> None:
-        self.plots, self.recording_plots = LivePlots(self.theme), RecordingPlots(self.theme)
+        self.plots = LivePlots(self.theme)
+        self.recording_plots = RecordingPlots(self.theme)
         self.plots.follow(self.views.selection)
         self.plots.enlarged_changed.connect(self._give_plots_room)
         self.recording_plots.lanes_changed.connect(self._give_plots_room)
@@ -164,7 +169,9 @@ class MainWindow(QMainWindow):
         return dock
 
     def _connect(self) -> None:
-        views, line, scene = self.views, self.status_line, self.presenters.scene
+        views = self.views
+        line = self.status_line
+        scene = self.presenters.scene
         self.column.help_requested.connect(self._commands.tell_of_panel)
         self.hint_bar.tour_wanted.connect(self._actions["tour"].trigger)
         views.read_out.connect(self.readout.setText)
@@ -195,7 +202,8 @@ class MainWindow(QMainWindow):
 
     def _update_title(self) -> None:
         """The recording that is replayed, else the map's file; edits of the map are marked only where it is shown."""
-        files, player = self.presenters.map_files, self.live.player
+        files = self.presenters.map_files
+        player = self.live.player
         path = files.path if player is None else player.path
         mark = "[*]" if player is None else ""
         self.setWindowTitle(f"Tactile Maps{mark}" if path is None else f"{path.name}{mark} – Tactile Maps")

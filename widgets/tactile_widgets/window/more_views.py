@@ -55,7 +55,8 @@ class MoreViews(QObject):
 
     def __init__(self, context: AppContext, window: QMainWindow) -> None:
         super().__init__(window)
-        self._context, self._window = context, window
+        self._context = context
+        self._window = window
         self.second: SecondView | None = None
         self.inset: ContactInset | None = None
         self._dock: _ViewDock | None = None
@@ -65,7 +66,8 @@ class MoreViews(QObject):
         actions = context.actions
         actions.bind("second_view", lambda: self.show_second(shown=actions["second_view"].isChecked()))
         actions.bind("contact_inset", lambda: self.show_inset(shown=actions["contact_inset"].isChecked()))
-        session, views = context.session, context.views
+        session = context.session
+        views = context.views
         session.prepared_changed.connect(self._on_prepared_changed)
         session.frame_ready.connect(self._on_frame_ready)
         session.worker.levels_made.connect(self._on_levels_made)
@@ -78,7 +80,8 @@ class MoreViews(QObject):
         """Add the second view, or remove it."""
         self._context.actions["second_view"].setChecked(shown)
         if shown and self.second is None:
-            layers, views = body_layers(LAYERS), self._context.views
+            layers = body_layers(LAYERS)
+            views = self._context.views
             self.second = SecondView(self._context.theme.theme, views.scale, layers=layers)
             self._dock = _ViewDock(self.second, self._window, self)
             self._window.addDockWidget(Qt.DockWidgetArea.LeftDockWidgetArea, self._dock)
@@ -86,7 +89,10 @@ class MoreViews(QObject):
                 self._float(self._dock)
             self._fill(self.second)
         elif not shown and self.second is not None and self._dock is not None:
-            dock, view, self._dock, self.second = self._dock, self.second, None, None
+            dock = self._dock
+            view = self.second
+            self._dock = None
+            self.second = None
             view.close_view()
             self._window.removeDockWidget(dock)
             dock.deleteLater()
@@ -107,7 +113,8 @@ class MoreViews(QObject):
             self.inset.show()
             self._fill(self.inset.view)
         elif not shown and self.inset is not None:
-            inset, self.inset = self.inset, None
+            inset = self.inset
+            self.inset = None
             inset.close_view()
             inset.hide()
             inset.deleteLater()
@@ -151,7 +158,8 @@ class MoreViews(QObject):
         return tuple(view for view in (self.second, inset) if view is not None)
 
     def _fill(self, view: SecondView) -> None:
-        session, views = self._context.session, self._context.views
+        session = self._context.session
+        views = self._context.views
         view.display.show_layers(views.overlays.shown)
         view.display.set_faults(views.faults)
         view.display.set_link_levels(views.robot.display.scene.link_levels)

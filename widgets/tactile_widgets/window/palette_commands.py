@@ -75,10 +75,12 @@ def setting_commands(column: PanelColumn, show: Callable[[], None]) -> list[Comm
         column: Of the panels.
         show: Has the column itself shown.
     """
-    commands, seen = [], set[tuple[str, str]]()
+    commands = []
+    seen = set[tuple[str, str]]()
     for panel in column.findChildren(Panel):
         for control in (found for kind in _CONTROLS for found in panel.findChildren(kind)):
-            name, heading = control.accessibleName().split("\n")[0], panel.accessibleName()
+            name = control.accessibleName().split("\n")[0]
+            heading = panel.accessibleName()
             if name and (heading, name) not in seen and not control.isHidden():
                 seen.add((heading, name))
                 run = partial(_focus, column, panel, control, show)

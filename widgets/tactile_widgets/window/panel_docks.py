@@ -22,7 +22,8 @@ class _PanelDock(QDockWidget):
 
     def __init__(self, panel: Panel, docks: PanelDocks, window: QMainWindow) -> None:
         super().__init__(panel.accessibleName(), window)
-        self.panel, self._docks = panel, docks
+        self.panel = panel
+        self._docks = docks
         self.setObjectName(f"dock-{panel.objectName()}")
         area = QScrollArea(self)
         area.setWidgetResizable(True)
@@ -53,7 +54,10 @@ class PanelDocks(QObject):
 
     def __init__(self, window: QMainWindow, column: PanelColumn, views: MoreViews, context: AppContext) -> None:
         super().__init__(window)
-        self._window, self._column, self._views, self._context = window, column, views, context
+        self._window = window
+        self._column = column
+        self._views = views
+        self._context = context
         self._docks: list[_PanelDock] = []
         column.undock_requested.connect(self.toggle)
         for name, handler in (("save_layout", self._ask_name), ("delete_layout", self._ask_which)):

@@ -36,7 +36,8 @@ class SessionToolbar(QToolBar):
     def __init__(self, actions: ActionRegistry, parent: QWidget | None = None) -> None:
         super().__init__("Session", parent)
         self.setObjectName("toolbar")
-        self._actions, self._worded = actions, dict[QToolButton, tuple[int, int]]()
+        self._actions = actions
+        self._worded = dict[QToolButton, tuple[int, int]]()
         self.setMovable(False)
         self.setIconSize(QSize(16, 16))
         self.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)

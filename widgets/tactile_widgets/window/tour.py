@@ -17,7 +17,8 @@ from tactile_widgets.common.colours import Theme, mixed
 from tactile_widgets.context.app_context import AppContext
 from tactile_widgets.panels.control.controller_panel import ControllerPanel
 
-_WIDTH, _EDGE = 380, 12
+_WIDTH = 380
+_EDGE = 12
 _TURNED = 0.02
 """A view is turned once its line of sight has another direction by this [1]."""
 _NEXT_MS = 900
@@ -97,13 +98,17 @@ class Tour(QObject):
 
     def __init__(self, context: AppContext, window: QMainWindow, show_panels: Callable[[], None]) -> None:
         super().__init__(window)
-        self._context, self._window, self._show_panels = context, window, show_panels
-        self.card, self._frame = _Card(window), _Frame(window)
+        self._context = context
+        self._window = window
+        self._show_panels = show_panels
+        self.card = _Card(window)
+        self._frame = _Frame(window)
         self._controllers_panel = context.panels.get(ControllerPanel)
         self._steps = self._make_steps()
         self._at: int | None = None
         self._sight: FloatArray | None = None
-        self._controller, self._position = "", 0
+        self._controller = ""
+        self._position = 0
         self._moved = self._chosen = False
         self._waiting = QTimer(self)
         self._waiting.setSingleShot(True)
@@ -200,7 +205,8 @@ class Tour(QObject):
 
     def _take_arrange(self) -> None:
         history = self._context.editor.history
-        self._moved, self._position = False, 0 if history is None else history.position
+        self._moved = False
+        self._position = 0 if history is None else history.position
         self._context.actions["arrange"].trigger()
 
     def _take_controller(self) -> None:
@@ -242,13 +248,15 @@ class Tour(QObject):
         if self._at != 3 or history is None:
             return
         if history.position > self._position:
-            self._moved, self._position = True, history.position
+            self._moved = True
+            self._position = history.position
             self._show()
         elif self._moved and history.position < self._position:
             self._done()
 
     def _on_settings_changed(self, settings: ControlSettings) -> None:
-        other, self._controller = settings.controller != self._controller, settings.controller
+        other = settings.controller != self._controller
+        self._controller = settings.controller
         if self._at == 4 and other:
             self._chosen = True
             self._show()
@@ -301,11 +309,13 @@ class Tour(QObject):
         """The frame around what the step is about; the card below the views, or at their foot where it has no room."""
         if self._at is None:
             return
-        views, last = self._context.views, self._at == len(self._steps)
+        views = self._context.views
+        last = self._at == len(self._steps)
         around = QRect() if last else self._in_window(self._steps[self._at].where())
         self._frame.setGeometry(around)
         self._frame.setVisible(not around.isEmpty())
-        beside, high = self._in_window(views), self.card.heightForWidth(_WIDTH)
+        beside = self._in_window(views)
+        high = self.card.heightForWidth(_WIDTH)
         left = min((around if not around.isEmpty() else beside).center().x() - _WIDTH // 2, beside.right() - _WIDTH)
         below = beside.bottom() + _EDGE
         top = below if below + high < self._window.height() - _EDGE else beside.bottom() - high - 3 * _EDGE

@@ -42,7 +42,9 @@ class WindowCommands(QObject):
     ) -> None:
         super().__init__(window)
         self._panel_docks = docks
-        self._context, self._window, self._docks = context, window, {"panels": panels, "plots": bottom}
+        self._context = context
+        self._window = window
+        self._docks = {"panels": panels, "plots": bottom}
         self._guide: GuideWindow | None = None
         self._sheet: KeysSheet | None = None
         self.palette: CommandPalette | None = None

@@ -12,7 +12,8 @@ from tactile_widgets.workers.worker_process import Reply, RequestHandler, Result
 
 _DIED = "The measurement ended unexpectedly; the diagram before it is kept. Measure again."
 
-BUDGET, BUDGET_WITH_PATHS = "budget", "budget-with-paths"
+BUDGET = "budget"
+BUDGET_WITH_PATHS = "budget-with-paths"
 """What is measured in place of a stage."""
 
 
@@ -84,7 +85,8 @@ class AccuracyWorker(QObject):
             self.options_found.emit(result)
             return
         if self._trials:  # rounds come in bursts; they are told, and drawn, at once
-            trials, self._trials = tuple(self._trials), []
+            trials = tuple(self._trials)
+            self._trials = []
             self.tried.emit(Result(result.token, trials))
         if kind == "progress":
             self.progressed.emit(*result.value)

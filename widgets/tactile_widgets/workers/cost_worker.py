@@ -17,7 +17,8 @@ from tactile_widgets.workers.worker_process import Reply, RequestHandler, Result
 
 MASS = 0.1
 """Of the known load [kg]."""
-_SECONDS, _INLINE_SECONDS = 2.0, 0.2
+_SECONDS = 2.0
+_INLINE_SECONDS = 0.2
 _DIED = "The cost measurement ended unexpectedly; the scene goes on. Try again."
 
 
@@ -114,7 +115,9 @@ class CostWorker(QObject):
             self.process.send(prepared, token)
 
     def _send(self) -> None:
-        request, self._next, self._pricing = self._next, None, None
+        request = self._next
+        self._next = None
+        self._pricing = None
         if request is not None:
             self._pricing = self.process.send(*request)
 

@@ -47,7 +47,8 @@ class _SkinCache:
     """
 
     def __init__(self, skin: Skin) -> None:
-        self.skin, self.distances = skin, BodyDistances(skin)
+        self.skin = skin
+        self.distances = BodyDistances(skin)
         self._charts: dict[int, Chart] = {}
         self._images: dict[int, TactileImage] = {}
         self._resolution: float | None = None
@@ -109,7 +110,8 @@ class MapQualityWorker(QObject):
         """Measure ``map_``. Cost: the body's distances once a skin, 1 to 3 s; then 40 ms, and 30 ms a new chart."""
         if map_.skin is not self._skin:
             self.close()  # whatever it measured is of another skin
-            self._skin, self._sent = map_.skin, (None,) * len(map_.charts)
+            self._skin = map_.skin
+            self._sent = (None,) * len(map_.charts)
             self.process.send(map_.skin, token)
         self._next = map_, token
         if self._measuring is None:
@@ -125,7 +127,9 @@ class MapQualityWorker(QObject):
         self.process.close()
 
     def _send(self) -> None:
-        asked, self._next, self._measuring = self._next, None, None
+        asked = self._next
+        self._next = None
+        self._measuring = None
         if asked is not None:
             map_, token = asked
             pairs = enumerate(zip(map_.charts, self._sent, strict=True))

@@ -164,7 +164,8 @@ def _replayed(request: ReplayCase, progress: Progress) -> Path:
         raise UsageError("a row of this study is not of one run", value=request.study)
     make_output_folder(request.scratch, error=RecordingError)
     try:
-        case, part = replay(request.row), request.scratch / request.target.name
+        case = replay(request.row)
+        part = request.scratch / request.target.name
         with record(case.session, part), suppress(SimulationError):
             case.play(progress)
         move_into_place(part, request.target, error=RecordingError)

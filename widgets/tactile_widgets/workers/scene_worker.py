@@ -190,7 +190,8 @@ class SceneWorker(QObject):
             self._detail_number = self.process.send(self._detail, _OPENING)
 
     def _instead_of_an_edit(self, task: Task, dropped: str) -> None:
-        editing, token = self.editing, self._token
+        editing = self.editing
+        token = self._token
         self._request(task, _OPENING)
         if editing:
             self.edit_failed.emit(Result(token, dropped))
@@ -198,14 +199,16 @@ class SceneWorker(QObject):
     def _request(self, task: Task, token: SourceToken) -> None:
         if self.process.waiting:
             self.process.close()
-        self._task, self._token = task, token
+        self._task = task
+        self._token = token
         self.process.send(_OpenWithImage(task, self.image) if isinstance(task, Opening) else task, token)
         if self.editing:  # what is opened has links of its own
             self._send_detail()
 
     def drop(self) -> None:
         """Drop whatever is being done: a scene that needs no worker takes its place."""
-        editing, token = self.editing, self._token
+        editing = self.editing
+        token = self._token
         if self._task is not None:
             self._drop()
         if editing:
@@ -234,7 +237,8 @@ class SceneWorker(QObject):
 
     def _on_answered(self, number: int, kind: str, result: Result[Any]) -> None:
         """Of one task only: another ends the process before it is sent; or of the links that are made after it."""
-        editing, content = self.editing, result.value
+        editing = self.editing
+        content = result.value
         if number == self._detail_number and number:
             self._detail = None  # made, or not to be had: links are drawn as they are
             if isinstance(content, LinkLevels):
@@ -279,7 +283,8 @@ class InlineSceneWorker(SceneWorker):
         """Links are drawn as they are: nothing is beside to make others."""
 
     def _request(self, task: Task, token: SourceToken) -> None:
-        self._task, self._token = task, token
+        self._task = task
+        self._token = token
 
         def tell(kind: str, content: object) -> None:
             self._on_answered(0, kind, Result(token, content))

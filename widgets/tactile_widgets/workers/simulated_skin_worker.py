@@ -89,7 +89,9 @@ class SimulatedSkinWorker(QObject):
             self._loading = self.process.send(prepared, token)
 
     def _send(self) -> None:
-        wanted, self._next, self._asked = self._next, None, None
+        wanted = self._next
+        self._next = None
+        self._asked = None
         if wanted is not None:
             frame, token = wanted
             self._asked = self.process.send(_Posture(frame.posture), token), frame
@@ -97,7 +99,9 @@ class SimulatedSkinWorker(QObject):
     def _on_answered(self, number: int, kind: str, result: Result[Any]) -> None:
         if kind == "failed":
             if number == self._loading:
-                self._refused, self._asked, self._next = result.value, None, None
+                self._refused = result.value
+                self._asked = None
+                self._next = None
                 self.process.close()
             self.failed.emit(result)
         elif self._asked is None or number != self._asked[0]:
@@ -125,7 +129,8 @@ class InlineSimulatedSkinWorker(SimulatedSkinWorker):
         """Take the difference at once."""
         try:
             if prepared is not self._scene:
-                self._scene, self._skin = prepared, SimulatedSkin(prepared)
+                self._scene = prepared
+                self._skin = SimulatedSkin(prepared)
             self.compared.emit(Result(token, self._skin.compare(frame)))
         except TactileMapsError as error:
             self.failed.emit(Result(token, str(error)))

@@ -107,7 +107,8 @@ class WorkerProcess(QObject):
 
     def __init__(self, name: str, make: Callable[[], RequestHandler], parent: QObject | None = None) -> None:
         super().__init__(parent)
-        self._name, self._make = name, make
+        self._name = name
+        self._make = make
         self._process: Any = None
         self._connection: Connection | None = None
         self._queue: list[tuple[int, SourceToken, object]] = []

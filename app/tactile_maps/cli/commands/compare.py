@@ -65,7 +65,8 @@ def execute(arguments: argparse.Namespace) -> int:
         base = check_settings(replace(base, task=cast("TaskName", _checked_choice("task", arguments.task))))
     seconds = arguments.seconds or seconds
     contenders = [Contender(controller, replace(base, controller=controller)) for controller in controllers]
-    own_task, progress = arguments.task is not None, progress_line()
+    own_task = arguments.task is not None
+    progress = progress_line()
     traces = compare_controllers(
         prepared, contenders, inputs=inputs, seconds=seconds, own_task=own_task, progress=progress
     )

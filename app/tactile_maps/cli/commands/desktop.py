@@ -21,7 +21,8 @@ from tactile_maps.core.files import make_output_folder, write_atomically
 
 NAME = "tactile-maps"
 """Of both files, and what the window calls itself, by which a desktop knows that it is of the entry."""
-_RECORDING, _ARRAYS = "application/x-mcap", "application/x-npz"
+_RECORDING = "application/x-mcap"
+_ARRAYS = "application/x-npz"
 _MIME_TYPES = f"""<?xml version="1.0" encoding="UTF-8"?>
 <mime-info xmlns="http://www.freedesktop.org/standards/shared-mime-info">
   <mime-type type="{_RECORDING}">

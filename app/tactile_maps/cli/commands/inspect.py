@@ -183,7 +183,8 @@ def _is_scene(name: str) -> bool:
 
 def _robot_with_taxels(name: str, home: Mapping[str, float] | None) -> dict[str, Any]:
     """A robot description that states its taxels: what it holds of both."""
-    robot, taxels = _robot(load_robot(name, home=home)), _taxel_file(name)
+    robot = _robot(load_robot(name, home=home))
+    taxels = _taxel_file(name)
     found = {"kind": "robot with taxels", **robot, **{key: taxels[key] for key in ("taxels", "identity")}}
     return found | {"taxel_links": taxels["links"], "problems": robot["problems"] + taxels["problems"]}
 
@@ -283,7 +284,8 @@ def _collision(prepared: PreparedScene) -> tuple[list[dict[str, Any]], list[Find
     """
     from tactile_maps.simulation.model.contact_pairs import collides_by_shapes  # loads MuJoCo
 
-    robot, skin = prepared.robot, prepared.skin
+    robot = prepared.robot
+    skin = prepared.skin
     rows: list[dict[str, Any]] = []
     findings: list[Finding] = []
     touched = collides_by_shapes(prepared.scene.objects, prepared.scene.effects)

@@ -110,7 +110,8 @@ def execute(arguments: argparse.Namespace) -> int:
             calibration = session.weigh(arguments.weight)
             if arguments.save_calibration:
                 save_calibration(calibration, arguments.save_calibration)
-    status, facts = connection.status, session.facts
+    status = connection.status
+    facts = session.facts
     result |= _figures(status, facts, session) | {"file": arguments.output, "source": status.address}
     result["left_out"] = 0 if recording is None else recording.left_out
     if motion is not None:
@@ -253,8 +254,10 @@ def _listen(
     seconds: float | None,
 ) -> dict[str, Any]:
     """Figures of what was felt."""
-    felt, start = _Felt(), time.monotonic()
-    told, said = start, ("", -_TOLD_EVERY)
+    felt = _Felt()
+    start = time.monotonic()
+    told = start
+    said = ("", -_TOLD_EVERY)
 
     def each(frame: Frame) -> None:
         felt.add(frame)
@@ -343,7 +346,9 @@ def _figures(status: ConnectionStatus, facts: MeasuredFacts, session: MeasuredSe
 
 
 def _motion_figures(motion: MotionOutput, session: MeasuredSession) -> dict[str, Any]:
-    wanted, sending, late = motion.wanted, motion.sending, motion.latency.figures
+    wanted = motion.wanted
+    sending = motion.sending
+    late = motion.latency.figures
     names = (joint.name for joint in session.prepared.robot.joints)
     return {
         "controller": motion.settings.controller,
@@ -375,7 +380,8 @@ def _motion_text(motion: dict[str, Any]) -> str:
 
 
 def _rows(result: dict[str, Any], status: ConnectionStatus, latency: LatencyFigures | None) -> dict[str, object]:
-    delay, strongest = status.delay, result["max_force_N"]
+    delay = status.delay
+    strongest = result["max_force_N"]
     force = "forces unknown: not calibrated" if strongest is None else f"up to {strongest:.2f} N"
     return {
         "Source": status.address,

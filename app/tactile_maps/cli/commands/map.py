@@ -166,7 +166,8 @@ def execute(arguments: argparse.Namespace) -> int:
     if arguments.method not in METHODS:
         raise UsageError("there is no such method", value=arguments.method, remedy=METHODS.remedy(arguments.method))
     _refuse_unused(arguments)
-    report, start = progress_line(), time.perf_counter()
+    report = progress_line()
+    start = time.perf_counter()
     skin, map_ = _make_map(arguments, report)
     seconds = time.perf_counter() - start
     body = BodyDistances(skin, sources=arguments.exact_distances)
@@ -255,14 +256,16 @@ def _output_path(arguments: argparse.Namespace) -> Path | None:
             remedy=f"Choose one of: {endings}",
         )
     if target.suffix.lower() == SENSORS_ENDING and not arguments.overwrite and mesh_folder(target).exists():
-        problem, remedy = "the folder for the model's meshes exists", "Choose another name, or add --overwrite"
+        problem = "the folder for the model's meshes exists"
+        remedy = "Choose another name, or add --overwrite"
         raise MapError(problem, file=mesh_folder(target), remedy=remedy)
     return target
 
 
 def _skin_options(arguments: argparse.Namespace) -> SkinOptions:
     if arguments.grid:
-        links, roots = tuple(arguments.links), package_roots(arguments)
+        links = tuple(arguments.links)
+        roots = package_roots(arguments)
         return SkinOptions(links=links, grid=_grid(arguments), package_roots=roots, home=home_of(arguments))
     if arguments.first or arguments.last:
         raise UsageError("a corner is named, but no grid", remedy="Add --grid ROWSxCOLUMNS")
@@ -302,12 +305,14 @@ def _flattened_map(arguments: argparse.Namespace, skin: Skin, report: Progress) 
 
 def _comparison(arguments: argparse.Namespace, map_: TactileMap, body: BodyDistances) -> dict[str, Any]:
     """The map beside another of the same skin or one drawn by hand, and what is wrong with the drawing's modules."""
-    path, findings = Path(arguments.compare), list[Finding]()
+    path = Path(arguments.compare)
+    findings = list[Finding]()
     other: TactileMap | TaxelLayout
     if path.suffix.lower() == ".npz":
         other = load_map(path)
     elif path.suffix.lower() == ".ini":
-        taxels, layout = read_taxels(arguments.input), read_icub_layout(path)
+        taxels = read_taxels(arguments.input)
+        layout = read_icub_layout(path)
         candidates = propose_orientations(taxels, layout, seed=arguments.seed)
         findings += [found] if (found := candidates.finding(path.name)) else []
         other = drawn_layout(

@@ -118,7 +118,9 @@ def _simulate(
     session: Session, count: int, recorder: Recorder | None, watch: Callable[[Frame], None] | None
 ) -> tuple[dict[str, Any], list[ContactNote]]:
     """Return the figures of the run and the notes of physics and skin, each as it came first or was farthest off."""
-    report, contacts, strongest = progress_line(), set(), 0.0
+    report = progress_line()
+    contacts = set()
+    strongest = 0.0
     notes: dict[tuple[ContactNoteKind, tuple[str, ...]], ContactNote] = {}
     start = time.perf_counter()
     for number in range(count):

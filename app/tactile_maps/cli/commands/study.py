@@ -48,7 +48,9 @@ def _run(
     study: Study, log: CaseLog, jobs: int | None, workers: Workers, arguments: argparse.Namespace
 ) -> tuple[StudyResult, tuple[Path, ...]]:
     """Measure, and write the page now and then and the whole report at the end."""
-    folder, machine, start = Path(arguments.output), describe_machine(), time.perf_counter()
+    folder = Path(arguments.output)
+    machine = describe_machine()
+    start = time.perf_counter()
 
     def outcome(*, running: bool) -> StudyResult:
         left = run.remaining if running else None
@@ -83,7 +85,9 @@ def _run(
 
 
 def _tell(outcome: StudyResult, files: tuple[Path, ...], arguments: argparse.Namespace) -> int:
-    study, rows, state = outcome.study, outcome.rows, outcome.state or RunState(0, 0)
+    study = outcome.study
+    rows = outcome.rows
+    state = outcome.state or RunState(0, 0)
     failed = sum("problem" in row for row in rows)
     if arguments.json:
         print_json(

@@ -28,7 +28,8 @@ def execute(arguments: argparse.Namespace) -> int:
         every = tuple(name for name in EFFECTS["skin"].choices if name != "off")
         remedy = did_you_mean(arguments.model, every)
         raise UsageError("there is no such contact model", value=arguments.model, remedy=remedy)
-    roots, is_scene = package_roots(arguments), Path(name).suffix.lower() == ".toml" or name in scene_names()
+    roots = package_roots(arguments)
+    is_scene = Path(name).suffix.lower() == ".toml" or name in scene_names()
     scene = open_scene(name, package_roots=roots) if is_scene else with_package_roots(scene_for(name), roots)
     scene = with_home(scene, arguments)
     usual = "water-fill" if scene.effects.skin == "off" else scene.effects.skin

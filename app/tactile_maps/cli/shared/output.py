@@ -41,7 +41,8 @@ class StandardOutputError(TactileMapsError):
 
     def __init__(self, cause: OSError) -> None:
         self.closed_by_reader = isinstance(cause, BrokenPipeError)
-        value, remedy = cause.strerror, "Free space, or write the output to another place"
+        value = cause.strerror
+        remedy = "Free space, or write the output to another place"
         super().__init__("the output cannot be written", file="standard output", value=value, remedy=remedy)
 
 

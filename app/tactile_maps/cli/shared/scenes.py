@@ -28,7 +28,8 @@ def scene_from_arguments(arguments: argparse.Namespace) -> Scene:
         UsageError: Two scenes are named, or a link without a skin.
         SceneError: There is no such scene or script.
     """
-    scene, script = _skinned_scene(arguments), getattr(arguments, "stimuli", None)
+    scene = _skinned_scene(arguments)
+    script = getattr(arguments, "stimuli", None)
     scene = with_home(with_package_roots(scene, package_roots(arguments)), arguments)
     return replace(scene, stimuli=load_stimuli(script)) if script else scene
 
@@ -40,7 +41,8 @@ def with_home(scene: Scene, arguments: argparse.Namespace) -> Scene:
 
 def _skinned_scene(arguments: argparse.Namespace) -> Scene:
     """The scene, with the taxels of ``--skin`` where there is one."""
-    path, link = getattr(arguments, "skin", None), getattr(arguments, "link", None)
+    path = getattr(arguments, "skin", None)
+    link = getattr(arguments, "link", None)
     if not path:
         if link:
             raise UsageError("a link is named, but no skin to lie on it", value=link, remedy="Add --skin FILE")
@@ -57,10 +59,12 @@ def _skinned_scene(arguments: argparse.Namespace) -> Scene:
 
 
 def _named_scene(arguments: argparse.Namespace) -> Scene:
-    first, second = getattr(arguments, "scene_file", None), getattr(arguments, "scene", None)
+    first = getattr(arguments, "scene_file", None)
+    second = getattr(arguments, "scene", None)
     if first and second:
         raise UsageError("two scenes are named", value=f"{first}, {second}", remedy="Name one")
-    name, robot = first or second, getattr(arguments, "robot", None)
+    name = first or second
+    robot = getattr(arguments, "robot", None)
     if name and is_skin_folder(name):
         return with_taxels(scene_for(robot), name) if robot else scene_for_taxels(name)
     if name and robot:

@@ -156,7 +156,8 @@ class BackProjector:
     def __init__(self, map_: TactileMap, body: FloatArray) -> None:
         self.by_taxels = False
         self._trees: dict[int, cKDTree] = {}  # of the taxels of a patch on the map
-        self._skin, self._body = map_.skin, body
+        self._skin = map_.skin
+        self._body = body
         self._faces = np.concatenate([patch.taxels.faces for patch in map_.skin.patches]) if len(body) else body
         self._walks: dict[int, TriangleWalk] = {}
         self._triangles: dict[tuple[int, int], _Triangle] = {}  # those that were touched
@@ -201,7 +202,8 @@ class BackProjector:
         if tree is None:
             tree = self._trees[patch] = cKDTree(self._map.taxel_points[first:last])
         away, near = tree.query(place.map_point, k=min(3, int(last - first)))
-        away, near = np.atleast_1d(away), np.atleast_1d(near)
+        away = np.atleast_1d(away)
+        near = np.atleast_1d(near)
         share = 1.0 / np.maximum(away, _NEAREST)
         share /= share.sum()
         normal = share @ self._skin.patches[patch].taxels.normals[near]
@@ -235,8 +237,10 @@ class BackProjector:
 
     def _triangle(self, patch: int, face: int) -> _Triangle:
         surface = self._skin.patches[patch].surface
-        own, chart = surface.faces[face], self._map.charts[patch].faces[face]
-        body, plane = surface.vertices[own], self._map.uv[patch][chart]
+        own = surface.faces[face]
+        chart = self._map.charts[patch].faces[face]
+        body = surface.vertices[own]
+        plane = self._map.uv[patch][chart]
         found = _Triangle(body, surface.vertex_normals[own], body[1:] - body[0], plane[1:] - plane[0])
         self._triangles[patch, face] = found
         return found
@@ -273,12 +277,16 @@ def principal_axes(
     flat = offsets.dot(frame.T)
     (xx, xy), (_, yy) = (flat.T * share).dot(flat).tolist()
     x, y = share.dot(flat).tolist()
-    xx, xy, yy = xx - x * x, xy - x * y, yy - y * y
-    middle, half = 0.5 * (xx + yy), math.hypot(0.5 * (xx - yy), xy)
+    xx = xx - x * x
+    xy = xy - x * y
+    yy = yy - y * y
+    middle = 0.5 * (xx + yy)
+    half = math.hypot(0.5 * (xx - yy), xy)
     angle = 0.5 * math.atan2(2 * xy, xx - yy)
     long = 2 * math.sqrt(max(middle + half, 0.0) + spread)
     short = 2 * math.sqrt(max(middle - half, 0.0) + spread)
-    cosine, sine = math.cos(angle), math.sin(angle)
+    cosine = math.cos(angle)
+    sine = math.sin(angle)
     axes = np.array(((long * cosine, long * sine), (-short * sine, short * cosine))).dot(frame)
     return axes, _carry(axes, at)
 
@@ -286,11 +294,15 @@ def principal_axes(
 def _tangents(nx: float, ny: float, nz: float, x: float, y: float, z: float) -> tuple[_Vector, _Vector]:
     """Two unit vectors at right angles to the unit normal, the first along (x, y, z) as far as can be."""
     along = x * nx + y * ny + z * nz
-    x, y, z = x - along * nx, y - along * ny, z - along * nz
+    x = x - along * nx
+    y = y - along * ny
+    z = z - along * nz
     length = math.sqrt(x * x + y * y + z * z)
     if length < 1e-12:  # the side is vertical: any direction will do
         return _tangents(nx, ny, nz, *((1.0, 0.0, 0.0) if abs(nx) < 0.5 else (0.0, 1.0, 0.0)))
-    x, y, z = x / length, y / length, z / length
+    x = x / length
+    y = y / length
+    z = z / length
     return (x, y, z), (ny * z - nz * y, nz * x - nx * z, nx * y - ny * x)
 
 

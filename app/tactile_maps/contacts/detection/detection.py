@@ -96,14 +96,14 @@ class ContactDetector:
         self._since: float | None = None  # when the offsets began to drift [s]
         self._held: FloatArray | None = None  # a read-only reading that brings nothing new, and what was found in it
         self._found: tuple[ContactRegion, ...] = ()
-        self._errors, self._skin = errors, map_.skin
-        self._areas, self._body = map_.skin.areas, taxel_positions(map_.skin)
+        self._errors = errors
+        self._skin = map_.skin
+        self._areas = map_.skin.areas
+        self._body = taxel_positions(map_.skin)
         self._memory = TrackMemory(map_.skin, self._body)
-        self._graph, self._tracker, self._projector = (
-            TaxelGraph(map_.skin),
-            RegionTracker(self._memory),
-            BackProjector(map_, self._body),
-        )
+        self._graph = TaxelGraph(map_.skin)
+        self._tracker = RegionTracker(self._memory)
+        self._projector = BackProjector(map_, self._body)
         self._touched: IntArray = np.zeros(0, dtype=np.int64)
         self._centre = centre
         self.threshold = threshold
@@ -119,7 +119,9 @@ class ContactDetector:
     def errors(self, errors: SensorUncertainty) -> None:
         if errors.effects.offset_drift != self._errors.effects.offset_drift:
             self._since = None
-        self._errors, self._errors_now, self._held = errors, errors, None
+        self._errors = errors
+        self._errors_now = errors
+        self._held = None
 
     @property
     def errors_now(self) -> SensorUncertainty:
@@ -143,7 +145,8 @@ class ContactDetector:
             raise MapError(
                 "the contact threshold must be positive", value=f"{bad[0]} Pa", remedy="Choose more than 0 Pa"
             )
-        self._threshold, self._thresholds = threshold, thresholds
+        self._threshold = threshold
+        self._thresholds = thresholds
         self._level()
 
     def _level(self) -> None:
@@ -159,13 +162,16 @@ class ContactDetector:
 
     @centre.setter
     def centre(self, centre: CentreSettings) -> None:
-        self._centre, self._moments = centre, taxel_moments(self._map, centre)
+        self._centre = centre
+        self._moments = taxel_moments(self._map, centre)
         self._projector.by_taxels = centre.back_projection == "three-taxels"
-        self._seen, self._held = b"", None
+        self._seen = b""
+        self._held = None
 
     def use(self, map_: TactileMap) -> None:
         """Place contacts by another map of the same skin from now on; what is touched stays touched. Cost: 0.2 ms."""
-        self._map, self._seams = map_, SeamCrossings(map_, self._body)
+        self._map = map_
+        self._seams = SeamCrossings(map_, self._body)
         self._projector.use(map_)
         self.centre = self._centre
 
@@ -190,7 +196,9 @@ class ContactDetector:
             period: Of the skin's samples [s]; 0 where it is read whenever it is asked.
             gaps: Whether there is skin between the taxels that feels nothing.
         """
-        self._memory.waits, self._memory.period, self._memory.gaps = True, period, gaps
+        self._memory.waits = True
+        self._memory.period = period
+        self._memory.gaps = gaps
 
     def may_return(self, time: float) -> Mapping[int, str]:
         """Ids of contacts that are gone at ``time`` [s] and may come back, with their links; none unless it waits."""
@@ -236,7 +244,8 @@ class ContactDetector:
         """Bring the uncertainty up to ``time`` [s], and note whether ``given`` is another sample than before."""
         errors = self._errors
         self._new = given is not self._sample
-        self._sample, self._time = given, time
+        self._sample = given
+        self._time = time
         if errors.effects.offset_drift is not None:
             self._since = time if self._since is None else self._since
             errors = replace(errors, elapsed=max(time - self._since, 0.0))
@@ -319,7 +328,8 @@ class ContactDetector:
         areas = self._areas.take(taxels)
         area = float(areas.take(inside).sum())
         torn = self._seams.tear(group.core | group.ring)
-        body, patch = self._body.take(taxels, axis=0), int(self._skin.patch_of[whole[0]])
+        body = self._body.take(taxels, axis=0)
+        patch = int(self._skin.patch_of[whole[0]])
         weights = areas if self._centre.pixel is None else self._moments.weights.take(taxels)
         points = self._moments.points.take(taxels, axis=0)
         return _TouchedGroup(name, taxels, inside, areas, area, weights, points, body, patch, torn)
@@ -405,7 +415,8 @@ def _forces(felt: _TouchedGroup, own: FloatArray) -> tuple[FloatArray, float, fl
     """(k,) on the taxels that read ``own`` (k,) [Pa], their sum, and their sum over the touched ones [N]."""
     forces = own * felt.areas
     touched = forces.take(felt.inside)
-    force, borne = float(forces.sum()), float(touched.sum())
+    force = float(forces.sum())
+    borne = float(touched.sum())
     if force < _DROWNED * borne:
         forces = np.zeros(len(forces))
         forces[felt.inside] = touched

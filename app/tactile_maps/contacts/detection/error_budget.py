@@ -250,7 +250,8 @@ def reading_variances(errors: SensorUncertainty, pressures: FloatArray, taxels: 
     A sensor with a threshold reads exactly zero below it, whatever the noise. A converter reads a taxel that nothing
     presses exactly, unless noise or offsets reach it.
     """
-    effects, count = errors.effects, len(pressures)
+    effects = errors.effects
+    count = len(pressures)
     step = effects.quantisation.step**2 / 12 if effects.quantisation else 0.0
     found: dict[str, FloatArray] = {}
     if errors.taxels is not None:
@@ -288,8 +289,11 @@ def propagate_uncertainty(
 
     Cost: 15 µs, and 5 µs for each effect.
     """
-    forces, areas, effects = readings.forces, readings.areas, errors.effects
-    total, square = float(forces.sum()), dot(forces, forces)
+    forces = readings.forces
+    areas = readings.areas
+    effects = errors.effects
+    total = float(forces.sum())
+    square = dot(forces, forces)
     effective = max(total * total / square, 1.0)
     widths: dict[str, Widths] = {}
     noise = 0.0
@@ -297,7 +301,8 @@ def propagate_uncertainty(
     place = 2 * errors.calibration**2 * square
     for name, variances in reading_variances(errors, forces / areas, readings.taxels).items():
         loads = variances * areas * areas
-        variance, moment = float(loads.sum()), dot(loads, squared)
+        variance = float(loads.sum())
+        moment = dot(loads, squared)
         widths[name] = Widths.normal(math.sqrt(variance))
         place += moment
         if name == "quantisation" and variance > 0:
@@ -361,8 +366,12 @@ def _add_systematic(
 ) -> float:
     """Add what the taxels of a contact share to ``widths``; return its variance of force times place [N² m²]."""
     effects = errors.effects
-    forces, areas, inside = readings.forces, readings.areas, readings.inside
-    touched, count, total = forces.take(inside), len(inside), float(forces.sum())
+    forces = readings.forces
+    areas = readings.areas
+    inside = readings.inside
+    touched = forces.take(inside)
+    count = len(inside)
+    total = float(forces.sum())
     area = float(areas.mean())
     dark = len(forces) - int(np.count_nonzero(forces))
     tails = 0.32 * dark * errors.depth * math.sqrt(area)

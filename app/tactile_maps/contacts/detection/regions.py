@@ -20,7 +20,8 @@ from tactile_maps.geometry.surface.mesh import SurfacePoint
 from tactile_maps.maps.model.tactile_map import SEAM_RATIO, TactileMap
 from tactile_maps.skin.model.skin import Skin
 
-_NO_AXES, _NO_MAP_AXES = readonly(np.zeros((2, 3))), readonly(np.zeros((2, 2)))
+_NO_AXES = readonly(np.zeros((2, 3)))
+_NO_MAP_AXES = readonly(np.zeros((2, 2)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,7 +129,8 @@ class TaxelGraph:
 
     def _flood(self, start: int, left: set[int]) -> TaxelGroup:
         """The group of ``start``, taken out of the touched taxels ``left``."""
-        core, front = {start}, {start}
+        core = {start}
+        front = {start}
         reached: set[int] = set()
         left.discard(start)
         while front:

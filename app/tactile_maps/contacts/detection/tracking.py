@@ -67,7 +67,9 @@ class TrackMemory:
     def __init__(self, skin: Skin, body: FloatArray) -> None:
         self._body = body
         self._links = [skin.patches[patch].link for patch in skin.patch_of.tolist()]
-        self.waits, self.gaps, self.period = False, False, 0.0
+        self.waits = False
+        self.gaps = False
+        self.period = 0.0
         self.reset()
 
     def reset(self) -> None:
@@ -401,7 +403,8 @@ class RegionTracker:
         return TrackId(self._next - 1, (), parent)
 
     def _remember(self, groups: Sequence[TaxelGroup], names: Sequence[TrackId]) -> None:
-        self._core, self._ring = {}, {}
+        self._core = {}
+        self._ring = {}
         self._groups = {name.id: group for group, name in zip(groups, names, strict=True)}
         for group, name in zip(groups, names, strict=True):
             self._core.update(dict.fromkeys(group.core, name.id))

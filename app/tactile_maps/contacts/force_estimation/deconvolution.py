@@ -78,12 +78,14 @@ class ContactOperator:
     def __init__(self, skin: Skin, depth: float) -> None:
         if not 0 < depth < 1:
             raise MapError("taxels cannot lie that deep", value=f"{depth} m", remedy="Choose 0.0001 to 0.05 m")
-        points, table = quadrature_points(skin), subsurface_field(skin, depth)
+        points = quadrature_points(skin)
+        table = subsurface_field(skin, depth)
         clusters, width = table.taxels.shape
         areas = np.bincount(table.cluster, points.areas, minlength=clusters)
         owner = np.zeros(clusters, dtype=np.int64)
         owner[table.cluster] = points.taxel  # a cluster's points are of one taxel
-        rows, columns = table.taxels.ravel(), np.repeat(owner, width)
+        rows = table.taxels.ravel()
+        columns = np.repeat(owner, width)
         felt = table.weights.ravel() * np.repeat(areas, width)
         self._felt = csr_matrix((felt, (rows, columns)), shape=(len(skin), len(skin)))
         self._kept: dict[bytes, BlurMatrix] = {}
@@ -137,17 +139,22 @@ class Deconvolution:
     """
 
     def __init__(self, skin: Skin, solver: Solver, *, depth: float) -> None:
-        self._areas, self._solver, self._spread = skin.areas, solver, ContactOperator(skin, depth)
+        self._areas = skin.areas
+        self._solver = solver
+        self._spread = ContactOperator(skin, depth)
 
     def estimate(self, reading: ContactReading) -> ForceEstimate:
         """Force and, unless refused, its distribution. Cost: 0.15 ms for 30 taxels that were touched before."""
         taxels = reading.region.taxels
-        blur, own, areas = self._spread.blur(taxels), reading.pressures.take(taxels), self._areas.take(taxels)
+        blur = self._spread.blur(taxels)
+        own = reading.pressures.take(taxels)
+        areas = self._areas.take(taxels)
         pressures = self._solver(blur, own, reading.noise)
         rank = numerical_rank(blur.values, own, reading.noise, unknowns=len(own))
         missed = blur.matrix @ pressures - own
         share = share_inside(blur, areas, own, pressures)
-        force, bearing = float(areas @ own) / share, float(areas @ pressures)
+        force = float(areas @ own) / share
+        bearing = float(areas @ pressures)
         variance = np.square(areas / share) @ reading.variances_of(own)
         refused = rank.refusal or (EstimateRefusal.PULL if min(force, bearing) <= 0 else None)
         answer = ForceEstimate(
@@ -164,7 +171,8 @@ class Deconvolution:
         if refused is not None:
             return answer
         pressures = pressures * (force / bearing)
-        forces, pressed = pressures * areas, pressures > 0
+        forces = pressures * areas
+        pressed = pressures > 0
         mean = float(forces[pressed].sum() / areas[pressed].sum())
         return replace(answer, taxels=taxels, forces=forces, peak=float(pressures.max()), mean=mean)
 
@@ -225,8 +233,10 @@ def tikhonov_inverse(blur: BlurMatrix, readings: FloatArray, noise: float) -> Fl
         readings: y (m,) [Pa].
         noise: Standard deviation of a reading [Pa].
     """
-    values, seen = blur.values, blur.left.T @ readings
-    size, allowed = float(readings @ readings), noise**2 * len(readings)
+    values = blur.values
+    seen = blur.left.T @ readings
+    size = float(readings @ readings)
+    allowed = noise**2 * len(readings)
     if allowed >= size:
         return np.zeros(blur.matrix.T.shape)
     price = _regularization_weight(values, seen, allowed - max(size - float(seen @ seen), 0.0))
@@ -241,7 +251,8 @@ def _regularization_weight(values: FloatArray, seen: FloatArray, allowed: float)
     def missed(price: float) -> float:
         return float(np.square(price / (values**2 + price) * seen).sum())
 
-    low, high = 1e-20 * values[0] ** 2, 1e8 * values[0] ** 2
+    low = 1e-20 * values[0] ** 2
+    high = 1e8 * values[0] ** 2
     if allowed <= missed(low):
         return 0.0
     for _ in range(_ROUNDS):

@@ -241,7 +241,8 @@ class AreaSum:
     def estimate(self, reading: ContactReading) -> ForceEstimate:
         """The sum. Cost: 15 µs."""
         region = reading.region
-        own, areas = reading.pressures.take(region.taxels), self._areas.take(region.taxels)
+        own = reading.pressures.take(region.taxels)
+        areas = self._areas.take(region.taxels)
         forces = own * areas
         rank = numerical_rank(np.ones(len(own)), own, reading.noise, unknowns=len(own))
         variance = float(reading.variances_of(own) @ np.square(areas))

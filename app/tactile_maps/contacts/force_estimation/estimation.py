@@ -56,7 +56,8 @@ class _GuardedEstimator:
 
     def __init__(self, plugin: Plugin, estimator: ForceEstimator) -> None:
         check_members(plugin, estimator, "estimate")
-        self._plugin, self._estimator = plugin, estimator
+        self._plugin = plugin
+        self._estimator = estimator
 
     def estimate(self, reading: ContactReading) -> ForceEstimate:
         with self._plugin.at_work():
@@ -196,7 +197,10 @@ class RegionForceEstimator:
         wrench_noise: float = 0.0,
         seed: int = 0,
     ) -> None:
-        self.wrench_noise, self._map, self._depth, self._seed = wrench_noise, map_, depth, seed
+        self.wrench_noise = wrench_noise
+        self._map = map_
+        self._depth = depth
+        self._seed = seed
         self._built: dict[EstimatorName, ForceEstimator] = {}
         self._lumped: dict[str, int] = {}
         self._positions = taxel_positions(map_.skin)
@@ -218,14 +222,18 @@ class RegionForceEstimator:
 
     def use(self, map_: TactileMap) -> None:
         """Place by another map from now on; of another skin's, the estimators are built anew."""
-        skin, self._map, self._known = self._map.skin, map_, None
+        skin = self._map.skin
+        self._map = map_
+        self._known = None
         if map_.skin is not skin:
-            self._built, self._positions = {}, taxel_positions(map_.skin)
+            self._built = {}
+            self._positions = taxel_positions(map_.skin)
             self.estimator = self._name
 
     def reset(self) -> None:
         """Forget who was who; the noise begins afresh."""
-        self._lumped, self.awaited = {}, ()
+        self._lumped = {}
+        self.awaited = ()
         self.mismatch: WrenchMismatch | None = None
         self._random = np.random.default_rng((self._seed, 6))
 
@@ -248,7 +256,8 @@ class RegionForceEstimator:
                 only for ``lumped``.
             awaited: Links by ids of contacts that are gone but may come back.
         """
-        self.awaited, self.mismatch = awaited.keys(), None
+        self.awaited = awaited.keys()
+        self.mismatch = None
         if self._name != "lumped":
             self._lumped = {}
         if self._name == "area-sum":
@@ -286,7 +295,8 @@ class RegionForceEstimator:
                 for r in self._one_a_link(asked, awaited.values())
             ]
             self.mismatch = self._mismatch(asked, regions)
-        estimator, found = self._built[self._name], []
+        estimator = self._built[self._name]
+        found = []
         for reading in asked:
             estimate = estimator.estimate(reading)
             if estimate.refused is None and estimate.force <= 0:
@@ -340,7 +350,8 @@ class RegionForceEstimator:
     def _mismatch(self, asked: Sequence[ContactReading], regions: Regions) -> WrenchMismatch | None:
         """Of the first link whose wrench no one of its touches explains."""
         for reading in asked:
-            link, wrench = reading.region.link, reading.wrench
+            link = reading.region.link
+            wrench = reading.wrench
             on_link = [region for region in regions if region.link == link]
             found = None if wrench is None else wrench_mismatch(link, wrench, on_link, self._positions)
             if found is not None:
@@ -349,7 +360,8 @@ class RegionForceEstimator:
 
     def _felt(self, wrenches: Mapping[str, FloatArray], link: str) -> Wrench:
         """What the sensor in a link reports."""
-        wrench, noise = wrenches.get(link, np.zeros(6)), self.wrench_noise
+        wrench = wrenches.get(link, np.zeros(6))
+        noise = self.wrench_noise
         if noise:
             wrench = wrench + noise * np.repeat((1.0, TORQUE_ARM), 3) * self._random.standard_normal(6)
         return Wrench(wrench[:3], wrench[3:], force_noise=noise, torque_noise=TORQUE_ARM * noise)

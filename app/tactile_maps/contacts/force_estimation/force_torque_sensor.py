@@ -14,7 +14,8 @@ from tactile_maps.geometry.surface.mesh import Mesh, SurfacePoint
 from tactile_maps.geometry.surface.raycast import RayCaster, ray_caster
 from tactile_maps.skin.model.skin import Skin
 
-_LEAST, _UNKNOWNS = 1e-9, 6
+_LEAST = 1e-9
+_UNKNOWNS = 6
 _LARGEST_TILT = 1e-6
 
 
@@ -58,7 +59,8 @@ class ForceTorqueSensor:
         Raises:
             MapError: The reading has no wrench.
         """
-        wrench, link = reading.wrench, reading.region.link
+        wrench = reading.wrench
+        link = reading.region.link
         if wrench is None:
             raise MapError("there are no force-torque data", place=link, remedy="Choose another estimator")
         size = float(np.linalg.norm(wrench.force))

@@ -22,7 +22,8 @@ _SIGMAS = 4.0
 """Standard deviations of the sensor's noise that are no mismatch."""
 _FORCE_SHARE = 0.3
 """Of a touch's force: so far the skin's sum may be from a sensor's, by the cover's blur, gains and the skin's edge."""
-_LEAST_FORCE, _LEAST_TORQUE = 0.2, 0.002
+_LEAST_FORCE = 0.2
+_LEAST_TORQUE = 0.002
 """[N], [N m] that are no mismatch even for a sensor without noise: a taxel's threshold is as much."""
 
 

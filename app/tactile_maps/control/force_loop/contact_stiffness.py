@@ -25,14 +25,18 @@ import numpy as np
 
 NEAR = 0.3
 """Share of the latest force by which others of a window may differ: covers stiffen as they are pressed."""
-LEAST_READINGS, MOST_READINGS = 5, 64
+LEAST_READINGS = 5
+MOST_READINGS = 64
 """Of a window."""
 LEAST_CHANGE = 0.05
 """Of the latest force, that the force has to change by in a window."""
-CERTAIN, STEADY, OWN = 0.1, 0.15, 0.5
+CERTAIN = 0.1
+STEADY = 0.15
+OWN = 0.5
 """Standard error of k by k; change of force by the other side's steady motion by that of the arm's; commanded way of
 the skin by the one it went."""
-_WINDOWS, _AGREE = 3, 2
+_WINDOWS = 3
+_AGREE = 2
 """So many are remembered, of which so many have to agree."""
 _TINY = 1e-9
 
@@ -101,7 +105,9 @@ class StiffnessEstimator:
             dt: [s].
             delay: From a sample to its arrival [s]: so old is the place that belongs to the force.
         """
-        self._time, self._way, self._wanted = self._time + dt, self._way + way, self._wanted + wanted
+        self._time = self._time + dt
+        self._way = self._way + way
+        self._wanted = self._wanted + wanted
         self._late.append((self._time, self._way, self._wanted))
         while len(self._late) > round(delay / dt) + 1:
             self._late.popleft()

@@ -65,7 +65,8 @@ SWING_SHARE = 0.5
 """Share of the goal that an error has to exceed on either side to count as a swing."""
 BOUNCE_SHARE = 0.25
 """Share of the goal by which the force may stay below the goal to count as a swing after the contact was lost."""
-TURNS, MEMORY = 5, 4.0
+TURNS = 5
+MEMORY = 4.0
 """Number of swings within this time [s] that count as an oscillation."""
 GONE = 0.6
 """Time without contact [s] after which all is forgotten."""
@@ -95,7 +96,9 @@ class OscillationDetector:
 
     def reset(self) -> None:
         """Forget all swings."""
-        self._time, self._side, self._gone = 0.0, 0, 0.0
+        self._time = 0.0
+        self._side = 0
+        self._gone = 0.0
         self._lost = False
         self._turns: deque[float] = deque(maxlen=TURNS)
         self._samples: deque[tuple[float, float, float]] = deque()

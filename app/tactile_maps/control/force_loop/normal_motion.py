@@ -17,10 +17,12 @@ from collections.abc import Iterable
 from tactile_maps.control.motion.limits import ActiveLimits, Limit, LimitKind
 from tactile_maps.core.arrays import FloatArray, length
 
-LEAST_TILT, ENOUGH_TILT = math.radians(15), math.radians(25)
+LEAST_TILT = math.radians(15)
+ENOUGH_TILT = math.radians(25)
 """Errors of a normal that have to be expected [rad]: of the pieces that collide, of misplaced taxels; and what is
 enough for any speed."""
-LEAST_ASIDE, MOST_ASIDE = 0.01, 1.0
+LEAST_ASIDE = 0.01
+MOST_ASIDE = 1.0
 """Of a point that slides on its way along such a normal [m/s]. With an error of 15 degrees and 2e4 N/m the force then
 rises by 1 N in 20 ms; and what is no bound any more."""
 
@@ -97,7 +99,8 @@ class RisingForces:
             contacts: Number, force [N], goal [N] and the tilt that is borne [rad] of each.
             max_force: At which the arm is stopped [N].
         """
-        least, risen = dict[tuple[int, float], float](), 0.0
+        least = dict[tuple[int, float], float]()
+        risen = 0.0
         for contact, force, goal, tilt in contacts:
             if tilt < ENOUGH_TILT:
                 above = max(force - goal, 0.0)

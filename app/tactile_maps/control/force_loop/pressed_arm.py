@@ -81,7 +81,8 @@ class PressedArm:
     def response(self, s: NDArray[np.complex128]) -> NDArray[np.complex128]:
         """Way per wanted way at complex frequencies ``s`` [1/s], of any shape."""
         each = 1 / (s[..., None] * (s[..., None] + self.damping) + self.squares)
-        free, gives = each.dot(self.outward * self.pushed), each.dot(self.outward**2)
+        free = each.dot(self.outward * self.pushed)
+        gives = each.dot(self.outward**2)
         return np.asarray(free / (1 + self.stiffness * gives))
 
     @property
@@ -105,7 +106,8 @@ class PressedArm:
         """
         period = max(readings.period, tick)
         s = 1j * (_ANGLES + 2 * np.pi * _ALIASES) / period
-        arrival, mean = readings.delay, np.ones_like(s)
+        arrival = readings.delay
+        mean = np.ones_like(s)
         if readings.averaged:
             arrival = max(arrival - period / 2, 0.0)
             mean = (1 - np.exp(-period * s)) / (period * s)
@@ -121,7 +123,8 @@ class PressedArm:
 
 def _gain_margin(loop: NDArray[np.complex128]) -> float:
     """Least gain that brings an open loop (k,), up to half the rate of its samples, through -1."""
-    real, imaginary = loop.real, loop.imag
+    real = loop.real
+    imaginary = loop.imag
     turns = np.flatnonzero(imaginary[:-1] * imaginary[1:] < 0)
     share = imaginary[turns] / (imaginary[turns] - imaginary[turns + 1])
     crossed = np.append(real[turns] + share * (real[turns + 1] - real[turns]), real[-1])

@@ -106,7 +106,8 @@ class ControlSettings:
     def __post_init__(self) -> None:
         for name in RANGES:
             if not is_number(getattr(self, name)):
-                problem, value = "that setting must be a number", getattr(self, name)
+                problem = "that setting must be a number"
+                value = getattr(self, name)
                 raise SceneError(problem, place=f"control.{name}", value=value, remedy=range_remedy(name))
         # From a file points come as lists; a value has to compare and hash.
         set_fields(self, path=tuple(tuple(point) for point in self.path))

@@ -50,7 +50,8 @@ class JointImpedance:
     @property
     def damping(self) -> FloatArray:
         """(n,) of the joints under this impedance [N m s/rad, or N s/m]: the commanded damping and their own."""
-        own, commanded = self._configuration.joint_damping, self.about(self._configuration.posture).damping
+        own = self._configuration.joint_damping
+        commanded = self.about(self._configuration.posture).damping
         return own + commanded
 
     def deviation(self) -> Limit | None:
@@ -155,7 +156,8 @@ HOME_RATE = 1.5
 """How fast the wanted posture returns to rest once nothing touches [1/s]."""
 HOME_SPEED = 0.6
 """Largest speed on the return to rest [rad/s]; of slow joints and slides the same share of their largest speed."""
-MAX_LEAD, MAX_SLIDE_LEAD = 0.3, 0.1
+MAX_LEAD = 0.3
+MAX_SLIDE_LEAD = 0.1
 """Largest distance of the desired posture from the posture of an arm that something blocks [rad], and of slides [m]."""
 
 
@@ -181,10 +183,12 @@ class SpeedScale:
         limits = np.array([MAX_JOINT_SPEED]) if robot is None or not joints else joint_speeds(robot)
         slides = {joint.slide for joint in joints}
         if len(slides) < 2 and (limits == limits[0]).all():
-            self.unit, self.bound = "m/s" if True in slides else "rad/s", float(limits[0])
+            self.unit = "m/s" if True in slides else "rad/s"
+            self.bound = float(limits[0])
             self._units = np.ones(1)
         else:
-            self.unit, self.bound = "% of limit", 100.0
+            self.unit = "% of limit"
+            self.bound = 100.0
             self._units = limits / self.bound
 
     def value(self, velocity: FloatArray) -> float:
@@ -238,7 +242,8 @@ class PostureReference:
     def __init__(self, robot: Robot, configuration: Configuration) -> None:
         self.impedance = JointImpedance(configuration, frequency=INNER_FREQUENCY, damping_ratio=1.0)
         self.lower, self.upper = joint_limits(robot)
-        self.max_speed, self._efforts = joint_speeds(robot), joint_efforts(robot)
+        self.max_speed = joint_speeds(robot)
+        self._efforts = joint_efforts(robot)
         self._lead = np.array([MAX_SLIDE_LEAD if joint.slide else MAX_LEAD for joint in robot.joints])
         self._names = tuple(joint.name for joint in robot.joints)
         self.reset()

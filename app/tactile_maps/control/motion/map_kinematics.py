@@ -30,7 +30,8 @@ class MapKinematics:
     """
 
     def __init__(self, map_: TactileMap) -> None:
-        self.map, self._jacobian = map_, MapJacobian(map_)
+        self.map = map_
+        self._jacobian = MapJacobian(map_)
         self.pitch = float(np.sqrt(map_.skin.areas.mean())) if len(map_.skin) else 0.0
 
     @cached_property

@@ -350,7 +350,8 @@ def solve_within_limits(
         if not any_true(stuck):
             break
         moving &= ~stuck
-        levels, rest = [replace(level, rows=level.rows * moving) for level in levels], rest * moving
+        levels = [replace(level, rows=level.rows * moving) for level in levels]
+        rest = rest * moving
         reference.tell_joint_limits(stuck, limits)
     else:
         return np.zeros_like(start)

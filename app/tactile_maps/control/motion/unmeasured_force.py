@@ -39,7 +39,8 @@ FIT_TOLERANCE = 0.15
 _AT_LIMIT = 1e-3
 """Distance from a limit [rad, or m] within which its own torque is possible."""
 _SWEEPS = 10
-_DIRECTIONS, _POINTS = 120, 150
+_DIRECTIONS = 120
+_POINTS = 150
 """For each link: directions in which its extreme points are found, and points on their convex hull."""
 
 
@@ -128,7 +129,8 @@ class UnmeasuredForceMonitor:
             latency: Period plus delay of the skin's readings [s].
         """
         posture = configuration.posture
-        last, self._last = self._last, (posture, velocity.copy())
+        last = self._last
+        self._last = (posture, velocity.copy())
         if last is None or not len(posture):
             return NO_FORCE
         share = 1 - np.exp(-dt / FILTER_TIME)
@@ -154,7 +156,8 @@ class UnmeasuredForceMonitor:
         """(n,) mean torque of all external forces since the last tick [N m]."""
         data = self._data
         self._model.opt.gravity[:] = self._gravity if torques.gravity else 0.0
-        data.qpos[:], data.qvel[:] = 0.5 * (last[0] + posture), (posture - last[0]) / dt
+        data.qpos[:] = 0.5 * (last[0] + posture)
+        data.qvel[:] = (posture - last[0]) / dt
         mujoco.mj_fwdPosition(self._model, data)
         mujoco.mj_fwdVelocity(self._model, data)
         mujoco.mj_fullM(self._model, data, self._mass)
@@ -196,12 +199,14 @@ def _joint_torque(configuration: Configuration, region: ContactRegion) -> FloatA
 
 def _unexplained(external: FloatArray, read: Sequence[FloatArray]) -> FloatArray:
     """Return the least of ``external`` (n,) that shares from 0 to 1 of the torques in ``read`` leave."""
-    shares, rest = [1.0] * len(read), external - sum(read, np.zeros_like(external))
+    shares = [1.0] * len(read)
+    rest = external - sum(read, np.zeros_like(external))
     for _ in range(1 if len(read) == 1 else _SWEEPS):  # coordinate descent on the bounded least squares
         for number, torque in enumerate(read):
             square = float(torque @ torque)
             share = min(max(shares[number] + float(rest @ torque) / square, 0.0), 1.0) if square else 0.0
-            rest, shares[number] = rest - (share - shares[number]) * torque, share
+            rest = rest - (share - shares[number]) * torque
+            shares[number] = share
     return rest
 
 
@@ -258,15 +263,20 @@ class _Surface:
         rotations = data.xmat.reshape(-1, 3, 3)[self.body_of]
         points = np.einsum("pij,pj->pi", rotations, self.points) + data.xpos[self.body_of]
         normals = np.einsum("pij,pj->pi", rotations, self.normals)
-        axes, anchors = data.xaxis, data.xanchor
+        axes = data.xaxis
+        anchors = data.xanchor
         hinges = normals @ np.cross(axes, anchors).T - np.cross(points, normals) @ axes.T
         return np.where(self.moves, np.where(self.slides, -normals @ axes.T, hinges), 0.0)
 
 
 @lru_cache(maxsize=8)
 def _surface(robot: Robot) -> _Surface:
-    model, links = kinematic_model(robot), list[str]()
-    points, normals, bodies, moves = [], [], [], []
+    model = kinematic_model(robot)
+    links = list[str]()
+    points = []
+    normals = []
+    bodies = []
+    moves = []
     for link in robot.links:
         body = int(model.body(link.name).id)
         moved = _moves(model, body)
@@ -297,7 +307,9 @@ def _hull_points(mesh: Mesh) -> tuple[FloatArray, FloatArray]:
     these points alone.
     """
     number = np.arange(_DIRECTIONS) + 0.5
-    polar, azimuth = np.arccos(1 - 2 * number / _DIRECTIONS), np.pi * (1 + np.sqrt(5)) * number  # Fibonacci lattice
+    # Fibonacci lattice
+    polar = np.arccos(1 - 2 * number / _DIRECTIONS)
+    azimuth = np.pi * (1 + np.sqrt(5)) * number
     directions = np.column_stack([np.cos(azimuth) * np.sin(polar), np.sin(azimuth) * np.sin(polar), np.cos(polar)])
     extreme = (directions @ mesh.vertices.T).argmax(axis=1)
     corners, first = np.unique(extreme, return_index=True)
@@ -312,6 +324,7 @@ def _hull_points(mesh: Mesh) -> tuple[FloatArray, FloatArray]:
     face = np.repeat(np.arange(len(counts)), counts)
     within = np.arange(len(face)) - np.repeat(np.cumsum(counts) - counts, counts) + 0.5
     # Uniform on a triangle: square root and golden ratio sequence.
-    root, turn = np.sqrt(within / counts[face]), (0.6180339887 * within) % 1.0
+    root = np.sqrt(within / counts[face])
+    turn = (0.6180339887 * within) % 1.0
     weights = np.column_stack([1 - root, root * (1 - turn), root * turn])
     return np.einsum("ki,kij->kj", weights, corner[face]), hull.equations[face, :3]

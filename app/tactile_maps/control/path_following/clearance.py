@@ -109,17 +109,23 @@ class Clearance:
         names = [f"{each.name} (object)" if each.name in links else each.name for each in obstacles]
         shapes: list[ObstacleShape] = [obstacle.shape for obstacle in obstacles]
         self._model = model = collision_model(robot, skin, (*shapes, _ROOM, Sphere(1e-4)))
-        self._data, self._joints = mujoco.MjData(model), len(robot.joints)
+        self._data = mujoco.MjData(model)
+        self._joints = len(robot.joints)
         first = model.nbody - len(shapes) - 2
         self._names = [*(model.body(body).name for body in range(first)), *names, TOUCHED, ""]
-        self._room, self._tip = first + len(shapes), first + len(shapes) + 1
-        self._first, self._robot, self._skin = first, robot, skin
+        self._room = first + len(shapes)
+        self._tip = first + len(shapes) + 1
+        self._first = first
+        self._robot = robot
+        self._skin = skin
         self._hollow: dict[str, bool] = {}
         self._pairs = self._meetings(frozenset().union(*overlapping_hulls(robot, skin)))
         self._bodies = model.geom_bodyid[self._pairs]
         self._radii = model.geom_rbound[self._pairs].sum(axis=1)
         self._required = np.full(len(self._pairs), MARGIN)
-        self._touched, self._wanted, self._near = self._room, self._required, self._required
+        self._touched = self._room
+        self._wanted = self._required
+        self._near = self._required
         self._exempt = self._with_touched = np.zeros(len(self._pairs), dtype=bool)
         self._weights = _joint_reaches(model, first)[: self._joints]
 
@@ -157,7 +163,8 @@ class Clearance:
 
     def _touching(self, link: str, obstacles: int) -> int:
         """The body of the obstacle at the tip that touches the link; of the room where there is none."""
-        model, data = self._model, self._data
+        model = self._model
+        data = self._data
         near = {
             int(self._bodies[pair].max()) for pair in np.flatnonzero(self._of(link) & (self._distances() < TOUCHES))
         } & set(range(self._first, self._first + obstacles))
@@ -178,8 +185,11 @@ class Clearance:
             self._hollow[link] = spans_hollows(self._robot, self._skin, link)
         if self._hollow[link]:
             return point
-        model, data, body = self._model, self._data, self._names.index(link)
-        rotation, origin = data.xmat[body].reshape(3, 3), data.xpos[body]
+        model = self._model
+        data = self._data
+        body = self._names.index(link)
+        rotation = data.xmat[body].reshape(3, 3)
+        origin = data.xpos[body]
         start = rotation @ (point + _BEYOND * normal) + origin
         first = int(model.body_geomadr[body])
         hits = [
@@ -240,7 +250,9 @@ class Clearance:
         return float(self._weights @ np.abs(step))
 
     def _meetings(self, apart: frozenset[frozenset[str]]) -> np.ndarray[tuple[int, int], np.dtype[np.intp]]:
-        model, body, names = self._model, self._model.geom_bodyid, self._names
+        model = self._model
+        body = self._model.geom_bodyid
+        names = self._names
         solid = np.flatnonzero((model.geom_contype != 0) | (model.geom_conaffinity != 0))
         moves = model.body_weldid != 0
         moves[self._first :] = False
@@ -295,13 +307,18 @@ def _add_obstacle(spec: mujoco.MjSpec, number: int, shape: ObstacleShape) -> Non
     geom = body.add_geom(name=name, contype=1, conaffinity=1)
     match shape:
         case Sphere():
-            geom.type, geom.size = mujoco.mjtGeom.mjGEOM_SPHERE, [shape.radius, 0, 0]
+            geom.type = mujoco.mjtGeom.mjGEOM_SPHERE
+            geom.size = [shape.radius, 0, 0]
         case Box():
-            geom.type, geom.size = mujoco.mjtGeom.mjGEOM_BOX, list(shape.half)
+            geom.type = mujoco.mjtGeom.mjGEOM_BOX
+            geom.size = list(shape.half)
         case Cylinder():
-            geom.type, geom.size = mujoco.mjtGeom.mjGEOM_CYLINDER, [shape.radius, shape.half, 0]
+            geom.type = mujoco.mjtGeom.mjGEOM_CYLINDER
+            geom.size = [shape.radius, shape.half, 0]
         case Plane():
-            geom.type, geom.size, geom.pos = mujoco.mjtGeom.mjGEOM_BOX, [10.0, 10.0, 1.0], [0.0, 0.0, -1.0]
+            geom.type = mujoco.mjtGeom.mjGEOM_BOX
+            geom.size = [10.0, 10.0, 1.0]
+            geom.pos = [0.0, 0.0, -1.0]
         case Mesh():
             spec.add_mesh(
                 name=name,
@@ -309,7 +326,8 @@ def _add_obstacle(spec: mujoco.MjSpec, number: int, shape: ObstacleShape) -> Non
                 userface=shape.faces.ravel().tolist(),
                 inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_CONVEX,
             )
-            geom.type, geom.meshname = mujoco.mjtGeom.mjGEOM_MESH, name
+            geom.type = mujoco.mjtGeom.mjGEOM_MESH
+            geom.meshname = name
         case _:
             assert_never(shape)
 

@@ -33,7 +33,8 @@ def across_borders(
     others = [other for other in regions if other.at.patch != region.at.patch]
     if not others:
         return []
-    here, reach = configuration.pose(region.link).points(region.link_position), WIDE * sight.pitch
+    here = configuration.pose(region.link).points(region.link_position)
+    reach = WIDE * sight.pitch
     return [
         other for other in others if length(configuration.pose(other.link).points(other.link_position) - here) < reach
     ]
@@ -102,7 +103,9 @@ class PathFollower:
 
     def reset(self) -> None:
         """No path."""
-        self.way, self.piece, self.behind = 0.0, 0, 0.0
+        self.way = 0.0
+        self.piece = 0
+        self.behind = 0.0
         self.laid_at: tuple[float, float] | None = None
         self.target: SurfacePoint | None = None
         self.problem: Limit | None = None
@@ -120,7 +123,10 @@ class PathFollower:
         key = (settings.path, settings.path_kind, settings.path_size, sight)
         if key == self._key:
             return False
-        again, self._key, self.blocked, self._back = self._path is not None, key, None, False
+        again = self._path is not None
+        self._key = key
+        self.blocked = None
+        self._back = False
         self.laid_at = None if settings.path else (float(region.map_point[0]), float(region.map_point[1]))
         try:
             laid = project_path(settings, region.map_point, sight.transitions)
@@ -184,7 +190,8 @@ class PathFollower:
         ):
             return still, crossing
         self.leads_over |= crossing is not None
-        self.way, self.piece = way, path.piece(way)
+        self.way = way
+        self.piece = path.piece(way)
         return direction * (-speed if self._back else speed), None
 
     @property
@@ -194,7 +201,8 @@ class PathFollower:
 
     def stay(self, why: Limit, at: SurfacePoint) -> None:
         """The contact cannot be taken over, so it is held ``at`` a place until another comes, or another path."""
-        self.blocked, self.target = why, at
+        self.blocked = why
+        self.target = at
 
     def there(self, regions: Sequence[ContactRegion]) -> ContactRegion | None:
         """The strongest contact on the patch to which the path leads."""
@@ -204,7 +212,8 @@ class PathFollower:
         """Go on from ``way`` metres along the path."""
         self.leads_over = False
         assert self._path is not None
-        self.way, self.piece = way, self._path.piece(way)
+        self.way = way
+        self.piece = self._path.piece(way)
         self.target, _ = self._path.at(way)
 
     def _next(self, path: SurfacePath, step: float) -> tuple[float, PathCrossing | None]:
@@ -217,7 +226,8 @@ class PathFollower:
         elif not 0 <= way < path.length:
             self._back = way > 0
             return min(max(way, 0.0), path.length * (1 - 1e-9)), None
-        before, after = path.piece(self.way), path.piece(way)
+        before = path.piece(self.way)
+        after = path.piece(way)
         if before == after:
             return way, None
         crossing = path.crossings[before - 1 if self._back else before]

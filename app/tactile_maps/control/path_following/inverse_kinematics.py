@@ -81,7 +81,8 @@ def solve_inverse_kinematics(
         configuration.update(posture)
         pose = configuration.pose(spot.link)
         normal = pose.rotation @ spot.normal
-        off, turn = goal.point - pose.points(spot.point), goal.normal - normal
+        off = goal.point - pose.points(spot.point)
+        turn = goal.normal - normal
         angle = float(np.arccos(np.clip(normal @ goal.normal, -1, 1)))
         if np.linalg.norm(off) < CLOSE and angle < _STRAIGHT:
             yield posture

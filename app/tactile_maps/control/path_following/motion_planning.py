@@ -66,10 +66,13 @@ class RrtConnect:
         upper: FloatArray,
         met: Counter[Pair],
     ) -> None:
-        self._clearance, self._met, self._lot = clearance, met, np.random.default_rng(0)
+        self._clearance = clearance
+        self._met = met
+        self._lot = np.random.default_rng(0)
         self._trees = (_Tree([start]), _Tree(goals))
         ends = np.array([start, *goals])
-        low, high = ends.min(axis=0), ends.max(axis=0)
+        low = ends.min(axis=0)
+        high = ends.max(axis=0)
         self._low = np.maximum(lower, low - np.pi)
         self._high = np.minimum(upper, high + np.pi)
         self._near = np.maximum(lower, low - _AROUND), np.minimum(upper, high + _AROUND)
@@ -93,7 +96,8 @@ class RrtConnect:
 
     def _grow(self, tree: _Tree, towards: FloatArray, *, once: bool) -> Generator[int, None, int | None]:
         """From the nearest node on, a step, or as far as it is clear; the last node added."""
-        node, added = tree.nearest(towards), None
+        node = tree.nearest(towards)
+        added = None
         while True:
             here = tree.postures[node]
             off = towards - here

@@ -20,7 +20,8 @@ from tactile_maps.control.path_following.inverse_kinematics import CLOSE, TILT, 
 from tactile_maps.core.arrays import FloatArray
 from tactile_maps.robots.kinematics import Configuration
 
-MANY_BOXES, MOST_BOXES = 3000, 40_000
+MANY_BOXES = 3000
+MOST_BOXES = 40_000
 """At a time: with many, seeds are told before it is decided whether there is a posture; with most it is given up."""
 _FEW_BOXES = 1500
 """Up to which it is asked, before, whether the place comes there however it faces."""
@@ -97,11 +98,16 @@ class ReachSearch:
         configuration.update(start)
         anchors, axes, slides = configuration.joint_axes()
         pose = configuration.pose(spot.link)
-        self._point, self._normal = pose.points(spot.point), pose.rotation @ spot.normal
+        self._point = pose.points(spot.point)
+        self._normal = pose.rotation @ spot.normal
         self._joints = configuration.joints_before(spot.link)
-        self._anchors, self._axes, self._slides = anchors[self._joints], axes[self._joints], slides[self._joints]
-        self._goal, self._start = goal, start
-        low, high = lower[self._joints], upper[self._joints]
+        self._anchors = anchors[self._joints]
+        self._axes = axes[self._joints]
+        self._slides = slides[self._joints]
+        self._goal = goal
+        self._start = start
+        low = lower[self._joints]
+        high = upper[self._joints]
         turns = ~self._slides & (high - low > 2 * np.pi)  # one turn is all there is
         here = start[self._joints]
         self._low = np.where(turns, np.maximum(low, np.minimum(here - np.pi, high - 2 * np.pi)), low)
@@ -117,15 +123,18 @@ class ReachSearch:
     def _rounds(self) -> Iterator[None]:
         short_by = yield from self._short_by()
         if short_by is not None:
-            self.found, self.done = Reach(False, short_by, ()), True
+            self.found = Reach(False, short_by, ())
+            self.done = True
             return
         boxes = self._whole_range()
         while True:
             boxes, order, spread, _ = yield from self._left(boxes, facing=True)
             if not len(boxes.middles):
-                self.found, self.done = Reach(False, 0.0, ()), True
+                self.found = Reach(False, 0.0, ())
+                self.done = True
                 return
-            count, finest = 2 * len(boxes.middles), spread.max(initial=0.0)
+            count = 2 * len(boxes.middles)
+            finest = spread.max(initial=0.0)
             self.done = count > MOST_BOXES or finest < _FINEST
             if self.found is None and (self.done or finest < _FINE or count > MANY_BOXES):
                 seeds = tuple(self._whole(boxes.middles[k]) for k in _spread_out(boxes.middles, order))
@@ -136,7 +145,8 @@ class ReachSearch:
 
     def _short_by(self) -> Generator[None, None, float | None]:
         """By how much the place never comes there [m], however it faces; None where it does, or soon tells not."""
-        boxes, nearest = self._whole_range(), np.inf
+        boxes = self._whole_range()
+        nearest = np.inf
         while len(boxes.middles) < _FEW_BOXES:
             boxes, _, spread, near = yield from self._left(boxes, facing=False)
             nearest = min(nearest, near)
@@ -155,7 +165,10 @@ class ReachSearch:
     ) -> Generator[None, None, tuple[_Boxes, FloatArray, FloatArray, float]]:
         """Boxes in which the place may come there; how good their middles are (m,), what each joint's half width moves
         (k,), and the least distance of those that are out [m]."""
-        kept, order, spread, nearest = [], [], np.zeros_like(boxes.half), np.inf
+        kept = []
+        order = []
+        spread = np.zeros_like(boxes.half)
+        nearest = np.inf
         for first in range(0, len(boxes.middles), _CHUNK):
             chunk = boxes.middles[first : first + _CHUNK]
             off, turned, reach, sines = self._at(chunk)
@@ -176,7 +189,8 @@ class ReachSearch:
         count, joints = postures.shape
         point = np.broadcast_to(self._point, (count, 3))
         normal = np.broadcast_to(self._normal, (count, 3))
-        reach, sines = np.ones((count, joints)), np.zeros((count, joints))
+        reach = np.ones((count, joints))
+        sines = np.zeros((count, joints))
         moves = postures - self._start[self._joints]
         for joint in range(joints - 1, -1, -1):
             axis = self._axes[joint]
@@ -200,7 +214,8 @@ class ReachSearch:
 
 def _turned(arms: FloatArray, axis: FloatArray, angles: FloatArray) -> FloatArray:
     """(m, 3) vectors turned about a unit axis (3,) by angles (m,) (Rodrigues)."""
-    cos, sin = np.cos(angles)[:, None], np.sin(angles)[:, None]
+    cos = np.cos(angles)[:, None]
+    sin = np.sin(angles)[:, None]
     return arms * cos + np.cross(axis, arms) * sin + np.outer(arms @ axis, axis) * (1 - cos)
 
 

@@ -30,7 +30,8 @@ from tactile_maps.skin.model.skin import Skin
 
 JOINT_SPEED = 0.6
 """Of any joint on the way [rad/s]."""
-SPEED, SLOW = 0.2, 0.02
+SPEED = 0.2
+SLOW = 0.02
 """Of either place, at most [m/s]; slow on the leg at whose end it will touch."""
 LONGEST = 20.0
 """On the way there, or back [s]; and twice what its length takes at ``JOINT_SPEED``, where it leads around."""
@@ -44,7 +45,8 @@ _POSTURES = 30
 """Looked at in the search for a way, each tick: 1 to 2 ms."""
 _GENTLE = 0.1
 """Time constant of changes of speed [s]."""
-_NEAR, _RATE = 0.01, 6.0
+_NEAR = 0.01
+_RATE = 6.0
 
 
 class Regrasp:
@@ -72,8 +74,12 @@ class Regrasp:
         pitch: float,
         known: frozenset[int],
     ) -> None:
-        self._plan, self._skin, self._pitch, self._known = plan, skin, pitch, known
-        self.leaves, self.enters = leaves, enters
+        self._plan = plan
+        self._skin = skin
+        self._pitch = pitch
+        self._known = known
+        self.leaves = leaves
+        self.enters = enters
         self.state = RegraspState.PLAN
         self.failure: RegraspFailure | None = None
         self._links = skin.link(leaves), skin.link(enters)
@@ -134,9 +140,12 @@ class Regrasp:
         self._plan.look(_POSTURES)
         route = self._plan.route
         if self._plan.problem is not None:
-            self.state, self.failure = RegraspState.FAILED, self._plan.problem.cause
+            self.state = RegraspState.FAILED
+            self.failure = self._plan.problem.cause
         elif route is not None:
-            self.state, self._time, self._way = RegraspState.LIFT, 0.0, [route.lifted]
+            self.state = RegraspState.LIFT
+            self._time = 0.0
+            self._way = [route.lifted]
             self._behind = [route.start]
             around = [float(np.abs(b - a).max()) for a, b in pairwise((route.lifted, *route.around, route.over))]
             self._longest = LONGEST + 2 * sum(around) / JOINT_SPEED
@@ -148,9 +157,11 @@ class Regrasp:
         if self._way or route is None:
             return
         if self.state is RegraspState.LIFT:
-            self.state, self._way = RegraspState.CARRY, [*route.around, route.over, route.above]
+            self.state = RegraspState.CARRY
+            self._way = [*route.around, route.over, route.above]
         elif self.state is RegraspState.CARRY:
-            self.state, self._way = RegraspState.PRESS, [route.pressed]
+            self.state = RegraspState.PRESS
+            self._way = [route.pressed]
         elif self.state is RegraspState.PRESS:
             self._turn_back(RegraspFailure.NOTHING_THERE)
         else:
@@ -182,15 +193,19 @@ class Regrasp:
         return region
 
     def _at(self, regions: Sequence[ContactRegion], at: SurfacePoint) -> ContactRegion | None:
-        place, near = self._skin.position(at), PITCHES * self._pitch
+        place = self._skin.position(at)
+        near = PITCHES * self._pitch
         return next(
             (r for r in regions if r.at.patch == at.patch and np.linalg.norm(r.link_position - place) < near), None
         )
 
     def _turn_back(self, failure: RegraspFailure) -> None:
         """Back by the way it came."""
-        self.state, self.failure, self._time = RegraspState.RETURN, failure, 0.0
-        self._way, self._behind = self._behind[::-1], []
+        self.state = RegraspState.RETURN
+        self.failure = failure
+        self._time = 0.0
+        self._way = self._behind[::-1]
+        self._behind = []
 
     def _towards(self, start: FloatArray, configuration: Configuration) -> FloatArray:
         """Straight to the next posture, as fast as joints and places may move, slower near its end."""
@@ -274,7 +289,8 @@ class RegraspManager:
         """
         if self._robot is None:
             return False
-        self.crossing, self._transfer = crossing, None
+        self.crossing = crossing
+        self._transfer = None
         self._asked = skin, pitch, region, frozenset(one.id for one in regions)
         return True
 
@@ -292,7 +308,8 @@ class RegraspManager:
             dt: To the next tick [s].
         """
         if self._asked is not None:
-            self._transfer, self._asked = self._begin(start, rest, *self._asked), None
+            self._transfer = self._begin(start, rest, *self._asked)
+            self._asked = None
         return self._transfer.speed(start, configuration, dt) if self._transfer is not None and self.moves else None
 
     def _begin(
@@ -309,8 +326,10 @@ class RegraspManager:
         assert self.crossing is not None
         touched = LinkPoint(region.link, region.link_position, region.link_normal)
         wanted = _spot(skin, self.crossing.enters)
-        clearance, pose = self._clear_of(skin), self._posed(start, touched.link)
-        place, normal = pose.points(touched.point), pose.rotation @ touched.normal
+        clearance = self._clear_of(skin)
+        pose = self._posed(start, touched.link)
+        place = pose.points(touched.point)
+        normal = pose.rotation @ touched.normal
         clearance.begin(start, self._surroundings(), touched.link, place, normal)
         plan = RegraspPlan(self._robot, self._trial, clearance, start, rest, touched, wanted)
         return Regrasp(plan, skin, region.at, self.crossing.enters, pitch, known)

@@ -37,9 +37,11 @@ DEPTH = 0.01
 """How far past its place the skin goes for what it is to touch [m]."""
 _MOST_LEAN = 0.03
 """By which an object may meet the skin before its place does [m]."""
-_LIFTS, _LEAST = 20, 0.02
+_LIFTS = 20
+_LEAST = 0.02
 """Rounds of lifting, and how little a joint velocity may move the place at least [m/rad]."""
-_LOOKS, _DEEPER = 40, 5e-5
+_LOOKS = 40
+_DEEPER = 5e-5
 """Postures looked at on a lift, and how much deeper than at the start it may press [m]: 1 N on a stiff skin."""
 _STARTS = 12
 """Postures drawn by lot from which a way is sought."""
@@ -47,7 +49,8 @@ _BEYOND = 25
 """Times that the joints beyond the place are drawn by lot."""
 _GOALS = 4
 """Postures between which a way around may choose."""
-_OF_AIM, _OF_REACH = 2, 15
+_OF_AIM = 2
+_OF_REACH = 15
 """Cost of a round of inverse kinematics and of the search for reach, in postures looked at."""
 
 
@@ -125,7 +128,8 @@ class RegraspPlan:
         touched: LinkPoint,
         wanted: LinkPoint,
     ) -> None:
-        self._start, self._rest = start.copy(), rest
+        self._start = start.copy()
+        self._rest = rest
         self._touched, self._wanted = (
             replace(spot, point=clearance.on_hull(spot.link, spot.point, spot.normal)) for spot in (touched, wanted)
         )
@@ -137,7 +141,8 @@ class RegraspPlan:
         self.route: RegraspRoute | None = None
         self.problem: NoRoute | None = None
         self._met: Counter[Pair] = Counter()
-        self._comes, self._lot = False, np.random.default_rng(0)
+        self._comes = False
+        self._lot = np.random.default_rng(0)
         self._search = self._rounds()
 
     @property
@@ -207,7 +212,8 @@ class RegraspPlan:
 
     def _comes_off(self, lifted: FloatArray) -> Generator[int, None, bool]:
         """Whether no posture on the way to ``lifted`` is pressed deeper than the start, which a stiff skin resists."""
-        link, touched = self._touched.link, self._clearance.touched
+        link = self._touched.link
+        touched = self._clearance.touched
         deepest = min(self._clearance.distance(self._start, link, touched), 0.0) - _DEEPER
         for share in np.linspace(0, 1, _LOOKS):
             yield 1
@@ -218,7 +224,9 @@ class RegraspPlan:
 
     def _lifted(self, height: float) -> Generator[int, None, FloatArray | None]:
         """Straight off what is touched, by the least motion of the joints: to the side the place may go as it likes."""
-        posture, spot, goal = self._start, self._touched, self._goal
+        posture = self._start
+        spot = self._touched
+        goal = self._goal
         for _ in range(_LIFTS):
             self._configuration.update(posture)
             high = float(goal.normal @ (goal.point - self._configuration.pose(spot.link).points(spot.point)))

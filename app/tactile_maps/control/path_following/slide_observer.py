@@ -70,7 +70,8 @@ class SlideObserver:
         else:
             share = min(rate * dt, 1.0)
             self.missing = self.missing + share * (tried - moved / dt - self.missing)
-            found, most = length(self.missing), min(MOST_MISSING, speed)
+            found = length(self.missing)
+            most = min(MOST_MISSING, speed)
             if found > most:
                 self.missing = self.missing * (most / found)
         self._contact = contact

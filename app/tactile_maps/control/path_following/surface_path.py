@@ -90,7 +90,10 @@ class SurfacePath:
             place = f"({x:.0f}, {y:.0f}) mm"
             raise MapError(f"the path does not start on the skin, but at {place}", value=place, remedy="Begin it there")
         walk = PathProjection(transitions, start, path.points, drawn=drawn)
-        self._start, self._pieces, self._jumps, self.whole = start, walk.pieces, walk.jumps, walk.whole
+        self._start = start
+        self._pieces = walk.pieces
+        self._jumps = walk.jumps
+        self.whole = walk.whole
         sides = np.array([piece.points[1] - piece.points[0] for piece in self._pieces]).reshape(-1, 2)
         self._walks: dict[int, TriangleWalk] = {}
         self._last = -1, 0
@@ -111,7 +114,8 @@ class SurfacePath:
         if not 0 <= way < self.length:
             return (self._pieces[-1].end if way > 0 else self._pieces[0].start), np.zeros(2)
         number = int(np.searchsorted(self._ends, way, side="right")) - 1
-        piece, direction = self._pieces[number], self._directions[number]
+        piece = self._pieces[number]
+        direction = self._directions[number]
         return self._place(piece, piece.points[0] + (way - self._ends[number]) * direction), direction
 
     def _place(self, piece: PathSegment, point: FloatArray) -> SurfacePoint:
@@ -139,7 +143,8 @@ class SurfacePath:
         if not own:
             return 0.0 if not self._pieces and self._start.patch == at.patch else None
         starts = np.array([self._pieces[number].points[0] for number in own])
-        lengths, directions = self._lengths[own], self._directions[own]
+        lengths = self._lengths[own]
+        directions = self._directions[own]
         along = np.clip(np.einsum("ki,ki->k", self._map.to_map(at) - starts, directions), 0, lengths)
         away = np.linalg.norm(starts + along[:, None] * directions - self._map.to_map(at), axis=1)
         best = int(away.argmin())
@@ -150,7 +155,8 @@ class SurfacePath:
         """Polylines (k, 2) on the map [m]: broken at seams and crossings; a single point for a path of one."""
         if not self._pieces:
             return (readonly(self._map.to_map(self._start)[None]),)
-        lines, pieces = [], self._pieces
+        lines = []
+        pieces = self._pieces
         for number, piece in enumerate(pieces):
             before = pieces[number - 1] if number else None
             if before is None or before.patch != piece.patch or np.abs(before.points[1] - piece.points[0]).max() > 1e-6:
@@ -169,7 +175,9 @@ class SurfacePath:
         """Whether it ends on the body where it starts; behind seams it need not."""
         if not self._pieces:
             return False
-        first, last, skin = self._pieces[0].start, self._pieces[-1].end, self._map.skin
+        first = self._pieces[0].start
+        last = self._pieces[-1].end
+        skin = self._map.skin
         away = np.linalg.norm(skin.position(first) - skin.position(last))
         return first.patch == last.patch and bool(away < NEAR_PITCHES * np.sqrt(skin.areas.mean()))
 

@@ -17,7 +17,8 @@ from tactile_maps.core.arrays import FloatArray
 
 KEPT_SHARE = 0.5
 """Share of the goal down to which a contact that was above it stays controlled, so that its integral is kept."""
-EXCESS_SHARE, MIN_EXCESS = 0.1, 0.2
+EXCESS_SHARE = 0.1
+MIN_EXCESS = 0.2
 """Force above the goal that is not reported, as share of the goal and at least [N]."""
 RELIEF_SHARE = 0.5
 """Share of the speed proportional to the excess force, below which a contact counts as not relieved."""

@@ -21,7 +21,8 @@ from tactile_maps.geometry.surface.mesh import SurfacePoint
 from tactile_maps.robots.kinematics import Configuration
 from tactile_maps.robots.model.robot import Joint
 
-STOP_SPEED, STOP_SLIDE_SPEED = 3.0, 0.5
+STOP_SPEED = 3.0
+STOP_SLIDE_SPEED = 0.5
 """Joint speed that stops the arm, of a hinge [rad/s] and of a slide [m/s]; twice what controllers request."""
 STOP_SPEED_MARGIN = 1.5
 """A joint stops the arm at this multiple of the speed that its model allows, if that is less."""
@@ -29,7 +30,8 @@ STOP_POINT_SPEED = 1.0
 """Greatest speed of a touched point [m/s]; four times the greatest that controllers request."""
 YIELD_TIME = 0.5
 """Time constant with which a stopped arm gives way to what still touches it [s]."""
-YIELD_SPEED, YIELD_SLIDE_SPEED = 0.6, 0.1
+YIELD_SPEED = 0.6
+YIELD_SLIDE_SPEED = 0.1
 """Largest speed at which a stopped arm gives way, of a hinge [rad/s] and of a slide [m/s]; faster motion is damped."""
 UNMEASURED_TOUCH = 3.0
 """Force that the skin does not measure [N] above which something still touches a stopped arm."""
@@ -108,7 +110,8 @@ class SafetyMonitor:
         if reason is not None and self.reason is None:
             self.posture = posture.copy()
         elif self.reason is not None and touched:
-            step, most = min(dt / YIELD_TIME, 1.0) * (posture - self.posture), dt * self.yield_speed
+            step = min(dt / YIELD_TIME, 1.0) * (posture - self.posture)
+            most = dt * self.yield_speed
             self.posture = self.posture + np.clip(step, -most, most)
         if reason is not None and (self.reason is None or self._ends_when_agreed):
             self.reason = reason
@@ -123,7 +126,8 @@ class SafetyMonitor:
         shares = np.abs(velocity) / self._stop_speed
         if largest(shares) > 1:
             fastest = int(shares.argmax())
-            joint, value = self._joints[fastest], abs(float(velocity[fastest]))
+            joint = self._joints[fastest]
+            value = abs(float(velocity[fastest]))
             kind = LimitKind.STOPPED_BY_SLIDE_SPEED if joint.slide else LimitKind.STOPPED_BY_SPEED
             return Limit(kind, (joint.name,), value=value, bound=float(self._stop_speed[fastest]))
         if point_speed > STOP_POINT_SPEED:
@@ -143,7 +147,8 @@ def stop_speeds(joints: Sequence[Joint]) -> FloatArray:
 
 def mismatch_limit(mismatch: WrenchMismatch) -> Limit:
     """What the arm is stopped by where several contacts were read as one."""
-    kind, link = LimitKind.STOPPED_BY_MISMATCH, mismatch.link
+    kind = LimitKind.STOPPED_BY_MISMATCH
+    link = mismatch.link
     return Limit(kind, (link,), value=mismatch.torque, bound=mismatch.max_torque)
 
 
@@ -187,7 +192,8 @@ def _force_danger(max_force: float, regions: Sequence[ContactRegion]) -> Limit |
     return None
 
 
-SHORTEST, LONGEST = 0.3, 2.0
+SHORTEST = 0.3
+LONGEST = 2.0
 """For how long motion is compared [s]: an arm takes a while to follow, and slow errors are no hold."""
 SHARE = 0.1
 """Share of it that must have come. Whither is not asked, if not back: on a map believed turned it comes sideways."""
@@ -226,7 +232,10 @@ class StallDetector:
         self._target: SurfacePoint | None = None
 
     def _start_window(self) -> None:
-        self._time, self._asked, self._tried, self._came = 0.0, np.zeros(2), np.zeros(2), np.zeros(2)
+        self._time = 0.0
+        self._asked = np.zeros(2)
+        self._tried = np.zeros(2)
+        self._came = np.zeros(2)
 
     def look(
         self,
@@ -257,12 +266,14 @@ class StallDetector:
         if self.reason is not None:
             return self.reason
         self._time += dt
-        self._asked, self._tried = self._asked + asked * dt, self._tried + tried * dt
+        self._asked = self._asked + asked * dt
+        self._tried = self._tried + tried * dt
         if length(moved) < _JUMP:  # over a seam the place jumps
             self._came = self._came + moved
         if self._time > SHORTEST:
             self.reason = self._judged()
-            self._error, self._target = error, target
+            self._error = error
+            self._target = target
         return self.reason
 
     def _moved(self, contact: int, point: FloatArray) -> FloatArray:
@@ -270,17 +281,20 @@ class StallDetector:
         if contact != self._contact:
             if self.reason is not LimitKind.OUT_OF_REACH:  # that is the arm's matter, whatever touches
                 self.reset()
-            self._contact, self._point = contact, None
+            self._contact = contact
+            self._point = None
         moved = np.zeros(2) if self._point is None else point - self._point
         self._point = point
         return moved
 
     def _judged(self) -> LimitKind | None:
         """What all that was asked, tried and came so far says."""
-        asked, tried = length(self._asked), length(self._tried)
+        asked = length(self._asked)
+        tried = length(self._tried)
         if asked > self._least and self._tried @ self._asked < SHARE * asked**2:
             return LimitKind.OUT_OF_REACH
-        enough, came = tried > self._least, length(self._came)
+        enough = tried > self._least
+        came = length(self._came)
         along = enough and (came < SHARE * tried or self._came @ self._tried < -SHARE * tried**2)
         if enough or self._time > LONGEST:
             self._start_window()
@@ -313,7 +327,8 @@ class EnergyTank:
 
     def reset(self) -> None:
         """Full, and nothing given."""
-        self.level, self.given = FULL, 0.0
+        self.level = FULL
+        self.given = 0.0
 
     def flow(self, given: float, damped: float, dt: float) -> None:
         """Count a tick.

@@ -228,7 +228,8 @@ class HybridScheme(PointVelocityScheme):
 
     def velocity(self, settings: ControlSettings, contact: TaskContact, dt: float, limits: ActiveLimits) -> FloatArray:
         """What brings the contact on, without its part along the normal, where force is served."""
-        along, normal = contact.along(settings.position_gain, MAX_POINT_SPEED), contact.normal
+        along = contact.along(settings.position_gain, MAX_POINT_SPEED)
+        normal = contact.normal
         return along + (self.push(settings, contact, dt, limits) - along.dot(normal)) * normal
 
 
@@ -335,7 +336,8 @@ class PriorityScheme:
         self, settings: ControlSettings, contact: TaskContact, dt: float, limits: ActiveLimits
     ) -> PriorityLevel:
         """Return the rows of the first level."""
-        push, normal = self._servo.push(settings, contact.key, contact.force_error, dt, limits), contact.normal
+        push = self._servo.push(settings, contact.key, contact.force_error, dt, limits)
+        normal = contact.normal
         if not contact.straight:
             return PriorityLevel(contact.outward[None], np.array([push]), normal[None])
         along = contact.along(settings.position_gain, MAX_POINT_SPEED)
@@ -359,7 +361,9 @@ LIMIT_RATE = 7.5
 """Largest speed of a joint towards its limit, per distance from it [1/s]."""
 CAP_SHARE = 0.8
 """Share of the greatest force, at which the arm stops, that contacts may reach."""
-_FORCE_WEIGHT, _CAP_WEIGHT, _REST_WEIGHT = 100.0, 1e4, 1e-3
+_FORCE_WEIGHT = 100.0
+_CAP_WEIGHT = 1e4
+_REST_WEIGHT = 1e-3
 _ROUNDS = 3
 
 
@@ -377,7 +381,8 @@ class QuadraticProgramScheme(PriorityScheme):
         """MuJoCo's box-constrained solver, again with the caps that the first answer would break."""
         lower, upper = self._box(arm)
         hessian, gradient = _quadratic(levels, arm.home, arm.reference.max_speed, limits)
-        cap, held = CAP_SHARE * settings.max_force, set[int]()
+        cap = CAP_SHARE * settings.max_force
+        held = set[int]()
         for _ in range(_ROUNDS):
             speed = _solve_box(hessian, gradient, lower, upper, arm.speed)
             over = [c for c in arm.touched if c.id not in held and _next_force(c, speed, arm.dt) > cap]
@@ -385,7 +390,8 @@ class QuadraticProgramScheme(PriorityScheme):
                 break
             for contact in over:
                 held.add(contact.id)
-                row, most = contact.outward, max((cap - contact.force) / (CONTACT_STIFFNESS * arm.dt), -MAX_POINT_SPEED)
+                row = contact.outward
+                most = max((cap - contact.force) / (CONTACT_STIFFNESS * arm.dt), -MAX_POINT_SPEED)
                 hessian = hessian + _CAP_WEIGHT * np.outer(row, row)
                 gradient = gradient - _CAP_WEIGHT * most * row
         _tell(speed, lower, upper, arm, limits)
@@ -395,7 +401,8 @@ class QuadraticProgramScheme(PriorityScheme):
 
     def _box(self, arm: ArmState) -> tuple[FloatArray, FloatArray]:
         """Bounds (n,) of the speed: greatest speed, greatest change, and slower towards a limit that is near."""
-        full, change = arm.reference.max_speed, _max_change(arm)
+        full = arm.reference.max_speed
+        change = _max_change(arm)
         above = LIMIT_RATE * np.maximum(arm.reference.upper - arm.start, 0)
         below = LIMIT_RATE * np.minimum(arm.reference.lower - arm.start, 0)
         upper = np.minimum(np.minimum(full, arm.speed + change), above)
@@ -412,7 +419,8 @@ def _quadratic(
     levels: Sequence[PriorityLevel], rest: FloatArray, max_speed: FloatArray, limits: ActiveLimits
 ) -> tuple[FloatArray, FloatArray]:
     """Return Hessian (n, n) and gradient (n,), with the damping of directions that are too slow; see ``levels``."""
-    hessian, gradient = np.diag(np.full(len(rest), _REST_WEIGHT)), -_REST_WEIGHT * rest
+    hessian = np.diag(np.full(len(rest), _REST_WEIGHT))
+    gradient = -_REST_WEIGHT * rest
     for weight, level in zip((_FORCE_WEIGHT, 1.0), levels, strict=False):
         left, gains, right = singular_directions(level.rows * max_speed)
         parts = list(zip(gains.tolist(), level.speed.dot(left).tolist(), strict=True))

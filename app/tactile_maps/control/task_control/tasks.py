@@ -67,7 +67,8 @@ class TaskManager:
     """
 
     def __init__(self, robot: Robot | None = None, *, surroundings: Surroundings = nothing_around) -> None:
-        self.follower, self.regrasp = PathFollower(), RegraspManager(robot, surroundings=surroundings)
+        self.follower = PathFollower()
+        self.regrasp = RegraspManager(robot, surroundings=surroundings)
         self._selection = ContactSelection()
         self.reset()
 
@@ -83,7 +84,8 @@ class TaskManager:
         self._task: object = None
         self._place: object = None
         self._last: ContactRegion | None = None
-        self._searching, self.lost = 0.0, False
+        self._searching = 0.0
+        self.lost = False
         self._off_skin = False
 
     def report(self, tank: EnergyTank) -> TaskReport:
@@ -104,7 +106,8 @@ class TaskManager:
 
     def let_go(self) -> None:
         """Forget the contact, as if it had not been; the path goes on from where it is."""
-        self._last, self.controlled = None, ()
+        self._last = None
+        self.controlled = ()
         self.regrasp.reset()
 
     def goals(
@@ -139,7 +142,9 @@ class TaskManager:
         if region is None:
             return self._search(now)
         new = self._last is None or self._last.id != region.id
-        self._last, self._searching, self.lost = region, 0.0, False
+        self._last = region
+        self._searching = 0.0
+        self.lost = False
         if now.settings.task == "balance":
             return _balanced(now.settings, now.regions)
         if now.settings.task == "retreat":
@@ -157,7 +162,8 @@ class TaskManager:
 
     def _carried(self, now: _Now) -> list[ContactGoal]:
         """Nothing while a contact is on its way; what the task wants of it as soon as it has come."""
-        region, crossing = self.regrasp.watch(now.regions, now.dt), self.regrasp.crossing
+        region = self.regrasp.watch(now.regions, now.dt)
+        crossing = self.regrasp.crossing
         carrying = self.regrasp.limit
         assert crossing is not None
         assert carrying is not None
@@ -170,7 +176,8 @@ class TaskManager:
         else:
             self.follower.stay(carrying, crossing.leaves)
         self.regrasp.reset()
-        self._last, self._searching = region, 0.0
+        self._last = region
+        self._searching = 0.0
         return self._goals(now)
 
     def _start_if_new(self, settings: ControlSettings, sight: MapKinematics) -> None:
@@ -179,7 +186,8 @@ class TaskManager:
             self._task = settings.task, settings.starts
         place = (settings.path[0], sight) if settings.path else None  # without one it is the same on every map
         if settings.task == "hold_point" and place != self._place:
-            self._place, self.target = place, None
+            self._place = place
+            self.target = None
 
     def _contact(self, regions: Sequence[ContactRegion]) -> ContactRegion | None:
         """The contact known from before, else the strongest; on a path rather the one that is where it leads to."""
@@ -194,7 +202,8 @@ class TaskManager:
         """A contact just lost is sought for a while, as one without force; not by tasks that yield."""
         if self._last is None:
             return []
-        task, goal = now.settings.task, now.settings.force_goal
+        task = now.settings.task
+        goal = now.settings.force_goal
         self._searching += now.dt
         if task in ("retreat", "guide", "balance") or self._searching > SEARCH_TIME or not goal:
             self.lost = task not in ("retreat", "guide", "balance")
@@ -237,7 +246,8 @@ class TaskManager:
     def _look(self, now: _Now) -> None:
         """The contact is held while a way for it is looked for."""
         self.regrasp.watch(now.regions, now.dt)
-        crossing, limit = self.regrasp.crossing, self.regrasp.limit
+        crossing = self.regrasp.crossing
+        limit = self.regrasp.limit
         if crossing is None or limit is None:
             return
         if self.regrasp.state is RegraspState.FAILED:
@@ -247,7 +257,8 @@ class TaskManager:
             now.limits.add(limit)
 
     def _at_a_place(self, now: _Now, region: ContactRegion, new: bool) -> ContactGoal:
-        path, guided = now.settings.path, now.settings.task == "guide"
+        path = now.settings.path
+        guided = now.settings.task == "guide"
         if self.target is None or (new and guided):
             drawn = now.sight.map.to_body(np.array(path[0])) if path else region.at
             self.target = region.at if drawn is None or guided else drawn

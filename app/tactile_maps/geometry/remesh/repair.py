@@ -54,7 +54,9 @@ def clean_mesh(mesh: Mesh, *, where: str = "mesh") -> tuple[Mesh, tuple[Finding,
     Raises:
         MeshError: Nothing with area is left.
     """
-    vertices, faces, notes = mesh.vertices, mesh.faces, []
+    vertices = mesh.vertices
+    faces = mesh.faces
+    notes = []
     if len(faces) and mesh.size > 0:
         tolerance = weld_tolerance(mesh.vertices)
         same = weld_vertices(mesh.vertices, tolerance)
@@ -75,7 +77,8 @@ def clean_mesh(mesh: Mesh, *, where: str = "mesh") -> tuple[Mesh, tuple[Finding,
 
 def _no_area_error(mesh: Mesh, where: str) -> MeshError:
     """The error for a mesh of which nothing can be used."""
-    value, remedy = f"{len(mesh.faces)} faces", "Export it again with triangles"
+    value = f"{len(mesh.faces)} faces"
+    remedy = "Export it again with triangles"
     return MeshError("the mesh has no face with an area", file=where, value=value, remedy=remedy)
 
 
@@ -148,12 +151,14 @@ def flip_degenerate_faces(
     flat = is_degenerate(vertices[faces], tolerance)
     for _ in range(_ROUNDS if flat.any() else 0):
         face, behind, corners = _candidate_flips(vertices, faces, flat)
-        first, second = corners[:, [0, 1, 3]], corners[:, [1, 2, 3]]
+        first = corners[:, [0, 1, 3]]
+        second = corners[:, [1, 2, 3]]
         helps = ~(is_degenerate(vertices[first], tolerance) | is_degenerate(vertices[second], tolerance))
         chosen = np.flatnonzero(helps)[_independent_flips(face[helps], behind[helps], corners[helps][:, [1, 3]])]
         if not len(chosen):
             break
-        faces[behind[chosen]], faces[face[chosen]] = first[chosen], second[chosen]
+        faces[behind[chosen]] = first[chosen]
+        faces[face[chosen]] = second[chosen]
         owner[face[chosen]] = owner[behind[chosen]]
         flat[face[chosen]] = False
     return faces, owner, flat
@@ -189,11 +194,13 @@ def _independent_flips(face: IntArray, behind: IntArray, edge: IntArray) -> IntA
     np.minimum.at(claim, face, number)
     np.minimum.at(claim, behind, number)
     alone = np.flatnonzero((claim[face] == number) & (claim[behind] == number))
-    low, high = edge[alone].min(axis=1), edge[alone].max(axis=1)
+    low = edge[alone].min(axis=1)
+    high = edge[alone].max(axis=1)
     return alone[np.unique(low * (int(edge.max(initial=0)) + 1) + high, return_index=True)[1]]
 
 
-SMALLEST, LARGEST = 1e-12, 1e12
+SMALLEST = 1e-12
+LARGEST = 1e12
 """Sizes and coordinates [m] beyond which products of lengths would leave the range of numbers."""
 _REMEDY = "Export it again in metres"
 
@@ -261,10 +268,13 @@ class _Repair:
     """
 
     def __init__(self, mesh: Mesh, where: str) -> None:
-        self._file, self._where, self._notes = mesh, where, list[Finding]()
+        self._file = mesh
+        self._where = where
+        self._notes = list[Finding]()
         self.vertex_of, local = np.unique(mesh.faces, return_inverse=True)
         self.vertices, self.tolerance = _unit_sized(mesh, self.vertex_of, where)
-        self.faces, self.face_of = local.reshape(-1, 3), np.arange(len(mesh.faces))
+        self.faces = local.reshape(-1, 3)
+        self.face_of = np.arange(len(mesh.faces))
         self.component = np.zeros(len(mesh.faces), dtype=np.int64)
         self.turned = np.zeros(len(mesh.faces), dtype=bool)
         self.closed = np.zeros(1, dtype=bool)
@@ -273,7 +283,8 @@ class _Repair:
     def weld(self) -> None:
         same = weld_vertices(self.vertices, self.tolerance)
         away = np.flatnonzero(same != np.arange(len(same)))
-        self.welded, self.faces = self.vertex_of[np.stack([away, same[away]], axis=1)], same[self.faces]
+        self.welded = self.vertex_of[np.stack([away, same[away]], axis=1)]
+        self.faces = same[self.faces]
         self._tell("duplicate-vertex", "welded", len(away))
 
     def drop_duplicates(self) -> None:
@@ -286,7 +297,9 @@ class _Repair:
 
     def stitch(self) -> None:
         self.faces, owner, count = stitch_junctions(self.vertices, self.faces)
-        self.face_of, self.component, self.turned = self.face_of[owner], self.component[owner], self.turned[owner]
+        self.face_of = self.face_of[owner]
+        self.component = self.component[owner]
+        self.turned = self.turned[owner]
         self._tell("t-junction", "stitched: vertices inside an edge were inserted into it", count)
         count, widest = open_cracks(self.vertices, self.faces)
         extent = float(np.linalg.norm(np.ptp(self._file.vertices[self.vertex_of], axis=0)))
@@ -299,15 +312,14 @@ class _Repair:
 
     def orient(self) -> None:
         oriented = orient_faces(self.faces, self._mesh().face_areas)
-        self.faces, self.component, self.turned = (
-            flip_faces(self.faces, oriented.turned),
-            oriented.component,
-            oriented.turned,
-        )
+        self.faces = flip_faces(self.faces, oriented.turned)
+        self.component = oriented.component
+        self.turned = oriented.turned
         self._tell("one-sided", "cut at edges where its two sides meet", oriented.clashes)
 
     def split_nonmanifold(self) -> None:
-        table, twins = Connectivity(self.faces), manifold_twins(self.faces, self.component)
+        table = Connectivity(self.faces)
+        twins = manifold_twins(self.faces, self.component)
         apart = (table.face_count > 1)[table.edge_of.ravel()]
         apart[twins.ravel()] = False
         ends = np.unique(table.edges[table.edge_of.ravel()[apart]])
@@ -326,7 +338,8 @@ class _Repair:
         area = np.bincount(self.component, mesh.face_areas)
         kept = np.bincount(self.component, np.where(self.turned, 0.0, mesh.face_areas)) / np.where(area > 0, area, 1.0)
         inverted = inside_out(mesh, self.component, self.closed, kept)[self.component]
-        self.faces, self.turned = flip_faces(self.faces, inverted), self.turned ^ inverted
+        self.faces = flip_faces(self.faces, inverted)
+        self.turned = self.turned ^ inverted
         self._tell("turned-face", "reoriented consistently", int(self.turned.sum()))
 
     def flip_degenerate_faces(self) -> None:
@@ -337,7 +350,8 @@ class _Repair:
             int((owner != np.arange(len(owner))).sum()),
         )
         self._tell("flat-face", "dropped", int(flat.sum()))
-        self.face_of, self.turned = self.face_of[owner], self.turned[owner]
+        self.face_of = self.face_of[owner]
+        self.turned = self.turned[owner]
         if flat.any():
             self._keep(np.flatnonzero(~flat))
             twins = manifold_twins(self.faces, self.component)
@@ -363,13 +377,16 @@ class _Repair:
         """Keep the faces with these numbers only."""
         if not len(numbers):
             raise _no_area_error(self._file, self._where)
-        self.faces, self.face_of = self.faces[numbers], self.face_of[numbers]
-        self.component, self.turned = self.component[numbers], self.turned[numbers]
+        self.faces = self.faces[numbers]
+        self.face_of = self.face_of[numbers]
+        self.component = self.component[numbers]
+        self.turned = self.turned[numbers]
 
     def _split(self, twins: IntArray) -> IntArray:
         """Give each fan its own vertices; returns which of the vertices before each is a copy of."""
         self.faces, copy_of = split_nonmanifold(self.faces, twins)
-        self.vertices, self.vertex_of = self.vertices[copy_of], self.vertex_of[copy_of]
+        self.vertices = self.vertices[copy_of]
+        self.vertex_of = self.vertex_of[copy_of]
         return copy_of
 
     def _tell(self, kind: str, action: str, count: int) -> None:

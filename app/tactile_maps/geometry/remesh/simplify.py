@@ -24,7 +24,8 @@ from tactile_maps.geometry.surface.mesh import Mesh
 
 _LEAST_TURN = 0.3
 """Cosine between a triangle's normals before and after a collapse: below it has turned over."""
-_ROUNDS, _IDLE = 60, 0.004
+_ROUNDS = 60
+_IDLE = 0.004
 """At most so many rounds a level; fewer once a round takes less than this share of the faces."""
 _CHEAP = 1e-4
 """Costs below this share of the largest allowed are alike: else few vertices would be the cheapest of their kind."""
@@ -58,8 +59,10 @@ def simplify(mesh: Mesh, tolerances: Sequence[float]) -> tuple[CoarseSurface, ..
 
     Cost: about 80 µs a face for four tolerances, two thirds of it to measure them.
     """
-    vertices, faces = mesh.vertices - mesh.vertices.mean(axis=0), mesh.faces
-    quadrics, found = _quadrics(vertices, mesh), list[CoarseSurface]()
+    vertices = mesh.vertices - mesh.vertices.mean(axis=0)
+    faces = mesh.faces
+    quadrics = _quadrics(vertices, mesh)
+    found = list[CoarseSurface]()
     for tolerance in tolerances:
         faces = _collapse(vertices, faces, quadrics, tolerance)
         if not len(faces):
@@ -90,8 +93,10 @@ def _planes(normals: FloatArray, points: FloatArray) -> FloatArray:
 
 def _quadrics(vertices: FloatArray, mesh: Mesh) -> FloatArray:
     """(n, 10) summed squared distance from the planes that meet in each vertex."""
-    faces, normals = mesh.faces, _normals(vertices, mesh.faces)
-    total, own = np.zeros((len(vertices), 10)), _planes(normals, vertices[faces[:, 0]])
+    faces = mesh.faces
+    normals = _normals(vertices, mesh.faces)
+    total = np.zeros((len(vertices), 10))
+    own = _planes(normals, vertices[faces[:, 0]])
     for k in range(3):
         along, across = (vertices[faces[:, (k + j) % 3]] - vertices[faces[:, k]] for j in (1, 2))
         angle = np.arctan2(np.linalg.norm(np.cross(along, across), axis=1), np.einsum("ij,ij->i", along, across))
@@ -100,7 +105,8 @@ def _quadrics(vertices: FloatArray, mesh: Mesh) -> FloatArray:
     twins = mesh.connectivity.twins
     folded = np.einsum("ij,ij->i", normals[twins[:, 0] // 3], normals[twins[:, 1] // 3]) < 0
     sides = np.concatenate([mesh.connectivity.boundary_sides, twins[folded].ravel()])
-    start, end = faces.ravel()[sides], faces.ravel()[sides - sides % 3 + (sides + 1) % 3]
+    start = faces.ravel()[sides]
+    end = faces.ravel()[sides - sides % 3 + (sides + 1) % 3]
     aside = np.cross(vertices[end] - vertices[start], normals[sides // 3])
     aside /= np.maximum(np.linalg.norm(aside, axis=1, keepdims=True), 1e-300)
     upright = _planes(aside, vertices[start])
@@ -111,7 +117,8 @@ def _quadrics(vertices: FloatArray, mesh: Mesh) -> FloatArray:
 
 def _collapse(vertices: FloatArray, faces: IntArray, quadrics: FloatArray, tolerance: float) -> IntArray:
     """The faces that remain; ``quadrics`` take those of the vertices that went into theirs."""
-    count, refused = len(vertices), np.zeros(0, np.int64)
+    count = len(vertices)
+    refused = np.zeros(0, np.int64)
     mixed = 0.5 + (np.arange(count) * 2654435761 % 2**32) / 2**32  # no order of the vertices decides who is cheapest
     for number in range(_ROUNDS):
         edges = Connectivity(faces).edges
@@ -148,14 +155,19 @@ def _cheapest(
     place = np.column_stack([vertices[end], np.ones(len(end))])
     squared = np.maximum(np.einsum("ij,ij->i", quadrics[start] * _TWICE, place[:, _ROW] * place[:, _COLUMN]), 0.0)
     allowed = squared <= tolerance**2
-    start, end = start[allowed], end[allowed]
+    start = start[allowed]
+    end = end[allowed]
     away = vertices[end] - vertices[start]
     squared = squared[allowed] + _SHORT * np.einsum("ij,ij->i", away, away)
     order = np.lexsort((squared, start))
-    start, end, squared = start[order], end[order], squared[order]
+    start = start[order]
+    end = end[order]
+    squared = squared[order]
     first = np.flatnonzero(np.diff(start, prepend=-1))
-    into, cost = np.arange(count), np.full(count, np.inf)
-    into[start[first]], cost[start[first]] = end[first], squared[first]
+    into = np.arange(count)
+    cost = np.full(count, np.inf)
+    into[start[first]] = end[first]
+    cost[start[first]] = squared[first]
     return into, cost
 
 
@@ -163,9 +175,11 @@ def _turned_over(vertices: FloatArray, faces: IntArray, into: IntArray) -> IntAr
     """Vertices that must stay, since a triangle around them would turn over; rising."""
     moved = into[faces]
     touched = np.flatnonzero((moved != faces).any(axis=1))
-    old, new = faces[touched], moved[touched]
+    old = faces[touched]
+    new = moved[touched]
     a, b, c = new.T
-    before, after = _normals(vertices, old), _normals(vertices, new)
+    before = _normals(vertices, old)
+    after = _normals(vertices, new)
     turned = (np.einsum("ij,ij->i", before, after) < _LEAST_TURN) & before.any(axis=1)
     turned &= (a != b) & (b != c) & (c != a)
     owner = old[np.arange(len(old)), (new != old).argmax(axis=1)]
@@ -177,7 +191,8 @@ def _distance(mesh: Mesh, faces: IntArray) -> float:
     coarse, used = coarse_mesh(mesh, faces)
     base = len(mesh.vertices)
     theirs, ours = ((np.sort(part, axis=1) @ [base * base, base, 1]) for part in (mesh.faces, faces))
-    gone, lost = ~np.isin(theirs, ours), np.ones(base, bool)
+    gone = ~np.isin(theirs, ours)
+    lost = np.ones(base, bool)
     lost[used] = False
     away = ClosestPoint(coarse).query(np.concatenate([mesh.vertices[lost], _samples(mesh, gone)]))[2]
     back = closest_point(mesh).query(_samples(coarse, ~np.isin(ours, theirs)))[2]

@@ -64,7 +64,8 @@ def stitch_junctions(vertices: FloatArray, faces: IntArray) -> tuple[IntArray, I
 
     Cost: one sort of the edges where there is no border; else 10 µs a border edge.
     """
-    owner, count = np.arange(len(faces)), 0
+    owner = np.arange(len(faces))
+    count = 0
     border = _Border.of(vertices, faces)
     finds = (_beside_edges, partial(_on_edges, within=ON_EDGE), partial(_on_edges, within=ROUNDED))
     for find in finds:  # the chains first, which need no search tree
@@ -73,14 +74,18 @@ def stitch_junctions(vertices: FloatArray, faces: IntArray) -> tuple[IntArray, I
         edge, vertex = find(border)
         while len(edge):  # until no part of a face folds over; those of a narrow strip stitched to itself would
             divided, parent = _divide(vertices, faces, border.sides[edge], vertex)
-            before, after = Mesh(vertices, faces).face_normals[parent], Mesh(vertices, divided).face_normals
+            before = Mesh(vertices, faces).face_normals[parent]
+            after = Mesh(vertices, divided).face_normals
             folded = np.bincount(parent, (before * after).sum(axis=1) <= 0) > 0
             if not folded.any():
-                owner, faces, count = owner[parent], divided, count + len(edge)
+                owner = owner[parent]
+                faces = divided
+                count = count + len(edge)
                 border = _Border.of(vertices, faces)
                 break
             kept = ~folded[border.sides[edge] // 3]
-            edge, vertex = edge[kept], vertex[kept]
+            edge = edge[kept]
+            vertex = vertex[kept]
     return faces, owner, count
 
 
@@ -97,24 +102,30 @@ def open_cracks(vertices: FloatArray, faces: IntArray) -> tuple[int, float]:
     if border is None:
         return 0, 0.0
     start, end = vertices[border.ends].swapaxes(0, 1)
-    along, lengths = end - start, _length(end - start)
+    along = end - start
+    lengths = _length(end - start)
     row, points, _ = _parts(vertices[border.ends], lengths, lengths)
     tried = min(_NEAREST_PARTS, len(points))
     nearest = cKDTree(points).query((start + end) / 2, k=np.arange(1, tried + 1))[1]
-    edge, other = row[nearest.ravel()], np.repeat(np.arange(len(lengths)), tried)
+    edge = row[nearest.ravel()]
+    other = np.repeat(np.arange(len(lengths)), tried)
     kept = (edge != other) & (lengths[other] <= lengths[edge])
-    edge, other = edge[kept], other[kept]
+    edge = edge[kept]
+    other = other[kept]
     cosine = np.einsum("kd,kd->k", along[edge], along[other]) / (lengths[edge] * lengths[other])
     kept = (np.abs(cosine) > _ALONG) & _continues(border, edge, other)
-    edge, other = edge[kept], other[kept]
+    edge = edge[kept]
+    other = other[kept]
     arm = (start + end)[other] / 2 - start[edge]
     share = np.einsum("kd,kd->k", arm, along[edge]) / lengths[edge] ** 2
     offset = arm - share[:, None] * along[edge]
-    width, apex = _length(offset), border.heights(edge, border.apex[edge])[1]
+    width = _length(offset)
+    apex = border.heights(edge, border.apex[edge])[1]
     # Across a strip of faces two borders are close, too: there the face reaches as far as the other border.
     outside = np.einsum("kd,kd->k", offset, apex) < 0.5 * np.einsum("kd,kd->k", apex, apex)
     kept = (share > 0) & (share < 1) & (width <= MOST_OPEN * lengths[edge]) & outside
-    edge, other = edge[kept], other[kept]
+    edge = edge[kept]
+    other = other[kept]
     return len(np.unique(np.concatenate([edge, other]))), float(width[kept].max(initial=0.0))
 
 
@@ -126,28 +137,38 @@ def _divide(vertices: FloatArray, faces: IntArray, sides: IntArray, added: IntAr
     """
     parent = np.unique(sides // 3)
     whole = np.setdiff1d(np.arange(len(faces)), parent)
-    done, owners = [faces[whole]], [whole]
+    done = [faces[whole]]
+    owners = [whole]
     corners = faces[parent]
     every = 3 * parent[:, None] + np.arange(3)
     # Each half-edge has the vertices added[low:high] inside.
-    low, high = np.searchsorted(sides, every), np.searchsorted(sides, every, side="right")
+    low = np.searchsorted(sides, every)
+    high = np.searchsorted(sides, every, side="right")
     while len(corners):
         # The longest edge of those with vertices inside comes first and is divided in the middle of these.
         lengths = _length(vertices[corners] - vertices[np.roll(corners, -1, axis=1)])
         turn = (np.where(high > low, lengths, -1.0).argmax(axis=1)[:, None] + np.arange(3)) % 3
         corners, low, high = (np.take_along_axis(rows, turn, axis=1) for rows in (corners, low, high))
         middle = (low[:, 0] + high[:, 0]) // 2
-        near, far = corners.copy(), corners.copy()
+        near = corners.copy()
+        far = corners.copy()
         near[:, 1] = far[:, 0] = added[middle]
         none = np.zeros_like(middle)
-        near_low, near_high = np.stack([low[:, 0], none, low[:, 2]], 1), np.stack([middle, none, high[:, 2]], 1)
-        far_low, far_high = np.stack([middle + 1, low[:, 1], none], 1), np.stack([high[:, 0], high[:, 1], none], 1)
-        corners, parent = np.concatenate([near, far]), np.concatenate([parent, parent])
-        low, high = np.concatenate([near_low, far_low]), np.concatenate([near_high, far_high])
+        near_low = np.stack([low[:, 0], none, low[:, 2]], 1)
+        near_high = np.stack([middle, none, high[:, 2]], 1)
+        far_low = np.stack([middle + 1, low[:, 1], none], 1)
+        far_high = np.stack([high[:, 0], high[:, 1], none], 1)
+        corners = np.concatenate([near, far])
+        parent = np.concatenate([parent, parent])
+        low = np.concatenate([near_low, far_low])
+        high = np.concatenate([near_high, far_high])
         ready = (high <= low).all(axis=1)
         done.append(corners[ready])
         owners.append(parent[ready])
-        corners, parent, low, high = corners[~ready], parent[~ready], low[~ready], high[~ready]
+        corners = corners[~ready]
+        parent = parent[~ready]
+        low = low[~ready]
+        high = high[~ready]
     return np.concatenate(done), np.concatenate(owners)
 
 
@@ -192,7 +213,8 @@ class _Border:
     def heights(self, edge: IntArray, vertex: IntArray) -> tuple[FloatArray, FloatArray]:
         """Share along each edge at which a vertex projects on it, and its offset (k, 3) from the edge's line."""
         start, end = self.vertices[self.ends[edge]].swapaxes(0, 1)
-        along, arm = end - start, self.vertices[vertex] - start
+        along = end - start
+        arm = self.vertices[vertex] - start
         share = np.einsum("kd,kd->k", arm, along) / np.einsum("kd,kd->k", along, along)
         return share, arm - share[:, None] * along
 
@@ -210,18 +232,23 @@ def _on_edges(border: _Border, within: float) -> tuple[IntArray, IntArray]:
     tall = _length(border.heights(every, border.apex)[1]) > 4 * near
     edge, vertex = _close_pairs(border.vertices, border.ends, lengths, near, np.flatnonzero(tall))
     kept = (vertex != border.ends[edge, 0]) & (vertex != border.ends[edge, 1]) & (vertex != border.apex[edge])
-    edge, vertex = edge[kept], vertex[kept]
+    edge = edge[kept]
+    vertex = vertex[kept]
     share, offset = border.heights(edge, vertex)
     kept = (np.minimum(share, 1 - share) * lengths[edge] > near[edge]) & (_length(offset) <= near[edge])
-    edge, vertex, share = edge[kept], vertex[kept], share[kept]
+    edge = edge[kept]
+    vertex = vertex[kept]
+    share = share[kept]
     order = np.lexsort((vertex, share, edge))
     order = order[_changes(edge[order]) | _changes(vertex[order])]  # found by two balls
-    edge, vertex = edge[order], vertex[order]
+    edge = edge[order]
+    vertex = vertex[order]
     while len(edge):
         useful = _joins(border, edge, vertex, tall)
         if useful.all():
             break
-        edge, vertex = edge[useful], vertex[useful]
+        edge = edge[useful]
+        vertex = vertex[useful]
     return edge, vertex
 
 
@@ -280,7 +307,8 @@ def _joins(border: _Border, edge: IntArray, vertex: IntArray, tall: BoolArray) -
     by_key = np.argsort(key, kind="stable")
     new = _changes(key[by_key])
     twice = new & ~np.roll(new, -1) & np.roll(new, -2)  # the first of exactly two rows with one key
-    first, second = by_key[twice], by_key[np.roll(twice, 1)]
+    first = by_key[twice]
+    second = by_key[np.roll(twice, 1)]
     fits = tall[of[first]] & tall[of[second]] & ~border.is_inner(key[first])
     fits[fits] = _continues(border, of[first[fits]], of[second[fits]])
     shared = np.zeros(len(order), dtype=bool)
@@ -294,7 +322,8 @@ def _beside_edges(border: _Border) -> tuple[IntArray, IntArray]:
     """Edges with a crack beside them, and the vertices of its far side in the order along the edge."""
     reached, walked, visited = _chains(border)
     whole = reached[walked]
-    walked, visited = walked[whole], visited[whole]
+    walked = walked[whole]
+    visited = visited[whole]
     # One crack has one coarse edge: of two beside one chain neither is chosen, nor is one that is part of a chain.
     last = np.roll(_changes(walked), -1)
     start = np.where(_changes(walked), border.ends[walked, 0], np.roll(visited, 1))
@@ -315,33 +344,47 @@ def _chains(border: _Border) -> tuple[BoolArray, IntArray, IntArray]:
     """
     both = np.concatenate([border.ends, border.ends[:, ::-1]])
     order = np.argsort(both[:, 0], kind="stable")
-    target, via = both[order, 1], np.tile(np.arange(len(border.ends)), 2)[order]
+    target = both[order, 1]
+    via = np.tile(np.arange(len(border.ends)), 2)[order]
     begin = np.searchsorted(both[order, 0], np.arange(len(border.vertices) + 1))
     along = border.vertices[border.ends[:, 1]] - border.vertices[border.ends[:, 0]]
     lengths = _length(along)
-    edge, here = np.arange(len(border.ends)), border.ends[:, 0]
+    edge = np.arange(len(border.ends))
+    here = border.ends[:, 0]
     reached = np.zeros(len(border.ends), dtype=bool)
-    edges, visited = [], []
+    edges = []
+    visited = []
     for _ in range(_LONGEST_CHAIN):
         row, step = owner_and_rank(begin[here + 1] - begin[here])
         way = begin[here[row]] + step
         other = via[way] != edge[row]
-        row, way = row[other], way[other]
-        of, there = edge[row], target[way]
+        row = row[other]
+        way = way[other]
+        of = edge[row]
+        there = target[way]
         move = border.vertices[there] - border.vertices[here[row]]
         cosine = np.einsum("kd,kd->k", move, along[of]) / (_length(move) * lengths[of])
         ahead = cosine > _ALONG
-        of, there, by, cosine = of[ahead], there[ahead], via[way[ahead]], cosine[ahead]
+        of = of[ahead]
+        there = there[ahead]
+        by = via[way[ahead]]
+        cosine = cosine[ahead]
         share, offset = border.heights(of, there)
         at_end = there == border.ends[of, 1]
         fits = at_end | ((share < 1) & (_length(offset) <= MOST_GAP * lengths[of]))
         fits[fits] = _continues(border, of[fits], by[fits])
-        of, there, at_end, cosine = of[fits], there[fits], at_end[fits], cosine[fits]
+        of = of[fits]
+        there = there[fits]
+        at_end = at_end[fits]
+        cosine = cosine[fits]
         best = np.lexsort((-cosine, of))
         best = best[_changes(of[best])]
-        of, there, at_end = of[best], there[best], at_end[best]
+        of = of[best]
+        there = there[best]
+        at_end = at_end[best]
         reached[of[at_end]] = True
-        edge, here = of[~at_end], there[~at_end]
+        edge = of[~at_end]
+        here = there[~at_end]
         if not len(edge):
             break
         edges.append(edge)
@@ -354,5 +397,6 @@ def _chains(border: _Border) -> tuple[BoolArray, IntArray, IntArray]:
 
 def _continues(border: _Border, edge: IntArray, other: IntArray) -> BoolArray:
     """Whether the faces of the border edges ``edge`` and ``other`` extend to different sides, not into one pocket."""
-    coarse, fine = border.heights(edge, border.apex[edge])[1], border.heights(other, border.apex[other])[1]
+    coarse = border.heights(edge, border.apex[edge])[1]
+    fine = border.heights(other, border.apex[other])[1]
     return np.asarray(np.einsum("kd,kd->k", fine, coarse) < _FOLDED * _length(coarse) * _length(fine))

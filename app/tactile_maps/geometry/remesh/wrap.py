@@ -72,7 +72,8 @@ def wrap_mesh(mesh: Mesh, *, thickness: float, voxel: float, closing: float = 0.
         raise MeshError("thickness and voxel must be positive", file=where, value=(thickness, voxel, closing))
     thickness, voxel, findings = _within_memory(mesh, thickness, closing, min(voxel, coarsest_voxel(thickness)), where)
     grid = _VoxelGrid.around(mesh, thickness + closing, voxel)
-    closest, level = closest_point(mesh), thickness + closing
+    closest = closest_point(mesh)
+    level = thickness + closing
     field = _outside_distance(closest, mesh, grid, level)
     if closing > 0:
         mesh, loose = _isosurface(grid, field, level, where)
@@ -100,7 +101,8 @@ class _VoxelGrid:
 
     @staticmethod
     def around(mesh: Mesh, reach: float, voxel: float) -> _VoxelGrid:
-        low, high = mesh.bounds[0] - reach - 2 * voxel, mesh.bounds[1] + reach + 2 * voxel
+        low = mesh.bounds[0] - reach - 2 * voxel
+        high = mesh.bounds[1] + reach + 2 * voxel
         x_count, y_count, z_count = (int(n) for n in np.ceil((high - low) / voxel) + 1)
         axes = [low[k] + voxel * np.arange(n) for k, n in enumerate((x_count, y_count, z_count))]
         z, y, x = np.meshgrid(axes[2], axes[1], axes[0], indexing="ij")
@@ -124,8 +126,10 @@ def _within_memory(
 
 def _outside_distance(closest: ClosestPoint, mesh: Mesh, grid: _VoxelGrid, level: float) -> FloatArray:
     """(n,) distance to the mesh where the outside reaches, less than ``level`` everywhere else; exact at that level."""
-    near, half = _distance_to_samples(mesh, grid), _HALF_CELL * grid.voxel
-    lowest, highest = near - half - _SAMPLED * grid.voxel, near + half
+    near = _distance_to_samples(mesh, grid)
+    half = _HALF_CELL * grid.voxel
+    lowest = near - half - _SAMPLED * grid.voxel
+    highest = near + half
     field = _exact_at(level, lowest, highest, grid, lambda nodes: closest.query(nodes)[2])
     labels, _ = ndimage.label(field.reshape(grid.shape[::-1]) > level)
     outside = (labels == labels[0, 0, 0]).ravel()
@@ -203,7 +207,8 @@ def _distance_to_samples(mesh: Mesh, grid: _VoxelGrid) -> FloatArray:
     That is at most half a cell's diagonal less than the distance to the mesh, and at most ``_SAMPLED`` voxels besides
     more.
     """
-    low, voxel = grid.nodes[0], grid.voxel
+    low = grid.nodes[0]
+    voxel = grid.voxel
     occupied = np.zeros(grid.shape[::-1], dtype=bool)
     corners = mesh.vertices[mesh.faces]
     longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
@@ -211,7 +216,8 @@ def _distance_to_samples(mesh: Mesh, grid: _VoxelGrid) -> FloatArray:
         group = corners[np.ceil(longest / voxel).astype(int) == steps]
         i, j = np.meshgrid(np.arange(steps + 1), np.arange(steps + 1), indexing="ij")
         keep = i + j <= steps
-        a, b = i[keep] / max(steps, 1), j[keep] / max(steps, 1)
+        a = i[keep] / max(steps, 1)
+        b = j[keep] / max(steps, 1)
         weights = np.stack([1 - a - b, a, b], axis=1)
         for block in np.array_split(group, max(1, len(group) * len(weights) // 2_000_000)):
             cells = np.rint(((weights @ block).reshape(-1, 3) - low) / voxel).astype(int)

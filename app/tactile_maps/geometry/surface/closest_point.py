@@ -26,7 +26,8 @@ class ClosestPoint:
     def __init__(self, mesh: Mesh) -> None:
         if not len(mesh.faces):
             raise MeshError("the mesh has no faces to be close to")
-        self._vertices, self._faces = mesh.vertices, mesh.faces
+        self._vertices = mesh.vertices
+        self._faces = mesh.faces
         self._tree = igl.AABB()
         self._tree.init(mesh.vertices, mesh.faces)
 
@@ -59,13 +60,19 @@ def barycentric(corners: FloatArray, points: FloatArray) -> FloatArray:
     The points must lie in their triangles; rounding just outside is put back on the border. In a triangle without area
     the point's place on the nearest side counts. Ericson, Real-Time Collision Detection, section 3.4.
     """
-    u, v, w = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0], points - corners[:, 0]
-    uu, uv, vv = (u * u).sum(1), (u * v).sum(1), (v * v).sum(1)
-    wu, wv = (w * u).sum(1), (w * v).sum(1)
+    u = corners[:, 1] - corners[:, 0]
+    v = corners[:, 2] - corners[:, 0]
+    w = points - corners[:, 0]
+    uu = (u * u).sum(1)
+    uv = (u * v).sum(1)
+    vv = (v * v).sum(1)
+    wu = (w * u).sum(1)
+    wv = (w * v).sum(1)
     determinant = uu * vv - uv * uv
     flat = determinant <= _FLAT * uu * vv
     safe = np.where(flat, 1.0, determinant)
-    b, c = (vv * wu - uv * wv) / safe, (uu * wv - uv * wu) / safe
+    b = (vv * wu - uv * wv) / safe
+    c = (uu * wv - uv * wu) / safe
     weights = np.stack([1 - b - c, b, c], axis=1)
     if flat.any():
         weights[flat] = _on_nearest_side(corners[flat], points[flat])
@@ -75,7 +82,8 @@ def barycentric(corners: FloatArray, points: FloatArray) -> FloatArray:
 
 def _on_nearest_side(corners: FloatArray, points: FloatArray) -> FloatArray:
     """(k, 3) weights of the closest point on the three sides."""
-    best, away = np.zeros((len(points), 3)), np.full(len(points), np.inf)
+    best = np.zeros((len(points), 3))
+    away = np.full(len(points), np.inf)
     for start, end in ((0, 1), (1, 2), (2, 0)):
         side = corners[:, end] - corners[:, start]
         length = (side * side).sum(1)
@@ -85,5 +93,6 @@ def _on_nearest_side(corners: FloatArray, points: FloatArray) -> FloatArray:
         nearer = distance < away
         away[nearer] = distance[nearer]
         best[nearer] = 0.0
-        best[nearer, start], best[nearer, end] = 1 - along[nearer], along[nearer]
+        best[nearer, start] = 1 - along[nearer]
+        best[nearer, end] = along[nearer]
     return best

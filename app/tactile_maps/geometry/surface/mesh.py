@@ -34,7 +34,8 @@ class Mesh:
         freeze_arrays(self, "faces", dtype=np.int64, columns=3)
         if not np.isfinite(self.vertices).all():
             bad = np.flatnonzero(~np.isfinite(self.vertices).all(axis=1))[0]
-            value, remedy = self.vertices[bad].tolist(), "Export the mesh again without NaN or infinity"
+            value = self.vertices[bad].tolist()
+            remedy = "Export the mesh again without NaN or infinity"
             raise MeshError("a vertex is not a finite number", place=f"vertex {bad}", value=value, remedy=remedy)
         if self.faces.min(initial=0) < 0 or self.faces.max(initial=-1) >= len(self.vertices):
             outside = np.flatnonzero(((self.faces < 0) | (self.faces >= len(self.vertices))).any(axis=1))[0]
@@ -64,7 +65,8 @@ class Mesh:
     @cached_property
     def vertex_normals(self) -> FloatArray:
         """(n, 3) area-weighted unit normals; zero where no face with area meets the vertex."""
-        corners, count = self.faces.ravel(), len(self.vertices)
+        corners = self.faces.ravel()
+        count = len(self.vertices)
         total = np.stack(
             [np.bincount(corners, np.repeat(column, 3), count) for column in self._cross.T], 1, dtype=float
         )

@@ -52,7 +52,8 @@ class BoxGrid:
         """Pairs (i, j), i < j and each once, of boxes that share a cell."""
         ends = np.repeat(self._start[1:], np.diff(self._start))
         row, step = owner_and_rank(ends - np.arange(len(self._boxes)) - 1)
-        i, j = self._boxes[row], self._boxes[row + 1 + step]
+        i = self._boxes[row]
+        j = self._boxes[row + 1 + step]
         count = int(self._boxes.max()) + 1
         return np.divmod(np.unique(np.minimum(i, j) * count + np.maximum(i, j)), count)
 
@@ -78,7 +79,9 @@ class PointLocator:
     """
 
     def __init__(self, triangles: FloatArray) -> None:
-        a, first, second = triangles[:, 0], triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]
+        a = triangles[:, 0]
+        first = triangles[:, 1] - triangles[:, 0]
+        second = triangles[:, 2] - triangles[:, 0]
         area = cross(first, second)
         self._sound = area != 0
         safe = np.where(self._sound, area, 1.0)
@@ -87,7 +90,8 @@ class PointLocator:
         self._rows = np.stack([second[:, 1], -second[:, 0], -first[:, 1], first[:, 0]], axis=1) / safe[:, None]
         self._grid: BoxGrid | None = None
         if len(triangles):
-            low, high = triangles.min(axis=1), triangles.max(axis=1)
+            low = triangles.min(axis=1)
+            high = triangles.max(axis=1)
             slack = 4 * _TOLERANCE * float((high - low).max())
             # Half a box is the size at which building the grid and asking it a picture's pixels cost least together.
             size = 0.5 * float(np.sqrt(np.prod(high - low, axis=1).mean()))
@@ -98,7 +102,8 @@ class PointLocator:
 
         On a shared side it is one of the two; a point that is not finite is in none.
         """
-        found, weights = np.full(len(points), -1, dtype=np.int64), np.zeros((len(points), 3))
+        found = np.full(len(points), -1, dtype=np.int64)
+        weights = np.zeros((len(points), 3))
         for start in range(0, len(points) if self._grid else 0, _AT_ONCE):
             part = slice(start, start + _AT_ONCE)
             self._find(points[part], found[part], weights[part])
@@ -110,7 +115,8 @@ class PointLocator:
         row, triangle = self._grid.candidates(points)
         x, y = (points[row] - self._origin[triangle]).T
         m = self._rows[triangle]
-        second, third = m[:, 0] * x + m[:, 1] * y, m[:, 2] * x + m[:, 3] * y
+        second = m[:, 0] * x + m[:, 1] * y
+        third = m[:, 2] * x + m[:, 3] * y
         first = 1 - second - third
         depth = np.minimum(np.minimum(first, second), third)
         held = np.flatnonzero((depth >= -_TOLERANCE) & self._sound[triangle])

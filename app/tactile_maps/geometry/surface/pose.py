@@ -50,5 +50,6 @@ class Pose:
     def matrix(self) -> FloatArray:
         """The same transform as a homogeneous (4, 4) matrix."""
         matrix = np.eye(4)
-        matrix[:3, :3], matrix[:3, 3] = self.rotation, self.translation
+        matrix[:3, :3] = self.rotation
+        matrix[:3, 3] = self.translation
         return matrix

@@ -48,8 +48,11 @@ class RayCaster:
         if not len(mesh.faces):
             raise MeshError("the mesh has no faces to hit")
         # Embree works in single precision: centre and scale first, so that far or tiny meshes keep their digits.
-        self._vertices, self._faces, self._normals = mesh.vertices, mesh.faces, mesh.face_normals
-        self._centre, self._size = mesh.bounds.mean(axis=0), mesh.size or 1.0
+        self._vertices = mesh.vertices
+        self._faces = mesh.faces
+        self._normals = mesh.face_normals
+        self._centre = mesh.bounds.mean(axis=0)
+        self._size = mesh.size or 1.0
         local = np.ascontiguousarray((mesh.vertices - self._centre) / self._size, dtype=np.float32)
         self._tree = EmbreeIntersector()
         self._tree.init(local, np.ascontiguousarray(mesh.faces, dtype=np.int32))
@@ -122,7 +125,8 @@ def outer_faces(mesh: Mesh) -> BoolArray:
         raise MeshError("the mesh has no faces to look at")
     # Unit size about the origin, so that single precision sees a far or tiny mesh as well as any.
     vertices = np.ascontiguousarray((mesh.vertices - mesh.bounds.mean(axis=0)) / mesh.size)
-    centres, normals = vertices[mesh.faces].mean(axis=1), mesh.face_normals
+    centres = vertices[mesh.faces].mean(axis=1)
+    normals = mesh.face_normals
     seen = np.zeros(len(centres), dtype=np.int64)
     for direction in fibonacci_sphere(DIRECTIONS)[_STRIDE * np.arange(DIRECTIONS) % DIRECTIONS]:
         asked = np.flatnonzero((seen < _SEEN_FROM) & (np.abs(normals @ direction) > _GRAZING))
@@ -172,7 +176,8 @@ def without_islands(mesh: Mesh, chosen: BoolArray, smallest: float) -> BoolArray
 def fibonacci_sphere(count: int) -> FloatArray:
     """(count, 3) evenly spread unit vectors."""
     k = np.arange(count) + 0.5
-    z, turn = 1 - 2 * k / count, np.pi * (1 + 5**0.5) * k
+    z = 1 - 2 * k / count
+    turn = np.pi * (1 + 5**0.5) * k
     radius = np.sqrt(1 - z**2)
     return np.stack([radius * np.cos(turn), radius * np.sin(turn), z], axis=1)
 
@@ -196,7 +201,9 @@ def _first_hits(
     depth = np.vecdot(points, directions)
     start = points + (2.0 - depth)[:, None] * directions
     hits = line_mesh_intersection(start, -directions, vertices, faces)
-    hit, b, c = hits[:, 0].astype(np.int64), hits[:, 1], hits[:, 2]
+    hit = hits[:, 0].astype(np.int64)
+    b = hits[:, 1]
+    c = hits[:, 2]
     corners = np.vecdot(vertices[faces[np.maximum(hit, 0)]], directions[:, None])
     return hit, (1 - b - c) * corners[:, 0] + b * corners[:, 1] + c * corners[:, 2], depth
 

@@ -25,7 +25,8 @@ class TriangleWalk:
     """
 
     def __init__(self, faces: IntArray) -> None:
-        self._faces, self._beyond = faces, _across(faces)
+        self._faces = faces
+        self._beyond = _across(faces)
 
     def find(self, corners: FloatArray, point: tuple[float, float], start: int) -> tuple[int, FloatArray] | None:
         """The triangle that holds ``point``, and the weights (3,) there; None where the walk meets a border.
@@ -57,7 +58,8 @@ def _weights(triangle: list[list[float]], point: tuple[float, float]) -> tuple[f
     area = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
     if area == 0:
         return None
-    x, y = point[0] - ax, point[1] - ay
+    x = point[0] - ax
+    y = point[1] - ay
     second = (x * (cy - ay) - y * (cx - ax)) / area
     third = (y * (bx - ax) - x * (by - ay)) / area
     return 1 - second - third, second, third
@@ -69,7 +71,9 @@ def _across(faces: IntArray) -> IntArray:
     keys = sides[:, 0] * (int(faces.max(initial=0)) + 1) + sides[:, 1]
     order = np.argsort(keys, kind="stable")
     same = np.flatnonzero(keys[order][1:] == keys[order][:-1])
-    one, other = order[same], order[same + 1]
+    one = order[same]
+    other = order[same + 1]
     beyond = np.full(len(keys), -1, dtype=np.int64)
-    beyond[one], beyond[other] = other // 3, one // 3
+    beyond[one] = other // 3
+    beyond[other] = one // 3
     return beyond.reshape(-1, 3)

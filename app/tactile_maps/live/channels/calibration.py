@@ -190,7 +190,8 @@ def _toml_number(path: Path, table: Mapping[str, Any], key: str) -> float | None
 def _of_rows(
     path: Path, skin: Skin, rows: list[tuple[str, dict[str, Any]]], *, gain: float | None, offset: float
 ) -> Calibration:
-    gains, offsets = np.full(len(skin), 1.0 if gain is None else gain), np.full(len(skin), offset)
+    gains = np.full(len(skin), 1.0 if gain is None else gain)
+    offsets = np.full(len(skin), offset)
     seen: set[int] = set()
     for place, row in rows:
         if more := row.keys() - {"id", "taxel", "gain", "offset"}:
@@ -203,7 +204,8 @@ def _of_rows(
         gains[taxel] = gains[taxel] if (own := _toml_number(path, row, "gain")) is None else own
         offsets[taxel] = offsets[taxel] if (own := _toml_number(path, row, "offset")) is None else own
     if gain is None and len(seen) < len(skin):
-        found, remedy = f"{len(seen)} of {len(skin)}", "Name every taxel, or in TOML a gain for all others"
+        found = f"{len(seen)} of {len(skin)}"
+        remedy = "Name every taxel, or in TOML a gain for all others"
         raise LiveError("taxels are without a gain", file=path, value=found, remedy=remedy)
     try:
         return Calibration(gains, offsets)
@@ -256,7 +258,9 @@ class Tare:
             raise LiveError("the number of readings is out of range", value=frames, remedy="Choose 1 to 100000")
         self._left = frames
         self._counts: IntArray = np.zeros(taxels, dtype=np.int64)
-        self._first, self._sum, self._squares = np.zeros(taxels), np.zeros(taxels), np.zeros(taxels)
+        self._first = np.zeros(taxels)
+        self._sum = np.zeros(taxels)
+        self._squares = np.zeros(taxels)
         self._kept: list[FloatArray] = []
 
     def add(self, values: FloatArray, heard: IntArray) -> bool:

@@ -45,7 +45,8 @@ class ChannelHealth:
     """
 
     def __init__(self, skin: Skin, *, seconds: float = QUIET_SECONDS) -> None:
-        self._seconds, pairs = seconds, skin.neighbours
+        self._seconds = seconds
+        pairs = skin.neighbours
         self._from: IntArray = np.concatenate([pairs[:, 0], pairs[:, 1]])
         self._to: IntArray = np.concatenate([pairs[:, 1], pairs[:, 0]])
         self._degree = np.bincount(self._from, minlength=len(skin))
@@ -56,7 +57,8 @@ class ChannelHealth:
         count = len(self._degree)
         self._values: FloatArray | None = None
         self._since = np.full(count, np.nan)  # when each last changed; NaN before its first value
-        self._changes, self._before = np.zeros(count, np.int64), np.zeros(count, np.int64)
+        self._changes = np.zeros(count, np.int64)
+        self._before = np.zeros(count, np.int64)
         self._highest = np.full(count, -np.inf)
         self._window: float | None = None
         self._newest = np.inf
@@ -65,7 +67,8 @@ class ChannelHealth:
     def add(self, taxels: IntArray, values: FloatArray, time: float) -> None:
         """Values (k,) that came for taxels (k,) at ``time`` [s]. Cost: 20 µs for 1000 taxels."""
         if self._values is None:
-            self._values, self._window = np.full(len(self._degree), np.nan), time
+            self._values = np.full(len(self._degree), np.nan)
+            self._window = time
         assert self._window is not None
         unobserved = max(time - self._newest - _LONGEST_GAP * self._seconds, 0.0)
         self._since += unobserved
@@ -79,7 +82,9 @@ class ChannelHealth:
         self._highest[taxels] = np.maximum(self._highest[taxels], values)
         if time - self._window >= self._seconds / 2:
             self._judge(time)
-            self._before, self._changes, self._window = self._changes, np.zeros_like(self._changes), time
+            self._before = self._changes
+            self._changes = np.zeros_like(self._changes)
+            self._window = time
 
     def _judge(self, time: float) -> None:
         """Who has been quiet for long enough while at least half of its neighbours changed often."""

@@ -66,8 +66,10 @@ class SwapDetector:
     """
 
     def __init__(self, skin: Skin, *, seed: int = 0) -> None:
-        count, pairs = len(skin), skin.neighbours
-        ends, ones = np.concatenate([pairs, pairs[:, ::-1]]), np.ones(2 * len(pairs))
+        count = len(skin)
+        pairs = skin.neighbours
+        ends = np.concatenate([pairs, pairs[:, ::-1]])
+        ones = np.ones(2 * len(pairs))
         self._around = sparse.csr_array((ones, (ends[:, 0], ends[:, 1])), shape=(count, count))
         self._modules = skin.identity.modules
         self._pairs = _candidates(self._around, self._modules)
@@ -76,8 +78,11 @@ class SwapDetector:
         degree = np.asarray(self._around.sum(axis=1)).ravel()
         others = degree[self._pairs] - adjacent[:, None]
         kept = others.min(axis=1) > 0 if len(others) else np.zeros(0, dtype=bool)
-        self._pairs, self._adjacent, self._others = self._pairs[kept], adjacent[kept], others[kept]
-        self._count, self._seed = count, seed
+        self._pairs = self._pairs[kept]
+        self._adjacent = adjacent[kept]
+        self._others = others[kept]
+        self._count = count
+        self._seed = seed
         self.reset()
 
     def reset(self) -> None:
@@ -85,10 +90,16 @@ class SwapDetector:
         pairs = len(self._pairs)
         self._random = np.random.default_rng(self._seed)
         self._last: tuple[float, FloatArray] | None = None
-        self._power, self._samples = np.zeros(self._count), 0
-        self._block, self._loud, self._since = np.zeros(pairs), np.zeros(pairs), 0.0
-        self._contrast, self._scale = np.zeros(pairs), np.zeros(pairs)
-        self._sum, self._squares, self._fourths = np.zeros(pairs), np.zeros(pairs), np.zeros(pairs)
+        self._power = np.zeros(self._count)
+        self._samples = 0
+        self._block = np.zeros(pairs)
+        self._loud = np.zeros(pairs)
+        self._since = 0.0
+        self._contrast = np.zeros(pairs)
+        self._scale = np.zeros(pairs)
+        self._sum = np.zeros(pairs)
+        self._squares = np.zeros(pairs)
+        self._fourths = np.zeros(pairs)
         self._drawn: FloatArray | None = None  # large: not before it is needed
         self.swapped: tuple[SwappedChannels, ...] = ()
 
@@ -98,7 +109,8 @@ class SwapDetector:
         Cost: for 1000 taxels 0.3 ms, ten times a second at most, and 4 ms twice a second.
         """
         if self._last is None:
-            self._last, self._since = (time, values.copy()), time
+            self._last = (time, values.copy())
+            self._since = time
             return
         if time - self._last[0] < _LAG:
             return
@@ -124,7 +136,9 @@ class SwapDetector:
         self._contrast += self._block
         self._scale += self._loud
         block = self._block / (self._loud + _QUIET)  # a hard press speaks no louder than a light one
-        self._block, self._loud, self._since = np.zeros_like(block), np.zeros_like(block), time
+        self._block = np.zeros_like(block)
+        self._loud = np.zeros_like(block)
+        self._since = time
         squares = block * block
         self._sum += block
         self._squares += squares
@@ -151,7 +165,8 @@ class SwapDetector:
 
     def _matched(self, pairs: IntArray, scores: FloatArray, strength: FloatArray) -> tuple[SwappedChannels, ...]:
         """The strongest pair, then the strongest of those that have no taxel of it, and so on."""
-        found, used = [], set[int]()
+        found = []
+        used = set[int]()
         for row in np.argsort(-strength * -scores, kind="stable").tolist():
             one, other = pairs[row].tolist()
             if not used & {one, other}:

@@ -43,7 +43,8 @@ class LastHeard:
     """
 
     def __init__(self, skin: Skin, joints: int) -> None:
-        self._skin, self._count = skin, joints
+        self._skin = skin
+        self._count = joints
         modules = skin.identity.modules
         self._names_modules = modules is not None
         self.part_numbers, part_of = np.unique(skin.patch_of if modules is None else modules, return_inverse=True)

@@ -49,7 +49,8 @@ class TaxelMatcher:
     """
 
     def __init__(self, skin: Skin, table: Mapping[int, int] | None = None) -> None:
-        self._skin, self._table = skin, table
+        self._skin = skin
+        self._table = table
         self.unknown: set[str] = set()
         self.unknown_values = 0
         self.heard: BoolArray = np.zeros(len(skin), dtype=bool)
@@ -98,7 +99,8 @@ class TaxelMatcher:
 
     def _look_up(self, kind: str, labels: IntArray) -> _Rows:
         known, ambiguous = self._ids() if kind == "ids" else self._channels()
-        found, unknown = dict[int, int](), []
+        found = dict[int, int]()
+        unknown = []
         for place, label in enumerate(labels.tolist()):
             key = label if kind == "ids" else tuple(label)
             taxel = known.get(key)
@@ -143,7 +145,8 @@ def load_matching(path: str | Path, skin: Skin) -> dict[int, int]:
     """
     found: dict[int, int] = {}
     for line, row in read_rows(Path(path), ("id", "taxel")):
-        number, taxel = whole(row["id"], path, line, "id"), whole(row["taxel"], path, line, "taxel")
+        number = whole(row["id"], path, line, "id")
+        taxel = whole(row["taxel"], path, line, "taxel")
         if not 0 <= taxel < len(skin):
             remedy = f"The skin has taxels 0 to {len(skin) - 1}"
             raise LiveError("there is no such taxel", file=path, place=f"line {line}", value=taxel, remedy=remedy)

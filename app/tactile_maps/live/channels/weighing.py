@@ -53,7 +53,9 @@ class Weighing:
         _check_seconds(seconds)
         if taxels is not None and not len(taxels):
             raise LiveError("the weight lies on no taxel", remedy="Select the taxels under it, or none for all")
-        self._mass, self._taxels, self._until = mass, taxels, start + seconds
+        self._mass = mass
+        self._taxels = taxels
+        self._until = start + seconds
         self._count = 0
         self._sum: FloatArray | None = None
 
@@ -108,9 +110,11 @@ class RecentReadings:
         if not self._kept:
             raise LiveError("there is no reading to weigh by", remedy="Let readings come while the weight lies there")
         changes = np.stack([change for _, change in self._kept])
-        sums, half = changes @ weights, len(changes) // 2
+        sums = changes @ weights
+        half = len(changes) // 2
         if half:
-            before, after = sums[:half].mean(), sums[half:].mean()
+            before = sums[:half].mean()
+            after = sums[half:].mean()
             drift = abs(after - before) / max(abs(before), abs(after), 1e-300)
             if drift > _DRIFT:
                 found = f"{100 * drift:.0f} % within {self._seconds:g} s"

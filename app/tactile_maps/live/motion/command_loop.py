@@ -89,9 +89,11 @@ class CommandLoop:
         lock: AbstractContextManager[Any] | None = None,
         paused: Callable[[], bool] = lambda: False,
     ) -> None:
-        self._connection, self._session = connection, session
+        self._connection = connection
+        self._session = session
         self._motion: Motion = motion or _NoMotion()
-        self._each, self._paused = each, paused
+        self._each = each
+        self._paused = paused
         self._lock = lock or nullcontext()
         self._ended = threading.Event()
         self._thread: threading.Thread | None = None
@@ -101,7 +103,8 @@ class CommandLoop:
 
     def step(self) -> bool:
         """Make one pass; False where no reading waited. The caller holds the lock."""
-        session, motion = self._session, self._motion
+        session = self._session
+        motion = self._motion
         session.apply_inputs()
         active = motion.active
         every = not active or self._connection.source.finite

@@ -46,12 +46,14 @@ class InputMonitor:
     """
 
     def __init__(self, session: MeasuredSession, ages: DataAge) -> None:
-        self._session, self._ages = session, ages
+        self._session = session
+        self._ages = ages
         self.reset()
 
     def reset(self) -> None:
         """Disregard what happened so far."""
-        self._implausible, self._jumps = self._session.implausible.count, self._ages.jumps
+        self._implausible = self._session.implausible.count
+        self._jumps = self._ages.jumps
         self._implausible_at = -np.inf
 
     @property
@@ -67,9 +69,11 @@ class InputMonitor:
             now: Receiver's clock [s].
             starting: True before motion is sent: the ages must have settled first.
         """
-        heard, session = self._session.heard, self._session
+        heard = self._session.heard
+        session = self._session
         if session.implausible.count > self._implausible:
-            self._implausible, self._implausible_at = session.implausible.count, now
+            self._implausible = session.implausible.count
+            self._implausible_at = now
         if now - self._implausible_at <= OLDEST_SECONDS:
             return InputProblem(StopReason.IMPLAUSIBLE, session.implausible.text, "readings that are possible")
         if self._ages.jumps > self._jumps:
@@ -89,7 +93,8 @@ class InputMonitor:
 
     def _impossible_pressure(self) -> str:
         """Return which pressure of the newest frame is out of range after calibration; empty for none."""
-        frame, skin = self._session.frame, self._session.prepared.skin
+        frame = self._session.frame
+        skin = self._session.prepared.skin
         if frame.units is not ReadingUnits.CALIBRATED:
             return ""
         possible = (frame.pressures >= LEAST_PRESSURE) & (frame.pressures <= MOST_PRESSURE)
@@ -102,7 +107,8 @@ class InputMonitor:
 
     def old(self, now: float) -> InputProblem | None:
         """Return which readings are missing or too old; None where none is. Any thread may call it."""
-        heard, session = self._session.heard, self._session
+        heard = self._session.heard
+        session = self._session
         if heard.arrived == -np.inf:
             awaited = "a reading that fits the skin" if session.facts.refused else "the first reading"
             return InputProblem(StopReason.STALE, "none came", awaited)
@@ -117,7 +123,9 @@ class InputMonitor:
 
     def _too_old(self, now: float) -> InputProblem:
         """What is too old: all readings, or some joints and taxels."""
-        heard, joints, oldest = self._session.heard, self._session.prepared.robot.joints, now - OLDEST_SECONDS
+        heard = self._session.heard
+        joints = self._session.prepared.robot.joints
+        oldest = now - OLDEST_SECONDS
         newest = max(heard.taxels.max(initial=-np.inf), heard.joints.max(initial=-np.inf))
         if newest < oldest:
             return InputProblem(StopReason.BACKLOG, f"the newest is {now - newest:.2f} s old", "newer readings")

@@ -177,7 +177,8 @@ def strongest_patch(frame: Frame, skin: Skin, noise: TaxelNoise | None) -> Patch
         touched = np.unique(skin.patch_of[region.taxels])
         contact[touched] = np.maximum(contact[touched], region.force)
     taxels = np.flatnonzero(free)
-    patch_of, areas = skin.patch_of[taxels], skin.areas[taxels]
+    patch_of = skin.patch_of[taxels]
+    areas = skin.areas[taxels]
     signed = np.bincount(patch_of, frame.pressures[taxels] * areas, minlength=patches)
     below: FloatArray = np.asarray(signed, dtype=np.float64)
     if noise is not None:

@@ -57,7 +57,8 @@ class MotionOutput:
         *,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
-        self._session, self._clock = session, clock
+        self._session = session
+        self._clock = clock
         self._joints = session.prepared.robot.joints
         self._controller = MeasuredController(session.prepared.robot, session.map, settings)
         self._monitor = InputMonitor(session, ages)
@@ -144,7 +145,8 @@ class MotionOutput:
 
         Cost: 1 to 3 ms for 1,000 taxels.
         """
-        frame, now = self._session.frame, self._clock()
+        frame = self._session.frame
+        now = self._clock()
         sender = self._sender
         inputs_good = self._inputs_good(now)
         if sender is not None and self.active and frame.units.force is not None:
@@ -155,9 +157,11 @@ class MotionOutput:
             self._controller.reset()
         self._controller.use_map(self._session.map)
         try:
-            self.wanted, self.problem = self._controller.command(frame, self._session.facts), None
+            self.wanted = self._controller.command(frame, self._session.facts)
+            self.problem = None
         except LiveError as error:
-            self.wanted, self.problem = None, str(error)
+            self.wanted = None
+            self.problem = str(error)
             self._controller.reset()
             if good:
                 self.halt(StopReason.UNKNOWN, str(error))

@@ -141,9 +141,12 @@ class MotionSender:
         model_speeds: Sequence[float] | None = None,
         token: str | None = None,
     ) -> None:
-        self._joints, self._put, self._token = tuple(joints), put, token
+        self._joints = tuple(joints)
+        self._put = put
+        self._token = token
         self._lock = threading.RLock()
-        self.limits, self.state = limits, SendingState()
+        self.limits = limits
+        self.state = SendingState()
         model = np.full(len(self._joints), np.inf) if model_speeds is None else np.asarray(model_speeds)
         self.most = np.minimum(limits.speed, model)
         self._sequence = 0

@@ -240,14 +240,18 @@ class ArrivalTracker:
     def _follow_clock(self, time: float) -> None:
         """Follow the times of readings in order; two in a row that are earlier than those before are a restart."""
         if time >= self._newest:
-            self._before_newest, self._newest, self._set_back = self._newest, time, None
+            self._before_newest = self._newest
+            self._newest = time
+            self._set_back = None
         elif self._set_back is None and time < self._before_newest:
             self._set_back = time
         else:
             begun_again = self._set_back is not None and time >= self._set_back
             self._count(restarts=int(begun_again))  # else the newest time was wild
             self._delays.clear()
-            self._before_newest, self._newest, self._set_back = time, time, None
+            self._before_newest = time
+            self._newest = time
+            self._set_back = None
 
     def _repeats(self, number: int) -> bool:
         """Whether a number from before and those just before it are the count of a sender that was restarted."""
@@ -264,7 +268,8 @@ class ArrivalTracker:
 
     def _take_stray(self, item: Arrived, now: float) -> list[Arrived]:
         """Hand on a packet that does not belong to the count; two in a row, near to each other, are a restart."""
-        before, self._stray = self._stray, item.reading
+        before = self._stray
+        self._stray = item.reading
         if before is None:
             return [item]
         ahead = _distance(item.reading, before)
@@ -284,7 +289,8 @@ class ArrivalTracker:
 
     def _is_left_over(self, reading: Reading, now: float) -> bool:
         """Whether a packet is of the count before the restart, by its clock and its number."""
-        left, delay = self._left, now - reading.time
+        left = self._left
+        delay = now - reading.time
         if left is None or reading.sequence is None:
             return False
         if abs(left.delay - self._delay) > _CLOCKS_APART:

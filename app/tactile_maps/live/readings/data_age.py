@@ -41,7 +41,8 @@ class DataAge:
         """Forget the clocks: the sender may be another one."""
         self._floor: float | None = None
         self._newest = 0.0, 0.0  # sender's time and arrival of the newest reading
-        self._settling, self._settling_floor = 0.0, 0.0
+        self._settling = 0.0
+        self._settling_floor = 0.0
         self._fresh_at = 0.0
 
     def add(self, sent: float, arrived: float) -> float:
@@ -66,7 +67,8 @@ class DataAge:
         self._floor = floor = min(floor, difference)
         self._newest = sent, arrived
         if floor < self._settling_floor - STEADY:
-            self._settling, self._settling_floor = arrived, floor
+            self._settling = arrived
+            self._settling_floor = floor
         if difference - floor <= JUMP:
             self._fresh_at = arrived
         elif arrived - self._fresh_at > _REBASE_SECONDS:

@@ -53,7 +53,8 @@ def encode_binary(reading: Reading, *, token: str | None = None) -> bytes:
     labels, which = (reading.ids, 1) if reading.ids is not None else (reading.channels, 2)
     secret = (token or "").encode()
     which = 0 if labels is None else which
-    unit, count = _UNITS.index(reading.unit), len(reading.values)
+    unit = _UNITS.index(reading.unit)
+    count = len(reading.values)
     sequence = 0 if reading.sequence is None else reading.sequence
     parts = [
         HEADER.pack(MAGIC, VERSION, which, unit, len(secret), sequence, reading.time, count, len(reading.joints)),
@@ -167,13 +168,15 @@ def _decode_binary(packet: bytes, token: str | None) -> Reading:
         found = f"labels {which}, unit {unit}, {count} values"
         raise MalformedReadingError("the packet's header is not one of format 1", value=found)
     start = HEADER.size + secret
-    middle, end = start + 4 * width * count, start + 4 * (width + 1) * count
+    middle = start + 4 * width * count
+    end = start + 4 * (width + 1) * count
     if end > len(packet):
         raise MalformedReadingError("the packet ends too early", value=f"{len(packet)} bytes")
     _check_token(packet[HEADER.size : start].decode(errors="replace"), token)
     labels = np.frombuffer(packet[start:middle], "<i4").astype(np.int64)
     values = np.frombuffer(packet[middle:end], "<f4").astype(np.float64)
-    ids, channels = labels if width == 1 else None, labels.reshape(-1, 2) if width == 2 else None
+    ids = labels if width == 1 else None
+    channels = labels.reshape(-1, 2) if width == 2 else None
     return Reading(time, values, _UNITS[unit], ids, channels, _joints(packet, end, joints), sequence)
 
 

@@ -22,7 +22,8 @@ from tactile_maps.live.readings.arrival import PATIENCE, ArrivalCounts, ArrivalT
 from tactile_maps.live.readings.data_age import DataAge
 from tactile_maps.live.readings.readings import MalformedReadingError, PacketSource, Reading, Source, SourceEndedError
 
-FIRST_PAUSE, LONGEST_PAUSE = 0.25, 5.0
+FIRST_PAUSE = 0.25
+LONGEST_PAUSE = 5.0
 """Seconds before a broken source is opened again: each time twice as long, until a reading comes."""
 MOST_WAITING = 20_000
 """Readings that wait to be taken; beyond, the oldest is dropped and counted."""
@@ -99,7 +100,9 @@ class Connection:
     def __init__(
         self, source: Source, *, clock: Callable[[], float] = time.monotonic, patience: float | None = None
     ) -> None:
-        self.source, self._clock, self._lock = source, clock, threading.Lock()
+        self.source = source
+        self._clock = clock
+        self._lock = threading.Lock()
         self._patience = PATIENCE if patience is None else patience
         self._tracker = ArrivalTracker(patience=self._patience)
         self.ages = DataAge(live=not source.finite)
@@ -109,9 +112,13 @@ class Connection:
         self._newest_only = False
         self._receiving = threading.Lock()  # guards the source of packets, which two threads receive from
         self._arrived = threading.Event()
-        self._open, self._ended = False, False
-        self._pause, self._retry_at, self._last = FIRST_PAUSE, float("-inf"), float("-inf")
-        self._reconnects, self._opened = 0, 0
+        self._open = False
+        self._ended = False
+        self._pause = FIRST_PAUSE
+        self._retry_at = float("-inf")
+        self._last = float("-inf")
+        self._reconnects = 0
+        self._opened = 0
         self._problem: str | None = None
         self._malformed: str | None = None
         self._failed = False
@@ -121,7 +128,8 @@ class Connection:
     def open(self) -> None:
         """Open the source now, so that what is wrong with it is told at once; raises LiveError."""
         self.source.open()
-        self._open, self._opened = True, self._opened + 1
+        self._open = True
+        self._opened = self._opened + 1
 
     def start(self) -> None:
         """Receive on a thread of its own from now on, until ``close``."""
@@ -220,8 +228,11 @@ class Connection:
                 self._drain()
         with self._lock:
             self._arrived.clear()
-            packets, self._packets, self._packet_bytes = self._packets, deque(), 0
-            waiting, self._waiting = self._waiting, deque()
+            packets = self._packets
+            self._packets = deque()
+            self._packet_bytes = 0
+            waiting = self._waiting
+            self._waiting = deque()
             more = True
             decoded: list[tuple[float, Reading]] = []
             while more and packets:
@@ -283,7 +294,8 @@ class Connection:
         assert isinstance(source, PacketSource)
         with self._receiving:
             received = []
-            size, most = 0, _MOST_PACKET_BYTES
+            size = 0
+            most = _MOST_PACKET_BYTES
             while size < most and self._open and (packet := source.receive_packet(0.0)) is not None:
                 received.append(packet)
                 size += len(packet)
@@ -302,7 +314,9 @@ class Connection:
                 self._arrived.set()
 
     def _received(self, at: float) -> None:
-        self._pause, self._problem, self._last = FIRST_PAUSE, None, at
+        self._pause = FIRST_PAUSE
+        self._problem = None
+        self._last = at
 
     def _aged(self, arrived: list[Arrived]) -> list[Arrived]:
         """Readings whose turn it is, with their ages; those that come too late to be taken measure nothing."""
@@ -362,7 +376,8 @@ class Connection:
             self.source.close()
             self._open = False
         with self._lock:
-            self._open, self._problem = False, str(error)
+            self._open = False
+            self._problem = str(error)
             self._keep(self._tracker.flush())
             self._tracker.forget_sequence()
             self.ages.reset()
@@ -402,4 +417,6 @@ class Connection:
 
     def _fail(self, problem: str) -> None:
         with self._lock:
-            self._problem, self._failed, self._ended = problem, True, True
+            self._problem = problem
+            self._failed = True
+            self._ended = True

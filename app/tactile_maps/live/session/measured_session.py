@@ -163,19 +163,24 @@ class MeasuredSession:
         finite: bool = False,
         quiet_seconds: float = QUIET_SECONDS,
     ) -> None:
-        self.prepared, self._source = prepared, source
+        self.prepared = prepared
+        self._source = source
         self._finite = finite
-        skin, robot = prepared.skin, prepared.robot
+        skin = prepared.skin
+        robot = prepared.robot
         if calibration is not None and len(calibration.gain) != len(skin):
             found = f"{len(calibration.gain)} taxels for {len(skin)}"
             raise LiveError("the calibration is of another skin", value=found)
-        self._given, self._wanted = calibration, mode
+        self._given = calibration
+        self._wanted = mode
         self._start = RuntimeSettings.of_scene(prepared)
-        self._reading, self.map = self._start.reading, prepared.map
+        self._reading = self._start.reading
+        self.map = prepared.map
         self._contacts = ContactPipeline(
             robot, self.map, SensorEffects(), settings=self._reading, depth=prepared.scene.layer.depth
         )
-        self._matcher, self._health = TaxelMatcher(skin, table), ChannelHealth(skin, seconds=quiet_seconds)
+        self._matcher = TaxelMatcher(skin, table)
+        self._health = ChannelHealth(skin, seconds=quiet_seconds)
         self.heard = LastHeard(skin, len(robot.joints))
         self._ranges = [_plausible(joint) for joint in robot.joints]
         self._swaps = SwapDetector(skin)
@@ -185,7 +190,8 @@ class MeasuredSession:
         self._watch = Stopwatch()
         self._watchers: list[Callable[[Frame], None]] = []
         self._waiting: list[SessionInput] = []
-        self._readings, self._refused = 0, 0
+        self._readings = 0
+        self._refused = 0
         self._problem: str | None = None
         self._unknown_joints: set[str] = set()
         self.implausible = Implausible()
@@ -221,7 +227,8 @@ class MeasuredSession:
         self._times: tuple[float, float] | None = None  # of the newest reading: the sender's and ours
         self._time_base: tuple[float, float, float] | None = None  # the same two and the session's, when they agreed
         self._mistimed = 0
-        self._ticks, self._time = 0, 0.0
+        self._ticks = 0
+        self._time = 0.0
         self.inputs: list[tuple[int, SessionInput]] = [
             (0, session_input) for session_input in self.runtime_settings.since(self._start)
         ]
@@ -282,7 +289,8 @@ class MeasuredSession:
 
         Until then nothing is felt.
         """
-        self._tare, self._weighing = Tare(len(self._values), frames), None
+        self._tare = Tare(len(self._values), frames)
+        self._weighing = None
 
     def remember(self, seconds: float) -> None:
         """Keep the readings of so long from now on, for ``weigh``; raises LiveError for what is no time."""
@@ -321,7 +329,8 @@ class MeasuredSession:
 
     def undo_weighing(self) -> None:
         """Go back to the calibration from before the newest weight, and end one that goes on."""
-        self._weighing, self._weighed = None, WeighingState()
+        self._weighing = None
+        self._weighed = WeighingState()
         if self._before_weights:
             self._calibration, self._given = self._before_weights.pop()
             self._use_noise()
@@ -343,7 +352,8 @@ class MeasuredSession:
     def _take_weighing(self) -> None:
         if self._weighing is None or not self._weighing.add(self._change, self._time):
             return
-        weighing, self._weighing = self._weighing, None
+        weighing = self._weighing
+        self._weighing = None
         try:
             calibration, factor = weighing.calibrated(self._calibration, self.prepared.skin.areas)
         except LiveError as error:
@@ -369,7 +379,9 @@ class MeasuredSession:
             raise LiveError("the recorded calibration is of another skin", value=found, remedy=remedy)
         if used.known:
             self._given = self._calibration = Calibration(used.gain, used.offset)
-        self._baseline, self._spread, self._counts = used.baseline, used.spread, used.counts
+        self._baseline = used.baseline
+        self._spread = used.spread
+        self._counts = used.counts
         self._tail = TailShape(used.tail_scale, used.tail_heaviness)
         self.tared = used.spread is not None
         self._broken[used.broken] = True
@@ -462,7 +474,8 @@ class MeasuredSession:
                 if reading.recorded is not None and self._given is None and self._tare is None and not self.tared:
                     self.adopt(reading.recorded)
             except LiveError as error:
-                self._refused, self._problem = self._refused + 1, str(error)
+                self._refused = self._refused + 1
+                self._problem = str(error)
                 return False
             self._advance(reading.time, item.at)
             self._check_speed(joints, positions)
@@ -536,7 +549,8 @@ class MeasuredSession:
         A time that does not fit the reading before is not used: the time of arrival counts. It becomes the base of
         those after it only where the next reading fits it, as when the sender started again or its clock was set.
         """
-        before, self._times = self._times, (sent, arrived)
+        before = self._times
+        self._times = (sent, arrived)
         if self._time_base is None or before is None:
             self._time_base = sent, arrived, self._time
         else:
@@ -564,7 +578,8 @@ class MeasuredSession:
 
     def _known_joints(self, joints: Mapping[str, float]) -> tuple[list[int], list[float]]:
         """Numbers and positions of the robot's own joints; others are remembered by name."""
-        numbers, positions = [], []
+        numbers = []
+        positions = []
         for name, position in joints.items():
             number = self._joints.get(name)
             if number is None:
@@ -629,7 +644,8 @@ class MeasuredSession:
             return
         mean, self._spread, self._counts, readings = self._tare.result()
         self._tail = tail_of_readings(readings * self._gains)
-        self._tare, self.tared = None, True
+        self._tare = None
+        self.tared = True
         self._baseline = mean - self._calibration.offset
         self._use_noise()
 
@@ -653,7 +669,8 @@ class MeasuredSession:
 
     def _pressures(self) -> FloatArray:
         """(taxels,) [Pa], or what is shown as that."""
-        calibration, mode = self._calibration, self.mode
+        calibration = self._calibration
+        mode = self.mode
         if self._tare is not None and mode is not ValueMode.RAW:
             return np.zeros(len(self._values))  # by its meaning nothing touches the skin meanwhile
         if mode is ValueMode.PRESSURE:
@@ -662,7 +679,9 @@ class MeasuredSession:
 
     def _tell_calibration(self) -> None:
         """By what readings are shown is an input, so that a recording of them can be shown otherwise."""
-        now, told, mode = self._calibration, self._told, _recorded_mode(self.mode)
+        now = self._calibration
+        told = self._told
+        mode = _recorded_mode(self.mode)
         broken = np.flatnonzero(self._broken)
         same = (
             told is not None
@@ -676,11 +695,13 @@ class MeasuredSession:
                 now.gain, now.offset, self._baseline, self._spread, now.known, mode, self._counts,
                 self._tail.scale, self._tail.heaviness, broken,
             )  # fmt: skip
-            self._baseline, self._told = used.baseline, used
+            self._baseline = used.baseline
+            self._told = used
             self.inputs.append((self._ticks, used))
 
     def _frame(self) -> Frame:
-        pressures, units = self._pressures(), self.units
+        pressures = self._pressures()
+        units = self.units
         self._tell_calibration()
         self._contacts.set_broken_taxels(self._broken)
         self._contacts.use_units(units)

@@ -58,9 +58,13 @@ class FileSource:
         clock: Callable[[], float] = time.monotonic,
         wait: Callable[[float], None] = time.sleep,
     ) -> None:
-        self.address, self._path, self._read = str(path), path, read
+        self.address = str(path)
+        self._path = path
+        self._read = read
         self.slow = path.suffix.lower() not in (".csv", ".txt")
-        self._speed, self._clock, self._wait = speed, clock, wait
+        self._speed = speed
+        self._clock = clock
+        self._wait = wait
         self._items: Iterator[Item] | None = None
         self._next: Item | None = None
         self._start: tuple[float, float] | None = None
@@ -71,7 +75,9 @@ class FileSource:
         first = next(items, None)
         if first is None:
             raise LiveError("the file holds no readings", file=self._path)
-        self._items, self._next, self._start = items, first, None
+        self._items = items
+        self._next = first
+        self._start = None
 
     def receive(self, timeout: float) -> Reading | None:
         """The next reading once its time has come."""
@@ -242,11 +248,14 @@ def read_table(path: Path) -> Iterator[Item]:
 def _read_csv(path: Path) -> Iterator[Item]:
     try:
         with path.open(newline="", encoding="utf-8-sig") as stream:
-            unit, line, number = Unit.COUNTS, stream.readline(), 1
+            unit = Unit.COUNTS
+            line = stream.readline()
+            number = 1
             while line.startswith("#"):
                 key, _, value = line[1:].partition(":")
                 unit = unit_of(value.strip()) if key.strip().lower() == "unit" else unit
-                line, number = stream.readline(), number + 1
+                line = stream.readline()
+                number = number + 1
             rows = csv.reader(chain([line], stream))
             columns = _Columns.of_header(next(rows, []), path)
             width = max([columns.time, *columns.values, *columns.joints.values(), columns.sequence or 0]) + 1

@@ -110,7 +110,10 @@ class UdpSource:
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         check_listening(host, remote=remote, token=token)
-        self.address, self._host, self.port, self._token = f"udp://{host}:{port}", host, port, token
+        self.address = f"udp://{host}:{port}"
+        self._host = host
+        self.port = port
+        self._token = token
         self._socket: socket.socket | None = None
         self._readable: selectors.BaseSelector | None = None
         self.one_sender = False
@@ -133,7 +136,8 @@ class UdpSource:
             opened.close()
             remedy = "Choose another port, or close the program that listens there"
             raise LiveError("the port cannot be listened to", place=self.address, value=error, remedy=remedy) from error
-        self._socket, self.port = opened, opened.getsockname()[1]
+        self._socket = opened
+        self.port = opened.getsockname()[1]
         self._readable = selectors.DefaultSelector()
         self._readable.register(opened, selectors.EVENT_READ)
         self.address = f"udp://{self._host}:{self.port}"
@@ -206,7 +210,9 @@ class ZmqSource:
     slow = False
 
     def __init__(self, host: str, port: int, *, token: str | None = None) -> None:
-        self.address, self._endpoint, self._token = f"zmq://{host}:{port}", f"tcp://{host}:{port}", token
+        self.address = f"zmq://{host}:{port}"
+        self._endpoint = f"tcp://{host}:{port}"
+        self._token = token
         self._context: Any = None
         self._socket: Any = None
 

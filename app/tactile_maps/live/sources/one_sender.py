@@ -24,7 +24,8 @@ class OneSender:
     """
 
     def __init__(self, valid: Callable[[bytes], bool], *, clock: Callable[[], float] = time.monotonic) -> None:
-        self._valid, self._clock = valid, clock
+        self._valid = valid
+        self._clock = clock
         self._owner: Any = None
         self._heard = -float("inf")
         self.refused: dict[str, int] = {}

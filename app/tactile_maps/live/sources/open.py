@@ -63,8 +63,11 @@ class _GuardedSource:
 
     def __init__(self, plugin: Plugin, source: Source) -> None:
         check_members(plugin, source, "address", "finite", "slow", "open", "receive", "close")
-        self._plugin, self._source = plugin, source
-        self.address, self.finite, self.slow = source.address, source.finite, source.slow
+        self._plugin = plugin
+        self._source = source
+        self.address = source.address
+        self.finite = source.finite
+        self.slow = source.slow
 
     def open(self) -> None:
         with self._named():

@@ -79,7 +79,8 @@ def load_topics(path: Path | None) -> RosTopics:
         table = parse_toml(text, file=path, error=LiveError)
     except tomllib.TOMLDecodeError as error:
         raise LiveError("the file is not TOML", file=path, value=error) from error
-    readings, joints = table.pop("readings", None), table.pop("joints", {})
+    readings = table.pop("readings", None)
+    joints = table.pop("joints", {})
     if table or not isinstance(readings, dict) or not isinstance(joints, dict):
         remedy = "Its tables are: [readings] and, if wanted, [joints]"
         raise LiveError("this is no mapping", file=path, value=next(iter(table), None), remedy=remedy)
@@ -235,7 +236,8 @@ class Ros2Source:
         if topics.type is None:
             remedy = 'Add type = "std_msgs/msg/Float32MultiArray", or whatever it is, to [readings]'
             raise LiveError("the mapping does not name the type of the messages", place="readings.type", remedy=remedy)
-        self.address, self._topics = f"ros2:{topics.topic}", topics
+        self.address = f"ros2:{topics.topic}"
+        self._topics = topics
         self._reader = MessageReader(topics)
         self._node: Any = None
         self._context: Any = None
@@ -252,7 +254,8 @@ class Ros2Source:
             raise LiveError("there is no ROS 2 on this machine", value=error, remedy=remedy) from error
         rosbags = import_rosbags()
         self._store = rosbags.typesys.get_typestore(rosbags.typesys.Stores.ROS2_HUMBLE)
-        self._rclpy, self._context = rclpy, rclpy.Context()
+        self._rclpy = rclpy
+        self._context = rclpy.Context()
         rclpy.init(context=self._context)
         self._node = rclpy.create_node("tactile_maps", context=self._context)
         assert self._topics.type is not None

@@ -92,7 +92,8 @@ def _of_file(path: str) -> Iterator[Reading]:
 
 def send(arguments: argparse.Namespace) -> int:
     """Send what was asked for; how many packets that were."""
-    sent, start = 0, time.monotonic()
+    sent = 0
+    start = time.monotonic()
     encode = encode_json if arguments.json else encode_binary
     readings = _of_file(arguments.file) if arguments.file else made_up(arguments.taxels, arguments.rate)
     with sender(arguments.address) as put:

@@ -29,7 +29,10 @@ class SerialSource:
     slow = False
 
     def __init__(self, port: str, *, baud: int = 115200, token: str | None = None) -> None:
-        self.address, self._port, self._baud, self._token = f"serial://{port}?baud={baud}", port, baud, token
+        self.address = f"serial://{port}?baud={baud}"
+        self._port = port
+        self._baud = baud
+        self._token = token
         self._serial: Any = None
         self._bytes = bytearray()
         self._first = True
@@ -63,7 +66,8 @@ class SerialSource:
             line = self._line()
         if line is None:
             return None
-        first, self._first = self._first, False
+        first = self._first
+        self._first = False
         try:
             return decode(line, token=self._token)
         except MalformedReadingError:

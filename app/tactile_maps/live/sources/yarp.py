@@ -43,8 +43,11 @@ class YarpSource:
     def __init__(
         self, host: str, port: int, *, name: str | None = None, clock: Callable[[], float] = time.time
     ) -> None:
-        self.address, self._clock = f"yarp://{host}:{port}{name or ''}", clock
-        self._host, self._port, self._name = host, port, name
+        self.address = f"yarp://{host}:{port}{name or ''}"
+        self._clock = clock
+        self._host = host
+        self._port = port
+        self._name = name
         self._socket: socket.socket | None = None
         self._bytes = bytearray()
         self._envelope: re.Match[str] | None = None
@@ -63,7 +66,8 @@ class YarpSource:
             if self._envelope is None:
                 self._envelope = _ENVELOPE.match(line.strip())
                 continue  # whatever is no beginning of a message says nothing to a reader
-            envelope, self._envelope = self._envelope, None
+            envelope = self._envelope
+            self._envelope = None
             return self._reading(line, envelope)
         return None
 

@@ -135,8 +135,10 @@ def compare_maps(
     if distances is None and not skins:
         raise MapError("two layouts contain no distances on the body", remedy="Give the distances between the taxels")
     body = BodyDistances(skins[0]) if distances is None else distances
-    a, b = _points(first, int(body.first[-1])), _points(second, int(body.first[-1]))
-    one, other = _measured(first, a, body, modules), _measured(second, b, body, modules)
+    a = _points(first, int(body.first[-1]))
+    b = _points(second, int(body.first[-1]))
+    one = _measured(first, a, body, modules)
+    other = _measured(second, b, body, modules)
     return Comparison(one, other, _side_by_side(one, other), 1e3 * procrustes(a, b, body.first))
 
 
@@ -184,7 +186,8 @@ def _measured(
 def _side_by_side(first: Topography, second: Topography) -> tuple[ComparedMeasure, ...]:
     rows = []
     for name, ideal in IDEALS.items():
-        a, b = _value(first, name), _value(second, name)
+        a = _value(first, name)
+        b = _value(second, name)
         if a is not None or b is not None:
             rows.append(ComparedMeasure(name, a, b, _better(a, b, ideal)))
     return tuple(rows)
@@ -200,7 +203,8 @@ def _better(a: float | None, b: float | None, ideal: float) -> Better:
     """Which is nearer to the ideal; what is infinite is no more to be compared than what is unknown."""
     if a is None or b is None or not (math.isfinite(a) and math.isfinite(b)):
         return "neither"
-    here, there = abs(a - ideal), abs(b - ideal)
+    here = abs(a - ideal)
+    there = abs(b - ideal)
     if abs(here - there) <= _ALIKE:
         return "neither"
     return "first" if here < there else "second"

@@ -100,11 +100,14 @@ class Distortion:
 
 def distortion(map_: TactileMap) -> Distortion:
     """Compare every face on the map with itself on the body. Cost: 15 ms for 20,000 faces."""
-    stretch, turned, areas = [], [], []
+    stretch = []
+    turned = []
+    areas = []
     for patch, chart, placement in zip(map_.skin.patches, map_.charts, map_.layout.placements, strict=True):
         rest = rest_triangles(patch.surface.vertices[chart.vertex_of], chart.faces)
         corner = placement.scale * chart.plane[chart.faces]
-        first, second = corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]
+        first = corner[:, 1] - corner[:, 0]
+        second = corner[:, 2] - corner[:, 0]
         along = first / rest.base[:, None]
         across = (second - rest.along[:, None] * along) / rest.across[:, None]
         stretch.append(np.abs(rotation_svd(np.stack([along, across], axis=2))[1]))
@@ -202,7 +205,8 @@ class TissotCircles:
 
     def __init__(self, patches: Sequence[Patch], *, radius: float, spacing: float) -> None:
         _check_size(radius, "radius of a circle")
-        self._patches, self._radius = patches, radius
+        self._patches = patches
+        self._radius = radius
         chosen = [spaced_subset(patch.surface.vertices, spacing) for patch in patches]
         self.middles = tuple(readonly(patch.surface.vertices[c]) for patch, c in zip(patches, chosen, strict=True))
         """For each patch (c, 3) the circles' middles [m], link frame."""
@@ -231,7 +235,9 @@ class TissotCircles:
 def spaced_subset(points: FloatArray, spacing: float) -> IntArray:
     """Numbers of as many ``points`` (k, d) as fit with this distance between any two: greedily, in their order."""
     _check_size(spacing, "spacing")
-    free, chosen, tree = np.ones(len(points), bool), [], cKDTree(points)
+    free = np.ones(len(points), bool)
+    chosen = []
+    tree = cKDTree(points)
     for number in range(len(points)):
         if free[number]:
             chosen.append(number)

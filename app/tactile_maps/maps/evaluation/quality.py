@@ -94,7 +94,8 @@ def measure(
 def _measured(
     map_: TactileMap, body: BodyDistances, images: Sequence[TactileImage], modules: IntArray | None
 ) -> MapQuality:
-    faces, over = distortion(map_), overlaps(map_)
+    faces = distortion(map_)
+    over = overlaps(map_)
     flips = int(faces.flipped.sum())
     return MapQuality(
         **vars(measure_topography(map_.taxel_points, body, modules=modules)),

@@ -32,7 +32,8 @@ _PAIRS_EXACT = 40_000_000
 _ROWS = 250
 """Taxels of a patch from which distances to all others are taken. On real links of 1000 taxels, against all rows, so
 many spread evenly give stress within 2 % of its value and continuity within 0.003; 12 at random gave 14 %."""
-_FACES_EXACT, _FACES_QUICK = 100_000, 20_000_000
+_FACES_EXACT = 100_000
+_FACES_QUICK = 20_000_000
 """So many faces are looked at for a patch's exact distances from afar, and for those by the heat method."""
 _MOST = 10_000_000
 """Largest number of distances kept for one patch; beyond, fewer rows are taken."""
@@ -85,7 +86,10 @@ class BodyDistances:
     """
 
     def __init__(self, skin: Skin, *, sources: int | None = None, seed: int = 0) -> None:
-        generator, findings, patches, lengths = np.random.default_rng(seed), [], [], [np.zeros(0)]
+        generator = np.random.default_rng(seed)
+        findings = []
+        patches = []
+        lengths = [np.zeros(0)]
         for patch in skin.patches:
             wanted = None if sources is None else max(2, round(sources * len(patch.taxels) / max(len(skin), 1)))
             surface = _PatchSurface(patch)
@@ -130,7 +134,9 @@ class _PatchSurface:
     def __init__(self, patch: Patch) -> None:
         taxels = patch.taxels
         mesh, self._vertices = insert_vertices(patch.surface, taxels.faces, taxels.weights)
-        self._geodesics, self._taxels, self._faces = Geodesics(mesh), taxels, len(mesh.faces)
+        self._geodesics = Geodesics(mesh)
+        self._taxels = taxels
+        self._faces = len(mesh.faces)
         self._arcs = _arcs(taxels)
         self._reach = np.zeros(len(taxels))
         np.maximum.at(self._reach, taxels.neighbours.T.ravel(), np.tile(_LONGER * self._arcs, 2))
@@ -142,14 +148,16 @@ class _PatchSurface:
 
     def distances(self, sources: int | None, generator: np.random.Generator) -> PatchDistances:
         """With exact ones from so many ``sources``; None for the near ones in their place. All where they are few."""
-        count, positions = len(self._taxels), self._taxels.positions
+        count = len(self._taxels)
+        positions = self._taxels.positions
         if count * self._faces <= _ALL_EXACT:
             every = np.arange(count)
             exact = self._afar(every)
             return PatchDistances(every, exact, every, exact)
         pitch = float(np.median(cKDTree(positions).query(positions, 2)[0][:, 1]))
         wanted = max(1, min(_ROWS, _MOST // count, _FACES_QUICK // self._faces))
-        rows, every = _spread(positions, wanted, generator), np.arange(count)
+        rows = _spread(positions, wanted, generator)
+        every = np.arange(count)
         near = _rows([self._near(k, every, max(_REACH * pitch, self._reach[k])) for k in rows.tolist()], count)
         if sources is None:
             return PatchDistances(rows, near, rows, near)
@@ -168,7 +176,8 @@ class _PatchSurface:
         row = np.full(len(self._taxels), -1)
         row[known.rows] = np.arange(len(known.rows))
         source = _covering_ends(pairs, row >= 0)
-        target, order = pairs.sum(axis=1) - source, np.argsort(source, kind="stable")
+        target = pairs.sum(axis=1) - source
+        order = np.argsort(source, kind="stable")
         result = known.near[row[source], target]
         open_ = (row[source] < 0) | (result >= self._reach[source])
         order = order[open_[order]]
@@ -188,7 +197,8 @@ class _PatchSurface:
 
     def _near(self, taxel: int, others: IntArray, reach: float) -> FloatArray:
         """(t,) exact within ``reach``; beyond it the quick ones, which are then known to be longer than it."""
-        source, targets = int(self._vertices[taxel]), self._vertices[others]
+        source = int(self._vertices[taxel])
+        targets = self._vertices[others]
         found = self._geodesics.from_vertex_within(source, targets, reach)
         if np.isinf(found).any():
             found = np.minimum(found, np.maximum(self._geodesics.approximate_from_vertex(source, targets), reach))
@@ -225,7 +235,8 @@ def _arcs(taxels: Taxels) -> FloatArray:
     """
     if not len(taxels.neighbours):
         return np.zeros(0)
-    positions, normals = taxels.positions[taxels.neighbours], taxels.normals[taxels.neighbours]
+    positions = taxels.positions[taxels.neighbours]
+    normals = taxels.normals[taxels.neighbours]
     half = 0.5 * np.arccos(np.clip(normals.prod(axis=1).sum(axis=1), -1.0, 1.0))
     return np.linalg.norm(positions[:, 0] - positions[:, 1], axis=1) / np.sinc(half / np.pi)
 
@@ -332,7 +343,8 @@ def edge_lengths(points: FloatArray, distances: BodyDistances) -> tuple[float | 
     The error is None where all are torn apart or the map is one point.
     """
     ends = points[distances.pairs]
-    on_map, on_body = np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1), distances.lengths
+    on_map = np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1)
+    on_body = distances.lengths
     torn = on_map > SEAM_RATIO * on_body
     kept = ~torn & (on_body > 0)
     if not kept.any():
@@ -386,7 +398,8 @@ def _agreement(points: FloatArray, body: PatchDistances) -> tuple[float | None, 
         return 0.0, None
     on_map = np.linalg.norm(points[body.sources, None] - points[None], axis=2)
     other = body.sources[:, None] != np.arange(len(points))
-    flat, true = on_map[other], body.from_sources[other]
+    flat = on_map[other]
+    true = body.from_sources[other]
     square = (flat**2).sum()
     if square == 0:
         return None, None
@@ -396,8 +409,10 @@ def _agreement(points: FloatArray, body: PatchDistances) -> tuple[float | None, 
 
 def _spearman(a: FloatArray, b: FloatArray) -> float | None:
     """Pearson's correlation of the ranks; equal values share their mean rank."""
-    first, second = _ranks(a), _ranks(b)
-    first, second = first - first.mean(), second - second.mean()
+    first = _ranks(a)
+    second = _ranks(b)
+    first = first - first.mean()
+    second = second - second.mean()
     size = np.sqrt((first**2).sum() * (second**2).sum())
     return float((first * second).sum() / size) if size > 0 else None
 

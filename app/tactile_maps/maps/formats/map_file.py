@@ -114,12 +114,17 @@ class _ChartReader:
     """Takes one patch's chart out of the file and lets only a sound one in."""
 
     def __init__(self, arrays: Mapping[str, NDArray[Any]], i: int, patch: Patch, file: str | Path | None) -> None:
-        self._arrays, self._i, self._patch, self._file = arrays, i, patch, file
+        self._arrays = arrays
+        self._i = i
+        self._patch = patch
+        self._file = file
 
     def chart(self, method: str, findings: tuple[Finding, ...]) -> Chart:
         """The chart; every promise that the rest of the program builds on is checked."""
         take = {name: self._take(name, columns, kinds) for name, (columns, kinds) in _ARRAYS.items()}
-        faces, vertex_of, surface = take["faces"], take["vertex_of"], self._patch.surface
+        faces = take["faces"]
+        vertex_of = take["vertex_of"]
+        surface = self._patch.surface
         self._check_range("faces", faces, len(take["plane"]))
         for name in ("vertex_of", "seams"):
             self._check_range(name, take[name], len(surface.vertices))
@@ -281,7 +286,8 @@ def edit_from_bytes(data: bytes, base: TactileMap) -> TactileMap:
     header, arrays = unpack_arrays(data, error=MapError)
     if header.get("format") == MAP_FORMAT:
         return _whole_map(data, base)
-    numbers, patches = header.get("changed"), base.skin.patches
+    numbers = header.get("changed")
+    patches = base.skin.patches
     known = range(len(patches))
     if header.get("format") != EDIT_FORMAT or not isinstance(numbers, list):
         raise MapError("this is not an edit of a map", value=header.get("format"))

@@ -141,7 +141,8 @@ class _ObjParser:
             remedy = "Unwrap the mesh, and export it with UV coordinates"
             raise self._bad("a corner has no texture coordinate", line, word, remedy)
         try:
-            vertex, uv = int(parts[0]), int(parts[1])
+            vertex = int(parts[0])
+            uv = int(parts[1])
         except ValueError as error:
             raise self._bad("a corner must be vertex/texture", line, word) from error
         vertex = vertex - 1 if vertex > 0 else len(self._vertices) + vertex
@@ -179,12 +180,14 @@ def write_map_obj(map_: TactileMap, path: str | Path) -> None:
     Raises:
         MapError: The file cannot be written.
     """
-    low, side = map_.bounds[0], float(np.ptp(map_.bounds, axis=0).max()) or 1.0
+    low = map_.bounds[0]
+    side = float(np.ptp(map_.bounds, axis=0).max()) or 1.0
     lines = [
         "# tactile map: vt = (map point - origin) / side",
         f"# origin {low[0]:.9g} {low[1]:.9g} m, side {side:.9g} m",
     ]
-    vertex, corner = 1, 1
+    vertex = 1
+    corner = 1
     for patch, chart, uv in zip(map_.skin.patches, map_.charts, map_.uv, strict=True):
         surface = patch.surface
         lines.append(f"g {group_name(patch.name)}")
@@ -192,7 +195,8 @@ def write_map_obj(map_: TactileMap, path: str | Path) -> None:
         lines += [f"vt {u:.9g} {v:.9g}" for u, v in ((uv - low) / side).tolist()]
         pairs = np.stack([surface.faces + vertex, chart.faces + corner], axis=2).reshape(-1, 6).tolist()
         lines += [f"f {a}/{d} {b}/{e} {c}/{f}" for a, d, b, e, c, f in pairs]
-        vertex, corner = vertex + len(surface.vertices), corner + len(uv)
+        vertex = vertex + len(surface.vertices)
+        corner = corner + len(uv)
     write_lines(Path(path), lines, error=MapError)
 
 
@@ -252,7 +256,8 @@ def _faces_by_patch(obj: ObjUv, skin: Skin) -> list[IntArray]:
 def _corner_uv(obj: ObjUv, chosen: IntArray, surface: Mesh, name: str) -> FloatArray:
     """(m, 3, 2) texture coordinates of the corners of ``surface``, found among the file's faces ``chosen``."""
     tolerance = _SAME_PLACE * surface.size
-    body, uv = obj.surface.vertices[obj.surface.faces[chosen]], obj.uv[obj.corners[chosen]]
+    body = obj.surface.vertices[obj.surface.faces[chosen]]
+    uv = obj.uv[obj.corners[chosen]]
     own = surface.vertices[surface.faces]
     if body.shape == own.shape and (np.linalg.norm(body - own, axis=2) <= tolerance).all():
         return uv
@@ -301,7 +306,8 @@ def _island(name: str, surface: Mesh, corner_uv: FloatArray) -> _Island:
 
 def _joined_corners(surface: Mesh, corner_uv: FloatArray) -> tuple[IntArray, FloatArray, IntArray]:
     """Faces (m, 3), points (k, 2) and vertices (k,): corners at one vertex and one place on the map are one point."""
-    uv, vertex = corner_uv.reshape(-1, 2), surface.faces.reshape(-1, 1)
+    uv = corner_uv.reshape(-1, 2)
+    vertex = surface.faces.reshape(-1, 1)
     step = _SAME_UV * max(float(np.ptp(uv, axis=0).max()), 1e-300)
     keys = np.concatenate([vertex, np.rint((uv - uv.min(axis=0)) / step).astype(np.int64)], axis=1)
     _, first, number = np.unique(keys, axis=0, return_index=True, return_inverse=True)
@@ -336,10 +342,12 @@ def _seams(body: Connectivity, flat: Connectivity) -> IntArray:
 def _arranged(skin: Skin, islands: Sequence[_Island], obj: ObjUv) -> TactileMap:
     """The map, its patches where the file has them if they can stay there."""
     scales = np.array([island.scale for island in islands])
-    common, origin = float(np.median(scales)), np.zeros(2)
+    common = float(np.median(scales))
+    origin = np.zeros(2)
     findings = list(obj.findings)
     if obj.square is not None and abs(obj.square[2] / common - 1) < _TRUE_SCALE:
-        common, origin = obj.square[2], np.array(obj.square[:2])
+        common = obj.square[2]
+        origin = np.array(obj.square[:2])
     else:
         findings.append(
             Finding("scaled", OBJ_METHOD, f"one unit of the file is {common:.6g} m, by the skin's true area")

@@ -82,7 +82,8 @@ WIDTH = 1600
 WORST = 2.0
 """Change of a length that has the last colour: drawn twice as long or half as long as it is."""
 _STOPS = np.array([[0xE8, 0xF1, 0xF7], [0x8F, 0xC1, 0xDD], [0xF2, 0xC1, 0x4E], [0xC0, 0x39, 0x2B]], dtype=float)
-_TAXEL, _PAPER = np.array([0x1F, 0x2D, 0x3A]), 255
+_TAXEL = np.array([0x1F, 0x2D, 0x3A])
+_PAPER = 255
 _DOT = 0.0035
 """Radius of a taxel's dot, in widths of the picture."""
 

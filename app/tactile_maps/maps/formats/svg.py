@@ -25,7 +25,8 @@ _STYLE = """
 .number { font-family: sans-serif; fill: #33414e; text-anchor: middle }
 .name { font-family: sans-serif; font-size: 3.5px; fill: #33414e; text-anchor: middle }
 """
-_RADIUS, _DIGIT = 0.08, 0.25
+_RADIUS = 0.08
+_DIGIT = 0.25
 """Of a taxel, and the height of its number, as shares of the distance between taxels."""
 _DIGITS = 3
 
@@ -65,7 +66,8 @@ class _Page:
     """Millimetres from the page's upper left corner, of map points in metres."""
 
     def __init__(self, bounds: FloatArray) -> None:
-        self._left, self._top = bounds[0, 0], bounds[1, 1]
+        self._left = bounds[0, 0]
+        self._top = bounds[1, 1]
         self.size = 1e3 * np.ptp(bounds, axis=0) + 2 * MARGIN
 
     def __call__(self, points: FloatArray) -> FloatArray:
@@ -78,12 +80,14 @@ def _draw_patch(root: Element, map_: TactileMap, k: int, page: _Page) -> Element
     name = "".join(c for c in patch.name if c.isprintable())
     group = SubElement(root, "g", {"class": "patch"}, id=f"patch-{k}")
     SubElement(group, "title").text = f"{name} ({len(patch.taxels)} taxels)"
-    outline, segments = page(map_.outlines[k]), page(map_.seams[k])
+    outline = page(map_.outlines[k])
+    segments = page(map_.seams[k])
     SubElement(group, "path", {"class": "outline"}, d=_path(outline) + " Z")
     seams = SubElement(group, "g", id=f"seams-{k}")
     if len(segments):
         SubElement(seams, "path", {"class": "seam"}, d=" ".join(map(_path, segments)))
-    x, y = float(outline[:, 0].mean()), float(outline[:, 1].min()) - 1.0
+    x = float(outline[:, 0].mean())
+    y = float(outline[:, 1].min()) - 1.0
     label = SubElement(group, "text", {"class": "name"}, x=_text(x), y=_text(y), id=f"name-{k}-{_identifier(name)}")
     label.text = name
     return group
@@ -93,7 +97,8 @@ def _draw_taxels(group: Element, map_: TactileMap, k: int, page: _Page, *, numbe
     first, end = map_.skin.first[k : k + 2].tolist()
     # As much room as the patch gives each taxel, whether it feels all of that or not.
     pitch = 1e3 * np.sqrt(map_.skin.patches[k].surface.area / max(end - first, 1))
-    radius, height = _text(_RADIUS * pitch), _DIGIT * pitch
+    radius = _text(_RADIUS * pitch)
+    height = _DIGIT * pitch
     taxels = SubElement(group, "g", id=f"taxels-{k}")
     labels = SubElement(group, "g", {"font-size": _text(height)}, id=f"numbers-{k}") if numbers else None
     ids = map_.skin.patches[k].taxels.identity.ids

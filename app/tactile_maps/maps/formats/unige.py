@@ -59,7 +59,8 @@ def _triangles(taxels: TaxelSet) -> IntArray:
 
 def _uncut(positions: FloatArray, points: FloatArray, faces: IntArray) -> np.ndarray:
     """(f,) faces that lie on the map as on the body: face up, no side stretched across a seam."""
-    body, flat = positions[faces], points[faces]
+    body = positions[faces]
+    flat = points[faces]
     true = np.linalg.norm(body - np.roll(body, 1, axis=1), axis=2)
     drawn = np.linalg.norm(flat - np.roll(flat, 1, axis=1), axis=2)
     return np.asarray((drawn <= SEAM_RATIO * true).all(axis=1) & (signed_areas(points, faces) > 0))

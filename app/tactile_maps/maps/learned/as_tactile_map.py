@@ -123,7 +123,8 @@ def _peeled(faces: IntArray, sides: FloatArray, limit: float) -> IntArray:
         gone.add(number)
         border.add(corner)
         for turn in (1, 2):
-            start, end = int(faces[number, (k + turn) % 3]), int(faces[number, (k + turn + 1) % 3])
+            start = int(faces[number, (k + turn) % 3])
+            end = int(faces[number, (k + turn + 1) % 3])
             other, side = beside[end, start]
             if sides[other, side] > limit:
                 heapq.heappush(queue, (-sides[other, side], other, side))
@@ -153,7 +154,8 @@ def learned_tactile_map(skin: Skin, learned: LearnedMap) -> TactileMap:
             remedy="Learn from readings of this skin",
         )
     between = _between_patches(skin, learned)
-    patches, charts = [], []
+    patches = []
+    charts = []
     for patch, first, last in zip(skin.patches, skin.first[:-1], skin.first[1:], strict=True):
         crumpled, chart = _mapped(patch, learned.points[first:last], learned.placed[first:last])
         patches.append(crumpled)
@@ -174,7 +176,8 @@ def _mapped(patch: Patch, points: FloatArray, placed: BoolArray) -> tuple[Patch,
             remedy="Record touches on it too, or leave it out of the skin",
         )
     plane, moved = _distinct(points[corners])
-    shape, positions = characteristic_shape(plane), patch.taxels.positions[corners]
+    shape = characteristic_shape(plane)
+    positions = patch.taxels.positions[corners]
     plane, faces = _facing_outwards(plane, shape.faces, positions, patch.taxels.normals[corners])
     plane = canonical_pose(plane * _scale(plane, faces, positions), positions)
     surface = Mesh(positions, faces)
@@ -194,7 +197,8 @@ def _on(surface: Mesh, taxels: Taxels, corners: IntArray) -> Taxels:
     faces, weights, _ = ClosestPoint(surface).query(taxels.positions)
     order = np.argsort(surface.faces.ravel(), kind="stable")
     at = order[np.searchsorted(surface.faces.ravel()[order], np.arange(len(corners)))]
-    faces[corners], weights[corners] = at // 3, np.eye(3)[at % 3]
+    faces[corners] = at // 3
+    weights[corners] = np.eye(3)[at % 3]
     positions = surface.points(faces, weights)
     positions[corners] = taxels.positions[corners]
     return replace(taxels, positions=positions, faces=faces, weights=weights)

@@ -81,7 +81,8 @@ def smacof(
     laplacian = np.diag(weights.sum(axis=1)) - weights
     # Adding a constant to all entries fixes the one direction it leaves free, all points moved alike.
     inverse = np.linalg.inv(laplacian + laplacian.trace() / len(wanted) ** 2)
-    points, losses = start - start.mean(axis=0), [np.inf]
+    points = start - start.mean(axis=0)
+    losses = [np.inf]
     for number in range(rounds):
         apart = cdist(points, points)
         losses.append(0.5 * float((weights * (apart - wanted) ** 2).sum()))
@@ -190,7 +191,8 @@ def embed(
     parts = connected_islands(graph)
     lengths = all_path_lengths(graph)
     spacing = float(np.median(graph.data)) if graph.nnz else 1.0
-    points, findings = np.zeros((len(unlike), 2)), island_findings(parts)
+    points = np.zeros((len(unlike), 2))
+    findings = island_findings(parts)
     losses: list[float | None] = []
     for part in parts:
         wanted = lengths[np.ix_(part, part)]
@@ -205,9 +207,11 @@ def embed(
 
 def lay_side_by_side(points: FloatArray, parts: list[IntArray], gap: float) -> FloatArray:
     """Each part moved to the right of those before."""
-    moved, right = points.copy(), 0.0
+    moved = points.copy()
+    right = 0.0
     for part in parts:
-        low, high = points[part].min(axis=0), points[part].max(axis=0)
+        low = points[part].min(axis=0)
+        high = points[part].max(axis=0)
         moved[part] += [right - low[0], -0.5 * (low[1] + high[1])]
         right += high[0] - low[0] + gap
     return moved

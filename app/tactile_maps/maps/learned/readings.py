@@ -47,8 +47,10 @@ class TouchReadings:
 
     def everywhere(self, points: FloatArray) -> tuple[FloatArray, BoolArray]:
         """Points (n, 2) of all taxels from those (k, 2) of the felt, the others in the middle; and which are placed."""
-        full, placed = np.tile(points.mean(axis=0), (self.count, 1)), np.zeros(self.count, dtype=bool)
-        full[self.taxels], placed[self.taxels] = points, True
+        full = np.tile(points.mean(axis=0), (self.count, 1))
+        placed = np.zeros(self.count, dtype=bool)
+        full[self.taxels] = points
+        placed[self.taxels] = True
         return full, placed
 
 

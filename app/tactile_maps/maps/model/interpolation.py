@@ -48,7 +48,8 @@ class TaxelTriangles:
     def __init__(self, sites: FloatArray) -> None:
         self.sites = readonly(sites)
         faces, beyond = _triangulated(self.sites)
-        self.faces, self.beyond = readonly(faces, np.int64), readonly(beyond, np.int64)
+        self.faces = readonly(faces, np.int64)
+        self.beyond = readonly(beyond, np.int64)
         self._locator = PointLocator(self.sites[self.faces])
         alone = np.setdiff1d(np.arange(len(sites)), self.faces)
         border = Connectivity(self.faces).boundary_edges
@@ -116,7 +117,8 @@ def _triangulated(sites: FloatArray) -> tuple[IntArray, IntArray]:
         return none, none
     corners = sites[found.simplices]
     longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
-    first, second = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    first = corners[:, 1] - corners[:, 0]
+    second = corners[:, 2] - corners[:, 0]
     across = cross(first, second)
     kept = longest <= LONGEST_SIDE * np.median(cKDTree(sites).query(sites, 2)[0][:, 1])
     kept &= across > _THINNEST_TRIANGLE * longest**2
@@ -182,10 +184,13 @@ def _sibson(triangles: TaxelTriangles, points: FloatArray, face: IntArray, linea
     """
     centres = _circumcentres(*np.swapaxes(triangles.sites[triangles.faces], 0, 1))
     shape = len(points), len(triangles.sites)
-    taken, flat = csr_matrix(shape), linear.max(axis=1, initial=0.0) > 1 - _FLAT
+    taken = csr_matrix(shape)
+    flat = linear.max(axis=1, initial=0.0) > 1 - _FLAT
     for owner, here, after, start, end in _sides(triangles, centres, points, face, np.flatnonzero(~flat)):
-        origin, rim = points[owner], after < 0
-        a, b = triangles.sites[start] - origin, triangles.sites[end] - origin
+        origin = points[owner]
+        rim = after < 0
+        a = triangles.sites[start] - origin
+        b = triangles.sites[end] - origin
         flat[owner[rim & (cross(a, b) <= _FLAT * ((a - b) ** 2).sum(axis=1))]] = True
         vertex = np.where(rim[:, None], _circumcentres(np.zeros_like(a), a, b), centres[after] - origin)
         between = cross(centres[here] - origin, vertex)
@@ -193,7 +198,8 @@ def _sibson(triangles: TaxelTriangles, points: FloatArray, face: IntArray, linea
         areas = 0.5 * rim * cross(a, vertex) - between, between - 0.5 * rim * cross(b, vertex)
         places = np.concatenate([owner, owner]), np.concatenate([start, end])
         taken = taken + coo_matrix((np.concatenate(areas), places), shape=shape).tocsr()
-    total, row = np.asarray(taken.sum(axis=1)).ravel(), np.repeat(np.arange(len(points)), np.diff(taken.indptr))
+    total = np.asarray(taken.sum(axis=1)).ravel()
+    row = np.repeat(np.arange(len(points)), np.diff(taken.indptr))
     # Among needles rounding may take the wrong triangles for the star, which shows as areas below zero.
     flat[row[taken.data < -_ROUNDING * np.abs(total[row])]] = True
     # On the border the areas grow without bound, and the weights towards those of the triangle.
@@ -215,13 +221,17 @@ def _sides(
     """
     corner = triangles.sites[triangles.faces[:, 0]]
     centre = centres - corner
-    owner, here, came = asked, face[asked], np.full(len(asked), -1, dtype=np.int64)
+    owner = asked
+    here = face[asked]
+    came = np.full(len(asked), -1, dtype=np.int64)
     while len(owner):
         beyond = triangles.beyond[here]
         row, side = np.nonzero((beyond < 0) | (beyond != came[:, None]))
         ends = triangles.faces[here[row]]
         start, end = (ends[np.arange(len(row)), (side + turn) % 3] for turn in (1, 2))
-        owner, here, after = owner[row], here[row], beyond[row, side]
+        owner = owner[row]
+        here = here[row]
+        after = beyond[row, side]
         arm = points[owner] - corner[after]
         inside = (after >= 0) & ((arm * (arm - 2 * centre[after])).sum(axis=1) < 0)
         inside &= _ahead(points[owner], triangles.sites[start], triangles.sites[end])
@@ -236,9 +246,11 @@ def _ahead(points: FloatArray, start: FloatArray, end: FloatArray) -> BoolArray:
 
 def _circumcentres(a: FloatArray, b: FloatArray, c: FloatArray) -> FloatArray:
     """(t, 2) of triangles with corners (t, 2) each; the first corner of one that is a line by rounding."""
-    b, c = b - a, c - a
+    b = b - a
+    c = c - a
     doubled = 2 * cross(b, c)
-    bb, cc = (b**2).sum(axis=1), (c**2).sum(axis=1)
+    bb = (b**2).sum(axis=1)
+    cc = (c**2).sum(axis=1)
     away = np.stack([c[:, 1] * bb - b[:, 1] * cc, b[:, 0] * cc - c[:, 0] * bb], axis=1)
     return a + away / np.where(np.abs(doubled) <= _LINE * (bb + cc), np.inf, doubled)[:, None]
 
@@ -273,9 +285,12 @@ def _blended(plates: _Plates, points: FloatArray, corners: IntArray, linear: Flo
     shape = len(points), len(plates.sound)
     flat: BoolArray = ~np.all(plates.sound[corners], axis=1)
     row, corner = np.nonzero((linear > 0) & ~flat[:, None])
-    taxel, share = corners[row, corner], linear[row, corner]
+    taxel = corners[row, corner]
+    share = linear[row, corner]
     order = np.argsort(taxel, kind="stable")
-    row, taxel, share = row[order], taxel[order], share[order]
+    row = row[order]
+    taxel = taxel[order]
+    share = share[order]
     weights = np.zeros((len(row), STENCIL))
     starts = np.searchsorted(taxel, np.arange(shape[1] + 1))
     for plate in np.flatnonzero(np.diff(starts)).tolist():
@@ -299,12 +314,15 @@ class _Plates:
     """
 
     def __init__(self, triangles: TaxelTriangles) -> None:
-        sites, self.stencils = triangles.sites, _stencils(triangles)
-        self._middle, away = sites, sites[self.stencils] - sites[:, None]
+        sites = triangles.sites
+        self.stencils = _stencils(triangles)
+        self._middle = sites
+        away = sites[self.stencils] - sites[:, None]
         reach = np.linalg.norm(away, axis=2).max(axis=1)
         self._reach = np.where(reach > 0, reach, 1.0)
         self._places = away / self._reach[:, None, None]
-        self._solutions, self.sound = np.zeros((len(sites), STENCIL + 3, STENCIL)), np.zeros(len(sites), dtype=bool)
+        self._solutions = np.zeros((len(sites), STENCIL + 3, STENCIL))
+        self.sound = np.zeros(len(sites), dtype=bool)
         used = self.stencils != self.stencils[:, :1]
         used[:, 0] = True
         for start in range(0, len(sites), _PLATES_AT_ONCE):
@@ -314,7 +332,8 @@ class _Plates:
     def weights(self, plate: int, points: FloatArray) -> FloatArray:
         """(k, STENCIL) of the plate's taxels at ``points`` (k, 2)."""
         asked = (points - self._middle[plate]) / self._reach[plate]
-        bending, solution = _kernel(asked[:, None] - self._places[plate]), self._solutions[plate]
+        bending = _kernel(asked[:, None] - self._places[plate])
+        solution = self._solutions[plate]
         return np.asarray(bending @ solution[:STENCIL] + asked @ solution[-2:] + solution[STENCIL])
 
 
@@ -330,7 +349,8 @@ def _stencils(triangles: TaxelTriangles) -> IntArray:
     reached = (step @ step @ step).tocoo()
     away = np.linalg.norm(triangles.sites[reached.row] - triangles.sites[reached.col], axis=1)
     order = np.lexsort((reached.col, away, reached.row))
-    row, column = reached.row[order], reached.col[order]
+    row = reached.row[order]
+    column = reached.col[order]
     rank = np.arange(len(row)) - np.searchsorted(row, row)
     stencils = np.repeat(np.arange(count)[:, None], STENCIL, axis=1)
     near = rank < STENCIL
@@ -343,12 +363,14 @@ def _solved(places: FloatArray, used: BoolArray) -> tuple[FloatArray, BoolArray]
 
     A place that no taxel fills is an unknown of its own, so that all systems are of one size.
     """
-    both, own = used[:, :, None] & used[:, None], np.eye(STENCIL, dtype=bool)
+    both = used[:, :, None] & used[:, None]
+    own = np.eye(STENCIL, dtype=bool)
     apart = places[:, :, None] - places[:, None]
     closest = np.where(both & ~own, np.linalg.norm(apart, axis=3), np.inf).min(axis=(1, 2))
     sound = np.minimum(closest, _width(places)) > _THINNEST_PLATE
     plane = np.concatenate([np.ones((*used.shape, 1)), places], axis=2) * used[:, :, None]
-    kernel, corner = np.where(both, _kernel(apart), own), np.zeros((len(places), 3, 3))
+    kernel = np.where(both, _kernel(apart), own)
+    corner = np.zeros((len(places), 3, 3))
     system = np.block([[kernel, plane], [plane.swapaxes(1, 2), corner]])
     solutions = np.zeros((len(places), STENCIL + 3, STENCIL))
     solutions[sound] = np.linalg.inv(system[sound])[:, :, :STENCIL] * used[sound][:, None]
@@ -401,7 +423,9 @@ def interpolation_weights(
         choice = f"Choose {', '.join(INTERPOLATIONS)}"
         raise MapError("there is no such interpolation", place="interpolation", value=interpolation, remedy=choice)
     # The last row, an empty one, is that of the points on no patch.
-    blocks, row_of, rows = [], np.full(len(points), -1, dtype=np.int64), 0
+    blocks = []
+    row_of = np.full(len(points), -1, dtype=np.int64)
+    rows = 0
     for number, (first, last) in enumerate(zip(map_.skin.first[:-1], map_.skin.first[1:], strict=True)):
         asked = np.flatnonzero(patch == number)
         if len(asked) and last > first:

@@ -56,7 +56,8 @@ class MapJacobian:
     """
 
     def __init__(self, map_: TactileMap) -> None:
-        self._map, skin = map_, map_.skin
+        self._map = map_
+        skin = map_.skin
         self._body = np.concatenate([patch.taxels.positions for patch in skin.patches])
         self._normals = np.concatenate([patch.taxels.normals for patch in skin.patches])
         self._trees = [cKDTree(map_.taxel_points[a:b]) for a, b in zip(skin.first[:-1], skin.first[1:], strict=True)]
@@ -79,11 +80,13 @@ class MapJacobian:
             return self._layout_scale(point) * nearest_isometry(self.at(point))
         if kind == "raw" or len(self._map.skin.patches[point.patch].taxels) < _LEAST:
             return self._of_face(point.patch, point.face)
-        blend, total = np.zeros((2, 3)), 0.0
+        blend = np.zeros((2, 3))
+        total = 0.0
         for taxel, _, weight in self._nearest(point):
             fit = self._of_taxel(taxel)
             if fit is not None:
-                blend, total = blend + weight * fit, total + weight
+                blend = blend + weight * fit
+                total = total + weight
         return blend / total if total else self._of_face(point.patch, point.face)
 
     def _layout_scale(self, point: SurfacePoint) -> float:
@@ -146,7 +149,8 @@ class MapJacobian:
         """The fit to a taxel's neighbourhood; None where that is too small for one."""
         if taxel not in self._fits:
             ring = self.two_rings(taxel)
-            body, plane = self._body[ring] - self._body[taxel], self._map.taxel_points[ring]
+            body = self._body[ring] - self._body[taxel]
+            plane = self._map.taxel_points[ring]
             self._fits[taxel] = affine_fit(body, plane, self._normals[taxel]) if len(ring) >= _LEAST else None
         return self._fits[taxel]
 
@@ -181,7 +185,8 @@ class MapJacobian:
     @cached_property
     def _graph(self) -> csr_matrix:
         """Which taxels are neighbours on the map too."""
-        pairs, skin = self._map.skin.neighbours, self._map.skin
+        pairs = self._map.skin.neighbours
+        skin = self._map.skin
         on_body = np.linalg.norm(np.diff(self._body[pairs], axis=1)[:, 0], axis=1)
         on_map = np.linalg.norm(np.diff(self._map.taxel_points[pairs], axis=1)[:, 0], axis=1)
         scales = np.array([placement.scale for placement in self._map.layout.placements])
@@ -229,7 +234,8 @@ def least_norm_motion(jacobian: FloatArray, velocity: FloatArray) -> FloatArray:
         velocity: (2,) wanted.
     """
     (xx, xy), (_, yy) = jacobian.dot(jacobian.T).tolist()
-    determinant, largest = xx * yy - xy * xy, 0.5 * (xx + yy) + math.hypot(0.5 * (xx - yy), xy)
+    determinant = xx * yy - xy * xy
+    largest = 0.5 * (xx + yy) + math.hypot(0.5 * (xx - yy), xy)
     if determinant <= (_FLAT * largest) ** 2:
         return np.linalg.pinv(jacobian, rcond=_FLAT).dot(velocity)
     x, y = velocity.tolist()

@@ -23,7 +23,8 @@ from tactile_maps.geometry.surface.plane import cross
 
 FARTHEST_OFFSET = 1e6
 """No patch lies farther from the map's origin [m]."""
-SMALLEST_SCALE, LARGEST_SCALE = 0.1, 10.0
+SMALLEST_SCALE = 0.1
+LARGEST_SCALE = 10.0
 """A patch is drawn no smaller and no larger than so many times its true size."""
 
 
@@ -58,7 +59,8 @@ class Placement:
         """The placement that does what ``first`` does, and then what this one does."""
         x, y = self.apply(np.array([first.offset]))[0]
         angle = self.angle + (-first.angle if self.mirrored else first.angle)
-        mirrored, scale = self.mirrored ^ first.mirrored, self.scale * first.scale
+        mirrored = self.mirrored ^ first.mirrored
+        scale = self.scale * first.scale
         return Placement(math.remainder(angle, math.tau), (float(x), float(y)), mirrored, scale)
 
     @property
@@ -67,7 +69,8 @@ class Placement:
 
     @property
     def _turn(self) -> FloatArray:
-        cosine, sine = np.cos(self.angle), np.sin(self.angle)
+        cosine = np.cos(self.angle)
+        sine = np.sin(self.angle)
         return np.array([[cosine, sine], [-sine, cosine]])
 
 
@@ -82,7 +85,8 @@ def fit_placement(plane: FloatArray, points: FloatArray, *, rigid: bool = False)
         rigid: Only turned and moved; by default also scaled, and mirrored where that is nearer. The scale is 0 where
             all of ``plane`` is one point.
     """
-    goals, tried = points - points.mean(axis=0), []
+    goals = points - points.mean(axis=0)
+    tried = []
     for mirrored in (False,) if rigid else (False, True):
         flat = (plane - plane.mean(axis=0)) * [-1.0 if mirrored else 1.0, 1.0]
         along = float((flat * goals).sum())
@@ -169,7 +173,8 @@ def pair_up(links: Sequence[str]) -> list[Unit]:
         others = waiting.get((rest, _OPPOSITE.get(side, "")))
         if others:
             other = others.pop(0)
-            twin[number], twin[other] = other, number
+            twin[number] = other
+            twin[other] = number
         elif side:
             waiting.setdefault((rest, side), []).append(number)
     firsts = [k for k in range(len(links)) if twin.get(k, k) >= k]
@@ -197,7 +202,8 @@ def _breaks(count: int) -> list[list[tuple[int, int]]]:
 
 def _rows(sizes: FloatArray, rows: Sequence[Sequence[Unit]], margin: float) -> FloatArray:
     """(n, 2) lower-left corners, rows from the top, all centred on one line."""
-    corners, top = np.zeros_like(sizes), 0.0
+    corners = np.zeros_like(sizes)
+    top = 0.0
     for row in rows:
         own = [number for unit in row for number in unit]
         height = sizes[own, 1].max()
@@ -209,7 +215,8 @@ def _rows(sizes: FloatArray, rows: Sequence[Sequence[Unit]], margin: float) -> F
 
 def _along_row(widths: FloatArray, row: Sequence[Unit], margin: float) -> dict[int, float]:
     """Where the middle of each chart of a row is, left or right of the row's own: singles inside, pairs around them."""
-    singles, middles = [unit[0] for unit in row if len(unit) == 1], {}
+    singles = [unit[0] for unit in row if len(unit) == 1]
+    middles = {}
     inner = sum(widths[k] + margin for k in singles)
     x = -0.5 * inner
     for number in singles:
@@ -218,7 +225,8 @@ def _along_row(widths: FloatArray, row: Sequence[Unit], margin: float) -> dict[i
     reach = 0.5 * inner
     for left, right in (unit for unit in row if len(unit) == 2):
         slot = max(widths[left], widths[right]) + margin
-        middles[left], middles[right] = -reach - 0.5 * slot, reach + 0.5 * slot
+        middles[left] = -reach - 0.5 * slot
+        middles[right] = reach + 0.5 * slot
         reach += slot
     return middles
 

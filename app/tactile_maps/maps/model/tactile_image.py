@@ -62,7 +62,8 @@ def force_areas(weights: csr_matrix, areas: FloatArray, taxel_areas: FloatArray)
     shown = mass.diagonal() > 0
     if not shown.any():
         return np.zeros(len(areas))
-    mass, wanted = mass[shown][:, shown], taxel_areas[shown]
+    mass = mass[shown][:, shown]
+    wanted = taxel_areas[shown]
     scale = 1 / np.sqrt(mass.diagonal())
     factors = scale * cg(diags(scale) @ mass @ diags(scale), scale * wanted, rtol=_PRECISION, maxiter=_ROUNDS)[0]
     return np.asarray(areas * (exact[:, shown] @ factors))

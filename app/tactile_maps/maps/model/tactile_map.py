@@ -120,7 +120,9 @@ class TactileMap:
             if len(near):
                 found, inside = chart.locator.query(placement.back(points[near]))
                 held = found >= 0
-                patch[near[held]], face[near[held]], weights[near[held]] = number, found[held], inside[held]
+                patch[near[held]] = number
+                face[near[held]] = found[held]
+                weights[near[held]] = inside[held]
         return patch, face, weights
 
     @cached_property

@@ -173,7 +173,8 @@ _FINITE = ("force", "area", "peak", "mean", "map_point", "link_position", "link_
 _COMMAND = ("posture", "stiffness", "damping", "torque")
 _NO_RAW = np.zeros(0)
 _arrays_of = attrgetter(*[name for name in ARRAYS if name != "measured.raw"])
-_poke_row, _region_row = attrgetter(*POKE.names or ()), attrgetter(*REGION.names or ())
+_poke_row = attrgetter(*POKE.names or ())
+_region_row = attrgetter(*REGION.names or ())
 
 
 def encode_frame(frame: Frame) -> bytes:
@@ -314,7 +315,8 @@ def frame_arrays(data: bytes) -> FrameArrays | None:
 
 def frame_numbers(frame: FrameArrays) -> FrameNumbers:
     """The numbers of a frame that its curves are made of."""
-    peak, speed = np.fmax.reduce(frame.pressures, initial=0.0), np.abs(frame.velocity).max(initial=0.0)
+    peak = np.fmax.reduce(frame.pressures, initial=0.0)
+    speed = np.abs(frame.velocity).max(initial=0.0)
     return FrameNumbers(frame.tick, float(frame.forces.sum()), float(peak), float(speed), _map_error(frame.text))
 
 
@@ -345,13 +347,16 @@ class _FrameReader:
     """Takes a message apart from its beginning to its end; what is not sound is refused with its place."""
 
     def __init__(self, data: bytes, prepared: PreparedScene, file: str | None) -> None:
-        self._data, self._skin, self._file = data, prepared.skin, file
+        self._data = data
+        self._skin = prepared.skin
+        self._file = file
         if len(data) < _ARRAYS_AT:
             raise self._refusal("the frame is too short", "header", f"{len(data)} bytes")
         if not has_prefix(data):
             raise self._refusal("the frame is not one field of bytes", "prefix", f"{len(data)} bytes")
         self._tick, self._time, *counts = _HEADER.unpack_from(data, PREFIX_BYTES)
-        self._sizes, self._at = _Sizes(*counts), _ARRAYS_AT
+        self._sizes = _Sizes(*counts)
+        self._at = _ARRAYS_AT
         if self._tick < 0 or not np.isfinite(self._time):
             raise self._refusal("there is no such time", "header", f"tick {self._tick}, {self._time} s")
         self._check_sizes(prepared)
@@ -375,7 +380,8 @@ class _FrameReader:
         arrays = {name: self._take(np.dtype("<f8"), self._length(of)) for name, of in ARRAYS.items()}
         for name in ("posture", "velocity", "objects"):
             self._check_finite(arrays[name], name)
-        pokes, regions = self._take(POKE, self._sizes.pokes), self._take(REGION, self._sizes.regions)
+        pokes = self._take(POKE, self._sizes.pokes)
+        regions = self._take(REGION, self._sizes.regions)
         members = self._take(np.dtype("<i4"), self._sizes.members)
         text = load_json(FrameText, self._data[self._at :], error=RecordingError, place="/frame", file=self._file,
                          remedy=DAMAGED)  # fmt: skip
@@ -430,7 +436,8 @@ class _FrameReader:
             touched = text.touched.get(number)
             if touched is not None and not 0 < touched <= count:
                 raise self._refusal(f"this must be 1 to {count}", f"touched.{number}", touched)
-        places, groups = self._places(rows, "regions"), np.split(members, np.cumsum(counts)[:-1])
+        places = self._places(rows, "regions")
+        groups = np.split(members, np.cumsum(counts)[:-1])
         return tuple(
             ContactRegion(
                 **values | {"torn": bool(values["torn"])} | {name: values[name] or None for name in _OPTIONAL_IDS},

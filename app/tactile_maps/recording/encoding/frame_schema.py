@@ -15,7 +15,10 @@ _TAG = FIELD << 3 | _LENGTH_DELIMITED
 PREFIX_BYTES = 6
 """Before the data: the field's tag and its length, always in five bytes, which Protobuf allows."""
 _PREFIX = struct.Struct("<B5B")
-_SYNTAX, _MESSAGE, _OPTIONAL, _BYTES = "proto3", 4, 1, 12
+_SYNTAX = "proto3"
+_MESSAGE = 4
+_OPTIONAL = 1
+_BYTES = 12
 """Of descriptor.proto: the syntax, the number of FileDescriptorProto.message_type, and a field's label and type."""
 
 

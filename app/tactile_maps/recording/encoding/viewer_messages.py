@@ -45,15 +45,19 @@ _GRID = 2.0**16
 ENCODING = "protobuf"
 IMAGE_WIDTH = 96
 WORLD = "world"
-_IMAGE, _TF, _JOINTS, _CONTACTS, ROBOT_TOPIC, _EVENTS = (
-    "/tactile_image", "/tf", "/joint_states", "/contacts", "/robot", "/events"
-)  # fmt: skip
+_IMAGE = "/tactile_image"
+_TF = "/tf"
+_JOINTS = "/joint_states"
+_CONTACTS = "/contacts"
+ROBOT_TOPIC = "/robot"
+_EVENTS = "/events"
 _METRES_A_NEWTON = 0.02
 _TURN = np.linspace(0, 2 * np.pi, 24, endpoint=False)
 _CIRCLE = np.stack([np.cos(_TURN), np.sin(_TURN)], axis=1)
 _NUMBERS = fox.PackedElementFieldNumericType
 _CONTACT_COLOUR = fox.Color(r=0.12, g=0.47, b=0.71, a=1.0)
-_LINK_COLOUR, _OBJECT_COLOUR = fox.Color(r=0.75, g=0.76, b=0.78, a=1.0), fox.Color(r=0.55, g=0.6, b=0.5, a=1.0)
+_LINK_COLOUR = fox.Color(r=0.75, g=0.76, b=0.78, a=1.0)
+_OBJECT_COLOUR = fox.Color(r=0.55, g=0.6, b=0.5, a=1.0)
 
 
 @dataclass(frozen=True)
@@ -82,9 +86,13 @@ class ViewerMessages:
     """
 
     def __init__(self, prepared: PreparedScene, *, started: int, rate: float = RATE) -> None:
-        self._prepared, self._started, self._tick_s = prepared, started, prepared.scene.tick
+        self._prepared = prepared
+        self._started = started
+        self._tick_s = prepared.scene.tick
         self._every = max(round(1.0 / (rate * self._tick_s)), 1)
-        self._due, self._told, self._scale = -1, -1, 0.0
+        self._due = -1
+        self._told = -1
+        self._scale = 0.0
         self._units = ReadingUnits.CALIBRATED
         self._configuration = Configuration(prepared.robot)
         self._clouds = _clouds(prepared.skin)
@@ -150,7 +158,8 @@ class ViewerMessages:
         messages = []
         scale = rounded_scale(1e-3 * float(np.nanmax(frame.pressures, initial=0.0)))
         if scale > self._scale or frame.units is not self._units:
-            self._scale, self._units = scale, frame.units
+            self._scale = scale
+            self._units = frame.units
             words = f"colours of the tactile image: 0 to {scale:g} {frame.units.unit}"
             messages.append(self._log(frame.tick, fox.LogLevel.Info, words))
         picture = colour_image(self._image, frame.pressures, self._scale)
@@ -214,7 +223,8 @@ class _Cloud:
 
     def __init__(self, skin: Skin, link: str) -> None:
         patches = [number for number, patch in enumerate(skin.patches) if patch.link == link]
-        self.topic, self._link = _cloud_topic(link), link
+        self.topic = _cloud_topic(link)
+        self._link = link
         self._taxels: IntArray = np.flatnonzero(np.isin(skin.patch_of, patches))
         taxels = [skin.patches[number].taxels for number in patches]
         ids = [own.identity.ids for own in taxels]
@@ -281,7 +291,8 @@ def _contacts(regions: Sequence[ContactRegion], time: fox.Timestamp, units: Read
 
 def _contact(region: ContactRegion, time: fox.Timestamp, units: ReadingUnits) -> fox.SceneEntity:
     """An arrow that ends on the skin, the ellipse of the region's second moments, and its force in words."""
-    centre, normal = region.link_position, region.link_normal
+    centre = region.link_position
+    normal = region.link_normal
     length = max(_METRES_A_NEWTON * region.force, 0.002)
     arrow = fox.ArrowPrimitive(
         pose=_pose((centre + length * normal).tolist(), _turn_from_x((-normal).tolist())),

@@ -192,7 +192,8 @@ def find_lost_frames(numbers: IntArray, ticks: IntArray, at_end: int) -> list[Re
     gaps = np.flatnonzero(np.diff(ticks) > 1).tolist()
     spans = [(int(ticks[gap]) + 1, int(ticks[gap + 1]) - 1) for gap in gaps]
     if len(ticks):
-        start, end = int(ticks[0]), int(ticks[-1])
+        start = int(ticks[0])
+        end = int(ticks[-1])
         if numbers[0] > 0:
             spans.insert(0, (max(start - int(numbers[0]), 0), start - 1))
         if at_end:

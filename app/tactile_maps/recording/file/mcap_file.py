@@ -46,10 +46,12 @@ MAX_RECORD = 500_000_000
 """Bytes of any other record."""
 MAX_CHUNK_RECORDS = 200_000
 """Records in a chunk."""
-_UNPACKED_BASE, _UNPACKED_RATIO = 2_000_000_000, 1000
+_UNPACKED_BASE = 2_000_000_000
+_UNPACKED_RATIO = 1000
 """All chunks together unpack to at most this many bytes, plus this many for each byte of the file. Idle skin of 10,000
 taxels packs to about 1 : 400."""
-_MESSAGES_BASE, _BYTES_PER_MESSAGE = 20_000, 32
+_MESSAGES_BASE = 20_000
+_BYTES_PER_MESSAGE = 32
 """A file has at most this many messages, plus one for each 32 bytes. The writer spends 16 bytes of index on each."""
 _DAMAGE = (
     McapError,
@@ -270,11 +272,13 @@ class _Records:
     """
 
     def __init__(self, stream: BinaryIO, size: int) -> None:
-        self._stream, self._size = stream, size
+        self._stream = stream
+        self._size = size
         self._offsets: list[int] | None = None  # read when first needed: an intact file never needs it
 
     def __iter__(self) -> Iterator[_Record | None]:
-        at, checksum = len(_MAGIC), zlib.crc32(_MAGIC)
+        at = len(_MAGIC)
+        checksum = zlib.crc32(_MAGIC)
         while True:
             head = self._stream.read(_FRAMING.size)
             if len(head) < _FRAMING.size:

@@ -115,7 +115,8 @@ def read_messages(
     failure = None
     unreadable = 0
     holes: list[Hole] = []
-    latest, open_hole = None, False
+    latest = None
+    open_hole = False
     for number, messages in enumerate(contents.all_messages()):
         if number % _CHUNKS_A_STEP == 0:
             progress("Reading the recording", number / len(contents.chunks))
@@ -130,7 +131,8 @@ def read_messages(
                 after = tick if latest is None else max(latest, tick)
                 if open_hole:  # several in a row are one
                     holes.append(Hole(latest, after))
-                latest, open_hole = after, False
+                latest = after
+                open_hole = False
             elif topic == "/input":
                 item = decode_input(message.data, prepared.map, file=file)
                 inputs.append(_Numbered(message.sequence, item[0], item))

@@ -38,7 +38,8 @@ class RecordingFile:
         Raises:
             RecordingError: The file exists, another program writes it, or it cannot be written.
         """
-        self.path, self.written = path, output_path(path, error=RecordingError, overwrite=overwrite)
+        self.path = path
+        self.written = output_path(path, error=RecordingError, overwrite=overwrite)
         self._replaced: int | None = None
         try:
             self.stream: BinaryIO = self._create(overwrite)
@@ -47,7 +48,8 @@ class RecordingFile:
                 raise RecordingError(IN_USE, file=path, remedy="Choose another name")
         except OSError as error:
             self._release()
-            problem, value = "the recording cannot be written", error.strerror
+            problem = "the recording cannot be written"
+            value = error.strerror
             raise RecordingError(problem, file=path, value=value, remedy=_FOLDER) from error
 
     def _create(self, overwrite: bool) -> BinaryIO:

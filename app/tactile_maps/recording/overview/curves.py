@@ -129,7 +129,8 @@ def envelope(times: FloatArray, values: FloatArray, edges: FloatArray) -> tuple[
         (k,) and (k,); NaN for an empty bin.
     """
     at = np.searchsorted(times, edges, side="left")
-    low, high = np.full(len(edges) - 1, np.nan), np.full(len(edges) - 1, np.nan)
+    low = np.full(len(edges) - 1, np.nan)
+    high = np.full(len(edges) - 1, np.nan)
     full = np.flatnonzero(at[1:] > at[:-1])
     if len(full):
         inside = values[: at[full[-1] + 1]]  # the last bin ends there; empty bins between hold nothing

@@ -70,13 +70,15 @@ def summarise(path: str | Path) -> RecordingSummary:
 
 
 def _summary(blank: RecordingSummary) -> RecordingSummary:
-    path, file = blank.path, str(blank.path)
+    path = blank.path
+    file = str(blank.path)
     contents = mcap_file.read_recording(path)
     prepared = unpack_scene(contents.attachments, file=file)
     frames = _some_frames(contents, prepared, file)
     if not frames:
         raise contents.no_frame()
-    problem, said = "", annotations_in(contents.metadata, (), file=file)
+    problem = ""
+    said = annotations_in(contents.metadata, (), file=file)
     if contents.being_recorded and not contents.complete:
         problem = "It is being recorded"
     elif not contents.complete or contents.checksum_fails or None in contents.chunks:

@@ -43,7 +43,9 @@ MAX_FACES = 5_000_000
 MAX_REPEATED_FACES = 400_000
 """Triangles that a robot may make of mesh files beyond twice those that the files contain. MuJoCo takes 1.5 kB each."""
 MAX_COORDINATE = 1e7
-LARGEST_IN_METRES, SMALLEST_IN_METRES = 10.0, 1e-3  # m, of the bounding box's diagonal
+# m, of the bounding box's diagonal
+LARGEST_IN_METRES = 10.0
+SMALLEST_IN_METRES = 1e-3
 _FAR = 1e3  # sizes from the origin
 logging.getLogger("trimesh").addHandler(logging.NullHandler())  # its tracebacks are not for users; our errors are
 
@@ -135,9 +137,12 @@ def to_metres(mesh: Mesh, *, where: str) -> tuple[Mesh, tuple[Finding, ...]]:
         mesh: In the file's own unit.
         where: The file's name, for findings.
     """
-    size, scale, notes = mesh.size, 1.0, list[Finding]()
+    size = mesh.size
+    scale = 1.0
+    notes = list[Finding]()
     if size > LARGEST_IN_METRES:
-        notes, scale = [Finding("units", where, f"{size:.3g} across, so taken for millimetres")], 1e-3
+        notes = [Finding("units", where, f"{size:.3g} across, so taken for millimetres")]
+        scale = 1e-3
     elif size < SMALLEST_IN_METRES:
         notes = [Finding("units", where, f"only {size:.3g} m across: scale it if unintended")]
     away = float(np.linalg.norm(mesh.bounds.mean(axis=0))) if size > 0 else 0.0
@@ -396,9 +401,11 @@ class AssetStore:
             name = self._names[key] = self._free_name(path.stem)
             found = self._load(path)
             if isinstance(found, MissingMesh):
-                self.missing[name], self.files[name] = found, placeholder()
+                self.missing[name] = found
+                self.files[name] = placeholder()
             else:
-                self.files[name], self._counts[name] = to_msh(_mirrored(found, mirror)), len(found.faces)
+                self.files[name] = to_msh(_mirrored(found, mirror))
+                self._counts[name] = len(found.faces)
                 if path in self._loaded:
                     self.repeat(name, path)
                 else:
@@ -456,7 +463,8 @@ class AssetStore:
         return mesh
 
     def _free_name(self, stem: str) -> str:
-        name, count = f"{stem}.msh", 1
+        name = f"{stem}.msh"
+        count = 1
         while name in self.files:
             count += 1
             name = f"{stem}_{count}.msh"

@@ -25,7 +25,8 @@ MAX_REPEATED = 2_000_000
 MAX_GROUPS = 500
 """Groups and materials of an OBJ file, or solids of an STL file, that are read apart. The time of trimesh grows with
 the square of their number, and their triangles are joined afterwards."""
-_GLB_HEADER, _CHUNK_HEADER = struct.Struct("<4sII"), struct.Struct("<II")
+_GLB_HEADER = struct.Struct("<4sII")
+_CHUNK_HEADER = struct.Struct("<II")
 _LEAST_VERTEX_BYTES = 6
 _REMEDY = "Export it again as one mesh"
 
@@ -155,7 +156,8 @@ def check_collada(root: Element, path: Path) -> None:
         if key not in known:
             parts = characters = 0
             for child in element:
-                name, target = _name(child), child.get("url", "").removeprefix("#")
+                name = _name(child)
+                target = child.get("url", "").removeprefix("#")
                 if name == "instance_geometry":
                     more = 1, lengths.get(target, 0)
                 elif name == "instance_node" and target in nodes:
@@ -164,7 +166,8 @@ def check_collada(root: Element, path: Path) -> None:
                     more = expanded(child, above | {key})
                 else:
                     continue
-                parts, characters = parts + more[0], characters + more[1]
+                parts = parts + more[0]
+                characters = characters + more[1]
             known[key] = parts, characters
         return known[key]
 

@@ -84,8 +84,10 @@ class ModelFiles:
     """
 
     def __init__(self, file: Path, roots: Sequence[Path] = ()) -> None:
-        self.file, self.roots = file, tuple(roots)
-        self.folder, self.tree = file.resolve().parent, model_tree(file)
+        self.file = file
+        self.roots = tuple(roots)
+        self.folder = file.resolve().parent
+        self.tree = model_tree(file)
         self._beside: dict[Path, None] = {}
 
     def place(self, path: Path, *, named: str) -> Path:
@@ -160,7 +162,8 @@ _LOOKED_AT = 20_000
 
 def _mesh_files(folders: Sequence[Path]) -> Iterator[Path]:
     """Mesh files below the folders, each once; the search ends after ``_LOOKED_AT`` files."""
-    seen, looked_at = set[Path](), 0
+    seen = set[Path]()
+    looked_at = 0
     for top in folders:
         for folder, below, names in os.walk(top):
             below[:] = [name for name in below if not name.startswith(".") and Path(folder, name) not in seen]
@@ -175,7 +178,8 @@ def _mesh_files(folders: Sequence[Path]) -> Iterator[Path]:
 
 def files_that_include(file: Path) -> str:
     """What to open instead of ``file``, which holds no robot alone: the models beside it that include it."""
-    named, found = file.name.encode(), list[str]()
+    named = file.name.encode()
+    found = list[str]()
     try:
         beside = sorted(path for path in file.resolve().parent.iterdir() if path.suffix.lower() in MODEL_SUFFIXES)
     except OSError:

@@ -127,13 +127,16 @@ def _check_chain(root: Element, file: Path | str) -> None:
     """Bound the longest row of links of a URDF; that of an MJCF file is as deep as its text."""
     parents: dict[str, str] = {}
     for joint in root.iter("joint"):
-        parent, child = joint.find("parent"), joint.find("child")
+        parent = joint.find("parent")
+        child = joint.find("child")
         if parent is not None and child is not None:
             parents[child.get("link", "")] = parent.get("link", "")
     for link in parents:
-        length, above = 1, link
+        length = 1
+        above = link
         while above in parents and length <= MAX_CHAIN:
-            length, above = length + 1, parents[above]
+            length = length + 1
+            above = parents[above]
         if length > MAX_CHAIN:
             remedy = "Look for links that are each other's parents, or merge rigid parts"
             problem = f"more than {MAX_CHAIN} links hang on each other in a row"

@@ -62,9 +62,11 @@ def parse_xml(data: bytes, *, file: Path | str) -> Element:
     count = sum(1 for _ in root.iter())
     if count > MAX_ELEMENTS:
         raise RobotError(f"the XML has more than {MAX_ELEMENTS} elements", file=file, value=count)
-    level, depth = [root], 0
+    level = [root]
+    depth = 0
     while level:
-        level, depth = [child for element in level for child in element], depth + 1
+        level = [child for element in level for child in element]
+        depth = depth + 1
     if depth > MAX_DEPTH:
         raise RobotError(f"the XML is nested more than {MAX_DEPTH} deep", file=file, value=depth)
     return root
@@ -140,7 +142,8 @@ def _without_comments(text: bytes) -> bytes:
     """Return the document without its comments, in linear time: a search by a pattern takes quadratic time where many
     of them are not closed.
     """
-    kept, at = [], 0
+    kept = []
+    at = 0
     while (start := text.find(b"<!--", at)) >= 0 and (end := text.find(b"-->", start + 4)) >= 0:
         kept.append(text[at:start])
         at = end + 3

@@ -35,7 +35,9 @@ def keyframe_home(spec: mujoco.MjSpec) -> dict[str, float]:
     keys = [key for key in spec.keys if key.name == "home"] or list(spec.keys)
     if not keys:
         return {}
-    values, start, home = list(keys[0].qpos), 0, {}
+    values = list(keys[0].qpos)
+    start = 0
+    home = {}
     for joint in _joints_in_order(spec.worldbody):
         if joint.type in _SCALAR and start < len(values):
             home[joint.name] = float(values[start])
@@ -176,7 +178,8 @@ def _fix_base(spec: mujoco.MjSpec) -> list[Finding]:
 def _split_ball_joints(spec: mujoco.MjSpec, source: str) -> list[Finding]:
     """Let three hinges about x, y and z, in this order, take the place of each ball joint, with its limit each."""
     balls = [joint for joint in spec.joints if joint.type == mujoco.mjtJoint.mjJNT_BALL]
-    taken, names = {joint.name for joint in spec.joints}, list[str]()
+    taken = {joint.name for joint in spec.joints}
+    names = list[str]()
     for ball in balls:
         body = ball.parent
         if list(body.joints)[-1].name != ball.name:
@@ -201,7 +204,8 @@ _OF_BALL_JOINTS = ("armature", "damping", "frictionloss", "limited", "group")
 
 def _joins_links(equality: mujoco.MjsEquality) -> bool:
     """True for couplings between joints or bodies, which belong to the robot; tendons, flexes and sites are gone."""
-    kind, obj = mujoco.mjtEq, mujoco.mjtObj
+    kind = mujoco.mjtEq
+    obj = mujoco.mjtObj
     between_bodies = equality.type in (kind.mjEQ_CONNECT, kind.mjEQ_WELD) and equality.objtype == obj.mjOBJ_BODY
     return equality.type == kind.mjEQ_JOINT or between_bodies
 
@@ -244,9 +248,11 @@ def settle_missing_meshes(
 def _placeholder_at(spec: mujoco.MjSpec, geom: mujoco.MjsGeom) -> Mesh:
     """Return the small box at the place of a geom [m], in the frame of its body."""
     box = box_mesh(PLACEHOLDER_SIZE)
-    points, element = box.vertices, geom
+    points = box.vertices
+    element = geom
     while element is not None:  # the geom, then the frames around it
-        turn, compiler = element.quat, spec.compiler
+        turn = element.quat
+        compiler = spec.compiler
         if element.alt.type != mujoco.mjtOrientation.mjORIENTATION_QUAT:
             turn = spec.resolve_orientation(compiler.degree, compiler.eulerseq, element.alt)
         rotation = np.empty(9)
@@ -349,8 +355,11 @@ def state_scaled_masses(spec: mujoco.MjSpec, model: mujoco.MjModel) -> None:
 
 def _state_inertia(spec: mujoco.MjSpec, model: mujoco.MjModel, body: int, inertia: FloatArray) -> None:
     element = spec.body(model.body(body).name)
-    element.explicitinertial, element.mass = True, float(model.body_mass[body])
-    element.ipos, element.iquat, element.inertia = model.body_ipos[body], model.body_iquat[body], inertia
+    element.explicitinertial = True
+    element.mass = float(model.body_mass[body])
+    element.ipos = model.body_ipos[body]
+    element.iquat = model.body_iquat[body]
+    element.inertia = inertia
     element.ialt.type = mujoco.mjtOrientation.mjORIENTATION_QUAT
     element.fullinertia = np.full(6, np.nan)  # MuJoCo's mark for "not given"
 
@@ -409,11 +418,9 @@ def _check_crowding(model: mujoco.MjModel, data: mujoco.MjData, home: FloatArray
     data.qpos[:] = home
     mujoco.mj_kinematics(model, data)
     solid = np.flatnonzero((model.geom_contype | model.geom_conaffinity) != 0)
-    centres, radii, bodies = (
-        data.geom_xpos[solid],
-        model.geom_rbound[solid],
-        model.body_weldid[model.geom_bodyid[solid]],
-    )
+    centres = data.geom_xpos[solid]
+    radii = model.geom_rbound[solid]
+    bodies = model.body_weldid[model.geom_bodyid[solid]]
     near = 0
     for start in range(0, len(solid), _ROWS):
         rows = slice(start, start + _ROWS)

@@ -123,7 +123,8 @@ def load_mjcf(
     if plugins:
         note = "left out: no library of a model is loaded"
         store.findings.append(Finding("plug-in", ", ".join(plugins), note, len(plugins)))
-    mounts, actuators = _sensor_mounts(root), list(root.iterfind("actuator/*"))
+    mounts = _sensor_mounts(root)
+    actuators = list(root.iterfind("actuator/*"))
     strip_mjcf(root, path)
     drives = actuator_limits(actuators, root.findall("default"), store.findings, source=str(path))
     _drop_unneeded(root, mounts)
@@ -193,7 +194,8 @@ def gather_meshes(root: Element, reader: MjcfFiles, store: AssetStore) -> None:
         RobotError: A file is where the model may not read, or files are used under too many names.
         MeshError: One is not usable.
     """
-    folder, known = _mesh_folder(root), set[str]()
+    folder = _mesh_folder(root)
+    known = set[str]()
     for mesh in root.iter("mesh"):
         if mesh.get("file") is not None:
             path = _gather(mesh, folder, reader, store)
@@ -207,7 +209,8 @@ class MjcfFiles(ModelFiles):
 
     def __init__(self, path: Path, roots: Sequence[Path], notes: list[Finding]) -> None:
         super().__init__(path, roots)
-        self._included, self._notes = 0, notes
+        self._included = 0
+        self._notes = notes
 
     def mesh(self, named: str, *folders: str) -> Path:
         """The file called ``named``, relative to ``folders``."""
@@ -258,7 +261,8 @@ class MjcfFiles(ModelFiles):
 
 def _mesh_folder(root: Element) -> tuple[str, bool]:
     """Where meshes lie, relative to the main file, and whether only their bare names count; removes the settings."""
-    folder, strip = "", False
+    folder = ""
+    strip = False
     for compiler in root.findall("compiler"):
         assets = compiler.attrib.pop("assetdir", folder)
         folder = compiler.attrib.pop("meshdir", assets)

@@ -99,7 +99,9 @@ def read_touch_sensors(
     absent |= {geom.get("name") for geom in root.iter("geom") if geom.get("mesh") in absent}
     source = str(path)
     model = compile_spec(parse_spec(tostring(root, encoding="unicode"), store.files, source=source), source=source)
-    sensors, left, unplaced = list[TouchSensor](), list[str](), list[str]()
+    sensors = list[TouchSensor]()
+    left = list[str]()
+    unplaced = list[str]()
     for number, (element, config) in enumerate(stated):
         name = element.get("name") or f"{element.tag} {number}"
         if element.tag == "tactile" and absent & {element.get("mesh"), element.get("geom")}:
@@ -168,7 +170,8 @@ def _placed(
     link = "" if site is None else model.body(int(model.site_bodyid[site])).name
     if site is None or not link or link == "world":
         return None
-    origin, turn = model.site_pos[site].copy(), _rotation(model.site_quat[site])
+    origin = model.site_pos[site].copy()
+    turn = _rotation(model.site_quat[site])
     if element.tag == "touch":
         return TouchSensor(name, "touch", link, origin[None, :])
     directions = _grid_directions(config, name, path) @ turn.T
@@ -181,7 +184,8 @@ def _on_mesh(model: mujoco.MjModel, element: Element, name: str) -> TouchSensor 
     link = "" if geom is None else model.body(int(model.geom_bodyid[geom])).name
     if geom is None or mesh is None or not link or link == "world":
         return None
-    first, count = int(model.mesh_vertadr[mesh]), int(model.mesh_vertnum[mesh])
+    first = int(model.mesh_vertadr[mesh])
+    count = int(model.mesh_vertnum[mesh])
     vertices = model.mesh_vert[first : first + count].astype(np.float64)
     return TouchSensor(name, "tactile", link, vertices @ _rotation(model.geom_quat[geom]).T + model.geom_pos[geom])
 
@@ -201,7 +205,8 @@ def _grid_directions(config: dict[str, str], name: str, path: Path) -> FloatArra
     if not (0 < across <= np.pi and 0 < up <= np.pi / 2 and 0 <= gamma <= 1):
         problem = "a touch grid must reach up to 180 degrees across and 90 up to either side, with a gamma from 0 to 1"
         raise RobotError(problem, file=path, place=f"sensor {name}", value=config)
-    azimuth, elevation = across * _cell_middles(columns, gamma), up * _cell_middles(rows, gamma)
+    azimuth = across * _cell_middles(columns, gamma)
+    elevation = up * _cell_middles(rows, gamma)
     e, a = (angles.ravel() for angles in np.meshgrid(elevation, azimuth, indexing="ij"))
     return np.stack([np.cos(e) * np.sin(a), np.sin(e), -np.cos(e) * np.cos(a)], axis=1)
 

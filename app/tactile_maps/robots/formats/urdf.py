@@ -106,7 +106,8 @@ def robot_from_urdf(
         base_yaw: Turn of the root link about the vertical [rad].
         findings: What was noticed while the tree was read.
     """
-    store, packages = AssetStore(), PackageResolver(path, package_roots)
+    store = AssetStore()
+    packages = PackageResolver(path, package_roots)
     _gather_meshes(root, packages, store)
     notes = [*findings, *_check_mimics(root), *packages.files.findings()]
     drives = urdf_limits(root, notes)
@@ -134,9 +135,11 @@ def robot_from_urdf(
 def _place_base(spec: mujoco.MjSpec, height: float, yaw: float) -> None:
     turn = np.array([np.cos(yaw / 2), 0.0, 0.0, np.sin(yaw / 2)])
     for body in spec.worldbody.bodies:
-        position, quaternion = np.empty(3), np.empty(4)
+        position = np.empty(3)
+        quaternion = np.empty(4)
         mujoco.mju_mulPose(position, quaternion, np.array([0.0, 0.0, height]), turn, body.pos, body.quat)
-        body.pos, body.quat = position, quaternion
+        body.pos = position
+        body.quat = quaternion
 
 
 def _gather_meshes(root: Element, packages: PackageResolver, store: AssetStore) -> None:
@@ -221,7 +224,8 @@ def _repair_inertias(root: Element) -> list[Finding]:
         if moments.min() > 0:
             continue
         matrix = axes @ np.diag(np.maximum(moments, _LEAST_INERTIA)) @ axes.T
-        rows, columns = (0, 0, 0, 1, 1, 2), (0, 1, 2, 1, 2, 2)
+        rows = (0, 0, 0, 1, 1, 2)
+        columns = (0, 1, 2, 1, 2, 2)
         stated.attrib.update({n: repr(float(matrix[i, j])) for n, i, j in zip(_MOMENTS, rows, columns, strict=True)})
         repaired.append(link.get("name", ""))
     note = f"no body can have it: principal moments raised to {_LEAST_INERTIA} kg m²"
@@ -239,7 +243,8 @@ def _number(text: str) -> float | None:
 def _check_mimics(root: Element) -> list[Finding]:
     """MuJoCo couples ``<mimic>`` joints to their leaders; one whose leader does not move moves by itself."""
     movable = {joint.get("name") for joint in root.iter("joint") if joint.get("type") != "fixed"}
-    coupled, left = list[str](), list[str]()
+    coupled = list[str]()
+    left = list[str]()
     for joint in root.iter("joint"):
         name = joint.get("name", "")
         for mimic in joint.findall("mimic"):
@@ -258,12 +263,15 @@ def _check_mimics(root: Element) -> list[Finding]:
 
 def _add_joint_dynamics(spec: mujoco.MjSpec) -> list[Finding]:
     """URDF cannot state armature and often states no damping; without them light links are numerically stiff."""
-    bare, loose = 0, 0
+    bare = 0
+    loose = 0
     for joint in spec.joints:
         if joint.armature == 0:
-            joint.armature, bare = ARMATURE, bare + 1
+            joint.armature = ARMATURE
+            bare = bare + 1
         if joint.damping[0] == 0:
-            joint.damping[0], loose = DAMPING, loose + 1
+            joint.damping[0] = DAMPING
+            loose = loose + 1
     findings = [Finding("armature", "joints", f"given an armature of {ARMATURE} kg m²", bare)] if bare else []
     return findings + (
         [Finding("damping", "joints", f"given a damping of {DAMPING} N m s/rad", loose)] if loose else []

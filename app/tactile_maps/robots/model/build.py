@@ -67,7 +67,8 @@ def link_mesh(model: mujoco.MjModel, body: int) -> Mesh | None:
 
 
 def _shown_geoms(model: mujoco.MjModel, body: int) -> list[int]:
-    first, count = int(model.body_geomadr[body]), int(model.body_geomnum[body])
+    first = int(model.body_geomadr[body])
+    count = int(model.body_geomnum[body])
     every = list(range(first, first + count))
     shown = [geom for geom in every if model.geom_group[geom] <= _LAST_VISIBLE_GROUP and model.geom_rgba[geom, 3] > 0]
     visual = [geom for geom in shown if not (model.geom_contype[geom] or model.geom_conaffinity[geom])]
@@ -107,7 +108,8 @@ def geom_triangles(model: mujoco.MjModel, geom: int) -> tuple[FloatArray, IntArr
 
 def _local_triangles(model: mujoco.MjModel, geom: int) -> tuple[FloatArray, IntArray]:
     shape = mujoco.mjtGeom
-    kind, size = shape(int(model.geom_type[geom])), model.geom_size[geom]
+    kind = shape(int(model.geom_type[geom]))
+    size = model.geom_size[geom]
     if kind == shape.mjGEOM_MESH:
         return _mesh_triangles(model, int(model.geom_dataid[geom]))
     import trimesh  # 0.1 s, and a robot of meshes needs none
@@ -160,7 +162,8 @@ def smoke_test(model: mujoco.MjModel, home: FloatArray, source: str) -> list[Fin
     """
     data = mujoco.MjData(model)
     data.qpos[:] = home
-    model.opt.timestep, model.opt.integrator = 1e-3, mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    model.opt.timestep = 1e-3
+    model.opt.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     with collect_warnings() as texts:
         mujoco.mj_step(model, data, SMOKE_TEST_STEPS)
     if not np.isfinite(data.qpos).all() or any(data.warning[int(trouble)].number for trouble in _TROUBLES):
@@ -229,7 +232,8 @@ def build_robot(
     if clipped:
         notes.append(Finding("home-outside-limits", ", ".join(clipped), "moved inside the limits", len(clipped)))
     notes += smoke_test(model, rest, source)
-    missing, names = missing_meshes(spec, files), [model.body(i).name for i in range(model.nbody)]
+    missing = missing_meshes(spec, files)
+    names = [model.body(i).name for i in range(model.nbody)]
     links = tuple(
         Link(name, link_mesh(model, i), missing.get(name, ()), tuple((left_out or {}).get(name, ())))
         for i, name in enumerate(names)
@@ -247,7 +251,9 @@ def _choose_home(model: mujoco.MjModel, source: str) -> tuple[dict[str, float], 
     return {model.joint(i).name: float(home[i]) for i in range(model.njnt)}, notes
 
 
-_LEAST_MASS, _LEAST_INERTIA = 1e-6, 1e-6  # kg, kg m²
+# kg, kg m²
+_LEAST_MASS = 1e-6
+_LEAST_INERTIA = 1e-6
 
 
 def _compile_with_masses(spec: mujoco.MjSpec, source: str, notes: list[Finding]) -> mujoco.MjModel:
@@ -257,7 +263,8 @@ def _compile_with_masses(spec: mujoco.MjSpec, source: str, notes: list[Finding])
     except RobotError as error:
         if "mjMINVAL" not in str(error.value):
             raise
-    spec.compiler.boundmass, spec.compiler.boundinertia = _LEAST_MASS, _LEAST_INERTIA
+    spec.compiler.boundmass = _LEAST_MASS
+    spec.compiler.boundinertia = _LEAST_INERTIA
     what = f"a moving body had none: each has at least {_LEAST_MASS} kg and {_LEAST_INERTIA} kg m²"
     notes.append(Finding("massless", source, what))
     return compile_spec(spec, source=source, findings=notes)

@@ -28,7 +28,8 @@ LEAST_EVENNESS = 0.25
 """A limb whose links move by less than this share as evenly as they could counts as ill-conditioned."""
 MIDDLE = 0.6
 """Share of each joint range from which postures are sampled."""
-SAMPLES, MAX_SAMPLES = 300, 3000
+SAMPLES = 300
+MAX_SAMPLES = 3000
 """Postures of each limb, and of all limbs together."""
 _SURFACE_SAMPLES = 24
 _JOINTS_FOR_SPACE = 3  # fewer joints do not move a point in all directions
@@ -82,7 +83,8 @@ def choose_home(
     if coupled is None or not limbs:
         return home, []
     search = _Search(model, home)
-    fixed, reasons = coupled.copy(), list[str]()
+    fixed = coupled.copy()
+    reasons = list[str]()
     for limb in limbs:
         free = limb.joints[~fixed[limb.joints]]
         samples = min(SAMPLES, MAX_SAMPLES // len(limbs))
@@ -113,13 +115,15 @@ def _coupled_joints(model: mujoco.MjModel) -> BoolArray | None:
 
 def _limbs(model: mujoco.MjModel, surfaces: Mapping[int, Mesh], rng: np.random.Generator) -> list[_Limb]:
     """Return the limbs, the one with most joints first."""
-    samples, chains = dict[int, _Samples](), dict[int, tuple[int, ...]]()
+    samples = dict[int, _Samples]()
+    chains = dict[int, tuple[int, ...]]()
     for body, mesh in surfaces.items():
         joints = _joints_before(model, body)
         if len(joints) >= _JOINTS_FOR_SPACE and mesh.area > 0:
             faces = rng.choice(len(mesh.faces), _SURFACE_SAMPLES, p=mesh.face_areas / mesh.area)
             points = mesh.vertices[mesh.faces[faces]].mean(axis=1)
-            samples[body], chains[body] = _Samples(body, points, mesh.face_normals[faces]), joints
+            samples[body] = _Samples(body, points, mesh.face_normals[faces])
+            chains[body] = joints
     inner = {chain[:count] for chain in chains.values() for count in range(len(chain))}
     limbs = []
     for chain in sorted(set(chains.values()) - inner, key=lambda chain: (-len(chain), chain)):
@@ -145,7 +149,8 @@ class _Search:
     """
 
     def __init__(self, model: mujoco.MjModel, home: FloatArray) -> None:
-        self._model, self._data = model, mujoco.MjData(model)
+        self._model = model
+        self._data = mujoco.MjData(model)
         self._slides = model.jnt_type == mujoco.mjtJoint.mjJNT_SLIDE
         self._limited = model.jnt_limited.astype(bool)
         self.home = home.copy()
@@ -189,7 +194,8 @@ class _Search:
 
     def _nearest(self, limb: _Limb, free: IntArray, chosen: FloatArray, lowest: float) -> FloatArray:
         """Return ``chosen`` with the joints at zero again that are not needed, such as the first one of an arm."""
-        quality, margins = self._quality(limb, chosen), self._margins(free)
+        quality = self._quality(limb, chosen)
+        margins = self._margins(free)
         for joint, margin in zip(free.tolist(), margins.tolist(), strict=True):
             trial = chosen.copy()
             trial[joint] = self.home[joint]
@@ -221,12 +227,14 @@ class _Search:
     def _quality(self, limb: _Limb, posture: FloatArray) -> float:
         """Return the mean over the links of evenness times the share of the tilts that suffice, 0 to 1."""
         self._place(posture)
-        linear, angular = np.zeros((3, self._model.nv)), np.zeros((3, self._model.nv))
+        linear = np.zeros((3, self._model.nv))
+        angular = np.zeros((3, self._model.nv))
         total = 0.0
         for link in limb.links:
             rotation = self._data.xmat[link.body].reshape(3, 3)
             mujoco.mj_jacBody(self._model, self._data, linear, angular, link.body)
-            arms, normals = link.points @ rotation.T, link.normals @ rotation.T
+            arms = link.points @ rotation.T
+            normals = link.normals @ rotation.T
             move = point_motion(linear, angular, arms)
             tilts = motion_tilts(np.einsum("ki,kin->kn", normals, move), move)
             stretch = np.linalg.svd(move.mean(axis=0), compute_uv=False)

@@ -38,13 +38,15 @@ def urdf_limits(root: Element, findings: list[Finding]) -> dict[str, DriveLimits
         root: The tree.
         findings: Receives the speeds that are not positive numbers, which are not used.
     """
-    limits, unused = dict[str, DriveLimits](), list[str]()
+    limits = dict[str, DriveLimits]()
+    unused = list[str]()
     for joint in root.iter("joint"):
         stated = joint.find("limit")
         text = None if stated is None else stated.get("velocity")
         if text is None:
             continue
-        name, speed = joint.get("name", ""), _number(text)
+        name = joint.get("name", "")
+        speed = _number(text)
         if speed > 0:
             limits[name] = DriveLimits(speed=speed)
         elif joint.get("type") not in ("fixed", "floating"):
@@ -122,7 +124,8 @@ def _copy_default(default: Element, parent: Element) -> None:
 
 def _effort(drive: mujoco.MjsActuator) -> float:
     """Return the largest effort of a drive at its joint [N m, or N]."""
-    gear, force = abs(float(drive.gear[0])), smaller_bound(drive.forcelimited, drive.forcerange)
+    gear = abs(float(drive.gear[0]))
+    force = smaller_bound(drive.forcelimited, drive.forcerange)
     if drive.gaintype == mujoco.mjtGain.mjGAIN_FIXED and drive.biastype == mujoco.mjtBias.mjBIAS_NONE:
         force = min(force, abs(float(drive.gainprm[0])) * smaller_bound(drive.ctrllimited, drive.ctrlrange))
     return gear * force if gear > 0 else math.inf
@@ -130,7 +133,8 @@ def _effort(drive: mujoco.MjsActuator) -> float:
 
 def _speed(drive: mujoco.MjsActuator) -> float:
     """Return the largest speed that a velocity servo can be set to [rad/s, or m/s]; inf for other drives."""
-    gear, gain = abs(float(drive.gear[0])), float(drive.gainprm[0])
+    gear = abs(float(drive.gear[0]))
+    gain = float(drive.gainprm[0])
     servo = drive.biastype == mujoco.mjtBias.mjBIAS_AFFINE and gain > 0
     if not (servo and gear > 0 and drive.biasprm[1] == 0 and drive.biasprm[2] == -gain):
         return math.inf

@@ -28,7 +28,9 @@ from tactile_maps.skin.link_pieces import piece_number
 from tactile_maps.skin.model.skin import Skin
 from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
 
-_ROBOT, _OUTSIDE, _PIECES = 1, 2, 4
+_ROBOT = 1
+_OUTSIDE = 2
+_PIECES = 4
 
 
 def allows_self_contact(effects: Effects) -> bool:
@@ -59,7 +61,8 @@ def add_contact_pairs(
         RobotError: MuJoCo refuses the robot.
     """
     outside = [scene_object for scene_object in objects if is_simulated(scene_object.spec.kind, effects)]
-    itself, links = allows_self_contact(effects), skinned_links(skin)
+    itself = allows_self_contact(effects)
+    links = skinned_links(skin)
     _drop_own_pairs(spec)
     bare = _bare_shapes(spec, links, wanted=itself or (bool(outside) and effects.contact != "probe"))
     _set_bits(spec, bare, outside, effects)
@@ -87,7 +90,8 @@ def _add_shape(spec: mujoco.MjSpec, robot: Robot, skin: Skin, link: str, paired:
         return str(add_hull(spec, robot, skin, link).name)
     first, *others = add_collision_shapes(spec, robot, skin, link)
     for geom in others:
-        geom.contype, geom.condim = _PIECES, 3 if effects.friction else 1
+        geom.contype = _PIECES
+        geom.condim = 3 if effects.friction else 1
     return str(first.name)
 
 
@@ -119,11 +123,14 @@ def _set_bits(
     """Let links without skin and objects meet each other as MuJoCo finds them."""
     own = _ROBOT if allows_self_contact(effects) else 0
     for geom in bare:
-        geom.contype, geom.conaffinity, geom.condim = own, own | _OUTSIDE, 3 if effects.friction else 1
+        geom.contype = own
+        geom.conaffinity = own | _OUTSIDE
+        geom.condim = 3 if effects.friction else 1
     for scene_object in outside:
         if effects.contact != "probe":
             geom = spec.geom(body_name(scene_object.spec))
-            geom.contype, geom.conaffinity = _OUTSIDE, _OUTSIDE
+            geom.contype = _OUTSIDE
+            geom.conaffinity = _OUTSIDE
 
 
 def _bare_shapes(spec: mujoco.MjSpec, links: Sequence[str], *, wanted: bool) -> list[mujoco.MjsGeom]:

@@ -13,7 +13,8 @@ _ALIGNED = 1 - 1e-6
 """Cosine of the angle from which on two normals are the same: 0.08 degrees."""
 _NEARLY = 0.9
 """Cosine of the angle by which a normal may be corrected: 26 degrees."""
-_CORNERS, _ON_RIM = 4, 1e-6
+_CORNERS = 4
+_ON_RIM = 1e-6
 _LEVEL = 0.08
 """Cosine of the angle between the normal and a cylinder's axis up to which the cylinder is on its side."""
 _SHIFT = 0.01
@@ -37,7 +38,8 @@ def correct_normal(model: mujoco.MjModel, data: mujoco.MjData, numbers: list[int
 
     Cost: 5 us.
     """
-    contact, ends = data.contact, np.zeros(6)
+    contact = data.contact
+    ends = np.zeros(6)
     first, second = contact.geom[numbers[0]].tolist()
     distance = mujoco.mj_geomDistance(model, data, first, second, 0.0, ends)
     across = ends[:3] - ends[3:]
@@ -111,7 +113,8 @@ def centre_on_side(model: mujoco.MjModel, data: mujoco.MjData, numbers: list[int
 
 def _on_cylinder(data: mujoco.MjData, geom: int, numbers: list[int]) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return the points on the surface of the first shape (k, 3) in its frame, that frame (3, 3), and the normal."""
-    contact, turn = data.contact, data.geom_xmat[geom].reshape(3, 3)
+    contact = data.contact
+    turn = data.geom_xmat[geom].reshape(3, 3)
     normal = contact.frame[numbers[0], :3]
     points = (contact.pos[numbers] - 0.5 * contact.dist[numbers, None] * normal - data.geom_xpos[geom]) @ turn
     return points, turn, normal
@@ -119,7 +122,8 @@ def _on_cylinder(data: mujoco.MjData, geom: int, numbers: list[int]) -> tuple[Fl
 
 def _move_points(data: mujoco.MjData, geom: int, numbers: list[int], points: FloatArray, deep: FloatArray) -> None:
     """Set contacts to points (k, 3) of the first shape's surface, its frame, and their depths (k,) [m]."""
-    contact, turn = data.contact, data.geom_xmat[geom].reshape(3, 3)
+    contact = data.contact
+    turn = data.geom_xmat[geom].reshape(3, 3)
     contact.dist[numbers] = -deep
     contact.pos[numbers] = points @ turn.T + data.geom_xpos[geom] - 0.5 * deep[:, None] * contact.frame[numbers[0], :3]
 

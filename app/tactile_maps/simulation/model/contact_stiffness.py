@@ -82,9 +82,11 @@ class ContactSharing:
     """
 
     def __init__(self, model: mujoco.MjModel, layer: ElasticLayer, *, pieces: PieceContacts | None = None) -> None:
-        self._model, self._step = model, float(model.opt.timestep)
+        self._model = model
+        self._step = float(model.opt.timestep)
         self._discrete = model.opt.integrator == mujoco.mjtIntegrator.mjINT_DISCRETE
-        self._pieces, self._groups = pieces, piece_groups(model)
+        self._pieces = pieces
+        self._groups = piece_groups(model)
         self._divided = [
             any(piece_number(model.geom(geom).name) is not None for geom in geoms) for geoms in _geoms(model)
         ]
@@ -112,7 +114,9 @@ class ContactSharing:
             self._set_parameters(data, points)
             return
         contact = data.contact
-        rows, scaled, factors = contact.efc_address.tolist(), [], []
+        rows = contact.efc_address.tolist()
+        scaled = []
+        factors = []
         for pair, numbers in points.items():
             if len(numbers) == 1:
                 continue
@@ -145,7 +149,8 @@ class ContactSharing:
     def _points(self, data: mujoco.MjData) -> dict[int, list[int]]:
         """Return the numbers of the contacts of each pair that touches."""
         points: dict[int, list[int]] = {}
-        rows, geoms = data.contact.efc_address.tolist(), data.contact.geom.tolist()
+        rows = data.contact.efc_address.tolist()
+        geoms = data.contact.geom.tolist()
         for number, (first, second) in enumerate(geoms):
             pair = self._pairs.get((self._groups[first], self._groups[second]))
             if pair is not None and rows[number] >= 0:
@@ -171,13 +176,15 @@ class ContactSharing:
     def _set_parameters(self, data: mujoco.MjData, points: Mapping[int, list[int]]) -> None:
         """Set each contact's own parameters, from which ``discrete`` builds its constraints again."""
         mujoco.mj_forwardSkip(self._model, data, mujoco.mjtStage.mjSTAGE_VEL, 1)  # computes R
-        rows, depths = data.contact.efc_address.tolist(), (-data.contact.dist).tolist()
+        rows = data.contact.efc_address.tolist()
+        depths = (-data.contact.dist).tolist()
         for pair, numbers in points.items():
             for number, count in zip(numbers, self._counts(data, pair, numbers), strict=True):
                 self._set_contact(data, number, rows[number], pair, count, depths[number])
 
     def _set_contact(self, data: mujoco.MjData, number: int, row: int, pair: int, count: float, depth: float) -> None:
-        step, contact = self._step, data.contact
+        step = self._step
+        contact = data.contact
         k, b = (-self._model.pair_solref[pair]).tolist()
         # R of a row is  (1 - d) / d  times the inverse mass, divided by  1 + h b / d + h^2 k / d.
         implicit = 1 + step * (b + step * k) / SOLVER_IMPEDANCE
@@ -190,7 +197,8 @@ class ContactSharing:
         contact.solimp[number, :2] = impedance
         contact.solref[number] = -k * scale, -b * scale
         if self._model.pair_dim[pair] > 1:
-            damping, speed = _FRICTION_DAMPING / step, math.hypot(data.efc_vel[row + 1], data.efc_vel[row + 2])
+            damping = _FRICTION_DAMPING / step
+            speed = math.hypot(data.efc_vel[row + 1], data.efc_vel[row + 2])
             reference = max(k * depth - b * float(data.efc_vel[row]), 0.0) / SOLVER_IMPEDANCE
             # The reference of friction is  B v / (1 + h B).
             friction = float(self._model.pair_friction[pair, 0])

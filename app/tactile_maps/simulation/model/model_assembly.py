@@ -65,7 +65,8 @@ def assemble(
 
 
 def _set_options(option: mujoco.MjOption, effects: Effects) -> None:
-    option.timestep, option.integrator = effects.timestep, _INTEGRATORS[effects.integrator]
+    option.timestep = effects.timestep
+    option.integrator = _INTEGRATORS[effects.integrator]
     # MuJoCo 4.0.0 has a wrong sparse Hessian in its Newton solver; for robots dense is as fast.
     option.jacobian = mujoco.mjtJacobian.mjJAC_DENSE
     # Left to itself MuJoCo answers a diverging state with a reset to time zero; the guard wants to see it.
@@ -74,7 +75,8 @@ def _set_options(option: mujoco.MjOption, effects: Effects) -> None:
     option.disableflags |= mujoco.mjtDisableBit.mjDSBL_ISLAND
     if effects.integrator == "discrete":  # it is stable for any stiffness, and this would make the contact softer
         option.disableflags |= mujoco.mjtDisableBit.mjDSBL_REFSAFE
-    option.cone, option.impratio = mujoco.mjtCone.mjCONE_ELLIPTIC, FRICTION_RATIO
+    option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
+    option.impratio = FRICTION_RATIO
     option.gravity = [0, 0, 0] if effects.gravity == "off" else [0, 0, -9.81]
 
 
@@ -93,5 +95,7 @@ def _set_up_robot(spec: mujoco.MjSpec, effects: Effects) -> None:
 
 def _add_impedance(spec: mujoco.MjSpec, joint: str) -> None:
     actuator = spec.add_actuator(name=f"impedance {joint}", target=joint, trntype=mujoco.mjtTrn.mjTRN_JOINT)
-    actuator.gaintype, actuator.biastype = mujoco.mjtGain.mjGAIN_FIXED, mujoco.mjtBias.mjBIAS_AFFINE
-    actuator.gainprm[:3], actuator.biasprm[:3] = 0, 0
+    actuator.gaintype = mujoco.mjtGain.mjGAIN_FIXED
+    actuator.biastype = mujoco.mjtBias.mjBIAS_AFFINE
+    actuator.gainprm[:3] = 0
+    actuator.biasprm[:3] = 0

@@ -51,7 +51,8 @@ def add_object(spec: mujoco.MjSpec, scene_object: SceneObject, effects: Effects)
     body = spec.worldbody.add_body(name=body_name(object_spec), pos=rest[:3, 3], quat=_quaternion(rest[:3, :3]))
     geom = body.add_geom(name=body_name(object_spec), contype=0, conaffinity=0, group=1)
     friction = _BARE_FRICTION if object_spec.friction is None else object_spec.friction
-    geom.friction, geom.condim = [friction, 0.005, 0.0001], 3 if effects.friction else 1
+    geom.friction = [friction, 0.005, 0.0001]
+    geom.condim = 3 if effects.friction else 1
     _shape(spec, geom, scene_object)
     geom.mass = max(object_spec.mass, MIN_MOVING_MASS) if object_spec.kind in ("probe", "plate") else object_spec.mass
     if object_spec.kind == "probe":
@@ -119,7 +120,8 @@ class ProbePath:
 
     def place(self, time: float) -> FloatArray:
         """(3,) where the motors pull it at ``time`` [s], world [m]."""
-        times, places = self._times, self._places
+        times = self._times
+        places = self._places
         if len(times) == 1 or times[-1] <= 0:
             return places[0]
         time = math.fmod(time, times[-1])
@@ -160,16 +162,21 @@ def has_body(model: mujoco.MjModel, object_spec: ObjectSpec) -> bool:
 
 
 def _shape(spec: mujoco.MjSpec, geom: mujoco.MjsGeom, scene_object: SceneObject) -> None:
-    kind, size = scene_object.spec.kind, scene_object.spec.size
+    kind = scene_object.spec.kind
+    size = scene_object.spec.size
     match kind:
         case "sphere" | "probe":
-            geom.type, geom.size = mujoco.mjtGeom.mjGEOM_SPHERE, [size[0], 0, 0]
+            geom.type = mujoco.mjtGeom.mjGEOM_SPHERE
+            geom.size = [size[0], 0, 0]
         case "box" | "plate":
-            geom.type, geom.size = mujoco.mjtGeom.mjGEOM_BOX, [0.5 * edge for edge in size]
+            geom.type = mujoco.mjtGeom.mjGEOM_BOX
+            geom.size = [0.5 * edge for edge in size]
         case "cylinder":
-            geom.type, geom.size = mujoco.mjtGeom.mjGEOM_CYLINDER, [size[0], 0.5 * size[1], 0]
+            geom.type = mujoco.mjtGeom.mjGEOM_CYLINDER
+            geom.size = [size[0], 0.5 * size[1], 0]
         case "plane":
-            geom.type, geom.size = mujoco.mjtGeom.mjGEOM_PLANE, [*(0.5 * edge for edge in size or (0, 0)), 1.0]
+            geom.type = mujoco.mjtGeom.mjGEOM_PLANE
+            geom.size = [*(0.5 * edge for edge in size or (0, 0)), 1.0]
         case "mesh":
             spec.add_mesh(
                 name=body_name(scene_object.spec),
@@ -177,7 +184,8 @@ def _shape(spec: mujoco.MjSpec, geom: mujoco.MjsGeom, scene_object: SceneObject)
                 userface=scene_object.mesh.faces.ravel().tolist(),
                 inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_CONVEX,
             )
-            geom.type, geom.meshname = mujoco.mjtGeom.mjGEOM_MESH, body_name(scene_object.spec)
+            geom.type = mujoco.mjtGeom.mjGEOM_MESH
+            geom.meshname = body_name(scene_object.spec)
         case _:
             assert_never(kind)
 
@@ -189,12 +197,12 @@ def _drive(spec: mujoco.MjSpec, body: mujoco.MjsBody, object_spec: ObjectSpec) -
         name = f"{body_name(object_spec)} {letter}"
         body.add_joint(name=name, type=mujoco.mjtJoint.mjJNT_SLIDE, axis=axis)
         motor = spec.add_actuator(name=name, target=name, trntype=mujoco.mjtTrn.mjTRN_JOINT)
-        motor.gaintype, motor.biastype = mujoco.mjtGain.mjGAIN_FIXED, mujoco.mjtBias.mjBIAS_AFFINE
-        motor.gainprm[0], motor.biasprm[:3] = PROBE_STIFFNESS, [0.0, -PROBE_STIFFNESS, -damping]
-        motor.forcelimited, motor.forcerange = (
-            mujoco.mjtLimited.mjLIMITED_TRUE,
-            [-object_spec.max_force, object_spec.max_force],
-        )
+        motor.gaintype = mujoco.mjtGain.mjGAIN_FIXED
+        motor.biastype = mujoco.mjtBias.mjBIAS_AFFINE
+        motor.gainprm[0] = PROBE_STIFFNESS
+        motor.biasprm[:3] = [0.0, -PROBE_STIFFNESS, -damping]
+        motor.forcelimited = mujoco.mjtLimited.mjLIMITED_TRUE
+        motor.forcerange = [-object_spec.max_force, object_spec.max_force]
 
 
 def _spring(body: mujoco.MjsBody, object_spec: ObjectSpec) -> None:

@@ -31,7 +31,8 @@ _BORDER = 5e-3
 """Distance below which what is bare is next to the skin [m]."""
 _ALONG = math.cos(math.radians(15.0))
 """Cosine between the normal of a contact and that of a face from which on they agree."""
-_AROUND, _BEHIND = 3e-3, 5e-4
+_AROUND = 3e-3
+_BEHIND = 5e-4
 """Radius about an edge in which the surface must be behind it, and by how much it may be before [m]."""
 
 
@@ -40,9 +41,11 @@ class _PieceSurface:
 
     def __init__(self, pieces: LinkPieces, first: int) -> None:
         corners = pieces.surface.vertices[pieces.surface.faces]
-        self._first, self._skinned = first, pieces.skinned
+        self._first = first
+        self._skinned = pieces.skinned
         self._faces = [np.flatnonzero(pieces.piece == piece) for piece in range(len(pieces.hulls))]
-        self._corners, self._sides = corners, np.roll(corners, -1, axis=1) - corners
+        self._corners = corners
+        self._sides = np.roll(corners, -1, axis=1) - corners
         self._lengths = np.maximum(np.vecdot(self._sides, self._sides), 1e-30)
         self.normals = pieces.surface.face_normals
         self._inward = np.cross(self.normals[:, None], self._sides)
@@ -57,14 +60,16 @@ class _PieceSurface:
 
     def closest(self, faces: IntArray, point: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the place (k, 3) in each face that is closest to a point, and its distance (k,)."""
-        corners, sides = self._corners[faces], self._sides[faces]
+        corners = self._corners[faces]
+        sides = self._sides[faces]
         offsets = point - corners
         shares = np.clip(np.vecdot(offsets, sides) / self._lengths[faces], 0.0, 1.0)
         on_sides = corners + shares[..., None] * sides
         away = np.linalg.norm(on_sides - point, axis=2)
         best = away.argmin(axis=1)
         rows = np.arange(len(faces))
-        places, distances = on_sides[rows, best], away[rows, best]
+        places = on_sides[rows, best]
+        distances = away[rows, best]
         above = (np.vecdot(offsets, self._inward[faces]) > 0).all(axis=1)
         heights = np.vecdot(offsets[above, 0], self.normals[faces[above]])
         places[above] = point - heights[:, None] * self.normals[faces[above]]
@@ -103,9 +108,12 @@ class PieceContacts:
             pair: Number of the pair; its geoms may be the first pieces of their links.
             numbers: The contacts.
         """
-        model, contact, own = self._model, data.contact, np.asarray(numbers)
+        model = self._model
+        contact = data.contact
+        own = np.asarray(numbers)
         contact.friction[own] = model.pair_friction[pair]
-        contact.solref[own], contact.solimp[own] = model.pair_solref[pair], model.pair_solimp[pair]
+        contact.solref[own] = model.pair_solref[pair]
+        contact.solimp[own] = model.pair_solimp[pair]
         contact.solreffriction[own] = model.pair_solreffriction[pair]
         kept = set(numbers)
         for side in (0, 1):
@@ -124,20 +132,26 @@ class PieceContacts:
 
     def _on_surface(self, data: mujoco.MjData, surface: _PieceSurface, own: IntArray, side: int) -> set[int]:
         """Move a ball's contacts to the surface and return those that are local minima of the distance."""
-        model, contact = self._model, data.contact
+        model = self._model
+        contact = data.contact
         geoms = contact.geom[own]
-        body, ball = int(model.geom_bodyid[geoms[0, side]]), int(geoms[0, 1 - side])
-        turn, origin, radius = data.xmat[body].reshape(3, 3), data.xpos[body], float(model.geom_size[ball, 0])
+        body = int(model.geom_bodyid[geoms[0, side]])
+        ball = int(geoms[0, 1 - side])
+        turn = data.xmat[body].reshape(3, 3)
+        origin = data.xpos[body]
+        radius = float(model.geom_size[ball, 0])
         centre = (data.geom_xpos[ball] - origin) @ turn
         faces = [surface.faces(geom) for geom in geoms[:, side].tolist()]
-        near, owner = np.concatenate(faces), np.repeat(np.arange(len(own)), [len(each) for each in faces])
+        near = np.concatenate(faces)
+        owner = np.repeat(np.arange(len(own)), [len(each) for each in faces])
         places, distances = surface.closest(near, centre)
         kept: list[FloatArray] = []
         found = set()
         for row in np.argsort([distances[owner == k].min() for k in range(len(own))], kind="stable").tolist():
             mine = np.flatnonzero(owner == row)
             best = mine[distances[mine].argmin()]
-            place, away = places[best], float(distances[best])
+            place = places[best]
+            away = float(distances[best])
             others = near[(owner != row) & (distances < away - _NEARER)]
             if len(others) and (surface.closest(others, place)[1] < surface.joins(int(near[best]), others)).any():
                 continue
@@ -166,15 +180,18 @@ class PieceContacts:
 
     def _supported(self, data: mujoco.MjData, surface: _PieceSurface, own: IntArray, side: int) -> set[int]:
         """Return the contacts whose normal a face near them has, or at which the surface ends as at an edge."""
-        model, contact = self._model, data.contact
+        model = self._model
+        contact = data.contact
         geoms = contact.geom[own, side]
         body = int(model.geom_bodyid[geoms[0]])
-        turn, origin = data.xmat[body].reshape(3, 3), data.xpos[body]
+        turn = data.xmat[body].reshape(3, 3)
+        origin = data.xpos[body]
         points = (contact.pos[own] - origin) @ turn
         outward = (1 - 2 * side) * contact.frame[own, :3] @ turn
         near = np.concatenate([surface.faces(geom) for geom in np.unique(geoms).tolist()])
         vertices = surface.vertices(near)
-        found, agreements = set(), np.zeros(len(own))
+        found = set()
+        agreements = np.zeros(len(own))
         for row, (number, geom) in enumerate(zip(own.tolist(), geoms.tolist(), strict=True)):
             faces = surface.faces(geom)
             distances = surface.closest(faces, points[row])[1]

@@ -77,7 +77,8 @@ _LARGEST_HOLE = 8.0  # in pitches²
 _DH_FRAME_SUFFIX = "_dh_frame"
 _MIN_PITCH = 5e-4
 """Of a grid [m]; the link's cover is made as fine as that."""
-_FLAT, _AROUND = float(np.cos(np.radians(45))), float(np.cos(np.radians(80)))
+_FLAT = float(np.cos(np.radians(45)))
+_AROUND = float(np.cos(np.radians(80)))
 """A grid is flat where no normal differs by more than 45 degrees from that at its middle; at 80 it goes around an edge
 of the link."""
 _CORNER_OFF = 1e-3
@@ -195,7 +196,8 @@ def _skin_on_covers(
 ) -> Skin:
     """Return the skin of the places ``local`` (n, 3) [m], in the frame of ``link``, on covers of the parts."""
     notes = _match_notes(match, link, len(local), file)
-    pitch, patches = _pitch(local, parts[0].mesh), list[Patch]()
+    pitch = _pitch(local, parts[0].mesh)
+    patches = list[Patch]()
     for number, part in enumerate(parts):
         own = np.flatnonzero(match.part == number)
         if not len(own):
@@ -244,7 +246,9 @@ def _rigid_parts(robot: Robot, link: str) -> tuple[list[_Part], list[_Part]]:
     """Return the links with geometry of their own that no joint separates from ``link``, itself first, and the
     placeholders of meshes that are missing on such links.
     """
-    configuration, parts, placeholders = Configuration(robot), list[_Part](), list[_Part]()
+    configuration = Configuration(robot)
+    parts = list[_Part]()
+    placeholders = list[_Part]()
     here = configuration.pose(link).inverse
     for name in configuration.rigid_links(link):
         other = robot.link(name)
@@ -453,7 +457,8 @@ def _flatter_grid(surface: Mesh, spec: GridSpec) -> tuple[SurfaceGrid, list[Find
     Raises:
         MeshError: Neither is found.
     """
-    first, last = np.array(spec.first), np.array(spec.last)
+    first = np.array(spec.first)
+    last = np.array(spec.last)
 
     def grid(mirrored: bool) -> SurfaceGrid:
         return surface_grid(surface, first, last, spec.rows, spec.columns, aspect=spec.aspect, mirrored=mirrored)
@@ -469,7 +474,8 @@ def _flatter_grid(surface: Mesh, spec: GridSpec) -> tuple[SurfaceGrid, list[Find
         return result, []
     if not other.on.all() or _slopes(surface, other).min() < _FLAT:
         return result, []
-    where, count = f"{spec.link} grid", int(bent.sum())
+    where = f"{spec.link} grid"
+    count = int(bent.sum())
     if spec.mirrored is None:
         action = "mirrored, which is flat; not mirrored, this number of taxels are around or beyond an edge of the link"
         return other, [Finding("grid-mirrored", where, action, count)]
@@ -581,7 +587,8 @@ def _link_mesh(robot: Robot, link: str) -> tuple[Mesh, tuple[Finding, ...]]:
 
 def _candidate_frames(robot: Robot, link: str) -> dict[str, Pose]:
     """Frames the positions may be stated in, by name: ``T_link_frame``. Only frames fixed to the link."""
-    configuration, other = Configuration(robot), link + _DH_FRAME_SUFFIX
+    configuration = Configuration(robot)
+    other = link + _DH_FRAME_SUFFIX
     frames = {link: Pose.identity()}
     if other in configuration.rigid_links(link):
         frames[other] = configuration.pose(link).inverse @ configuration.pose(other)
@@ -639,7 +646,8 @@ def _closest_frame(link: str, parts: Sequence[_Part], positions: FloatArray, fra
     matches = []
     for name, pose in frames.items():
         distances = _distances(parts, pose.points(positions))
-        part, least = distances.argmin(axis=0), distances.min(axis=0)
+        part = distances.argmin(axis=0)
+        least = distances.min(axis=0)
         if parts[0].link == link:
             own = distances[0] <= np.maximum(least + SAME_SURFACE, 2 * least)
             part[own & ~_above_hidden(parts[0], pose.points(positions))] = 0

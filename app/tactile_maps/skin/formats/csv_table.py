@@ -32,7 +32,9 @@ from tactile_maps.skin.model.taxel_set import (
     unit_normals,
 )
 
-_POSITION, _NORMAL, _POINT = ("x", "y", "z"), ("nx", "ny", "nz"), ("u", "v")
+_POSITION = ("x", "y", "z")
+_NORMAL = ("nx", "ny", "nz")
+_POINT = ("u", "v")
 _LENGTHS = _POSITION + _POINT
 _WHOLE = ("taxel", "id", "module", "channel")
 _KNOWN = (*_POSITION, *_NORMAL, *_POINT, "area", *_WHOLE, "name", "link")
@@ -85,7 +87,8 @@ def read_table(path: str | Path) -> tuple[TaxelSet, ...]:
     for row in table.rows:
         rows.setdefault(row[1][link].strip() if link is not None else "", []).append(row)
     if len(rows) > MAX_LINKS:
-        problem, remedy = f"the table names more than {MAX_LINKS} links", "Check which column names the links"
+        problem = f"the table names more than {MAX_LINKS} links"
+        remedy = "Check which column names the links"
         raise SkinError(problem, file=path, place=f"column {table.headings[link or 0]}", value=len(rows), remedy=remedy)
     sets = [_taxel_set(table, chosen, name or None, len(rows) > 1) for name, chosen in rows.items()]
     return (sets[0].with_findings(*table.findings), *sets[1:])
@@ -145,7 +148,8 @@ def _open(path: Path) -> _Table:
         raise SkinError(f"the table has more than {MAX_TAXELS} rows", file=path, value=len(lines))
     separator = max(_SEPARATORS, key=lines[0][1].count)
     if (width := lines[0][1].count(separator) + 1) > MAX_COLUMNS:
-        place, remedy = f"line {lines[0][0]}", "Keep the columns of positions, normals and ids"
+        place = f"line {lines[0][0]}"
+        remedy = "Keep the columns of positions, normals and ids"
         problem = f"the table has more than {MAX_COLUMNS} columns"
         raise SkinError(problem, file=path, place=place, value=width, remedy=remedy)
     try:
@@ -179,7 +183,8 @@ def _header(
                 "the names of the columns are missing", file=path, value=f"{len(first)} columns", remedy=remedy
             )
         return {name: k for k, name in enumerate(names)}, {}, rows
-    columns, units = dict[str, int](), dict[str, float]()
+    columns = dict[str, int]()
+    units = dict[str, float]()
     for k, cell in enumerate(first):
         name, unit = _column_name(cell, path, line)
         if name not in _KNOWN:
@@ -204,7 +209,8 @@ def _column_name(cell: str, path: Path, line: int) -> tuple[str, float | None]:
     text = " ".join(cell.split()).lower().replace(" ", "_").replace("_[", "[").replace("_(", "(")
     if (plain := _OTHER_NAMES.get(text, text)) in _KNOWN or not (found := _UNIT.match(text)):
         return plain, None
-    name, word = _OTHER_NAMES.get(found["name"], found["name"]), found["after"] or found["within"]
+    name = _OTHER_NAMES.get(found["name"], found["name"])
+    word = found["after"] or found["within"]
     units = _METRES if name in _LENGTHS else _SQUARE_METRES if name == "area" else {}
     if word in units:
         return name, units[word]
@@ -257,7 +263,8 @@ def _require_whole_groups(columns: Mapping[str, int], path: Path, line: int) -> 
 
 
 def _taxel_set(table: _Table, rows: Sequence[tuple[int, Sequence[str]]], link: str | None, named: bool) -> TaxelSet:
-    where, findings = table.path.name, list[Finding]()
+    where = table.path.name
+    findings = list[Finding]()
     normals, points, areas = (_floats(table, rows, group) for group in (_NORMAL, _POINT, ("area",)))
     numbers, ids, modules, channels = (_integers(table, rows, name) for name in _WHOLE)
     ids = numbers if ids is None else ids
@@ -358,5 +365,6 @@ def _cell_error(problem: str, table: _Table, line: int, name: str, value: str) -
     column = table.columns[name]
     heading = table.headings[column]
     shown = f"{column + 1} ({name})" if is_number(heading) else heading
-    place, remedy = f"line {line}, column {shown}", "Correct the cell, or leave the row out"
+    place = f"line {line}, column {shown}"
+    remedy = "Correct the cell, or leave the row out"
     return SkinError(problem, file=table.path, place=place, value=value or None, remedy=remedy)

@@ -36,8 +36,10 @@ def _denavit_hartenberg(rows: Sequence[tuple[float, float, float, float]]) -> Po
     """The pose at zero joint angles from the root, of links (a [mm], d [mm], alpha [deg], theta's offset [deg])."""
     pose = Pose(np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]]), np.zeros(3))
     for a, d, alpha, theta in rows:
-        ca, sa = np.cos(np.deg2rad(alpha)), np.sin(np.deg2rad(alpha))
-        ct, st = np.cos(np.deg2rad(theta)), np.sin(np.deg2rad(theta))
+        ca = np.cos(np.deg2rad(alpha))
+        sa = np.sin(np.deg2rad(alpha))
+        ct = np.cos(np.deg2rad(theta))
+        st = np.sin(np.deg2rad(theta))
         rotation = np.array([[ct, -st * ca, st * sa], [st, ct * ca, -ct * sa], [0.0, sa, ca]])
         pose = pose @ Pose(rotation, 1e-3 * np.array([ct * a, st * a, d]))
     return pose

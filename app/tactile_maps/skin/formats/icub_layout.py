@@ -57,7 +57,8 @@ class LayoutModule:
     @property
     def points(self) -> FloatArray:
         """(n, 2) where its channels lie on the map [m]; NaN for one without a pad."""
-        cosine, sine = np.cos(self.angle), np.sin(self.angle)
+        cosine = np.cos(self.angle)
+        sine = np.sin(self.angle)
         pads = self.kind.pads * [-1.0 if self.mirrored and self.kind.mirrors else 1.0, 1.0]
         pads = pads[::-1] if self.backwards else pads
         return pads @ np.array([[cosine, sine], [-sine, cosine]]) + [self.x, self.y]
@@ -82,7 +83,8 @@ class IcubLayout:
     @cached_property
     def starts(self) -> dict[int, int]:
         """The first taxel of each module, by its number."""
-        starts, ahead = {}, 0
+        starts = {}
+        ahead = 0
         for module in self._in_order:
             starts[module.number] = ROWS_PER_MODULE * module.number + ahead
             ahead += len(module.kind.pads) - ROWS_PER_MODULE
@@ -141,10 +143,8 @@ def read_icub_layout(path: str | Path) -> IcubLayout:
         else:
             unknown.append(words[0])
     if not modules:
-        value, remedy = (
-            ", ".join(sorted(set(unknown))) or None,
-            f"Modules of these kinds can be read: {', '.join(KINDS)}",
-        )
+        value = ", ".join(sorted(set(unknown))) or None
+        remedy = f"Modules of these kinds can be read: {', '.join(KINDS)}"
         raise SkinError("the file has no module of a known kind", file=path, value=value, remedy=remedy)
     findings = [
         Finding("unknown-sensor-kind", path.name, f"left out: where the pads of {kind} lie is not known", count)
@@ -228,11 +228,13 @@ def _first_of_each_number(
 ) -> tuple[LayoutModule, ...]:
     """The first module of each number, as the viewer does it."""
     first: dict[int, LayoutModule] = {}
-    copies, others = 0, 0
+    copies = 0
+    others = 0
     for module in modules:
         if first.setdefault(module.number, module) is not module:
             same = module == first[module.number]
-            copies, others = copies + same, others + (not same)
+            copies = copies + same
+            others = others + (not same)
     add_finding(findings, "repeated-module", where, "left out: an exact copy of one before", copies)
     add_finding(findings, "conflicting-module", where, "left out: the same number is placed elsewhere before", others)
     return tuple(first.values())

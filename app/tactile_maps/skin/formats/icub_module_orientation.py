@@ -161,12 +161,15 @@ def _near_pairs(taxels: TaxelSet, numbers: IntArray) -> _Pairs:
     shown = numbers[place] == taxels.stated_ids // ROWS_PER_MODULE
     if not shown.any():
         raise SkinError("the layout shows none of these taxels", place=taxels.name, remedy="Choose that of the patch")
-    positions, module, pad = taxels.positions[shown], place[shown], taxels.stated_ids[shown] % ROWS_PER_MODULE
+    positions = taxels.positions[shown]
+    module = place[shown]
+    pad = taxels.stated_ids[shown] % ROWS_PER_MODULE
     near = cKDTree(positions).query_pairs(NEIGHBOUR_DISTANCE, output_type="ndarray").reshape(-1, 2)
     near = near[module[near[:, 0]] != module[near[:, 1]]]
     near = np.where((module[near[:, 0]] > module[near[:, 1]])[:, None], near[:, ::-1], near)
     lengths = np.linalg.norm(positions[near[:, 0]] - positions[near[:, 1]], axis=1)
-    near, lengths = near[lengths > 0], lengths[lengths > 0]
+    near = near[lengths > 0]
+    lengths = lengths[lengths > 0]
     return _Pairs(module[near], pad[near], lengths)
 
 
@@ -204,7 +207,8 @@ def _coordinate_descent(costs: FloatArray, touching: IntArray, states: IntArray)
             states[:, module] = (change + _scores(costs, touching, states, module)).argmin(axis=1)
         if (states == before).all():
             break
-    first, second = states[:, touching[:, 0]], states[:, touching[:, 1]]
+    first = states[:, touching[:, 0]]
+    second = states[:, touching[:, 1]]
     return states, costs[np.arange(len(costs)), first, second].sum(axis=1) + change[states].sum(axis=1)
 
 

@@ -33,7 +33,10 @@ from tactile_maps.skin.model.taxel_set import (
 
 ROWS_PER_MODULE = 12
 THERMAL_PADS = (6, 10)
-THERMAL, UNFITTED, FITTED, UNKNOWN = -2, -1, 0, 1
+THERMAL = -2
+UNFITTED = -1
+FITTED = 0
+UNKNOWN = 1
 """What is known of a row; the first two as the list writes them."""
 REPRESENTATIVE_PAD = 3
 """The pad in the middle of its module."""
@@ -85,7 +88,8 @@ def write_icub_positions(taxels: TaxelSet, path: str | Path) -> None:
         SkinError: A number beyond what the format can hold, a taxel that its rows cannot tell from an unused one, or
             the file cannot be written.
     """
-    path, ids = Path(path), taxels.stated_ids
+    path = Path(path)
+    ids = taxels.stated_ids
     problem = "a taxel's number is its row in this format"
     if ids.max() >= MAX_ROWS:
         raise SkinError(problem, file=path, value=int(ids.max()), remedy="Renumber the taxels, or write .csv")
@@ -121,8 +125,10 @@ def _representatives(numbers: IntArray, count: int) -> IntArray:
 
 def _fitted(rows: PositionRows, path: Path, findings: list[Finding]) -> BoolArray:
     """(n,) rows that hold a taxel that feels touch: fitted by the list, not thermal, not all zero."""
-    where, count = path.name, len(rows.values)
-    placed, state = (rows.values != 0).any(axis=1), _states(rows)
+    where = path.name
+    count = len(rows.values)
+    placed = (rows.values != 0).any(axis=1)
+    state = _states(rows)
     listed = 0 if rows.representatives is None else len(rows.representatives)
     if listed:
         action = f"taxel2Repr has {listed} entries for {count} rows; rows beyond it are fitted where they are not zero"

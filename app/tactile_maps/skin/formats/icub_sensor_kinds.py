@@ -55,7 +55,9 @@ def _old_triangle() -> FloatArray:
     """Twelve pads in an equilateral triangle of 30 mm."""
     high = np.sin(np.pi / 3)
     away = 2 * high / 9  # of a pad from its corner or side, as a share of the side
-    aside, up, half = away * np.cos(np.pi / 6), away / 2, high / 2
+    aside = away * np.cos(np.pi / 6)
+    up = away / 2
+    half = high / 2
     x = [0.75, 1 - aside, 0.5 + aside, 0.5, 0.5 - aside, aside, 0.25, 0.25 + aside, 0.25 + aside, 0.5, 0.75 - aside, 0.75 - aside]  # fmt: skip  # noqa: E501
     y = [half - away, up, up, away, up, up, half - away, half - up, half + up, high - away, half + up, half - up]
     return readonly(30 * _MILLI * (np.transpose([x, y]) - [0.5, high / 3]))

@@ -26,7 +26,9 @@ from tactile_maps.skin.model.taxel_set import MAX_TAXELS, TaxelSet
 
 _MOST_RAY_TESTS = 50_000_000
 _NEAR = 1e-7  # m, between places that are one
-_RADIUS, _LEAST_RADIUS = 5e-3, 1e-4  # m, of a lone taxel's site; of any
+# m, of a lone taxel's site; of any
+_RADIUS = 5e-3
+_LEAST_RADIUS = 1e-4
 
 
 def skin_of_touch_sensors(
@@ -46,7 +48,8 @@ def skin_of_touch_sensors(
         RobotError: The file cannot be read.
     """
     sensors, findings = read_touch_sensors(path, package_roots=package_roots)
-    skins, notes = list[Skin](), list(findings)
+    skins = list[Skin]()
+    notes = list(findings)
     for taxels in touch_taxels(robot, sensors, notes, file=path):
         if links and taxels.link not in links:
             continue
@@ -156,7 +159,8 @@ def write_touch_sensors(skin: Skin, robot: Robot, path: str | Path) -> None:
         body = bodies.get(patch.link)
         if body is None:
             raise SkinError("the robot has no link of the skin's", file=target, value=patch.link)
-        positions, radii = patch.taxels.positions, _radii(patch.taxels.positions)
+        positions = patch.taxels.positions
+        radii = _radii(patch.taxels.positions)
         for position, radius in zip(positions.tolist(), radii.tolist(), strict=True):
             _add_sensor(body, sensors, number, position, radius)
             number += 1

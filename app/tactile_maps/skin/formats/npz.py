@@ -24,7 +24,8 @@ from tactile_maps.core.files import (
 )
 from tactile_maps.skin.model.taxel_set import MAX_TAXELS, TaxelSet, distinct_numbers, unit_normals
 
-FORMAT, VERSION = "tactile-maps-taxels", 3
+FORMAT = "tactile-maps-taxels"
+VERSION = 3
 _READS = (1, 2, VERSION)
 """Version 1 had no ``ids`` and ``channels``, version 2 no names of taxels."""
 # Columns and kinds of a set's arrays.
@@ -104,7 +105,9 @@ def _taxel_set(
     names: Sequence[str] | None = None,
 ) -> TaxelSet:
     take = {field: _take(arrays, prefix + field, path) for field in _ARRAYS}
-    positions, numbers, normals = take.pop("positions"), take.pop("numbers"), take.pop("normals")
+    positions = take.pop("positions")
+    numbers = take.pop("numbers")
+    normals = take.pop("normals")
     if positions is None:
         remedy = f"Name the array of places {prefix}positions"
         raise SkinError("the file has no positions", file=path, value=", ".join(arrays), remedy=remedy)

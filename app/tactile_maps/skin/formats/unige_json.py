@@ -156,7 +156,8 @@ def write_unige(file: UnigeFile, path: str | Path) -> None:
 
 
 def _skin_entries(taxels: TaxelSet) -> list[dict[str, Any]]:
-    ids, uncut = taxels.stated_ids.tolist(), np.zeros(len(taxels))
+    ids = taxels.stated_ids.tolist()
+    uncut = np.zeros(len(taxels))
     entries = _taxel_entries(ids, taxels.positions, uncut, normals=taxels.normals)
     numbers = ((key, values) for key, values in (("module", taxels.modules), ("channel", taxels.channels)))
     known = [(key, values.tolist()) for key, values in numbers if values is not None]
@@ -183,7 +184,8 @@ class _Reader:
     """Reads the parts of one file and gathers what is noticed."""
 
     def __init__(self, path: Path, unit: float | None) -> None:
-        self._path, self._unit = path, unit
+        self._path = path
+        self._unit = unit
         self.findings: list[Finding] = []
         self._row_of: IntArray = np.zeros(0, dtype=np.int64)
 
@@ -219,11 +221,13 @@ class _Reader:
 
     def flat_skin(self, map_: Mapping[str, Any]) -> tuple[TaxelSet, IntArray]:
         """The taxels of a map that comes without a skin, in its plane, and (n,) the number the file gives each."""
-        place, name = "tactile_maps 0", str(map_.get("name") or self._path.stem)
+        place = "tactile_maps 0"
+        name = str(map_.get("name") or self._path.stem)
         entries = self._taxels(map_, place)
         ids = self._ids(entries, place)
         kept = self._identified(ids, place)
-        faces, told = self._kept_faces(map_, len(ids), place), len(self.findings)
+        faces = self._kept_faces(map_, len(ids), place)
+        told = len(self.findings)
         points = self._places(entries, 2, place)[kept]
         del self.findings[told:]  # the map itself is read after, and tells again
         action = f"the file has no places on a body: its taxels lie in the plane of the map {name!r}, as lengths do"
@@ -270,7 +274,8 @@ class _Reader:
         """One of the maps."""
         place = f"tactile_maps {key}"
         entries = self._taxels(entry, place)
-        points, faces = self._places(entries, 2, place), self._faces(entry, place)
+        points = self._places(entries, 2, place)
+        faces = self._faces(entry, place)
         if not (np.abs(points) <= MAX_COORDINATE).all():
             raise self._refuse(f"a map point is not within {MAX_COORDINATE:g} m", place, float(np.abs(points).max()))
         if ((faces < 0) | (faces >= len(points))).any():
@@ -288,10 +293,12 @@ class _Reader:
             )
             renumbered = np.cumsum(known) - 1
             faces = renumbered[faces[known[faces].all(axis=1)]]
-            taxels, points = taxels[known], points[known]
+            taxels = taxels[known]
+            points = points[known]
         if not len(taxels):
             raise self._refuse("the map shows none of the skin's taxels", place, None)
-        name, description = entry.get("name"), entry.get("description") or ""
+        name = entry.get("name")
+        description = entry.get("description") or ""
         text = " ".join(map(str, description)) if isinstance(description, list) else str(description)
         return UnigeMap(str(name or place), taxels, points, faces.reshape(-1, 3), text)
 

@@ -85,7 +85,8 @@ class _Sensor:
     def __init__(self, element: Element, path: Path) -> None:
         self._path = path
         self.name = element.get("name") or "tactile"
-        parent, tactile = element.find("{*}parent"), element.find("{*}tactile")
+        parent = element.find("{*}parent")
+        tactile = element.find("{*}tactile")
         self.link = parent.get("link", "") if parent is not None else ""
         if not self.link:
             raise self._refuse("the sensor has no parent link", None)
@@ -98,7 +99,8 @@ class _Sensor:
             )
             local, turns = self._listed(taxels)
         elif array is not None:
-            local, turns = self._array(array), np.tile(np.eye(3), (1, 1, 1))
+            local = self._array(array)
+            turns = np.tile(np.eye(3), (1, 1, 1))
         else:
             raise self._refuse("the sensor has neither taxels nor an array", None)
         turn, offset = self._pose(element.find("{*}origin"))
@@ -112,7 +114,8 @@ class _Sensor:
         return np.array([position for _, position in poses]), np.array([turn for turn, _ in poses])
 
     def _array(self, array: Element) -> FloatArray:
-        rows, columns = self._whole(array, "rows"), self._whole(array, "cols")
+        rows = self._whole(array, "rows")
+        columns = self._whole(array, "cols")
         if not 1 <= rows * columns <= MAX_TAXELS:
             raise self._refuse(f"an array must have 1 to {MAX_TAXELS} taxels", f"{rows} x {columns}")
         order = array.get("order", "row-major")
@@ -122,7 +125,8 @@ class _Sensor:
         spacing = self._floats(array, "spacing", 2, default=size)
         offset = self._floats(array, "offset", 2, default=np.zeros(2))
         add_finding(self.findings, "array-offset", self.name, "subtracted, as urdf_tactile does it", bool(offset.any()))
-        self.numbers, self.has_normals = np.arange(rows * columns), True
+        self.numbers = np.arange(rows * columns)
+        self.has_normals = True
         row, column = np.divmod(self.numbers, columns)
         if order in _COLUMN_MAJOR:
             column, row = np.divmod(self.numbers, rows)

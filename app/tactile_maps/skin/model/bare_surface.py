@@ -32,7 +32,8 @@ _MISFIT = 0.01
 """Height of mesh above skin [m] up to which the mesh counts as covered."""
 _DEEPEST = 0.03
 """Depth of mesh below skin [m] up to which the mesh counts as covered; what is deeper may face a gap under the skin."""
-_COARSENESS, _NEAR = 4, 1.4
+_COARSENESS = 4
+_NEAR = 1.4
 """Faces of ``_COARSENESS`` spacings are halved where the border is nearer than ``_NEAR`` times their size."""
 _PARTS = 8
 """Points to which the border is sampled, for an edge of median length."""
@@ -62,7 +63,8 @@ def with_bare_points(robot: Robot, skin: Skin) -> Skin:
 
 def _unread_faces(patch: Patch) -> BarePoints:
     """Return the centres of the faces that belong to no taxel: those without a quadrature point."""
-    surface, read = patch.surface, patch.taxels.quadrature
+    surface = patch.surface
+    read = patch.taxels.quadrature
     unread = surface.face_areas > 0
     if surface.area - read.areas.sum() <= _UNREAD_AREA * surface.area:
         unread[:] = False
@@ -101,7 +103,9 @@ def _bare_faces(mesh: Mesh, cover: _Cover, spacing: float) -> tuple[FloatArray, 
     A face that the border crosses counts in part. Faces are divided before it is known whether they are covered only
     near the border.
     """
-    longest, rest, kept = _COARSENESS * spacing, mesh, list[tuple[FloatArray, FloatArray, FloatArray]]()
+    longest = _COARSENESS * spacing
+    rest = mesh
+    kept = list[tuple[FloatArray, FloatArray, FloatArray]]()
     while True:
         rest = subdivide(rest, longest=longest).mesh
         share, middles, from_border = cover.bare_part(rest)
@@ -115,7 +119,8 @@ def _bare_faces(mesh: Mesh, cover: _Cover, spacing: float) -> tuple[FloatArray, 
         if not near.any():
             centres, normals, areas = (np.concatenate(column) for column in zip(*kept, strict=True))
             return centres, normals, areas
-        rest, longest = Mesh(rest.vertices, rest.faces[near]), max(0.5 * longest, spacing)
+        rest = Mesh(rest.vertices, rest.faces[near])
+        longest = max(0.5 * longest, spacing)
 
 
 class _Cover:
@@ -148,13 +153,16 @@ class _Cover:
         inside = inside.reshape(-1, 3)
         for count in (1, 2):
             crossed = inside.sum(axis=1) == count
-            faces, tips = near[crossed], corners[crossed][inside[crossed] == (count == 1)]  # the corner on its own
+            # the corner on its own
+            faces = near[crossed]
+            tips = corners[crossed][inside[crossed] == (count == 1)]
             part = np.clip(0.5 + np.where(covered[faces], -1, 1) * distance[faces] / width[faces], 0.0, 1.0)
             # The border cuts off a triangle similar to the face, about the corner on its own.
             cut = part if count == 2 else 1 - part
             tip = tips + np.sqrt(cut)[:, None] * (middles[faces] - tips)
             rest = middles[faces] + (cut / np.maximum(1 - cut, 1e-9))[:, None] * (middles[faces] - tip)
-            share[faces], middles[faces] = part, tip if count == 2 else rest
+            share[faces] = part
+            middles[faces] = tip if count == 2 else rest
         return share, middles, distance
 
     def _under(self, points: FloatArray, normals: FloatArray) -> tuple[BoolArray, FloatArray, FloatArray]:
@@ -163,7 +171,8 @@ class _Cover:
         """
         faces, weights, _ = self._closest.query(points)
         outward = self._mesh.face_normals[faces]
-        height, cosine = np.vecdot(points - self._mesh.points(faces, weights), outward), np.vecdot(normals, outward)
+        height = np.vecdot(points - self._mesh.points(faces, weights), outward)
+        cosine = np.vecdot(normals, outward)
         covered = (cosine > _LEAST_COSINE) & (height > -_DEEPEST) & (height < _MISFIT)
         covered &= ~self._on_border(faces, weights)
         if self._border is None:
@@ -182,7 +191,8 @@ def _along(vertices: FloatArray, edges: IntArray) -> cKDTree | None:
     """Return a search tree of points along ``edges`` (b, 2); None without edges."""
     if not len(edges):
         return None
-    start, step = vertices[edges[:, 0]], vertices[edges[:, 1]] - vertices[edges[:, 0]]
+    start = vertices[edges[:, 0]]
+    step = vertices[edges[:, 1]] - vertices[edges[:, 0]]
     length = np.linalg.norm(step, axis=1)
     parts = np.clip(np.ceil(_PARTS * length / np.median(length)), 1, _PARTS**2).astype(np.int64)
     owner, rank = owner_and_rank(parts)

@@ -351,7 +351,8 @@ class Skin:
     def taxel_point(self, taxel: int) -> SurfacePoint:
         """Where taxel number ``taxel`` sits."""
         patch = int(self.patch_of[taxel])
-        taxels, local = self.patches[patch].taxels, taxel - int(self.first[patch])
+        taxels = self.patches[patch].taxels
+        local = taxel - int(self.first[patch])
         a, b, c = taxels.weights[local]
         return SurfacePoint(patch, int(taxels.faces[local]), (float(a), float(b), float(c)))
 

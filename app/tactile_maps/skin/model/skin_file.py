@@ -21,7 +21,8 @@ from tactile_maps.core.files import (
 from tactile_maps.geometry.surface.mesh import Mesh
 from tactile_maps.skin.model.skin import IDENTITY_FIELDS, Patch, Quadrature, Skin, TaxelIdentity, Taxels
 
-FORMAT, VERSION = "tactile-maps-skin", 3
+FORMAT = "tactile-maps-skin"
+VERSION = 3
 _READS = (1, 2, VERSION)
 """Version 1 had no identity of taxels, version 2 no names of them; where there are none, 2 is written."""
 MAP_FORMAT = "tactile-maps-map"
@@ -59,7 +60,8 @@ def skin_to_bytes(skin: Skin) -> bytes:
     """``skin`` in the file's format; the same skin gives the same bytes."""
     arrays: dict[str, NDArray[Any]] = {}
     for i, patch in enumerate(skin.patches):
-        taxels, quadrature = patch.taxels, patch.taxels.quadrature
+        taxels = patch.taxels
+        quadrature = patch.taxels.quadrature
         fields: dict[str, NDArray[Any]] = {"surface_vertices": patch.surface.vertices}
         fields["surface_faces"] = patch.surface.faces
         for name in (*_FLOATS, *_INTEGERS):
@@ -127,7 +129,9 @@ def _header(
     header: Mapping[str, Any], file: str | Path | None
 ) -> tuple[list[_PatchHeader], tuple[Finding, ...], float]:
     """The headers of the patches, the findings and the bare area."""
-    patches, findings, bare_area = header.get("patches"), header.get("findings"), header.get("bare_area", 0.0)
+    patches = header.get("patches")
+    findings = header.get("findings")
+    bare_area = header.get("bare_area", 0.0)
     sound = (
         isinstance(patches, list)
         and all(isinstance(p, dict) and all(isinstance(p.get(k), str) for k in ("name", "link")) for p in patches)
@@ -150,7 +154,8 @@ def _are_names(value: object) -> bool:
 
 
 def _patch(arrays: Mapping[str, NDArray[Any]], i: int, stated: _PatchHeader, file: str | Path | None) -> Patch:
-    name, link = stated.name, stated.link
+    name = stated.name
+    link = stated.link
     door = _Door(arrays, i, name, file)
     try:
         surface = Mesh(door.floats("surface_vertices", 3), door.integers("surface_faces", 3))
@@ -171,7 +176,10 @@ class _Door:
     """Takes one patch's arrays out of the file and lets only sound ones in."""
 
     def __init__(self, arrays: Mapping[str, NDArray[Any]], i: int, name: str, file: str | Path | None) -> None:
-        self._arrays, self._i, self._name, self._file = arrays, i, name, file
+        self._arrays = arrays
+        self._i = i
+        self._name = name
+        self._file = file
 
     def floats(self, key: str, columns: int) -> NDArray[Any]:
         """Finite numbers, (n,) for one column, else (n, columns)."""

@@ -124,7 +124,8 @@ class TaxelSet:
         set_fields(self, **{field: own})
 
     def _check(self) -> None:
-        positions, points = self.positions, self.points
+        positions = self.positions
+        points = self.points
         self._refuse("positions", "a position is not a finite number", ~np.isfinite(positions).all(axis=1))
         far = (np.abs(positions) > MAX_COORDINATE).any(axis=1)
         self._refuse(

@@ -18,7 +18,8 @@ from tactile_maps.geometry.surface.mesh import Mesh
 
 _GAP = (5e-5, 5e-4)
 """Distances from a face [m] at which its side must be free. The first finds thin pads, the second spans small gaps."""
-_LONGEST, _SHARE = 1e-3, 0.02
+_LONGEST = 1e-3
+_SHARE = 0.02
 """Faces near another shape are divided to edges of this length [m], or of this share of their shape's size."""
 
 
@@ -44,7 +45,8 @@ def touchable_surfaces(meshes: Sequence[Mesh]) -> list[Mesh | None]:
 
 def _touchable(mesh: Mesh, solids: Sequence[Mesh]) -> Mesh | None:
     """Return the part of ``mesh`` that can be touched; the first of the solids is its own."""
-    low, high = mesh.vertices[mesh.faces].min(axis=1) - _GAP[-1], mesh.vertices[mesh.faces].max(axis=1) + _GAP[-1]
+    low = mesh.vertices[mesh.faces].min(axis=1) - _GAP[-1]
+    high = mesh.vertices[mesh.faces].max(axis=1) + _GAP[-1]
     near = np.zeros(len(mesh.faces), dtype=bool)
     for other in solids[1:]:
         near |= ((low <= other.bounds[1]) & (high >= other.bounds[0])).all(axis=1)
@@ -61,7 +63,8 @@ def _touchable(mesh: Mesh, solids: Sequence[Mesh]) -> Mesh | None:
 
 def _turned_outward(mesh: Mesh) -> Mesh:
     """Return the mesh with each piece turned so that it encloses a positive volume."""
-    pieces, corners = mesh.connectivity.components, mesh.vertices[mesh.faces]
+    pieces = mesh.connectivity.components
+    corners = mesh.vertices[mesh.faces]
     middles = np.stack(
         [np.bincount(pieces, column) for column in corners.mean(axis=1).T / np.bincount(pieces)[pieces]], 1
     )

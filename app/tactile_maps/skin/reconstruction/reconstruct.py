@@ -87,7 +87,8 @@ def reconstruct_skin(taxels: TaxelSet) -> ReconstructedSkin:
     coarse, owner = _with_extended_boundary(joined, taxels.name, notes)
     surface, feels = _barycentric_subdivision(coarse, owner)
     identity = taxels.identity.select(first)
-    link, pieces = taxels.link or "skin", _components(surface, feels)
+    link = taxels.link or "skin"
+    pieces = _components(surface, feels)
     parts = _split(surface, feels, pieces, identity)
     patches = [Patch(patch_name(taxels.name, number), link, *part) for number, part in enumerate(parts)]
     place = np.empty(len(first), dtype=np.int64)
@@ -129,7 +130,8 @@ def _near_pairs(points: FloatArray, distance: float) -> IntArray:
 
 def _surface(taxels: TaxelSet, first: IntArray, kind: IntArray, notes: list[Finding]) -> TriangulatedTaxels:
     """The set's own faces if they make a sound surface, else new ones."""
-    positions, where = taxels.positions[first], taxels.name
+    positions = taxels.positions[first]
+    where = taxels.name
     normals = None if taxels.normals is None else taxels.normals[first]
     if taxels.faces is not None and len(taxels.faces):
         stated = Mesh(positions, kind[taxels.faces])
@@ -170,7 +172,8 @@ def _defect_of_faces(mesh: Mesh) -> str | None:
 
 def _with_extended_boundary(joined: TriangulatedTaxels, where: str, notes: list[Finding]) -> tuple[Mesh, IntArray]:
     """The surface with its rims, and (vertices,) the taxel that each vertex belongs to."""
-    positions, faces = joined.mesh.vertices, [joined.mesh.faces]
+    positions = joined.mesh.vertices
+    faces = [joined.mesh.faces]
     lone = np.setdiff1d(np.arange(len(positions)), joined.mesh.faces)
     rows = _straight_rows(positions, lone)
     pieces = int(joined.mesh.connectivity.components.max(initial=-1)) + 1 + len(rows)
@@ -184,7 +187,9 @@ def _with_extended_boundary(joined: TriangulatedTaxels, where: str, notes: list[
     _note(notes, "taxel-row", where, "collinear taxels: given a strip", len(rows) - single)
     walks = [*joined.mesh.connectivity.boundary_loops]
     walks += [np.concatenate([row, row[-2:0:-1]]) for row in rows]
-    vertices, owner, width = [positions], [np.arange(len(positions))], _extension_widths(positions)
+    vertices = [positions]
+    owner = [np.arange(len(positions))]
+    width = _extension_widths(positions)
     count = len(positions)
     for walk in walks:
         rim = extend_boundary(positions, joined.normals, width, walk, first=count)
@@ -208,7 +213,8 @@ def _straight_rows(positions: FloatArray, lone: IntArray) -> list[IntArray]:
     """The ``lone`` taxels as straight rows, each in order; one that is in none is a row of its own."""
     if not len(lone):
         return []
-    points, rows = positions[lone], []
+    points = positions[lone]
+    rows = []
     near = cKDTree(points).query(points, k=2)[0][:, 1] if len(points) > 1 else np.zeros(1)
     pairs = _near_pairs(points, MAX_EDGE_SPACINGS * near.max())
     apart = np.linalg.norm(points[pairs[:, 0]] - points[pairs[:, 1]], axis=1)
@@ -227,7 +233,8 @@ def _straight_rows(positions: FloatArray, lone: IntArray) -> list[IntArray]:
 
 def _barycentric_subdivision(coarse: Mesh, owner: IntArray) -> tuple[Mesh, IntArray]:
     """Each face in six by its medians, and the taxel that each of them belongs to: that of its coarse corner."""
-    faces, table = coarse.faces, coarse.connectivity
+    faces = coarse.faces
+    table = coarse.connectivity
     corners = coarse.vertices[faces]
     middle = len(coarse.vertices) + table.edge_of
     centre = len(coarse.vertices) + len(table.edges) + np.arange(len(faces))
@@ -257,7 +264,9 @@ def _split(
     seat = np.empty(int(feels.max()) + 1, dtype=np.int64)
     seat[feels[at_taxel]] = at_taxel
     whole = taxels_at_barycentric(surface, seat, np.tile([1.0, 0.0, 0.0], (len(seat), 1)), feels)
-    points, piece_of, place = whole.quadrature, np.empty_like(seat), np.empty_like(seat)
+    points = whole.quadrature
+    piece_of = np.empty_like(seat)
+    place = np.empty_like(seat)
     for number, (own, _) in enumerate(pieces):
         piece_of[own] = number
         place[own] = np.arange(len(own))
@@ -322,8 +331,10 @@ def extend_boundary(
     corner, direction, reach = _offset_directions(positions, normals, walk)
     taxel = walk[corner]
     spokes = direction * (reach * width[taxel])[:, None]
-    count, inner = len(taxel), np.arange(len(taxel))
-    after, outer = np.roll(inner, -1), count + inner
+    count = len(taxel)
+    inner = np.arange(len(taxel))
+    after = np.roll(inner, -1)
+    outer = count + inner
     beyond = np.stack([after, outer, np.roll(outer, -1)], axis=1)
     between = np.stack([after, inner, outer], axis=1)[taxel != taxel[after]]
     faces = np.concatenate([beyond, between])  # into the taxels of the walk, then the rim
@@ -347,13 +358,16 @@ def _offset_directions(
     """Of each rim vertex: (r,) its place in the walk, (r, 3) unit direction there, (r,) distance in rim widths."""
     up = normals[walk]
     if len(walk) == 1:
-        ahead, turn = _tangent_directions(np.eye(3)[np.abs(up).argmin(axis=1)], up), np.full(1, 2 * np.pi)
+        ahead = _tangent_directions(np.eye(3)[np.abs(up).argmin(axis=1)], up)
+        turn = np.full(1, 2 * np.pi)
     else:
         step = positions[np.roll(walk, -1)] - positions[walk]
-        behind, onward = _tangent_directions(np.roll(step, 1, axis=0), up), _tangent_directions(step, up)
+        behind = _tangent_directions(np.roll(step, 1, axis=0), up)
+        onward = _tangent_directions(step, up)
         turn = np.arctan2((np.cross(behind, onward) * up).sum(axis=1), (behind * onward).sum(axis=1))
         back = np.roll(walk, 1) == np.roll(walk, -1)  # the end of a row: all the way round, not half a turn inward
-        ahead, turn = behind, np.where(back, np.pi, turn)
+        ahead = behind
+        turn = np.where(back, np.pi, turn)
     count = np.where(turn > MAX_CORNER_ANGLE, 1 + np.ceil(turn / MAX_CORNER_ANGLE - 1e-9), 1).astype(np.int64)
     count -= turn > 1.5 * np.pi  # the last spoke of a full turn is the first again
     corner = np.repeat(np.arange(len(walk)), count)

@@ -136,7 +136,8 @@ def _normals_on_lines(
         best = np.zeros_like(line)
         for hint in hints:
             square = hint - (hint * line).sum(axis=1, keepdims=True) * line
-            length, size = np.linalg.norm(square, axis=1), np.linalg.norm(hint, axis=1)
+            length = np.linalg.norm(square, axis=1)
+            size = np.linalg.norm(hint, axis=1)
             free = ~best.any(axis=1) & (length > 0.1 * size) & (size > 0)
             best[free] = square[free] / length[free, None]
         normals[straight] = best
@@ -145,7 +146,8 @@ def _normals_on_lines(
 
 def _orient_consistently(normals: FloatArray, near: IntArray, positions: FloatArray) -> tuple[FloatArray, IntArray]:
     """Normals turned so that neighbours agree, and (n,) the connected sheet of each taxel."""
-    count, rows = len(near), np.repeat(np.arange(len(near)), near.shape[1])
+    count = len(near)
+    rows = np.repeat(np.arange(len(near)), near.shape[1])
     columns = near.ravel()
     turn = 1.0 - np.abs((normals[rows] * normals[columns]).sum(axis=1))
     away = np.linalg.norm(positions[rows] - positions[columns], axis=1)
@@ -175,7 +177,8 @@ def _outward_signs(
     if stated is not None:
         asked = np.bincount(sheet, (normals * stated).sum(axis=1))
         told = np.abs(asked) > 0.2 * np.bincount(sheet)
-        votes, clear = np.where(told, asked, votes), clear | told
+        votes = np.where(told, asked, votes)
+        clear = clear | told
     return np.where(votes < 0, -1.0, 1.0), clear
 
 
@@ -282,7 +285,8 @@ def _manifold_faces(positions: FloatArray, normals: FloatArray, spacing: FloatAr
     fit = (lengths <= MAX_EDGE_SPACINGS * spacing[ends].min(axis=2)).all(axis=1) & (
         height > _MIN_HEIGHT_RATIO * lengths.max(axis=1)
     )
-    faces, votes = faces[fit], votes[fit]
+    faces = faces[fit]
+    votes = votes[fit]
     order = np.lexsort((lengths[fit].max(axis=1), -votes))
     sure = order[votes[order] >= 2]
     laid = _keep_largest_fans(faces[_select_compatible(faces, sure)])
@@ -302,7 +306,8 @@ def _local_delaunay_triangles(
 
     Turned inside out (x / |x|²), circles through the centre become lines: the triangles are the sides of the hull.
     """
-    around, spread = near[centres], spacing[centres, None, None]
+    around = near[centres]
+    spread = spacing[centres, None, None]
     flat = (
         np.einsum("nkd,nda->nka", positions[around] - positions[centres, None], _tangent_frames(normals[centres]))
         / spread
@@ -311,10 +316,13 @@ def _local_delaunay_triangles(
     seen = np.einsum("nkd,nd->nk", normals[around], normals[centres]) > _MIN_NORMAL_AGREEMENT
     seen &= squared > _MIN_TANGENT_DISTANCE**2
     out = np.where(seen[:, :, None], flat / np.where(seen, squared, 1.0)[:, :, None], 0.0)
-    x, y = out[:, :, 0], out[:, :, 1]
+    x = out[:, :, 0]
+    y = out[:, :, 1]
     inside = x[:, :, None] * y[:, None] - y[:, :, None] * x[:, None]  # on which side of the line from i to j it is
     n, i, j = np.nonzero((inside > _TIE) & seen[:, :, None] & seen[:, None])
-    width, height, level = x[n, j] - x[n, i], y[n, j] - y[n, i], inside[n, i, j]
+    width = x[n, j] - x[n, i]
+    height = y[n, j] - y[n, i]
+    level = inside[n, i, j]
     for k in range(near.shape[1]):  # the nearest neighbours reject most lines
         hull = width * y[n, k] - height * x[n, k] + level >= -_TIE
         n, i, j, width, height, level = (part[hull] for part in (n, i, j, width, height, level))
@@ -387,7 +395,8 @@ def _fill_small_holes(
 
 def _clip_ears(loop: IntArray, positions: FloatArray, normals: FloatArray, spacing: FloatArray) -> IntArray | None:
     """(k - 2, 3) triangles of a polygon (k,), each time the one with the shortest third side; None where one is bad."""
-    corners, ears = loop.tolist(), []
+    corners = loop.tolist()
+    ears = []
     while len(corners) >= 3:
         ring = np.array(corners)
         ear = np.stack([np.roll(ring, 1), ring, np.roll(ring, -1)], axis=1)

@@ -74,7 +74,8 @@ def cut_cells(surface: Mesh, points: FloatArray, owner: IntArray) -> TaxelCells:
     if empty.any():
         shared = np.flatnonzero((owner >= 0) & empty[owner])
         areas[np.isin(face, shared)] /= 2
-        face, taxel = np.concatenate([face, shared]), np.concatenate([taxel, owner[shared]])
+        face = np.concatenate([face, shared])
+        taxel = np.concatenate([taxel, owner[shared]])
         centres = np.concatenate([centres, surface.vertices[surface.faces[shared]].mean(axis=1)])
         areas = np.concatenate([areas, surface.face_areas[shared] / 2])
     order = np.argsort(face, kind="stable")
@@ -130,18 +131,22 @@ def _cut_faces(surface: Mesh, points: FloatArray, faces: IntArray, around: csr_m
         rows = np.flatnonzero(counts == count)
         taxels = near.indices[near.indptr[rows][:, None] + np.arange(count)].astype(np.int64)
         away = _squared_distances(surface, points, faces[rows], taxels)
-        parts, most = np.flatnonzero(~_farther_everywhere(away)), _PLANES // count + 1
+        parts = np.flatnonzero(~_farther_everywhere(away))
+        most = _PLANES // count + 1
         for some in np.split(parts, range(most, len(parts), most)):
             row, own = np.divmod(some, count)
             cuts.append(_cut_parts(faces[rows[row]], taxels[row], own, away[:, row], points))
-    face, taxel = np.concatenate([cut.face for cut in cuts]), np.concatenate([cut.taxel for cut in cuts])
+    face = np.concatenate([cut.face for cut in cuts])
+    taxel = np.concatenate([cut.taxel for cut in cuts])
     felt = np.flatnonzero(surface.face_areas[face] > 0)
     order = felt[np.argsort(face[felt], kind="stable")]  # taxels of a face are in ascending order already
-    face, taxel = face[order], taxel[order]
+    face = face[order]
+    taxel = taxel[order]
     shares = np.concatenate([cut.areas for cut in cuts])[order]
     row = np.searchsorted(faces, face)
     areas = shares * (surface.face_areas[faces] / np.maximum(np.bincount(row, shares, len(faces)), _LEAST_PART))[row]
-    corners, places = surface.vertices[surface.faces[face]], np.concatenate([cut.centres for cut in cuts])[order]
+    corners = surface.vertices[surface.faces[face]]
+    places = np.concatenate([cut.centres for cut in cuts])[order]
     centres = corners[:, 0] + np.einsum("kc,kcd->kd", places, corners[:, 1:] - corners[:, :1])
     return _Cut(face, taxel, centres, areas, _distinct([cut.pairs for cut in cuts]))
 
@@ -204,7 +209,8 @@ def _farther_everywhere(away: FloatArray) -> BoolArray:
     Args:
         away: (3, m, n) squared distances of taxels from the corners of faces [m²].
     """
-    every, reduced = np.arange(away.shape[1]), away * ((1 - 4 * _ROUNDING) / (1 + 4 * _ROUNDING))
+    every = np.arange(away.shape[1])
+    reduced = away * ((1 - 4 * _ROUNDING) / (1 + 4 * _ROUNDING))
     farther = np.zeros(away.shape[1:], dtype=bool)
     for nearest in away.argmin(axis=2):
         farther |= (reduced > away[:, every, nearest][:, :, None]).all(axis=0)
@@ -280,8 +286,10 @@ class _Parts:
 
     def moments(self) -> tuple[FloatArray, FloatArray]:
         """Return (k, 2) centroids, and (k,) areas as twice the share of the face; zero where nothing is left."""
-        start, sides = self.corners[:, 0], self.corners[:, 1:] - self.corners[:, :1]
-        one, other = sides[:, :-1], sides[:, 1:]
+        start = self.corners[:, 0]
+        sides = self.corners[:, 1:] - self.corners[:, :1]
+        one = sides[:, :-1]
+        other = sides[:, 1:]
         parts = one[:, :, 0] * other[:, :, 1] - one[:, :, 1] * other[:, :, 0]
         areas = np.where(self.count > 2, parts.sum(axis=1), 0.0)
         weighted = np.einsum("kt,ktc->kc", parts, one + other) / 3
@@ -306,7 +314,8 @@ def _clip(corners: FloatArray, count: IntArray, heights: FloatArray) -> tuple[Fl
     crosses = own & (inside != np.take_along_axis(inside, after, axis=1))
     part, corner = np.nonzero(crosses)
     follows = after[part, corner]
-    low, high = heights[part, corner], heights[part, follows]
+    low = heights[part, corner]
+    high = heights[part, follows]
     share = np.clip(low / (low - high), 0.0, 1.0)[:, None]
     points = np.repeat(corners, 2, axis=1)
     points[part, 2 * corner + 1] = corners[part, corner] + share * (corners[part, follows] - corners[part, corner])

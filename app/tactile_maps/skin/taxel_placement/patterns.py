@@ -119,8 +119,10 @@ def grow_lattice(
     closest = ClosestPoint(surface)
     face = random.choice(np.flatnonzero(allowed))
     turn = random.uniform(0, np.pi / 3, 1)
-    points, faces = surface.vertices[surface.faces[[face]]].mean(axis=1), np.array([face])
-    front, ahead = np.zeros(1, dtype=np.int64), tangent_directions(surface.face_normals[[face]], turn)
+    points = surface.vertices[surface.faces[[face]]].mean(axis=1)
+    faces = np.array([face])
+    front = np.zeros(1, dtype=np.int64)
+    ahead = tangent_directions(surface.face_normals[[face]], turn)
     while len(front):
         steps = _hexagonal_directions(ahead, surface.face_normals[faces[front]])
         start = np.repeat(front, 6)
@@ -128,14 +130,16 @@ def grow_lattice(
         new = np.flatnonzero(sound)
         new = new[_apart_from_known(points, ends[new], _MERGE_DISTANCE * pitch)]
         front = len(points) + np.arange(len(new))
-        points, faces = np.concatenate([points, ends[new]]), np.concatenate([faces, at[new]])
+        points = np.concatenate([points, ends[new]])
+        faces = np.concatenate([faces, at[new]])
         ahead = parallel_transport(steps[new], surface.face_normals[faces[start[new]]], surface.face_normals[at[new]])
     return points, faces
 
 
 def _hexagonal_directions(ahead: FloatArray, normals: FloatArray) -> FloatArray:
     """(6 f, 3) six unit directions in each tangent plane, the first of them ``ahead`` (f, 3)."""
-    side, turn = np.cross(normals, ahead), np.arange(6) * np.pi / 3
+    side = np.cross(normals, ahead)
+    turn = np.arange(6) * np.pi / 3
     return (np.cos(turn)[:, None] * ahead[:, None] + np.sin(turn)[:, None] * side[:, None]).reshape(-1, 3)
 
 
@@ -170,7 +174,9 @@ CELL_RADIUS = 1.0
 """A taxel feels this many pitches around itself, where no other taxel is nearer."""
 BOARD_MARGIN = 0.38
 """A board ends this many pitches outside its outer pads' triangle; boards do not overlap."""
-_MAX_PAD_SHIFT, _MAX_PAD_DROP, _MIN_PAD_FACING = 0.3, 1.0, 0.5
+_MAX_PAD_SHIFT = 0.3
+_MAX_PAD_DROP = 1.0
+_MIN_PAD_FACING = 0.5
 """Pads move this far sideways and down at most, in pitches, and turn by 60 degrees, or the place is too bent."""
 _MAX_OVERHANG = 0.05  # in pitches; less is the bend of the surface and rounding
 _OUTER = MODULE_PADS[[8, 9, 0, 1, 2, 4, 5, 6, 7]]  # once around
@@ -179,7 +185,11 @@ _OUTLINE_CLEARANCE = float(
     np.hypot(2 * BOARD_MARGIN, 0.25)
 )  # of outlines' points: what lies between two of them is nearer than both
 _BOARD_CORNERS = _OUTER * (1 + BOARD_MARGIN / np.linalg.norm(_OUTER, axis=1, keepdims=True))
-_STARTS, _FIRST, _TRIED, _TURNS, _BATCH = 3, 20, 200, 12, 60
+_STARTS = 3
+_FIRST = 20
+_TRIED = 200
+_TURNS = 12
+_BATCH = 60
 _MAX_TOUCHING_DISTANCE = 2 * np.sqrt(3) + _OUTLINE_CLEARANCE  # boards whose middles are farther apart cannot touch
 _STRETCH = 1.0, 1.05, 1.1
 """Tiles that do not fit right beside another are tried a little farther away: the surface bends in two ways."""
@@ -210,7 +220,8 @@ def place_modules(surface: Mesh, pitch: float, *, allowed: BoolArray, seed: int)
             remedy="Choose a smaller pitch, fewer excluded zones, or the even pattern",
         )
     faces, weights = best.pads()
-    points, centres = surface.points(faces, weights), surface.vertices[surface.faces].mean(axis=1)
+    points = surface.points(faces, weights)
+    centres = surface.vertices[surface.faces].mean(axis=1)
     ground = np.flatnonzero(allowed)
     seeds = ground[distinct_faces(centres[ground], points)]
     owner = np.where(allowed, geodesic_voronoi(face_graph(surface, centres), seeds, reach=CELL_RADIUS * pitch), -1)
@@ -250,7 +261,9 @@ class _Tiling:
 
     def __init__(self, surface: Mesh, pitch: float, allowed: BoolArray, random: np.random.Generator) -> None:
         self.boards = _Boards(np.zeros((0, 3)), np.zeros(0, np.int64), np.zeros((0, 3)), np.zeros((0, 3)))
-        self._surface, self._pitch, self._allowed = surface, pitch, allowed
+        self._surface = surface
+        self._pitch = pitch
+        self._allowed = allowed
         self._outlines = np.zeros((0, len(_OUTLINE), 3))
         self._closest = ClosestPoint(surface)
         smooth = surface.vertex_normals[surface.faces].sum(axis=1)
@@ -272,7 +285,8 @@ class _Tiling:
     def _grow(self, waiting: _Boards) -> None:
         """Lay ``waiting``, which fit and are clear, and whatever fits beside those laid; the first come first."""
         while len(waiting):
-            board, waiting = waiting.select(slice(1)), waiting.select(slice(1, None))
+            board = waiting.select(slice(1))
+            waiting = waiting.select(slice(1, None))
             self.boards = self.boards.joined(board)
             self._outlines = np.concatenate([self._outlines, board.points(_OUTLINE, self._pitch)])
             waiting = waiting.select(self._clear(waiting, since=len(self.boards) - 1))
@@ -285,7 +299,8 @@ class _Tiling:
 
     def _tried(self, random: np.random.Generator, count: int) -> _Boards:
         """Boards at random places with room for one, each turned a few ways."""
-        centres, free = self._surface.vertices[self._surface.faces].mean(axis=1), np.flatnonzero(self._allowed)
+        centres = self._surface.vertices[self._surface.faces].mean(axis=1)
+        free = np.flatnonzero(self._allowed)
         if len(self.boards):
             room = cKDTree(self._outlines.reshape(-1, 3)).query(centres[free])[0]
             free = free[
@@ -302,15 +317,18 @@ class _Tiling:
         side = np.cross(board.normal, board.tip)
         steps = np.tile(np.cos(turn)[:, None] * board.tip + np.sin(turn)[:, None] * side, (len(_STRETCH), 1))
         lengths = np.repeat(_STRETCH, 3) * TILE_SIDE / np.sqrt(3) * self._pitch
-        starts, faces = np.repeat(board.middle, len(steps), axis=0), np.repeat(board.face, len(steps))
+        starts = np.repeat(board.middle, len(steps), axis=0)
+        faces = np.repeat(board.face, len(steps))
         middle, face, sound = step_along_surface(self._surface, self._closest, starts, faces, steps, lengths)
-        middle, face = middle[sound], face[sound]
+        middle = middle[sound]
+        face = face[sound]
         normal = self._normals[face]
         return _Boards(middle, face, normal, parallel_transport(steps[sound], board.normal, normal))
 
     def _fits(self, boards: _Boards) -> BoolArray:
         """(k,) boards on the surface with all pads and their margin, not too bent, pads outside all zones."""
-        pitch, normal = self._pitch, boards.normal[:, None]
+        pitch = self._pitch
+        normal = boards.normal[:, None]
         faces, aside, down, over = self._landed(boards.points(MODULE_PADS, pitch), normal)
         good = self._allowed[faces] & ~over & (aside < _MAX_PAD_SHIFT * pitch) & (down < _MAX_PAD_DROP * pitch)
         good &= (self._normals[faces] * normal).sum(axis=2) > _MIN_PAD_FACING

@@ -242,7 +242,8 @@ def _longest_edge(surface: Mesh, spec: PlacementSpec, room: float, wanted: float
     if spec.pattern != "even":
         return wanted
     taxels = surface.area / (HEXAGON_AREA * _pitch(spec, room) ** 2)
-    most, longest = MOST_FACES * taxels + 4 * len(surface.faces), wanted
+    most = MOST_FACES * taxels + 4 * len(surface.faces)
+    longest = wanted
     while subdivided_count(surface, longest=longest) > most:
         longest *= 1.1
     return longest
@@ -380,7 +381,8 @@ def curvature(surface: Mesh) -> FloatArray:
 
     It is the size of the normals' gradient over each face (Rusinkiewicz 2004), averaged by area.
     """
-    corners, normals = surface.vertices[surface.faces], surface.vertex_normals[surface.faces]
+    corners = surface.vertices[surface.faces]
+    normals = surface.vertex_normals[surface.faces]
     twice = 2 * surface.face_areas
     # The gradient of a corner's weight is the side opposite to it, turned by a right angle in the face's plane.
     opposite = np.roll(corners, 1, axis=1) - np.roll(corners, -1, axis=1)

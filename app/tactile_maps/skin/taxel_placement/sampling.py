@@ -105,11 +105,14 @@ def lloyd_relaxation(
     Where a density is given, lengths are measured times its root: places that are even by that measure are as dense as
     wanted. Cells grow across faces that are not allowed, but feel nothing there.
     """
-    centres, count = surface.vertices[surface.faces].mean(axis=1), len(seeds)
-    graph, mass = face_graph(surface, centres), surface.face_areas
+    centres = surface.vertices[surface.faces].mean(axis=1)
+    count = len(seeds)
+    graph = face_graph(surface, centres)
+    mass = surface.face_areas
     if density is not None:
         root = diags(np.sqrt(density / density.mean()))
-        graph, mass = (root @ graph + graph @ root) / 2, mass * density
+        graph = (root @ graph + graph @ root) / 2
+        mass = mass * density
     open_ = np.ones(len(mass), dtype=bool) if allowed is None else allowed
     for _ in range(rounds):
         seeds = _central_faces(centres, mass, np.where(open_, geodesic_voronoi(graph, seeds), -1), count)
@@ -198,7 +201,8 @@ def straighten_cells(surface: Mesh, points: FloatArray, owner: IntArray, seeds: 
     fixed[seeds] = True
     for _ in range(_STRAIGHTENING_ROUNDS):
         border = (owner[face] != owner[beside]) & (owner[face] >= 0) & (owner[beside] >= 0) & ~fixed[face]
-        here, other = face[border], owner[beside[border]]
+        here = face[border]
+        other = owner[beside[border]]
         away = np.linalg.norm(centres[here] - points[other], axis=1)
         nearer = away < np.linalg.norm(centres[here] - points[owner[here]], axis=1)
         # Farthest first, so that of two neighbours that both are nearer the nearest has the last word.
@@ -216,7 +220,9 @@ def _centroids(points: FloatArray, areas: FloatArray, owner: IntArray, count: in
 def _central_faces(points: FloatArray, areas: FloatArray, owner: IntArray, count: int) -> IntArray:
     """(count,) for each cell the point of its own closest to its mean; points of no cell (-1) do not count."""
     own = np.flatnonzero(owner >= 0)
-    points, areas, owner = points[own], areas[own], owner[own]
+    points = points[own]
+    areas = areas[own]
+    owner = owner[own]
     away = np.linalg.norm(points - _centroids(points, areas, owner, count)[owner], axis=1)
     order = np.lexsort((away, owner))
     return own[order[np.searchsorted(owner[order], np.arange(count))]]

@@ -63,7 +63,8 @@ def _foremost(points: FloatArray, depth: FloatArray, count: int, direction: Floa
     u = np.cross(direction, aside)
     u /= np.linalg.norm(u)
     v = np.cross(direction, u)
-    sides, near = (points @ u, points @ v), depth >= depth[:count].min()
+    sides = (points @ u, points @ v)
+    near = depth >= depth[:count].min()
     for side in sides:  # what lies beside or behind all of them is in front of none
         near &= (side > side[:count].min() - bin_size) & (side < side[:count].max() + bin_size)
     i, j = (((side[near] - side.min()) / bin_size).astype(np.int64) for side in sides)
@@ -85,18 +86,21 @@ def sample_surface(mesh: Mesh, voxel: float) -> FloatArray:
     for number in np.unique(steps[steps > 1]):
         i, j = np.meshgrid(np.arange(number + 1), np.arange(number + 1), indexing="ij")
         inside = i + j <= number
-        a, b = i[inside] / number, j[inside] / number
+        a = i[inside] / number
+        b = j[inside] / number
         clouds.append((np.stack([1 - a - b, a, b], axis=1) @ corners[steps == number]).reshape(-1, 3))
     return np.concatenate(clouds)
 
 
 def _one_point_per_voxel(points: FloatArray, voxel: float) -> FloatArray:
     """The first point of each occupied voxel: a bin is two voxels wide, so more say nothing new."""
-    key, size = np.zeros(len(points), dtype=np.int64), 1
+    key = np.zeros(len(points), dtype=np.int64)
+    size = 1
     for column in np.ascontiguousarray(points.T):
         cell = ((column - column.min()) / voxel).astype(np.int64)
         count = int(cell.max()) + 1
-        key, size = key * count + cell, size * count
+        key = key * count + cell
+        size = size * count
     if size > _MOST_VOXELS:
         return points[np.unique(key, return_index=True)[1]]
     first = np.full(size, len(points))  # a table spares sorting: a third of the time that a cover takes
@@ -211,7 +215,9 @@ def _smooth_border(piece: Mesh, rounds: int = 12) -> FloatArray:
 
     Each vertex stays in its own tangent plane.
     """
-    border, edges, count = piece.connectivity.boundary_edges, piece.edges, len(piece.vertices)
+    border = piece.connectivity.boundary_edges
+    edges = piece.edges
+    count = len(piece.vertices)
     if not len(border):
         return piece.vertices
     on_border = np.zeros(count, dtype=bool)
@@ -224,7 +230,8 @@ def _smooth_border(piece: Mesh, rounds: int = 12) -> FloatArray:
     average = (
         diags(on_border.astype(float)) @ averaging_matrix(border, count) + diags((~on_border).astype(float)) @ average
     )
-    vertices, normals = piece.vertices, piece.vertex_normals
+    vertices = piece.vertices
+    normals = piece.vertex_normals
     for _ in range(rounds):
         step = np.where(behind[:, None], 0.5 * (average @ vertices - vertices), 0.0)
         vertices = vertices + step - (step * normals).sum(axis=1, keepdims=True) * normals

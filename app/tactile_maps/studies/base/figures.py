@@ -49,9 +49,13 @@ _STYLE: dict[Any, Any] = {
     ),
     "grid.alpha": 0.2,
 }
-_WIDTH, _HEIGHT, _LEGEND = 3.1, 2.5, 1.9
+_WIDTH = 3.1
+_HEIGHT = 2.5
+_LEGEND = 1.9
 """Of a panel, and of the legend [inch]."""
-_BAR_WIDTH, _BAR_PITCH, _BAR_AXIS = 9.0, 0.2, 0.7
+_BAR_WIDTH = 9.0
+_BAR_PITCH = 0.2
+_BAR_AXIS = 0.7
 _COLUMNS = 3
 _MARGIN = 0.25
 """At least so many decades are shown on either side of the points: a tick lies within."""
@@ -132,7 +136,8 @@ def panels(
     found: dict[str, dict[str, list[tuple[float, float]]]] = {}
     for row in rows:
         points = found.setdefault(panel(row), {}).setdefault(curve(row), [])
-        at, height = number(row.get(x)), number(row.get(y))
+        at = number(row.get(x))
+        height = number(row.get(y))
         if at is not None and height is not None:
             points.append((at, height))
     return [Panel(title, curves) for title, curves in found.items()]
@@ -257,7 +262,8 @@ def _limits(axis: Axis, low: float, high: float) -> tuple[float, float]:
     """``low`` and ``high`` with a margin; ticks are set at powers of ten, or at 1, 2 and 5 where these are few."""
     from matplotlib.ticker import LogLocator, NullFormatter
 
-    start, end = math.log10(low), math.log10(high)
+    start = math.log10(low)
+    end = math.log10(high)
     margin = max(0.06 * (end - start), _MARGIN)
     few = end - start + 2 * margin < 2
     axis.set_major_locator(LogLocator(subs=(1, 2, 5) if few else (1,), numticks=8))

@@ -37,7 +37,8 @@ class Interval(NamedTuple):
         return f"{self.middle:.3g} [{self.low:.3g}, {self.high:.3g}]"
 
 
-_DRAWS, _SURE = 2000, (2.5, 97.5)
+_DRAWS = 2000
+_SURE = (2.5, 97.5)
 
 
 def bootstrap_median(values: Sequence[float]) -> Interval:
@@ -47,7 +48,8 @@ def bootstrap_median(values: Sequence[float]) -> Interval:
         values: At least one, one a seed; inf where it cannot.
     """
     known = np.asarray(values, dtype=np.float64)
-    middle, drawn = _median(known[None])[0], _median(np.random.default_rng(0).choice(known, (_DRAWS, len(known))))
+    middle = _median(known[None])[0]
+    drawn = _median(np.random.default_rng(0).choice(known, (_DRAWS, len(known))))
     # Percentiles between inf and a number are no number: the nearest value counts.
     low, high = np.percentile(drawn, _SURE, method="nearest")
     return Interval(float(middle), float(low), float(high))

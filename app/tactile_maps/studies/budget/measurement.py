@@ -23,7 +23,8 @@ from tactile_maps.studies.stages.registry import STAGES
 from tactile_maps.studies.study.work_precision import Subject, Trial, run_trials
 from tactile_maps.tactile.poke import PokePressed
 
-_SETTLING, _TICKS = 40, 60
+_SETTLING = 40
+_TICKS = 60
 _LEAST_FORCE = 0.1
 """A scene whose controller wants less touches with about so much [N]."""
 _SHARES = {"simulation": 0.3, "touch": 0.2, "image": 0.15, "control": 0.35}
@@ -67,7 +68,9 @@ def measure_for_budget(subject: Subject, *, paths: bool, progress: Progress) -> 
     prepared = subject.prepared
     if prepared is None or not len(prepared.skin):
         raise BudgetError("there is no skin on a robot to measure", remedy="Open a robot with a skin")
-    done, tick, options = 0.0, prepared.scene.tick, {}
+    done = 0.0
+    tick = prepared.scene.tick
+    options = {}
     force = max(settings_from(prepared.scene.control).force_goal, _LEAST_FORCE)
     for name in LIVE_STAGES:
         part = _part_of(progress, done, _SHARES[name])

@@ -118,7 +118,8 @@ def unbeaten(options: Iterable[Option]) -> tuple[Option, ...]:
 
 def _cost(stage: str, trial: Trial, tick: float, force: float) -> Cost | None:
     """What a trial costs a tick; None where it cannot be chosen, or did not hold a contact."""
-    took, errors = trial.milliseconds, trial.errors
+    took = trial.milliseconds
+    errors = trial.errors
     if not trial.usable or took is None or trial.note == BOUNCES or errors.get("lost_percent"):
         return None
     if trial.setting.values.get("share", TAIL_SHARE) != TAIL_SHARE:
@@ -127,7 +128,8 @@ def _cost(stage: str, trial: Trial, tick: float, force: float) -> Cost | None:
         if abs(tick / step_of(trial) - round(tick / step_of(trial))) > 1e-6:
             return None  # a tick is a whole number of steps
         took *= tick  # that was of a simulated second
-    place, share = errors.get("place_mm", errors.get("place", 0.0)), errors.get("force_percent", 0.0)
+    place = errors.get("place_mm", errors.get("place", 0.0))
+    share = errors.get("force_percent", 0.0)
     pressure = errors.get("depth_percent", errors.get("press", 0.0))
     if place is None or share is None or pressure is None or not math.isfinite(place + share + pressure):
         return None

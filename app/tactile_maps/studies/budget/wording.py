@@ -26,7 +26,8 @@ def proposal_words(found: Proposal, path: Trial | None, *, tried: bool) -> tuple
         path: The controller that is proposed; None for none.
         tried: Whether controllers were tried at all.
     """
-    cost, finest = found.cost, found.finest
+    cost = found.cost
+    finest = found.finest
     said = [
         f"{number_words(cost.milliseconds)}{THIN}ms a tick; off by {number_words(cost.millimetres)}{THIN}mm, "
         f"{number_words(cost.newtons)}{THIN}N and {100 * cost.pressure:.0f}{THIN}% of the pressure.",

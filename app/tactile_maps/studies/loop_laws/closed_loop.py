@@ -118,7 +118,10 @@ def run_loop(loop: Loop, settings: Settings, periods: int) -> LoopResponse:
     plant: _Plant = _IdealJoints(loop, made) if loop.servo == IDEAL else _SimulatedJoints(loop, made)
     manager = ControllerManager(made.robot, made.believed, settings(0))
     scale = np.array([loop.stretch**0.5, loop.stretch**-0.5])
-    force, read, place, error = np.zeros(periods), np.zeros(periods), np.zeros((periods, 2)), np.full(periods, np.nan)
+    force = np.zeros(periods)
+    read = np.zeros(periods)
+    place = np.zeros((periods, 2))
+    error = np.full(periods, np.nan)
     for tick in range(periods * loop.ticks):
         wanted = settings(tick)
         if wanted != manager.settings:
@@ -126,8 +129,10 @@ def run_loop(loop: Loop, settings: Settings, periods: int) -> LoopResponse:
         regions = plant.regions()
         command = manager.command(plant.posture, plant.velocity, regions, loop.tick)
         if tick % loop.ticks == 0:
-            row, report = tick // loop.ticks, manager.report
-            force[row], read[row] = plant.force, regions[0].force if regions else 0.0
+            row = tick // loop.ticks
+            report = manager.report
+            force[row] = plant.force
+            read[row] = regions[0].force if regions else 0.0
             place[row] = -plant.posture[:2] * scale
             error[row] = np.nan if report is None or report.error is None else report.error
         plant.move(command)
@@ -138,9 +143,12 @@ class _IdealJoints:
     """Joints without inertia against a spring; a contact of which the skin tells force and place exactly."""
 
     def __init__(self, loop: Loop, made: Gantry) -> None:
-        self._loop, self._made, self._tick = loop, made, 0
+        self._loop = loop
+        self._made = made
+        self._tick = 0
         self._noise = np.random.default_rng(loop.seed)
-        self.posture, self.velocity = np.zeros(3), np.zeros(3)
+        self.posture = np.zeros(3)
+        self.velocity = np.zeros(3)
         self._late: deque[ContactRegion] = deque(maxlen=loop.delay + 1)
 
     @property
@@ -163,7 +171,8 @@ class _IdealJoints:
         self.velocity = (self.posture - before) / loop.tick
 
     def _seen(self) -> ContactRegion:
-        map_, believed = self._made.map, self._made.believed
+        map_ = self._made.map
+        believed = self._made.believed
         point = -self.posture[:2] * [self._loop.stretch**0.5, self._loop.stretch**-0.5]
         at = map_.to_body(point)
         if at is None:
@@ -179,7 +188,8 @@ class _SimulatedJoints:
     """The plate in the physics engine, its joints held by the posture loop, read through the sensor's effects."""
 
     def __init__(self, loop: Loop, made: Gantry) -> None:
-        self._loop, self._areas = loop, made.skin.areas
+        self._loop = loop
+        self._areas = made.skin.areas
         step = 5e-4 if loop.servo > _FAST else 1e-3
         sensor = SensorEffects(
             noise=Noise(loop.noise) if loop.noise else None,
@@ -192,7 +202,8 @@ class _SimulatedJoints:
             made.robot, made.skin, effects, objects=(SceneObject(ball, primitive_mesh(ball)),),
             layer=ElasticLayer(stiffness=loop.stiffness), tick=loop.tick, seed=loop.seed,
         )  # fmt: skip
-        self._reader, self._steps = ContactDetector(made.believed), round(loop.tick / step)
+        self._reader = ContactDetector(made.believed)
+        self._steps = round(loop.tick / step)
         self.force = 0.0
 
     @property

@@ -17,7 +17,11 @@ from tactile_maps.skin.taxel_placement.sampling import place_evenly
 
 MASS = 4.0
 """Of the plate [kg]."""
-_HALF, _CELLS, _TAXELS, _REACH, _LIGHT = 0.06, 72, 900, 0.2, 1e-6
+_HALF = 0.06
+_CELLS = 72
+_TAXELS = 900
+_REACH = 0.2
+_LIGHT = 1e-6
 _AXES = {"x": "1 0 0", "y": "0 1 0", "z": "0 0 1"}
 
 
@@ -83,7 +87,9 @@ def _skin() -> Skin:
     x, y = (line.ravel() for line in np.meshgrid(*2 * [np.linspace(-_HALF, _HALF, _CELLS + 1)], indexing="ij"))
     i, j = (line.ravel() for line in np.meshgrid(*2 * [np.arange(_CELLS)], indexing="ij"))
     a = i * (_CELLS + 1) + j
-    b, c, d = a + _CELLS + 1, a + _CELLS + 2, a + 1
+    b = a + _CELLS + 1
+    c = a + _CELLS + 2
+    d = a + 1
     faces = np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)])
     surface = Mesh(np.stack([x, y, np.zeros_like(x)], axis=1), faces)
     return Skin((Patch("top", "plate", surface, place_evenly(surface, _TAXELS, seed=0)),))
@@ -92,9 +98,11 @@ def _skin() -> Skin:
 def _turned(skin: Skin, degrees: float) -> Skin:
     """The same taxels on the same faces, all turned about the plate's middle."""
     (patch,) = skin.patches
-    c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
+    c = np.cos(np.radians(degrees))
+    s = np.sin(np.radians(degrees))
     turn = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])  # for rows
-    taxels, felt = patch.taxels, patch.taxels.quadrature
+    taxels = patch.taxels
+    felt = patch.taxels.quadrature
     moved = replace(
         taxels, positions=taxels.positions @ turn, quadrature=replace(felt, positions=felt.positions @ turn)
     )

@@ -22,7 +22,8 @@ ALIKE = (0.9, 1.1)
 """Measured over predicted: a tenth."""
 _STEADY = (0.8, 1.25)
 """Variance times settling time over its middle: runs are finite."""
-_SAMPLES, _QUICK_SAMPLES = 600, 200
+_SAMPLES = 600
+_QUICK_SAMPLES = 200
 """Of a ripple's run, times the loop's gain."""
 _LEFT = math.log(50.0)
 """Of a step, until 2 % are left."""

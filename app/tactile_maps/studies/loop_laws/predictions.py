@@ -51,13 +51,17 @@ IDEAL_JOINTS, FAST_SERVO, OUR_SERVO = PLANTS
 LAGGING_JOINTS = "ideal joints that lag 30 ms"
 PERIOD = 0.25
 """Of the skin [s], where nothing else is said: the posture loop of 40 rad/s has all but settled in it."""
-HARD_CONTACT, SOFT_CONTACT = 2e4, 2e3
+HARD_CONTACT = 2e4
+SOFT_CONTACT = 2e3
 """Contacts [N/m]."""
 ONSET_GAIN = 0.002
 """[m/s/N]"""
 SPEED = 0.001
 """Of a goal that is followed [m/s]."""
-_TICKS, _STEPS, _TAXELS, _CALM = 5, 4, 600, 0.002
+_TICKS = 5
+_STEPS = 4
+_TAXELS = 600
+_CALM = 0.002
 
 Case = Mapping[str, Any]
 Comparison = tuple[float, float, float]
@@ -74,8 +78,10 @@ def loop_of(case: Case, **said: Any) -> Loop:
 
 def stability(case: Case) -> Comparison:
     """Greatest stable loop gain L; of the force with contact and posture loop in series as the plant."""
-    loop, slides = loop_of(case), case["what"] == "place"
-    bench, unit = LoopTest(loop, case["controller"]), (1.0 if slides else plant_stiffness(loop)) * loop.period
+    loop = loop_of(case)
+    slides = case["what"] == "place"
+    bench = LoopTest(loop, case["controller"])
+    unit = (1.0 if slides else plant_stiffness(loop)) * loop.period
     predicted = sampled_loop_limit(loop.delay)
     explained = stability_limit(lambda gain: LinearLoop(loop, Filter(gain), slides=slides).stable, predicted / unit)
     if slides:
@@ -102,8 +108,11 @@ def onset_stiffness(case: Case) -> Comparison:
 
 def settling_time(case: Case) -> Comparison:
     """Until 2 % of a step of the contact are left, at the gain without overshoot [s]."""
-    loop, slides = loop_of(case), case["what"] == "place"
-    bench, gain, periods = LoopTest(loop, case["controller"]), critical_gain(loop.delay), 40 + 10 * loop.delay
+    loop = loop_of(case)
+    slides = case["what"] == "place"
+    bench = LoopTest(loop, case["controller"])
+    gain = critical_gain(loop.delay)
+    periods = 40 + 10 * loop.delay
     gain /= loop.period * (1.0 if slides else plant_stiffness(loop))
     if slides:
         errors = bench.place_step(gain, periods)
@@ -126,7 +135,9 @@ def ripple(case: Case) -> Comparison:
 def routh(case: Case) -> Comparison:
     """Shortest stable integral time of the parallel controller [s]: k_I k_e < k_D (k_P + k_F k_e), by case."""
     loop = replace(loop_of(case, period=0.004, stiffness=HARD_CONTACT), ticks=1)
-    gain, inertia, place = 10 / plant_stiffness(loop), case["inertia"], case["x"]
+    gain = 10 / plant_stiffness(loop)
+    inertia = case["inertia"]
+    place = case["x"]
     predicted = inertia * 10 / (place + 10)
     controller = Filter(gain, position_gain=place, inertia_time=inertia)
     # Searched for as a rate: more of it is less stable.
@@ -151,8 +162,10 @@ def tracking_error(case: Case) -> Comparison:
     A goal is known at once and the contact late, and between readings the goal goes on. So in truth it is ahead of what
     is read by the way of the delay, and by that of half a period less half a tick.
     """
-    loop, told = loop_of(case), "told of it" in case["what"]
-    gain, way = critical_gain(loop.delay), 1e3 * SPEED * loop.period
+    loop = loop_of(case)
+    told = "told of it" in case["what"]
+    gain = critical_gain(loop.delay)
+    way = 1e3 * SPEED * loop.period
     held = way * (1 - 1 / loop.ticks) / 2
     seen, true = tracking_lag(
         LoopTest(loop, case["controller"]), gain / loop.period, SPEED, told=told, periods=60 + 30 * loop.delay

@@ -97,15 +97,20 @@ class LinearLoop:
     """
 
     def __init__(self, loop: Loop, controller: Filter, *, slides: bool = False) -> None:
-        self._loop, self._controller = loop, controller
+        self._loop = loop
+        self._controller = controller
         self._a, self._b, self._c, self._d = _plant(loop, slides)
 
     def step(self, state: NDArray[np.complex128], *, goal: float = 0.0, noise: float = 0.0) -> NDArray[np.complex128]:
         """The state (k,) one period on: of the plant, wanted place, its speed, the integral, readings on the way."""
-        loop, controller, n = self._loop, self._controller, len(self._a)
+        loop = self._loop
+        controller = self._controller
+        n = len(self._a)
         x, (wanted, speed, gathered), late = state[:n], state[n : n + 3], state[n + 3 :]
         late = np.concatenate([[self.reading(state) + noise], late])
-        error, dt, gain = goal - late[loop.delay], loop.tick, controller.gain * cmath.exp(1j * controller.angle)
+        error = goal - late[loop.delay]
+        dt = loop.tick
+        gain = controller.gain * cmath.exp(1j * controller.angle)
         for _ in range(loop.ticks):
             gathered = gathered + dt * error
             place = x[0] if n else wanted
@@ -131,7 +136,8 @@ class LinearLoop:
 
     def settling(self) -> int:
         """Samples until at most 2 % of a step of the contact are left for good; ``LONGEST`` if they never are."""
-        state, errors = np.zeros(self._size, dtype=complex), np.zeros(MOST_SAMPLES)
+        state = np.zeros(self._size, dtype=complex)
+        errors = np.zeros(MOST_SAMPLES)
         for k in range(MOST_SAMPLES):
             errors[k] = abs(1 - self.reading(state))
             state = self.step(state, goal=float(k >= self._loop.delay))
@@ -139,7 +145,8 @@ class LinearLoop:
 
     def ripple(self) -> float:
         """Variance of what is true per variance of white noise on what is read."""
-        state, total = self.step(np.zeros(self._size, dtype=complex), noise=1.0), 0.0
+        state = self.step(np.zeros(self._size, dtype=complex), noise=1.0)
+        total = 0.0
         for _ in range(MOST_SAMPLES):
             total += abs(self.reading(state)) ** 2
             state = self.step(state)
@@ -167,7 +174,9 @@ def _plant(loop: Loop, slides: bool) -> tuple[FloatArray, FloatArray, FloatArray
     held[1] = 2 * math.sqrt(mass * held[0])
     servo = MASS * np.array([loop.servo**2, 2 * loop.servo])
     whole = np.zeros((3, 3))
-    whole[0, 1], whole[1, :2], whole[1, 2] = 1.0, -(servo + held) / mass, servo[0] / mass
+    whole[0, 1] = 1.0
+    whole[1, :2] = -(servo + held) / mass
+    whole[1, 2] = servo[0] / mass
     moved = expm(whole * loop.tick)
     reads = np.array([1.0, 0.0]) if slides else (held - servo) / 2
     return moved[:2, :2], moved[:2, 2], reads, 0.0 if slides else servo[0] / 2

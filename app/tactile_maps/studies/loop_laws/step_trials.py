@@ -79,7 +79,8 @@ class LoopTest:
 
     def after(self, before: ControlSettings, settings: Settings, periods: int) -> LoopResponse:
         """The course of so many periods under ``settings``, which begin at tick 0 when the loop came to rest."""
-        rest, ticks = self.rest * (1 + self.loop.delay), self.loop.ticks
+        rest = self.rest * (1 + self.loop.delay)
+        ticks = self.loop.ticks
         course = run_loop(
             self.loop, lambda tick: before if tick < rest * ticks else settings(tick - rest * ticks), rest + periods
         )
@@ -111,7 +112,8 @@ class LoopTest:
 
 def diverges(errors: FloatArray, most: float) -> bool:
     """Whether errors (k,) are larger in the last quarter than in the second, or ever beyond ``most``."""
-    quarter, sizes = len(errors) // 4, np.abs(errors)
+    quarter = len(errors) // 4
+    sizes = np.abs(errors)
     return bool(sizes.max() > most or sizes[-quarter:].max() > sizes[quarter : 2 * quarter].max())
 
 
@@ -139,7 +141,8 @@ def tracking_lag(bench: LoopTest, gain: float, speed: float, *, told: bool, peri
             tick.
         periods: How long it is followed.
     """
-    tick, held = bench.loop.tick, replace(bench.held, position_gain=gain)
+    tick = bench.loop.tick
+    held = replace(bench.held, position_gain=gain)
     end = 2 * speed * periods * bench.loop.period
     line = replace(held, task="follow_path", path_kind="polyline", path=((0.0, 0.0), (end, 0.0)), path_speed=speed)
 
@@ -154,7 +157,8 @@ def tracking_lag(bench: LoopTest, gain: float, speed: float, *, told: bool, peri
 
 def force_ripple(bench: LoopTest, gain: float, periods: int) -> tuple[float, float]:
     """Standard deviations of the true force and of the noise in what is read [N], at a force gain."""
-    calm, settings = proportional_settings(bench.controller, bench.calm), proportional_settings(bench.controller, gain)
+    calm = proportional_settings(bench.controller, bench.calm)
+    settings = proportional_settings(bench.controller, gain)
     course = bench.after(calm, lambda _: settings, periods)
     return float(np.std(course.force)), float(np.std(course.read - course.force))
 
@@ -176,7 +180,8 @@ def measured_gain_limit(setup: PathSetup, settings: ControlSettings, guess: floa
     calm = replace(settings, gains="as_given", force_gain=0.3 * guess)
 
     def stable(gain: float) -> bool:
-        session, forces = settled_session(setup, calm), []
+        session = settled_session(setup, calm)
+        forces = []
         after = replace(settings, gains="as_given", force_gain=gain, force_goal=settings.force_goal + _STEP)
         session.submit(ControlChanged(after))
         for _ in range(round(WATCH / setup.prepared.scene.tick)):

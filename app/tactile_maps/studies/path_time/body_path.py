@@ -50,7 +50,8 @@ def path_length(settings: ControlSettings) -> float:
 
 def touched_place(prepared: PreparedScene) -> SurfacePoint:
     """The place of the skin that is nearest to the first object when the robot is at home."""
-    configuration, middle = Configuration(prepared.robot), np.array(prepared.scene.objects[0].at)
+    configuration = Configuration(prepared.robot)
+    middle = np.array(prepared.scene.objects[0].at)
     found = []
     for number, patch in enumerate(prepared.skin.patches):
         at = configuration.pose(patch.link).inverse.points(middle)

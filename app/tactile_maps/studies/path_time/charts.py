@@ -53,7 +53,8 @@ def _curves(factor: Factor, rows: Sequence[Row]) -> Figure:
 
 
 def _panel(factor: Factor, robot: Cell, rows: Sequence[Row]) -> Panel:
-    curves, intervals = {}, {}
+    curves = {}
+    intervals = {}
     for jacobian in distinct(rows, "jacobian"):
         of = [row for row in rows if row["jacobian"] == jacobian]
         found = [(_position(factor, level), bootstrap_median(seconds_of(of, level))) for level in distinct(of, "level")]

@@ -22,7 +22,8 @@ from tactile_maps.studies.path_time.gains import least_time
 from tactile_maps.studies.path_time.speed_search import SpeedSearchResult, Tolerances, find_fastest_speed
 
 ROBOTS = ("arm", "ur5e", "icub")
-SEEDS, FEW_SEEDS = 10, 3
+SEEDS = 10
+FEW_SEEDS = 3
 """Of our own arm, and of the other robots."""
 BAND_N = 0.6
 QUICK_SIZE = 0.008
@@ -91,9 +92,11 @@ def settings_of(conditions: Conditions, size: float | None = None) -> ControlSet
 def measure_case(factors: Sequence[Factor], case: Case) -> list[Row]:
     """One row: the shortest time that is well enough, and what it is bound by."""
     conditions = conditions_of(factors, case)
-    setup, quick = setup_of(case["robot"], conditions, case["seed"]), bool(case.get("quick"))
+    setup = setup_of(case["robot"], conditions, case["seed"])
+    quick = bool(case.get("quick"))
     about = settings_of(conditions, QUICK_SIZE if quick else None)
-    settings, wanted = with_path_on_body(about, setup), Tolerances(conditions.tolerance, BAND_N)
+    settings = with_path_on_body(about, setup)
+    wanted = Tolerances(conditions.tolerance, BAND_N)
     found = find_fastest_speed(setup, settings, wanted, length=path_length(settings), refinements=0 if quick else 3)
     bound = least_time(path_length(about), wanted.error, conditions.period, conditions.delay)
     return [{**result_row(found, settings), "bound_s": bound}]

@@ -12,7 +12,9 @@ import numpy as np
 from tactile_maps.control.motion.command import ControlSettings
 from tactile_maps.studies.testbeds.path_following import PathRun, PathSetup, run_path
 
-SLOWEST, FASTEST, FIRST = 0.004, 0.128, 0.016
+SLOWEST = 0.004
+FASTEST = 0.128
+FIRST = 0.016
 """Speeds along the path that are tried [m/s], and the first of them."""
 LOST = 0.0
 """Share of the time for which contact may be lost."""
@@ -112,7 +114,9 @@ class _Search:
     """Remembers what was run. Mutable."""
 
     def __init__(self, run: Callable[[float], PathRun], wanted: Tolerances, goal: float) -> None:
-        self._run, self._wanted, self._goal = run, wanted, goal
+        self._run = run
+        self._wanted = wanted
+        self._goal = goal
         self._courses: dict[float, PathRun] = {}
 
     def fails(self, speed: float) -> CourseFault | None:
@@ -123,10 +127,12 @@ class _Search:
 
     def bracket(self) -> tuple[float | None, float | None]:
         """A speed that is well enough and twice that, which is not; None for one that is not known to be."""
-        speed, good = FIRST, self.fails(FIRST) is None
+        speed = FIRST
+        good = self.fails(FIRST) is None
         end = FASTEST if good else SLOWEST
         while abs(speed - end) > 1e-9:
-            before, speed = speed, speed * (2.0 if good else 0.5)
+            before = speed
+            speed = speed * (2.0 if good else 0.5)
             if (self.fails(speed) is None) != good:
                 return (before, speed) if good else (speed, before)
         return (speed, None) if good else (None, speed)

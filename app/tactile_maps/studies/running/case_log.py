@@ -92,7 +92,8 @@ class CaseLog:
                     problem = f"the folder contains {'a finished' if ended else 'an interrupted'} run"
                     raise UsageError(problem, file=path, value=f"{len(self.done)} cases", remedy=_AGAIN)
                 self._stream.truncate(0)
-                self.done, self.torn = {}, 0
+                self.done = {}
+                self.torn = 0
         except BaseException:
             self._stream.close()
             raise
@@ -146,7 +147,9 @@ def _read(stream: FileIO) -> tuple[dict[str, list[Row]], int, bool]:
     """Rows by case, how many lines are torn, and whether the run came to its end; a torn tail is cut off."""
     stream.seek(0)
     done: dict[str, list[Row]] = {}
-    torn, ended, whole = 0, False, 0
+    torn = 0
+    ended = False
+    whole = 0
     for line in stream.readall().splitlines(keepends=True):
         if not line.endswith(b"\n"):
             break
@@ -157,6 +160,7 @@ def _read(stream: FileIO) -> tuple[dict[str, list[Row]], int, bool]:
             if not ended:
                 done[told["case"]] = told["rows"]
         except (ValueError, KeyError, AttributeError, TypeError):
-            torn, ended = torn + 1, False
+            torn = torn + 1
+            ended = False
     stream.truncate(whole)
     return done, torn, ended

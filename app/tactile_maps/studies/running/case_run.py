@@ -67,8 +67,12 @@ class CaseRun:
             watch: Called after each finished case.
             holds: Whether the rows of a case that is done are still true, as of a file that may be gone.
         """
-        self.cases, self._measure, self._workers, self._log = cases, measure, workers, log
-        self._progress, self._watch = progress, watch
+        self.cases = cases
+        self._measure = measure
+        self._workers = workers
+        self._log = log
+        self._progress = progress
+        self._watch = watch
         self._keys = [case_key(name, measure, case) for case in cases] if log is not None else []
         done = log.done if log is not None else {}
         kept = {n: done[key] for n, key in enumerate(self._keys) if key in done}

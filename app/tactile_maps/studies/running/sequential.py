@@ -68,11 +68,13 @@ class PairedEffect:
         values = {(self.group(row), row.get(SEED)): self.value(row) for row in rows if "problem" not in row}
         found: dict[Group, list[float]] = {}
         for row in rows:
-            group, nominal = self.group(row), self.compared_with(row)
+            group = self.group(row)
+            nominal = self.compared_with(row)
             if group == nominal:
                 continue
             known = found.setdefault(group, [])
-            one, other = values.get((group, row.get(SEED))), values.get((nominal, row.get(SEED)))
+            one = values.get((group, row.get(SEED)))
+            other = values.get((nominal, row.get(SEED)))
             if one is not None and other is not None and math.isfinite(other):
                 known.append(one - other)
         return found

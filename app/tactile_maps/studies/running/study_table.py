@@ -27,7 +27,8 @@ from tactile_maps.studies.running.tables import columns
 SEED = "seed"
 """The column that every table of a study has."""
 TABLE_ENDINGS = (".csv", ".parquet")
-MOST_POINTS, MOST_AT_A_POINT = 400, 2000
+MOST_POINTS = 400
+MOST_AT_A_POINT = 2000
 _REMEDY = "Give a table that `tactile-maps study NAME -o FOLDER` wrote: NAME.csv or NAME.parquet"
 _TRUTH = {"True": True, "False": False}
 _HEAD_BYTES = 4096

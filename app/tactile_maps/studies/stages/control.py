@@ -28,7 +28,8 @@ from tactile_maps.studies.testbeds.force_loop import critical_gain
 from tactile_maps.studies.testbeds.path_following import PathSetup, run_path
 
 SPEEDS_MM_S = (15.0, 30.0, 60.0)
-SETTLING, _LONGEST = 0.7, 15.0
+SETTLING = 0.7
+_LONGEST = 15.0
 ERRORS = (
     ErrorKind("body_mm", "Place on the body", "mm", "Distance of the true contact from the path: 95th percentile over "
               "time.", 1e-2),
@@ -97,7 +98,8 @@ def _checked_controller(name: str) -> str:
 def _setup(subject: Subject) -> PathSetup:
     """The robot beside the ball, known by the map as it is edited."""
     assert subject.prepared is not None
-    beside, map_ = _robot_beside_ball(subject.prepared), subject.map
+    beside = _robot_beside_ball(subject.prepared)
+    map_ = subject.map
     return PathSetup(beside, None if map_ is beside.map else map_, beside.scene.effects.sensor)
 
 
@@ -133,7 +135,8 @@ def laws(subject: Subject, error: str) -> list[Law]:
     if error != "body_mm" or subject.prepared is None:
         return []
     scene = subject.prepared.scene
-    readings, length = skin_readings(scene.effects, scene.tick), path_length(settings_from(scene.control))
+    readings = skin_readings(scene.effects, scene.tick)
+    length = path_length(settings_from(scene.control))
     wait = readings.period / critical_gain(round(readings.delay / readings.period)) + math.e * LAG
 
     def lag_mm(milliseconds: FloatArray) -> FloatArray:

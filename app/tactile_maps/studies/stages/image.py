@@ -21,7 +21,10 @@ from tactile_maps.studies.study.work_precision import ErrorKind, Setting, Stage,
 
 PIXELS = (64, 128, 256, 512)
 """Side of a square with as many pixels as the image."""
-_PLACES, _FRAMES, _BUDGET, _SEED = 20_000, 15, 0.2, 0
+_PLACES = 20_000
+_FRAMES = 15
+_BUDGET = 0.2
+_SEED = 0
 _PRESS = 2.0
 """Radius of a press, in pitches of the taxels."""
 _WAVE = 12.0
@@ -42,7 +45,8 @@ def settings(subject: Subject) -> list[Setting]:
 
 def trials(subject: Subject, setting: Setting) -> Iterator[Trial]:
     """The whole map's image, its errors, and the milliseconds of a frame."""
-    map_, pixels = subject.map, int(setting.values["pixels"])
+    map_ = subject.map
+    pixels = int(setting.values["pixels"])
     image = TactileImage(map_, resolution=resolution(map_, pixels), interpolation=setting.method)
     places = sample_fields(map_.skin)
     where = _pixels(image, map_.to_map_many(places.patch, places.face, places.weights))
@@ -134,12 +138,14 @@ def sample_fields(skin: Skin, *, count: int = _PLACES, seed: int = _SEED) -> Fie
     starts = np.cumsum([0, *(len(patch.surface.faces) for patch in skin.patches)])
     every = generator.choice(len(areas), count, p=areas / areas.sum())
     patch = np.searchsorted(starts, every, side="right") - 1
-    face, weights = every - starts[patch], generator.dirichlet(np.ones(3), count)
+    face = every - starts[patch]
+    weights = generator.dirichlet(np.ones(3), count)
     pitch = float(np.sqrt(areas.sum() / len(skin)))
     at = _positions_apart(skin, patch, face, weights)
     presses = _press_centres(at, _PRESS * pitch)
     tree = cKDTree(at[presses])
-    away, taxels = tree.query(at)[0], _taxels_apart(skin)
+    away = tree.query(at)[0]
+    taxels = _taxels_apart(skin)
     press = (hertz(away / (_PRESS * pitch)), hertz(tree.query(taxels)[0] / (_PRESS * pitch)))
     smooth = (_waves(at / (_WAVE * pitch)), _waves(taxels / (_WAVE * pitch)))
     return FieldSamples(patch, face, weights, press, smooth, away < 1.25 * _PRESS * pitch)
@@ -163,7 +169,9 @@ def _taxels_apart(skin: Skin) -> FloatArray:
 
 def _press_centres(at: FloatArray, radius: float) -> list[int]:
     """Points whose presses do not meet, as many as there is room for in the order given."""
-    tree, free, chosen = cKDTree(at), np.ones(len(at), dtype=bool), []
+    tree = cKDTree(at)
+    free = np.ones(len(at), dtype=bool)
+    chosen = []
     for number in range(len(at)):
         if free[number]:
             chosen.append(number)

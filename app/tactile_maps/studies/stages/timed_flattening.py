@@ -141,7 +141,8 @@ def _angle_errors(patch: Patch, chart: Chart) -> FloatArray:
 
 def corner_angles(triangles: FloatArray) -> FloatArray:
     """(m, 3) [rad] of triangles (m, 3, d)."""
-    along, back = np.roll(triangles, -1, axis=1) - triangles, np.roll(triangles, 1, axis=1) - triangles
+    along = np.roll(triangles, -1, axis=1) - triangles
+    back = np.roll(triangles, 1, axis=1) - triangles
     lengths = np.linalg.norm(along, axis=2) * np.linalg.norm(back, axis=2)
     return np.arccos(np.clip(np.einsum("mcd,mcd->mc", along, back) / np.maximum(lengths, 1e-300), -1, 1))
 

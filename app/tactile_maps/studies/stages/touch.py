@@ -36,9 +36,11 @@ from tactile_maps.tactile.sensors.sensor_effects import SensorEffects
 SHARES = (0.3, 0.1, 0.03, TAIL_SHARE)
 """Of a force, what the half-space's receptive fields leave out."""
 _CONTACT = 0.005
-_TOUCHES, _SEED = 24, 0
+_TOUCHES = 24
+_SEED = 0
 _DENSE = 2500
-_READINGS, _BUDGET = 200, 0.2
+_READINGS = 200
+_BUDGET = 0.2
 _AROUND = 1.2
 """Dense points reach so many times as far as contact and blur."""
 ERRORS = (
@@ -60,7 +62,8 @@ def settings(subject: Subject) -> list[Setting]:
 def trials(subject: Subject, setting: Setting) -> Iterator[Trial]:
     """The model's readings of the same touches: their mean errors, and the milliseconds of one."""
     skin = subject.map.skin
-    touches, model = _touches(skin), _build_model(skin, setting)
+    touches = _touches(skin)
+    model = _build_model(skin, setting)
     readers = [partial(model.pressures, [touch.load]) for touch in touches]
     share = setting.values.get("share")
     name = "" if share is None else f"{100 * float(share):g}\u202f% left out"
@@ -151,7 +154,8 @@ def _build_model(skin: Skin, setting: Setting) -> ContactModel:
 @lru_cache(maxsize=1)
 def _touches(skin: Skin) -> tuple[ReferenceTouch, ...]:
     """Touches far from every border, the same for every setting. Cost: 20 ms each."""
-    layer, generator = ElasticLayer(), np.random.default_rng(_SEED)
+    layer = ElasticLayer()
+    generator = np.random.default_rng(_SEED)
     span = _AROUND * (_CONTACT + cutoff_radius(layer.depth, TAIL_SHARE))
     every = [
         (number, face) for number, patch in enumerate(skin.patches) for face in _inner_faces(patch.surface).tolist()
@@ -161,7 +165,8 @@ def _touches(skin: Skin) -> tuple[ReferenceTouch, ...]:
         patch = skin.patches[number]
         at = patch.surface.point(face, generator.dirichlet(np.ones(3)))
         dense = dense_around(skin, patch.link, at, span)
-        normal, blur = patch.surface.face_normals[face], pairwise_blur(dense, layer.depth)
+        normal = patch.surface.face_normals[face]
+        blur = pairwise_blur(dense, layer.depth)
         touches.append(press_ball(dense, at, normal, _CONTACT, taxels=len(skin), blur=blur, layer=layer))
     return tuple(touches)
 

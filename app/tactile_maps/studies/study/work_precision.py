@@ -356,7 +356,8 @@ def diagram(stage: Stage, trials: Iterable[Trial], *, error: str = "", subject: 
     found: dict[str, list[Point]] = {}
     missing = []
     for trial in trials:
-        took, value = trial.milliseconds, trial.errors.get(kind.key)
+        took = trial.milliseconds
+        value = trial.errors.get(kind.key)
         if value is not None and math.isfinite(value) and took is not None and took > 0:
             told = (trial.setting, trial.name, trial.note, trial.usable, trial.joined, trial.p95_ms)
             point = Point(took, value, *told, trial.intervals.get(kind.key))

@@ -76,7 +76,9 @@ TOLERANCES: Mapping[str, float] = {
 }
 """Largest absolute value of each measured quantity. Rebound is the highest point after an impact, as a share of the
 height of the fall."""
-OK, OUTSIDE, REFUSED = "ok", "outside", "refused"
+OK = "ok"
+OUTSIDE = "outside"
+REFUSED = "refused"
 _SETTLING = 0.6
 """Simulated before a body at rest is watched [s]."""
 _SOFT_SETTLING: Mapping[str, float] = {
@@ -287,7 +289,8 @@ def _impact_cases() -> Iterator[Case]:
                 yield _case(
                     "impact", "flat", shape, "solver", "guided", integrator=integrator, timestep_ms=step, ratio=ratio
                 )
-            shape, ratio = shapes[(first + second) % 4], RATIOS[(first + 2 * second) % 3]
+            shape = shapes[(first + second) % 4]
+            ratio = RATIOS[(first + 2 * second) % 3]
             yield _case(
                 "impact", "flat", shape, "foundation", "guided", integrator=integrator, timestep_ms=step, ratio=ratio
             )
@@ -402,7 +405,8 @@ class _Lab:
         self, case: Case, made: Bench, objects: Sequence[SceneObject], *, skin: Skin | None = None,
         layer: ElasticLayer = _COVER, friction: bool = False,
     ) -> None:  # fmt: skip
-        self._physics, self._ratio = case["physics"], case["ratio"]
+        self._physics = case["physics"]
+        self._ratio = case["ratio"]
         self.skin = skin or made.points
         effects = Effects(
             contact="environment",
@@ -425,7 +429,9 @@ class _Lab:
     def watch(self, seconds: float, command: JointCommand = _STILL) -> _Run:
         """Advance and read every tick."""
         simulation = self.simulation
-        felt, poses, ratios = [], [], []
+        felt = []
+        poses = []
+        ratios = []
         outside = False
         for _ in range(max(round(seconds / self.tick), 1)):
             simulation.step(self._ratio, command)
@@ -459,7 +465,8 @@ def _models(robot: Robot, skin: Skin, layer: ElasticLayer) -> Mapping[str, Conta
 
 def _rest(case: Case) -> list[Row]:
     """A body at rest: weight, centre, creep, spin and flicker."""
-    made, motion = bench(case["skin"]), case["motion"]
+    made = bench(case["skin"])
+    motion = case["motion"]
     if motion == "scripted":
         return _scripted(case, made)
     at = _place(case["skin"], case["shape"])
@@ -536,7 +543,8 @@ def _wanted(case: Case, at: tuple[float, float, float]) -> tuple[float, tuple[fl
     of the slope. Around the axis of a hollow, slopes on opposite sides cancel: the forces along their mean normal sum
     to the weight.
     """
-    body, skin = BODIES[case["shape"]], case["skin"]
+    body = BODIES[case["shape"]]
+    skin = case["skin"]
     if skin == "concave":
         return 1.0, (0.0, 0.0)
     if skin == "convex" and case["shape"] == "sphere":
@@ -579,7 +587,8 @@ def _slip(case: Case) -> list[Row]:
 def _on_slope(case: Case, slope: float) -> list[Row]:
     if case["physics"] == "foundation":
         return [{"model": "foundation", "note": "the foundation has no friction; the panel Effects says so"}]
-    slips, deep = case["check"] == "slip", MASS * GRAVITY * math.cos(slope) / STIFFNESS
+    slips = case["check"] == "slip"
+    deep = MASS * GRAVITY * math.cos(slope) / STIFFNESS
     at = (-0.02 if slips else _ASIDE[0], _ASIDE[1], -deep)
     made = bench(case["skin"], slope)
     lab = _Lab(case, made, [lay(case["shape"], at, slope=slope)], friction=True)
@@ -611,7 +620,8 @@ def _impact(case: Case) -> list[Row]:
     """A body falls and comes to rest: the impulse that is read is weight times time, and no energy is gained."""
     x, y, z = _place(case["skin"], case["shape"])
     if case["skin"] == "convex":
-        x, z = 0.0, 0.0
+        x = 0.0
+        z = 0.0
     lab = _Lab(case, bench(case["skin"]), [lay(case["shape"], (x, y, z + _DROP), guided=True)])
     run = lab.watch(0.6)
     seconds = run.tick * len(run.poses)
@@ -633,14 +643,20 @@ def _decay(case: Case) -> list[Row]:
     """A body released from a deeper place returns with the rate of its spring and damper, c / (2 m)."""
     solver = case["physics"] == "solver"
     if solver:
-        layer, mass = ElasticLayer(stiffness=2e3), 2.0
-        stiffness, more, seconds = layer.stiffness, 2e-3, 0.3
+        layer = ElasticLayer(stiffness=2e3)
+        mass = 2.0
+        stiffness = layer.stiffness
+        more = 2e-3
+        seconds = 0.3
         # The solver's contact is critically damped, and its impedance d adds the mass  m d / (1 - d)  to the body's.
         rate = math.sqrt(stiffness * (1 - SOLVER_IMPEDANCE) / mass)
     else:
-        layer, mass = _COVER, MASS
+        layer = _COVER
+        mass = MASS
         length, width = BODIES[case["shape"]].reach
-        stiffness, more, seconds = layer.foundation * 4 * length * width, 5e-5, 0.15
+        stiffness = layer.foundation * 4 * length * width
+        more = 5e-5
+        seconds = 0.15
         rate = 0.5 * RELAXATION * stiffness / mass
     # Its sides are on the borders of the surface's squares, so that it has all of its springs.
     body = lay(case["shape"], (0.001, 0.0, -mass * GRAVITY / stiffness - more), mass=mass, guided=True)
@@ -678,7 +694,8 @@ def _third_law(case: Case) -> list[Row]:
     )
     simulation = Simulation(robot, skin, effects, layer=_COVER)
     simulation.step(500, push)
-    loads, left = simulation.loads, slice(0, int(skin.first[1]))
+    loads = simulation.loads
+    left = slice(0, int(skin.first[1]))
     readings = (
         {name: model.pressures(loads) for name, model in _models(robot, skin, _COVER).items()}
         if case["physics"] == "solver"
@@ -687,7 +704,8 @@ def _third_law(case: Case) -> list[Row]:
     rows: list[Row] = []
     for name, pressures in readings.items():
         forces = pressures * skin.areas
-        one, other = float(forces[left].sum()), float(forces[left.stop :].sum())
+        one = float(forces[left].sum())
+        other = float(forces[left.stop :].sum())
         balance = abs(one - other) / max(one, other) if max(one, other) > 1.0 else 1.0
         rows.append({"model": name, "note": "", "balance": balance})
     return rows

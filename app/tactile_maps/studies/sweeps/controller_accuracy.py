@@ -53,7 +53,10 @@ GAIN_SHARE = 0.5
 """Of the force gain from which on the force would swing, that a controller is given; and never more than it has by
 itself.
 """
-_TAXELS, _HELD, _LONGEST, _CALM = 1000, 3.0, 3.0, 0.002
+_TAXELS = 1000
+_HELD = 3.0
+_LONGEST = 3.0
+_CALM = 0.002
 _SENSORS_NOTE = (
     "Of a single contact the wrench knows the place better than taxels do; of two it knows but their sum, which "
     "acts somewhere between them or nowhere on the skin. The supervisor sees that no single touch explains it and "

@@ -24,7 +24,9 @@ ALL_OFF = Effects(gravity="off", contact="off", joint_limits=False, fingers=Fals
 """Everything off that can be: the arm, its joints and nothing else."""
 _PHYSICAL: tuple[SkinModel, ...] = ("foundation", "depth")
 """Models within the physics, which feel bodies there."""
-_STEPS_A_TICK, _TICKS_A_ROUND, _WARM_TICKS = 5, 10, 300
+_STEPS_A_TICK = 5
+_TICKS_A_ROUND = 10
+_WARM_TICKS = 300
 
 
 @dataclass(frozen=True)
@@ -50,7 +52,8 @@ def effect_cases() -> tuple[EffectCase, ...]:
     Touch comes from a finger; friction and contact need the probe; what the sensor adds needs a skin.
     """
     touched = replace(ALL_OFF, fingers=True)
-    pressed, met = replace(touched, skin="water-fill"), replace(ALL_OFF, contact="probe")
+    pressed = replace(touched, skin="water-fill")
+    met = replace(ALL_OFF, contact="probe")
     rows: list[tuple[str, str, Effects, Effects]] = [
         ("none", "", ALL_OFF, ALL_OFF),
         *(("gravity", word, replace(ALL_OFF, gravity=word), ALL_OFF) for word in ("on", "compensated")),
@@ -117,10 +120,14 @@ def measure(case: Case) -> list[Row]:
 def _bare_stepper(arm: PressedRobot) -> Callable[[int], None]:
     """Ticks of MuJoCo's own steps, each asked for by itself, on the arm with all off, held by the same command."""
     model = assemble(arm.robot, arm.skin, ALL_OFF)
-    data, command = mujoco.MjData(model), arm.command
+    data = mujoco.MjData(model)
+    command = arm.command
     model.actuator_gainprm[:, 0] = command.stiffness
-    model.actuator_biasprm[:, 1], model.actuator_biasprm[:, 2] = -command.stiffness, -command.damping
-    data.qpos[:], data.ctrl[:], data.qfrc_applied[:] = arm.robot.home, command.posture, command.torque
+    model.actuator_biasprm[:, 1] = -command.stiffness
+    model.actuator_biasprm[:, 2] = -command.damping
+    data.qpos[:] = arm.robot.home
+    data.ctrl[:] = command.posture
+    data.qfrc_applied[:] = command.torque
 
     def run(ticks: int) -> None:
         for _ in range(ticks * _STEPS_A_TICK):

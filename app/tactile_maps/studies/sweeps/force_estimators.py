@@ -33,7 +33,9 @@ from tactile_maps.studies.testbeds.covered_lattice import AREA, PITCH, area_blur
 
 RADIUS = 8e-3
 """Of the contact [m]."""
-DEPTHS, NOISES, SEEDS = (0.25, 0.5, 1.0), (0.01, 0.02, 0.05), 10
+DEPTHS = (0.25, 0.5, 1.0)
+NOISES = (0.01, 0.02, 0.05)
+SEEDS = 10
 """Depths over pitch, noise over the peak."""
 BETTER = 5.0
 """By how much the region is said to beat the whole map."""
@@ -48,7 +50,8 @@ def _area_sum(depth: float, readings: FloatArray, noise: float) -> float:
 def _regional(solver: Solver) -> Estimator:
     def estimate(depth: float, readings: FloatArray, noise: float) -> float:
         part = contact_region(readings, noise)[1]
-        blur, areas = BlurMatrix.of(area_blur(depth)[np.ix_(part, part)]), np.full(len(part), AREA)
+        blur = BlurMatrix.of(area_blur(depth)[np.ix_(part, part)])
+        areas = np.full(len(part), AREA)
         pressures = solver(blur, readings[part], noise)
         return float(areas @ readings[part]) / share_inside(blur, areas, readings[part], pressures)
 
@@ -60,7 +63,8 @@ def _whole_map(depth: float, readings: FloatArray, noise: float) -> float:
 
 
 Estimator = Callable[[float, FloatArray, float], float]
-WHOLE, REGIONAL = "nnls-whole-map", "local-nnls"
+WHOLE = "nnls-whole-map"
+REGIONAL = "local-nnls"
 ESTIMATORS: Mapping[str, Estimator] = {
     "area-sum": _area_sum,
     REGIONAL: _regional(nonnegative_least_squares),
@@ -83,7 +87,9 @@ def cases(quick: bool, seed: int) -> list[Case]:
 
 def measure(case: Case) -> list[Row]:
     """One row: the mean and root mean square of the force's errors over eight places."""
-    random, depth, errors = np.random.default_rng(case["seed"]), case["depth"] * PITCH, []
+    random = np.random.default_rng(case["seed"])
+    depth = case["depth"] * PITCH
+    errors = []
     began = time.process_time()
     for exact in exact_readings(RADIUS, depth):
         noise = case["noise"] * float(exact.max())

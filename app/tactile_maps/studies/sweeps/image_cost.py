@@ -20,7 +20,8 @@ from tactile_maps.studies.study.study import Study
 from tactile_maps.studies.study.work_precision import ErrorKind, Setting, timed, trial_row, work_precision_figures
 from tactile_maps.studies.testbeds.reference_bodies import SIDE, flat_map
 
-GRIDDATA, PREBUILT = "scipy griddata", "scipy LinearNDInterpolator"
+GRIDDATA = "scipy griddata"
+PREBUILT = "scipy LinearNDInterpolator"
 METHODS = (*INTERPOLATIONS, GRIDDATA, PREBUILT)
 _MARGIN_PITCHES = 1.5
 """Errors are taken so many pitches inside the border: beyond the last taxels nobody can know the field."""
@@ -61,7 +62,9 @@ def cases(quick: bool, seed: int) -> list[Case]:
 def measure(case: Case) -> list[Row]:
     """One row: the error of each field, and milliseconds to build and for each frame."""
     map_ = flat_map(case["taxels"], seed=case["seed"])
-    method, width, repeats = case["method"], case["width"], case["repeats"]
+    method = case["method"]
+    width = case["width"]
+    repeats = case["repeats"]
     centres = TactileImage(map_, width=width, interpolation="nearest").centres()
     built = timed(lambda: _renderer(method, map_, width, centres), repeats=min(repeats, 3), warm_up=True)
     within = np.abs(centres / SIDE - 0.5).max(axis=1) < 0.5 - _MARGIN_PITCHES / np.sqrt(len(map_.skin))

@@ -54,7 +54,8 @@ def cases(quick: bool, seed: int) -> list[Case]:
 def measure(case: Case) -> list[Row]:
     """One row for each of some rounds of the method: time from the uncut surface on, and its errors."""
     skin, distances = _body(case["mesh"], case["faces"], case["seed"])
-    surface, taxels = skin.patches[0].surface, skin.patches[0].taxels
+    surface = skin.patches[0].surface
+    taxels = skin.patches[0].taxels
     recipe = PatchRecipe(case["method"], seams=SeamPlan(case["extra_seams"]))
     laid = flatten_timed(skin.patches, [recipe], repeats=case["repeats"], budget=math.inf)
     ((chart,), (rounds,)) = laid.charts, laid.iterates

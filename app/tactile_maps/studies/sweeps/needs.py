@@ -32,7 +32,8 @@ from tactile_maps.studies.testbeds.needy_scenes import needy_scenes
 
 TOLERANCE = 0.02
 """A larger change of a wanted output means that the effect matters there."""
-_SECONDS, _QUICK_SECONDS = 8.0, 1.5
+_SECONDS = 8.0
+_QUICK_SECONDS = 1.5
 _QUICK = ("poke", "view")
 _INSTEAD = {"integrator": ("implicit", "implicitfast"), "skin": ("off", "water-fill")}
 """What an effect is switched to that is more than on and off; the second where the first is what it is."""
@@ -142,8 +143,11 @@ def change_of(output: str, decided: FloatArray, switched: FloatArray) -> float:
     """
     apart = 0.0
     if output == "centre_of_pressure":
-        both, one = decided.any(axis=1) & switched.any(axis=1), decided.any(axis=1) ^ switched.any(axis=1)
-        apart, decided, switched = float(one.mean()), decided[both], switched[both]
+        both = decided.any(axis=1) & switched.any(axis=1)
+        one = decided.any(axis=1) ^ switched.any(axis=1)
+        apart = float(one.mean())
+        decided = decided[both]
+        switched = switched[both]
     own = decided - decided[0] if output == "posture" else decided
     size = max(_rms(own), _LEAST[output])
     return max(apart, _rms(switched - decided) / size)
@@ -170,7 +174,8 @@ def _switched(scene: Scene, row: EffectRow) -> Scene:
 
 
 def _row(prepared: PreparedScene, decided: Mapping[str, FloatArray], row: EffectRow, seconds: float) -> Row:
-    scene, other = prepared.scene, switched_to(row)
+    scene = prepared.scene
+    other = switched_to(row)
     told: dict[str, str | float | bool | None] = {
         "effect": row.name,
         "decided": row.value,

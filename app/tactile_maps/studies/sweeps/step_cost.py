@@ -38,7 +38,8 @@ def cases(quick: bool, seed: int) -> list[Case]:
 def measure(case: Case) -> list[Row]:
     """One row: verdict, errors against a fine step, and the wall time of a simulated second."""
     setting = Setting("simulation", case["integrator"], {"timestep_ms": case["timestep_ms"]})
-    arm, layer = pressed_arm(_TAXELS, case["seed"]), ElasticLayer(stiffness=case["stiffness"])
+    arm = pressed_arm(_TAXELS, case["seed"])
+    layer = ElasticLayer(stiffness=case["stiffness"])
     fine = _reference_run(case["stiffness"], case["seed"])
     try:
         trial = step_trial(setting, arm, layer, fine)

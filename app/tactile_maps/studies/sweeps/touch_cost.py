@@ -79,11 +79,15 @@ def _fixed(ground: ReferenceSkin) -> Robot:
     """A robot of one solid link that cannot move, under the skin of ``ground``."""
     link = ground.skin.patches[0].link
     if np.isinf(ground.radius):
-        spec, at = ObjectSpec(link, "box", (SIDE, SIDE, SIDE)), np.array([SIDE / 2, SIDE / 2, -SIDE / 2])
-        solid, size = "box", 3 * [SIDE / 2]
+        spec = ObjectSpec(link, "box", (SIDE, SIDE, SIDE))
+        at = np.array([SIDE / 2, SIDE / 2, -SIDE / 2])
+        solid = "box"
+        size = 3 * [SIDE / 2]
     else:
-        spec, at = ObjectSpec(link, "cylinder", (RADIUS, LENGTH)), np.array([0.0, 0.0, LENGTH / 2])
-        solid, size = "cylinder", [RADIUS, LENGTH / 2]
+        spec = ObjectSpec(link, "cylinder", (RADIUS, LENGTH))
+        at = np.array([0.0, 0.0, LENGTH / 2])
+        solid = "cylinder"
+        size = [RADIUS, LENGTH / 2]
     mesh = primitive_mesh(spec)
     text = _FIXED.format(link=link, solid=solid, at=_numbers(at), size=_numbers(size))
     body = Link(link, Mesh(mesh.vertices + at, mesh.faces))
@@ -129,7 +133,9 @@ def cases(quick: bool, seed: int) -> list[Case]:
 
 def measure(case: Case) -> list[Row]:
     """One row: errors over the touches, see ``mean_touch_errors``, and times of a reading."""
-    name, count, seed = case["skin"], case["taxels"], case["seed"]
+    name = case["skin"]
+    count = case["taxels"]
+    seed = case["seed"]
     skin = REFERENCE_SKINS[name](count, seed).skin
     exact = _reference_touches(name, count, case["contact_mm"], case["touches"], seed)
     touched = [displace_ball(touch, 1e-3 * case["misplaced_mm"]) for touch in exact]
@@ -152,11 +158,14 @@ def measure(case: Case) -> list[Row]:
 
 def _readers(case: Case, touched: Sequence[ReferenceTouch]) -> tuple[list[Reader], float]:
     """What reads each touch, and the seconds to build it (of one, where each has its own)."""
-    name, count, seed = case["skin"], case["taxels"], case["seed"]
+    name = case["skin"]
+    count = case["taxels"]
+    seed = case["seed"]
     if case["model"] in CONTACT_MODELS:
         model, seconds = _model(name, count, case["model"], seed)
         return [partial(model.pressures, [touch.load]) for touch in touched], seconds
-    ground, start = REFERENCE_SKINS[name](count, seed), time.perf_counter()
+    ground = REFERENCE_SKINS[name](count, seed)
+    start = time.perf_counter()
     made = [hold_ball(ground, case["model"], touch.load) for touch in touched]
     return [partial(step_and_sense, simulation) for simulation in made], (time.perf_counter() - start) / len(made)
 
@@ -164,8 +173,11 @@ def _readers(case: Case, touched: Sequence[ReferenceTouch]) -> tuple[list[Reader
 @lru_cache(maxsize=3)
 def _reference_touches(name: str, count: int, contact_mm: float, touches: int, seed: int) -> tuple[ReferenceTouch, ...]:
     """Kept between the models of a contact."""
-    ground, layer = REFERENCE_SKINS[name](count, seed), ElasticLayer()
-    blur, taxels, contact = ground.blur(layer.depth), len(ground.skin), 1e-3 * contact_mm
+    ground = REFERENCE_SKINS[name](count, seed)
+    layer = ElasticLayer()
+    blur = ground.blur(layer.depth)
+    taxels = len(ground.skin)
+    contact = 1e-3 * contact_mm
     places = np.random.default_rng(seed).uniform(-_ASIDE, _ASIDE, (touches, 2))
     return tuple(
         press_ball(ground.dense, *ground.place(*at), contact, taxels=taxels, blur=blur, layer=layer)

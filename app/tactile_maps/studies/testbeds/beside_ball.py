@@ -78,7 +78,8 @@ def beside_ball(
     Raises:
         SkinError: There is no skin to press.
     """
-    scene, where = prepared.scene, place_to_press(prepared, radius=radius) if taxel is None else taxel
+    scene = prepared.scene
+    where = place_to_press(prepared, radius=radius) if taxel is None else taxel
     x, y, z = points_above(prepared, np.array([where]), radius - depth)[0].tolist()
     cover = layer or scene.layer
     ball = ObjectSpec("ball", "sphere", (radius,), at=(x, y, z), friction=cover.friction)
@@ -94,7 +95,9 @@ def beside_ball(
     return replace(prepared, scene=pressed, objects=make_objects(pressed))
 
 
-_FINGER_RADIUS, _BEYOND, _APPROACH = 0.012, 0.03, 0.2
+_FINGER_RADIUS = 0.012
+_BEYOND = 0.03
+_APPROACH = 0.2
 """Of the finger [m], how far inside the skin it would end if nothing held it [m], and when it would be there [s]."""
 
 
@@ -120,7 +123,8 @@ def with_finger(prepared: PreparedScene, force: float) -> PreparedScene:
 
 def points_above(prepared: PreparedScene, taxels: IntArray, height: float) -> FloatArray:
     """(k, 3) the points at a height [m] over ``taxels`` (k,) when the robot is at home [m], world frame."""
-    configuration, places = Configuration(prepared.robot), []
+    configuration = Configuration(prepared.robot)
+    places = []
     for patch in prepared.skin.patches:
         pose = configuration.pose(patch.link)
         places.append(pose.points(patch.taxels.positions + height * patch.taxels.normals))
@@ -144,7 +148,8 @@ def place_to_press(prepared: PreparedScene, *, radius: float = BALL, bend: float
 
     Cost: 0.3 s at 2000 taxels.
     """
-    skin, configuration = prepared.skin, Configuration(prepared.robot)
+    skin = prepared.skin
+    configuration = Configuration(prepared.robot)
     if not len(skin):
         raise SkinError("there is no skin to press", remedy="Cover a link")
     room = np.concatenate([_margin_on_map(prepared.map, number) for number in range(len(skin.patches))])
@@ -169,7 +174,8 @@ def _clearance(prepared: PreparedScene, taxels: IntArray, radius: float) -> Floa
     """(k,) how far a ball over each of ``taxels`` is at home from all shapes that it would touch but skin [m]."""
     beside = beside_ball(prepared, taxel=0, radius=radius)
     model = assemble(beside.robot, beside.skin, beside.scene.effects, objects=beside.objects, layer=beside.scene.layer)
-    data, ball = mujoco.MjData(model), model.body(body_name(beside.objects[0].spec))
+    data = mujoco.MjData(model)
+    ball = model.body(body_name(beside.objects[0].spec))
     data.qpos[:] = beside.robot.home
     touching = (model.geom_contype | model.geom_conaffinity) > 0
     others = np.flatnonzero(touching & (model.geom_bodyid != ball.id)).tolist()
@@ -197,7 +203,8 @@ def _margin_to_links(skin: Skin, configuration: Configuration, radius: float) ->
 
 def _curvature(patch: Patch) -> FloatArray:
     """(n,) the greatest angle between a taxel's normal and those around it, within ``MARGIN`` [rad]."""
-    positions, normals = patch.taxels.positions, patch.taxels.normals
+    positions = patch.taxels.positions
+    normals = patch.taxels.normals
     around = cKDTree(positions).query_ball_point(positions, MARGIN)
     least = [float((normals[near] @ normal).min()) for near, normal in zip(around, normals, strict=True)]
     return np.arccos(np.clip(least, -1.0, 1.0))

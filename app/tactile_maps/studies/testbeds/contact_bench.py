@@ -31,7 +31,8 @@ STIFFNESS = 2e4
 FRICTION = 0.5
 PITCH = 0.008
 """Spacing of the taxels [m]: four squares of the surface."""
-CONVEX, CONCAVE = 0.06, 0.08
+CONVEX = 0.06
+CONCAVE = 0.08
 """Radius of the convex skin, a part of a cylinder along y, and of the concave one, a part of a sphere [m]."""
 LINK = "block"
 _TAXELS = (13, 8)
@@ -191,7 +192,8 @@ class Body:
     guided: bool = False
 
 
-_EDGE, _LONG = 0.024, 0.03
+_EDGE = 0.024
+_LONG = 0.03
 _CORNER = float(np.degrees(np.arctan(np.sqrt(0.5))))
 _LEAN = (0.03, 0.014, 0.024, 0.024)
 """Length of the base and of the top along x, width, height of the leaning block [m]."""
@@ -209,7 +211,8 @@ def leaning_block() -> tuple[Mesh, float]:
         n = (k + 1) % 4
         faces += [(k, k + 4, n), (n, k + 4, n + 4)]
     # A right-angled trapezium is a rectangle and a triangle.
-    rectangle, triangle = top * height, 0.5 * (base - top) * height
+    rectangle = top * height
+    triangle = 0.5 * (base - top) * height
     middle = rectangle * (half - top / 2) + triangle * (half - top - (base - top) / 3)
     return Mesh(vertices, np.array(faces)), middle / (rectangle + triangle)
 

@@ -15,12 +15,15 @@ from scipy.sparse.csgraph import connected_components
 from tactile_maps.core.arrays import FloatArray, IntArray
 from tactile_maps.tactile.mechanics.half_space_stress import point_stress, square_stress
 
-PITCH, ELECTRODE, SIDE = 7e-3, 1.9e-3, 15
+PITCH = 7e-3
+ELECTRODE = 1.9e-3
+SIDE = 15
 AREA = float(np.sqrt(3) / 2 * PITCH**2)
 """Of a taxel [m²]."""
 PLACES = 8
 """Of contacts, near the lattice's middle."""
-_PEAK_SHARE, _ABOVE_NOISE = 0.1, 3.0
+_PEAK_SHARE = 0.1
+_ABOVE_NOISE = 3.0
 _NEAR = 1.1 * PITCH
 
 
@@ -38,7 +41,8 @@ def disc(radius: float, count: int) -> FloatArray:
     return np.asarray(radius * np.stack([x[inside], y[inside]], axis=1))
 
 
-TAXELS, FELT = _lattice(), disc(ELECTRODE, 8)
+TAXELS = _lattice()
+FELT = disc(ELECTRODE, 8)
 """(225, 2) places of the taxels, and the points (n, 2) about each that it feels with [m]."""
 APART: FloatArray = np.linalg.norm(TAXELS[:, None] - TAXELS, axis=2)
 """(225, 225) how far taxels are from each other [m]."""
@@ -54,7 +58,8 @@ def exact_readings(radius: float, depth: float, *, points: bool = False) -> tupl
         depth: Of the taxels [m].
         points: Whether taxels feel at their middles alone.
     """
-    at, felt = disc(radius, 16), np.zeros((1, 2)) if points else FELT
+    at = disc(radius, 16)
+    felt = np.zeros((1, 2)) if points else FELT
     force = np.sqrt(1 - (at**2).sum(axis=1) / radius**2)
     force /= force.sum() * len(felt)
     found = []

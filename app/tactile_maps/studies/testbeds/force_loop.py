@@ -27,7 +27,8 @@ from tactile_maps.tactile.models.foundation import FoundationModel
 
 REST = 1.5
 """How long the force comes to rest [s]."""
-_GUESS, _SLACK = 0.01, 1e-7
+_GUESS = 0.01
+_SLACK = 1e-7
 _WIDENINGS = 10
 _PROBED = 5e-5
 """How far the point is moved either way to feel the stiffness [m]: by 0.25 of 3 N. The layer's springs stand apart, and
@@ -69,12 +70,14 @@ def stability_limit(is_stable: Callable[[float], bool], guess: float, *, steps: 
     Raises:
         UsageError: There is no such value near the guess.
     """
-    low, high = 0.8 * guess, 1.25 * guess
+    low = 0.8 * guess
+    high = 1.25 * guess
     for _ in range(_WIDENINGS):
         if not is_stable(low):
             low, high = low / 1.5, low
         elif is_stable(high):
-            low, high = high, 1.5 * high
+            low = high
+            high = 1.5 * high
         else:
             break
     else:
@@ -160,7 +163,8 @@ def force_loop_at_goal(setup: PathSetup, settings: ControlSettings) -> ForceLoop
     session = settled_session(setup, settings)
     if not session.frame.regions:
         raise SkinError("nothing touches the skin there", place=setup.prepared.scene.name)
-    region, robot = session.frame.regions[0], setup.prepared.robot
+    region = session.frame.regions[0]
+    robot = setup.prepared.robot
     configuration = Configuration(robot)
     configuration.update(session.frame.posture)
     servo = JointImpedance(configuration, frequency=INNER_FREQUENCY, damping_ratio=1.0).about(configuration.posture)
@@ -235,7 +239,8 @@ def _dynamics(setup: PathSetup, posture: FloatArray) -> tuple[FloatArray, FloatA
     """The robot's inertia matrix (n, n) at a posture, and its joints' own damping (n,)."""
     robot = setup.prepared.robot
     model = compile_spec(robot_spec(robot), source=robot.source)
-    data, inertia = mujoco.MjData(model), np.zeros((model.nv, model.nv))
+    data = mujoco.MjData(model)
+    inertia = np.zeros((model.nv, model.nv))
     data.qpos[:] = posture
     mujoco.mj_forward(model, data)
     mujoco.mj_fullM(model, data, inertia)

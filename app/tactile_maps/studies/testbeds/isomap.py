@@ -21,7 +21,8 @@ def isomap(map_: TactileMap) -> LearnedMap:
 
     Cost: 1 s for 1000 taxels.
     """
-    began, skin = time.perf_counter(), map_.skin
+    began = time.perf_counter()
+    skin = map_.skin
     body = np.concatenate([patch.taxels.positions for patch in skin.patches])
     first, second = skin.neighbours.T
     away = np.linalg.norm(body[first] - body[second], axis=1)

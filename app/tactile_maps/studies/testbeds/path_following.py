@@ -49,7 +49,9 @@ class TrueContact:
     """
 
     def __init__(self, robot: Robot, skin: Skin, map_: TactileMap) -> None:
-        self._skin, self._believed, self._configuration = skin, map_.skin, Configuration(robot)
+        self._skin = skin
+        self._believed = map_.skin
+        self._configuration = Configuration(robot)
         self._nearest = [(patch, ClosestPoint(patch.surface)) for patch in skin.patches]
         self._same = list(map(same_triangles, skin.patches, map_.skin.patches))
 
@@ -221,7 +223,8 @@ class _PathRecorder:
     """Looks on. Mutable: rows tick by tick."""
 
     def __init__(self, session: Session, setup: PathSetup) -> None:
-        self._session, self._tick = session, session.prepared.scene.tick
+        self._session = session
+        self._tick = session.prepared.scene.tick
         self._elsewhere = setup.pressed_elsewhere
         self._truth = TrueContact(setup.prepared.robot, setup.prepared.skin, setup.map)
         self._rows: list[tuple[float | None, float | None, float, float, float, float]] = []
@@ -232,7 +235,8 @@ class _PathRecorder:
 
     def look(self, settings: ControlSettings, seconds: float, rounds: float) -> None:
         """Tick until the rounds are done or the time is over."""
-        done, last = 0.0, self._way
+        done = 0.0
+        last = self._way
         step = settings.path_speed * self._tick
         for _ in range(round(seconds / self._tick)):
             frame = self._session.tick()
@@ -241,7 +245,8 @@ class _PathRecorder:
             if self.stopped:
                 return
             # At the end of a closed path the way begins anew.
-            done, last = done + min(abs(self._way - last), step), self._way
+            done = done + min(abs(self._way - last), step)
+            last = self._way
             if step and done >= rounds * self._length(settings) - step / 2:
                 self._finished = len(self._rows) * self._tick
                 return
@@ -263,7 +268,8 @@ class _PathRecorder:
         return path_about(settings.path_kind, np.array(task.laid_at), settings.path_size).length
 
     def _see(self, frame: Frame) -> None:
-        task, force = frame.task, max(self._session.total_normal_force - self._elsewhere, 0.0)
+        task = frame.task
+        force = max(self._session.total_normal_force - self._elsewhere, 0.0)
         body = on_map = None
         if task is not None and task.target is not None and force > 0:
             body = self._truth.error(task.target, frame.objects[0, :3, 3], frame.posture)

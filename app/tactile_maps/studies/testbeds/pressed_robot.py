@@ -38,9 +38,13 @@ PRESS_FORCE = 10.0
 """The probe's motors push so hard [N]."""
 ARRIVED = 0.1
 """The probe's motors have come to their end by then [s]; the arm then gives way until it carries the force."""
-_RADIUS, _AWAY, _BEYOND = 0.012, 0.002, 0.05
-_FREQUENCY, _DAMPING = 30.0, 1.0
-_ROOM, _CANDIDATES = 0.01, 400
+_RADIUS = 0.012
+_AWAY = 0.002
+_BEYOND = 0.05
+_FREQUENCY = 30.0
+_DAMPING = 1.0
+_ROOM = 0.01
+_CANDIDATES = 400
 """The probe starts so far from other links [m]; so many taxels are looked at for that."""
 
 
@@ -100,11 +104,13 @@ def _place_to_press(robot: Robot, skin: Skin, configuration: Configuration, link
 
     Of equals the first; where none of the best has room, the one that has most.
     """
-    axes, facing = np.concatenate([np.eye(3), -np.eye(3)]), np.full((len(skin), 6), -np.inf)
+    axes = np.concatenate([np.eye(3), -np.eye(3)])
+    facing = np.full((len(skin), 6), -np.inf)
     places = np.zeros((len(skin), 3))
     for first, patch in zip(skin.first[:-1], skin.patches, strict=True):
         if link in ("", patch.link) and len(patch.taxels):
-            own, pose = slice(first, first + len(patch.taxels)), configuration.pose(patch.link)
+            own = slice(first, first + len(patch.taxels))
+            pose = configuration.pose(patch.link)
             facing[own] = pose.directions(patch.taxels.normals) @ axes.T
             places[own] = pose.points(patch.taxels.positions)
     order = np.argsort(-facing.max(axis=1), kind="stable")[:_CANDIDATES]
@@ -130,7 +136,8 @@ def _room(robot: Robot, skin: Skin, links: Sequence[str], places: FloatArray) ->
     spec = ObjectSpec("ball", "sphere", size=(_RADIUS,), at=(0.0, 0.0, 0.0))
     ball = SceneObject(spec, primitive_mesh(spec))
     model = assemble(robot, skin, replace(REFERENCE_EFFECTS, contact="environment"), objects=(ball,))
-    data, body = mujoco.MjData(model), model.body(body_name(spec))
+    data = mujoco.MjData(model)
+    body = model.body(body_name(spec))
     data.qpos[: len(robot.home)] = robot.home
     touching = (model.geom_contype | model.geom_conaffinity) > 0
     touching[np.concatenate([model.pair_geom1, model.pair_geom2])] = True  # the skin's
@@ -146,7 +153,8 @@ def _room(robot: Robot, skin: Skin, links: Sequence[str], places: FloatArray) ->
         yield room
 
 
-SETTLING, HOLDING = 0.8, 0.4
+SETTLING = 0.8
+HOLDING = 0.4
 """How long it gives way, and how long it is held then [s]."""
 SAMPLE_MS = 8.0
 """From one look at the posture to the next, while it gives way [ms]; a multiple of every time step."""

@@ -37,7 +37,8 @@ def torso(faces: int) -> Mesh:
     """An oval tube with chest and waist."""
 
     def shape(turn: FloatArray, up: FloatArray) -> tuple[FloatArray, FloatArray]:
-        waist, chest = np.exp(-(((up - 0.35) / 0.18) ** 2)), np.exp(-(((up - 0.75) / 0.2) ** 2))
+        waist = np.exp(-(((up - 0.35) / 0.18) ** 2))
+        chest = np.exp(-(((up - 0.75) / 0.2) ** 2))
         girth = 1 - 0.25 * waist + 0.1 * np.cos(turn) * chest
         return 0.12 * girth * (1 + 0.25 * np.cos(2 * turn)), 0.45 * up
 

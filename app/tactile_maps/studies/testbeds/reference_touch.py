@@ -180,15 +180,18 @@ def cell_centres(skin: Skin) -> FloatArray:
     """(taxels, 3) mean position of each taxel's cell [m], link frame: where its force is taken to act."""
     centres = []
     for patch in skin.patches:
-        points, count = patch.taxels.quadrature, len(patch.taxels)
+        points = patch.taxels.quadrature
+        count = len(patch.taxels)
         sums = [np.bincount(points.taxel, points.areas * points.positions[:, axis], count) for axis in range(3)]
         centres.append(np.column_stack(sums) / patch.taxels.areas[:, None])
     return np.concatenate(centres)
 
 
-RADIUS, LENGTH = 0.036, 0.2
+RADIUS = 0.036
+LENGTH = 0.2
 """Of the bent skin, a tube like a forearm [m]."""
-_LEAST_FACES, _FACES = 24_000, 12
+_LEAST_FACES = 24_000
+_FACES = 12
 _POINTS = 200_000
 
 

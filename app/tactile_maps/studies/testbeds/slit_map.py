@@ -14,7 +14,8 @@ from tactile_maps.maps.build import build_map
 from tactile_maps.maps.model.tactile_map import TactileMap
 from tactile_maps.session.prepare import PreparedScene
 
-LENGTH, APART = 0.06, 0.007
+LENGTH = 0.06
+APART = 0.007
 """Of a cut, and from one to the next [m on the map as it was]."""
 _CORNERS = 7
 """Places that a cut is led through, so that it is about as straight as the triangles' edges permit."""

@@ -44,7 +44,8 @@ class CellGrid:
             (grid[:, 0] * wide + grid[:, 1]) * high + grid[:, 2], return_inverse=True, return_counts=True
         )
         self.order: IntArray = np.argsort(cell, kind="stable")
-        self._counts, self._starts = counts, np.cumsum(counts) - counts
+        self._counts = counts
+        self._starts = np.cumsum(counts) - counts
         self._centres = np.stack([np.bincount(cell, positions[:, k]) for k in range(3)], axis=1) / counts[:, None]
         away = np.linalg.norm(positions - self._centres[cell], axis=1)
         self._radii = np.maximum.reduceat(away[self.order], self._starts)
@@ -96,16 +97,24 @@ class CachedNeighbourhood:
         extent: float,
         bare: bool = False,
     ) -> None:
-        self.points, self.positions, self.areas, self.depth = points, positions, areas, depth
-        self.shape, self.search_radius, self.guess = load.shape, cutoff, WarmStart()
+        self.points = points
+        self.positions = positions
+        self.areas = areas
+        self.depth = depth
+        self.shape = load.shape
+        self.search_radius = cutoff
+        self.guess = WarmStart()
         self.bare = bare
-        self._facing, self._cutoff, self._slack = facing, cutoff, slack
+        self._facing = facing
+        self._cutoff = cutoff
+        self._slack = slack
         self._normal = load.normal.tolist()
         cosines = normals @ load.normal
         # Only points at the limb may come to face the load, or turn away, while the neighbourhood holds.
         self._doubtful = normals if len(normals) and (cosines <= facing + TILT).any() else None
         self._round = isinstance(load.shape, Sphere)
-        self._pivot, self._rotation = load.point, load.pose.rotation
+        self._pivot = load.point
+        self._rotation = load.pose.rotation
         self._place = self._where(load)
         beyond = load.shape.reach + max(cutoff, 0.0) + float(np.linalg.norm(load.pose.translation - load.point))
         self._lever = min(beyond, extent)
@@ -143,7 +152,8 @@ _MISFIT = 0.01
 """Collision hulls stand off the skin by about this [m]: a body so far and three spacings off still touches."""
 _EMPTY = 0.005
 """Nothing is searched again until a body has come closer by this [m]."""
-_REMEMBERED, _FIRST = 32, 8
+_REMEMBERED = 32
+_FIRST = 8
 _DEEPEST = 0.02
 
 
@@ -184,7 +194,8 @@ class LinkBroadphase:
     """
 
     def __init__(self, skin: Skin, link: str) -> None:
-        everything, own = load_points(skin), points_of_link(skin, link)
+        everything = load_points(skin)
+        own = points_of_link(skin, link)
         self.read = len(quadrature_points(skin).areas)
         self.spacing = float(np.sqrt(np.median(everything.areas[own[own < self.read]])))
         self._cells = CellGrid(everything.positions[own], 8 * self.spacing)
@@ -252,12 +263,14 @@ class LinkBroadphase:
             )
         hint = next((near.depth for near in reversed(self._near) if near.shape == load.shape), 0.0)
         seen = facing - TILT
-        lowest, limit = self._cells.lowest(load), self.beside + _EMPTY
+        lowest = self._cells.lowest(load)
+        limit = self.beside + _EMPTY
         least, _, _ = self._closer(load, seen, np.argsort(lowest)[:_FIRST])
         cutoff = self._cutoff(min(least, limit), hint, upto)
         least, here, distances = self._closer(load, seen, np.flatnonzero(lowest <= cutoff))
         if least > limit:  # an empty neighbourhood holds until the body may have come close enough to press
-            cutoff, here = limit, here[:0]
+            cutoff = limit
+            here = here[:0]
         else:
             cutoff = self._cutoff(least, hint, upto)
             here = here[distances <= cutoff]

@@ -54,7 +54,8 @@ def rectangle_stress(x: FloatArray, y: FloatArray, depth: float, *, sides: tuple
 
     Cost: 0.2 µs a point.
     """
-    a, b = 0.5 * sides[0], 0.5 * sides[1]
+    a = 0.5 * sides[0]
+    b = 0.5 * sides[1]
     corners = ((x + a, y + b, 1), (x + a, y - b, -1), (x - a, y + b, -1), (x - a, y - b, 1))
     return np.asarray(sum(sign * _corner(u, v, depth) for u, v, sign in corners))
 
@@ -75,8 +76,10 @@ def square_stress(distance: FloatArray, depth: float, *, side: FloatArray) -> Fl
 
 def _corner(a: FloatArray, b: FloatArray, h: float) -> FloatArray:
     """Stress under the corner of a rectangle a × b; odd in both sides, as superposition needs."""
-    across, along = a * a + h * h, b * b + h * h
-    root, both = np.sqrt(across + b * b), a * b
+    across = a * a + h * h
+    along = b * b + h * h
+    root = np.sqrt(across + b * b)
+    both = a * b
     return np.asarray((np.arctan2(both, h * root) + both * h / root * (1 / across + 1 / along)) / (2 * np.pi))
 
 
@@ -223,9 +226,12 @@ def _stress_rows(clusters: _Clusters, depth: float, radius: float) -> Iterator[c
     for start in range(0, count, step):
         here = np.arange(start, min(start + step, count))
         near = cKDTree(places[here]).sparse_distance_matrix(tree, radius, output_type="ndarray")
-        source, target = here[near["i"]], near["j"]
+        source = here[near["i"]]
+        target = near["j"]
         alike = np.einsum("ij,ij->i", clusters.normals[source], clusters.normals[target]) > _FACING
-        source, target, away = source[alike], target[alike], near["v"][alike]
+        source = source[alike]
+        target = target[alike]
+        away = near["v"][alike]
         passing = clusters.areas[target] * square_stress(away, depth, side=np.sqrt(clusters.areas)[source])
         total = np.bincount(source - start, passing, len(here))
         yield csr_matrix((passing / total[source - start], (source - start, target)), shape=(len(here), count))

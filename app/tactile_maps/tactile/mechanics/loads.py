@@ -178,7 +178,8 @@ class LayerShape:
     def __init__(self, surface: Mesh, *, depth: float) -> None:
         places, number = np.unique(np.round(surface.vertices, 9), axis=0, return_inverse=True)
         faces = number.reshape(-1)[surface.faces]
-        self.mesh, self._depth = Mesh(places, faces[surface.face_areas > 0]), depth
+        self.mesh = Mesh(places, faces[surface.face_areas > 0])
+        self._depth = depth
         self._surface = _SignedSurface(self.mesh)
         table = self.mesh.connectivity
         self._border_edge = (table.face_count == 1)[table.edge_of]
@@ -211,7 +212,8 @@ class _SignedSurface:
     """Distances from the faces of a surface, negative behind it."""
 
     def __init__(self, mesh: Mesh) -> None:
-        self._mesh, self._closest = mesh, ClosestPoint(mesh)
+        self._mesh = mesh
+        self._closest = ClosestPoint(mesh)
 
     def distance(self, points: FloatArray) -> tuple[FloatArray, IntArray, BoolArray]:
         """Return the signed distance (k,) [m], the closest face (k,), and (k, 3) which of its corners bear the place.
@@ -230,7 +232,8 @@ class _SignedSurface:
     @cached_property
     def _normals(self) -> FloatArray:
         """(m, 7, 3) of every face's features, by the bits of the corners that meet there, less one."""
-        faces, flat = self._mesh.faces, self._mesh.face_normals
+        faces = self._mesh.faces
+        flat = self._mesh.face_normals
         table = self._mesh.connectivity
         sides = np.zeros((len(table.edges), 3))
         np.add.at(sides, table.edge_of.ravel(), np.repeat(flat, 3, axis=0))
@@ -246,7 +249,8 @@ def _check_closed(mesh: Mesh, where: str) -> None:
         return
     open_edges = len(mesh.connectivity.boundary_edges)
     if open_edges:
-        value, remedy = f"{open_edges} edges with one face", "Close its holes, or use a box or a cylinder instead"
+        value = f"{open_edges} edges with one face"
+        remedy = "Close its holes, or use a box or a cylinder instead"
         raise MeshError("an open mesh has no inside and cannot press", file=where, value=value, remedy=remedy)
     remedy = "Export it again as one solid whose faces all look outward"
     raise MeshError("the mesh is not the border of a solid", file=where, value="edges of other than two faces, "

@@ -39,7 +39,8 @@ def quadrature_points(skin: Skin) -> Quadrature:
 @weak_cache
 def load_points(skin: Skin) -> Quadrature:
     """Return all points that bear load: the quadrature points, then the skin's bare points, whose taxel is -1."""
-    points, bare = quadrature_points(skin), skin.bare_points
+    points = quadrature_points(skin)
+    bare = skin.bare_points
     if not bare:
         return points
     return Quadrature(
@@ -102,7 +103,10 @@ def disc_field(skin: Skin, radius: float) -> ReceptiveField:
     if not (math.isfinite(radius) and radius > 0):
         remedy = "Choose 0.001 to 0.02"
         raise SimulationError("the pad radius must be positive", value=f"radius {radius} m", remedy=remedy)
-    points, taxels, weights, start = [], [], [], 0
+    points = []
+    taxels = []
+    weights = []
+    start = 0
     for patch, first in zip(skin.patches, skin.first[:-1], strict=True):
         point, taxel, weight = _in_discs(patch.taxels, radius)
         points.append(point + start)
@@ -120,7 +124,8 @@ def pad_displacements(skin: Skin, radius: float) -> FloatArray:
     A disc is as many quadrature points as it holds, at least one: where they are farther apart than the disc is wide,
     its middle is that of the nearest one.
     """
-    points, field = quadrature_points(skin), disc_field(skin, radius)
+    points = quadrature_points(skin)
+    field = disc_field(skin, radius)
     shares = field.weights * points.areas[:, None]
     middles = np.zeros((len(skin), 3))
     np.add.at(middles, field.taxels, shares[:, :, None] * points.positions[:, None])
@@ -132,12 +137,16 @@ def pad_displacements(skin: Skin, radius: float) -> FloatArray:
 def field_from_entries(count: int, points: IntArray, taxels: IntArray, weights: FloatArray) -> ReceptiveField:
     """The field of ``count`` points from its entries (e,): this point is felt by that taxel with this weight [1/m²]."""
     order = np.argsort(points, kind="stable")
-    points, taxels, weights = points[order], taxels[order], weights[order]
+    points = points[order]
+    taxels = taxels[order]
+    weights = weights[order]
     held = np.bincount(points, minlength=count)
     column = np.arange(len(points)) - np.repeat(np.cumsum(held) - held, held)
     shape = count, max(int(held.max(initial=0)), 1)
-    table, weight = np.zeros(shape, dtype=np.int64), np.zeros(shape)
-    table[points, column], weight[points, column] = taxels, weights
+    table = np.zeros(shape, dtype=np.int64)
+    weight = np.zeros(shape)
+    table[points, column] = taxels
+    weight[points, column] = weights
     return ReceptiveField(table, weight)
 
 
@@ -146,9 +155,11 @@ def _in_discs(taxels: Taxels, radius: float) -> tuple[IntArray, IntArray, FloatA
     points = taxels.quadrature
     tree = cKDTree(points.positions)
     pairs = cKDTree(taxels.positions).sparse_distance_matrix(tree, radius, output_type="coo_matrix")
-    taxel, point = np.asarray(pairs.row, dtype=np.int64), np.asarray(pairs.col, dtype=np.int64)
+    taxel = np.asarray(pairs.row, dtype=np.int64)
+    point = np.asarray(pairs.col, dtype=np.int64)
     facing = np.einsum("ij,ij->i", taxels.normals[taxel], points.normals[point]) > 0
-    taxel, point = taxel[facing], point[facing]
+    taxel = taxel[facing]
+    point = point[facing]
     empty = np.flatnonzero(np.bincount(taxel, minlength=len(taxels)) == 0)
     taxel = np.concatenate([taxel, empty])
     point = np.concatenate([point, tree.query(taxels.positions[empty])[1].astype(np.int64)])

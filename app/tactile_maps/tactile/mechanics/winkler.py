@@ -49,7 +49,8 @@ class WarmStart:
 
     def update(self, wet: BoolArray, floors: FloatArray, areas: FloatArray) -> None:
         """Take the floors that are ``wet`` (n,), or the lowest if none is."""
-        self.mask, points = wet.tobytes(), wet.nonzero()[0]
+        self.mask = wet.tobytes()
+        points = wet.nonzero()[0]
         self.points: IntArray = points if points.size else floors.argmin(0, keepdims=True)
         self.areas: FloatArray = areas.take(self.points)
         self.total = float(self.areas.sum())
@@ -131,7 +132,8 @@ def winkler_tilt(
     # einsum stays on this thread; BLAS wakes others from 3,000 springs on, which costs more than it saves (arrays.dot).
     size = float(np.sqrt(np.einsum("ij,ij->i", offsets, offsets).max())) or 1.0
     basis = np.stack([np.ones(len(gaps)), *(offsets.T / size)])
-    plane, wanted = np.array([level, 0.0, 0.0]), np.array([volume, 0.0, 0.0])
+    plane = np.array([level, 0.0, 0.0])
+    wanted = np.array([volume, 0.0, 0.0])
     if (offsets.min(axis=0) * offsets.max(axis=0) > 0).any():  # all springs are on one side of the force
         return TiltedSupport(np.zeros(len(gaps)), plane, 0, False)
     for rounds in range(_MAX_ITERATIONS):
@@ -162,7 +164,8 @@ def _share(work: float, bending: FloatArray, areas: FloatArray, sunk: FloatArray
     def slope(share: float) -> float:
         return work - dot(areas * np.maximum(sunk + share * bending, 0.0), bending)
 
-    share, enough = 1.0, -0.5 * slope(0.0)
+    share = 1.0
+    enough = -0.5 * slope(0.0)
     for _ in range(_HALVINGS):
         if slope(share) >= enough:
             break

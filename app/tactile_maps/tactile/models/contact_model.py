@@ -111,7 +111,9 @@ class _GuardedModel:
 
     def __init__(self, plugin: Plugin, model: ContactModel, taxels: int) -> None:
         check_members(plugin, model, "notes", "pressures")
-        self._plugin, self._model, self._taxels = plugin, model, taxels
+        self._plugin = plugin
+        self._model = model
+        self._taxels = taxels
 
     @property
     def notes(self) -> tuple[ContactNote, ...]:

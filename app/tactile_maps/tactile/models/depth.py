@@ -40,7 +40,8 @@ def add_taxel_sensors(spec: mujoco.MjSpec, skin: Skin, presses: Callable[[str], 
     shell = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL
     for link, positions in _positions(skin).items():
         name = _sensor_name(link)
-        vertices, faces = np.concatenate([positions, _SOLID]), _SOLID_FACES + len(positions)
+        vertices = np.concatenate([positions, _SOLID])
+        faces = _SOLID_FACES + len(positions)
         spec.add_mesh(name=name, uservert=vertices.ravel().tolist(), userface=faces.ravel().tolist(), inertia=shell)
         # The sensor's points are in the frame of a geom of a body that may collide; this one's frame is the link's,
         # and its bit is nobody else's, so that it never does.
@@ -85,21 +86,28 @@ class DepthModel:
         averages: bool = False,
         contacts: Callable[[], Sequence[Load]] = tuple,
     ) -> None:
-        self._contacts, self._fill = contacts, WaterFillModel(skin, stiffness=layer.foundation)
+        self._contacts = contacts
+        self._fill = WaterFillModel(skin, stiffness=layer.foundation)
         self.notes: tuple[ContactNote, ...] = ()
-        self._data, self._skin, self._foundation = data, skin, layer.foundation
-        self._positions, self._taxels = _positions(skin), _taxels(skin)
+        self._data = data
+        self._skin = skin
+        self._foundation = layer.foundation
+        self._positions = _positions(skin)
+        self._taxels = _taxels(skin)
         self._outputs = {
             link: int(model.sensor(_sensor_name(link)).adr[0])
             for link in self._positions
             if mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_SENSOR, _sensor_name(link)) >= 0
         }
 
-        self._averages, self._sums, self._steps = averages, np.zeros(len(data.sensordata)), 0
+        self._averages = averages
+        self._sums = np.zeros(len(data.sensordata))
+        self._steps = 0
 
     def begin(self) -> None:
         """A tick begins."""
-        self._sums[:], self._steps = 0.0, 0
+        self._sums[:] = 0.0
+        self._steps = 0
 
     def look(self) -> None:
         """Count the step just made."""

@@ -73,7 +73,8 @@ STABLE = 0.6
 SLACK = 3e-3
 """Points closer to a body than this [m] are looked at in every step."""
 _NUDGE = 1e-6
-_SAME_NORMAL, _LEVEL = 1e-6, 1e-5
+_SAME_NORMAL = 1e-6
+_LEVEL = 1e-5
 """Flat are points whose normals agree to this (one less the cosine), and whose heights agree to this [m]."""
 _NEIGHBOURS = 25
 
@@ -138,8 +139,11 @@ class FoundationModel:
         *,
         averages: bool = False,
     ) -> None:
-        self._averages, self._steps = averages, 0
-        self._model, self._stiffness, self._field = model, layer.foundation, field
+        self._averages = averages
+        self._steps = 0
+        self._model = model
+        self._stiffness = layer.foundation
+        self._field = field
         self._thickness = layer.thickness
         self._fill = WaterFillModel(skin, stiffness=layer.foundation, field=field)
         beds = {link: _LinkPoints(model, skin, link) for link in {patch.link for patch in skin.patches}}
@@ -154,7 +158,10 @@ class FoundationModel:
 
     def begin(self) -> None:
         """A tick begins."""
-        self._felt, self._answers, self._shares, self._steps = [], [], {}, 0
+        self._felt = []
+        self._answers = []
+        self._shares = {}
+        self._steps = 0
         self._pushed = 0.0
         self._sums = {}
 
@@ -174,7 +181,8 @@ class FoundationModel:
         """
         if not self._averages:
             self.begin()
-        self._steps, self.wrenches = self._steps + 1, []
+        self._steps = self._steps + 1
+        self.wrenches = []
         for approach in self._approaches:
             press = self._press(data, approach)
             if press is not None:
@@ -206,7 +214,8 @@ class FoundationModel:
         found = approach.found
         if found is None:
             return None
-        bed, meeting = approach.bed, approach.meeting
+        bed = approach.bed
+        meeting = approach.meeting
         points, depth, away = found
         places = bed.positions[points] @ data.xmat[bed.body].reshape(3, 3).T + data.xpos[bed.body]
         layers = 1 if meeting.own is None else 2
@@ -224,7 +233,8 @@ class FoundationModel:
         total = float(press.forces.sum())
         if total <= 0:
             return
-        bed, meeting = approach.bed, approach.meeting
+        bed = approach.bed
+        meeting = approach.meeting
         forces = press.forces[:, None] * press.away
         middle = press.forces @ press.places / total
         force = forces.sum(axis=0)
@@ -261,7 +271,8 @@ class FoundationModel:
 
     def _refuse_stiff(self, data: mujoco.MjData, approach: _WatchedCandidate, stiffness: float) -> None:
         """The explicit spring of the whole contact against the mass of both bodies there."""
-        weights, meeting = self._model.body_invweight0[:, 0], approach.meeting
+        weights = self._model.body_invweight0[:, 0]
+        meeting = approach.meeting
         mobility = float(weights[approach.bed.body] + weights[meeting.body])
         longest = STABLE / np.sqrt(max(stiffness * mobility, 1e-12))
         if self._model.opt.timestep > longest:
@@ -288,7 +299,8 @@ class _LinkPoints:
 
     def is_flat(self, points: IntArray) -> bool:
         """Whether ``points`` are in one plane and have the same normal."""
-        normal, offset = self.normals[points[0]], self.positions[points] - self.positions[points[0]]
+        normal = self.normals[points[0]]
+        offset = self.positions[points] - self.positions[points[0]]
         return bool((self.normals[points] @ normal).min() > 1 - _SAME_NORMAL and abs(offset @ normal).max() < _LEVEL)
 
     @cached_property
@@ -324,13 +336,17 @@ class _WatchedCandidate:
     """
 
     def __init__(self, bed: _LinkPoints, meeting: ContactCandidate) -> None:
-        self.bed, self.meeting = bed, meeting
+        self.bed = bed
+        self.meeting = meeting
         self._near: IntArray = np.zeros(0, dtype=np.int64)
         self.found: tuple[IntArray, FloatArray, FloatArray] | None = None
-        self._beyond, self._middle, self._time = False, np.zeros(3), math.inf
+        self._beyond = False
+        self._middle = np.zeros(3)
+        self._time = math.inf
         self._room = -1.0
         self._level: bool | None = None
-        self._rotation, self._offset = np.eye(3), np.zeros(3)
+        self._rotation = np.eye(3)
+        self._offset = np.zeros(3)
 
     def went_through(self, data: mujoco.MjData, step: float) -> bool:
         """Whether the body has its middle behind the layer that it pressed, or that it had not reached, a step ago.
@@ -338,7 +354,10 @@ class _WatchedCandidate:
         Seen from the link, so that it does not matter which of both moves. Cost: 2 µs, and the points on the way where
         the body went farther than it reaches.
         """
-        bed, before, earlier, pressed = self.bed, self._middle, self._time, self.found is not None
+        bed = self.bed
+        before = self._middle
+        earlier = self._time
+        pressed = self.found is not None
         self.found = self.deep(data)
         turn = data.xmat[bed.body].reshape(3, 3)
         middle = data.xmat[self.meeting.body].reshape(3, 3) @ self.meeting.pose.translation
@@ -360,7 +379,8 @@ class _WatchedCandidate:
     def deep(self, data: mujoco.MjData) -> tuple[IntArray, FloatArray, FloatArray] | None:
         """Points of the bed inside the body and facing it, their depths [m], and the body's outward normals there in
         the world; None where there are none."""
-        bed, meeting = self.bed, self.meeting
+        bed = self.bed
+        meeting = self.meeting
         turn = data.xmat[meeting.body].reshape(3, 3) @ meeting.pose.rotation
         place = data.xmat[meeting.body].reshape(3, 3) @ meeting.pose.translation + data.xpos[meeting.body]
         # A point x of the link is at  x rotation + offset  in the shape's frame.
@@ -409,7 +429,8 @@ class _WatchedCandidate:
         self._near = np.flatnonzero(distance < SLACK)
         self._level = None
         self._room = max(SLACK, float(distance.min(initial=np.inf)))
-        self._rotation, self._offset = rotation, offset
+        self._rotation = rotation
+        self._offset = offset
 
 
 @dataclass(frozen=True, eq=False)
@@ -443,7 +464,8 @@ def _torque(arms: FloatArray, forces: FloatArray) -> FloatArray:
 
 def _along_flat(press: _LayerForces, centre: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the springs' force along a flat bed [N] and their torque about its normal through ``centre`` [N m]."""
-    normal, forces = press.outward[0], press.elastic[:, None] * press.away
+    normal = press.outward[0]
+    forces = press.elastic[:, None] * press.away
     force = forces.sum(axis=0)
     turning = _torque(press.places - centre, forces) @ normal
     return force - force @ normal * normal, turning * normal
@@ -498,7 +520,8 @@ def _closing(
     model: mujoco.MjModel, data: mujoco.MjData, link: int, other: int, places: FloatArray, away: FloatArray
 ) -> FloatArray:
     """(k,) how fast the points get deeper [m/s]."""
-    closing, motion = np.zeros(len(places)), np.zeros(6)
+    closing = np.zeros(len(places))
+    motion = np.zeros(6)
     for body, sign in ((other, 1.0), (link, -1.0)):
         mujoco.mj_objectVelocity(model, data, mujoco.mjtObj.mjOBJ_XBODY, body, motion, 0)
         (x, y, z), arm = motion[:3], places - data.xpos[body]

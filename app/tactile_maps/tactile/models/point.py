@@ -39,7 +39,8 @@ class PointModel:
 
     def pressures(self, loads: Sequence[Load]) -> FloatArray:
         """(taxels,) mean pressure that each taxel feels [Pa]; loads add up."""
-        pressures, notes = np.zeros(self._count), []
+        pressures = np.zeros(self._count)
+        notes = []
         for load in loads:
             if load.force > 0 and (bed := self._beds.get(load.link)) is not None:
                 point = _closest_facing(bed, load)

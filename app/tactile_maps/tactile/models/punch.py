@@ -78,9 +78,11 @@ class PunchModel(WaterFillModel):
 
     def _tilted(self, under: NearbyPoints, load: Load) -> _Tilted:
         facing = np.flatnonzero(np.isfinite(under.distances))
-        gaps, areas = under.distances[facing], under.areas[facing]
+        gaps = under.distances[facing]
+        areas = under.areas[facing]
         offsets = np.einsum("ij,jk->ik", under.positions[facing] - load.point, _across(load.normal))
-        level, lowest = distribute_force(under, load.force, self._stiffness)[2], float(gaps.min())
+        level = distribute_force(under, load.force, self._stiffness)[2]
+        lowest = float(gaps.min())
         balance = winkler_tilt(gaps - lowest, areas, offsets, load.force / self._stiffness, level=level - lowest)
         pressed = np.flatnonzero(balance.borne)
         if not balance.matched:

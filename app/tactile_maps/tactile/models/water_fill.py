@@ -45,13 +45,15 @@ class WaterFillModel:
         self, skin: Skin, *, stiffness: float = ElasticLayer().foundation, field: ReceptiveField | None = None
     ) -> None:
         self.notes: tuple[ContactNote, ...] = ()
-        self._count, self._stiffness = len(skin), stiffness
+        self._count = len(skin)
+        self._stiffness = stiffness
         self._field = cell_field(skin) if field is None else field
         self._beds = link_broadphases(skin)
 
     def pressures(self, loads: Sequence[Load]) -> FloatArray:
         """(taxels,) mean pressure that each taxel feels [Pa]; loads add up."""
-        pressures, self.notes = np.zeros(self._count), ()
+        pressures = np.zeros(self._count)
+        self.notes = ()
         for load in loads:
             if load.force > 0 and (bed := self._beds.get(load.link)) is not None:
                 self._press(bed, load, pressures)
@@ -94,7 +96,8 @@ class WaterFillModel:
             read = points < bed.read
             outside = float(forces[~read].sum())
             self.notes += border_notes(outside / load.force if read.any() else 1.0, load.by, load.link)
-            points, forces = points[read], forces[read]
+            points = points[read]
+            forces = forces[read]
         self._field.add(pressures, points, forces)
 
 

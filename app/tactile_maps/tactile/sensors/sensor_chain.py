@@ -97,7 +97,9 @@ class _GuardedStage(SensorStage):
 
     def __init__(self, plugin: Plugin, stage: SensorStage, taxels: int) -> None:
         check_members(plugin, stage, "read", "reset", "state")
-        self._plugin, self._stage, self._taxels = plugin, stage, taxels
+        self._plugin = plugin
+        self._stage = stage
+        self._taxels = taxels
 
     def read(self, pressures: FloatArray) -> FloatArray:
         with self._plugin.at_work():
@@ -200,7 +202,8 @@ class SensorChain:
             if wanted is not None:
                 same = wanted == self._effects.of(name) and not (changed and name == "sampling")
                 stages[name] = self._stages[name] if same else self._built(wanted)
-        self._effects, self._stages = effects, stages
+        self._effects = effects
+        self._stages = stages
 
     def _built(self, wanted: SensorEffect | PluginEffect) -> SensorStage:
         if isinstance(wanted, PluginEffect):

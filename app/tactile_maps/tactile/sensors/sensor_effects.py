@@ -293,7 +293,8 @@ class OffsetDriftStage(SensorStage):
     """
 
     def __init__(self, spec: OffsetDrift, readout: Readout) -> None:
-        self._spec, self._readout = spec, readout
+        self._spec = spec
+        self._readout = readout
         self._step = spec.walk * math.sqrt(readout.tick)
         self._walked = np.empty(len(readout.skin))
         self.reset()
@@ -343,7 +344,8 @@ class NoiseStage(SensorStage):
     """Adds what it draws; a reading may be negative after it. Cost at 1,000 taxels: 8.4 µs."""
 
     def __init__(self, spec: Noise, readout: Readout) -> None:
-        self._spec, self._readout = spec, readout
+        self._spec = spec
+        self._readout = readout
         self._drawn = np.empty(len(readout.skin))
         self.reset()
 
@@ -527,9 +529,12 @@ class DeadTaxelsStage(SensorStage):
         dead = round(spec.dead * count)
         stuck = min(round(spec.stuck * count), count - dead)
         order = readout.stream("dead_taxels").permutation(count)
-        self._dead, self._stuck, self._stuck_at = order[:dead], order[count - stuck :], spec.stuck_at
+        self._dead = order[:dead]
+        self._stuck = order[count - stuck :]
+        self._stuck_at = spec.stuck_at
         codes = np.full(count, ALIVE, dtype=np.int8)
-        codes[self._dead], codes[self._stuck] = DEAD, STUCK
+        codes[self._dead] = DEAD
+        codes[self._stuck] = STUCK
         self.codes = readonly(codes, np.int8)
 
     def read(self, pressures: FloatArray) -> FloatArray:
@@ -575,7 +580,8 @@ class SamplingStage(SensorStage):
     def __init__(self, spec: Sampling, readout: Readout) -> None:
         self._period = max(1.0 / (spec.rate * readout.tick), 1.0)
         self._delay = round(spec.delay / readout.tick)
-        self._taxels, self._averages = len(readout.skin), readout.averages
+        self._taxels = len(readout.skin)
+        self._averages = readout.averages
         self._sum: FloatArray
         self._summed: int
         self._held: FloatArray
@@ -586,11 +592,13 @@ class SamplingStage(SensorStage):
     def read(self, pressures: FloatArray) -> FloatArray:
         """(taxels,) [Pa], read-only."""
         if self._averages:
-            self._sum, self._summed = self._sum + pressures, self._summed + 1
+            self._sum = self._sum + pressures
+            self._summed = self._summed + 1
         if self._reading == self._next:
             if self._averages:
                 pressures = self._sum / self._summed
-                self._sum, self._summed = np.zeros(self._taxels), 0
+                self._sum = np.zeros(self._taxels)
+                self._summed = 0
             self._on_the_way.append((self._reading + self._delay, readonly(pressures)))
             self._taken += 1
             self._next = round(self._taken * self._period)
@@ -601,9 +609,12 @@ class SamplingStage(SensorStage):
 
     def reset(self) -> None:
         """Nothing was sampled yet."""
-        self._reading, self._taken, self._next = 0, 0, 0
+        self._reading = 0
+        self._taken = 0
+        self._next = 0
         self._held = readonly(np.zeros(self._taxels))
-        self._sum, self._summed = np.zeros(self._taxels), 0
+        self._sum = np.zeros(self._taxels)
+        self._summed = 0
         self._on_the_way = deque()
 
     def state(self) -> FloatArray:
@@ -613,9 +624,11 @@ class SamplingStage(SensorStage):
         Samples on the way fill k places, enough for all there can be; empty ones arrive at -1.
         """
         places = math.floor(self._delay / self._period) + 2
-        arrivals, samples = np.full(places, -1.0), np.zeros((places, self._taxels))
+        arrivals = np.full(places, -1.0)
+        samples = np.zeros((places, self._taxels))
         for place, (arrival, sample) in enumerate(self._on_the_way):
-            arrivals[place], samples[place] = arrival, sample
+            arrivals[place] = arrival
+            samples[place] = sample
         sums = [self._sum, [self._summed]] if self._averages else []
         return np.concatenate([[self._reading, self._taken], self._held, arrivals, samples.ravel(), *sums])
 

@@ -48,7 +48,8 @@ def arm():
 @pytest.fixture
 def recording(tmp_path):
     """Impedance is touched, and told to want 5 N after a while."""
-    session, path = Session(arm(), scripted=False), tmp_path / "touched.mcap"
+    session = Session(arm(), scripted=False)
+    path = tmp_path / "touched.mcap"
     with Recorder(session.prepared, path) as recorder:
         session.submit(PokePressed(1, arm().skin.taxel_point(60)))
         for tick in range(100):

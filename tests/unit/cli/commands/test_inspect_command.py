@@ -93,7 +93,8 @@ def test_for_a_person(capsys, scene):
     status, out, _ = call(capsys, "inspect", scene)
     assert status == 0
     lines = out.splitlines()
-    on, off = lines.index("On:"), lines.index("Off:")
+    on = lines.index("On:")
+    off = lines.index("Off:")
     (skin,) = [line for line in lines[on:off] if line.strip().startswith("Skin ")]
     assert "water-fill" in skin
     assert " ms " not in skin

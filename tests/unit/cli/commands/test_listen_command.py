@@ -91,7 +91,8 @@ def test_a_weight_calibrates_and_is_kept(readings, skin, capsys, tmp_path):
 
 
 def test_failed_weighing_does_not_replace_a_recording(readings, skin, capsys, tmp_path):
-    target, new = tmp_path / "felt.mcap", tmp_path / "felt.new.mcap"
+    target = tmp_path / "felt.mcap"
+    new = tmp_path / "felt.new.mcap"
     target.write_bytes(b"precious")
     words = ["listen", readings, "--skin", skin, "--tare", "10", "-o", str(target), "--overwrite"]
     assert main([*words, "--weight", "0.30591"]) == 1
@@ -171,7 +172,8 @@ def test_a_source_without_readings_leaves_no_recording(skin, tmp_path, capsys):
 
 def test_wanted_motion_is_sent_within_its_limits_and_ends_with_a_stop(skin, capsys, tmp_path, monkeypatch):
     monkeypatch.setattr(listen, "CLOCK", lambda: 0.01 * time.monotonic())  # no command is late on a busy machine
-    robot, readings = tmp_path / "bar.xml", tmp_path / "posture.csv"
+    robot = tmp_path / "bar.xml"
+    readings = tmp_path / "posture.csv"
     robot.write_text(bar().mjcf)
     pressed = press_skin(bar_skin(), bar_skin().taxel_point(30), force=6.0)
     rows = [[0.01 * number, *(pressed if number > 5 else 0 * pressed), 0.3] for number in range(30)]
@@ -249,7 +251,8 @@ def drive(driver, packets):
 
 
 def test_sending_waits_for_a_sender_that_starts_later_and_records_meanwhile(skin, capsys, tmp_path, monkeypatch):
-    robot, recorded = tmp_path / "bar.xml", tmp_path / "felt.mcap"
+    robot = tmp_path / "bar.xml"
+    recorded = tmp_path / "felt.mcap"
     said = Said()
     end = threading.Event()
     board = BarSender()

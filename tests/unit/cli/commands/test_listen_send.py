@@ -96,7 +96,8 @@ class Trial:
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
             free.bind((LOOPBACK, 0))
             self.port = free.getsockname()[1]
-        self._sequence, self._over = 0, threading.Event()
+        self._sequence = 0
+        self._over = threading.Event()
         self.clock = self.clock or (lambda: 1e9 + self.program_clock.now)
 
     def close(self):
@@ -153,7 +154,9 @@ class Trial:
 
     def _around(self, act, until, end):
         """The board and the driver."""
-        acted, ended, deadline = False, False, time.monotonic() + PATIENCE
+        acted = False
+        ended = False
+        deadline = time.monotonic() + PATIENCE
         while not self._over.is_set() and time.monotonic() < deadline:
             if self.silent:
                 self.program_clock.advance(STEP)

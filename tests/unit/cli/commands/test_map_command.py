@@ -79,7 +79,8 @@ def test_what_is_asked_for_is_done(capsys, cap, words):
 
 
 def test_an_unwrapped_obj_comes_back_as_a_map(capsys, cap, tmp_path):
-    skin, obj = tmp_path / "map.npz", tmp_path / "map.obj"
+    skin = tmp_path / "map.npz"
+    obj = tmp_path / "map.obj"
     first = answer(capsys, cap, *FEW, "-o", skin)
     answer(capsys, skin, "-o", obj)
     again = answer(capsys, skin, "--uv", obj)
@@ -101,7 +102,8 @@ def test_two_maps_are_set_side_by_side(capsys, cap, tmp_path):
 
 
 def test_modules_that_seem_turned_are_told_and_mended_only_when_asked(capsys, tmp_path):
-    positions, layout = tmp_path / "left_plate.txt", tmp_path / "left_plate.ini"
+    positions = tmp_path / "left_plate.txt"
+    layout = tmp_path / "left_plate.ini"
     _plate_of_modules(positions, layout)
     words = (positions, "--robot", "none", "--compare", layout)
     told = answer(capsys, *words)["comparison"]
@@ -121,7 +123,9 @@ def _plate_of_modules(positions: Path, layout: Path) -> None:
 
 
 def test_taxel_files_and_layouts_are_described(capsys, cap, tmp_path):
-    positions, layout, table = tmp_path / "left_plate.txt", tmp_path / "left_plate.ini", tmp_path / "taxels.csv"
+    positions = tmp_path / "left_plate.txt"
+    layout = tmp_path / "left_plate.ini"
+    table = tmp_path / "taxels.csv"
     _plate_of_modules(positions, layout)
     answer(capsys, cap, *FEW, "-o", table)
     found = []

@@ -67,7 +67,8 @@ def test_the_recording_is_named_and_stops_again(unsteady_scene, tmp_path, capsys
 
 
 def test_failed_run_does_not_replace_a_recording_and_names_both(unsteady_scene, tmp_path, capsys):
-    target, new = tmp_path / "run.mcap", tmp_path / "run.new.mcap"
+    target = tmp_path / "run.mcap"
+    new = tmp_path / "run.new.mcap"
     target.write_bytes(b"precious")
     assert main(["run", "--scene", unsteady_scene, "--for", "5", "-o", str(target), "--overwrite"]) == 1
     said = capsys.readouterr().err
@@ -92,7 +93,8 @@ def interrupt_after(monkeypatch, ticks: int) -> None:
 
 @pytest.mark.parametrize("json_words", [[], ["--json"]])
 def test_interrupted_run_does_not_replace_a_recording_and_names_both(monkeypatch, tmp_path, capsys, json_words):
-    target, new = tmp_path / "run.mcap", tmp_path / "run.new.mcap"
+    target = tmp_path / "run.mcap"
+    new = tmp_path / "run.new.mcap"
     target.write_bytes(b"precious")
     interrupt_after(monkeypatch, 10)
     assert main(["run", "arm", "--for", "5", "-o", str(target), "--overwrite", *json_words]) == 130
@@ -151,7 +153,8 @@ def test_a_bad_script_is_named(capsys, scene, tmp_path):
 
 
 def test_what_a_hand_did_is_written_as_a_script(capsys, tmp_path):
-    recording, script = tmp_path / "demo.mcap", tmp_path / "script.toml"
+    recording = tmp_path / "demo.mcap"
+    script = tmp_path / "script.toml"
     record(small_arm(), recording, ticks=160)
     assert main(["replay", str(recording), "--stimuli", str(script)]) == 0
     assert "1, written to" in capsys.readouterr().out
@@ -171,7 +174,8 @@ def test_a_recording_without_a_hand_says_so(capsys, tmp_path):
 
 @pytest.mark.parametrize("script", ["", '[[stimuli]]\nkind = "poke"\npatch = "hand"\nat = [0.5, 0.5]\n'])
 def test_fingers_are_simulated_for_a_script_alone(monkeypatch, capsys, tmp_path, script):
-    path, seen = tmp_path / "scene.toml", []
+    path = tmp_path / "scene.toml"
+    seen = []
     path.write_text(f'robot = "arm"\n[cover]\nlinks = ["hand"]\ntaxels = 30\n{script}')
 
     def session(prepared, **said):

@@ -70,7 +70,8 @@ def test_ctrl_c_keeps_what_is_done_and_resume_goes_on(tmp_path, capsys, monkeypa
 
 def test_a_budget_ends_it_with_the_best_table_there_is(tmp_path, capsys, monkeypatch):
     words = ["study", "image-cost", "--quick", "--json", "-o", str(tmp_path)]
-    clock, later = time.monotonic, [0.0]
+    clock = time.monotonic
+    later = [0.0]
     monkeypatch.setattr(time, "monotonic", lambda: clock() + later[0])
     monkeypatch.setattr(study_command, "progress_line", lambda: lambda text, share: later.__setitem__(0, 3600.0))
     assert main([*words, "--budget", "30min"]) == 0

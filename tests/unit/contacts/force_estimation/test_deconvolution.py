@@ -44,13 +44,15 @@ def test_its_columns_keep_force(depth):
 
 def test_it_says_what_the_half_space_model_feels():
     pressures = np.random.default_rng(0).random(len(SKIN))
-    points, felt = quadrature_points(SKIN), np.zeros(len(SKIN))
+    points = quadrature_points(SKIN)
+    felt = np.zeros(len(SKIN))
     subsurface_field(SKIN, 0.004).add(felt, np.arange(len(points.areas)), pressures[points.taxel] * points.areas)
     np.testing.assert_allclose(ContactOperator(SKIN, 0.004).blur(ALL).matrix @ pressures, felt, rtol=1e-9)
 
 
 def test_a_part_is_a_part_of_the_whole_and_is_kept():
-    spread, part = ContactOperator(SKIN, 0.004), np.array([3, 17, 40])
+    spread = ContactOperator(SKIN, 0.004)
+    part = np.array([3, 17, 40])
     np.testing.assert_array_equal(spread.blur(part).matrix, spread.blur(ALL).matrix[np.ix_(part, part)])
     assert spread.blur(part) is spread.blur(part)
 
@@ -76,8 +78,10 @@ DEPTH = 0.5 * PITCH
 def test_total_obeys_the_balance_of_forces(name, depth):
     """The distribution accounts for the force that passes through the region and for all of the rest."""
     given = reading(depth=depth)
-    found, taxels = build_estimator(name, SKIN, depth=depth).estimate(given), given.region.taxels
-    blur, areas = ContactOperator(SKIN, depth).blur(taxels), SKIN.areas[taxels]
+    found = build_estimator(name, SKIN, depth=depth).estimate(given)
+    taxels = given.region.taxels
+    blur = ContactOperator(SKIN, depth).blur(taxels)
+    areas = SKIN.areas[taxels]
     pressures = nonnegative_least_squares(blur, given.pressures[taxels], 0.0)
     inside = (areas @ blur.matrix @ pressures) / (areas @ pressures)
     assert 0.9 < inside < 1 - 1e-6, "some force passes outside"
@@ -95,9 +99,11 @@ def test_region_without_pressure_is_refused_as_a_pull():
 
 @pytest.mark.parametrize("name", ["local-nnls", "tikhonov"])
 def test_the_error_bar_is_how_far_noise_moves_the_force(name):
-    estimator, exact = build_estimator(name, SKIN, depth=DEPTH), reading(depth=DEPTH)
+    estimator = build_estimator(name, SKIN, depth=DEPTH)
+    exact = reading(depth=DEPTH)
     noise = 0.02 * exact.region.peak
-    random, forces = np.random.default_rng(0), []
+    random = np.random.default_rng(0)
+    forces = []
     told = []
     for _ in range(300):
         noisy = replace(exact, noise=noise, pressures=exact.pressures + random.normal(0, noise, len(SKIN)))
@@ -109,8 +115,10 @@ def test_the_error_bar_is_how_far_noise_moves_the_force(name):
 
 @pytest.mark.parametrize("name", ["local-nnls", "tikhonov"])
 def test_the_error_bar_knows_of_gains(name):
-    estimator, exact = build_estimator(name, SKIN, depth=DEPTH), reading(depth=DEPTH)
-    random, forces = np.random.default_rng(0), []
+    estimator = build_estimator(name, SKIN, depth=DEPTH)
+    exact = reading(depth=DEPTH)
+    random = np.random.default_rng(0)
+    forces = []
     for _ in range(300):
         gains = 1 + random.normal(0, 0.05, len(SKIN))
         forces.append(estimator.estimate(replace(exact, pressures=gains * exact.pressures)).force)
@@ -137,7 +145,8 @@ def test_regions_that_take_turns_are_both_remembered():
 @pytest.mark.parametrize("depth", [0.25 * PITCH, 0.5 * PITCH, PITCH])
 def test_force_is_found_below_a_cover_and_its_peak_is_sharper(depth):
     given = reading(depth=depth)
-    found, summed = build_estimator("local-nnls", SKIN, depth=depth).estimate(given), AreaSum(SKIN).estimate(given)
+    found = build_estimator("local-nnls", SKIN, depth=depth).estimate(given)
+    summed = AreaSum(SKIN).estimate(given)
     assert found.force == pytest.approx(10.0, rel=0.01)
     assert (found.forces >= 0).all()
     assert found.forces.max() >= summed.forces.max()
@@ -197,7 +206,8 @@ def test_too_deep_a_cover_tells_no_distribution():
 
 def test_without_noise_it_is_least_squares():
     random = np.random.default_rng(0)
-    matrix, wanted = random.normal(size=(8, 8)), random.normal(size=8)
+    matrix = random.normal(size=(8, 8))
+    wanted = random.normal(size=8)
     found = tikhonov_inverse(BlurMatrix.of(matrix), matrix @ wanted, 0.0) @ matrix @ wanted
     assert found == pytest.approx(wanted)
 
@@ -209,7 +219,8 @@ def test_what_lies_in_the_noise_is_nothing():
 @pytest.mark.parametrize("noise", [0.01, 0.1, 0.5])
 def test_the_residual_is_the_noise(noise):
     random = np.random.default_rng(1)
-    matrix, readings = random.normal(size=(20, 12)), random.normal(size=20)
+    matrix = random.normal(size=(20, 12))
+    readings = random.normal(size=20)
     missed = np.linalg.norm(
         matrix @ tikhonov_inverse(BlurMatrix.of(matrix), readings, noise) @ readings - readings
     ) / np.sqrt(20)

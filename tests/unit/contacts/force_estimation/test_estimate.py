@@ -43,7 +43,8 @@ def test_the_torques_of_an_arm_tell_the_force_at_its_hand():
     for link in ("hand",):
         for _ in range(5):
             configuration.update(robot.home + random.normal(0, 0.3, len(robot.joints)))
-            point, push = random.normal(0, 0.05, 3), random.normal(0, 5, 3)
+            point = random.normal(0, 0.05, 3)
+            push = random.normal(0, 5, 3)
             world = configuration.pose(link).rotation @ push
             found = wrench_of_torques(configuration, link, configuration.jacobian(link, point).T @ world)
             assert found.rank == 6

@@ -74,7 +74,8 @@ def test_the_area_sum_leaves_everything_as_it_is():
 
 @pytest.mark.parametrize("name", ["local-nnls", "tikhonov"])
 def test_a_region_carries_the_estimated_force_and_its_error(name):
-    pressures, errors = felt(ball(0.2), below=True), SensorUncertainty(noise=300.0, gain=0.05)
+    pressures = felt(ball(0.2), below=True)
+    errors = SensorUncertainty(noise=300.0, gain=0.05)
     regions = ContactDetector(MAP, errors=errors).read(pressures)
     (got,), estimates = RegionForceEstimator(MAP, estimator=name, depth=DEPTH).read(regions, pressures, errors)
     (before,), told = regions, estimates[got.id]
@@ -91,10 +92,12 @@ def test_a_region_carries_the_estimated_force_and_its_error(name):
 @pytest.mark.parametrize("name", ["local-nnls", "tikhonov"])
 def test_uncertainty_of_an_estimate_has_the_parts_of_the_sensor_and_its_own(name):
     sensor = SensorEffects(noise=Noise(300.0), gain_spread=GainSpread(0.05), hysteresis=Hysteresis())
-    pressures, errors = felt(ball(0.2), below=True), SensorUncertainty.of_sensor(sensor)
+    pressures = felt(ball(0.2), below=True)
+    errors = SensorUncertainty.of_sensor(sensor)
     regions = ContactDetector(MAP, errors=errors).read(pressures)
     (got,), estimates = RegionForceEstimator(MAP, estimator=name, depth=DEPTH).read(regions, pressures, errors)
-    parts, before = got.force_parts, regions[0].force_parts
+    parts = got.force_parts
+    before = regions[0].force_parts
     assert parts["hysteresis"] == before["hysteresis"] > 0
     assert got.force_limits["hysteresis"] == regions[0].force_limits["hysteresis"] > 2.2 * parts["hysteresis"]
     assert got.force_limits["estimator"] == parts["estimator"]
@@ -107,7 +110,8 @@ def test_uncertainty_of_an_estimate_has_the_parts_of_the_sensor_and_its_own(name
 
 def test_force_torque_sensor_has_none_of_the_parts_of_the_skin():
     errors = SensorUncertainty.of_sensor(SensorEffects(hysteresis=Hysteresis()))
-    pressures, load = felt(ball(0.2)), ball(0.2)
+    pressures = felt(ball(0.2))
+    load = ball(0.2)
     regions = ContactDetector(MAP, errors=errors).read(pressures)
     estimator = RegionForceEstimator(MAP, estimator="lumped", wrench_noise=0.2)
     (got,), _ = estimator.read(regions, pressures, errors, wrench_of(load))
@@ -116,10 +120,8 @@ def test_force_torque_sensor_has_none_of_the_parts_of_the_skin():
 
 
 def test_what_a_slow_skin_holds_is_estimated_once():
-    pressures, estimator = (
-        readonly(felt(ball(0.2), below=True)),
-        RegionForceEstimator(MAP, estimator="tikhonov", depth=DEPTH),
-    )
+    pressures = readonly(felt(ball(0.2), below=True))
+    estimator = RegionForceEstimator(MAP, estimator="tikhonov", depth=DEPTH)
     regions = ContactDetector(MAP).read(pressures)
     first = estimator.read(regions, pressures, EXACT)
     assert estimator.read(regions, pressures, EXACT) is first
@@ -206,7 +208,8 @@ def test_a_sensor_in_the_link_sees_two_contacts_as_one_between_them():
 
 
 def test_the_lumped_contact_keeps_its_name_whatever_the_skin_tells_apart():
-    reader, forces = ContactDetector(MAP), RegionForceEstimator(MAP, estimator="lumped")
+    reader = ContactDetector(MAP)
+    forces = RegionForceEstimator(MAP, estimator="lumped")
     names = []
     for loads in [(ball(0.1),), (ball(0.1), ball(0.3)), (ball(0.3),)]:
         pressures = felt(*loads)
@@ -221,7 +224,8 @@ def test_the_lumped_contact_keeps_its_name_whatever_the_skin_tells_apart():
 
 
 def test_the_lumped_contact_is_awaited_with_those_of_its_link():
-    forces, pressures = RegionForceEstimator(MAP, estimator="lumped"), felt(ball(0.2))
+    forces = RegionForceEstimator(MAP, estimator="lumped")
+    pressures = felt(ball(0.2))
     regions = tuple(replace(region, id=5) for region in ContactDetector(MAP).read(pressures))
     forces.read(regions, pressures, EXACT, wrench_of(ball(0.2)))
     forces.read((), felt(), EXACT, awaited={9: "bar"})
@@ -244,7 +248,8 @@ def test_a_line_that_misses_leaves_the_skins_word():
 
 
 def test_the_sensors_noise_is_what_the_error_bars_say():
-    pressures, noise = felt(ball(0.2)), 0.05
+    pressures = felt(ball(0.2))
+    noise = 0.05
     regions = ContactDetector(MAP).read(pressures)
     forces = RegionForceEstimator(MAP, estimator="lumped", wrench_noise=noise, seed=3)
     runs = [forces.read(regions, pressures, EXACT, wrench_of(ball(0.2)))[0][0] for _ in range(300)]
@@ -259,7 +264,8 @@ def test_the_sensors_noise_is_what_the_error_bars_say():
 def test_another_skin_builds_the_equations_anew():
     moved = build_map(bar_skin(200, finer=2))
     assert len(moved.skin.patches[0].surface.faces) > len(FOREARM_SKIN.patches[0].surface.faces)
-    pressures, forces = felt(ball(0.2)), RegionForceEstimator(MAP, estimator="lumped")
+    pressures = felt(ball(0.2))
+    forces = RegionForceEstimator(MAP, estimator="lumped")
     forces.use(moved)
     regions = ContactDetector(moved).read(WaterFillModel(moved.skin).pressures([ball(0.2)]))
     (got,), _ = forces.read(regions, pressures, EXACT, wrench_of(ball(0.2)))

@@ -28,10 +28,13 @@ def test_one_push_is_found_where_it_is():
 
 def test_pushes_all_over_an_arm_are_found_where_they_are():
     """On tubes the line enters on the pushed side, never where it would leave."""
-    skin, reader, lumped = arm().skin, ContactDetector(arm().map), ForceTorqueSensor(arm().skin)
+    skin = arm().skin
+    reader = ContactDetector(arm().map)
+    lumped = ForceTorqueSensor(arm().skin)
     for taxel in range(0, len(skin), 7):
         at = skin.taxel_point(taxel)
-        point, normal = skin.position(at), skin.normal(at)
+        point = skin.position(at)
+        normal = skin.normal(at)
         pressures = np.zeros(len(skin))
         pressures[taxel] = 5e3
         reader.reset()
@@ -51,7 +54,8 @@ def test_friction_leans_the_force_but_does_not_move_its_place():
 
 def test_of_two_contacts_it_sees_one_between_them():
     """What a skin tells apart, this does not: the baseline's limit."""
-    one, other = np.array([0.1, 0, 0.02]), np.array([0.3, 0, 0.02])
+    one = np.array([0.1, 0, 0.02])
+    other = np.array([0.3, 0, 0.02])
     both = Wrench(-20.0 * UP, np.cross(one, -10.0 * UP) + np.cross(other, -10.0 * UP))
     found = ForceTorqueSensor(SKIN).estimate(reading(wrench=both))
     assert SKIN.position(found.at) == pytest.approx([0.2, 0, 0.02], abs=1e-6)

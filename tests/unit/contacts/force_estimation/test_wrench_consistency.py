@@ -17,7 +17,8 @@ from tactile_maps.tactile.models.water_fill import WaterFillModel
 from tests.support.touch import bar_skin
 
 SKIN = bar_skin(400)
-MAP, POSITIONS = build_map(SKIN), taxel_positions(SKIN)
+MAP = build_map(SKIN)
+POSITIONS = taxel_positions(SKIN)
 UP = np.array([0.0, 0.0, 1.0])
 
 
@@ -79,7 +80,9 @@ def test_forces_without_a_resultant_are_a_mismatch():
 
 def test_noise_of_the_sensor_is_no_mismatch():
     """4 standard deviations: of 300 readings beside a touch that presses nothing none is one."""
-    rng, noise, true = np.random.default_rng(0), 0.5, wrench_of(ball(0.1))
+    rng = np.random.default_rng(0)
+    noise = 0.5
+    true = wrench_of(ball(0.1))
     first, second = seen(ball(0.1), ball(0.3))
     for _ in range(300):
         force, torque = rng.normal(size=(2, 3))

@@ -7,7 +7,9 @@ import pytest
 
 from tactile_maps.control.force_loop.contact_stiffness import MeasuredStiffness, StiffnessEstimator
 
-NOMINAL, STIFFNESS, DT = 2e4, 5e3, 0.005
+NOMINAL = 2e4
+STIFFNESS = 5e3
+DT = 0.005
 TIME = DT * np.arange(120)
 APPROACH = 0.6e-3 * (1 - np.exp(-TIME / 0.15))
 """Of the skin along its normal [m]: to 3 N."""

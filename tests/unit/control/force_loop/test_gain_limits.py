@@ -27,7 +27,8 @@ from tactile_maps.studies.loop_laws.sampled_loop import max_stable_gain
 from tests.support.touch import BAR_INERTIA, bar
 from tests.unit.control.contacts_by_hand import touch
 
-LEVEL, DT = np.zeros(1), 0.005
+LEVEL = np.zeros(1)
+DT = 0.005
 GAINS = ("force_gain", "position_gain", "integral_time")
 
 
@@ -58,7 +59,8 @@ def asked(watch, settings, regions, posture=LEVEL):
 
 def test_a_gain_that_stays_as_set_is_told_from_where_it_cannot_be_held():
     slow = SensorTiming(0.05)
-    most, watch = most_at(slow), watch_of(slow)
+    most = most_at(slow)
+    watch = watch_of(slow)
     high, low = (ControlSettings("hybrid", gains="as_given", force_gain=share * most) for share in (1.01, 0.99))
     taken, [limit] = asked(watch, high, touch(3.0))
     assert (taken, limit.kind) == (high, LimitKind.FORCE_GAIN_UNSTABLE)
@@ -93,7 +95,8 @@ def test_gains_that_a_skin_can_hold_stay_what_they_are():
 
 
 def test_what_was_lost_is_sought_with_the_gains_it_had_and_nothing_is_said():
-    watch, settings = watch_of(SensorTiming(0.2, 0.2)), ControlSettings("hybrid", force_gain=0.05)
+    watch = watch_of(SensorTiming(0.2, 0.2))
+    settings = ControlSettings("hybrid", force_gain=0.05)
     assert asked(watch, settings, ()) == (settings, ()), "nothing has touched yet"
     taken, said = asked(watch, settings, touch(3.0))
     assert said
@@ -112,7 +115,8 @@ def test_it_is_for_controllers_that_read_and_for_skins_of_which_something_is_kno
 
 
 def test_another_path_takes_the_gains_that_were_worked_out_and_other_gains_do_not():
-    watch, settings = watch_of(SensorTiming(0.01)), ControlSettings("hybrid", force_gain=1.0)
+    watch = watch_of(SensorTiming(0.01))
+    settings = ControlSettings("hybrid", force_gain=1.0)
     before, said = asked(watch, settings, touch(3.0))
     path = replace(settings, path_kind="raster", path=((0.0, 0.0), (0.1, 0.1)), path_size=0.1, path_speed=0.1, starts=7)
     aside = touch(3.0, x=0.2)  # where the limit would be another, were it worked out anew
@@ -123,7 +127,8 @@ def test_another_path_takes_the_gains_that_were_worked_out_and_other_gains_do_no
 
 
 def test_another_skin_asks_anew():
-    watch, high = watch_of(SensorTiming(0.2, 0.2)), ControlSettings("hybrid", force_gain=0.05)
+    watch = watch_of(SensorTiming(0.2, 0.2))
+    high = ControlSettings("hybrid", force_gain=0.05)
     slow = asked(watch, high, touch(3.0))[0].force_gain
     watch.readings = SensorTiming(0.005)
     assert asked(watch, high, touch(3.0))[0].force_gain > 5 * slow
@@ -131,7 +136,8 @@ def test_another_skin_asks_anew():
 
 @pytest.mark.parametrize("controller", ["hybrid", "parallel", "admittance"])
 def test_an_oscillation_halves_the_gain_until_it_has_been_calm(controller):
-    settings, watch = ControlSettings(controller, force_gain=0.002), watch_of(SensorTiming(0.005))
+    settings = ControlSettings(controller, force_gain=0.002)
+    watch = watch_of(SensorTiming(0.005))
     before = asked(watch, settings, touch(3.0))[0].force_gain
     watch.halve(settings)
     assert asked(watch, settings, touch(3.0))[0].force_gain == pytest.approx(before / 2)
@@ -146,7 +152,8 @@ def test_an_oscillation_halves_the_gain_until_it_has_been_calm(controller):
 
 
 def test_halving_ends_at_the_smallest_share_which_is_reported_until_the_force_is_calm():
-    settings, watch = ControlSettings("hybrid", force_gain=0.002), watch_of(SensorTiming(0.005))
+    settings = ControlSettings("hybrid", force_gain=0.002)
+    watch = watch_of(SensorTiming(0.005))
     before = asked(watch, settings, touch(3.0))[0].force_gain
     for _ in range(round(-np.log2(LEAST_SHARE))):
         assert not watch.exhausted
@@ -164,7 +171,8 @@ def test_halving_ends_at_the_smallest_share_which_is_reported_until_the_force_is
 
 
 def test_other_settings_take_their_whole_gain_and_given_gains_are_never_reduced():
-    settings, watch = ControlSettings("hybrid", force_gain=0.002), watch_of(SensorTiming(0.005))
+    settings = ControlSettings("hybrid", force_gain=0.002)
+    watch = watch_of(SensorTiming(0.005))
     watch.halve(settings)
     assert asked(watch, replace(settings, force_gain=0.001), touch(3.0))[0].force_gain == pytest.approx(0.001)
     given = replace(settings, gains="as_given")
@@ -228,7 +236,9 @@ def test_an_integral_is_slow_enough_for_what_the_proportional_part_does():
 
 
 def test_a_point_that_does_not_make_the_commanded_motion_is_stuck_until_it_moves():
-    watch, way, wanted = watch_of(SensorTiming(0.005)), 0.0, 0.0
+    watch = watch_of(SensorTiming(0.005))
+    way = 0.0
+    wanted = 0.0
 
     def went(moved, ticks):
         nonlocal way, wanted
@@ -272,7 +282,8 @@ def test_of_several_contacts_the_smallest_gain_is_taken():
 
 
 def test_the_oscillation_of_any_controlled_contact_halves_the_gain():
-    settings, watch = replace(HIGH, force_gain=0.001), watch_of(SensorTiming(0.005))
+    settings = replace(HIGH, force_gain=0.001)
+    watch = watch_of(SensorTiming(0.005))
     for k in range(400):
         swing = np.sin(30 * k * DT)
         regions = (*touch(4.0), *touch(3.0 + 2.5 * swing, id_=2))
@@ -282,9 +293,11 @@ def test_the_oscillation_of_any_controlled_contact_halves_the_gain():
 
 
 def test_a_contact_that_bounces_comes_back_as_a_new_one_and_oscillates_all_the_same():
-    settings, watch = replace(HIGH, force_gain=0.001), watch_of(SensorTiming(0.005))
+    settings = replace(HIGH, force_gain=0.001)
+    watch = watch_of(SensorTiming(0.005))
     for k in range(600):
-        swing, id_ = np.sin(2 * np.pi * 3 * k * DT), 1 + int(3 * k * DT)
+        swing = np.sin(2 * np.pi * 3 * k * DT)
+        id_ = 1 + int(3 * k * DT)
         regions = touch(3.5 * swing, id_=id_) if swing > 0 else ()
         watch.effective_settings(settings, np.array([-1e-4 * swing]), regions, DT)
     assert watch.reduced

@@ -30,7 +30,8 @@ def test_a_reading_at_its_end_is_no_less_than_the_goal():
     assert assume_goal_where_saturated((), 3.0, 180e3) == ((), False)
 
 
-DT, GOAL = 0.005, 3.0
+DT = 0.005
+GOAL = 3.0
 
 
 STIFFNESS = 2e4
@@ -38,7 +39,8 @@ STIFFNESS = 2e4
 
 def swung(amplitude, *, rate=5.0, seconds=3.0, goal=GOAL, way=lambda time, force: force / STIFFNESS):
     """Return whether a sine about the goal counts as an oscillation at the end."""
-    watch, swings = OscillationDetector(), False
+    watch = OscillationDetector()
+    swings = False
     for k in range(round(seconds / DT)):
         force = max(goal + amplitude * np.sin(2 * np.pi * rate * k * DT), 0.0)
         swings = watch.look(goal, force, way(k * DT, force), DT)
@@ -64,7 +66,8 @@ def test_bounces_that_lose_the_contact_are_an_oscillation_of_the_loop():
     """The force is never far above the goal: 0 to 3 N."""
 
     def bounced(way_at, rate=2.0):
-        watch, swings = OscillationDetector(), False
+        watch = OscillationDetector()
+        swings = False
         for k in range(round(3.0 / DT)):
             way = way_at * np.sin(2 * np.pi * rate * k * DT)
             swings = watch.look(GOAL, max(GOAL * np.sin(2 * np.pi * rate * k * DT), 0.0), way, DT)
@@ -77,7 +80,8 @@ def test_bounces_that_lose_the_contact_are_an_oscillation_of_the_loop():
 
 def test_swings_whose_energy_the_arm_absorbs_are_taps():
     """Taps of 12 N push the arm in; it comes back while nothing touches, so that force and way still correlate."""
-    watch, named = OscillationDetector(), False
+    watch = OscillationDetector()
+    named = False
     for k in range(round(3.0 / DT)):
         phase = (k * DT / 0.4) % 1.0
         force = 12 * np.sin(2 * np.pi * phase) if phase < 0.5 else 0.0

@@ -27,7 +27,8 @@ UP = np.array([0.0, 0.0, 1.0])
 def test_a_normal_that_errs_by_more_turns_the_answer_around(seed):
     """The worst error of each size is tried: towards where the motion goes."""
     move = np.random.default_rng(seed).normal(size=(3, 2))
-    tilt, way = bearable_tilt(UP @ move, move), move @ (UP @ move)
+    tilt = bearable_tilt(UP @ move, move)
+    way = move @ (UP @ move)
     away = way - way[2] * UP
     away /= np.linalg.norm(away)
     answers = [way @ (math.cos(angle) * UP - math.sin(angle) * away) for angle in (0.99 * tilt, 1.01 * tilt)]
@@ -40,7 +41,8 @@ def test_joints_that_move_a_point_everywhere_bear_any_tilt():
 
 
 def test_it_slides_slowly_where_little_tilt_is_borne_and_beside_what_is_wanted():
-    move, speed = np.array([[1.0], [0.0], [0.1]]), np.array([0.5])
+    move = np.array([[1.0], [0.0], [0.1]])
+    speed = np.array([0.5])
     limits = ActiveLimits()
     assert slow_aside(move, UP, LEAST_TILT, speed, limits) == pytest.approx([LEAST_ASIDE])
     [limit] = limits.found

@@ -47,7 +47,9 @@ def test_a_servo_that_lags_bears_what_routh_allows():
 @pytest.mark.parametrize("controller", [LoopFilter(0.3), LoopFilter(inertia_time=0.05), LoopFilter(0.6, 4.0, 0.05)])
 def test_it_agrees_with_the_eigenvalues_of_the_loop(controller, averaged):
     """Read at every tick, at its end or as the mean over it."""
-    tick, servo, stiffness = 0.005, 40.0, 5e3
+    tick = 0.005
+    servo = 40.0
+    stiffness = 5e3
     whole = np.array([[0, 1, 0], [-(servo**2) - stiffness, -2 * servo, servo**2], [0, 0, 0]])
     loop = ForceLoop.of_rates(tick, whole, stiffness, np.ones(1), np.ones(1), averaged=averaged)
     filter_ = Filter(0.0, controller.integral_time, controller.position_gain, controller.inertia_time)

@@ -74,7 +74,8 @@ def test_what_is_near_at_the_start_may_stay_as_near():
 
 
 def test_the_object_that_is_touched_is_found_and_only_the_link_that_meets_it_may_be_near():
-    ball, other = at("ball", Sphere(0.03), -0.065, 0.0, 0.079), at("other", Sphere(0.03), -0.2, 0.0, 0.0)
+    ball = at("ball", Sphere(0.03), -0.065, 0.0, 0.079)
+    other = at("other", Sphere(0.03), -0.2, 0.0, 0.0)
     clearance = blocks(other, ball, top=0.05)
     assert clearance.touched == "ball"
     assert clearance.at(np.zeros(1)).between == ("left", "ball")
@@ -126,8 +127,11 @@ def test_a_place_in_a_bowl_is_touched_on_the_skin():
 
 def test_along_a_motion_nothing_between_two_looks_comes_too_near():
     """By a dense look at the same line; motions that end in each other included."""
-    clearance, lot = of_arm(), np.random.default_rng(2)
-    met, looks, dense = 0, 0, 0
+    clearance = of_arm()
+    lot = np.random.default_rng(2)
+    met = 0
+    looks = 0
+    dense = 0
     for _ in range(12):
         start, end = lot.uniform(-1.0, 1.0, (2, 7)) + [0.0, 0.5, 0.0, 1.0, 0.0, 0.0, 0.0]
         gaps = list(clearance.along(start, end))
@@ -144,7 +148,9 @@ def test_along_a_motion_nothing_between_two_looks_comes_too_near():
 
 
 def test_no_shape_moves_farther_than_its_bound():
-    clearance, robot, lot = of_arm(), arm().robot, np.random.default_rng(3)
+    clearance = of_arm()
+    robot = arm().robot
+    lot = np.random.default_rng(3)
     configuration = Configuration(robot)
     for _ in range(50):
         posture, step = lot.uniform(-1, 1, (2, len(robot.joints))) * [[1.5], [0.05]]

@@ -33,7 +33,8 @@ def together(posture, *regions):
 @pytest.mark.parametrize("posture", [0.0, 0.7])
 def test_its_force_is_that_of_both_and_its_place_between(posture):
     """At 96 mm on the one patch, and 2 + 106 mm from its beginning on the other, whatever way the link is turned."""
-    left, right = touching(0.096, 2.0, 1), touching(0.126, 1.0, 2)
+    left = touching(0.096, 2.0, 1)
+    right = touching(0.126, 1.0, 2)
     one = together(posture, left, right)
     assert one.force == pytest.approx(3.0)
     assert one.link_position == pytest.approx([0.096 + 0.012 / 3, 0.05, 0.0])
@@ -60,7 +61,8 @@ def test_without_force_it_is_in_the_middle_of_nothing():
     assert np.isfinite(together(0.0, left, right).map_point).all()
 
 
-NEXT, FAR = MapKinematics(two_plates(gap=0.01)), MapKinematics(two_plates(gap=0.04))
+NEXT = MapKinematics(two_plates(gap=0.01))
+FAR = MapKinematics(two_plates(gap=0.04))
 CONFIGURATION = Configuration(bar())
 OVER = ControlSettings(
     controller="hybrid", task="follow_path", path_kind="polyline", path=((0.09, 0.05), (0.13, 0.05)), path_speed=0.02

@@ -43,7 +43,8 @@ def reached(spot, posture) -> PointTarget:
 
 @pytest.mark.parametrize("taxel", [5, 120, 160, 230, 290])
 def test_what_a_near_posture_reaches_is_reached(taxel):
-    robot, spot = arm().robot, spot_of(taxel)
+    robot = arm().robot
+    spot = spot_of(taxel)
     lower, upper = joint_limits(robot)
     rng = np.random.default_rng(taxel)
     goal = reached(spot, np.clip(robot.home + rng.uniform(-0.3, 0.3, len(robot.home)), lower, upper))

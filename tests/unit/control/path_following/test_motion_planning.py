@@ -21,7 +21,8 @@ LEFT, RIGHT = (np.array([turn, 1.2, 0.0, 0.6, 0.0, 0.3, 0.0]) for turn in (-0.9,
 @cache
 def beside_wall(high: float, *, begins: float = 0.35) -> Clearance:
     """Our arm stretched out beside a wall that stands in front of it, from so far [m] to 0.95 m."""
-    middle, half = (0.95 + begins) / 2, (0.95 - begins) / 2
+    middle = (0.95 + begins) / 2
+    half = (0.95 - begins) / 2
     wall = Obstacle("wall", Box((half, 0.01, high / 2)), Pose(np.eye(3), np.array([middle, 0.0, high / 2])))
     clearance = Clearance(arm().robot, arm().skin, (wall,))
     clearance.begin(LEFT, (wall,), "hand", np.array([0.0, 0.0, 9.0]), np.array([0.0, 0.0, 1.0]))

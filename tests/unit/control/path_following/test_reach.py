@@ -12,7 +12,9 @@ from tactile_maps.robots.kinematics import Configuration
 from tests.support.touch import arm
 from tests.unit.control.path_following.test_inverse_kinematics import reached, spot_of
 
-UPPER_ARM, FOREARM, HAND = 40, 150, 280
+UPPER_ARM = 40
+FOREARM = 150
+HAND = 280
 
 
 def searched(taxel, goal, *, whole=False):
@@ -31,7 +33,9 @@ def postures(count, seed=0):
 
 def places_of(taxel, count):
     """(count, 3) where random postures bring it."""
-    configuration, spot, places = Configuration(arm().robot), spot_of(taxel), []
+    configuration = Configuration(arm().robot)
+    spot = spot_of(taxel)
+    places = []
     for posture in postures(count):
         configuration.update(posture)
         places.append(configuration.pose(spot.link).points(spot.point))

@@ -18,7 +18,8 @@ def ends():
     """A taxel at the end of the forearm's skin, and one of the hand's on the same side."""
     skin = arm().skin
     forearm, hand = (skin.patches[k].taxels.positions for k in (1, 2))
-    low, high = forearm[forearm[:, 2].argmax()], hand[hand[:, 2].argmax()]
+    low = forearm[forearm[:, 2].argmax()]
+    high = hand[hand[:, 2].argmax()]
     return taxel_near(skin, 1, low), taxel_near(skin, 2, high)
 
 
@@ -32,12 +33,18 @@ class Ride:
     def __init__(self, leaves=None, enters=None) -> None:
         prepared = arm()
         first, second = ends()
-        self.leaves, self.enters = first if leaves is None else leaves, second if enters is None else enters
-        self.carrier, self.configuration = RegraspManager(prepared.robot), Configuration(prepared.robot)
-        skin, held = prepared.skin, touch_on(prepared.map, self.leaves, 3.0)
+        self.leaves = first if leaves is None else leaves
+        self.enters = second if enters is None else enters
+        self.carrier = RegraspManager(prepared.robot)
+        self.configuration = Configuration(prepared.robot)
+        skin = prepared.skin
+        held = touch_on(prepared.map, self.leaves, 3.0)
         crossing = PathCrossing(0.1, skin.taxel_point(self.leaves), skin.taxel_point(self.enters))
         assert self.carrier.ask(crossing, held, (held,), skin, PITCH)
-        self.posture, self.states, self.said, self.speeds = prepared.robot.home.copy(), [], [], []
+        self.posture = prepared.robot.home.copy()
+        self.states = []
+        self.said = []
+        self.speeds = []
 
     def go(self, felt, ticks=3000):
         """Until it is over; the contact in hand at the end."""
@@ -56,7 +63,8 @@ class Ride:
         raise AssertionError(f"it never ended: {self.states}")
 
     def place(self, taxel):
-        at, skin = arm().skin.taxel_point(taxel), arm().skin
+        at = arm().skin.taxel_point(taxel)
+        skin = arm().skin
         return self.configuration.pose(skin.link(at)).points(skin.position(at))
 
 
@@ -173,14 +181,16 @@ def test_the_place_that_cannot_come_is_refused_before_anything_is_let_go():
 
 def asked(carrier) -> bool:
     leaves, enters = ends()
-    skin, held = arm().skin, touch_on(arm().map, leaves, 3.0)
+    skin = arm().skin
+    held = touch_on(arm().map, leaves, 3.0)
     crossing = PathCrossing(0.1, skin.taxel_point(leaves), skin.taxel_point(enters))
     return carrier.ask(crossing, held, (held,), skin, 0.02)
 
 
 def ticked(carrier, ticks=400):
     """Its speed as soon as the arm moves."""
-    robot, configuration = arm().robot, Configuration(arm().robot)
+    robot = arm().robot
+    configuration = Configuration(arm().robot)
     for _ in range(ticks):
         speed = carrier.speed(robot.home, robot.home, configuration, TICK)
         if speed is not None:

@@ -28,7 +28,8 @@ def clear_of(*obstacles) -> Clearance:
 
 def planned(leaves, enters, *obstacles) -> RegraspPlan:
     robot = arm().robot
-    touched, clearance = spot_of(leaves), clear_of(*obstacles)
+    touched = spot_of(leaves)
+    clearance = clear_of(*obstacles)
     here = reached(touched, robot.home)
     clearance.begin(robot.home, obstacles, touched.link, here.point, here.normal)
     plan = RegraspPlan(robot, Configuration(robot), clearance, robot.home, robot.home, touched, spot_of(enters))
@@ -66,7 +67,8 @@ def test_from_forearm_to_hand_each_posture_is_where_it_should_be():
 
 def test_the_arm_stays_out_of_the_room_of_what_it_touches():
     leaves, enters = ends()
-    route, touched = planned(leaves, enters).route, reached(spot_of(leaves), arm().robot.home)
+    route = planned(leaves, enters).route
+    touched = reached(spot_of(leaves), arm().robot.home)
     configuration = Configuration(arm().robot)
     for share in np.linspace(0, 1, 30):
         configuration.update(route.lifted + share * (route.over - route.lifted))
@@ -95,7 +97,8 @@ def test_to_a_known_object_the_arm_comes_with_no_more_than_it_touches():
     leaves, enters = ends()
     known = ball(leaves)
     route = planned(leaves, enters, known).route
-    clearance, way = clear_of(known), (route.lifted, *route.around, route.over)
+    clearance = clear_of(known)
+    way = (route.lifted, *route.around, route.over)
     clearance.meeting(None)
     for before, after in pairwise(way):
         assert min(clearance.at(before + share * (after - before)).room for share in np.linspace(0, 1, 40)) > -0.002
@@ -108,7 +111,8 @@ def test_to_a_known_object_the_arm_comes_with_no_more_than_it_touches():
 def test_what_is_in_the_way_is_named():
     """A great ball close behind the forearm: it cannot be lifted off what it touches in front."""
     leaves, enters = ends()
-    touched, home = spot_of(leaves), arm().robot.home
+    touched = spot_of(leaves)
+    home = arm().robot.home
     here = reached(touched, home)
 
     def behind(far) -> Obstacle:

@@ -7,7 +7,9 @@ import pytest
 
 from tactile_maps.control.path_following.slide_observer import MOST_MISSING, SlideObserver
 
-DT, RATE, SPEED = 0.005, 4.0, 0.01
+DT = 0.005
+RATE = 4.0
+SPEED = 0.01
 AHEAD = np.array([SPEED, 0.0])
 
 

@@ -58,7 +58,8 @@ def test_over_a_seam_it_goes_on_without_a_jump_on_the_body():
     map_ = arm().map
     patch = next(k for k, seam in enumerate(map_.seams) if len(seam))
     seam = map_.seams[patch]
-    middle, along = seam[len(seam) // 2].mean(axis=0), seam[len(seam) // 2][1] - seam[len(seam) // 2][0]
+    middle = seam[len(seam) // 2].mean(axis=0)
+    along = seam[len(seam) // 2][1] - seam[len(seam) // 2][0]
     across = np.array([along[1], -along[0]]) / np.linalg.norm(along)
     sides = [middle + s * 0.01 * across for s in (1, -1)]
     start, end = sides if map_.to_body(sides[0]) is not None else sides[::-1]
@@ -75,7 +76,8 @@ def over_a_seam(map_, *, before=0.01, after=0.01):
     """Two points: on one side of a seam of our arm, and as far beyond it as drawn, off the patch."""
     patch = next(k for k, seam in enumerate(map_.seams) if len(seam))
     seam = map_.seams[patch]
-    middle, along = seam[len(seam) // 2].mean(axis=0), seam[len(seam) // 2][1] - seam[len(seam) // 2][0]
+    middle = seam[len(seam) // 2].mean(axis=0)
+    along = seam[len(seam) // 2][1] - seam[len(seam) // 2][0]
     across = np.array([along[1], -along[0]]) / np.linalg.norm(along)
     if map_.to_body(middle + 1e-3 * across) is None:
         across = -across
@@ -123,7 +125,8 @@ def test_a_raster_larger_than_the_patch_is_what_of_it_is_inside():
 
 def test_what_lies_behind_a_seam_is_laid_there_and_comes_back():
     """A loop over a seam: out, along behind it, and in again where it was drawn."""
-    map_, transitions = arm().map, SeamTransitions(arm().map)
+    map_ = arm().map
+    transitions = SeamTransitions(arm().map)
     inside, outside = over_a_seam(map_)
     across = inside - outside
     side = 0.3 * np.array([across[1], -across[0]])
@@ -137,7 +140,8 @@ def test_what_lies_behind_a_seam_is_laid_there_and_comes_back():
 
 
 def test_over_a_seam_into_another_patch_it_crosses():
-    map_, transitions = arm().map, SeamTransitions(arm().map)
+    map_ = arm().map
+    transitions = SeamTransitions(arm().map)
     inside, outside = over_a_seam(map_)
     patch = map_.to_body(inside).patch
     other = map_.taxel_points[int(map_.skin.first[(patch + 1) % 3]) + 5]
@@ -152,7 +156,8 @@ def test_over_a_seam_into_another_patch_it_crosses():
 @pytest.mark.parametrize("drawn", [True, False])
 @pytest.mark.parametrize("size", [1e-6, 0.01, 0.1, 1.0, 50.0])
 def test_every_point_of_a_path_lies_on_the_skin_where_its_lines_say(kind, drawn, size):
-    map_, transitions = arm().map, SeamTransitions(arm().map)
+    map_ = arm().map
+    transitions = SeamTransitions(arm().map)
     start = map_.taxel_points[100]
     points = start + size * np.array([[-1.0, 0.0], [1.0, 0.1], [0.3, 0.4], [-0.2, 1.0]])
     corner = {"lemniscate": points[:2].mean(axis=0), "raster": points.min(axis=0)}.get(kind, points[0])
@@ -162,7 +167,8 @@ def test_every_point_of_a_path_lies_on_the_skin_where_its_lines_say(kind, drawn,
     assert sum(np.linalg.norm(np.diff(line, axis=0), axis=1).sum() for line in path.points_on_map) == pytest.approx(
         path.length, rel=1e-4
     )
-    low, high = lines.min(axis=0) - 1e-6, lines.max(axis=0) + 1e-6
+    low = lines.min(axis=0) - 1e-6
+    high = lines.max(axis=0) + 1e-6
     for way in np.random.default_rng(0).uniform(0, path.length, 30):
         at, direction = path.at(way)
         assert np.linalg.norm(direction) == pytest.approx(1.0)

@@ -53,7 +53,8 @@ def test_the_other_side_of_a_self_contact_is_the_same_force():
     assert [region.id for region in ContactSelection().others(regions[0], regions, GOAL)] == [3]
 
 
-UP, DOWN = np.array([1.0]), np.array([-1.0])
+UP = np.array([1.0])
+DOWN = np.array([-1.0])
 GAIN = 0.005
 
 

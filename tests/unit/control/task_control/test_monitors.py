@@ -35,7 +35,8 @@ from tactile_maps.geometry.surface.mesh import SurfacePoint
 from tactile_maps.robots.model.robot import Joint
 from tests.unit.control.contacts_by_hand import TICK, touch
 
-STILL, BENT = np.zeros(1), np.array([0.3])
+STILL = np.zeros(1)
+BENT = np.array([0.3])
 HINGE = (Joint("hinge", -1.5, 1.5),)
 
 
@@ -61,7 +62,8 @@ def test_what_is_not_safe_stops_until_nothing_touched_for_a_while(regions, veloc
     for _ in range(300):
         assert not supervisor.check(30.0, STILL, STILL, touch(1.0), TICK), "still touched"
     assert supervisor.posture == pytest.approx(STILL, abs=0.02), "it has given way to where it is pressed"
-    kept, ticks = supervisor.posture, 0
+    kept = supervisor.posture
+    ticks = 0
     while not supervisor.check(30.0, BENT, STILL, (), TICK):
         assert np.array_equal(supervisor.posture, kept), "untouched it holds its place"
         ticks += 1
@@ -164,19 +166,25 @@ def test_a_robot_without_joints_is_never_too_fast():
     assert SafetyMonitor(()).check(30.0, np.zeros(0), np.zeros(0), (), TICK)
 
 
-ALONG, BEYOND = LimitKind.CONTACT_STICKS, LimitKind.OUT_OF_REACH
-DT, ERROR, ASKED = 0.005, np.array([0.01, 0.0]), np.array([0.04, 0.0])
-HERE, THERE = SurfacePoint(0, 0, (1.0, 0.0, 0.0)), SurfacePoint(0, 1, (1.0, 0.0, 0.0))
+ALONG = LimitKind.CONTACT_STICKS
+BEYOND = LimitKind.OUT_OF_REACH
+DT = 0.005
+ERROR = np.array([0.01, 0.0])
+ASKED = np.array([0.04, 0.0])
+HERE = SurfacePoint(0, 0, (1.0, 0.0, 0.0))
+THERE = SurfacePoint(0, 1, (1.0, 0.0, 0.0))
 
 
 def turned(degrees):
-    c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
+    c = np.cos(np.radians(degrees))
+    s = np.sin(np.radians(degrees))
     return np.array([[c, -s], [s, c]])
 
 
 def watched(share, *, asked=ASKED, tried=1.0, seconds=2.0, jump_at=-1, way=0.0):
     """A contact that moves by a share of what the arm tries, in a direction turned by ``way`` degrees."""
-    watch, point = StallDetector(0.005), np.zeros(2)
+    watch = StallDetector(0.005)
+    point = np.zeros(2)
     for tick in range(round(seconds / DT)):
         step = turned(way) @ (share * tried * asked) * DT
         point = point + step + (np.array([-0.3, 0.2]) if tick == jump_at else 0.0)
@@ -262,7 +270,8 @@ def test_damping_gives_back_a_part():
 
 
 def test_the_share_falls_smoothly_and_never_lets_the_last_go():
-    tank, shares = EnergyTank(), []
+    tank = EnergyTank()
+    shares = []
     while tank.level > 0:
         tank.flow(1.0, 0.0, 0.01)
         shares.append(tank.share)

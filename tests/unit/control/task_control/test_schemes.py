@@ -69,7 +69,8 @@ def test_each_contact_has_its_own_memory_and_takes_it_along():
 
 
 def test_the_integral_stands_while_the_answer_is_bounded():
-    servo, limits = ForceServo(0.02), ActiveLimits()
+    servo = ForceServo(0.02)
+    limits = ActiveLimits()
     push(servo, -1.0)
     gathered = servo.integral(ONE)
     for _ in range(1000):
@@ -80,7 +81,8 @@ def test_the_integral_stands_while_the_answer_is_bounded():
 
 
 def test_no_integral_at_all():
-    servo, endless = ForceServo(1.0), ControlSettings(force_gain=0.01, integral_time=float("inf"))
+    servo = ForceServo(1.0)
+    endless = ControlSettings(force_gain=0.01, integral_time=float("inf"))
     assert [push(servo, -1.0, settings=endless) for _ in range(4)] == [-0.01] * 4
     assert servo.integral(ONE) == 0.0
     push(servo, -1.0)
@@ -89,7 +91,8 @@ def test_no_integral_at_all():
 
 
 def test_what_was_gathered_stands_without_an_integral_even_while_the_speed_is_bounded():
-    servo, endless = ForceServo(0.02), replace(SETTINGS, integral_time=float("inf"))
+    servo = ForceServo(0.02)
+    endless = replace(SETTINGS, integral_time=float("inf"))
     push(servo, -1.0)
     for _ in range(100):
         assert push(servo, 50.0, settings=endless) == 0.02
@@ -97,7 +100,8 @@ def test_what_was_gathered_stands_without_an_integral_even_while_the_speed_is_bo
 
 
 def test_an_error_that_unwinds_the_integral_is_gathered_while_the_speed_is_bounded():
-    servo, quick = ForceServo(0.02), replace(SETTINGS, integral_time=0.05)
+    servo = ForceServo(0.02)
+    quick = replace(SETTINGS, integral_time=0.05)
     for _ in range(100):
         push(servo, -1.0)
     wound = servo.integral(ONE)
@@ -114,7 +118,8 @@ def test_an_error_that_unwinds_the_integral_is_gathered_while_the_speed_is_bound
 
 def test_a_goal_that_is_not_reached_alone_is_integrated_for_after_a_while():
     """Something holds against it: the proportional part comes no nearer, and would stand for ever."""
-    servo, ticks = ForceServo(1.0), round(SETTINGS.integral_time / DT)
+    servo = ForceServo(1.0)
+    ticks = round(SETTINGS.integral_time / DT)
     nearing = [push(servo, 2.0 * 0.97**k) for k in range(ticks)]
     assert servo.integral(ONE) == 0.0, "it still comes nearer"
     assert nearing[-1] < 0.2 * nearing[0]
@@ -131,7 +136,8 @@ def test_a_goal_that_is_not_reached_alone_is_integrated_for_after_a_while():
 
 def test_only_the_sum_with_what_is_wanted_besides_is_bounded():
     """A pull that alone asks for more than the bound holds the force off its goal until the integral outgrows it."""
-    servo, limits = ForceServo(0.02), ActiveLimits()
+    servo = ForceServo(0.02)
+    limits = ActiveLimits()
     servo.push(SETTINGS, ONE, -1.0, DT, ActiveLimits())
     answers = [servo.push(SETTINGS, ONE, -1.0, DT, limits, beside=0.06) for _ in range(2000)]
     assert answers[0] == 0.02
@@ -141,7 +147,8 @@ def test_only_the_sum_with_what_is_wanted_besides_is_bounded():
     assert -0.01 * (1 - held / 0.5) + 0.06 == pytest.approx(-0.02, abs=2e-4), "and stands at the other bound"
 
 
-AIM, POINT_DT = np.array([0.1, 0.0, -0.2]), 0.005
+AIM = np.array([0.1, 0.0, -0.2])
+POINT_DT = 0.005
 POINT_SETTINGS = ControlSettings(force_gain=0.01, integral_time=1.0)
 
 
@@ -159,14 +166,16 @@ def levels(rule, *contacts):
 
 
 def test_all_contacts_are_wanted_alike():
-    free, held = contact(), replace(contact(np.zeros(2)), id=2)
+    free = contact()
+    held = replace(contact(np.zeros(2)), id=2)
     [level] = levels(Slow(), free, held)
     assert np.array_equal(level.rows, np.concatenate([free.outward[None], held.move]))
     assert level.speed == pytest.approx(0.1 * np.array([AIM[2], *AIM])), "a tenth of the way in the first tick"
 
 
 def test_the_velocity_wanted_is_remembered_by_contact_and_forgotten_with_it():
-    rule, one = Slow(), contact(np.zeros(2))
+    rule = Slow()
+    one = contact(np.zeros(2))
     for tick in range(1, 5):
         [level] = levels(rule, one)
         assert level.speed == pytest.approx((1 - 0.9**tick) * AIM)
@@ -185,7 +194,8 @@ def test_a_time_constant_shorter_than_a_tick_is_none():
 
 
 def test_the_force_s_integral_goes_with_its_contact():
-    rule, one = Slow(), replace(contact(), force_error=-1.0)
+    rule = Slow()
+    one = replace(contact(), force_error=-1.0)
     pushes = []
     for _ in range(3):
         levels(rule, one)
@@ -208,7 +218,8 @@ REST = np.zeros(3)
 
 def answer(levels: list[PriorityLevel], limits: ActiveLimits | None = None) -> np.ndarray:
     reference = PostureReference(bar(), Configuration(bar()))
-    reference.lower, reference.upper = np.full(3, -9.0), np.full(3, 9.0)
+    reference.lower = np.full(3, -9.0)
+    reference.upper = np.full(3, 9.0)
     reference.max_speed = np.full(3, MAX_JOINT_SPEED)
     limits = ActiveLimits() if limits is None else limits
     arm = ArmState(REST, REST, REST, reference, (), 1.0)
@@ -218,7 +229,8 @@ def answer(levels: list[PriorityLevel], limits: ActiveLimits | None = None) -> n
 @pytest.mark.parametrize("gain", [0.003, 0.01, 0.03])
 def test_a_weak_direction_is_damped_as_in_least_squares(gain):
     """Undamped it would ask for 0.05 m/s over the gain: 5 rad/s at the weakest."""
-    outward, along = np.array([[gain, 0.0, 0.0]]), np.array([[0.0, 0.5, 0.0]])
+    outward = np.array([[gain, 0.0, 0.0]])
+    along = np.array([[0.0, 0.5, 0.0]])
     levels = [PriorityLevel(outward, np.array([0.05])), PriorityLevel(along, np.array([0.02]))]
     limits = ActiveLimits()
     wanted, weak = solve_hierarchy(levels, REST, np.full(3, MAX_JOINT_SPEED))
@@ -229,15 +241,14 @@ def test_a_weak_direction_is_damped_as_in_least_squares(gain):
 
 
 def test_a_strong_one_is_not():
-    levels, limits = [PriorityLevel(np.array([[0.04, 0.0, 0.0]]), np.array([0.05]))], ActiveLimits()
+    levels = [PriorityLevel(np.array([[0.04, 0.0, 0.0]]), np.array([0.05]))]
+    limits = ActiveLimits()
     assert answer(levels, limits)[0] == pytest.approx(0.05 / 0.04, rel=0.01)
     assert limits.found == ()
 
 
-SCHEME_DT, SCHEME_SETTINGS = (
-    0.005,
-    ControlSettings(force_gain=0.01, integral_time=float("inf"), inertia_time=0.0, position_gain=5.0),
-)
+SCHEME_DT = 0.005
+SCHEME_SETTINGS = ControlSettings(force_gain=0.01, integral_time=float("inf"), inertia_time=0.0, position_gain=5.0)
 PLACE = np.array([0.003, -0.002])
 SPEED = 5.0 * PLACE
 
@@ -245,7 +256,8 @@ SPEED = 5.0 * PLACE
 def contact_with_goal(*, error=PLACE, force_error=1.0, id_=1, **changed) -> TaskContact:
     """On the forearm of our arm at home."""
     prepared = arm()
-    robot, at = Configuration(prepared.robot), prepared.skin.taxel_point(int(prepared.skin.first[1]) + 40)
+    robot = Configuration(prepared.robot)
+    at = prepared.skin.taxel_point(int(prepared.skin.first[1]) + 40)
     pose = robot.pose(prepared.skin.link(at))
     normal = pose.rotation @ prepared.skin.normal(at)
     to_map = MapKinematics(prepared.map).jacobian(at, "smoothed", robot)
@@ -260,7 +272,8 @@ def contact_with_goal(*, error=PLACE, force_error=1.0, id_=1, **changed) -> Task
 
 
 def state(contacts, *, start=None, speed=None, home=None) -> ArmState:
-    robot, zero = arm().robot, np.zeros(7)
+    robot = arm().robot
+    zero = np.zeros(7)
     reference = PostureReference(robot, Configuration(robot))
     given = [zero if value is None else value for value in (home, speed)]
     return ArmState(robot.home if start is None else start, *given, reference, tuple(contacts), SCHEME_DT)
@@ -287,7 +300,8 @@ def test_force_and_place_are_both_served(kind):
 
 
 def test_the_program_serves_both_nearly_and_accelerates_towards_it():
-    one, speed = contact_with_goal(), np.zeros(7)
+    one = contact_with_goal()
+    speed = np.zeros(7)
     for _ in range(20):
         speed, _ = scheme_answer(QuadraticProgramScheme(), one, speed=speed)
     assert one.outward @ speed == pytest.approx(0.01, rel=0.02)
@@ -306,7 +320,8 @@ def test_projection_serves_the_force_and_takes_the_map_for_unstretched():
 
 @pytest.mark.parametrize("name", CONTROL_SCHEMES)
 def test_a_contact_that_may_slide_is_pushed_only(name):
-    one, speed = contact_with_goal(error=None), np.zeros(7)
+    one = contact_with_goal(error=None)
+    speed = np.zeros(7)
     for _ in range(10):
         speed, _ = scheme_answer(CONTROL_SCHEMES[name](), one, speed=speed)
     assert one.outward @ speed == pytest.approx(0.01, rel=0.02)
@@ -318,7 +333,8 @@ def test_a_contact_that_may_slide_is_pushed_only(name):
 def test_two_contacts_are_served_together(name):
     other = contact_with_goal(error=None, force_error=-1.0, id_=2)
     other = replace(other, move=np.roll(other.move, 1, axis=1))
-    first, speed = contact_with_goal(error=None), np.zeros(7)
+    first = contact_with_goal(error=None)
+    speed = np.zeros(7)
     for _ in range(10):
         speed, _ = scheme_answer(CONTROL_SCHEMES[name](), first, other, speed=speed)
     assert [first.outward @ speed, other.outward @ speed] == pytest.approx([0.01, -0.01], rel=0.05)
@@ -335,14 +351,16 @@ def test_hybrid_keeps_position_out_of_force_and_a_wrong_normal_leaks():
 def test_admittance_and_parallel_take_up_a_speed_with_their_time_constant():
     settings = replace(SCHEME_SETTINGS, inertia_time=0.1)
     for kind in (AdmittanceScheme, ParallelScheme):
-        rule, one = kind(), contact_with_goal(error=None)
+        rule = kind()
+        one = contact_with_goal(error=None)
         pushed = [float(one.outward @ scheme_answer(rule, one, settings=settings)[0]) for _ in range(100)]
         expected = 0.01 * (1 - (1 - SCHEME_DT / 0.1) ** np.arange(1, 101))
         assert pushed == pytest.approx(list(expected), rel=1e-6)
 
 
 def test_parallel_is_drawn_back_to_where_the_contact_began():
-    rule, one = ParallelScheme(), contact_with_goal(error=None, force_error=0.0)
+    rule = ParallelScheme()
+    one = contact_with_goal(error=None, force_error=0.0)
     scheme_answer(rule, one)
     deeper = replace(one, point=one.point - 0.002 * one.normal)
     assert one.outward @ scheme_answer(rule, deeper)[0] == pytest.approx(5.0 * 0.002, rel=1e-6)
@@ -352,8 +370,10 @@ def test_parallel_is_drawn_back_to_where_the_contact_began():
 
 def test_in_parallel_a_normal_that_turns_on_the_way_does_not_pull():
     """A contact led a quarter of the way round a body of 30 mm: along the first normal it would be 9 mm off."""
-    rule, one = ParallelScheme(), contact_with_goal(error=None, force_error=0.0)
-    across, pulls = one.map_axes[0], []
+    rule = ParallelScheme()
+    one = contact_with_goal(error=None, force_error=0.0)
+    across = one.map_axes[0]
+    pulls = []
     for turn in np.linspace(0.0, np.pi / 4, 400):
         normal = np.cos(turn) * one.normal + np.sin(turn) * across
         here = replace(one, normal=normal, point=one.point + 0.03 * (normal - one.normal))
@@ -380,7 +400,12 @@ def test_in_parallel_the_force_comes_to_its_goal_wherever_it_is_pressed_to(way, 
     1993), although position asks for more speed than a point may have.
     """
     settings = replace(SCHEME_SETTINGS, position_gain=place_gain, integral_time=0.3, inertia_time=0.05)
-    rule, one, goal, spring, moved, force = ParallelScheme(), contact_with_goal(error=None), 3.0, 500.0, 0.0, 3.0
+    rule = ParallelScheme()
+    one = contact_with_goal(error=None)
+    goal = 3.0
+    spring = 500.0
+    moved = 0.0
+    force = 3.0
     for tick in range(2000):
         ball = way * min(tick * SCHEME_DT / 5, 1.0)
         force = max(goal + spring * (ball + moved), 0.1)
@@ -408,7 +433,8 @@ def test_priority_goes_to_rest_with_what_is_left():
 
 @pytest.mark.parametrize("name", CONTROL_SCHEMES)
 def test_speeds_are_bounded_and_it_is_said(name):
-    one, speed = contact_with_goal(force_error=-500.0, error=np.array([0.5, 0.5])), np.zeros(7)
+    one = contact_with_goal(force_error=-500.0, error=np.array([0.5, 0.5]))
+    speed = np.zeros(7)
     for _ in range(100):
         speed, limits = scheme_answer(CONTROL_SCHEMES[name](), one, speed=speed)
         assert np.abs(speed).max() <= MAX_JOINT_SPEED * (1 + 1e-9)
@@ -435,7 +461,8 @@ def test_the_program_bounds_acceleration():
 
 def test_the_program_slows_down_before_a_limit():
     _, upper = joint_limits(arm().robot)
-    one, near = contact_with_goal(force_error=-50.0), np.where(np.isfinite(upper), upper - 0.02, 0.0)
+    one = contact_with_goal(force_error=-50.0)
+    near = np.where(np.isfinite(upper), upper - 0.02, 0.0)
     speed = np.zeros(7)
     for _ in range(20):
         speed, _ = scheme_answer(QuadraticProgramScheme(), one, start=near, speed=speed)
@@ -459,7 +486,9 @@ def test_the_program_keeps_every_contact_under_its_cap_whatever_the_task_wants()
 
 @pytest.mark.parametrize("name", CONTROL_SCHEMES)
 def test_a_reset_forgets_everything(name):
-    settings, rule, one = ControlSettings(), CONTROL_SCHEMES[name](), contact_with_goal(force_error=-1.0)
+    settings = ControlSettings()
+    rule = CONTROL_SCHEMES[name]()
+    one = contact_with_goal(force_error=-1.0)
     first, _ = scheme_answer(rule, one, settings=settings)
     for _ in range(10):
         scheme_answer(rule, one, settings=settings)

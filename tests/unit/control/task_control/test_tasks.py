@@ -19,7 +19,9 @@ from tests.unit.control.contacts_by_hand import TICK, region, touch_on
 from tests.unit.control.two_plates import two_plates
 
 BAR = prepared_bar()
-MAP, SIGHT, CONFIGURATION = BAR.map, MapKinematics(BAR.map), Configuration(BAR.robot)
+MAP = BAR.map
+SIGHT = MapKinematics(BAR.map)
+CONFIGURATION = Configuration(BAR.robot)
 POINTS = MAP.taxel_points
 HERE = int(np.argmin(np.linalg.norm(POINTS - POINTS.mean(axis=0), axis=1)))
 NEAR = int(np.argsort(np.linalg.norm(POINTS - POINTS[HERE], axis=1))[1])
@@ -61,7 +63,8 @@ def test_a_point_is_held_where_the_contact_began_or_where_it_is_drawn():
 
 
 def walked(task_manager, ticks, *, regions=None, **settings):
-    ways, limits = [], set()
+    ways = []
+    limits = set()
     for _ in range(ticks):
         point = (at(),) if regions is None else regions
         if regions is None and task_manager.target is not None:  # the contact is always where it should be
@@ -97,14 +100,17 @@ def test_a_path_is_started_again_when_asked():
 
 
 def test_the_goal_s_velocity_is_told_to_and_fro():
-    task_manager, ways, against = TaskManager(), set(), 0
+    task_manager = TaskManager()
+    ways = set()
+    against = 0
     last = MAP.to_map(at().at)
     for _ in range(2000):
         place = task_manager.target or at().at
         point = (replace(at(), at=place, map_point=MAP.to_map(place), link_position=BAR.skin.position(place)),)
         [want], _ = asked(task_manager, point, task="follow_path", path_kind="polyline", path_speed=0.02)
         now = MAP.to_map(task_manager.target)
-        step, last = now - last, now
+        step = now - last
+        last = now
         if np.linalg.norm(step) < 1.5 * 0.02 * TICK and step.any():
             against += bool(step @ want.velocity < 0)
             ways.add(float(np.sign(want.velocity[0])))
@@ -213,7 +219,8 @@ def test_another_task_starts_afresh():
 def test_another_map_starts_a_path_afresh_and_keeps_a_place_held():
     other = MapKinematics(MAP)
     for task, held in (("hold_point", HERE), ("follow_path", NEAR)):
-        task_manager, limits = TaskManager(), ActiveLimits()
+        task_manager = TaskManager()
+        limits = ActiveLimits()
         for sight, taxel in ((SIGHT, HERE), (other, NEAR)):
             task_manager.goals(ControlSettings(task=task), (at(taxel),), sight, CONFIGURATION, TICK, limits)
         assert MAP.to_map(task_manager.target) == pytest.approx(POINTS[held], abs=1e-3)
@@ -249,7 +256,8 @@ def test_a_point_to_hold_that_is_moved_is_gone_to_and_the_contact_stays_the_same
 
 
 def test_a_far_goal_in_a_patch_drawn_larger_is_gone_to_at_the_same_speed_on_the_body():
-    sight, errors = MapKinematics(two_plates(scale=2.0)), []
+    sight = MapKinematics(two_plates(scale=2.0))
+    errors = []
     for y in (0.05, 0.1):
         x = 0.03 if y == 0.05 else 0.14
         place = sight.map.to_body(np.array([x, y]))
@@ -275,8 +283,8 @@ def test_an_object_on_a_border_is_one_contact_on_a_path():
 
 
 def test_where_nothing_can_carry_it_the_contact_stays_before_the_crossing():
-    task_manager, settings = TaskManager(), {"task": "follow_path", "path_kind": "polyline", "path_speed": 0.1,
-                                      "path": ((0.09, 0.05), (0.15, 0.05))}  # fmt: skip
+    task_manager = TaskManager()
+    settings = {"task": "follow_path", "path_kind": "polyline", "path_speed": 0.1, "path": ((0.09, 0.05), (0.15, 0.05))}
     for _ in range(200):
         place = PLATES.map.to_map(task_manager.target) if task_manager.target else (0.09, 0.05)
         [want], limits = asked_on_plates(task_manager, (on_plate(*place),), **settings)

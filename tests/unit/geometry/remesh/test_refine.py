@@ -99,7 +99,8 @@ def test_a_point_inside_a_face_is_met_exactly():
 
 def test_corners_are_used_and_sides_avoided():
     surface = sheet(1, 1)
-    faces, weights = np.array([0, 0]), np.array([[1.0, 0, 0], [0.5, 0.5, 0]])
+    faces = np.array([0, 0])
+    weights = np.array([[1.0, 0, 0], [0.5, 0.5, 0]])
     mesh, vertices = insert_vertices(surface, faces, weights)
     assert vertices[0] == surface.faces[0, 0]
     away = np.linalg.norm(mesh.vertices[vertices[1]] - surface.point(0, weights[1]))

@@ -247,7 +247,8 @@ def test_an_open_piece_keeps_its_clear_side() -> None:
 @pytest.mark.parametrize("scale", [1e-6, 1e-3, 1e3, 1e6])
 @pytest.mark.parametrize("name", ["soup", "flat fans", "slivers 1e-6", "book", "nearly touching"])
 def test_the_unit_does_not_matter(name: str, scale: float) -> None:
-    mesh, result = hard_mesh(name), repair_mesh(hard_mesh(name))
+    mesh = hard_mesh(name)
+    result = repair_mesh(hard_mesh(name))
     there = repair_mesh(scaled(mesh, scale))
     assert np.array_equal(there.mesh.faces, result.mesh.faces)
     assert told(there) == told(result)
@@ -273,6 +274,7 @@ def test_many_pieces_cost_no_more_than_one() -> None:
         assert repair_mesh(soup).component.max() + 1 == pieces
         return cost_of(lambda: repair_mesh(soup))
 
-    few, many = cost(2500), cost(10_000)
+    few = cost(2500)
+    many = cost(10_000)
     assert many.steps < 1.2 * few.steps
     assert many.memory < 1.5 * 4 * few.memory

@@ -24,7 +24,10 @@ def pieces(mesh: Mesh) -> int:
 
 def band(near: float, far: float, along_near: np.ndarray, along_far: np.ndarray) -> Mesh:
     """A flat band from y = ``near`` to ``far`` with vertices at the given x on its two sides."""
-    faces, i, j, first = [], 0, 0, len(along_near)
+    faces = []
+    i = 0
+    j = 0
+    first = len(along_near)
     while i < len(along_near) - 1 or j < len(along_far) - 1:
         if j == len(along_far) - 1 or (i < len(along_near) - 1 and along_near[i + 1] <= along_far[j + 1]):
             faces.append((i, i + 1, first + j))
@@ -36,7 +39,8 @@ def band(near: float, far: float, along_near: np.ndarray, along_far: np.ndarray)
     return Mesh(np.array(ends), np.array(faces))
 
 
-ENDS, EVEN = np.array([0.0, 1.0]), np.linspace(0, 1, 9)
+ENDS = np.array([0.0, 1.0])
+EVEN = np.linspace(0, 1, 9)
 
 
 def bent(mesh: Mesh, by: float, axis: int) -> Mesh:
@@ -70,7 +74,8 @@ def test_the_parts_of_a_divided_face_lie_in_it_and_look_as_it_did() -> None:
 
 
 def test_each_vertex_inside_an_edge_is_counted_once() -> None:
-    fine, coarse = band(0, 0.3, EVEN, EVEN), band(-0.3, 0, ENDS, ENDS)
+    fine = band(0, 0.3, EVEN, EVEN)
+    coarse = band(-0.3, 0, ENDS, ENDS)
     assert counted(joined(coarse, fine))["t-junction"] == 7
     assert "t-junction" not in counted(joined(fine, band(-0.3, 0, EVEN, EVEN)))
 
@@ -143,7 +148,8 @@ def test_rounded_junctions_on_both_sides_are_stitched_or_reported(noise: float, 
 
 @pytest.mark.parametrize("gap", [2e-6, 2e-5, 2e-4])
 def test_a_finely_divided_sheet_close_to_a_coarse_one_stays_apart(gap: float) -> None:
-    coarse, fine = band(0, 0.3, ENDS, ENDS), band(0, 0.3, EVEN, EVEN)
+    coarse = band(0, 0.3, ENDS, ENDS)
+    fine = band(0, 0.3, EVEN, EVEN)
     mesh = joined(coarse, Mesh(fine.vertices + [0, 0, gap], fine.faces))
     assert pieces(mesh) == 2
     assert not {"t-junction", "open-crack"} & counted(mesh).keys()
@@ -161,7 +167,8 @@ def test_cost_for_long_edges_over_many_loose_faces_is_linear() -> None:
 
 
 def test_borders_that_no_surface_continues_are_no_cracks() -> None:
-    strip, sheets = band(0, 0.01, EVEN, EVEN), joined(band(0, 0.3, EVEN, EVEN), band(0, 0.3, ENDS, ENDS))
+    strip = band(0, 0.01, EVEN, EVEN)
+    sheets = joined(band(0, 0.3, EVEN, EVEN), band(0, 0.3, ENDS, ENDS))
     apart = Mesh(
         sheets.vertices + np.where(np.arange(len(sheets.vertices)) < 18, 0.001, 0)[:, None] * [0, 0, 1], sheets.faces
     )
@@ -172,7 +179,8 @@ def test_borders_that_no_surface_continues_are_no_cracks() -> None:
 
 @pytest.mark.parametrize("gap", [1e-4, 1e-3, 1e-2])
 def test_walls_and_the_mouth_of_a_pocket_stay_apart(gap: float) -> None:
-    coarse, fine = band(-0.3, 0, EVEN, ENDS), band(-0.3, 0, EVEN, EVEN)
+    coarse = band(-0.3, 0, EVEN, ENDS)
+    fine = band(-0.3, 0, EVEN, EVEN)
     walls = joined(coarse, Mesh(fine.vertices + [0, 0, gap], fine.faces))
     assert pieces(walls) == 2
     pocket = joined(coarse, bent(fine, gap, 2))
@@ -240,10 +248,12 @@ def test_one_long_edge_next_to_many_short_ones_is_divided_by_halves() -> None:
         assert Connectivity(faces).components.max() == 1
         return cost_of(lambda: stitch_junctions(*welded), function=function)
 
-    few, many = cost(251), cost(1001)
+    few = cost(251)
+    many = cost(1001)
     assert many.steps < 1.5 * 4 * few.steps
     assert many.memory < 1.5 * 4 * few.memory
-    few, many = cost(251, function="_divide"), cost(1001, function="_divide")
+    few = cost(251, function="_divide")
+    many = cost(1001, function="_divide")
     assert 0 < few.steps < many.steps < 1.5 * few.steps
 
 

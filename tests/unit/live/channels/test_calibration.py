@@ -36,7 +36,8 @@ def test_a_gain_that_is_none_is_refused(gain):
 
 
 def test_a_weight_sets_the_scale():
-    areas, change = np.full(4, 1e-4), np.array([0.0, 5.0, 10.0, 0.0])
+    areas = np.full(4, 1e-4)
+    change = np.array([0.0, 5.0, 10.0, 0.0])
     calibration = Calibration.plain(4, Unit.COUNTS).with_weight(change, areas, 0.2)
     assert np.isclose((calibration.gain * change * areas).sum(), 0.2 * GRAVITY)
     assert calibration.known
@@ -47,7 +48,8 @@ def test_a_weight_sets_the_scale():
 
 
 def test_it_reads_back_as_it_was_saved(tmp_path):
-    random, path = np.random.default_rng(0), tmp_path / "gains.csv"
+    random = np.random.default_rng(0)
+    path = tmp_path / "gains.csv"
     saved = Calibration(random.uniform(1, 5, 60), random.normal(size=60))
     save_calibration(saved, path)
     back = load_calibration(path, bar_skin())
@@ -102,7 +104,8 @@ def test_a_tare_is_mean_and_spread():
 
 def test_a_tare_counts_only_the_values_that_were_sent():
     """Values of other taxels are held in between and say nothing of the noise."""
-    tare, values = Tare(3, 4), np.array([10.0, 20.0, 30.0])
+    tare = Tare(3, 4)
+    values = np.array([10.0, 20.0, 30.0])
     for taxel, value in ((0, 12.0), (1, 22.0), (0, 16.0), (1, 24.0)):
         values[taxel] = value
         tare.add(values, np.array([taxel]))

@@ -12,7 +12,8 @@ from tactile_maps.live.channels.channel_swaps import SwapDetector
 from tactile_maps.skin.model.skin import Skin, TaxelIdentity
 from tactile_maps.studies.testbeds.reference_bodies import flat_map
 
-SIDE, COUNT = 12, 144
+SIDE = 12
+COUNT = 144
 PLACES = np.stack(np.divmod(np.arange(COUNT), SIDE), axis=1)
 MODULES = (PLACES[:, 0] // 3) * 3 + PLACES[:, 1] // 4
 
@@ -26,7 +27,8 @@ def skin(*, modules=True):
 
 def found(order, *, touches=500, seed=0, modules=True):
     """What is told of readings whose channels come in this order: round touches, gains off, noise."""
-    random, detector = np.random.default_rng(seed), SwapDetector(skin(modules=modules))
+    random = np.random.default_rng(seed)
+    detector = SwapDetector(skin(modules=modules))
     gains = 40 * (1 + 0.15 * random.normal(size=COUNT))
     for number in range(touches):
         away = ((PLACES - random.uniform(0, SIDE - 1, 2)) ** 2).sum(axis=1)
@@ -68,7 +70,8 @@ def test_without_modules_near_taxels_are_compared():
 
 
 def test_a_finger_that_rests_and_a_drift_say_nothing():
-    detector, random = SwapDetector(skin()), np.random.default_rng(0)
+    detector = SwapDetector(skin())
+    random = np.random.default_rng(0)
     for number in range(600):
         detector.add(20 + 0.01 * number + 30 * (MODULES == 4) + random.normal(size=COUNT), 0.1 * number)
     assert detector.swapped == ()

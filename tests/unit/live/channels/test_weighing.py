@@ -34,7 +34,8 @@ def at(time, above):
 
 
 def test_the_mean_counts_and_not_one_noisy_reading():
-    session, random = tared(), np.random.default_rng(1)
+    session = tared()
+    random = np.random.default_rng(1)
     session.begin_weighing(MASS, 1.0)
     for number in range(1, 102):
         assert (session.facts.weighing.left is None) == (number > 100)
@@ -50,7 +51,8 @@ def test_the_mean_counts_and_not_one_noisy_reading():
 
 def test_on_some_taxels_only_they_are_summed_and_changed():
     known = Calibration(np.full(60, 50.0), np.full(60, 20.0))
-    session, drifted = tared(calibration=known), COUNTS + np.where(np.isin(np.arange(60), UNDER), 0.0, 40.0)
+    session = tared(calibration=known)
+    drifted = COUNTS + np.where(np.isin(np.arange(60), UNDER), 0.0, 40.0)
     session.begin_weighing(MASS, 0.5, taxels=UNDER)
     session.show(at(1.0, drifted))
     gain = session.calibration.gain
@@ -85,7 +87,8 @@ def test_there_must_be_a_weight_a_time_and_a_place(mass, seconds, taxels):
 
 
 def test_the_last_while_is_averaged_and_must_have_come_to_rest():
-    recent, noise = RecentReadings(0.5), np.random.default_rng(0).normal(0, 1, (200, 4))
+    recent = RecentReadings(0.5)
+    noise = np.random.default_rng(0).normal(0, 1, (200, 4))
     with pytest.raises(LiveError, match="no reading"):
         recent.mean(np.ones(4))
     for number, extra in enumerate(noise):

@@ -22,7 +22,9 @@ PATIENCE = 60.0
 class Source:
     """Readings of the bar's taxels."""
 
-    address, finite, slow = "scripted", False, False
+    address = "scripted"
+    finite = False
+    slow = False
 
     def __init__(self, count, *, finite=False):
         self.finite = finite
@@ -43,7 +45,10 @@ class Motion:
     """Notes what it is asked for."""
 
     def __init__(self, *, active=False):
-        self.active, self.taken, self.checked, self.halted = active, 0, 0, 0
+        self.active = active
+        self.taken = 0
+        self.checked = 0
+        self.halted = 0
         self.late = threading.Event()
 
     def take(self):
@@ -65,7 +70,8 @@ def loop_of(motion, count=5, *, finite=False, **options):
     connection.open()
     for _ in range(count + finite):
         connection.step(0.0)
-    session, frames = MeasuredSession(as_measured(prepared_bar())), []
+    session = MeasuredSession(as_measured(prepared_bar()))
+    frames = []
     return CommandLoop(connection, session, motion, frames.append, **options), frames
 
 

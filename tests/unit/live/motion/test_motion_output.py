@@ -246,7 +246,8 @@ def test_a_hand_stops_and_starts_again():
 
 
 def test_what_cannot_be_sent_stops_and_says_why():
-    robot, lost = Robot(), []
+    robot = Robot()
+    lost = []
     robot.read()
 
     def put(_packet: bytes) -> None:
@@ -604,7 +605,8 @@ def test_after_a_stop_from_another_thread_nothing_is_sent():
     sender.start(0.0)
     del sent[:]
     sender.begin(0.0)
-    moving, wanted = threading.Event(), WantedMotion(0.0, np.zeros(1), 0.0)
+    moving = threading.Event()
+    wanted = WantedMotion(0.0, np.zeros(1), 0.0)
 
     def command():
         while sender.show(wanted, 0.0, measured=0.0):

@@ -118,7 +118,8 @@ def test_recorded_samples_of_a_real_skin_are_read_whole():
 def test_our_own_recording_is_readings_again(tmp_path):
     session = Session(prepared_bar())
     session.press(session.prepared.skin.taxel_point(30))
-    path, frames = tmp_path / "own.mcap", []
+    path = tmp_path / "own.mcap"
+    frames = []
     with Recorder(session.prepared, path) as recorder:
         for _ in range(30):
             frames.append(session.tick())
@@ -134,7 +135,8 @@ def test_our_own_recording_is_readings_again(tmp_path):
 
 
 def test_it_is_played_at_its_speed(tmp_path):
-    path, waited = tmp_path / "readings.csv", []
+    path = tmp_path / "readings.csv"
+    waited = []
     path.write_text("time,3\n5.0,1\n5.5,2\n6.0,3\n")
     source = FileSource(path, read_table, speed=2.0, clock=lambda: sum(waited), wait=waited.append)
     source.open()

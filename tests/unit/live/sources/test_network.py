@@ -73,7 +73,9 @@ def test_without_the_token_no_packet_is_taken():
 
 @pytest.mark.parametrize("numbered", [True, False])
 def test_udp_packet_with_a_wild_time_does_not_advance_live_time(numbered):
-    source, clock, times = UdpSource("127.0.0.1", 0), SimulatedClock(), []
+    source = UdpSource("127.0.0.1", 0)
+    clock = SimulatedClock()
+    times = []
     connection = Connection(source, clock=clock)
     connection.open()
     measured = MeasuredSession(as_measured(prepared_bar()), connection.take)

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from tactile_maps.live.sources.one_sender import OWNED_SECONDS, OneSender
 
-OWNER, OTHER = ("127.0.0.1", 5001), ("127.0.0.1", 5002)
+OWNER = ("127.0.0.1", 5001)
+OTHER = ("127.0.0.1", 5002)
 
 
 class Clock:

@@ -16,7 +16,9 @@ from tactile_maps.live.sources.ros2 import MessageReader, Ros2Source, RosTopics,
 rosbags = pytest.importorskip("rosbags.rosbag2")
 typesys = pytest.importorskip("rosbags.typesys")
 STORE = typesys.get_typestore(typesys.Stores.ROS2_HUMBLE)
-ARRAY, JOINTS, IMAGE = "std_msgs/msg/Float32MultiArray", "sensor_msgs/msg/JointState", "sensor_msgs/msg/Image"
+ARRAY = "std_msgs/msg/Float32MultiArray"
+JOINTS = "sensor_msgs/msg/JointState"
+IMAGE = "sensor_msgs/msg/Image"
 MAPPING = """
 [readings]
 topic = "/skin"

@@ -54,7 +54,8 @@ def test_messages_have_number_time_and_values():
     with port(STATE) as number:
         source = YarpSource("127.0.0.1", number)
         source.open()
-        first, second = source.receive(2.0), source.receive(2.0)
+        first = source.receive(2.0)
+        second = source.receive(2.0)
         assert (first.sequence, first.time, first.values.tolist()) == (2654, 1215723086.25, [10.0, 10.5, -10.0])
         assert (second.sequence, second.values.tolist()) == (2655, [11.0, 12.0, 13.0])
         with pytest.raises(LiveError, match="connection is lost"):

@@ -100,7 +100,8 @@ def test_two_layouts_need_a_body(body, automatic):
 
 def test_procrustes_finds_the_best_similarity_of_each_part():
     generator = np.random.default_rng(1)
-    first, noise = generator.normal(size=(50, 2)), 1e-3 * generator.normal(size=(50, 2))
+    first = generator.normal(size=(50, 2))
+    noise = 1e-3 * generator.normal(size=(50, 2))
     second = np.empty_like(first)
     for part, angle, mirror in ((slice(0, 20), 0.5, 1), (slice(20, 50), -2.0, -1)):
         turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]]) @ np.diag([mirror, 1])
@@ -146,9 +147,11 @@ def _icub_layout(name):
 @pytest.mark.skipif(not ICUB.exists(), reason="the real iCub skin files are not beside this checkout")
 def test_the_left_arms_hand_made_map_scores_as_known():
     """350 taxels; 674 pairs under 8 mm, one torn, and that of 44 between modules; both scores 0.999."""
-    positions, layout = _icub_positions("left_arm"), _icub_layout("left_arm_V2_7")
+    positions = _icub_positions("left_arm")
+    layout = _icub_layout("left_arm_V2_7")
     used = np.array([k for k in range(len(positions)) if positions[k].any() and k in layout and k % 12 not in (6, 10)])
-    by_hand, modules = TaxelLayout(np.array([layout[k] for k in used])), used // 12
+    by_hand = TaxelLayout(np.array([layout[k] for k in used]))
+    modules = used // 12
     body = BodyDistances.straight(positions[used])
     shape = compare_maps(by_hand, by_hand, distances=body, modules=modules).first
     assert (len(used), shape.pairs, shape.torn_pairs) == (350, 674, 1)

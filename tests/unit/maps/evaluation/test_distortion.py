@@ -134,7 +134,8 @@ def test_the_numbers_are_those_of_the_quality_card(three_patches):
 def test_what_is_known_need_not_be_measured_again(three_patches):
     known = distortion(three_patches)
     for kind in MEASURES:
-        again, fresh = stretch(three_patches, kind, known=known), stretch(three_patches, kind)
+        again = stretch(three_patches, kind, known=known)
+        fresh = stretch(three_patches, kind)
         np.testing.assert_array_equal(again.faces, fresh.faces)
         assert again.spread == fresh.spread
     assert stretch(three_patches, "angle").faces.shape == (sum(len(chart.faces) for chart in three_patches.charts),)
@@ -149,7 +150,8 @@ def test_a_line_instead_of_a_patch_is_infinitely_stretched(flat):
 def test_a_patch_in_a_hole_of_another_is_not_within_it():
     turn = np.linspace(0, 2 * np.pi, 60, endpoint=False)
     circle = np.stack([np.cos(turn), np.sin(turn)], axis=1)
-    ring, small = [3 * circle, 2 * circle[::-1]], [0.5 * circle]
+    ring = [3 * circle, 2 * circle[::-1]]
+    small = [0.5 * circle]
     assert nested_patches([ring, small], [np.array([2.5, 0.0]), np.zeros(2)]).tolist() == []
     assert nested_patches([ring, [0.1 * circle + [0, 2.5]]], [np.array([2.5, 0.0]), np.array([0, 2.5])]).tolist() == [
         [0, 2.5]

@@ -86,7 +86,8 @@ def test_patches_on_top_of_each_other_are_noticed(offset):
 
 
 def test_a_patch_in_the_hole_of_another_overlaps_nothing():
-    ring, small = named("sheet"), sheet(4, 4, width=0.01, height=0.01)
+    ring = named("sheet")
+    small = sheet(4, 4, width=0.01, height=0.01)
     middle = ring.vertices[ring.faces].mean(axis=1)
     holed = Mesh(ring.vertices, ring.faces[np.abs(middle[:, :2] - [0.06, 0.04]).max(axis=1) > 0.02])
     parts = [skin_of(holed, taxels=10).patches[0], replace(skin_of(small, taxels=5).patches[0], name="small")]
@@ -103,7 +104,8 @@ def test_a_patch_in_the_hole_of_another_overlaps_nothing():
 
 @pytest.mark.long
 def test_what_is_known_of_the_body_need_not_be_measured_again(three_patches):
-    body, image = BodyDistances(three_patches.skin, sources=3), TactileImage(three_patches)
+    body = BodyDistances(three_patches.skin, sources=3)
+    image = TactileImage(three_patches)
     assert measure(three_patches, distances=body, images=(image,)) == measure(three_patches, sources=3)
 
 

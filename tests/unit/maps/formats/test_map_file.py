@@ -62,8 +62,11 @@ def test_a_broken_header_is_refused(three_patches, header, says):
 def _bad_arrays(map_):
     chart = map_.charts[0]
     swapped = chart.faces[:, ::-1].copy()
-    far, nan, turned = chart.faces.copy(), chart.plane.copy(), chart.plane * [-1, 1]
-    far[0, 0], nan[3, 1] = 10**9, np.nan
+    far = chart.faces.copy()
+    nan = chart.plane.copy()
+    turned = chart.plane * [-1, 1]
+    far[0, 0] = 10**9
+    nan[3, 1] = np.nan
     one_less = chart.vertex_of[:-1].copy()
     other = chart.vertex_of.copy()
     other[0] += 1
@@ -99,7 +102,8 @@ def test_a_chart_that_is_no_disk_is_refused():
     """The right faces in the right place, but with the tube's ends left open: two borders."""
     map_ = build_map(skin_of(named("tube")))
     surface = map_.skin.patches[0].surface
-    turn, height = np.arctan2(surface.vertices[:, 1], surface.vertices[:, 0]), surface.vertices[:, 2]
+    turn = np.arctan2(surface.vertices[:, 1], surface.vertices[:, 0])
+    height = surface.vertices[:, 2]
     ring = (0.1 + height)[:, None] * np.stack([np.cos(-turn), np.sin(-turn)], axis=1)
     parts = {"_0_faces": surface.faces, "_0_vertex_of": np.arange(len(surface.vertices)), "_0_plane": ring}
     with pytest.raises(MapError, match=r"not a disk.*2 borders"):

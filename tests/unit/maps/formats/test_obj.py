@@ -92,10 +92,14 @@ def kinds(map_: TactileMap) -> list[str]:
 
 def as_other_tool(map_, path, *, change=lambda uv, k: uv, digits=6, seed=0, keep=lambda faces: faces):
     """The map as a tool might hand it back: own order of everything, a texture coordinate a corner, no remarks."""
-    random, lines, vertex, corner = np.random.default_rng(seed), [], 1, 1
+    random = np.random.default_rng(seed)
+    lines = []
+    vertex = 1
+    corner = 1
     for k, (patch, chart, uv) in enumerate(zip(map_.skin.patches, map_.charts, map_.uv, strict=True)):
         surface = patch.surface
-        order, faces = random.permutation(len(surface.vertices)), keep(random.permutation(len(surface.faces)))
+        order = random.permutation(len(surface.vertices))
+        faces = keep(random.permutation(len(surface.faces)))
         place = np.argsort(order)
         lines.append(f"o {patch.name.replace(' ', '_')}")
         lines += [f"v {x:.{digits}f} {y:.{digits}f} {z:.{digits}f}" for x, y, z in surface.vertices[order].tolist()]
@@ -194,7 +198,8 @@ def test_a_cross_counts_as_on_each_other(tmp_path):
 
 
 def test_a_patch_inside_another_counts_as_on_it(tmp_path):
-    ring, coin = sheet(8, 8, width=0.4, height=0.4), sheet(2, 2, width=0.05, height=0.05)
+    ring = sheet(8, 8, width=0.4, height=0.4)
+    coin = sheet(2, 2, width=0.05, height=0.05)
     map_ = build_map(skin_of(ring, coin, taxels=6))
     inside = as_other_tool(map_, tmp_path / "map.obj", change=lambda uv, k: uv - map_.uv[k].mean(axis=0))
     assert kinds(read_map_obj(inside, map_.skin)) == ["scaled", "rearranged"]

@@ -20,7 +20,8 @@ def tube():
 
 def test_what_is_written_reads_back(tube, tmp_path):
     write_unige_map(tube, tmp_path / "skin.json", name="tube")
-    file, wanted = read_unige(tmp_path / "skin.json"), unige_file_of(tube)
+    file = read_unige(tmp_path / "skin.json")
+    wanted = unige_file_of(tube)
     taxels = tube.skin.patches[0].taxels
     np.testing.assert_array_equal(file.taxels.positions, taxels.positions)
     np.testing.assert_allclose(file.taxels.normals, taxels.normals, atol=1e-15)
@@ -35,7 +36,8 @@ def test_what_is_written_reads_back(tube, tmp_path):
 
 def test_the_map_is_the_body_opened_along_the_seam(tube):
     file = unige_file_of(tube)
-    body, flat = file.taxels.faces, file.maps[0].faces
+    body = file.taxels.faces
+    flat = file.maps[0].faces
     assert (Connectivity(body).euler_characteristic, len(Connectivity(body).boundary_loops)) == (0, 2)
     assert (Connectivity(flat).euler_characteristic, len(Connectivity(flat).boundary_loops)) == (1, 1)
     assert (signed_areas(file.maps[0].points, flat) > 0).all()
@@ -45,7 +47,8 @@ def test_the_map_is_the_body_opened_along_the_seam(tube):
 def test_no_face_is_stretched_across_a_seam():
     ball = build_map(skin_of(named("sphere"), taxels=150))
     file = unige_file_of(ball)
-    corners, flat = file.taxels.positions[file.maps[0].faces], file.maps[0].points[file.maps[0].faces]
+    corners = file.taxels.positions[file.maps[0].faces]
+    flat = file.maps[0].points[file.maps[0].faces]
     true, drawn = (np.linalg.norm(c - np.roll(c, 1, axis=1), axis=2) for c in (corners, flat))
     assert (drawn <= 2 * true).all()
     assert len(file.maps[0].faces) > 200

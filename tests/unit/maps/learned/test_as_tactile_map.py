@@ -104,7 +104,8 @@ def test_a_perfect_map_is_the_sheet_again(skin, perfect):
     map_ = learned_tactile_map(skin, perfect)
     _assert_valid(map_)
     assert map_.charts[0].findings == ()
-    chart, surface = map_.charts[0], map_.skin.patches[0].surface
+    chart = map_.charts[0]
+    surface = map_.skin.patches[0].surface
     sides = chart.faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
     flat = np.linalg.norm(chart.plane[sides[:, 0]] - chart.plane[sides[:, 1]], axis=1)
     assert flat == pytest.approx(np.linalg.norm(surface.vertices[sides[:, 0]] - surface.vertices[sides[:, 1]], axis=1))

@@ -39,7 +39,8 @@ def test_axes_are_principal_and_in_order():
 
 
 def test_numbering_does_not_matter():
-    wanted, order = cdist(*2 * [_drawn()]), np.random.default_rng(5).permutation(30)
+    wanted = cdist(*2 * [_drawn()])
+    order = np.random.default_rng(5).permutation(30)
     assert np.allclose(classical_mds(wanted[np.ix_(order, order)]), classical_mds(wanted)[order])
 
 

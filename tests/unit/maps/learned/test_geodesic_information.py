@@ -52,7 +52,8 @@ def test_the_few_beside_the_surface_are_told_and_put_near():
     opened = flatten_point_cloud(cloud)
     (note,) = [finding for finding in opened.findings if finding.kind == "taxels-beside-surface"]
     assert note.count == 1
-    low, high = opened.points[:100].min(axis=0), opened.points[:100].max(axis=0)
+    low = opened.points[:100].min(axis=0)
+    high = opened.points[:100].max(axis=0)
     assert (low < opened.points[100]).all()
     assert (opened.points[100] < high).all()
 

@@ -24,7 +24,8 @@ def test_at_once_it_is_pearsons(signals):
 
 def test_a_delayed_copy_correlates_at_its_lag_and_in_its_direction(signals):
     delayed = np.roll(signals[:, :1], 3, axis=0)
-    first, second = csr_matrix(signals[:, :1]), csr_matrix(delayed)
+    first = csr_matrix(signals[:, :1])
+    second = csr_matrix(delayed)
     assert cross_correlation(first, second, lag=3)[0, 0] == pytest.approx(1, abs=0.03)
     assert abs(cross_correlation(first, second)[0, 0]) < 0.2
     assert abs(cross_correlation(second, first, lag=3)[0, 0]) < 0.2

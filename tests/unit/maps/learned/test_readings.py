@@ -23,7 +23,9 @@ def test_exact_readings_are_kept_as_they_are():
 
 def test_noise_is_no_touch_however_often_a_taxel_is_touched():
     touches = np.zeros((2000, 6))
-    touches[:1500, 0], touches[::2, 1], touches[5:8, 2] = 2000.0, 3000.0, 1000.0
+    touches[:1500, 0] = 2000.0
+    touches[::2, 1] = 3000.0
+    touches[5:8, 2] = 1000.0
     touch = detect_touch(_noisy(touches))
     assert touch.taxels.tolist() == [0, 1, 2]
     assert np.array_equal(touch.pressures.toarray() > 0, touches[:, :3] > 0)

@@ -106,7 +106,8 @@ def test_a_frame_reads_back_equal_to_the_last_bit(touched, prepared):
 
 def test_a_frame_of_the_wrong_length_is_refused(touched, prepared):
     whole = encode_frame(touched)
-    joints, raw = PREFIX_BYTES + 16, PREFIX_BYTES + 28
+    joints = PREFIX_BYTES + 16
+    raw = PREFIX_BYTES + 28
     absurd = whole[:joints] + (2**31 - 1).to_bytes(4, "little") + whole[joints + 4 :]
     negative = whole[:raw] + (-1).to_bytes(4, "little", signed=True) + whole[raw + 4 :]
     other_field = b"\x12" + whole[1:]
@@ -213,7 +214,8 @@ def test_all_that_is_known_of_a_region_reads_back(touched, prepared):
     assert region.mean > 0
     (again,) = decode_frame(encode_frame(replace(touched, regions=(region,))), prepared).regions
     for field in fields(region):
-        one, other = getattr(again, field.name), getattr(region, field.name)
+        one = getattr(again, field.name)
+        other = getattr(region, field.name)
         assert np.array_equal(one, other), field.name
 
 

@@ -156,7 +156,8 @@ def test_without_them_a_recording_replays_the_same(prepared, tmp_path):
                 recorder.write(session.tick(), session.inputs)
         return path
 
-    shown, bare = record(tmp_path / "shown.mcap"), record(tmp_path / "bare.mcap", viewers=False)
+    shown = record(tmp_path / "shown.mcap")
+    bare = record(tmp_path / "bare.mcap", viewers=False)
     assert bare.stat().st_size < shown.stat().st_size
     assert set(decoded(bare)) == {"/frame"}
     for path in (shown, bare):

@@ -33,7 +33,8 @@ def test_the_curves_are_the_frames_numbers(recording):
 
 def test_what_is_chosen_is_read_beside(recording):
     player = RecordingPlayer(recording)
-    frames, skin = list(player), player.prepared.skin
+    frames = list(player)
+    skin = player.prepared.skin
     taxels = (3, 20, 21, 40)
     areas = tuple(skin.areas[list(taxels)].tolist())
     patch = next(region.at.patch for frame in frames for region in frame.regions)
@@ -69,9 +70,11 @@ def test_pieces_that_overlap_count_once():
 
 
 def test_the_envelope_keeps_every_extreme_and_leaves_gaps():
-    times, values = np.arange(1000) * 0.005, np.zeros(1000)
+    times = np.arange(1000) * 0.005
+    values = np.zeros(1000)
     values[[137, 731]] = 6.4, -2.0
-    times, values = np.delete(times, slice(400, 600)), np.delete(values, slice(400, 600))
+    times = np.delete(times, slice(400, 600))
+    values = np.delete(values, slice(400, 600))
     low, high = envelope(times, values, np.linspace(0, 5, 51))
     assert high[6] == 6.4
     assert low[36] == -2.0

@@ -26,7 +26,9 @@ def test_a_summary_says_what_it_is_of_and_shows_the_touch(recording, prepared, t
 
 
 def test_what_is_damaged_says_so(recording, prepared, tmp_path):
-    cut, junk, empty = tmp_path / "cut.mcap", tmp_path / "junk.mcap", tmp_path / "empty.mcap"
+    cut = tmp_path / "cut.mcap"
+    junk = tmp_path / "junk.mcap"
+    empty = tmp_path / "empty.mcap"
     cut.write_bytes(recording.read_bytes()[:-2000])
     junk.write_bytes(b"no recording")
     with empty.open("wb") as stream:

@@ -158,7 +158,8 @@ def test_a_file_without_a_mesh_is_never_quoted(kit: Path) -> None:
 
 def test_files_with_the_name_of_a_missing_one_are_similar(kit: Path, tmp_path: Path) -> None:
     near = [make(kit / "robots" / place) for place in ("Shell.STL", "meshes/shell.obj", "meshes/other.stl")]
-    beside, root = make(kit / "meshes" / "shell.stl"), make(tmp_path / "root" / "deep" / "SHELL.dae")
+    beside = make(kit / "meshes" / "shell.stl")
+    root = make(tmp_path / "root" / "deep" / "SHELL.dae")
     make(kit / "meshes" / "shell.txt")
     make(tmp_path / "elsewhere" / "shell.stl")
     files = ModelFiles(kit / "robots" / "hand.xml", [tmp_path / "root"])

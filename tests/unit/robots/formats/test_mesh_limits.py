@@ -39,7 +39,8 @@ def test_a_glb_keeps_its_shape_and_loses_the_rest(tmp_path):
     after = parse_mesh(data, path, weld=False)
     assert np.array_equal(after.faces, before.faces)
     assert np.allclose(after.vertices, before.vertices)
-    whole, tree = tree_of(data), tree_of(reduced_glb(data, path))
+    whole = tree_of(data)
+    tree = tree_of(reduced_glb(data, path))
     assert {"materials", "TEXCOORD_0"} <= {*whole, *whole["meshes"][0]["primitives"][0]["attributes"]}
     assert "materials" not in tree
     assert all(set(one["attributes"]) == {"POSITION"} for mesh in tree["meshes"] for one in mesh["primitives"])

@@ -92,7 +92,8 @@ def test_a_home_outside_the_limits_is_reported(tiny: Path, asked: str, home: flo
 
 def test_without_a_keyframe_home_is_zero_or_the_middle_of_limits_that_exclude_it(tiny: Path) -> None:
     text = tiny.read_text()
-    start, end = text.index("<keyframe>"), text.index("</mujoco>")
+    start = text.index("<keyframe>")
+    end = text.index("</mujoco>")
     tiny.write_text(text[:start] + text[end:])
     assert load_mjcf(tiny).home == pytest.approx([0.0])
     edit(tiny, 'range="-90 45"', 'range="20 40"')
@@ -178,7 +179,8 @@ def test_a_ball_joint_becomes_three_hinges_of_the_same_motion(tiny: Path) -> Non
     robot = load_mjcf(tiny)
     assert [joint.name for joint in robot.joints] == ["b_x", "b_y", "b_z"]
     assert [joint.upper for joint in robot.joints] == pytest.approx([np.pi / 3] * 3, rel=1e-5)
-    configuration, angles = Configuration(robot), np.array([0.3, -0.5, 0.7])
+    configuration = Configuration(robot)
+    angles = np.array([0.3, -0.5, 0.7])
     configuration.update(angles)
     assert configuration.pose("rod").rotation == pytest.approx(Rotation.from_euler("XYZ", angles).as_matrix())
     assert configuration.pose("rod").points(np.array([0, 0, 0.1])) == pytest.approx([0, 0, 0.9]), "about its own place"

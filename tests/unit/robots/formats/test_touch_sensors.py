@@ -63,7 +63,8 @@ def test_a_grid_looks_along_minus_z_of_its_site_as_far_as_its_fov_to_either_side
     assert grid.directions is not None
     assert second.directions is not None
     turned = grid.directions * [1, -1, -1]  # the site is turned about x by half a turn
-    azimuth, elevation = np.arctan2(turned[:, 0], -turned[:, 2]), np.arcsin(turned[:, 1])
+    azimuth = np.arctan2(turned[:, 0], -turned[:, 2])
+    elevation = np.arcsin(turned[:, 1])
     assert np.degrees(azimuth) == pytest.approx([-45, 45, -45, 45])
     assert np.degrees(elevation) == pytest.approx([-30, -30, 30, 30])
     assert second.directions[1] == pytest.approx([0, 0, 1], abs=1e-9)
@@ -76,7 +77,9 @@ def test_a_grid_with_gamma_is_finer_in_the_middle(model: Path) -> None:
     directions = read_touch_sensors(model)[0][1].directions
     assert directions is not None
     azimuth = np.degrees(np.arctan2(directions[:, 0], directions[:, 2]))
-    outer, inner = 90 * (1 + 0.265625) / 2, 90 * 0.265625 / 2  # the edge at 0.5: 0.5 * 0.5**5 + 0.5 * 0.5
+    # the edge at 0.5: 0.5 * 0.5**5 + 0.5 * 0.5
+    outer = 90 * (1 + 0.265625) / 2
+    inner = 90 * 0.265625 / 2
     assert azimuth == pytest.approx([-outer, -inner, inner, outer])
 
 

@@ -21,7 +21,8 @@ BOTH = frozenset(("block", "ball"))
 
 
 def test_neighbours_never_touch():
-    robot, skin = arm().robot, arm().skin
+    robot = arm().robot
+    skin = arm().skin
     names = [link.name for link in robot.links]
     apart = excluded_pairs(robot, skin)
     assert all(frozenset(two) in apart for two in pairwise(names))
@@ -54,7 +55,8 @@ def excluding(robot, name=""):
 def test_pairs_excluded_at_loading_are_decided_by_the_shapes_that_collide(height, overlaps):
     """By the shapes of the model, which loading looks at, links may overlap that do not by their skin."""
     robot, skin = bowl_and_ball(height)
-    found, effects = excluding(robot, f"{TOUCHING}block ball"), Effects(contact="self")
+    found = excluding(robot, f"{TOUCHING}block ball")
+    effects = Effects(contact="self")
     assert (BOTH in excluded_pairs(found, skin)) is overlaps
     assert BOTH in excluded_pairs(excluding(robot), skin), "as the file of the robot states"
     model = assemble(found, skin, effects)

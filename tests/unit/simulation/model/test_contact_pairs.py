@@ -29,7 +29,8 @@ def pairs(model) -> set[frozenset[str]]:
 
 def meet(model, first: str, second: str) -> bool:
     """Whether MuJoCo's bits let two geoms collide."""
-    a, b = model.geom(first), model.geom(second)
+    a = model.geom(first)
+    b = model.geom(second)
     return bool((a.contype[0] & b.conaffinity[0]) | (b.contype[0] & a.conaffinity[0]))
 
 
@@ -42,7 +43,8 @@ def test_self_contact_collides_hulls_that_reach_the_skin():
     assert not model.geom_contype.any(), "nothing collides by bits as well"
     assert model.ngeom == 2, "the links' own shapes are gone"
     mesh = model.mesh("tactile-maps/skin left").id
-    start, count = model.mesh_vertadr[mesh], model.mesh_vertnum[mesh]
+    start = model.mesh_vertadr[mesh]
+    count = model.mesh_vertnum[mesh]
     geom = model.geom("tactile-maps/skin left")
     rotation = np.zeros(9)
     mujoco.mju_quat2Mat(rotation, geom.quat)
@@ -51,9 +53,11 @@ def test_self_contact_collides_hulls_that_reach_the_skin():
 
 
 def test_in_the_environment_skin_meets_objects_in_pairs_and_the_rest_by_bits():
-    robot, skin = arm().robot, arm().skin
+    robot = arm().robot
+    skin = arm().skin
     model = assemble(robot, skin, Effects(contact="environment"), objects=every_kind())
-    links, things = skinned_links(skin), [t.spec.name for t in every_kind()]
+    links = skinned_links(skin)
+    things = [t.spec.name for t in every_kind()]
     partners = {f"tactile-maps/object {name}" for name in things}
     assert pairs(model) == {frozenset((f"tactile-maps/skin {link}", other)) for link in links for other in partners}
     bare = [model.geom(i).name for i in np.flatnonzero(model.geom_conaffinity) if "object" not in model.geom(i).name]
@@ -68,9 +72,11 @@ def test_in_the_environment_skin_meets_objects_in_pairs_and_the_rest_by_bits():
 
 
 def test_by_itself_the_robot_meets_no_object():
-    robot, skin = arm().robot, arm().skin
+    robot = arm().robot
+    skin = arm().skin
     model = assemble(robot, skin, Effects(contact="self"), objects=every_kind())
-    apart, names = excluded_pairs(robot, skin), {model.body(i).name for i in range(model.nbody)}
+    apart = excluded_pairs(robot, skin)
+    names = {model.body(i).name for i in range(model.nbody)}
     assert not any(name.startswith("object") for name in names)
     bodies = [
         frozenset((model.body(model.geom_bodyid[a]).name, model.body(model.geom_bodyid[b]).name))
@@ -81,7 +87,8 @@ def test_by_itself_the_robot_meets_no_object():
 
 
 def test_everything_meets_everything():
-    robot, skin = arm().robot, arm().skin
+    robot = arm().robot
+    skin = arm().skin
     everything, outside, itself = (
         assemble(robot, skin, Effects(contact=contact), objects=every_kind())
         for contact in ("all", "environment", "self")

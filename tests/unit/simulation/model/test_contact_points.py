@@ -53,7 +53,8 @@ def test_the_points_of_a_box_on_a_plane_stay(angle):
 @pytest.mark.parametrize("turn", [(0.0, 0.0, 0.0), (180.0, 0.0, 77.0)])
 def test_the_points_of_a_disc_are_the_corners_of_a_square_on_its_rim(turn, angle):
     model, data, numbers = touching(thing("cylinder", at=(0.3, 0.01, TOP + 0.01 - 2e-4), turn=turn), angle=angle)
-    normal, found = data.contact.frame[0, :3].copy(), data.contact.pos.copy() + 0.0
+    normal = data.contact.frame[0, :3].copy()
+    found = data.contact.pos.copy() + 0.0
     plane = found[0] - 0.5 * data.contact.dist[0] * -normal
     assert centre_on_cap(model, data, numbers)
     centre = data.contact.pos.mean(axis=0)

@@ -46,7 +46,8 @@ def test_two_skins_in_series_are_half_as_stiff():
 
 def test_a_contact_too_stiff_for_the_step_is_told_with_ways_out():
     light = thing("sphere", at=(5.0, 0.0, 5.0), mass=0.002)
-    soft, stiff = ElasticLayer(stiffness=1e3), ElasticLayer(stiffness=1e5)
+    soft = ElasticLayer(stiffness=1e3)
+    stiff = ElasticLayer(stiffness=1e5)
     effects = Effects(contact="environment")
     assert unstable_contacts(assemble(bar(), bar_skin(), effects, objects=(light,), layer=soft), soft) == ()
     model = assemble(bar(), bar_skin(), effects, objects=(light,), layer=stiff)
@@ -67,7 +68,8 @@ def stiff_bar(integrator: str) -> Simulation:
 @pytest.mark.parametrize("integrator", ["implicitfast", "discrete"])
 def test_steps_leave_the_model_as_it_is(integrator):
     simulation = stiff_bar(integrator)
-    start, state = simulation._model.pair_solref.copy(), simulation.state()
+    start = simulation._model.pair_solref.copy()
+    state = simulation.state()
     simulation.step(100, hold(bar(), 2000.0, 50.0))
     assert simulation._data.ncon == 1
     assert np.array_equal(simulation._model.pair_solref, start)
@@ -76,7 +78,8 @@ def test_steps_leave_the_model_as_it_is(integrator):
 
 
 def test_discrete_does_not_depend_on_how_many_steps_a_call_takes():
-    one, many = stiff_bar("discrete"), stiff_bar("discrete")
+    one = stiff_bar("discrete")
+    many = stiff_bar("discrete")
     command = hold(bar(), 2000.0, 50.0)
     many.step(60, command)
     for _ in range(60):

@@ -91,7 +91,8 @@ def test_objects_that_nothing_can_touch_are_not_there(contact):
 
 
 def test_in_probe_mode_there_are_probes_and_skin_and_nothing_else():
-    robot, skin = arm().robot, arm().skin
+    robot = arm().robot
+    skin = arm().skin
     everything = assemble(robot, skin, Effects(contact="probe"), objects=every_kind())
     probe_alone = assemble(robot, skin, Effects(contact="probe"), objects=(thing("probe", at=(5.0, 0.0, 5.0)),))
     assert counts(everything) == counts(probe_alone)
@@ -109,7 +110,9 @@ def test_without_objects_such_contact_is_no_contact(contact):
 
 
 def test_depth_has_one_sensor_a_link_and_only_where_there_is_contact():
-    robot, skin, probe = arm().robot, arm().skin, (thing("probe", at=(5.0, 0.0, 5.0)),)
+    robot = arm().robot
+    skin = arm().skin
+    probe = (thing("probe", at=(5.0, 0.0, 5.0)),)
     links = {patch.link for patch in skin.patches}
     assert assemble(robot, skin, Effects(contact="probe", skin="depth"), objects=probe).nsensor == len(links)
     assert assemble(robot, skin, Effects(contact="probe", skin="depth")).nsensor == 0
@@ -118,7 +121,9 @@ def test_depth_has_one_sensor_a_link_and_only_where_there_is_contact():
 
 
 def test_the_foundation_replaces_the_pairs_of_skin():
-    robot, skin, probe = arm().robot, arm().skin, (thing("probe", at=(5.0, 0.0, 5.0)),)
+    robot = arm().robot
+    skin = arm().skin
+    probe = (thing("probe", at=(5.0, 0.0, 5.0)),)
     model = assemble(robot, skin, Effects(contact="probe", skin="foundation"), objects=probe)
     assert (model.npair, model.ngeom, model.nmesh) == (0, 1, 0)
 

@@ -54,7 +54,8 @@ def test_a_plane_without_size_is_drawn_without_end():
 
 @pytest.mark.parametrize("kind", ["box", "sphere", "cylinder", "mesh"])
 def test_mass_sets_free_and_none_fixes(kind):
-    free, fixed = model_with(thing(kind, at=FAR, mass=0.7)), model_with(thing(kind, at=FAR))
+    free = model_with(thing(kind, at=FAR, mass=0.7))
+    fixed = model_with(thing(kind, at=FAR))
     assert free.body(f"tactile-maps/object {kind}").mass[0] == pytest.approx(0.7)
     assert (free.nv, fixed.nv) == (7, 1)
 
@@ -81,7 +82,8 @@ def test_objects_stand_where_and_as_the_scene_says():
 def test_a_plates_spring_has_the_stated_stiffness_along_its_own_axis():
     plate = thing("plate", at=FAR, turn=(90.0, 0.0, 0.0), mass=0.5, stiffness=300.0, damping=1.0)
     simulation = Simulation(bar(), bar_skin(), WORLD, objects=(plate,))
-    body, push = simulation._model.body("tactile-maps/object plate").id, np.array([1.0, 2.0, 3.0])
+    body = simulation._model.body("tactile-maps/object plate").id
+    push = np.array([1.0, 2.0, 3.0])
     simulation._data.xfrc_applied[body, :3] = push
     simulation.step(3000, no_command(bar()))
     axis = plate.spec.pose.rotation[:, 2]
@@ -92,7 +94,8 @@ def test_a_plates_spring_has_the_stated_stiffness_along_its_own_axis():
 def test_a_plate_swings_with_the_stated_damping():
     plate = thing("plate", at=FAR, mass=0.5, stiffness=300.0, damping=0.1)
     simulation = Simulation(bar(), bar_skin(), Effects(contact="environment", timestep=1e-4), objects=(plate,))
-    omega, share = np.sqrt(300.0 / 0.5), 0.1
+    omega = np.sqrt(300.0 / 0.5)
+    share = 0.1
     simulation._data.qpos[1] = 0.01
     period = 2 * np.pi / (omega * np.sqrt(1 - share**2))
     simulation.step(round(period / 1e-4), no_command(bar()))
@@ -142,7 +145,8 @@ def test_places_on_a_path():
 
 
 def test_only_probes_with_a_way_to_go_are_driven():
-    probe, walker = thing("probe", at=FAR), thing("probe", name="walker", path=((0.0, *FAR), (1.0, 9.0, 9.0, 9.0)))
+    probe = thing("probe", at=FAR)
+    walker = thing("probe", name="walker", path=((0.0, *FAR), (1.0, 9.0, 9.0, 9.0)))
     assert not ProbeDrives(model_with(probe), (probe,)).moving
     assert ProbeDrives(model_with(probe, walker), (probe, walker)).moving
     assert not ProbeDrives(model_with(effects=Effects()), (probe, walker)).moving, "they are not in that model"
@@ -161,7 +165,8 @@ def test_who_takes_part():
 
 
 def test_the_pose_at_rest_is_the_scenes_but_a_probe_is_never_turned():
-    box, probe = thing("box", at=FAR, turn=(10.0, 20.0, 30.0)), thing("probe", at=FAR, turn=(10.0, 20.0, 30.0))
+    box = thing("box", at=FAR, turn=(10.0, 20.0, 30.0))
+    probe = thing("probe", at=FAR, turn=(10.0, 20.0, 30.0))
     assert initial_pose(box.spec) == pytest.approx(box.spec.pose.matrix)
     assert initial_pose(probe.spec)[:3, :3] == pytest.approx(np.eye(3))
 

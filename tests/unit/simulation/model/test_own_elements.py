@@ -104,7 +104,8 @@ def own_elements(model: mujoco.MjModel) -> dict[str, np.ndarray]:
 
 
 def differences(one: mujoco.MjModel, other: mujoco.MjModel) -> list[str]:
-    first, second = own_elements(one), own_elements(other)
+    first = own_elements(one)
+    second = own_elements(other)
     assert first.keys() == second.keys()
     return [f"{name}: {first[name]} and {second[name]}" for name in first
             if not np.allclose(first[name], second[name], atol=1e-9, rtol=1e-9, equal_nan=True)]  # fmt: skip

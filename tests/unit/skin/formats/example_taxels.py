@@ -49,7 +49,8 @@ def strip(count: int = 9, *, radius: float = 0.06) -> tuple[TaxelSet, IcubLayout
 def assert_equal(first: TaxelSet, second: TaxelSet, *, arrays: tuple[str, ...] = ARRAYS, atol: float = 1e-14) -> None:
     """The same taxels in the same order, as far as ``arrays`` go."""
     for name in arrays:
-        one, other = getattr(first, name), getattr(second, name)
+        one = getattr(first, name)
+        other = getattr(second, name)
         assert (one is None) == (other is None), name
         if one is not None:
             np.testing.assert_allclose(one, other, rtol=0, atol=atol, err_msg=name)

@@ -100,7 +100,8 @@ def test_robots_without_icubs_links_have_no_frames_of_its() -> None:
     [("chest", "torso (third DH link)"), ("r_upper_arm", "elbow (DH)"), ("l_upper_arm", "elbow (DH)")],
 )
 def test_positions_in_a_documented_frame_come_to_lie_on_the_link(whole: Robot, link: str, frame: str) -> None:
-    frames, mesh = icub_frames(whole, link), whole.link(link).mesh
+    frames = icub_frames(whole, link)
+    mesh = whole.link(link).mesh
     assert mesh is not None
     stated = frames[frame].inverse.points(mesh.vertices[::37])
     match = match_frame(whole, link, stated, frames=frames)

@@ -97,7 +97,8 @@ def module(number: int = 0, *, normal: str = "0 0 1") -> list[str]:
     """Twelve rows: a grid of pads 6 mm apart on the upper rod's side, the thermal pads included."""
     rows = []
     for pad in range(12):
-        angle, height = 0.15 * (pad % 4), 0.1 + 0.006 * (pad // 4) + 0.02 * number
+        angle = 0.15 * (pad % 4)
+        height = 0.1 + 0.006 * (pad // 4) + 0.02 * number
         rows.append(f"{0.04 * np.cos(angle):.5f}\t{0.04 * np.sin(angle):.5f} {height:.5f}   {normal}")
     return rows
 
@@ -161,7 +162,8 @@ def test_a_link_wears_the_taxels_where_they_are(tmp_path: Path) -> None:
     path = positions_file(tmp_path, module() + module(1), header="name upper\n")
     skin = import_icub_skin(two_rods(), path, thickness=0.002)
     assert [(patch.name, patch.link, len(patch.taxels)) for patch in skin.patches] == [("upper", "upper", 20)]
-    taxels, wanted = skin.patches[0].taxels, read_icub_positions(path).positions
+    taxels = skin.patches[0].taxels
+    wanted = read_icub_positions(path).positions
     assert np.linalg.norm(taxels.positions - wanted, axis=1).max() < 0.004
     assert (taxels.areas > 0).all()
     # No taxel feels more than about a pitch around itself.

@@ -40,7 +40,8 @@ def test_left_and_right_of_a_hand_are_alike_or_mirror_images() -> None:
         ("fingertip2L", "fingertip2R", -1),
         ("fingertip3L", "fingertip3R", 1),
     ):
-        one, other = KINDS[left].pads, KINDS[right].pads * [side, 1]
+        one = KINDS[left].pads
+        other = KINDS[right].pads * [side, 1]
         assert cdist(one, other).min(axis=0).max() < 1e-9
         assert cdist(one, other).min(axis=1).max() < 1e-9
     left_pads, right_pads = (KINDS[f"cer_sh_pd{side}"].pads for side in "lr")
@@ -121,7 +122,8 @@ def test_every_real_layout_is_read_whole() -> None:
         assert "unknown-sensor-kind" not in {finding.kind for finding in layout.findings}
         lines = [line.split() for line in file.read_text().partition("[SENSORS]")[2].splitlines()]
         kinds = {int(words[1]): words[0] for words in reversed(lines) if words and words[0][0] not in "#/"}
-        addresses, ahead = [], 0
+        addresses = []
+        ahead = 0
         for slot in range(max(kinds) + 1):
             pads = KINDS[kinds[slot]].pads if slot in kinds else np.full((12, 2), np.nan)
             addresses += [ahead + k for k in range(len(pads)) if np.isfinite(pads[k, 0])]

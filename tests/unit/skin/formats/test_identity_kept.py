@@ -157,7 +157,8 @@ def test_genoa_leaves_out_a_module_that_not_every_taxel_states(tmp_path: Path) -
 def test_a_layout_finds_its_taxels_by_id() -> None:
     taxels, layout = strip()
     turned = TaxelSet("strip", "arm", np.arange(len(taxels)), taxels.positions[::-1], ids=taxels.numbers[::-1])
-    joined, plain = apply_layout(turned, layout), apply_layout(taxels, layout)
+    joined = apply_layout(turned, layout)
+    plain = apply_layout(taxels, layout)
     np.testing.assert_array_equal(joined.points, plain.points[::-1])
     assert_equal(joined, replace(turned, modules=turned.ids // 12, channels=turned.ids % 12), arrays=IDENTITY_FIELDS)
 

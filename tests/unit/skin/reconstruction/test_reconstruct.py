@@ -23,7 +23,8 @@ from tests.support.surfaces import frustum, sphere
 
 def _mesh(positions, walk, width=0.005):
     positions = np.asarray(positions, dtype=float)
-    up, widths = np.tile([0, 0, 1.0], (len(positions), 1)), np.full(len(positions), width)
+    up = np.tile([0, 0, 1.0], (len(positions), 1))
+    widths = np.full(len(positions), width)
     rim = extend_boundary(positions, up, widths, np.asarray(walk), first=len(positions))
     return Mesh(np.concatenate([positions, rim.vertices]), rim.faces), rim
 
@@ -50,7 +51,8 @@ def test_a_row_is_the_same_strip_whichever_way_it_lies(up):
     """Whether half a turn comes out as plus or minus pi is a matter of signed zeros."""
     normal = np.array(up) / np.linalg.norm(up)
     along = np.array([1.0, -1.0, 0.0]) / np.sqrt(2)
-    row, width = 0.01 * np.outer(np.arange(3), along), np.full(3, 0.005)
+    row = 0.01 * np.outer(np.arange(3), along)
+    width = np.full(3, 0.005)
     rim = extend_boundary(row, np.tile(normal, (3, 1)), width, np.array([0, 1, 2, 1]), first=3)
     mesh = Mesh(np.concatenate([row, rim.vertices]), rim.faces)
     assert np.bincount(rim.taxel).tolist() == [4, 2, 4]
@@ -125,7 +127,8 @@ def check(taxels: TaxelSet):
     assert at[built.taxel_of] == pytest.approx(taxels.positions, abs=2e-5)
     assert set(built.taxel_of.tolist()) == set(range(len(skin)))
     for patch in skin.patches:
-        surface, worn = patch.surface, patch.taxels
+        surface = patch.surface
+        worn = patch.taxels
         assert surface.connectivity.face_count.max() <= 2
         assert not len(surface.connectivity.bow_tie_vertices)
         assert surface.connectivity.components.max() == 0
@@ -226,7 +229,8 @@ def test_unsound_faces_are_made_anew_and_told(faces, problem):
 
 
 def test_faces_are_turned_to_where_the_normals_look():
-    down, faces = np.tile([0, 0, -1.0], (4, 1)), np.array([[0, 1, 3], [0, 3, 2]])
+    down = np.tile([0, 0, -1.0], (4, 1))
+    faces = np.array([[0, 1, 3], [0, 3, 2]])
     skin = check(taxel_set(grid(2, 2), faces=faces, normals=down))
     assert kinds(skin) == {"turned-face": 2}
     assert skin.patches[0].taxels.normals == pytest.approx(down)
@@ -248,7 +252,8 @@ def test_a_file_that_looks_inward_is_believed():
 def test_the_same_set_gives_the_same_skin_and_its_scale_and_place_do_not_matter():
     worn = place_evenly(frustum(), 150)
     taxels = taxel_set(worn.positions)
-    one, again = skin_from_taxels(taxels), skin_from_taxels(taxels)
+    one = skin_from_taxels(taxels)
+    again = skin_from_taxels(taxels)
     assert np.array_equal(one.patches[0].surface.vertices, again.patches[0].surface.vertices)
     other = skin_from_taxels(replace(taxels, positions=3 * worn.positions + 1))
     assert np.array_equal(other.neighbours, one.neighbours)

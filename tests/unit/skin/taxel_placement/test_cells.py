@@ -125,11 +125,13 @@ def test_cells_of_a_reconstructed_grid_are_equal_and_centred_inside(name: str) -
 
 @pytest.mark.parametrize("model", [WaterFillModel, PunchModel, HalfSpaceModel])
 def test_mirrored_loads_give_mirrored_readings_and_centres(model: type) -> None:
-    points, surface = square(), mirrored_sheet()
+    points = square()
+    surface = mirrored_sheet()
     skin = Skin((Patch("sheet", "sheet", surface, placed(surface, points)),))
     map_ = build_map(skin)
     mirror = cKDTree(points).query(points * [-1, 1, 1])[1]
-    at, up = np.array([0.0021, 0.0034, 0.0]), np.array([0.0, 0.0, 1.0])
+    at = np.array([0.0021, 0.0034, 0.0])
+    up = np.array([0.0, 0.0, 1.0])
     loads = [sphere_load("sheet", at * [sign, 1, 1], up, 3.0, 0.012) for sign in (1, -1)]
     one, other = (model(skin).pressures([load]) for load in loads)
     assert one == pytest.approx(other[mirror], rel=1e-9, abs=1e-9 * one.max())
@@ -139,7 +141,8 @@ def test_mirrored_loads_give_mirrored_readings_and_centres(model: type) -> None:
 
 
 def test_every_face_is_shared_out_whole() -> None:
-    surface, points = irregular_sheet(2), np.random.default_rng(2).uniform(-HALF, HALF, (60, 3)) * [1, 1, 0]
+    surface = irregular_sheet(2)
+    points = np.random.default_rng(2).uniform(-HALF, HALF, (60, 3)) * [1, 1, 0]
     taxels = placed(surface, points)
     face = cKDTree(points)  # each part is nearest to its own taxel
     assert (face.query(taxels.quadrature.positions)[1] == taxels.quadrature.taxel).all()

@@ -43,7 +43,8 @@ def test_a_step_on_a_ball_is_as_long_as_asked_for():
 
 def test_a_step_over_the_border_is_not_sound():
     flat = sheet()
-    starts, faces = np.tile(flat.vertices[flat.faces[0]].mean(axis=0), (2, 1)), np.zeros(2, dtype=int)
+    starts = np.tile(flat.vertices[flat.faces[0]].mean(axis=0), (2, 1))
+    faces = np.zeros(2, dtype=int)
     steps = np.array([[-1.0, 0, 0], [1.0, 0, 0]])
     assert step_along_surface(flat, ClosestPoint(flat), starts, faces, steps, 0.02)[2].tolist() == [False, True]
 

@@ -222,9 +222,11 @@ def test_a_ball_smaller_than_a_face_still_takes_it():
 
 
 def test_a_box():
-    low, high = np.array([0.02, 0.03, -1.0]), np.array([0.0601, 0.05, 1.0])
+    low = np.array([0.02, 0.03, -1.0])
+    high = np.array([0.0601, 0.05, 1.0])
     kept = allowed_faces(SHEET, [BoxZone(low, high)])
-    points, middles = SAMPLES, CORNERS.mean(axis=1)
+    points = SAMPLES
+    middles = CORNERS.mean(axis=1)
     touched = ((low < points) & (points < high)).all(axis=2).any(axis=1)
     assert touched.any()
     assert not kept[touched].any()
@@ -251,7 +253,8 @@ def test_paint():
 
 
 def test_zones_add_up_and_may_not_take_all():
-    one, other = SphereZone(MIDDLES[0], 0.01), SphereZone(MIDDLES[-1], 0.02)
+    one = SphereZone(MIDDLES[0], 0.01)
+    other = SphereZone(MIDDLES[-1], 0.02)
     both = allowed_faces(SHEET, [one, other])
     assert np.array_equal(both, allowed_faces(SHEET, [one]) & allowed_faces(SHEET, [other]))
     with pytest.raises(SkinError, match="nothing of the surface is left"):

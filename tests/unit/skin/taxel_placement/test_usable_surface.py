@@ -30,8 +30,10 @@ def test_the_middle_of_a_long_tube_is_seen_outside_only() -> None:
     tube = Mesh(HARD_MESHES["open tube"].vertices * [0.6, 0.6, 1], HARD_MESHES["open tube"].faces)
     surface = wrap_mesh(tube, thickness=0.004, voxel=0.006).surface
     seen = visible_from_outside(surface, [], voxel=0.006)
-    radius, middle = np.linalg.norm(surface.vertices[:, :2], axis=1), np.abs(surface.vertices[:, 2] - 0.15) < 0.03
-    inside, outside = middle & (radius < 0.028), middle & (radius > 0.032)
+    radius = np.linalg.norm(surface.vertices[:, :2], axis=1)
+    middle = np.abs(surface.vertices[:, 2] - 0.15) < 0.03
+    inside = middle & (radius < 0.028)
+    outside = middle & (radius > 0.032)
     assert inside.any()
     assert outside.any()
     assert not seen[inside].any()

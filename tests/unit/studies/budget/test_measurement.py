@@ -32,7 +32,8 @@ def test_without_a_robot_there_is_nothing_to_measure():
 @pytest.mark.long
 @pytest.mark.parametrize("name", ["ur5e", "icub"])
 def test_real_robots_have_settings_of_every_stage(name):
-    prepared, told = prepare(load_scene(name)), []
+    prepared = prepare(load_scene(name))
+    told = []
     subject = Subject.of(prepared.map, prepared=prepared)
     measured = measure_for_budget(subject, paths=False, progress=lambda _text, share: told.append(share))
     assert tuple(measured.options) == LIVE_STAGES

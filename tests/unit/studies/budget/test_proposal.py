@@ -23,7 +23,9 @@ from tactile_maps.studies.budget.proposal import (
 from tactile_maps.studies.stages.simulation import BOUNCES
 from tactile_maps.studies.study.work_precision import Setting, Trial
 
-TICK, FORCE, PITCH = 0.005, 3.0, 8.0
+TICK = 0.005
+FORCE = 3.0
+PITCH = 8.0
 
 
 def trial(stage, method="a", ms=1.0, *, errors=None, values=None, note="", usable=True):
@@ -120,7 +122,8 @@ def test_only_settings_that_work_and_that_a_scene_can_have_are_options():
 
 def test_what_another_beats_in_everything_is_no_option():
     errors = {"place_mm": 1.0, "force_percent": 1.0, "depth_percent": 1.0}
-    slow, quick = trial("touch", "slow", 2.0, errors=errors), trial("touch", "quick", 1.0, errors=errors)
+    slow = trial("touch", "slow", 2.0, errors=errors)
+    quick = trial("touch", "quick", 1.0, errors=errors)
     sharp = trial("touch", "sharp", 3.0, errors={**errors, "depth_percent": 0.5})
     found = unbeaten(options_of("touch", [slow, quick, sharp], tick=TICK, force=FORCE))
     assert [option.trial.setting.method for option in found] == ["quick", "sharp"]

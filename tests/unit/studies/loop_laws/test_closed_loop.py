@@ -30,7 +30,8 @@ def test_ideal_joints_answer_a_step_by_the_recursion():
 
 
 def test_a_fast_posture_loop_does_nearly_the_same():
-    hard, servo = 2e4, 4.0 * 400.0**2
+    hard = 2e4
+    servo = 4.0 * 400.0**2
     ideal = raised(Loop(period=0.25, stiffness=hard), 0.3 / (hard * 0.25))
     simulated = raised(Loop(period=0.25, stiffness=hard, servo=400.0, ticks=5), 0.3 * (1 / hard + 1 / servo) / 0.25)
     assert simulated == pytest.approx(ideal, abs=0.05 * STEP)

@@ -32,10 +32,12 @@ def test_a_stretched_map_keeps_areas(stretch):
 
 def test_a_turned_belief_has_the_same_taxels_on_the_same_map():
     made = gantry(turn=30.0)
-    true, believed = made.map.skin.patches[0].taxels, made.believed.skin.patches[0].taxels
+    true = made.map.skin.patches[0].taxels
+    believed = made.believed.skin.patches[0].taxels
     assert np.array_equal(true.faces, believed.faces)
     assert np.array_equal(made.map.taxel_points, made.believed.taxel_points)
-    c, s = np.cos(np.pi / 6), np.sin(np.pi / 6)
+    c = np.cos(np.pi / 6)
+    s = np.sin(np.pi / 6)
     turned = true.positions[:, :2] @ np.array([[c, s], [-s, c]])
     assert believed.positions[:, :2] == pytest.approx(turned)
     assert believed.quadrature.areas.sum() == pytest.approx(0.12**2)

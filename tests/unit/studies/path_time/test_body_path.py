@@ -54,7 +54,8 @@ def test_a_map_drawn_at_half_its_size_has_the_same_way_on_the_body(prepared):
 
 
 def test_a_misplaced_skin_is_led_through_the_same_material_places(prepared):
-    true, believed = prepared.map, build_map(with_calibration_error(prepared.skin, 0.003, seed=1))
+    true = prepared.map
+    believed = build_map(with_calibration_error(prepared.skin, 0.003, seed=1))
     points = true.taxel_points[100:200:10]
     there = [believed.to_body(point) for point in taken_over(points, true, believed)]
     assert [prepared.skin.position(at) for at in there] == pytest.approx(body_places(true, points), abs=1e-9)

@@ -65,14 +65,16 @@ def test_a_map_is_made_by_a_method_or_learned(prepared):
 
 def test_a_wrong_gain_is_believed_of_every_force_alike(prepared):
     setup = setup_under(prepared, Conditions(gain=1.3), 0)
-    believed, true = setup.map.skin.patches[0].taxels, prepared.skin.patches[0].taxels
+    believed = setup.map.skin.patches[0].taxels
+    true = prepared.skin.patches[0].taxels
     assert np.allclose(believed.areas, 1.3 * true.areas)
     assert np.array_equal(believed.positions, true.positions)
 
 
 def test_a_sleeve_sits_elsewhere_and_keeps_its_shape(prepared):
     setup = setup_under(prepared, Conditions(sleeve_shift=0.004, sleeve_turn=math.radians(10)), 0)
-    believed, true = setup.map.skin.patches[0], prepared.skin.patches[0]
+    believed = setup.map.skin.patches[0]
+    true = prepared.skin.patches[0]
     assert np.median(np.linalg.norm(believed.taxels.positions - true.taxels.positions, axis=1)) > 0.004
     ends = true.surface.faces[:, :2].T
     sides = [np.linalg.norm(np.subtract(*patch.surface.vertices[ends]), axis=1) for patch in (believed, true)]
@@ -94,7 +96,8 @@ def test_a_finger_presses_elsewhere_and_is_not_counted(prepared):
 
 def test_the_controller_is_told_how_stiff_the_cover_is():
     hard = Conditions(layer=replace(ElasticLayer(), modulus=10 * ElasticLayer().modulus))
-    usual, given = Conditions().settings(ControlSettings()), hard.settings(ControlSettings())
+    usual = Conditions().settings(ControlSettings())
+    given = hard.settings(ControlSettings())
     assert given.force_gain < usual.force_gain
     assert (given.controller, given.gains) == ("hybrid", "as_given")
 

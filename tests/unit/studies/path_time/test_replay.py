@@ -50,7 +50,8 @@ def test_the_replay_of_a_row_has_the_error_of_the_run_that_the_study_measures(st
     settings = with_path_on_body(settings_of(conditions), setup)
     measured = run_path(setup, replace(settings, path_speed=1e-3 * row["speed_mm_s"]), row["seconds"])
     run = replay_row(study.FACTORS, row)
-    prepared, errors = run.session.prepared, []
+    prepared = run.session.prepared
+    errors = []
     truth = TrueContact(prepared.robot, prepared.skin, run.session.map)
 
     def look(frame):

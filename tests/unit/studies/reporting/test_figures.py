@@ -92,7 +92,8 @@ def test_every_axis_has_ticks_within(x):
 
 
 def test_intervals_stand_upright_in_the_colour_of_their_curve():
-    made, spans = {"ours": [(0.1, 1.0), (1.0, 0.5)]}, {"ours": [(0.1, 0.7, 2.0), (1.0, 0.5, float("inf"))]}
+    made = {"ours": [(0.1, 1.0), (1.0, 0.5)]}
+    spans = {"ours": [(0.1, 0.7, 2.0), (1.0, 0.5, float("inf"))]}
     (axes,) = draw(figure(Panel("one", made, spans | {"theirs": [(0.1, 0.7, 2.0)]}))).axes
     upright, endless, arrow = [line for line in axes.lines if line.get_label().startswith("_")]
     np.testing.assert_allclose(upright.get_xydata(), [[0.1, 0.7], [0.1, 2.0]])

@@ -51,7 +51,9 @@ def outcome(rows=ROWS):
 class Page(HTMLParser):
     def __init__(self):
         super().__init__()
-        self.tags, self.text, self.links = [], [], []
+        self.tags = []
+        self.text = []
+        self.links = []
 
     def handle_starttag(self, tag, attrs):
         self.tags.append(tag)
@@ -122,7 +124,8 @@ def test_a_note_stands_beside_its_figure(tmp_path):
     study = Study("toy", "What?", "By trying.", lambda quick, seed: [], lambda case: [], lambda rows: noted)
     page = write_page(StudyResult(study, ROWS, {}, 1.0, 0, 1, False), tmp_path)
     text = page.read_text(encoding="utf8")
-    first, second = text.index("It is &lt;not&gt; so."), text.index("Nor this.")
+    first = text.index("It is &lt;not&gt; so.")
+    second = text.index("Nor this.")
     assert text.index("</svg>") < first < text.index("Price") < second
 
 

@@ -56,7 +56,8 @@ def test_progress_tells_case_share_and_what_remains():
 
 @pytest.mark.parametrize("workers", [in_processes(1), in_processes(2), backwards])
 def test_an_interrupted_run_goes_on_where_it_was(tmp_path, workers):
-    expected, told = whole(), []
+    expected = whole()
+    told = []
 
     def stop(text, share):
         told.append(text)
@@ -110,7 +111,8 @@ def test_durations_as_one_says_them():
 
 
 def test_what_is_paced_happens_now_and_then_and_takes_its_share_at_most(monkeypatch):
-    now, written = 0.0, []
+    now = 0.0
+    written = []
     monkeypatch.setattr(time, "monotonic", lambda: now)
 
     def write():

@@ -54,7 +54,8 @@ def test_a_faster_path_takes_less_time_and_is_farther_off(subject):
 
 def test_theory_says_how_far_a_controller_lags_that_is_not_told_the_speed(subject):
     (law,) = STAGE.laws(subject, "body_mm")
-    length, period = path_length(settings_from(subject.prepared.scene.control)), subject.prepared.scene.tick
+    length = path_length(settings_from(subject.prepared.scene.control))
+    period = subject.prepared.scene.tick
     lag = period / critical_gain(0) + np.e * 0.05
     assert law.error(np.array([1e3, 4e3])) == pytest.approx([1e3 * length * lag, 250 * length * lag])
     assert STAGE.laws(subject, "force_n") == []

@@ -21,7 +21,8 @@ def tried(subject, method="symmetric-dirichlet", extra=0):
 
 
 def test_a_cut_lowers_a_hemispheres_distortion_and_takes_neighbours_apart(hemisphere):
-    none, two = tried(hemisphere), tried(hemisphere, extra=2)
+    none = tried(hemisphere)
+    two = tried(hemisphere, extra=2)
     assert two.errors["distortion"] < 0.8 * none.errors["distortion"]
     assert two.errors["torn"] > none.errors["torn"] == 0
     assert (none.name, two.name) == ("no extra cut", "2 extra cuts")

@@ -28,7 +28,8 @@ def test_every_interpolation_and_number_of_pixels_is_tried(tube):
 
 def test_more_pixels_are_more_exact(found):
     for method in INTERPOLATIONS:
-        coarse, fine = found[method, 16].errors, found[method, 128].errors
+        coarse = found[method, 16].errors
+        fine = found[method, 128].errors
         assert fine["place"] < 0.25 * coarse["place"], "a pixel is an eighth as wide"
         assert fine["press"] < coarse["press"]
 

@@ -102,7 +102,8 @@ def test_the_skin_tells_two_contacts_apart_and_the_wrench_stops_the_arm():
 def test_a_replay_presses_as_the_row_says():
     case = {"robot": "arm", "path": "line", "controller": "hybrid", "sensor": "skin", "seed": 0}
     (row,) = measure(case)
-    replay, forces = STUDY.replay({**case, **row}), []
+    replay = STUDY.replay({**case, **row})
+    forces = []
     with replay.session.watched(lambda frame: forces.append(replay.session.total_normal_force)):
         replay.play()
     moving = np.array(forces[min(replay.inputs) :]) - GOAL

@@ -50,7 +50,8 @@ def test_what_a_touch_needs_is_found_needed(rows):
 
 @pytest.mark.parametrize("effect", ["skin", "timestep", "noise"])
 def test_a_replay_changes_what_the_row_says(rows, effect):
-    case, seen = STUDY.replay(rows[effect]), []
+    case = STUDY.replay(rows[effect])
+    seen = []
     with case.session.watched(lambda frame: seen.append(frame.pressures)):
         case.play()
     scene = needy_scenes()["poke"]

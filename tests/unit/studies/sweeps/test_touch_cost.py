@@ -47,7 +47,8 @@ def test_depth_is_that_of_each_taxel_in_the_ball(name):
 @pytest.mark.parametrize("name", REFERENCE_SKINS)
 def test_the_foundation_is_the_sum_over_the_points_in_the_ball(name):
     ground = REFERENCE_SKINS[name](316, 0)
-    load, points = ball(ground), ground.skin.patches[0].taxels.quadrature
+    load = ball(ground)
+    points = ground.skin.patches[0].taxels.quadrature
     radial = load.pose.inverse.points(points.positions)
     across = -np.einsum("ij,ij->i", radial, load.pose.inverse.directions(points.normals))
     inside = np.maximum(-load.shape.distance(radial), 0) * across / np.linalg.norm(radial, axis=1)

@@ -28,7 +28,8 @@ def test_the_curvatures_in_the_middle_are_those_stated(body):
 def test_a_sphere_is_round_and_a_cylinder_keeps_the_plates_lengths():
     sphere = bent_disc((25.0, 25.0))
     assert np.linalg.norm(sphere.vertices + [0.0, 0.0, 0.04], axis=1) == pytest.approx(0.04, abs=1e-12)
-    plate, cylinder = bent_disc((0.0, 0.0)), bent_disc((25.0, 0.0))
+    plate = bent_disc((0.0, 0.0))
+    cylinder = bent_disc((25.0, 0.0))
     assert np.ptp(plate.vertices[:, 2]) == 0.0
     assert cylinder.area == pytest.approx(plate.area, rel=1e-3)  # chords of the arc
     assert plate.area == pytest.approx(np.pi * REACH**2, rel=0.01)
@@ -43,7 +44,8 @@ def test_a_saddle_bulges_across_and_is_hollow_along():
 
 @pytest.mark.parametrize("body", ["plate", "saddle of 40 mm"])
 def test_it_sits_over_a_taxel_and_is_all_that_the_ball_touches(body):
-    worn, taxel = forearm(), 150
+    worn = forearm()
+    taxel = 150
     bent, middle = with_bent_skin(worn, taxel, BODIES[body], pitch=PITCH, seed=1)
     old, (patch,) = worn.skin.patches[0].taxels, bent.skin.patches
     over = old.positions[taxel] + HEIGHT * old.normals[taxel]

@@ -27,8 +27,10 @@ def test_even_pressure_is_read_as_it_is_in_the_middle():
 
 def test_a_region_is_one_piece_about_the_peak_and_its_ring():
     readings = np.zeros(len(TAXELS))
-    first, far = int(np.linalg.norm(TAXELS, axis=1).argmin()), 0
-    readings[first], readings[far] = 100.0, 50.0
+    first = int(np.linalg.norm(TAXELS, axis=1).argmin())
+    far = 0
+    readings[first] = 100.0
+    readings[far] = 50.0
     core, ring = contact_region(readings, 1.0)
     assert core.tolist() == [first]
     assert len(ring) == 7

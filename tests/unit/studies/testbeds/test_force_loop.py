@@ -51,7 +51,8 @@ def test_it_is_linear_about_where_the_goal_is_held():
 
 def test_the_contact_is_as_stiff_as_force_and_penetration_say():
     """Two goals: how much deeper the ball is then in the skin, found by the nearest point of its triangles."""
-    forces, depths = [], []
+    forces = []
+    depths = []
     for goal in (2.8, 3.2):
         session = settled_session(setup(), replace(CALM, force_goal=goal))
         ball = session.frame.objects[0, :3, 3]
@@ -67,7 +68,9 @@ def test_the_contact_is_as_stiff_as_force_and_penetration_say():
 
 def test_on_a_plane_a_ball_is_as_stiff_as_the_bed_of_springs_says():
     """F = pi K (R - d) d²: every spring pushes along the ball's radius; pi K R d² where it is not deep (Winkler)."""
-    made, layer, deep = gantry(), ElasticLayer(), 0.001
+    made = gantry()
+    layer = ElasticLayer()
+    deep = 0.001
     ball = ObjectSpec("ball", "sphere", (BALL,), at=(0.0, 0.0, BALL - deep), friction=0.0)
     scene = Scene("plate", "gantry", objects=(ball,), layer=layer, overrides={"skin": "foundation"}, outputs=("force",))
     plate = PathSetup(PreparedScene(scene, made.robot, made.skin, made.map, make_objects(scene)))

@@ -33,20 +33,23 @@ def over(at: SurfacePoint, height: float) -> np.ndarray:
 
 
 def test_a_ball_over_the_target_is_right_and_one_beside_it_so_far_off():
-    truth, target = TrueContact(BAR.robot, BAR.skin, BAR.map), BAR.skin.taxel_point(20)
+    truth = TrueContact(BAR.robot, BAR.skin, BAR.map)
+    target = BAR.skin.taxel_point(20)
     assert truth.error(target, over(target, 0.03), HOME) == pytest.approx(0.0, abs=1e-9)
     assert truth.error(target, over(target, 0.03) + [0.004, 0.003, 0.0], HOME) == pytest.approx(0.005, abs=1e-9)
 
 
 def test_the_robot_moves_the_target_along():
-    truth, target = TrueContact(BAR.robot, BAR.skin, BAR.map), BAR.skin.taxel_point(20)
+    truth = TrueContact(BAR.robot, BAR.skin, BAR.map)
+    target = BAR.skin.taxel_point(20)
     still = over(target, 0.03)
     assert truth.error(target, still, np.array([0.1])) > 0.001
 
 
 def test_a_place_of_a_misplaced_skin_is_the_same_place():
     believed = build_map(with_calibration_error(BAR.skin, 0.004, seed=1))
-    truth, target = TrueContact(BAR.robot, BAR.skin, believed), BAR.skin.taxel_point(20)
+    truth = TrueContact(BAR.robot, BAR.skin, believed)
+    target = BAR.skin.taxel_point(20)
     assert np.linalg.norm(believed.skin.position(target) - BAR.skin.position(target)) > 0.001, (
         "it is believed elsewhere"
     )
@@ -56,7 +59,8 @@ def test_a_place_of_a_misplaced_skin_is_the_same_place():
 def test_a_place_of_a_learned_map_lies_between_its_taxels():
     points = BAR.map.taxel_points
     learned = learned_tactile_map(BAR.skin, LearnedMap(points, np.ones(len(points), dtype=bool), "by hand", 0.0, 0.0))
-    truth, target = TrueContact(BAR.robot, BAR.skin, learned), learned.skin.taxel_point(20)
+    truth = TrueContact(BAR.robot, BAR.skin, learned)
+    target = learned.skin.taxel_point(20)
     here = over(BAR.skin.taxel_point(20), 0.03)
     assert truth.error(target, here, HOME) == pytest.approx(0.0, abs=1e-6)
     assert len(learned.skin.patches[0].surface.faces) != len(BAR.skin.patches[0].surface.faces)
@@ -64,7 +68,8 @@ def test_a_place_of_a_learned_map_lies_between_its_taxels():
 
 def test_the_place_has_room_and_is_flat():
     prepared = forearm()
-    taxel, taxels = place_to_press(prepared), prepared.skin.patches[0].taxels
+    taxel = place_to_press(prepared)
+    taxels = prepared.skin.patches[0].taxels
     edges = np.concatenate([*prepared.map.outlines, *(seams.reshape(-1, 2) for seams in prepared.map.seams)])
     assert np.linalg.norm(edges - prepared.map.taxel_points[taxel], axis=1).min() > 0.02
     near = np.linalg.norm(taxels.positions - taxels.positions[taxel], axis=1) < 0.02

@@ -95,7 +95,8 @@ def test_the_truth_is_the_truth(fine, arm):
 
 
 def test_it_looks_often_then_at_every_step(fine, arm):
-    looks, steps = round(1e3 * SETTLING / SAMPLE_MS), round(HOLDING / REFERENCE_EFFECTS.timestep)
+    looks = round(1e3 * SETTLING / SAMPLE_MS)
+    steps = round(HOLDING / REFERENCE_EFFECTS.timestep)
     assert fine.postures.shape == (looks, len(arm.robot.joints))
     assert fine.seconds.shape == (looks,)
     assert fine.forces.shape == (steps,)

@@ -64,7 +64,8 @@ def test_the_sum_over_pairs_is_the_transform(touch):
 
 
 def test_the_truth_has_no_error_but_the_place(touch):
-    skin, centres = GROUND.skin, cell_centres(GROUND.skin)
+    skin = GROUND.skin
+    centres = cell_centres(GROUND.skin)
     exact = touch_errors(touch, touch.surface / skin.areas, skin, centres)
     assert exact["force_percent"] < 1e-9
     assert exact["surface_percent"] < 1e-9
@@ -74,7 +75,8 @@ def test_the_truth_has_no_error_but_the_place(touch):
 
 
 def test_errors_are_what_they_are_called(touch):
-    skin, centres = GROUND.skin, cell_centres(GROUND.skin)
+    skin = GROUND.skin
+    centres = cell_centres(GROUND.skin)
     half = touch_errors(touch, 0.5 * touch.surface / skin.areas, skin, centres)
     assert half["force_percent"] == pytest.approx(50)
     assert half["surface_percent"] == pytest.approx(50)

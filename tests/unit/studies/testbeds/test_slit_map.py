@@ -27,7 +27,8 @@ def seams_near(prepared, place, within):
     borders = transitions.borders
     inner = np.flatnonzero(borders.partner >= 0)
     surface = prepared.skin.patches[place.patch].surface
-    faces, sides = borders.face[inner], borders.side[inner]
+    faces = borders.face[inner]
+    sides = borders.side[inner]
     ends = np.stack([surface.faces[faces, sides], surface.faces[faces, (sides + 1) % 3]], axis=1)
     middles = surface.vertices[ends].mean(axis=1)
     return middles[np.linalg.norm(middles - prepared.skin.position(place), axis=1) < within]

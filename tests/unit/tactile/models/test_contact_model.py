@@ -37,7 +37,8 @@ def test_pads_change_what_every_model_reads(name):
 
 
 def test_a_softer_layer_spreads_the_force_farther():
-    skin, felt = bar_skin(400), []
+    skin = bar_skin(400)
+    felt = []
     for modulus in (1e6, 1e4):
         model = CONTACT_MODELS["water-fill"].build(skin, replace(ElasticLayer(), modulus=modulus), SensorEffects())
         felt.append(np.count_nonzero(model.pressures([LOAD])))

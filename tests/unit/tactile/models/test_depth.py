@@ -45,7 +45,8 @@ def test_the_depth_of_a_box_at_every_taxel():
 def test_a_meshs_depth_is_read_not_zero():
     """A colliding mesh without a signed distance reads 0 in MuJoCo, silently."""
     centre = np.array([0.21, 0.004, 0.0385])
-    ball, mesh = pressed("sphere", tuple(centre)), pressed("mesh", tuple(centre))
+    ball = pressed("sphere", tuple(centre))
+    mesh = pressed("mesh", tuple(centre))
     assert mesh.sense().max() == pytest.approx(ball.sense().max(), rel=0.2)
     assert mesh.notes == (), "the ball is convex"
 

@@ -82,7 +82,8 @@ def test_the_sum_of_pressure_times_area_is_the_force_on_the_bar(kind):
 def test_both_bodies_feel_equal_and_opposite_forces():
     ball = thing("sphere", at=(0.25, 0.03, 0.0393), mass=0.4)
     simulation = Simulation(bar(), FINE, EFFECTS, objects=(ball,))
-    model, data = simulation._model, simulation._data
+    model = simulation._model
+    data = simulation._data
     data.qvel[:] = np.linspace(-0.5, 0.5, model.nv)
     simulation.step(1, no_command(bar()))
     force = data.qfrc_applied[1:4]
@@ -115,12 +116,14 @@ def test_a_bounce_loses_energy(modulus, timestep):
 
 
 def test_a_bounce_does_not_depend_on_the_time_step():
-    fine, coarse = dropped(LAYER, 5e-5)[0], dropped(LAYER, 5e-4)[0]
+    fine = dropped(LAYER, 5e-5)[0]
+    coarse = dropped(LAYER, 5e-4)[0]
     assert coarse == pytest.approx(fine, abs=0.03)
 
 
 def test_a_layer_too_stiff_for_the_step_is_refused_with_the_longest_step():
-    robot, light = bar(hinged=False), thing("box", at=(0.2, 0.0, 0.0299), mass=0.05)
+    robot = bar(hinged=False)
+    light = thing("box", at=(0.2, 0.0, 0.0299), mass=0.05)
     stiffness = LAYER.foundation * 0.06 * 0.05
     longest = STABLE * np.sqrt(0.05 / stiffness)
     assert longest < 5e-4
@@ -136,7 +139,8 @@ def test_two_layers_in_series_and_both_links_feel_the_same():
     simulation = Simulation(robot, skin, Effects(contact="self", skin="foundation"))
     simulation.step(800, replace(hold(robot, 0.0, 40.0), torque=np.array([7.0])))
     assert abs(simulation.velocity[0]) < 1e-6
-    force, first = simulation.sense() * skin.areas, skin.first[1]
+    force = simulation.sense() * skin.areas
+    first = skin.first[1]
     assert force[:first].sum() == pytest.approx(7.0, rel=1e-6)
     assert force[first:].sum() == pytest.approx(force[:first].sum(), rel=1e-9)
     assert simulation.posture[0] - 0.03 == pytest.approx(7.0 / (0.5 * LAYER.foundation * 0.01), rel=0.01)
@@ -285,7 +289,8 @@ def test_what_is_far_is_looked_at_once():
     simulation = Simulation(bar(), FINE, EFFECTS, objects=(ball,))
     simulation.step(10, no_command(bar()))
     approach = simulation._touch._approaches[0]
-    room, near = approach._room, approach._near
+    room = approach._room
+    near = approach._near
     assert room == pytest.approx(0.96, abs=0.01)
     simulation.step(10, no_command(bar()))
     assert approach._near is near

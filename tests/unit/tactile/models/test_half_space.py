@@ -31,7 +31,8 @@ def places(skin):
 
 def place_of_a_point(skin, depth):
     """The quadrature point that is felt closest to where it is: taken together with others, it moves the least."""
-    points, cluster = quadrature_points(skin), subsurface_field(skin, depth).cluster
+    points = quadrature_points(skin)
+    cluster = subsurface_field(skin, depth).cluster
     whole = np.bincount(cluster, points.areas)
     middles = np.stack([np.bincount(cluster, points.areas * points.positions[:, k]) / whole for k in range(3)], axis=1)
     off = np.linalg.norm(points.positions - middles[cluster], axis=1) + (points.areas < 0.99 * points.areas.max())
@@ -41,7 +42,8 @@ def place_of_a_point(skin, depth):
 @pytest.mark.parametrize("depth", [0.5e-3, 2e-3, 8e-3])
 def test_force_is_kept_to_rounding_wherever_it_presses(depth):
     skin = arm().skin
-    model, generator = HalfSpaceModel(skin, layer=ElasticLayer(depth=depth)), np.random.default_rng(0)
+    model = HalfSpaceModel(skin, layer=ElasticLayer(depth=depth))
+    generator = np.random.default_rng(0)
     for _ in range(20):
         patch = skin.patches[generator.integers(len(skin.patches))]
         taxel = generator.integers(len(patch.taxels))
@@ -50,7 +52,9 @@ def test_force_is_kept_to_rounding_wherever_it_presses(depth):
 
 
 def test_a_small_contact_is_felt_as_boussinesq_says():
-    points, point, depth = quadrature_points(FINE), place_of_a_point(FINE, 4e-3), 4e-3
+    points = quadrature_points(FINE)
+    point = place_of_a_point(FINE, 4e-3)
+    depth = 4e-3
     load = sphere_load("bar", point, UP, 1e-4, 1e-3)  # so small a force that one point bears it
     pressures = 1e4 * HalfSpaceModel(FINE, layer=ElasticLayer(depth=depth), share=1e-3).pressures([load])
     stress = point_stress(np.linalg.norm(points.positions - point, axis=1), depth)
@@ -73,7 +77,9 @@ def test_where_points_are_taken_together_a_contact_is_felt_where_it_is(depth):
 
 
 def test_even_pressure_on_a_disc_is_felt_on_its_axis_as_love_says():
-    points, radius, depth = quadrature_points(FINE), 0.012, 0.005
+    points = quadrature_points(FINE)
+    radius = 0.012
+    depth = 0.005
     field = subsurface_field(FINE, depth, share=1e-3)
     pressed = np.flatnonzero(np.linalg.norm(points.positions - MIDDLE, axis=1) < radius)
     pressures = np.zeros(len(FINE))
@@ -100,7 +106,8 @@ def test_deeper_taxels_feel_less_at_the_peak_and_more_around():
 
 def test_loads_add_up():
     model = HalfSpaceModel(FINE)
-    one, other = press(3.0), press(4.0, at=(0.01, 0, 0))
+    one = press(3.0)
+    other = press(4.0, at=(0.01, 0, 0))
     np.testing.assert_allclose(model.pressures([one, other]),
                                model.pressures([one]) + model.pressures([other]), rtol=1e-12, atol=1e-9)  # fmt: skip
 
@@ -111,8 +118,10 @@ def test_a_seam_between_two_patches_of_a_link_is_no_border():
     left = whole.surface.vertices[whole.surface.faces].mean(axis=1)[:, 0] < MIDDLE[0]
     halves = [Mesh(whole.surface.vertices, whole.surface.faces[side]) for side in (left, ~left)]
     pieces = (Patch(str(k), "bar", half, place_evenly(half, 4, seed=0)) for k, half in enumerate(halves))
-    one, cut = each_point_a_taxel(Skin((whole,))), each_point_a_taxel(Skin(tuple(pieces)))
-    load, layer = press(5.0, 0.004, at=(-0.005, 0, 0)), ElasticLayer(depth=5e-3)
+    one = each_point_a_taxel(Skin((whole,)))
+    cut = each_point_a_taxel(Skin(tuple(pieces)))
+    load = press(5.0, 0.004, at=(-0.005, 0, 0))
+    layer = ElasticLayer(depth=5e-3)
     felt, apart = (HalfSpaceModel(skin, layer=layer).pressures([load]) for skin in (one, cut))
     assert 0.5 < (felt * one.areas)[~left].sum() < 2.5, "some of it is felt on the other side"
     np.testing.assert_allclose(apart, np.concatenate([felt[left], felt[~left]]), rtol=1e-9, atol=1e-9)

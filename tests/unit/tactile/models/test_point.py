@@ -26,7 +26,8 @@ def press(point, force=5.0, *, normal=UP, link="bar"):
 
 def test_the_taxel_of_the_nearest_facing_point_feels_all():
     skin = arm().skin
-    points, felt = quadrature_points(skin), PointModel(skin)
+    points = quadrature_points(skin)
+    felt = PointModel(skin)
     wears = np.array([patch.link for patch in skin.patches])[skin.patch_of[points.taxel]]
     for number in range(0, len(points.areas), 97):
         normal = points.normals[number]
@@ -41,7 +42,8 @@ def test_the_taxel_of_the_nearest_facing_point_feels_all():
 
 
 def test_loads_add_up_and_none_is_nothing():
-    here, there = press((0.1, 0, 0.02)), press((0.3, 0, 0.02), 2.0)
+    here = press((0.1, 0, 0.02))
+    there = press((0.3, 0, 0.02), 2.0)
     assert FELT.pressures([here, there, here]) @ SKIN.areas == pytest.approx(12.0, rel=1e-12)
     assert not FELT.pressures([]).any()
     assert not FELT.pressures([press((0.1, 0, 0.02), 0.0), press((0.1, 0, 0.02), link="elsewhere")]).any()

@@ -63,11 +63,14 @@ def test_a_box_on_its_edge_is_matched_too():
 
 def test_on_the_bent_links_of_an_arm_as_well():
     skin = each_point_a_taxel(arm().skin)
-    model, generator, matched = PunchModel(skin), np.random.default_rng(0), 0
+    model = PunchModel(skin)
+    generator = np.random.default_rng(0)
+    matched = 0
     for _ in range(40):
         patch = skin.patches[generator.integers(len(skin.patches))]
         taxel = generator.integers(len(patch.taxels))
-        point, normal = patch.taxels.positions[taxel], patch.taxels.normals[taxel]
+        point = patch.taxels.positions[taxel]
+        normal = patch.taxels.normals[taxel]
         load = shifted(sphere_load(patch.link, point, normal, 15.0, 0.02), generator.normal(scale=5e-4, size=3))
         forces = model.pressures([load]) * skin.areas
         assert forces.sum() == pytest.approx(15.0, rel=1e-9)
@@ -91,7 +94,8 @@ def test_a_centre_beside_the_points_keeps_the_force_and_says_so():
 
 def test_beside_the_skin_it_says_what_water_fill_says():
     load = sphere_load("bar", np.array([0.2, 0.3, 0.02]), UP, 5.0, 0.01)
-    model, other = PunchModel(FLAT), WaterFillModel(FLAT)
+    model = PunchModel(FLAT)
+    other = WaterFillModel(FLAT)
     assert not model.pressures([load]).any()
     other.pressures([load])
     assert model.notes == other.notes != ()

@@ -28,7 +28,9 @@ def press(point, force=5.0, radius=0.008, *, link="bar", normal=UP):
 
 def test_a_sphere_on_a_flat_bed_sinks_as_winkler_says():
     """F = π K R d² for a shallow sphere: the peak pressure is K d, and the touched area 2 π R d."""
-    skin, force, radius = bar_skin(1500, finer=4), 60.0, 0.05
+    skin = bar_skin(1500, finer=4)
+    force = 60.0
+    radius = 0.05
     pressures = WaterFillModel(skin).pressures([press(MIDDLE, force, radius)])
     depth = np.sqrt(force / (np.pi * STIFFNESS * radius))
     assert 0.9 < pressures.max() / (STIFFNESS * depth) < 1.05, "a taxel averages over its area"
@@ -38,7 +40,9 @@ def test_a_sphere_on_a_flat_bed_sinks_as_winkler_says():
 
 def test_each_taxel_feels_what_a_dense_integral_says():
     """Every point is replaced by the rings of a flat bed under the true sphere, integrated with scipy's root finder."""
-    skin, force, radius = bar_skin(400, finer=4), 40.0, 0.03
+    skin = bar_skin(400, finer=4)
+    force = 40.0
+    radius = 0.03
     points = quadrature_points(skin)
     pressures = WaterFillModel(skin).pressures([press(MIDDLE, force, radius)])
     ring = np.linspace(0, 0.04, 20_001)
@@ -96,13 +100,15 @@ def test_pressure_is_under_the_finger():
 
 
 def test_loads_add_up():
-    one, other = press((0.1, 0, 0.02)), press((0.11, 0, 0.02), 2.0)
+    one = press((0.1, 0, 0.02))
+    other = press((0.11, 0, 0.02), 2.0)
     assert FELT.pressures([one, other]) == pytest.approx(FELT.pressures([one]) + FELT.pressures([other]), rel=1e-12)
     assert FELT.pressures([one, other]) @ SKIN.areas == pytest.approx(7.0, rel=1e-12)
 
 
 def test_what_was_pressed_before_does_not_change_a_reading_to_the_bit():
-    generator, worn = np.random.default_rng(0), WaterFillModel(SKIN)
+    generator = np.random.default_rng(0)
+    worn = WaterFillModel(SKIN)
     point = np.array([0.1, 0.0, 0.02])
     for _ in range(150):
         point = np.clip(point + [*generator.normal(scale=0.0015, size=2), 0.0], [0.02, -0.04, 0.02], [0.38, 0.04, 0.02])

@@ -14,7 +14,8 @@ from tactile_widgets.views.interaction.polyline import simplify_polyline
 
 def away(points, line):
     """Largest distance of any of the points from a polyline."""
-    start, side = line[:-1], np.diff(line, axis=0)
+    start = line[:-1]
+    side = np.diff(line, axis=0)
     lengths = np.maximum((side**2).sum(axis=1), 1e-300)
     share = np.clip(((points[:, None] - start) * side).sum(axis=2) / lengths, 0, 1)
     gaps = np.linalg.norm(start + share[..., None] * side - points[:, None], axis=2)

@@ -25,7 +25,8 @@ from tactile_widgets.views.interaction.select_gesture import (
 )
 
 SQUARE = np.array([[0.0, 0.0], [10.0, 0.0], [10.0, 10.0], [0.0, 10.0]])
-PLAIN, ADD = SelectionMode.REPLACE, SelectionMode.ADD
+PLAIN = SelectionMode.REPLACE
+ADD = SelectionMode.ADD
 
 
 @pytest.fixture
@@ -67,7 +68,8 @@ def test_a_click_that_adds_takes_out_what_is_in(hand, pressed, released):
 
 def test_a_box_spans_from_press_to_pointer_and_only_its_first_act_begins(hand):
     hand.press((10, 20), ADD)
-    first, second = hand.move((40, 60)), hand.move((5, 30))
+    first = hand.move((40, 60))
+    second = hand.move((5, 30))
     assert (first.begins, second.begins) == (True, False)
     assert first.change is second.change is ADD
     assert first.line.tolist() == [[10, 20], [40, 20], [40, 60], [10, 60]]

@@ -13,10 +13,16 @@ from tactile_widgets.common.tool_kinds import SELECT_BOX, ToolKind, ToolRole
 from tactile_widgets.views.interaction.view_interaction import ViewInteraction
 from tactile_widgets.views.interaction.view_tool import PointerHit, ViewTool
 
-LEFT, MIDDLE, SHIFT = Qt.MouseButton.LeftButton, Qt.MouseButton.MiddleButton, Qt.KeyboardModifier.ShiftModifier
-NO_KEYS, CONTROL_KEY = Qt.KeyboardModifier.NoModifier, Qt.KeyboardModifier.ControlModifier
+LEFT = Qt.MouseButton.LeftButton
+MIDDLE = Qt.MouseButton.MiddleButton
+SHIFT = Qt.KeyboardModifier.ShiftModifier
+NO_KEYS = Qt.KeyboardModifier.NoModifier
+CONTROL_KEY = Qt.KeyboardModifier.ControlModifier
 RIGHT = Qt.MouseButton.RightButton
-SKIN, OTHER_SKIN, BESIDE, CONTROL = (10.0, 10.0), (20.0, 10.0), (300.0, 300.0), (500.0, 500.0)
+SKIN = (10.0, 10.0)
+OTHER_SKIN = (20.0, 10.0)
+BESIDE = (300.0, 300.0)
+CONTROL = (500.0, 500.0)
 
 
 class Board(QWidget):
@@ -24,7 +30,8 @@ class Board(QWidget):
 
     def __init__(self, *, is_map: bool) -> None:
         super().__init__()
-        self.beside_skin, self.turns = is_map, not is_map
+        self.beside_skin = is_map
+        self.turns = not is_map
         self.idle_cursor = Qt.CursorShape.ArrowCursor
         self.did = []
         self.hand = ViewInteraction(self, self)
@@ -102,7 +109,8 @@ class Pen(ViewTool):
 
     def __init__(self, did):
         super().__init__()
-        self.did, self.open = did, False
+        self.did = did
+        self.open = False
 
     def press(self, place, event):
         self.did.append("drew")
@@ -113,7 +121,8 @@ class Pen(ViewTool):
         self.did.append("lifted")
 
     def cancel(self):
-        was, self.open = self.open, False
+        was = self.open
+        self.open = False
         return was
 
 

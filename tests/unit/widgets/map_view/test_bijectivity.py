@@ -37,7 +37,8 @@ def test_a_good_map_has_no_flaws(three_patches):
 
 def test_every_flip_is_found_where_it_lies_on_the_placed_map(three_patches):
     map_ = pulled_over(three_patches)
-    chart, uv = map_.charts[1], map_.uv[1]
+    chart = map_.charts[1]
+    uv = map_.uv[1]
     moved = int(np.abs(chart.plane - three_patches.charts[1].plane).sum(axis=1).argmax())
     found = FlawFinder().of(MapDocument.of(map_))
     assert len(found.flips) >= 1
@@ -75,5 +76,6 @@ def test_a_patch_within_another_is_marked_though_no_borders_meet(three_patches):
     map_ = moved_onto_the_first(three_patches, [0.03, 0.01])
     found = FlawFinder().of(MapDocument.of(map_)).overlaps
     assert len(found) == measure(map_).overlaps == 1
-    low, high = map_.uv[1].min(axis=0), map_.uv[1].max(axis=0)
+    low = map_.uv[1].min(axis=0)
+    high = map_.uv[1].max(axis=0)
     assert ((found > low) & (found < high)).all()

@@ -17,7 +17,8 @@ def covered(mesh, marked):
     """Area of the triangles, and the one that the outlines enclose, holes taken off."""
     points = flat(mesh)
     corners = points[area_triangles(mesh.faces, marked)].mean(axis=2)
-    first, second = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    first = corners[:, 1] - corners[:, 0]
+    second = corners[:, 2] - corners[:, 0]
     loops = area_outlines(mesh.faces, marked, points)
     shoe = [np.sum(loop[:, 0] * np.roll(loop[:, 1], -1) - loop[:, 1] * np.roll(loop[:, 0], -1)) / 2 for loop in loops]
     return 0.5 * (first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]), shoe

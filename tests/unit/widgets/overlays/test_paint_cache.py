@@ -55,7 +55,8 @@ VIEWS = {
 @pytest.mark.parametrize("view", VIEWS.values(), ids=VIEWS)
 @pytest.mark.parametrize("ratio", [1.0, 1.5, 2.0])
 def test_a_copy_looks_as_what_is_drawn(qapp, ratio, view):
-    dots, cache = Dots(), PaintCache()
+    dots = Dots()
+    cache = PaintCache()
     wanted = _picture(ratio, view, dots.draw)
     assert np.ptp(wanted) > 50
     for _ in range(3):
@@ -65,7 +66,8 @@ def test_a_copy_looks_as_what_is_drawn(qapp, ratio, view):
 
 
 def test_drawn_anew_when_content_view_or_resolution_change(qapp):
-    dots, cache = Dots(), PaintCache()
+    dots = Dots()
+    cache = PaintCache()
 
     def paint(content: str, view: str, ratio: float) -> int:
         before = dots.drawn
@@ -108,9 +110,12 @@ def _paint(content, draw, changed, cache: PaintCache, painter: QPainter) -> None
 
 
 def test_files_get_lines(qapp):
-    dots, cache, written = Dots(), PaintCache(), []
+    dots = Dots()
+    cache = PaintCache()
+    written = []
     for _ in range(3):
-        buffer, generator = QBuffer(), QSvgGenerator()
+        buffer = QBuffer()
+        generator = QSvgGenerator()
         generator.setOutputDevice(buffer)
         painter = QPainter(generator)
         cache.paint(painter, "dots", BOUNDS, dots.draw)

@@ -16,7 +16,8 @@ from tactile_widgets.views.overlays.task_overlay import NO_TASK, TRAIL_SECONDS, 
 from tactile_widgets.views.overlays.task_overlay_builder import TaskOverlayBuilder, TrailRecorder
 from tests.widgets.support.samples import leaf_map, shifted, touched
 
-LEFT, RIGHT = 0, 1
+LEFT = 0
+RIGHT = 1
 
 
 @pytest.fixture(scope="module")
@@ -81,7 +82,8 @@ def test_a_contact_that_came_to_rest_is_drawn_until_its_way_has_faded(tactile_ma
 
 
 def test_the_contact_known_is_followed_though_another_presses_more(tactile_map):
-    points, other = line(tactile_map), tactile_map.boxes[RIGHT].mean(axis=0)
+    points = line(tactile_map)
+    other = tactile_map.boxes[RIGHT].mean(axis=0)
     trail = TrailRecorder()
     trail.follow(0.0, [region_at(tactile_map, points[0])], tactile_map)
     strong = region_at(tactile_map, other, number=2, force=9.0)
@@ -150,7 +152,8 @@ def middle(tactile_map, patch=0):
 
 def along(tactile_map, *, kind="polyline"):
     """A path over the left leaf, and on to the right one."""
-    here, there = middle(tactile_map), middle(tactile_map, 1)
+    here = middle(tactile_map)
+    there = middle(tactile_map, 1)
     points = (tuple(here - [0.04, 0.0]), tuple(here), tuple(there))
     return ControlSettings(controller="hybrid", task="follow_path", path_kind=kind, path=points)
 

@@ -52,7 +52,8 @@ def test_marks_differ_in_shape_not_only_in_colour():
 
 
 def test_broken_channels_are_named_by_module_and_saturated_ones_counted():
-    modules, channels = [14, 0, 0, 0, 0, 15], [3, 0, 1, 2, 3, 0]
+    modules = [14, 0, 0, 0, 0, 15]
+    channels = [3, 0, 1, 2, 3, 0]
     legend = fault_legend(FAULTS.of(PRESSURES), TaxelIdentity(None, modules, channels))
     assert [text for _, text in legend] == [
         "1 taxel dead: module 14 (channel 3)",

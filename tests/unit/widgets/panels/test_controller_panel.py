@@ -92,7 +92,9 @@ def test_time_that_runs_backwards_forgets():
 
 
 MAP = leaf_map()
-NOBODY, ONE, TWO = touched(MAP), touched(MAP, [10]), touched(MAP, [10, 300])
+NOBODY = touched(MAP)
+ONE = touched(MAP, [10])
+TWO = touched(MAP, [10, 300])
 
 
 def said(task, frame, *limits, controller="hybrid", error=None, way=0.0, regrasp=None, report=True, **settings):
@@ -105,7 +107,8 @@ def said(task, frame, *limits, controller="hybrid", error=None, way=0.0, regrasp
 
 @pytest.mark.parametrize("task", CHOICES["task"])
 def test_every_task_waits_and_works_in_its_own_words(task):
-    waiting, working = said(task, NOBODY), said(task, TWO, error=0.001)
+    waiting = said(task, NOBODY)
+    working = said(task, TWO, error=0.001)
     assert waiting != working
     assert waiting.startswith(("Waiting", "Ready"))
 
@@ -129,7 +132,8 @@ def test_work_is_told_with_its_numbers(task, frame, words):
 
 
 def test_a_force_that_is_kept_at_several_contacts_says_at_how_many():
-    goal, ids = max(region.force for region in TWO.regions), tuple(region.id for region in TWO.regions)
+    goal = max(region.force for region in TWO.regions)
+    ids = tuple(region.id for region in TWO.regions)
     settings = ControlSettings(controller="hybrid", task="keep_force", force_goal=goal)
     for controlled, words in (
         (ids, f"Keeping {goal:.1f}\u202fN at 2 contacts"),

@@ -43,7 +43,8 @@ def test_only_time_steps_that_make_up_a_tick_are_offered():
 
 def test_a_wish_says_what_it_would_be_without():
     scene = with_override(SCENE, "friction", "on")
-    row, auto = row_of(scene, "friction"), automatic_rows(scene)["friction"]
+    row = row_of(scene, "friction")
+    auto = automatic_rows(scene)["friction"]
     assert row.overridden
     assert auto == row_of(SCENE, "friction")
     assert effect_reason(row, auto) == f"Set by the scene; auto is off: {auto.why}."

@@ -7,7 +7,8 @@ import pytest
 from tactile_widgets.plots.choice.plot_choice import STANDARD, PlotChoice, PlotKey, PlotKind
 
 FORCE, ERROR, SPEED, LIMITS, PRESSURE, TIME, EVENTS = STANDARD
-ELBOW, CONTACT = PlotKey(PlotKind.JOINT, "elbow"), PlotKey(PlotKind.CONTACT, "4")
+ELBOW = PlotKey(PlotKind.JOINT, "elbow")
+CONTACT = PlotKey(PlotKind.CONTACT, "4")
 CALLED_FOR = frozenset({FORCE, PRESSURE})
 
 

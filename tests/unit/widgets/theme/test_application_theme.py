@@ -17,7 +17,10 @@ from tactile_widgets.common.dialog_icons import dialog_icons, dock_icons
 
 @pytest.fixture
 def app_as_before(qapp):
-    style, palette, font, sheet = qapp.style().objectName(), qapp.palette(), qapp.font(), qapp.styleSheet()
+    style = qapp.style().objectName()
+    palette = qapp.palette()
+    font = qapp.font()
+    sheet = qapp.styleSheet()
     yield qapp
     qapp.setStyleSheet(sheet)
     qapp.setStyle(style)
@@ -64,7 +67,8 @@ def test_another_theme_reaches_every_widget_once_however_deep_and_hidden(app_as_
     window = QWidget(objectName="0")
     qtbot.addWidget(window)
     apply_theme(app_as_before, DARK)
-    within, widgets = window, [window]
+    within = window
+    widgets = [window]
     for depth in range(1, 8):
         within = QPushButton(within, objectName=str(depth))
         widgets.append(within)

@@ -58,7 +58,8 @@ def test_what_changed_nothing_is_no_step():
 
 
 def test_steps_of_one_kind_go_on_as_one():
-    wishes, now = drawn(), LONGER
+    wishes = drawn()
+    now = LONGER
     for force in (3.5, 4.0, 4.5):
         now, before = replace(now, force_goal=force), now
         wishes.done("set the force", before, now, goes_on=True)
@@ -73,7 +74,8 @@ def test_what_goes_on_after_something_else_is_a_step_of_its_own():
 
 
 def test_steps_of_another_name_do_not_go_on():
-    wishes, there = drawn(), replace(LONGER, path=((0.0, 0.0), (0.3, 0.0)))
+    wishes = drawn()
+    there = replace(LONGER, path=((0.0, 0.0), (0.3, 0.0)))
     wishes.done("move a corner", LONGER, there, goes_on=True)
     assert wishes.undo(there) == LONGER
 

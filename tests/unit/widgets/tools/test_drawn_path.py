@@ -106,7 +106,9 @@ def test_a_figure_of_eight_is_dragged_by_its_ends():
     np.testing.assert_allclose(dragged.points, [(0.0, 0.0), (0.1, 0.02)])
 
 
-FAR, FINE, CLOSING_DISTANCE = 0.004, 0.001, 0.008
+FAR = 0.004
+FINE = 0.001
+CLOSING_DISTANCE = 0.008
 CORNERS = np.array([[0.0, 0.0], [0.1, 0.0], [0.1, 0.06]])
 
 

@@ -38,7 +38,8 @@ def pairs(edges):
 
 @pytest.mark.parametrize("seed", range(5))
 def test_a_path_is_the_one_a_drawn_seam_takes(document, seed):
-    surface, random = document.skin.patches[1].surface, np.random.default_rng(seed)
+    surface = document.skin.patches[1].surface
+    random = np.random.default_rng(seed)
     importance = random.uniform(0, 9, len(surface.vertices))
     through = random.choice(len(surface.vertices), 4, replace=False).tolist()
     for weights in (None, importance):
@@ -145,7 +146,8 @@ def test_a_seam_is_in_reach_from_both_its_sides_and_on_the_body(thin_tube):
 
 
 def test_a_brush_on_the_body_leaves_the_far_side_of_a_thin_patch_alone(thin_tube):
-    surface, place = thin_tube.skin.patches[0].surface, on_body(200)
+    surface = thin_tube.skin.patches[0].surface
+    place = on_body(200)
     near = np.linalg.norm(surface.vertices - thin_tube.skin.position(place.at), axis=1) <= 10e-3
     facing = surface.vertex_normals @ thin_tube.skin.normal(place.at) > 0
     assert near.sum() > (near & facing).sum() > 10

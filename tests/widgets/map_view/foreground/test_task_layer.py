@@ -47,7 +47,8 @@ def middle(tactile_map, patch=0):
 
 def led(tactile_map, *, above=0.03):
     """A path over both leaves, a target, and a way of the contact below the path."""
-    here, there = middle(tactile_map), middle(tactile_map, 1)
+    here = middle(tactile_map)
+    there = middle(tactile_map, 1)
     corners = np.array([here + [-0.06, above], here + [0.05, above], there + [0.0, above]])
     lines = lines_on_skin(corners, tactile_map)
     assert [line.patch for line in lines] == [0, 1]
@@ -79,7 +80,8 @@ def test_what_is_wanted_is_violet_and_what_was_is_white_with_a_dark_rim(view, ta
     for line, plain in zip(task.path.lines, before, strict=True):
         assert near(colour(view, line.on_map[len(line.on_map) // 2]), theme.intent)
         assert not near(plain, theme.intent)
-    now, old = task.tail.on_map[-3], task.tail.on_map[2]
+    now = task.tail.on_map[-3]
+    old = task.tail.on_map[2]
     assert colour(view, now).min() > 245
     rim = [
         colour(view, now + [0.0, step * view._pixel_size(view.display.picture.shapes.frame)]).max()

@@ -261,7 +261,8 @@ def test_the_force_limit_of_the_panel_stops_the_arm_and_the_reason_is_shown(pane
     assert (re.match(reason, line.words) is not None) == (limit < 30.0)
 
 
-A, B = Limit(LimitKind.JOINT_LIMIT), Limit(LimitKind.JOINT_SPEED)
+A = Limit(LimitKind.JOINT_LIMIT)
+B = Limit(LimitKind.JOINT_SPEED)
 STOPPED = Limit(LimitKind.STOPPED_BY_FORCE, value=41.0, bound=40.0)
 
 

@@ -38,7 +38,8 @@ def panel(qtbot, editor):
     made.resize(COLUMN_WIDTH, 300)
     made.show()
     qtbot.waitExposed(made)
-    made.asked, made.told = [], []
+    made.asked = []
+    made.told = []
     made.compare_requested.connect(lambda first, second: made.asked.append((first, second)))
     made.shown_other.connect(made.told.append)
     return made

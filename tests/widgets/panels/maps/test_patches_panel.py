@@ -27,8 +27,11 @@ from tactile_widgets.panels.panel_column import COLUMN_WIDTH
 from tactile_widgets.workers.scene_worker import InlineSceneWorker, SceneWorker
 from tests.widgets.support.samples import leaf_map
 
-LEFT, NONE, ALT = Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier, Qt.KeyboardModifier.AltModifier
-CTRL, SHIFT = Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.ShiftModifier
+LEFT = Qt.MouseButton.LeftButton
+NONE = Qt.KeyboardModifier.NoModifier
+ALT = Qt.KeyboardModifier.AltModifier
+CTRL = Qt.KeyboardModifier.ControlModifier
+SHIFT = Qt.KeyboardModifier.ShiftModifier
 
 
 @pytest.fixture
@@ -178,7 +181,8 @@ def test_rows_are_dragged_to_another_place(panel, editor, rows, y, order):
     data = model.mimeData([model.index(row) for row in rows])
     assert data.hasFormat(PATCHES_MIME)
     panel.list.setFixedHeight(200)
-    view, at = panel.list.viewport(), QPoint(80, y)
+    view = panel.list.viewport()
+    at = QPoint(80, y)
     where = (data, LEFT, NONE)
     QApplication.sendEvent(view, QDragEnterEvent(at, Qt.DropAction.MoveAction, *where))
     QApplication.sendEvent(view, QDragMoveEvent(at, Qt.DropAction.MoveAction, *where))
@@ -349,7 +353,8 @@ def test_a_method_is_chosen_by_a_plain_name(panel, editor):
 
 
 def test_values_that_differ_are_a_dash(panel, editor):
-    combo, slider = panel.findChild(QComboBox, "patch-method"), panel.findChild(LabelledSlider, "patch-lengths")
+    combo = panel.findChild(QComboBox, "patch-method")
+    slider = panel.findChild(LabelledSlider, "patch-lengths")
     editor.ask(partial(set_lengths, numbers=[2], lengths=0.5))
     editor.select([1, 2])
     assert combo.currentText() == "Symmetric Dirichlet"

@@ -233,7 +233,8 @@ def test_what_was_tried_on_another_skin_comes_too_late(qtbot, document):
         def close(self):
             """Goes on."""
 
-    panel, worker = AccuracyPanel(DARK), Unstoppable()
+    panel = AccuracyPanel(DARK)
+    worker = Unstoppable()
     qtbot.addWidget(panel)
     panel.measure_with(worker)
     panel.show_document(document, (1,))
@@ -243,7 +244,8 @@ def test_what_was_tried_on_another_skin_comes_too_late(qtbot, document):
     late = worker._waiting
     panel.show_document(body(), (1,))
     press(panel, "measure", qtbot)
-    newest, worker._waiting = worker._waiting, late
+    newest = worker._waiting
+    worker._waiting = late
     worker.run()
     assert drawn(panel) == []
     assert panel.board.findChild(QPushButton, "accuracy-cancel").isVisible(), "the newest is still being measured"

@@ -18,7 +18,8 @@ from tactile_maps.tactile.mechanics.contact_notes import ContactNote, ContactNot
 from tactile_widgets.panels.model.effects_panel import EffectsPanel, automatic_rows
 from tests.widgets.support.samples import touched
 
-LEFT, NONE = Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier
+LEFT = Qt.MouseButton.LeftButton
+NONE = Qt.KeyboardModifier.NoModifier
 pytestmark = pytest.mark.qt_log_ignore("This plugin does not support", extend=True)  # offscreen, of lists
 
 
@@ -126,7 +127,8 @@ def test_stages_cost_what_they_cost_here_and_the_rest_is_quiet(panel, prepared):
 
 
 def test_a_note_of_one_tick_is_shown_at_the_next_refresh_and_once(panel, prepared):
-    label, frame = panel.findChild(QLabel, "effects-notes"), touched(prepared.map)
+    label = panel.findChild(QLabel, "effects-notes")
+    frame = touched(prepared.map)
     hard = replace(frame, notes=(ContactNote(ContactNoteKind.HARD, ("ball", "hand"), force=7e3),))
     shown = []
     for number in range(46):

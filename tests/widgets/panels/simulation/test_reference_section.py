@@ -61,7 +61,9 @@ def test_off_nothing_is_simulated_and_on_differences_stand_beside_both_times(win
 
 
 def test_a_reset_and_a_change_of_control_are_followed(window_again, section):
-    live, told, refused = window_again.live, [], []
+    live = window_again.live
+    told = []
+    refused = []
     live.reference.compared.connect(told.append)
     live.reference.failed.connect(refused.append)
     switch_on(section)
@@ -76,7 +78,8 @@ def test_a_reset_and_a_change_of_control_are_followed(window_again, section):
 
 
 def test_folded_or_switched_off_it_ends(window_again, section):
-    following, told = window_again.live.reference, []
+    following = window_again.live.reference
+    told = []
     following.compared.connect(told.append)
     switch_on(section)
     run(window_again, 0.1)
@@ -129,7 +132,8 @@ def pressed():
 
 def test_in_a_process_of_its_own_it_follows_frame_by_frame_and_may_die(qtbot, pressed):
     session, frames = pressed
-    worker, token = ReferenceWorker(), SourceToken("test")
+    worker = ReferenceWorker()
+    token = SourceToken("test")
     worker.begin(session.prepared, [one for one in session.inputs if one[0] == 0], token)
     with qtbot.waitSignal(worker.compared, timeout=LONG) as first:
         worker.follow([one for one in session.inputs if one[0] > 0], frames[19], token)

@@ -155,7 +155,8 @@ def test_the_panel_tells_how_well_and_greys_what_is_refused(panel, prepared):
     session.submit(PokePressed(1, prepared.skin.taxel_point(30)))
     for _ in range(100):
         session.tick()
-    frame, told = session.frame, panel.findChild(QLabel, "contacts-estimate")
+    frame = session.frame
+    told = panel.findChild(QLabel, "contacts-estimate")
     (number,) = (region.id for region in frame.regions)
     panel.show_frame(frame)
     assert not told.isVisible(), "the area sum has nothing to tell"
@@ -176,7 +177,8 @@ def test_the_panel_tells_how_well_and_greys_what_is_refused(panel, prepared):
 
 
 def test_largest_part_of_the_uncertainty_is_named(panel, prepared):
-    frame, facts = touched(prepared.map, (30,)), panel.findChild(QLabel, "contacts-facts")
+    frame = touched(prepared.map, (30,))
+    facts = panel.findChild(QLabel, "contacts-facts")
     parts = {"noise": 0.1, "hysteresis": 0.35, "ring": 0.2, "gain_spread": 0.0}
     limits = {"noise": 0.2, "hysteresis": 0.7, "ring": 0.4, "gain_spread": 0.0}
     region = replace(frame.regions[0], force_error=0.42, force_parts=parts, force_limits=limits)
@@ -195,7 +197,8 @@ def test_largest_part_of_the_uncertainty_is_named(panel, prepared):
 
 
 def test_force_of_a_saturated_contact_is_a_lower_bound(panel, prepared):
-    frame, facts = touched(prepared.map, (30,)), panel.findChild(QLabel, "contacts-facts")
+    frame = touched(prepared.map, (30,))
+    facts = panel.findChild(QLabel, "contacts-facts")
     for lost, first in ((0.0, f"{frame.regions[0].force:.2f} ±"), (0.5, f"At least {frame.regions[0].force:.2f} ±")):
         region = replace(frame.regions[0], force_error=lost, force_parts={"saturation": lost})
         panel.show_frame(replace(frame, regions=(region,)))
@@ -203,7 +206,8 @@ def test_force_of_a_saturated_contact_is_a_lower_bound(panel, prepared):
 
 
 def test_sum_of_depths_is_shown_without_an_accuracy(panel, prepared):
-    frame, facts = touched(prepared.map, (30,)), panel.findChild(QLabel, "contacts-facts")
+    frame = touched(prepared.map, (30,))
+    facts = panel.findChild(QLabel, "contacts-facts")
     parts = {"noise": 0.1, "contact_model": float("inf")}
     region = replace(frame.regions[0], force_error=float("inf"), force_parts=parts)
     panel.show_frame(replace(frame, regions=(region,)))
@@ -228,7 +232,8 @@ def test_a_replay_cannot_be_read_otherwise(panel):
 
 
 def test_in_the_window_a_choice_reaches_the_session_and_a_paused_one_after_a_reset(window, qtbot):
-    live, reading = window.live, window.column["contacts"].reading
+    live = window.live
+    reading = window.column["contacts"].reading
     live.set_paused(paused=True)
     choose(reading.estimator, 2)
     live.step()

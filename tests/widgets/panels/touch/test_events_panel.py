@@ -119,7 +119,8 @@ def test_lines_are_drawn_and_read_aloud(panel):
 
 def test_the_window_logs_every_event_however_few_frames_it_shows_and_again_in_replay(window, tmp_path):
     """A tap between two pictures is not missed; the same lines come back from a file; a reset clears them."""
-    live, log = window.live, window.column["events"]
+    live = window.live
+    log = window.column["events"]
     live.start_recording(tmp_path / "tap.mcap")
     live.press(live.prepared.skin.taxel_point(70))
     live.runner.run_for(0.2)

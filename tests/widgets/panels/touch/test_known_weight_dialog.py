@@ -13,7 +13,8 @@ from tactile_widgets.session.live_input import LiveInputSettings
 
 def test_a_weight_calibrates_and_is_taken_back(window, tmp_path, monkeypatch):
     window.live.connect_source(LiveInputSettings("udp://127.0.0.1:0"))
-    session, panel = window.live.live_input.session, window.column.get(LiveInputPanel)
+    session = window.live.live_input.session
+    panel = window.column.get(LiveInputPanel)
     taxels = len(window.live.prepared.skin)
 
     def send(time, level):

@@ -119,7 +119,8 @@ def test_folded_nothing_is_simulated(window, tmp_path, meeting, monkeypatch):
 
 def test_of_frames_that_come_faster_than_they_are_simulated_the_newest_counts(qtbot, meeting):
     prepared, pressures = meeting
-    worker, token = SimulatedSkinWorker(), SourceToken("test")
+    worker = SimulatedSkinWorker()
+    token = SourceToken("test")
     found = []
     worker.compared.connect(found.append)
     with qtbot.waitSignal(worker.compared, timeout=30_000):
@@ -134,7 +135,8 @@ def test_of_frames_that_come_faster_than_they_are_simulated_the_newest_counts(qt
 @pytest.mark.long
 def test_a_scene_that_cannot_be_simulated_is_tried_once(qtbot, meeting):
     prepared, pressures = meeting
-    worker, token = SimulatedSkinWorker(), SourceToken("test")
+    worker = SimulatedSkinWorker()
+    token = SourceToken("test")
     broken = replace(prepared, robot=replace(prepared.robot, mjcf="<mujoco/>"))
     for _ in range(2):
         with qtbot.waitSignal(worker.failed, timeout=30_000):

@@ -20,7 +20,8 @@ from tactile_widgets.plots.live_plots import LivePlots
 from tactile_widgets.plots.traces.trace_plots import TracePlot
 from tests.widgets.support.samples import touched
 
-NEAR, OTHER = 10, 70
+NEAR = 10
+OTHER = 70
 LEFT = Qt.MouseButton.LeftButton
 
 

@@ -141,7 +141,8 @@ def test_the_best_figure_is_bold(board):
     click(board, "contender-gains-B")
     QTest.keyClick(board.cards[1].sliders.by_name["force_gain"]._slider, Qt.Key.Key_End)
     click(board, "comparison-run")
-    figures, clear = [controller_metrics(trace) for trace in board.traces], 0
+    figures = [controller_metrics(trace) for trace in board.traces]
+    clear = 0
     for number, row in enumerate(ROWS):
         if not (row.better and row.unit):
             continue
@@ -344,7 +345,8 @@ def test_the_menu_has_laws_and_tasks_by_keys(window):
 def test_what_was_done_since_the_window_opened_is_taken_when_asked_for(window, board):
     run(window, 0.4)
     note = board.findChild(QLabel, "stimulus-note")
-    before, seconds = note.text(), board.stimulus.seconds.value()
+    before = note.text()
+    seconds = board.stimulus.seconds.value()
     board.findChild(QPushButton, "stimulus-refresh").click()
     assert board.stimulus.seconds.value() > seconds
     assert note.text() != before

@@ -81,7 +81,8 @@ def test_where_only_the_mouse_presses_a_path_is_offered_a_fixed_object_once(wind
 
 def test_the_target_held_on_the_body_is_that_of_the_map(window, prepared):
     window.action("set_target").trigger()
-    view, pixel = window.robot_view, skin_pixel(window.robot_view, prepared)
+    view = window.robot_view
+    pixel = skin_pixel(window.robot_view, prepared)
     at = view.point_at(pixel.toPointF())
     click(view.display.canvas.widget, pixel)
     led = settings(window)
@@ -93,7 +94,8 @@ def test_the_target_held_on_the_body_is_that_of_the_map(window, prepared):
 def test_a_path_is_drawn_on_the_body(window, prepared):
     window.action("draw_path").trigger()
     window.action("path_polyline").trigger()
-    view, pixel = window.robot_view, skin_pixel(window.robot_view, prepared)
+    view = window.robot_view
+    pixel = skin_pixel(window.robot_view, prepared)
     view.setFocus()
     places = [pixel, pixel + QPoint(12, 0), pixel + QPoint(12, 12)]
     ats = [view.point_at(place.toPointF()) for place in places]

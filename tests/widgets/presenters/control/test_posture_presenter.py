@@ -57,7 +57,8 @@ def pause(window):
 
 def robot_pixel(window, link):
     """A pixel where the robot view shows this link, which no other hides."""
-    view, number = window.robot_view, window.live.prepared.robot.link_index[link]
+    view = window.robot_view
+    number = window.live.prepared.robot.link_index[link]
     for y in range(40, view.height() - 40, 6):
         for x in range(40, view.width() - 40, 6):
             pixel = QPoint(x, y).toPointF()
@@ -92,7 +93,8 @@ def test_a_typed_joint_is_gone_to_live_and_the_recording_replays_bit_for_bit(win
 
 def test_while_paused_the_robot_is_placed_and_undo_places_it_back(window):
     end_script(window)
-    home, pose = window.live.prepared.robot.home, window.presenters.posture
+    home = window.live.prepared.robot.home
+    pose = window.presenters.posture
     pause(window)
     before = window.live.shown
     type_degrees(window, 2, f"{np.degrees(home[2]) + 20:.1f}")
@@ -129,7 +131,8 @@ def test_a_link_is_dragged_with_the_mouse_live_and_escape_gives_it_up(window):
     wanted = window.presenters.posture.editor.wanted
     assert np.abs(wanted - robot.home).max() > 0.02
     release()
-    configuration, places = Configuration(robot), []
+    configuration = Configuration(robot)
+    places = []
     for posture in (robot.home, wanted):
         configuration.update(posture)
         places.append(configuration.pose("hand").translation.copy())

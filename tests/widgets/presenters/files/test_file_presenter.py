@@ -166,7 +166,8 @@ def test_reset_starts_again_and_ends_the_recording(window, tmp_path):
 
 
 def test_what_could_not_be_opened_or_was_given_up_is_not_among_the_recent(window, tmp_path):
-    broken, unwanted = tmp_path / "broken.mcap", tmp_path / "robot.xml"
+    broken = tmp_path / "broken.mcap"
+    unwanted = tmp_path / "robot.xml"
     broken.write_bytes(b"?" * 100)
     unwanted.write_text("<mujoco><worldbody/></mujoco>")
     window.presenters.files.open_path(str(broken))
@@ -328,7 +329,8 @@ def skin_files(tmp_path):
 def drop(window, path):
     data = QMimeData()
     data.setUrls([QUrl.fromLocalFile(str(path))])
-    buttons, keys = Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier
+    buttons = Qt.MouseButton.LeftButton
+    keys = Qt.KeyboardModifier.NoModifier
     window.dropEvent(QDropEvent(QPointF(400, 400), Qt.DropAction.CopyAction, data, buttons, keys))
 
 

@@ -156,7 +156,8 @@ def test_a_saved_map_says_that_the_scene_contains_the_grid(window, tmp_path, mon
 
 def test_a_crash_leaves_the_grid_and_the_edits_to_restore(window, prepared):
     place_grid(window)
-    document, scene = edited(window), window.live.prepared.scene
+    document = edited(window)
+    scene = window.live.prepared.scene
     autosave(window)
     window.live.show_prepared(pickle.loads(pickle.dumps(prepared)))  # as another start of the program does
     assert "not saved" in window.notification_bar.text

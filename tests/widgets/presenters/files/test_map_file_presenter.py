@@ -61,7 +61,8 @@ def test_an_edit_is_unsaved_until_it_is_saved_or_undone(window, files, tmp_path,
     assert not window.isWindowModified()
     assert files.path == tmp_path / "my map.npz"
     assert "my map.npz" in window.windowTitle()
-    saved, present = load_document(files.path), window.editor.document
+    saved = load_document(files.path)
+    present = window.editor.document
     assert saved.layout == present.layout
     assert all(np.array_equal(a.plane, b.plane) for a, b in zip(saved.charts, present.charts, strict=True))
 
@@ -111,7 +112,8 @@ def test_a_saved_map_is_opened_as_one_edit_and_kept_there(window, files, tmp_pat
 
 @pytest.mark.parametrize("kind", ["another skin", "garbage", "missing"])
 def test_a_map_that_does_not_fit_is_refused_and_nothing_changes(window, files, tmp_path, kind):
-    path, present = tmp_path / "other.npz", window.editor.document
+    path = tmp_path / "other.npz"
+    present = window.editor.document
     if kind == "another skin":
         save_map(flat_map(30), path)
     elif kind == "garbage":
@@ -451,7 +453,8 @@ def reopened(prepared):
 
 
 def test_the_title_names_the_recording_while_it_is_replayed(window, files, tmp_path):
-    live, before = window.live, window.windowTitle()
+    live = window.live
+    before = window.windowTitle()
     live.start_recording(tmp_path / "touch.mcap")
     run(window, 0.2)
     live.stop_recording()

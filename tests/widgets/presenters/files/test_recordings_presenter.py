@@ -32,7 +32,8 @@ def prepared(coarse_prepared):
 
 @pytest.fixture(scope="module")
 def recorded(prepared, tmp_path_factory):
-    path, session = tmp_path_factory.mktemp("recorded") / "one.mcap", Session(prepared)
+    path = tmp_path_factory.mktemp("recorded") / "one.mcap"
+    session = Session(prepared)
     with Recorder(prepared, path, viewers=False) as recorder:
         for _ in range(100):
             recorder.write(session.tick(), session.inputs)
@@ -112,7 +113,8 @@ def test_it_lists_judges_labels_replays_and_deletes(window_again, dialog, folder
 
 
 def test_a_range_and_episodes_become_recordings(window_again, folder, recorded, monkeypatch):
-    window, part = window_again, folder / "part.mcap"
+    window = window_again
+    part = folder / "part.mcap"
     save_annotations(
         folder / "one.mcap", Annotations(episodes=(LabelledEpisode(10, 20, "a"), LabelledEpisode(30, 35, "b")))
     )
@@ -139,7 +141,8 @@ def test_a_range_and_episodes_become_recordings(window_again, folder, recorded, 
 
 
 def test_summary_of_saved_parts_names_the_damage_of_the_recording(window_again, folder, recorded, monkeypatch):
-    window, path = window_again, folder / "one.mcap"
+    window = window_again
+    path = folder / "one.mcap"
     path.write_bytes(with_checksum_damage(recorded))
     save_annotations(path, Annotations(episodes=(LabelledEpisode(10, 20, "a"), LabelledEpisode(30, 35, "b"))))
     window.live.open_recording(path)
@@ -156,7 +159,8 @@ def test_summary_of_saved_parts_names_the_damage_of_the_recording(window_again, 
 
 @pytest.mark.long
 def test_a_part_that_is_given_up_leaves_nothing(new_window, folder, monkeypatch, qtbot):
-    window, presenter = new_window, new_window.presenters.recordings
+    window = new_window
+    presenter = new_window.presenters.recordings
     worker = RecordingWorker(window)
     presenter._cutter = worker
     window.live.open_recording(folder / "one.mcap")

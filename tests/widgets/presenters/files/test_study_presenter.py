@@ -15,7 +15,8 @@ from tactile_widgets.common.colours import LIGHT
 from tactile_widgets.dialogs.study_dialog import StudyDialog
 from tactile_widgets.presenters.files.study_presenter import no_replay
 
-LOOPS, PATHS = asset("findings", "loop-laws.csv"), asset("findings", "representation.csv")
+LOOPS = asset("findings", "loop-laws.csv")
+PATHS = asset("findings", "representation.csv")
 
 
 def shown(window):

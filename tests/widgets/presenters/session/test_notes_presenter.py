@@ -22,7 +22,8 @@ from tactile_widgets.plots.timeline.playhead import Span
 from tactile_widgets.plots.timeline.scrub_bar import ScrubBar
 from tests.widgets.support.window_driver import run
 
-CONTROL, SHIFT = Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.ShiftModifier
+CONTROL = Qt.KeyboardModifier.ControlModifier
+SHIFT = Qt.KeyboardModifier.ShiftModifier
 LEFT = Qt.MouseButton.LeftButton
 
 
@@ -35,7 +36,8 @@ def prepared(coarse_prepared):
 @pytest.fixture(scope="module")
 def content(prepared, tmp_path_factory) -> bytes:
     """A second of a session, marked at 0.4 s."""
-    path, session = tmp_path_factory.mktemp("notes") / "one.mcap", Session(prepared)
+    path = tmp_path_factory.mktemp("notes") / "one.mcap"
+    session = Session(prepared)
     with Recorder(prepared, path, viewers=False) as recorder:
         recorder.write(session.frame, session.inputs)
         for _ in range(200):
@@ -47,7 +49,8 @@ def content(prepared, tmp_path_factory) -> bytes:
 @pytest.fixture
 def recorded(window_again, content, tmp_path):
     """The window that replays it, and the file."""
-    window, path = window_again, tmp_path / "one.mcap"
+    window = window_again
+    path = tmp_path / "one.mcap"
     path.write_bytes(content)
     window.live.open_recording(path)
     yield window, path
@@ -66,7 +69,8 @@ def names(window):
 
 
 def test_a_moment_marked_while_recording_is_in_the_replay_and_keys_go_there(window_again, tmp_path):
-    window, path = window_again, tmp_path / "live.mcap"
+    window = window_again
+    path = tmp_path / "live.mcap"
     window.live.reset()
     window.live.start_recording(path)
     run(window, 0.2)
@@ -85,7 +89,8 @@ def test_a_moment_marked_while_recording_is_in_the_replay_and_keys_go_there(wind
 
 
 def test_the_timeline_offers_to_mark_what_is_recorded(window_again, tmp_path):
-    window, timeline = window_again, window_again.timeline
+    window = window_again
+    timeline = window_again.timeline
     window.live.start_recording(tmp_path / "live.mcap")
     at = timeline.rect().center()
     QApplication.sendEvent(timeline, QContextMenuEvent(QContextMenuEvent.Reason.Mouse, at, timeline.mapToGlobal(at)))
@@ -131,7 +136,8 @@ def test_marks_of_a_replay_are_kept_beside_it_and_undone(recorded):
 
 def test_a_range_is_dragged_looped_and_cleared(recorded):
     window, _ = recorded
-    bar, timeline = window.timeline.findChild(ScrubBar), window.timeline
+    bar = window.timeline.findChild(ScrubBar)
+    timeline = window.timeline
     start, end = (QPoint(round(bar.x_of(t)), 20) for t in (0.2, 0.6))
     QTest.mousePress(bar, LEFT, SHIFT, start)
     QTest.mouseMove(bar, end)

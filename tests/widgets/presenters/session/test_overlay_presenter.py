@@ -70,7 +70,8 @@ def test_its_contacts_are_outlined_when_they_are_and_moved_in_time(window, prepa
     scale = window.map_view.display.picture.shapes.frame.scale
     assert (centre - touched).manhattanLength() < 0.02 * scale
     assert axes.shape == (2, 2)
-    own, other = window.recording_plots, window.recording_plots._other
+    own = window.recording_plots
+    other = window.recording_plots._other
     assert first_touch(own.times, own.values) == pytest.approx(
         first_touch(other.times(), other.curves.values), abs=0.006
     )

@@ -18,7 +18,8 @@ from tactile_widgets.plots.timeline.playhead import Span
 from tactile_widgets.workers.recording_worker import ReadCurves, RecordingWorker
 from tactile_widgets.workers.worker_process import SourceToken
 
-LEFT, NONE = Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier
+LEFT = Qt.MouseButton.LeftButton
+NONE = Qt.KeyboardModifier.NoModifier
 
 
 @pytest.fixture(scope="module")
@@ -30,7 +31,8 @@ def prepared(coarse_prepared):
 @pytest.fixture(scope="module")
 def path(prepared, tmp_path_factory) -> Path:
     """A second, pressed from 0.25 s on."""
-    path, session = tmp_path_factory.mktemp("plots") / "press.mcap", Session(prepared, scripted=False)
+    path = tmp_path_factory.mktemp("plots") / "press.mcap"
+    session = Session(prepared, scripted=False)
     with Recorder(prepared, path, viewers=False) as recorder:
         for tick in range(200):
             if tick == 50:
@@ -41,7 +43,8 @@ def path(prepared, tmp_path_factory) -> Path:
 
 def test_a_replay_shows_all_of_it_in_step_with_the_timeline(window_again, path):
     window = window_again
-    plots, timeline = window.recording_plots, window.timeline
+    plots = window.recording_plots
+    timeline = window.timeline
     assert not plots.isVisible()
     window.live.open_recording(path)
     assert plots.isVisible()
@@ -70,7 +73,8 @@ def test_a_replay_shows_all_of_it_in_step_with_the_timeline(window_again, path):
 
 def test_what_is_added_to_the_plots_is_shown_over_all_of_it(window_again, path):
     window = window_again
-    plots, joint = window.recording_plots, window.live.prepared.robot.joints[1].name
+    plots = window.recording_plots
+    joint = window.live.prepared.robot.joints[1].name
     window.live.open_recording(path)
     low = plots.height()
     window.presenters.plots.plot(PlotKey(PlotKind.JOINT, joint))
@@ -91,7 +95,8 @@ def test_what_is_added_to_the_plots_is_shown_over_all_of_it(window_again, path):
 
 @pytest.mark.long
 def test_a_process_reads_them_and_is_ended(qtbot, path):
-    worker, found = RecordingWorker(), []
+    worker = RecordingWorker()
+    found = []
     worker.answered.connect(lambda kind, result: found.append((kind, result)))
     worker.ask(ReadCurves(path), SourceToken("test"))
     qtbot.waitUntil(lambda: bool(found) and found[-1][0] == "done", timeout=60_000)

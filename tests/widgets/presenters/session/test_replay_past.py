@@ -24,7 +24,8 @@ def prepared(coarse_prepared):
 
 def test_a_push_between_two_pictures_is_drawn_as_hard_as_it_was(window_again, prepared):
     """The window looks once in two seconds; each tick in between is in the plot."""
-    window, runner = window_again, window_again.live.runner
+    window = window_again
+    runner = window_again.live.runner
     forces = []
     each = runner._each
     runner._each = lambda frame: (forces.append(sum(r.force for r in frame.regions)), each(frame))
@@ -39,7 +40,9 @@ def test_a_push_between_two_pictures_is_drawn_as_hard_as_it_was(window_again, pr
 
 
 def test_after_a_jump_the_plots_show_the_seconds_before(window_again, prepared, tmp_path, qtbot):
-    window, path, session = window_again, tmp_path / "push.mcap", Session(prepared, scripted=False)
+    window = window_again
+    path = tmp_path / "push.mcap"
+    session = Session(prepared, scripted=False)
     forces = []
     with Recorder(prepared, path) as recorder:
         session.submit(PokePressed(0, prepared.skin.taxel_point(20)))

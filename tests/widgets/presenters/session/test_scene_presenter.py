@@ -59,7 +59,8 @@ def test_what_a_tool_marks_and_points_at_goes_with_its_skin(window_again, prepar
     window = window_again
     window.presenters.view.set_tool(tool)
     window.editor.ask(lambda document: propose_seam(document, 0))
-    viewport, pixel_of = window.map_view.viewport(), window.map_view.pixel_of
+    viewport = window.map_view.viewport()
+    pixel_of = window.map_view.pixel_of
     QTest.mouseMove(viewport, pixel_of(prepared.skin.taxel_point(len(prepared.skin) - 1)).toPoint())
     assert window.robot_view.display._marks.lines
     window.live.show_prepared(dressed(bar(), bar_skin()))

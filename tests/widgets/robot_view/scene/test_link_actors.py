@@ -46,7 +46,8 @@ def test_no_link_is_farther_from_its_own_than_half_a_pixel_where_it_is_nearest(s
         scene.fit_detail(ROWS)
         view = scene.viewpoint
         for row, (number, _) in enumerate(scene.links.placed):
-            mesh, pose = scene.prepared.robot.links[number].mesh, scene.poses[number]
+            mesh = scene.prepared.robot.links[number].mesh
+            pose = scene.poses[number]
             depth = float(((mesh.vertices @ pose[:3, :3].T + pose[:3, 3] - view.eye) @ view.axes[2]).min())
             pixel = 2 * depth * np.tan(np.radians(view.view_angle) / 2) / ROWS
             level = int(scene.links.shown[row])
@@ -58,7 +59,8 @@ def test_it_grows_finer_towards_the_eye_and_with_the_resolution(scene, levels, p
     own = _counts(scene)
     scene.set_link_levels(levels)
     assert _counts(scene) == own, "nothing coarse is shown before it is known to be fit"
-    start, drawn = scene.viewpoint, []
+    start = scene.viewpoint
+    drawn = []
     for factor in (0.1, 0.5, 1.0, 40.0):
         scene.look(zoom(start, factor))
         scene.fit_detail(ROWS)

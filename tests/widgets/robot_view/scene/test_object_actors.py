@@ -114,7 +114,8 @@ def test_objects_fade_while_the_skin_lies_flat_and_come_back(scene, prepared):
 
 def test_a_replay_shows_where_objects_were(scene, prepared, tmp_path):
     prepared = among(prepared, BALL)
-    session, path = Session(prepared, scripted=False), tmp_path / "falling.mcap"
+    session = Session(prepared, scripted=False)
+    path = tmp_path / "falling.mcap"
     with Recorder(prepared, path) as recorder:
         for _ in range(10):
             recorder.write(session.tick(), session.inputs)

@@ -56,7 +56,8 @@ def test_a_touch_colours_the_skin_around_it_and_no_more(plotter, scene, prepared
 def test_a_hidden_link_is_left_out_with_its_skin_and_touch_and_comes_back(plotter, scene, prepared, pressed):
     scene.show_frame(pressed)
     link = prepared.robot.link_index[pressed.regions[0].link]
-    renderer, whole = plotter.renderer, len(scene._corners())
+    renderer = plotter.renderer
+    whole = len(scene._corners())
     before = renderer.GetViewProps().GetNumberOfItems()
     scene.hide(frozenset({link}))
     gone = [actor for number, actor in [*scene.links.placed, *scene.skin.link_actors] if number == link]
@@ -119,7 +120,8 @@ def test_another_robot_replaces_everything(plotter, scene, prepared, pressed):
 
 
 def test_a_theme_changes_the_ground_and_keeps_the_skin(plotter, scene):
-    colours, count = skin_colours(plotter), len(plotter.actors)
+    colours = skin_colours(plotter)
+    count = len(plotter.actors)
     scene.set_theme(LIGHT)
     assert plotter.background_color.hex_rgb == LIGHT.window
     np.testing.assert_array_equal(skin_colours(plotter), colours)

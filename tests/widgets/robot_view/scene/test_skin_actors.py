@@ -54,7 +54,8 @@ def points(window):
 
 def on_body(window):
     """For each patch the corners (k, 3) of its chart on the body, world frame."""
-    prepared, poses = window.live.prepared, window.robot_view.display.scene.poses
+    prepared = window.live.prepared
+    poses = window.robot_view.display.scene.poses
     places = []
     for patch, chart in zip(prepared.skin.patches, prepared.map.charts, strict=True):
         pose = poses[prepared.robot.link_index[patch.link]]
@@ -72,7 +73,8 @@ def look(window, qtbot):
 
 def show(window, taxels, *, kilopascals=25.0):
     """Both views with the robot as it stands, touched around these taxels by hand."""
-    felt, stands = touched(window.live.prepared.map, taxels, kilopascals=kilopascals), window.live.runner.session.frame
+    felt = touched(window.live.prepared.map, taxels, kilopascals=kilopascals)
+    stands = window.live.runner.session.frame
     window.views.show_frame(replace(stands, pressures=felt.pressures, regions=felt.regions, pokes=()))
     QApplication.processEvents()
 
@@ -92,7 +94,8 @@ def test_at_the_end_the_skin_lies_as_on_the_map_facing_the_eye(still):
 
 def test_the_skin_comes_off_the_body_before_it_goes_straight_to_the_map(still):
     """At no share is it in the link while that can be seen: outwards by its normals, the links fading, then flat."""
-    scene, bodies = still.robot_view.display.scene, on_body(still)
+    scene = still.robot_view.display.scene
+    bodies = on_body(still)
     outward = []
     prepared = still.live.prepared
     for patch, chart in zip(prepared.skin.patches, prepared.map.charts, strict=True):
@@ -127,8 +130,10 @@ def test_at_the_start_the_skin_is_the_body_again(still, qtbot):
 
 def test_normals_stay_of_length_one_all_the_way(still):
     prepared = still.live.prepared
-    patch, chart = prepared.skin.patches[0], prepared.map.charts[0]
-    places, normals = patch.surface.vertices[chart.vertex_of], patch.surface.vertex_normals[chart.vertex_of]
+    patch = prepared.skin.patches[0]
+    chart = prepared.map.charts[0]
+    places = patch.surface.vertices[chart.vertex_of]
+    normals = patch.surface.vertex_normals[chart.vertex_of]
     for share in (0.0, 0.3, 1.0):
         _, turned = morphed(places, normals, prepared.map.uv[0], np.eye(4), np.eye(4), share, 0.01)
         np.testing.assert_allclose(np.linalg.norm(turned, axis=1), 1, atol=1e-9)
@@ -158,7 +163,8 @@ def test_live_touch_goes_with_the_skin(still, qtbot, share):
 
 def test_the_robot_that_moves_takes_the_half_laid_skin_along(still):
     """Each posture is drawn there and then: a frame of before that was still to be drawn would be another."""
-    window, frame = still, still.live.shown
+    window = still
+    frame = still.live.shown
 
     def at(posture, share):
         window.views.show_frame(replace(frame, posture=posture))
@@ -166,7 +172,8 @@ def test_the_robot_that_moves_takes_the_half_laid_skin_along(still):
         window.robot_view.display.draw_now()
         return points(window)
 
-    peeled, halves = at(frame.posture, PEELED), at(frame.posture, 0.55)
+    peeled = at(frame.posture, PEELED)
+    halves = at(frame.posture, 0.55)
     after = at(frame.posture + 0.2, 0.55)
     lay(window, PEELED)
     moved = [now - then for now, then in zip(points(window), peeled, strict=True)]
@@ -271,7 +278,8 @@ def test_all_of_the_flat_skin_is_in_the_picture_before_the_eye(flat):
 
 @pytest.mark.parametrize("patch", [0, 1, 2])
 def test_a_press_on_the_flat_skin_pokes_there(flat, patch):
-    skin, heard = flat.live.prepared.skin, []
+    skin = flat.live.prepared.skin
+    heard = []
     flat.views.poke_pressed.connect(heard.append)
     taxel = middle_taxel(flat.live.prepared.map, patch)
     QTest.mousePress(flat.robot_view.display.canvas.widget, LEFT, pos=pixel(flat, taxel).toPoint())
@@ -301,7 +309,8 @@ def test_the_hover_is_one_with_the_map(flat):
 
 def test_a_box_on_the_flat_skin_selects_what_lies_in_it(flat):
     flat.presenters.view.set_tool(SELECT_BOX)
-    view, target = flat.robot_view, flat.robot_view.display.canvas.widget
+    view = flat.robot_view
+    target = flat.robot_view.display.canvas.widget
     start = pixel(flat, middle_taxel(flat.live.prepared.map, 0)).toPoint()
     QTest.mousePress(target, LEFT, pos=start)
     QTest.mouseMove(target, start + QPoint(60, 40))

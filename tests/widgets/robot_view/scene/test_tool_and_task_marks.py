@@ -142,8 +142,10 @@ def test_all_of_it_is_seen_in_the_picture(plotter, prepared, led, theme):
     scene = RobotScene(plotter, theme, PressureScale())
     scene.show_prepared(prepared)
     scene.show_frame(frame)
-    skin, pose = prepared.skin, scene.poses[prepared.robot.link_index[frame.regions[0].link]]
-    focus, away = pose[:3, :3] @ skin.position(task.target) + pose[:3, 3], pose[:3, :3] @ skin.normal(task.target)
+    skin = prepared.skin
+    pose = scene.poses[prepared.robot.link_index[frame.regions[0].link]]
+    focus = pose[:3, :3] @ skin.position(task.target) + pose[:3, 3]
+    away = pose[:3, :3] @ skin.normal(task.target)
     scene.look(replace(scene.viewpoint, eye=focus + 0.5 * away, focus=focus))
     before = look(plotter)
     scene.show_task(task)

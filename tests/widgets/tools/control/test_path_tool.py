@@ -34,7 +34,8 @@ def test_while_no_arm_can_be_led_the_body_may_wear_another_skin(made, lead):
     """A recording of another robot is shown: the map that can be drawn on has no such place."""
     tool = made(lead)
     lead.set_enabled(enabled=False)
-    beyond, away = PointerHit(SurfacePoint(0, 1_000_000, (1.0, 0.0, 0.0)), None, 1e-3), QPointF(3, 3)
+    beyond = PointerHit(SurfacePoint(0, 1_000_000, (1.0, 0.0, 0.0)), None, 1e-3)
+    away = QPointF(3, 3)
     press = QMouseEvent(QEvent.Type.MouseButtonPress, away, away, LEFT, LEFT, NONE)
     assert not tool.press(beyond, press)
     tool.move(beyond, press)
@@ -173,7 +174,8 @@ def test_handles_are_seen_larger_under_the_pointer_and_filled_when_chosen(drawn,
     intent = QColor(DARK.intent)
 
     def violet(at):
-        image, pixel = drawn.picture(), drawn.pixel(at)
+        image = drawn.picture()
+        pixel = drawn.pixel(at)
         area = [image.pixelColor(pixel.x() + dx, pixel.y() + dy) for dx in range(-7, 8) for dy in range(-7, 8)]
         return sum(abs(c.red() - intent.red()) + abs(c.blue() - intent.blue()) < 30 for c in area)
 

@@ -29,7 +29,8 @@ def bench(qtbot):
 
 
 def test_a_drag_moves_the_patch_under_it_as_one_step(bench):
-    first, before = bench.picture(), bench.middle(0)
+    first = bench.picture()
+    before = bench.middle(0)
     end = bench.drag(bench.over(0), FREE, CONTROL)
     assert bench.editor.gesture
     bench.release(end)
@@ -111,7 +112,9 @@ def test_scaling_ends_where_it_is_possible(bench, pull, scale):
 
 def test_the_round_handle_turns(bench):
     bench.click(bench.over(1))
-    middle, start, before = bench.over(1), bench.handle(ROTATION_HANDLE), bench.placement(1).angle
+    middle = bench.over(1)
+    start = bench.handle(ROTATION_HANDLE)
+    before = bench.placement(1).angle
     arm = start - middle
     turned = np.array([arm[1], -arm[0]])  # a quarter counter-clockwise, y running down
     bench.release(bench.drag(start, turned - arm))
@@ -159,7 +162,8 @@ def test_a_gesture_given_up_never_was(bench, qtbot, how):
 
 
 def test_arrow_keys_move_what_is_selected_or_else_the_view(bench):
-    centre, before = bench.view.camera.centre, bench.middle(0)
+    centre = bench.view.camera.centre
+    before = bench.middle(0)
     bench.view.zoom(2.0, bench.view.viewport().rect().center().toPointF())
     QTest.keyClick(bench.view, Qt.Key.Key_Right)
     assert bench.view.camera.centre != centre
@@ -176,7 +180,8 @@ def test_nothing_is_poked_and_the_middle_button_pans(bench):
     pokes = []
     bench.view.poke_pressed.connect(pokes.append)
     bench.release(bench.drag(bench.over(0), FREE))
-    middle, start = bench.view.camera.centre, QPoint(300, 300)
+    middle = bench.view.camera.centre
+    start = QPoint(300, 300)
     QTest.mousePress(bench.view.viewport(), Qt.MouseButton.MiddleButton, NONE, start)
     QTest.mouseMove(bench.view.viewport(), start + QPoint(12, 9))
     QTest.mouseRelease(bench.view.viewport(), Qt.MouseButton.MiddleButton, NONE, start + QPoint(12, 9))
@@ -232,7 +237,8 @@ def test_the_caption_tells_the_drag(bench):
 
 
 def test_clicks_select(bench):
-    left, right = bench.over(0), bench.over(1)
+    left = bench.over(0)
+    right = bench.over(1)
     for pixel, keys, selected in (
         (left, NONE, (0,)),
         (right, NONE, (1,)),
@@ -288,7 +294,8 @@ def test_escape_then_selects_none(bench):
 
 def test_a_box_selects_what_it_meets(bench):
     low, high = bench.pixels(bench.document.map.boxes[1])
-    start, end = np.array([high[0] + 8, high[1] - 8]), (low + high) / 2
+    start = np.array([high[0] + 8, high[1] - 8])
+    end = (low + high) / 2
     before = bench.picture()
     bench.drag(start, end - start)
     assert bench.editor.selected == (1,)

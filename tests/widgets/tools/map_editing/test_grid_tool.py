@@ -18,7 +18,8 @@ from tests.widgets.support.window_driver import run
 
 
 def press(tool, at):
-    left, here = Qt.MouseButton.LeftButton, QPointF(0, 0)
+    left = Qt.MouseButton.LeftButton
+    here = QPointF(0, 0)
     event = QMouseEvent(QEvent.Type.MouseButtonPress, here, here, left, left, Qt.KeyboardModifier.NoModifier)
     return tool.press(PointerHit(at, None, 1e-3), event)
 
@@ -92,7 +93,8 @@ def test_corners_on_two_patches_are_refused(tool, editor):
 
 
 def test_steps_are_scenes():
-    steps, shown = GridSteps(), []
+    steps = GridSteps()
+    shown = []
     steps.scene_wanted.connect(shown.append)
     one, two, three = (scene_for(f"{name}.urdf") for name in ("a", "b", "c"))
     steps.push(one, two)

@@ -34,16 +34,20 @@ def painted(document, number=CAP):
 
 def under(document, start, end, radius, number=CAP):
     """(k,) vertices within ``radius`` [m] of a stroke on the map."""
-    start, end = np.asarray(start), np.asarray(end)
-    points, along = document.map.uv[number], end - start
+    start = np.asarray(start)
+    end = np.asarray(end)
+    points = document.map.uv[number]
+    along = end - start
     share = np.clip((points - start) @ along / (along @ along), 0, 1)
     away = np.linalg.norm(start + share[:, None] * along - points, axis=1)
     return np.unique(document.charts[number].vertex_of[away <= radius])
 
 
 def test_a_stroke_paints_what_the_brush_covered_in_one_step(hand, editor, document):
-    start, end = middle(document, CAP) - [0.02, 0], middle(document, CAP) + [0.02, 0]
-    start, end = hand.point(hand.pixel(start)), hand.point(hand.pixel(end))
+    start = middle(document, CAP) - [0.02, 0]
+    end = middle(document, CAP) + [0.02, 0]
+    start = hand.point(hand.pixel(start))
+    end = hand.point(hand.pixel(end))
     hand.drag(start, end)
     np.testing.assert_array_equal(
         painted(editor.document),

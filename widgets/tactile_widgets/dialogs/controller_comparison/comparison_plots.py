@@ -43,7 +43,8 @@ class LineSample(QWidget):
 
     def __init__(self, letter: str, theme: Theme, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self._letter, self._theme = letter, theme
+        self._letter = letter
+        self._theme = theme
         self.setFixedSize(QSize(_WIDE, 16))
 
     def set_theme(self, theme: Theme) -> None:
@@ -60,7 +61,8 @@ class LineSample(QWidget):
 
 
 _AXIS = 44
-_ROW, _BELOW = 16, 48
+_ROW = 16
+_BELOW = 48
 """Of a contender's limits, and of the time axis below them [px]."""
 
 
@@ -136,7 +138,8 @@ class ComparisonPlots(QWidget):
         self._limits.setXRange(0.0, last, padding=0.01)
 
     def _add(self, name: str, title: str, share: int) -> None:
-        label, plot = QLabel(title, self), PlotCanvas(self, viewBox=_TimeBox(self))
+        label = QLabel(title, self)
+        plot = PlotCanvas(self, viewBox=_TimeBox(self))
         label.setFont(self._caption)
         plot.setAccessibleName(title)
         plot.setMouseEnabled(x=True, y=False)

@@ -123,7 +123,9 @@ class ContenderCard(QWidget):
         self.removed.emit(self.letter)
 
 
-DONE, SCRIPT, FILE = "done", "script", "file"
+DONE = "done"
+SCRIPT = "script"
+FILE = "file"
 _SOURCES = {
     DONE: ("Session since the last reset", "All pokes, edits and settings since then, tick by tick"),
     SCRIPT: ("The scene's own script", "The scripted stimuli, from the scene's start"),
@@ -149,7 +151,9 @@ class StimulusChoice(QWidget):
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self._known: dict[str, ComparisonStimulus] = {}
-        self._source, self._task, self._file_name = DONE, "recorded", ""
+        self._source = DONE
+        self._task = "recorded"
+        self._file_name = ""
         self._seconds_chosen = False
         self._box, self._tasks = self._choice("stimulus", _SOURCES), self._choice("stimulus-task", _TASKS)
         self._box.activated.connect(self._on_source_chosen)
@@ -197,7 +201,8 @@ class StimulusChoice(QWidget):
 
     def take_recording(self, stimulus: ComparisonStimulus) -> None:
         """Take the stimulus that a recording holds."""
-        self._known[FILE], self._file_name = stimulus, stimulus.file
+        self._known[FILE] = stimulus
+        self._file_name = stimulus.file
         self._take(FILE)
 
     def _choice(self, name: str, words: dict[str, tuple[str, str]]) -> FlatComboBox:

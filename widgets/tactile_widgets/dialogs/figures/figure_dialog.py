@@ -50,7 +50,8 @@ class PageSketch(QWidget):
     def __init__(self, theme: Theme, parent: QWidget) -> None:
         super().__init__(parent)
         self.setAccessibleName("The figure on a page of A4")
-        self._theme, self._size = theme, (170.0, 85.0)
+        self._theme = theme
+        self._size = (170.0, 85.0)
         self.setMinimumSize(QSize(120, 170))
 
     def show_size(self, width: float, height: float) -> None:
@@ -116,7 +117,8 @@ class FigureDialog(QDialog):
         self._lay_out()
 
     def _lay_out(self) -> None:
-        form, whole = QFormLayout(), QVBoxLayout(self)
+        form = QFormLayout()
+        whole = QVBoxLayout(self)
         rows = {
             "What": self.part, "Fits": self.column, "Width": self.width_mm, "Height": self.height_mm,
             "Resolution": self.dpi, "Colours": self.colours,
@@ -167,6 +169,7 @@ class FigureDialog(QDialog):
             self.note.setText(f"PNG: {pixels[0]} × {pixels[1]} pixels. Robot and map have scale bars.")
 
     def _on_accepted(self) -> None:
-        part, spec = FigurePart(self.part.currentData()), self._spec()
+        part = FigurePart(self.part.currentData())
+        spec = self._spec()
         self.accept()
         self.wanted.emit(part, spec)

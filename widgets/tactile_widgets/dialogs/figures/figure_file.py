@@ -18,8 +18,10 @@ from tactile_maps.core.files import write_atomically
 MM_PER_INCH = 25.4
 UNITS_PER_INCH = 96.0
 """What a figure is drawn in: the pixels of a usual screen, so that words are as large on paper as there."""
-SMALLEST_MM, LARGEST_MM = 20.0, 1000.0
-LEAST_DPI, MOST_DPI = 50, 2400
+SMALLEST_MM = 20.0
+LARGEST_MM = 1000.0
+LEAST_DPI = 50
+MOST_DPI = 2400
 _MOST_PIXELS = 200e6
 
 
@@ -109,7 +111,8 @@ def write_figure(path: str | Path, spec: FigureSpec, ground: str, paint: Callabl
     Raises:
         DisplayError: Another ending, or the file cannot be written.
     """
-    kind, writers = check_figure_kind(path), {".svg": _svg, ".pdf": _pdf, ".png": _png}
+    kind = check_figure_kind(path)
+    writers = {".svg": _svg, ".pdf": _pdf, ".png": _png}
     write_atomically(Path(path), writers[kind](spec, QColor(ground), paint), error=DisplayError)
 
 
@@ -172,7 +175,8 @@ def _png(spec: FigureSpec, ground: QColor, paint: Callable[[QPainter], None]) ->
     image = QImage(*spec.pixels, QImage.Format.Format_RGB32)
     image.fill(ground)
     drawn = _with_wider_pens(_svg(spec, ground, paint), spec.quality)
-    vectors, painter = QSvgRenderer(QByteArray(drawn)), QPainter(image)
+    vectors = QSvgRenderer(QByteArray(drawn))
+    painter = QPainter(image)
     painter.setRenderHints(QPainter.RenderHint.Antialiasing | QPainter.RenderHint.SmoothPixmapTransform)
     vectors.render(painter, QRectF(image.rect()))
     painter.end()

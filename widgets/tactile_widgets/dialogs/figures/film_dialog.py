@@ -65,7 +65,8 @@ class FilmDialog(QDialog):
         self._on_changed()
 
     def _lay_out(self) -> None:
-        form, whole = QFormLayout(), QVBoxLayout(self)
+        form = QFormLayout()
+        whole = QVBoxLayout(self)
         rows = {
             "Size": self.size_px, "Pictures": self.rate, "From": self.first, "To": self.last, "Colours": self.theme,
         }  # fmt: skip
@@ -94,7 +95,9 @@ class FilmDialog(QDialog):
         self.note.setText(f"{pictures} pictures; without a graphics card {told}. The window can be used meanwhile.")
 
     def _on_accepted(self) -> None:
-        size, rate = tuple(self.size_px.currentData()), float(self.rate.value())
-        span, theme = (self.first.value(), self.last.value()), str(self.theme.currentData())
+        size = tuple(self.size_px.currentData())
+        rate = float(self.rate.value())
+        span = (self.first.value(), self.last.value())
+        theme = str(self.theme.currentData())
         self.accept()
         self.wanted.emit(size, rate, span, theme)

@@ -14,7 +14,8 @@ from tactile_widgets.dialogs.figures.view_figure import theme_of
 from tactile_widgets.plots.choice.plot_choice import PlotKey
 from tactile_widgets.plots.live_plots import LivePlots
 
-_MARGIN, _GAP = 6, 12
+_MARGIN = 6
+_GAP = 12
 _NARROWEST = 150
 """Of one plot [units]; more go into another row."""
 
@@ -27,7 +28,8 @@ def write_plot_figure(plots: LivePlots, keys: Sequence[PlotKey], path: str | Pat
     Raises:
         DisplayError: The file cannot be written.
     """
-    theme, before = theme_of(spec.colours), plots.theme
+    theme = theme_of(spec.colours)
+    before = plots.theme
     contents = [content for key in keys if (content := plots.content(key)) is not None]
     sizes = [content.size() for content in contents]
     columns = max(min(len(contents), (spec.units[0] - 2 * _MARGIN + _GAP) // (_NARROWEST + _GAP)), 1)

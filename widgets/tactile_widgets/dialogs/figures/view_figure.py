@@ -115,7 +115,8 @@ def _paint_scale_bar(painter: QPainter, views: LinkedViews, theme: Theme) -> Non
     corner = QPointF(robot.mapTo(views, QPoint(0, 0)))
     pixel = robot.display.pixel_size(None)
     millimetres = nice_floor(min(_LONGEST_BAR, 0.25 * robot.width()) * pixel * 1e3)
-    length, text = 1e-3 * millimetres / pixel, f"{millimetres:g}\u202fmm at the middle of the view"
+    length = 1e-3 * millimetres / pixel
+    text = f"{millimetres:g}\u202fmm at the middle of the view"
     font = QFont(robot.font())
     font.setPixelSize(11)
     metrics = QFontMetricsF(font)

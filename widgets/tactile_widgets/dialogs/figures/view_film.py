@@ -82,7 +82,8 @@ def _inside(player: RecordingPlayer, span: tuple[float, float] | None) -> tuple[
     """What of a span is within the recording [s]."""
     if span is None:
         return 0.0, player.duration
-    first, last = max(span[0], 0.0), min(span[1], player.duration)
+    first = max(span[0], 0.0)
+    last = min(span[1], player.duration)
     if not first < last:
         raise ExportError(
             "nothing of the recording is in this range",

@@ -70,7 +70,10 @@ def _value_text(value: SettingValue) -> str:
 
 
 _REMOVE_SIGN = "\N{MULTIPLICATION SIGN}"
-_GAP_PX, _LEAST_PX, _SCROLL_PX, _CROSS_PX = 4, 40, 16, 24
+_GAP_PX = 4
+_LEAST_PX = 40
+_SCROLL_PX = 16
+_CROSS_PX = 24
 _NAMES = {"when": "Event", "where": "Location", "then": "Response", "lasts": "Duration"}
 
 

@@ -69,13 +69,16 @@ class StepResponseMonitor:
         if self._time is not None and time < self._time:
             self.clear()  # time ran backwards
         self._time = time
-        before, self._goal = self._goal, goal
+        before = self._goal
+        self._goal = goal
         if goal is None:
             return
         if before is not None and abs(goal - before) > _SMALLEST_STEP:
             going_on = self._step is not None and time - self._began < _MERGE_STEPS_WITHIN
             self._step = (self._step[0] if going_on and self._step else before, goal)
-            self._began, self._samples, self._held = time, [], False
+            self._began = time
+            self._samples = []
+            self._held = False
         if self._step is not None and not self._held and time - self._began <= STEP_DURATION:
             self._samples.append((time - self._began, force))
 
@@ -100,7 +103,8 @@ def step_response_text(response: StepResponse) -> str:
 
 _STILL = 0.02
 """A joint slower than this [rad/s] stands still for the eye."""
-_KEPT_N, _KEPT = 0.3, 0.1
+_KEPT_N = 0.3
+_KEPT = 0.1
 """A force within so many newtons of its goal, or such a share of it, is kept."""
 
 _WAITING_TEXTS = {
@@ -151,7 +155,8 @@ def _status_without_task(settings: ControlSettings, frame: Frame) -> str:
 
 def _force_text(settings: ControlSettings, frame: Frame) -> str:
     """The goal is kept only where the strongest contact has it; else what is read is said beside."""
-    goal, read = settings.force_goal, max((region.force for region in frame.regions), default=0.0)
+    goal = settings.force_goal
+    read = max((region.force for region in frame.regions), default=0.0)
     if abs(read - goal) <= max(_KEPT_N, _KEPT * goal):
         count = 1 if frame.task is None else len(frame.task.controlled)
         return f"Keeping {goal:.1f}\u202fN" + (f" at {count} contacts" if count > 1 else "")
@@ -176,10 +181,13 @@ def _status_of_task(settings: ControlSettings, frame: Frame) -> str:
 
 
 _SIZE = 14
-_LINES, _LAW_LINES, _LIMIT_LINES = 2, 3, 3
+_LINES = 2
+_LAW_LINES = 3
+_LIMIT_LINES = 3
 """Room that is kept, so that nothing below moves when limits come and go, or another controller is chosen."""
 _NO_STEP = "Step response: none yet"
-_GAIN_UNIT, _WHOLE_GAIN_UNIT = "mm/s per N", "mm/\u2060s\u00a0per\u00a0N"
+_GAIN_UNIT = "mm/s per N"
+_WHOLE_GAIN_UNIT = "mm/\u2060s\u00a0per\u00a0N"
 """Not broken over two lines."""
 
 
@@ -320,8 +328,10 @@ class ControllerPanel(Panel):
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__("Controller", "controller-panel", parent)
-        self._settings, self._gains = ControlSettings(), GainsByController()
-        self._limits, self._step = LimitHistory(), StepResponseMonitor()
+        self._settings = ControlSettings()
+        self._gains = GainsByController()
+        self._limits = LimitHistory()
+        self._step = StepResponseMonitor()
         self._buttons: dict[str, QPushButton] = {}
         self._group = QButtonGroup(self)
         self.column.addLayout(self._law_buttons())
@@ -358,7 +368,8 @@ class ControllerPanel(Panel):
         """Show the settings in force."""
         if replace(settings, force_goal=self._settings.force_goal) != self._settings:
             self._step.hold()
-        self._settings, names = settings, effective_settings(settings)
+        self._settings = settings
+        names = effective_settings(settings)
         self._buttons[settings.controller].setChecked(True)
         self._tell_law(settings.controller)
         self.sliders.show_settings(settings)
@@ -453,7 +464,8 @@ class ControllerPanel(Panel):
 
     def _tell_law(self, controller: str) -> None:
         """What is different about it, and where that shows."""
-        difference, scene = CONTROLLERS[controller].tip, CONTROLLER_SCENES.get(controller)
+        difference = CONTROLLERS[controller].tip
+        scene = CONTROLLER_SCENES.get(controller)
         where = "" if scene is None else f' <a href="{scene}">Show in its scene</a>'
         colour = self.palette().color(QPalette.ColorRole.Link).name()
         _set_text(self._law, f"{escape(difference)}.{where}".replace("<a ", f'<a style="color:{colour}" '))

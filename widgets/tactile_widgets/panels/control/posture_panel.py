@@ -45,7 +45,9 @@ class PosturePanel(Panel):
         super().__init__("Posture", "posture-panel", parent)
         self._editor: PostureEditor | None = None
         self._robot: Robot | None = None
-        self._frames, self._editable, self._moved = 0, False, False
+        self._frames = 0
+        self._editable = False
+        self._moved = False
         self.sliders: list[LabelledSlider] = []
         self._rows = QWidget(self)
         self._how = self.caption(_LIVE)
@@ -55,7 +57,8 @@ class PosturePanel(Panel):
         self._heading.toggled.connect(self._build)  # sliders are made for whoever unfolds it
 
     def _make_buttons(self) -> tuple[QPushButton, ...]:
-        row, made = QHBoxLayout(), []
+        row = QHBoxLayout()
+        made = []
         for name, text, tip, told in (
             ("scene-posture", "Reset", "The posture of the scene again", self.scene_posture_wanted),
             ("copy-posture", "Copy", "Copy the posture wanted as text: a line a joint", self.copied),
@@ -106,7 +109,8 @@ class PosturePanel(Panel):
     # Inside.
 
     def _clear(self) -> None:
-        rows, self._rows = self._rows, QWidget(self)
+        rows = self._rows
+        self._rows = QWidget(self)
         self.column.replaceWidget(rows, self._rows)
         rows.deleteLater()
         self.sliders = []
@@ -207,10 +211,13 @@ def _with_unit(joint: Joint, position: float) -> str:
 
 def _slider(joint: Joint, parent: QWidget) -> LabelledSlider:
     most = _SLIDE if joint.slide else _TURN
-    low, high = max(joint.lower, -most), min(joint.upper, most)
+    low = max(joint.lower, -most)
+    high = min(joint.upper, most)
     words = "no limit" if math.isinf(joint.lower) else f"limits {_with_unit(joint, low)} and {_with_unit(joint, high)}"
-    low, high = (math.ceil(10 * shown(joint, low)) / 10, math.floor(10 * shown(joint, high)) / 10)
-    unit, name = "mm" if joint.slide else "°", joint.name.replace("_", " ")
+    low = math.ceil(10 * shown(joint, low)) / 10
+    high = math.floor(10 * shown(joint, high)) / 10
+    unit = "mm" if joint.slide else "°"
+    name = joint.name.replace("_", " ")
     slider = LabelledSlider(name, unit, low, high, 0.1, f"Position of the joint {name}, {words}", parent)
     slider.set_default_tip("the scene's posture")
     slider.setObjectName(f"joint-{joint.name}")

@@ -55,7 +55,8 @@ class ComparePanel(Panel):
 
     def __init__(self, editor: MapEditor, parent: QWidget | None = None) -> None:
         super().__init__("Compare", "compare-panel", parent)
-        self._editor, self._name = editor, ""
+        self._editor = editor
+        self._name = ""
         self._other: ImportedLayout | None = None
         self._document = editor.document
         self._note = self.caption(_EMPTY)
@@ -155,7 +156,8 @@ class ComparePanel(Panel):
 
     def _set_other(self, other: ImportedLayout | None, name: str = "") -> None:
         self._show_b(shown=False)
-        self._other, self._name = other, name
+        self._other = other
+        self._name = name
         self._update_state()
         if other is None:
             self.ended.emit()
@@ -163,7 +165,8 @@ class ComparePanel(Panel):
             self._ask()
 
     def _ask(self) -> None:
-        document, other = self._editor.document, self._other
+        document = self._editor.document
+        other = self._other
         if document is not None and other is not None:
             self._note.setText("Measuring both…")
             self._note.show()
@@ -171,7 +174,9 @@ class ComparePanel(Panel):
 
     def _update_state(self) -> None:
         """Empty, comparing, or shut while a recording is replayed."""
-        document, other, on = self._editor.document, self._other, self._editor.enabled
+        document = self._editor.document
+        other = self._other
+        on = self._editor.enabled
         drawn = isinstance(other, TaxelLayout)
         note = _REPLAYING if document is not None and not on else _EMPTY if other is None else _DRAWING if drawn else ""
         self._note.setText(note)
@@ -211,7 +216,8 @@ class ComparePanel(Panel):
         self._show_b(shown=False)
 
     def _on_settled(self, document: MapDocument, _step: str) -> None:
-        before, self._document = self._document, document
+        before = self._document
+        self._document = document
         if self._other is None:
             self._update_state()
         elif before is not None and not same_skin(before.skin, document.skin):

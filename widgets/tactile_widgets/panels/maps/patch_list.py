@@ -108,7 +108,8 @@ class PatchModel(QAbstractListModel):
 
     def __init__(self, editor: MapEditor, parent: QObject | None = None) -> None:
         super().__init__(parent)
-        self._editor, self._wanted = editor, ""
+        self._editor = editor
+        self._wanted = ""
         self._document: MapDocument | None = None
         self._numbers: tuple[int, ...] = ()
         editor.shown.connect(self._on_shown)
@@ -172,7 +173,8 @@ class PatchModel(QAbstractListModel):
         """Qt: a patch gets another name, unless that is refused."""
         if role != Qt.ItemDataRole.EditRole or not index.isValid():
             return False
-        number, name = self._numbers[index.row()], str(value)
+        number = self._numbers[index.row()]
+        name = str(value)
         why = self.refusal(number, name)
         self.refused.emit(why)
         return not why and self._editor.do("Rename a patch", partial(rename_patch, number=number, name=name))
@@ -217,7 +219,8 @@ class PatchModel(QAbstractListModel):
     # What comes from the editor.
 
     def _on_shown(self, document: MapDocument) -> None:
-        before, self._document = self._document, document
+        before = self._document
+        self._document = document
         if before is None or before.skin is not document.skin or before.order != document.order:
             self._arrange()
         elif before.patches != document.patches or before.charts != document.charts:
@@ -257,7 +260,9 @@ def _search_text(document: MapDocument, number: int) -> str:
 
 def _patch_tip(document: MapDocument, number: int) -> str:
     """All that a row has no room for."""
-    patch, skin_patch, chart = document.patches[number], document.skin.patches[number], document.charts[number]
+    patch = document.patches[number]
+    skin_patch = document.skin.patches[number]
+    chart = document.charts[number]
     parts = [f"{patch.name}, on {skin_patch.link}: {len(skin_patch.taxels)} taxels, {len(chart.faces)} triangles"]
     if patch.pins:
         parts.append(f"{len(patch.pins)} pin" + "s" * (len(patch.pins) > 1))
@@ -289,7 +294,9 @@ class PatchDelegate(QStyledItemDelegate):
         """Qt: eye, name, and at the end of the row seams and pins."""
         painter.save()
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        palette, rect, state = option.palette, option.rect, option.state
+        palette = option.palette
+        rect = option.rect
+        state = option.state
         visible = bool(index.data(VISIBLE_ROLE))
         self._draw_ground(painter, palette, rect, state, hovered=index.data(NUMBER_ROLE) == self.hovered)
         text = palette.color(QPalette.ColorRole.Text)
@@ -306,7 +313,8 @@ class PatchDelegate(QStyledItemDelegate):
     def _draw_ground(
         self, painter: QPainter, palette: QPalette, rect: QRect, state: QStyle.StateFlag, *, hovered: bool
     ) -> None:
-        accent, selected = QColor(palette.color(QPalette.ColorRole.Link)), bool(state & QStyle.StateFlag.State_Selected)
+        accent = QColor(palette.color(QPalette.ColorRole.Link))
+        selected = bool(state & QStyle.StateFlag.State_Selected)
         if selected or hovered:
             accent.setAlphaF(0.28 if selected else 0.12)
             painter.fillRect(rect, accent)
@@ -317,7 +325,8 @@ class PatchDelegate(QStyledItemDelegate):
 
     def _draw_signs(self, painter: QPainter, index: ModelIndex, rect: QRect, colour: QColor) -> int:
         """The left end of what it drew."""
-        right, painted = rect.right() - _GAP, painter.fontMetrics()
+        right = rect.right() - _GAP
+        painted = painter.fontMetrics()
         pins = int(index.data(PINS_ROLE))
         painter.setPen(colour)
         if pins:

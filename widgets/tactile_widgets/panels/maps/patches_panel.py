@@ -77,7 +77,8 @@ class EditProgress(QWidget):
         editor.rested.connect(self._on_rested)
 
     def _on_working(self, text: str, fraction: float) -> None:
-        metrics, room = self._text.fontMetrics(), max(self._text.width(), _TEXT_WIDTH)
+        metrics = self._text.fontMetrics()
+        room = max(self._text.width(), _TEXT_WIDTH)
         self._text.setText(metrics.elidedText(text, Qt.TextElideMode.ElideRight, room))
         self._text.setToolTip(text)
         self._bar.setValue(round(1000 * fraction))
@@ -179,7 +180,8 @@ class PatchActions(QObject):
     def _update_state(self) -> None:
         """Enable what would do something."""
         editor = self._editor
-        document, chosen = editor.document, editor.selected
+        document = editor.document
+        chosen = editor.selected
         on = document is not None and editor.enabled
         patches = [] if document is None else document.patches
         scales = [] if document is None else [document.layout.placements[k].scale for k in chosen]
@@ -293,7 +295,8 @@ class FlatteningControls(QWidget):
         self._show()
 
     def _show(self) -> None:
-        document, chosen = self._editor.document, self._editor.selected
+        document = self._editor.document
+        chosen = self._editor.selected
         patches = [] if document is None else [document.patches[k] for k in chosen]
         self._method.setEnabled(bool(patches))
         methods = {patch.method for patch in patches}

@@ -137,7 +137,8 @@ class QualityPanel(Panel):
             grid.addWidget(head, 0, column + 1)
         self._cells: dict[str, list[_Cell]] = {}
         for number, row in enumerate(_MEASURES, start=1):
-            name, cells = value_label(row.name, self), [_Cell(f"quality-{row.key}{side}", self) for side in ("", "-b")]
+            name = value_label(row.name, self)
+            cells = [_Cell(f"quality-{row.key}{side}", self) for side in ("", "-b")]
             name.setToolTip(row.tip)
             for column, label in enumerate((name, *cells)):
                 grid.addWidget(label, number, column)
@@ -148,7 +149,8 @@ class QualityPanel(Panel):
         """Another map; its quality comes a moment later."""
         self._note.setText("Measuring…")
         self._quality = None
-        self._facts, self._better = ({"taxels": len(prepared.skin)},), {}
+        self._facts = ({"taxels": len(prepared.skin)},)
+        self._better = {}
         self._show_second(False)
         self._fill()
 
@@ -156,7 +158,8 @@ class QualityPanel(Panel):
         """The numbers of one map; in a comparison of the first, until the two are compared again."""
         self._quality = quality
         if len(self._facts) == 2:
-            self._facts, self._better = (quality.to_json(), self._facts[1]), {}
+            self._facts = (quality.to_json(), self._facts[1])
+            self._better = {}
             self._note.setText("Comparing again…")
             self._fill()
         else:
@@ -166,7 +169,8 @@ class QualityPanel(Panel):
         """The numbers of the one map alone again."""
         if self._quality is None:
             return
-        self._facts, self._better = (self._quality.to_json(),), {}
+        self._facts = (self._quality.to_json(),)
+        self._better = {}
         self._note.setText(_verdict(self._facts[0]))
         self._show_second(False)
         self._fill()

@@ -297,7 +297,8 @@ class AccuracyPanel(Panel):
 
         Cost: 1 ms beside a diagram, nothing else while hidden.
         """
-        self._document, self._selected = document, selected
+        self._document = document
+        self._selected = selected
         skin = document.skin if document else None
         if skin is not self._skin:
             self._skin = skin
@@ -334,7 +335,8 @@ class AccuracyPanel(Panel):
         return subject_of(document, patches, self._prepared if ours else None)
 
     def _show(self) -> None:
-        stage, subject = self.board.stage, self._subject()
+        stage = self.board.stage
+        subject = self._subject()
         result = self._result(stage)
         if result is None or self._document is None:
             self.board.show_empty(_measure_hint(stage, subject), can_measure=subject is not None)
@@ -356,7 +358,8 @@ class AccuracyPanel(Panel):
         return self._results.get(stage.name)
 
     def _note(self, stage: Stage, result: _Measured | None) -> str:
-        trouble, self._trouble = self._trouble, ""
+        trouble = self._trouble
+        self._trouble = ""
         if result is None or self._document is None:
             return trouble
         now = self._now(self._document, result.subject.patches)
@@ -375,14 +378,16 @@ class AccuracyPanel(Panel):
         subject = self._subject()
         if subject is None or self._worker is None:
             return
-        stage, self._token = self.board.stage, self._token.next()
+        stage = self.board.stage
+        self._token = self._token.next()
         self._running = (stage.name, _Measured(subject, stage.fingerprint(subject)))
         self._worker.measure(stage.name, subject, self._token)
 
     def _on_budget_asked(self, paths: bool) -> None:
         subject = self._subject()
         if subject is not None and self._worker is not None:
-            name, self._token = BUDGET_WITH_PATHS if paths else BUDGET, self._token.next()
+            name = BUDGET_WITH_PATHS if paths else BUDGET
+            self._token = self._token.next()
             self._running = (name, _Measured(subject, ""))
             self._worker.measure(name, subject, self._token)
 
@@ -422,7 +427,8 @@ class AccuracyPanel(Panel):
 
     def _on_failed(self, result: Result[str]) -> None:
         if result.token == self._token:
-            self._running, self._trouble = None, f"▲ {result.value}"
+            self._running = None
+            self._trouble = f"▲ {result.value}"
             self._show()
 
     def _on_cancelled(self) -> None:
@@ -430,7 +436,8 @@ class AccuracyPanel(Panel):
         self._show()
 
     def _stop(self) -> None:
-        self._running, self._token = None, self._token.next()
+        self._running = None
+        self._token = self._token.next()
         if self._worker is not None:
             self._worker.close()
 

@@ -22,8 +22,10 @@ from tactile_maps.studies.study.work_precision import Setting
 from tactile_widgets.common.number_field import NumberField
 from tactile_widgets.common.wheel_guard import guard_wheel
 
-_TIME, _ERRORS = "time", "errors"
-_WATCHED, _EVERY = 200, 50
+_TIME = "time"
+_ERRORS = "errors"
+_WATCHED = 200
+_EVERY = 50
 """Ticks of which the median is shown as measured, and how often it is renewed."""
 
 
@@ -47,7 +49,8 @@ class BudgetSection(QWidget):
         self._before: tuple[Setting, ...] = ()
         self._predicted: float | None = None
         self._spent: deque[float] = deque(maxlen=_WATCHED)
-        self._ticks, self._can_measure = 0, False
+        self._ticks = 0
+        self._can_measure = False
         self.kind = QComboBox(self)
         self.limits = {
             "milliseconds": NumberField("Time per tick", "ms", 0.05, 100.0, 0.05, _TIME_TIP, self),
@@ -114,8 +117,11 @@ class BudgetSection(QWidget):
 
     def forget(self) -> None:
         """Another scene: nothing that was measured holds."""
-        self._measured, self._found, self._proposed = None, None, ()
-        self._before, self._predicted = (), None
+        self._measured = None
+        self._found = None
+        self._proposed = ()
+        self._before = ()
+        self._predicted = None
         self._spent.clear()
         self._set_table("")
         self.say("")
@@ -151,8 +157,10 @@ class BudgetSection(QWidget):
             self._spent.append(sum(ms.get(name, 0.0) for name in TIMED_STAGES.values()))
             self._ticks += 1
         if self._predicted is not None and self._ticks >= _EVERY and self.isVisible():
-            self._ticks, median = 0, float(np.median(self._spent))
-            predicted, found = number_words(self._predicted), number_words(median)
+            self._ticks = 0
+            median = float(np.median(self._spent))
+            predicted = number_words(self._predicted)
+            found = number_words(median)
             self.say(f"Simulation and touch: {predicted}\u202fms predicted, {found}\u202fms measured.")
 
     @property
@@ -177,7 +185,10 @@ class BudgetSection(QWidget):
 
     def _propose(self) -> None:
         assert self._measured is not None
-        measured, self._found, self._proposed, self._predicted = self._measured, None, (), None
+        measured = self._measured
+        self._found = None
+        self._proposed = ()
+        self._predicted = None
         try:
             found = propose(self.budget, measured.options, pitch_mm=measured.pitch_mm, force=measured.force)
         except BudgetError as error:
@@ -238,7 +249,9 @@ class BudgetSection(QWidget):
         return ratio if np.isfinite(ratio) else 1.0
 
     def _on_back(self) -> None:
-        before, self._before, self._predicted = self._before, (), None
+        before = self._before
+        self._before = ()
+        self._predicted = None
         self.say("")
         self.applied.emit(before)
         self._enable()

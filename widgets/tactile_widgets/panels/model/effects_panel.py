@@ -125,7 +125,8 @@ class EffectCosts:
 
     def clear(self, tick: float) -> None:
         """Forget another scene's times; ``tick`` is the new one's [s]."""
-        self._tick, self.prices = tick, {}
+        self._tick = tick
+        self.prices = {}
         self._stages: dict[str, deque[float]] = {}
         self._totals: deque[float] = deque(maxlen=_WINDOW)
 
@@ -162,8 +163,13 @@ def _format_ms(milliseconds: float) -> str:
     return f"<{2 * _SMALLEST_MS:.2f}" if milliseconds < _SMALLEST_MS else f"{milliseconds:.2f}"
 
 
-_CHOICE_PX, _CHOICE_HIGH_PX, _COST_PX, _MARK_PX, _SCROLL_PX = 110, 23, 44, 12, 16
-_MARK, _DOT_PX = "●", 8
+_CHOICE_PX = 110
+_CHOICE_HIGH_PX = 23
+_COST_PX = 44
+_MARK_PX = 12
+_SCROLL_PX = 16
+_MARK = "●"
+_DOT_PX = 8
 
 
 class EffectRowWidget(QWidget):
@@ -183,7 +189,8 @@ class EffectRowWidget(QWidget):
     def __init__(self, key: str, choices: EffectChoices, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.key = key
-        self._index, self._title = 0, ""
+        self._index = 0
+        self._title = ""
         self.setObjectName(f"effect-{key}")
         self._mark, self._name, self._why = QLabel(self), QLabel(self), QLabel(self)
         self.box, self._cost = FlatComboBox(self), value_label("–", self, right=True)
@@ -309,7 +316,8 @@ class EffectsPanel(Panel):
         self._decision: EffectDecision | None = None
         self._lines: dict[str, EffectRowWidget] = {}
         self._listed = 0.0  # the tick whose choices they have [s]
-        self._count, self._open = 0, True
+        self._count = 0
+        self._open = True
         self._content = QWidget(self)
         self.column.addWidget(self._content)
         self._rows = QVBoxLayout(self._content)
@@ -319,7 +327,8 @@ class EffectsPanel(Panel):
         self._closed = self._note("effects-closed")
         self._closed.setText(_IN_RECORDING)
         self._rows.addLayout(self._header())
-        self._body, self._sensor = QWidget(self._content), QWidget(self._content)
+        self._body = QWidget(self._content)
+        self._sensor = QWidget(self._content)
         self._columns = {group: _group_layout(group) for group in (self._body, self._sensor)}
         self._fold = CollapsibleHeading("Sensor", self._content)
         self._fold.setObjectName("effects-sensor-heading")

@@ -33,7 +33,8 @@ class TimingPanel(Panel):
         self._grid = self.grid()
         self._grid.setColumnStretch(0, 1)
         self._history: dict[str, deque[float]] = {}
-        self._count, self._shown_factor = 0, ""
+        self._count = 0
+        self._shown_factor = ""
         self._values: dict[str, QLabel] = {}
         self._add_row("factor", "Real time", "Simulated seconds per second; below the chosen speed, time is dropped")
         for stage, tip in _STAGES.items():
@@ -81,7 +82,8 @@ class TimingPanel(Panel):
 
     def _add_row(self, key: str, text: str, tip: str) -> None:
         row = len(self._values)
-        name, value = value_label(text, self), value_label("–", self, right=True)
+        name = value_label(text, self)
+        value = value_label("–", self, right=True)
         name.setToolTip(tip)
         value.setObjectName(f"timing-{key}")
         for column, label in enumerate((name, value)):

@@ -42,10 +42,8 @@ _REFUSALS = {
 
 def estimate_text(estimate: ForceEstimate, units: ReadingUnits = ReadingUnits.CALIBRATED) -> str:
     """Like "Effective rank 12/14, residual 1.1 × noise", with condition, peak and mean below; or why it was refused."""
-    told, condition = (
-        f"Effective rank {estimate.effective_rank}/{estimate.unknowns}",
-        _format_number(estimate.condition),
-    )
+    told = f"Effective rank {estimate.effective_rank}/{estimate.unknowns}"
+    condition = _format_number(estimate.condition)
     if estimate.refused is not None:
         return f"{told}, condition {condition}\nRefused: {_REFUSALS[estimate.refused]}"
     if not len(estimate.forces):  # there is no distribution to explain readings with
@@ -150,8 +148,10 @@ class EstimationControls(QWidget):
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self._settings, self._usual = ReadingSettings(), ReadingSettings().threshold_for(SensorUncertainty())
-        self._units, self._measured = ReadingUnits.CALIBRATED, False
+        self._settings = ReadingSettings()
+        self._usual = ReadingSettings().threshold_for(SensorUncertainty())
+        self._units = ReadingUnits.CALIBRATED
+        self._measured = False
         self.estimator = self._choice("choice-estimator", ESTIMATOR_TIP)
         for name in FORCE_ESTIMATORS:
             words, tip = estimator_words(name)
@@ -189,7 +189,8 @@ class EstimationControls(QWidget):
 
     def set_units(self, units: ReadingUnits, *, measured: bool = False) -> None:
         """What readings may be called, and whether a real skin is shown; without a force there is no estimator."""
-        self._units, self._measured = units, measured
+        self._units = units
+        self._measured = measured
         self._list_thresholds()
         self.estimator.setVisible(units.force is not None)
         self.show_reading(self._settings)
@@ -329,9 +330,11 @@ class ContactRow:
             estimate: Of its force, for the tool tip.
             controlled: Whether its force is controlled; None where the controller does no task.
         """
-        texts, ink = ["", "", "", ""], ""
+        texts = ["", "", "", ""]
+        ink = ""
         if region is not None:
-            metrics, cell = self._cells[0].fontMetrics(), self._cells[0]
+            metrics = self._cells[0].fontMetrics()
+            cell = self._cells[0]
             room = cell.width() if cell.isVisible() else _NAME_PX  # it stretches, so its text does not decide its width
             name = metrics.elidedText(region.link, Qt.TextElideMode.ElideMiddle, room)
             force = "" if units.force is None else f"{region.force:.2f}"
@@ -460,7 +463,8 @@ class ContactsPanel(Panel):
         self._controlled: tuple[int, ...] | None = None
         grid = self.grid()
         grid.setHorizontalSpacing(8)
-        self._units, self._measured = ReadingUnits.CALIBRATED, False
+        self._units = ReadingUnits.CALIBRATED
+        self._measured = False
         self._heads = [value_label("", self, right=column > 0) for column in range(4)]
         for column, head in enumerate(self._heads, start=1):
             head.setProperty("role", "caption")
@@ -534,7 +538,9 @@ class ContactsPanel(Panel):
 
     def clear(self) -> None:
         """Nothing is touched."""
-        self._regions, self._estimates, self._controlled = (), {}, None
+        self._regions = ()
+        self._estimates = {}
+        self._controlled = None
         self._summary.setText("No contact." if self._measured else "No contact. Press the skin in a view.")
         self._fill()
 
@@ -545,7 +551,8 @@ class ContactsPanel(Panel):
 
     def show_frame(self, frame: Frame) -> None:
         """The strongest regions of a frame, and the selected one."""
-        self._regions, self._estimates = frame.regions, frame.estimates
+        self._regions = frame.regions
+        self._estimates = frame.estimates
         self._controlled = None if frame.task is None else frame.task.controlled
         self.fingers.show_frame(frame)
         measured = frame.measured is not None
@@ -562,7 +569,8 @@ class ContactsPanel(Panel):
         self._fill()
 
     def _use_units(self, units: ReadingUnits, *, measured: bool = False) -> None:
-        self._units, self._measured = units, measured
+        self._units = units
+        self._measured = measured
         for head, text in zip(self._heads, ("On", units.force or "", units.unit, "mm²"), strict=True):
             head.setText(text)
         self._heads[1].setToolTip("" if units.force is None else _FORCE_TIP)
@@ -576,7 +584,8 @@ class ContactsPanel(Panel):
 
     def select_region(self, region: int | None) -> None:
         """Highlight the row of the region with this id, and bring it into sight; None for none."""
-        self._selected, self._sought = region, region is not None
+        self._selected = region
+        self._sought = region is not None
         self._fill()
 
     @property

@@ -43,7 +43,8 @@ class EventLine(NamedTuple):
 
 def event_lines(recent: Sequence[ContactEvent]) -> list[EventLine]:
     """A line for each event, newest first; what has ended is told once, with its force and duration."""
-    lines, ended = [], set()
+    lines = []
+    ended = set()
     for event in recent:
         key = event.kind, event.contacts
         if event.phase == "ended":
@@ -75,7 +76,8 @@ class EventListModel(QAbstractListModel):
         if recent is self._recent or recent == self._recent:
             return False
         self.beginResetModel()
-        self._recent, self._lines = recent, event_lines(recent)
+        self._recent = recent
+        self._lines = event_lines(recent)
         self.endResetModel()
         return True
 
@@ -108,7 +110,9 @@ class _EventDelegate(QStyledItemDelegate):
     ) -> None:
         """Qt."""
         painter.save()
-        rect, role, font = option.rect, QPalette.ColorRole, QFont(option.font)
+        rect = option.rect
+        role = QPalette.ColorRole
+        font = QFont(option.font)
         font.setPixelSize(_TEXT_PX)
         painter.setFont(font)
         metrics = painter.fontMetrics()

@@ -39,7 +39,8 @@ class HeldFingers(QWidget):
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.setObjectName("held-fingers")
-        self._finger, self._rows = Finger(), dict[int, _Row]()
+        self._finger = Finger()
+        self._rows = dict[int, _Row]()
         self._skin: Skin | None = None
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
@@ -47,7 +48,9 @@ class HeldFingers(QWidget):
         most = NumberField("Force of the mouse's finger", *_FORCE, "The force at which the mouse's finger stops", self)
         speed = NumberField("Speed of the mouse's finger", *_SPEED, "How fast the mouse's finger presses in", self)
         held = NumberField("Force of a finger that stays", *_FORCE, f"{_HOW}, which presses with this force", self)
-        self.most, self.speed, self.held = most, speed, held
+        self.most = most
+        self.speed = speed
+        self.held = held
         for name, field, value in (
             ("finger-force", most, self._finger.max_force),
             ("finger-speed", speed, 1e3 * self._finger.speed),

@@ -47,14 +47,16 @@ class LiveInputPanel(Panel):
         super().__init__("Live input", "live-input-panel", parent)
         self._input: LiveInput | None = None
         self._selection: TaxelSelection | None = None
-        self._error, self._weight_error = "", ""
+        self._error = ""
+        self._weight_error = ""
         self.weight: KnownWeightDialog | None = None
         self._address = self.caption()
         grid = self.grid()
         grid.setColumnStretch(1, 1)
         self._values: dict[str, QLabel] = {}
         for row, (key, (text, tip)) in enumerate(_ROWS.items()):
-            name, value = value_label(text, self), value_label("–", self, right=True)
+            name = value_label(text, self)
+            value = value_label("–", self, right=True)
             name.setToolTip(tip)
             value.setObjectName(f"live-{key}")
             grid.addWidget(name, row, 0)
@@ -105,7 +107,8 @@ class LiveInputPanel(Panel):
 
     def show_input(self, live: LiveInput | None) -> None:
         """Show another live input; None for none."""
-        self._input, self._error = live, ""
+        self._input = live
+        self._error = ""
         if live is None and self.weight is not None:
             self.weight.reject()
         self.setVisible(live is not None)
@@ -185,7 +188,8 @@ class LiveInputPanel(Panel):
 
 
 def _texts(status: ConnectionStatus, facts: MeasuredFacts, taxels: int) -> dict[str, str]:
-    counts, delay = status.counts, status.delay
+    counts = status.counts
+    delay = status.delay
     state = status.state.value.capitalize()
     if status.state is ConnectionState.RECONNECTING and status.next_try is not None:
         state = f"Reconnecting in {status.next_try:.1f}\u202fs"

@@ -58,7 +58,8 @@ class SimulatedSkinPanel(Panel):
         grid.setColumnStretch(0, 1)
         self._values: dict[str, QLabel] = {}
         for row, (key, (text, tip)) in enumerate(_ROWS.items()):
-            name, value = value_label(text, self), value_label(_UNKNOWN, self, right=True)
+            name = value_label(text, self)
+            value = value_label(_UNKNOWN, self, right=True)
             name.setToolTip(tip)
             value.setObjectName(f"simulated-{key}")
             grid.addWidget(name, row, 0)
@@ -116,8 +117,10 @@ class SimulatedSkinPanel(Panel):
     def _texts(self, found: SkinDifference | None) -> dict[str, str]:
         if found is None or self._map is None:
             return dict.fromkeys(_ROWS, _UNKNOWN)
-        skin, worst = self._map.skin, int(np.argmax(np.abs(found.difference)))
-        measured, simulated = _force(skin, found.measured), _force(skin, found.simulated)
+        skin = self._map.skin
+        worst = int(np.argmax(np.abs(found.difference)))
+        measured = _force(skin, found.measured)
+        simulated = _force(skin, found.simulated)
         return {
             "force": f"{measured:.2f}, {simulated:.2f}\u202fN",
             "rms": f"{1e-3 * found.rms:.2f}\u202fkPa",
@@ -126,7 +129,8 @@ class SimulatedSkinPanel(Panel):
 
     def _taxel_text(self) -> str:
         """Of the taxel under the pointer."""
-        taxel, found = self.view.hovered, self._found
+        taxel = self.view.hovered
+        found = self._found
         if taxel is None or found is None or self._map is None or taxel >= len(found.measured):
             return "Point at a taxel to read it, click to select it."
         values = f"measured {1e-3 * found.measured[taxel]:.2f}, simulated {1e-3 * found.simulated[taxel]:.2f}"

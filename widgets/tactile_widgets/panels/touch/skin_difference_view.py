@@ -18,7 +18,9 @@ from tactile_widgets.common.colours import DARK, DifferenceScale, PressureScale,
 from tactile_widgets.views.overlays.painting import polygon
 
 TITLES = ("Measured", "Simulated", "Difference")
-_GAP, _LINE, _KEY = 8.0, 16.0, 6.0
+_GAP = 8.0
+_LINE = 16.0
+_KEY = 6.0
 """Between two maps, height of a line of words, and of a key's bar [px]."""
 _NEAR = 12.0
 """So near a taxel's dot must be to be pointed at [px]."""
@@ -51,7 +53,8 @@ class SkinDifferenceView(QWidget):
         self._box = (np.zeros(2), np.ones(2))
         self._spacing = 1.0
         self._shown: SkinDifference | None = None
-        self._pressure, self._difference = PressureScale(_LEAST), DifferenceScale(_LEAST)
+        self._pressure = PressureScale(_LEAST)
+        self._difference = DifferenceScale(_LEAST)
         self.hovered: int | None = None
 
     def show_map(self, map_: TactileMap) -> None:
@@ -66,7 +69,8 @@ class SkinDifferenceView(QWidget):
     def show_difference(self, found: SkinDifference | None) -> None:
         """Show this; None for nothing, from which both scales begin anew. Cost: 2 ms to paint 1,000 taxels."""
         if found is None:
-            self._pressure, self._difference = PressureScale(_LEAST), DifferenceScale(_LEAST)
+            self._pressure = PressureScale(_LEAST)
+            self._difference = DifferenceScale(_LEAST)
         else:
             peak = 1e-3 * max(found.measured.max(initial=0.0), found.simulated.max(initial=0.0))
             self._pressure = PressureScale(max(self._pressure.maximum, _nice_ceiling(peak)))

@@ -104,7 +104,8 @@ class WantedMotionPanel(Panel):
 
     def show_input(self, live: LiveInput | None) -> None:
         """Show another live input; None for none."""
-        self._input, self._error = live, ""
+        self._input = live
+        self._error = ""
         self.setVisible(live is not None)
         self._watch()
         if live is None:
@@ -191,7 +192,8 @@ def _fastest(robot: Robot, facts: MotionFacts, line: Callable[[str, str], str]) 
 
 def _sent_text(facts: MotionFacts) -> str:
     """How sending goes, or why it ended."""
-    sending, latency = facts.sending, facts.latency
+    sending = facts.sending
+    latency = facts.latency
     slowed = f", {sending.slowed} of them slowed" if sending.slowed else ""
     if sending.waiting is not None:
         return f"Waiting for {sending.waiting}. Nothing is sent yet."

@@ -185,7 +185,8 @@ class PlotChoice:
         if not isinstance(said, dict):
             return cls()
         order = dict.fromkeys(_keys(said.get("order")))
-        chosen, windows = said.get("chosen"), said.get("windows")
+        chosen = said.get("chosen")
+        windows = said.get("windows")
         places = windows if isinstance(windows, dict) else {}
         return cls(
             (*order, *(key for key in STANDARD if key not in order)),

@@ -64,10 +64,12 @@ def _axis(lane: Lane, values: FloatArray, box: QRectF) -> _Axis:
     least, most = (float(known.min()), float(known.max())) if len(known) else (0.0, 0.0)
     if lane.floor is None:
         step = nice_ceiling(max(most - least, _LEAST_SPAN) / 2)
-        low, high = step * np.floor(least / step), step * np.ceil(most / step)
+        low = step * np.floor(least / step)
+        high = step * np.ceil(most / step)
         high = max(high, low + step)
     else:
-        low, high = 0.0, nice_ceiling(max(most, lane.floor))
+        low = 0.0
+        high = nice_ceiling(max(most, lane.floor))
     scale = box.height() / (_HEADROOM * (high - low))
     return _Axis(float(low), float(high), box.bottom() + scale * float(low), scale)
 
@@ -132,7 +134,8 @@ class LanePainter:
         painter.setPen(pen)
         first, last = np.searchsorted(times, (self.view.start, self.view.end)).tolist()
         part = slice(max(first - 1, 0), last + 1)
-        times, values = times[part], values[part]
+        times = times[part]
+        values = values[part]
         width = int(self.room)
         if len(times) <= 2 * width:
             self._draw(painter, times, values, floor, scale)
@@ -147,8 +150,10 @@ class LanePainter:
 
     def _draw_extremes(self, painter: QPainter, low: FloatArray, high: FloatArray, floor: float, scale: float) -> None:
         """An upright line a pixel, which meets the one before: a stroke to and fro would cost twenty times as much."""
-        before_low, before_high = np.r_[np.nan, low[:-1]], np.r_[np.nan, high[:-1]]
-        bottom, top = np.fmin(low, before_high), np.fmax(high, before_low)
+        before_low = np.r_[np.nan, low[:-1]]
+        before_high = np.r_[np.nan, high[:-1]]
+        bottom = np.fmin(low, before_high)
+        top = np.fmax(high, before_low)
         there = np.flatnonzero(np.isfinite(low))
         lines = [
             QLineF(x, y, x, above)

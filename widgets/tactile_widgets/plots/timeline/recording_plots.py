@@ -31,7 +31,10 @@ from tactile_widgets.plots.timeline.lanes import AddedLane, Lane, standard_lanes
 from tactile_widgets.plots.timeline.playhead import Span, clock_text, nice_step
 from tactile_widgets.plots.timeline.scrub_bar import LABEL_ROOM_PX, TimelineNotes
 
-_RIGHT, _TOP, _AXIS, _GAP = 12.0, 6.0, 18.0, 6.0
+_RIGHT = 12.0
+_TOP = 6.0
+_AXIS = 18.0
+_GAP = 6.0
 _DRAG_PX = 4.0
 _ZOOM = 1.25
 _LEAST_FRAMES = 20
@@ -59,11 +62,13 @@ class RecordingPlots(QWidget):
         self.setAccessibleName("Curves of the whole recording")
         self.setMouseTracking(True)
         self.setMinimumWidth(200)
-        self._theme, self._empty = theme, _EMPTY
+        self._theme = theme
+        self._empty = _EMPTY
         self._duration = self._time = 0.0
         self._frame_seconds = 1 / 30
         self._view = Span(0.0, 1.0)
-        self._units, self._added = ReadingUnits.CALIBRATED, tuple[AddedLane, ...]()
+        self._units = ReadingUnits.CALIBRATED
+        self._added = tuple[AddedLane, ...]()
         self._times: FloatArray = np.zeros(0)
         self._values: FloatArray = np.zeros((0, len(CURVES)))
         self._other: Overlaid | None = None
@@ -104,9 +109,15 @@ class RecordingPlots(QWidget):
 
     def show_recording(self, duration: float, frame_seconds: float, units: ReadingUnits) -> None:
         """Begin with a recording of ``duration`` [s]; its curves come by ``show_curves``."""
-        self._duration, self._frame_seconds, self._time = duration, frame_seconds, 0.0
-        self._view, self._units = self._whole, units
-        self._notes, self._range, self._other, self._empty = TimelineNotes(), None, None, _EMPTY
+        self._duration = duration
+        self._frame_seconds = frame_seconds
+        self._time = 0.0
+        self._view = self._whole
+        self._units = units
+        self._notes = TimelineNotes()
+        self._range = None
+        self._other = None
+        self._empty = _EMPTY
         self.show_added(())
 
     def show_added(self, added: Sequence[AddedLane]) -> None:
@@ -137,7 +148,8 @@ class RecordingPlots(QWidget):
             times: (n,) of frames [s from the first].
             values: (n, len(CURVES) and one for each lane that was added) SI.
         """
-        self._times, self._values = times, values
+        self._times = times
+        self._values = values
         self._draw_anew()
 
     def show_overlaid(self, other: Overlaid | None) -> None:
@@ -226,7 +238,8 @@ class RecordingPlots(QWidget):
     def mousePressEvent(self, event: QMouseEvent) -> None:
         """Qt: a click or a drag begins."""
         if event.button() == Qt.MouseButton.LeftButton:
-            self._pressed, self._dragged = event.position().x(), False
+            self._pressed = event.position().x()
+            self._dragged = False
         elif event.button() == Qt.MouseButton.MiddleButton:
             self._panned = event.position().x()
 
@@ -237,7 +250,8 @@ class RecordingPlots(QWidget):
             self._dragged = True
             self.range_dragged.emit(Span.between(self.time_at(self._pressed), self.time_at(x)))
         if self._panned is not None:
-            moved, self._panned = (self._panned - x) / self._room * self._view.length, x
+            moved = (self._panned - x) / self._room * self._view.length
+            self._panned = x
             self._show_view(self._view.start + moved, self._view.length)
         self.update()
 
@@ -259,7 +273,8 @@ class RecordingPlots(QWidget):
         """Qt: zoom about the pointer."""
         turns = event.angleDelta().y() / 120
         if turns:
-            at, length = self.time_at(event.position().x()), self._view.length * _ZOOM**-turns
+            at = self.time_at(event.position().x())
+            length = self._view.length * _ZOOM**-turns
             share = (at - self._view.start) / self._view.length
             self._show_view(at - share * length, length)
         event.accept()
@@ -331,7 +346,8 @@ class RecordingPlots(QWidget):
 
     def _paint_range(self, painter: QPainter, area: QRectF) -> None:
         if self._range is not None:
-            left, right = self.x_of(self._range.start), self.x_of(self._range.end)
+            left = self.x_of(self._range.start)
+            right = self.x_of(self._range.end)
             shade = QColor(self._theme.accent)
             shade.setAlphaF(0.18)
             painter.fillRect(QRectF(left, area.top(), right - left, area.height()).intersected(area), shade)
@@ -348,7 +364,8 @@ class RecordingPlots(QWidget):
         step = nice_step(self._view.length, max(int(self._room / LABEL_ROOM_PX), 1))
         metrics = QFontMetricsF(painter.font())
         for index in range(int(np.ceil(self._view.start / step)), int(self._view.end / step + 1e-9) + 1):
-            x, text = self.x_of(index * step), clock_text(index * step, decimals=1 if step < 1 else 0)
+            x = self.x_of(index * step)
+            text = clock_text(index * step, decimals=1 if step < 1 else 0)
             width = metrics.horizontalAdvance(text)
             painter.setPen(QColor(self._theme.line))
             painter.drawLine(QPointF(x, area.bottom()), QPointF(x, area.bottom() + 3))

@@ -23,10 +23,16 @@ from tactile_widgets.common.colours import Theme
 from tactile_widgets.plots.timeline.playhead import Span, clock_text, nice_step
 
 SIDE = 10.0
-TRACK_Y, TRACK_HEIGHT, MARK_Y, MARK_HEIGHT, LABEL_Y = 19.0, 4.0, 9.0, 4.0, 40.0
+TRACK_Y = 19.0
+TRACK_HEIGHT = 4.0
+MARK_Y = 9.0
+MARK_HEIGHT = 4.0
+LABEL_Y = 40.0
 HANDLE = 7.0
-_EPISODE_Y, _EPISODE_HEIGHT = TRACK_Y + TRACK_HEIGHT + 1.5, 3.0
-_RANGE_TOP, _RANGE_BOTTOM = MARK_Y - 2, _EPISODE_Y + _EPISODE_HEIGHT + 1
+_EPISODE_Y = TRACK_Y + TRACK_HEIGHT + 1.5
+_EPISODE_HEIGHT = 3.0
+_RANGE_TOP = MARK_Y - 2
+_RANGE_BOTTOM = _EPISODE_Y + _EPISODE_HEIGHT + 1
 LABEL_ROOM_PX = 72
 _EDIT_REACH_PX = 5.0
 """A mark or an edit of the map is named while the pointer is as near to its mark."""
@@ -114,8 +120,11 @@ class ScrubBar(QWidget):
             edits: When the map was edited [s], and what each edit was called.
             damage: Where something was lost.
         """
-        self._duration, self._time = duration, 0.0
-        self._spans, self._edits, self._damage = tuple(spans), tuple(edits), tuple(damage)
+        self._duration = duration
+        self._time = 0.0
+        self._spans = tuple(spans)
+        self._edits = tuple(edits)
+        self._damage = tuple(damage)
         self.update()
 
     def show_notes(self, notes: TimelineNotes) -> None:
@@ -169,7 +178,8 @@ class ScrubBar(QWidget):
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
         """Qt: let go."""
         if event.button() == Qt.MouseButton.LeftButton:
-            self.held, self._dragged_from = False, None
+            self.held = False
+            self._dragged_from = None
             self.update()
 
     def contextMenuEvent(self, event: QContextMenuEvent) -> None:
@@ -217,11 +227,13 @@ class ScrubBar(QWidget):
             painter.drawRect(QRectF(left, TRACK_Y - 2, right - left, TRACK_HEIGHT + 4))
         painter.setBrush(QColor(self._theme.quiet))
         for start, end in self._spans:
-            left, right = self.x_of(start), self.x_of(end)
+            left = self.x_of(start)
+            right = self.x_of(end)
             painter.drawRoundedRect(QRectF(left, MARK_Y, max(right - left, 2.0), MARK_HEIGHT), 1, 1)
         painter.setBrush(QColor(self._theme.accent))
         for time, _ in self._edits:
-            x, y = self.x_of(time), MARK_Y + MARK_HEIGHT / 2
+            x = self.x_of(time)
+            y = MARK_Y + MARK_HEIGHT / 2
             painter.drawPolygon(QPolygonF([QPointF(x - 4, y), QPointF(x, y - 4), QPointF(x + 4, y), QPointF(x, y + 4)]))
         self._paint_handle(painter, at)
 
@@ -236,7 +248,8 @@ class ScrubBar(QWidget):
     def _paint_range(self, painter: QPainter) -> None:
         if self._range is None:
             return
-        left, right = self.x_of(self._range.start), self.x_of(self._range.end)
+        left = self.x_of(self._range.start)
+        right = self.x_of(self._range.end)
         shade = QColor(self._theme.accent)
         shade.setAlphaF(0.22)
         painter.fillRect(QRectF(left, _RANGE_TOP, right - left, _RANGE_BOTTOM - _RANGE_TOP), shade)
@@ -249,7 +262,8 @@ class ScrubBar(QWidget):
         painter.setPen(Qt.PenStyle.NoPen)
         painter.setBrush(QColor(self._theme.quiet))
         for start, end, _ in self._notes.episodes:
-            left, right = self.x_of(start) + 1, self.x_of(end) - 1
+            left = self.x_of(start) + 1
+            right = self.x_of(end) - 1
             painter.drawRect(QRectF(left, _EPISODE_Y, max(right - left, 2.0), _EPISODE_HEIGHT))
         painter.setBrush(QColor(self._theme.text))
         for time, _ in self._notes.marks:
@@ -259,8 +273,10 @@ class ScrubBar(QWidget):
 
     def _x_range(self, span: DamagedSpan) -> tuple[float, float]:
         """From and to where damage is drawn [px], wide enough to be seen."""
-        left, right = self.x_of(max(span.start, 0.0)), self.x_of(min(span.end, self._duration))
-        middle, half = (left + right) / 2, max(right - left, _LEAST_DAMAGE_PX) / 2
+        left = self.x_of(max(span.start, 0.0))
+        right = self.x_of(min(span.end, self._duration))
+        middle = (left + right) / 2
+        half = max(right - left, _LEAST_DAMAGE_PX) / 2
         return middle - half, middle + half
 
     def _paint_labels(self, painter: QPainter) -> None:
@@ -270,7 +286,8 @@ class ScrubBar(QWidget):
         decimals = 1 if step < 1 else 0
         metrics = QFontMetricsF(painter.font())
         for index in range(int(self._duration / step + 1e-9) + 1):
-            x, text = self.x_of(index * step), clock_text(index * step, decimals=decimals)
+            x = self.x_of(index * step)
+            text = clock_text(index * step, decimals=decimals)
             width = metrics.horizontalAdvance(text)
             painter.setPen(QColor(self._theme.line))
             painter.drawLine(QPointF(x, TRACK_Y + 8), QPointF(x, TRACK_Y + 11))

@@ -118,7 +118,9 @@ class Timeline(QWidget):
         """
         self._stop()
         self.set_range(None)
-        self._replaying, self._recorded, self._marks = False, recording_seconds, marks
+        self._replaying = False
+        self._recorded = recording_seconds
+        self._marks = marks
         roles = QPalette.ColorRole
         self._note.setForegroundRole(roles.PlaceholderText if recording_seconds is None else roles.WindowText)
         if recording_seconds is None:
@@ -205,7 +207,8 @@ class Timeline(QWidget):
             self._become(self._playhead.toggled())
 
     def _become(self, playhead: Playhead) -> None:
-        before, self._playhead = self._playhead, playhead
+        before = self._playhead
+        self._playhead = playhead
         self._show()
         if playhead.time != before.time:
             self.scrubbed.emit(playhead.time)

@@ -46,7 +46,11 @@ class SourcedTrace:
     def __init__(
         self, plot: TracePlot, theme: Theme, *, name: str, source: Callable[[], TraceSource], signed: bool = False
     ) -> None:
-        self._plot, self._theme, self._name, self._source, self._signed = plot, theme, name, source, signed
+        self._plot = plot
+        self._theme = theme
+        self._name = name
+        self._source = source
+        self._signed = signed
         self._line = plot.plot.plot(connect="finite")
         self._bounds = [pg.InfiniteLine(angle=0, movable=False) for _ in range(2)]
         for bound in self._bounds:
@@ -105,7 +109,9 @@ class StageAreas:
     """
 
     def __init__(self, plot: TracePlot, stages: SampleHistory, theme: Theme) -> None:
-        self._plot, self._stages, self._theme = plot, stages, theme
+        self._plot = plot
+        self._stages = stages
+        self._theme = theme
         self._areas: dict[str, pg.PlotDataItem] = {}
 
     def set_theme(self, theme: Theme) -> None:
@@ -121,7 +127,8 @@ class StageAreas:
 
     def draw(self) -> None:
         """Each area reaches from zero to the sum so far, later ones lie behind earlier ones."""
-        known, total = len(self._areas), np.zeros(1)
+        known = len(self._areas)
+        total = np.zeros(1)
         for index, name in enumerate(self._stages.names):
             if name not in self._areas:
                 self._areas[name] = self._plot.plot.plot(pen=None, fillLevel=0, brush=_stage_colour(index))

@@ -45,7 +45,10 @@ class GroupPressure:
     """
 
     def __init__(self, plot: TracePlot, theme: Theme, *, name: str, source: Callable[[], GroupSamples]) -> None:
-        self._plot, self._theme, self._name, self._source = plot, theme, name, source
+        self._plot = plot
+        self._theme = theme
+        self._name = name
+        self._source = source
         self._mean, self._highest = (plot.plot.plot(connect="finite") for _ in range(2))
         self.set_theme(theme)
 

@@ -100,7 +100,8 @@ class TaxelHistory:
         self._times = np.full(capacity, np.nan)
         self._pressures = np.zeros((capacity, 0), np.float32)
         self._count = 0
-        self._span, self._span_start = seconds / capacity, -np.inf
+        self._span = seconds / capacity
+        self._span_start = -np.inf
 
     def clear(self) -> None:
         """Forget everything."""
@@ -120,8 +121,10 @@ class TaxelHistory:
             last = (self._count - 1) % len(self._times)
             np.maximum(self._pressures[last], pressures, out=self._pressures[last], casting="unsafe")
             return
-        self._span_start, place = time, self._count % len(self._times)
-        self._times[place], self._pressures[place] = time, pressures
+        self._span_start = time
+        place = self._count % len(self._times)
+        self._times[place] = time
+        self._pressures[place] = pressures
         self._count += 1
 
     @property
@@ -164,7 +167,9 @@ class VectorHistory:
 
     def clear(self) -> None:
         """Forget everything."""
-        self._count, self._span_start, self._in_span = 0, -np.inf, 0
+        self._count = 0
+        self._span_start = -np.inf
+        self._in_span = 0
 
     def widen(self, size: int) -> None:
         """Let the vector have ``size`` numbers; those added were NaN in all samples before."""
@@ -178,18 +183,21 @@ class VectorHistory:
 
     def add(self, time: float, values: FloatArray) -> None:
         """Keep ``values`` (n,) at ``time`` [s]; another n, or time that jumps, starts a new history. Cost: 10 µs."""
-        size, latest = len(self._times), self.latest
+        size = len(self._times)
+        latest = self.latest
         if len(values) != self._values.shape[1]:
             self._values = np.zeros((size, len(values)))
             self.clear()
         elif latest is not None and not 0 <= time - latest <= self.seconds:
             self.clear()
         if time >= self._span_start + self._span:
-            self._span_start, self._in_span = time, 0
+            self._span_start = time
+            self._in_span = 0
         self._in_span += 1
         if self._in_span <= 2:
             place = self._count % size
-            self._times[place], self._values[place] = time, values
+            self._times[place] = time
+            self._values[place] = values
             self._count += 1
         else:
             self._merge(time, values)
@@ -197,11 +205,14 @@ class VectorHistory:
     def _merge(self, time: float, values: FloatArray) -> None:
         """The last two samples become the lowest and the highest of them and these, in the order they are in."""
         size = len(self._times)
-        last, before = (self._count - 1) % size, (self._count - 2) % size
+        last = (self._count - 1) % size
+        before = (self._count - 2) % size
         rises = self._values[before] <= self._values[last]
         three = self._values[before], self._values[last], values
-        low, high = np.fmin.reduce(three), np.fmax.reduce(three)
-        self._values[before], self._values[last] = np.where(rises, low, high), np.where(rises, high, low)
+        low = np.fmin.reduce(three)
+        high = np.fmax.reduce(three)
+        self._values[before] = np.where(rises, low, high)
+        self._values[last] = np.where(rises, high, low)
         self._times[last] = time
 
     def series(self, number: int) -> tuple[FloatArray, FloatArray]:
@@ -254,7 +265,8 @@ class LimitHistory:
         """These bound the controller at ``time`` [s]; time that jumps, or runs backwards, starts a new memory."""
         if self._now is not None and not 0 <= time - self._now <= self.seconds:
             self.clear()
-        before, self._now = self._active, time
+        before = self._active
+        self._now = time
         self._active = tuple(limit.kind for limit in limits)
         self._last |= {limit.kind: limit for limit in limits}
         for kind in self._active:
@@ -321,7 +333,8 @@ class EventHistory:
         """The newest events up to ``time`` [s], newest first; time that jumps, or runs backwards, starts anew."""
         if self._now is not None and not 0 <= time - self._now <= self.seconds:
             self.clear()
-        before, self._now = self._now, time
+        before = self._now
+        self._now = time
         known = -np.inf if before is None else before
         self._events += [event for event in reversed(recent) if event.time > known]
         self._events = [event for event in self._events if time - event.time <= self.seconds]
@@ -332,7 +345,8 @@ class EventHistory:
 
         What lasts still ends now; an event without duration ends when it begins.
         """
-        now, spans = self._now, dict[EventKind, dict[tuple[object, ...], tuple[float, float]]]()
+        now = self._now
+        spans = dict[EventKind, dict[tuple[object, ...], tuple[float, float]]]()
         if now is None:
             return ()
         for number, event in enumerate(self._events):

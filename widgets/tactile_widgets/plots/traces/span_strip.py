@@ -18,7 +18,9 @@ from tactile_widgets.common.colours import Theme, mixed
 from tactile_widgets.plots.traces.history import EventHistory, LimitHistory
 from tactile_widgets.plots.traces.trace_plots import AXIS_END, AXIS_START, PLOT_SECONDS, TIME_TICKS, PlotSeries
 
-_ROW, _BAR, _THINNEST = 21.0, 4.0, 2.0
+_ROW = 21.0
+_BAR = 4.0
+_THINNEST = 2.0
 _AXIS = 16.0
 """Room of the time axis below the rows [px]."""
 _NEAR = 8.0
@@ -92,13 +94,16 @@ class _Rows(QWidget):
 
     def __init__(self, theme: Theme, caption: QFont, parent: QWidget, *, warns: bool) -> None:
         super().__init__(parent)
-        self.theme, self._caption, self._warns = theme, caption, warns
+        self.theme = theme
+        self._caption = caption
+        self._warns = warns
         self._shown: tuple[SpanRow, ...] = ()
         self._marks: tuple[float, ...] = ()
 
     def show_rows(self, rows: tuple[SpanRow, ...], marks: Sequence[float]) -> None:
         """Draw these."""
-        self._shown, self._marks = rows, tuple(marks)
+        self._shown = rows
+        self._marks = tuple(marks)
         self.update()
 
     def began_at(self, place: QPointF) -> float | None:
@@ -180,7 +185,9 @@ class LimitStrip(SpanStrip):
     ) -> None:
         super().__init__(theme, parent, warns=True)
         self.setObjectName("limit-strip")
-        self._memory, self._marks, self._only = memory, marks, only
+        self._memory = memory
+        self._marks = marks
+        self._only = only
 
     def draw(self) -> None:
         """Show what is remembered."""
@@ -220,7 +227,9 @@ class EventStrip(SpanStrip):
     ) -> None:
         super().__init__(theme, parent)
         self.setObjectName("event-strip")
-        self._memory, self._marks, self._only = memory, marks, only
+        self._memory = memory
+        self._marks = marks
+        self._only = only
 
     def draw(self) -> None:
         """Show what is remembered."""

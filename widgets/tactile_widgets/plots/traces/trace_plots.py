@@ -35,7 +35,8 @@ TIME_TICKS = (
     (0.0, "now"),
 )
 """What is written on it: age [s] and words."""
-AXIS_START, AXIS_END = -1.04 * PLOT_SECONDS, 0.09 * PLOT_SECONDS
+AXIS_START = -1.04 * PLOT_SECONDS
+AXIS_END = 0.09 * PLOT_SECONDS
 """Its ends [s]: a little more than is shown, so that what is written at the ends has room."""
 
 
@@ -84,7 +85,9 @@ class TracePlot(QWidget):
 
     def __init__(self, title: str, floor: float, parent: QWidget) -> None:
         super().__init__(parent)
-        self._title, self._floor, self._top = title, floor, 0.0
+        self._title = title
+        self._floor = floor
+        self._top = 0.0
         self._ends = 0.0, 0.0
         self._marks: list[pg.InfiniteLine] = []
         self._mark_pen = pg.mkPen(None)
@@ -103,7 +106,8 @@ class TracePlot(QWidget):
 
     def _set_up_axes(self) -> None:
         self.plot.setXRange(AXIS_START, AXIS_END, padding=0)
-        left, bottom = self.plot.getAxis("left"), self.plot.getAxis("bottom")
+        left = self.plot.getAxis("left")
+        bottom = self.plot.getAxis("bottom")
         bottom.setTicks([list(TIME_TICKS)])
         bottom.setStyle(hideOverlappingLabels=False, tickLength=3)
         left.setStyle(tickLength=3)
@@ -152,9 +156,11 @@ class TracePlot(QWidget):
 
     def reach_between(self, lowest: float, highest: float) -> None:
         """Make room for values of either sign: from a round bottom to a round top, at least ``floor`` apart."""
-        middle, half = (lowest + highest) / 2, max(highest - lowest, self._floor) / 2
+        middle = (lowest + highest) / 2
+        half = max(highest - lowest, self._floor) / 2
         step = nice_ceiling(half) / 5
-        bottom, top = step * np.floor((middle - half) / step), step * np.ceil((middle + half) / step)
+        bottom = step * np.floor((middle - half) / step)
+        top = step * np.ceil((middle + half) / step)
         if (bottom, top) != self._ends:
             self._ends = bottom, top
             self.plot.setYRange(bottom, top, padding=0.06)
@@ -194,8 +200,10 @@ class ForceTraces:
     """
 
     def __init__(self, plot: TracePlot, theme: Theme) -> None:
-        self._plot, self._theme = plot, theme
-        self._total, self._regions = SampleHistory(seconds=PLOT_SECONDS), SampleHistory(seconds=PLOT_SECONDS)
+        self._plot = plot
+        self._theme = theme
+        self._total = SampleHistory(seconds=PLOT_SECONDS)
+        self._regions = SampleHistory(seconds=PLOT_SECONDS)
         self._line = plot.plot.plot()
         self._lines: dict[str, pg.PlotDataItem] = {}
         self._living: tuple[tuple[int, str], ...] = ()
@@ -239,7 +247,8 @@ class ForceTraces:
 
     def add(self, time: float, regions: tuple[ContactRegion, ...], goal: float | None = None) -> tuple[int, ...]:
         """Keep the forces at ``time`` [s], and the goal that the task says; ids of regions whose last sample went."""
-        before, goal = self._regions.names, self._goal_force if goal is None else goal
+        before = self._regions.names
+        goal = self._goal_force if goal is None else goal
         total = {"force": sum(region.force for region in regions), "goal": np.nan if goal is None else goal}
         self._total.add(time, total)
         kept = regions[:MAX_REGIONS]
@@ -312,9 +321,12 @@ class PressureTraces:
     """
 
     def __init__(self, plot: TracePlot, theme: Theme) -> None:
-        self._plot, self._theme = plot, theme
-        self._peak, self._taxels = SampleHistory(seconds=PLOT_SECONDS), TaxelHistory(seconds=PLOT_SECONDS)
-        self._together, self._latest = SampleHistory(seconds=PLOT_SECONDS), 0.0
+        self._plot = plot
+        self._theme = theme
+        self._peak = SampleHistory(seconds=PLOT_SECONDS)
+        self._taxels = TaxelHistory(seconds=PLOT_SECONDS)
+        self._together = SampleHistory(seconds=PLOT_SECONDS)
+        self._latest = 0.0
         self._line = plot.plot.plot()
         self._lines = [plot.plot.plot() for _ in TAXEL_COLOURS]
         self._top = plot.plot.plot(pen=pg.mkPen(TAXEL_COLOURS[0], width=1.0))
@@ -340,7 +352,8 @@ class PressureTraces:
 
     def select(self, taxels: IntArray, inks: tuple[str, ...]) -> None:
         """Trace these taxels (k,), each in its colour, or, if they are many, all together in one."""
-        self._selected, self._inks = taxels, inks
+        self._selected = taxels
+        self._inks = inks
         for line, ink in zip(self._lines, inks, strict=False):
             line.setPen(pg.mkPen(ink, width=1.75))
         self._together.clear()
@@ -409,7 +422,8 @@ class PressureTraces:
         return len(self._selected) > len(TAXEL_COLOURS)
 
     def _update_legend(self) -> None:
-        theme, count = self._theme, len(self._selected)
+        theme = self._theme
+        count = len(self._selected)
         quiet = mixed(theme.window, theme.quiet, 0.7)
         self._line.setPen(pg.mkPen(QColor(quiet if count else theme.text), width=1.0 if count else 1.5))
         self._band.setVisible(self._many)
@@ -449,7 +463,11 @@ class BoundedTrace:
     ) -> None:
         self._quantity, self._unit = quantity
         self._title = ""  # the plot's own
-        self._plot, self._theme, self._bound, self._words, self._hard = plot, theme, bound, words, hard
+        self._plot = plot
+        self._theme = theme
+        self._bound = bound
+        self._words = words
+        self._hard = hard
         self._history = SampleHistory(seconds=PLOT_SECONDS)
         self._line = plot.plot.plot(connect="finite")
         self._limit = pg.InfiniteLine(bound, angle=0, movable=False)
@@ -465,7 +483,10 @@ class BoundedTrace:
     def use(self, title: str, *, unit: str, bound: float) -> None:
         """Plot in another unit, against another bound, and forget the samples."""
         self._history.clear()
-        self._title, self._unit, self._bound, self._words = title, unit, bound, f"limit {bound:g}"
+        self._title = title
+        self._unit = unit
+        self._bound = bound
+        self._words = f"limit {bound:g}"
         self._limit.setValue(bound)
         self._update_legend()
 
@@ -505,7 +526,8 @@ def error_trace(plot: TracePlot, theme: Theme) -> BoundedTrace:
 
 def speed_trace(plot: TracePlot, theme: Theme) -> BoundedTrace:
     """Return the trace of the fastest joint; ``use`` sets its scale for a robot."""
-    words, quantity = f"limit {MAX_JOINT_SPEED:g}", ("max joint speed", "rad/s")
+    words = f"limit {MAX_JOINT_SPEED:g}"
+    quantity = ("max joint speed", "rad/s")
     return BoundedTrace(plot, theme, bound=MAX_JOINT_SPEED, words=words, hard=True, quantity=quantity)
 
 

@@ -36,7 +36,10 @@ class ComparisonPresenter(QObject):
 
     def __init__(self, context: AppContext, effects: EffectsPresenter, parent: QWidget) -> None:
         super().__init__(parent)
-        self._context, self._live, self._effects, self._parent = context, context.session, effects, parent
+        self._context = context
+        self._live = context.session
+        self._effects = effects
+        self._parent = parent
         self._panel = context.panels.get(ControllerPanel)
         self._token = SourceToken("comparison")  # another one with each request, and once that is cancelled
         self.comparison_worker = context.backends.comparison_worker(self)

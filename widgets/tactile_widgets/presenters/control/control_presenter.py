@@ -34,10 +34,13 @@ class ControlToolsPresenter(QObject):
 
     def __init__(self, context: AppContext, tools: Tools, parent: QObject) -> None:
         super().__init__(parent)
-        self._context, self.settings_editor, self._tools = context, tools.control, tools
+        self._context = context
+        self.settings_editor = tools.control
+        self._tools = tools
         self._offered = False
         self._force = ForceHandle(tools.control)
-        live, lead = context.session, self.settings_editor
+        live = context.session
+        lead = self.settings_editor
         lead.wished.connect(live.set_settings)
         lead.wished.connect(self._offer_fixed_object)
         lead.told.connect(context.notifier.status)

@@ -30,9 +30,12 @@ class PosturePresenter(QObject):
 
     def __init__(self, context: AppContext, tools: Tools, parent: QObject) -> None:
         super().__init__(parent)
-        self._context, self.editor = context, tools.posture
+        self._context = context
+        self.editor = tools.posture
         self._refused: FloatArray | None = None
-        session, editor, panel = context.session, self.editor, context.panels.get(PosturePanel)
+        session = context.session
+        editor = self.editor
+        panel = context.panels.get(PosturePanel)
         session.prepared_changed.connect(self._on_prepared_changed)
         session.frame_ready.connect(editor.show_frame)
         session.taken_over.connect(self._on_taken_over)
@@ -62,7 +65,8 @@ class PosturePresenter(QObject):
 
     def _on_mode_changed(self, *_changed: object) -> None:
         session = self._context.session
-        prepared, mode = session.prepared, Mode(session.mode)
+        prepared = session.prepared
+        mode = Mode(session.mode)
         led = session.simulating and prepared is not None and bool(prepared.robot.joints) and not prepared.scene.motion
         self.editor.set_mode(enabled=mode.running and led, placing=mode is Mode.PAUSED)
 
@@ -86,13 +90,15 @@ class PosturePresenter(QObject):
 
     def _on_previewed(self, posture: FloatArray | None) -> None:
         """The robot view alone shows where the robot would be; map, plots and panels stay with what is."""
-        shown, view = self._context.session.shown, self._context.views.robot.display
+        shown = self._context.session.shown
+        view = self._context.views.robot.display
         if shown is not None:
             view.show_frame(shown if posture is None else replace(shown, posture=posture))
 
     def go_there(self) -> None:
         """Let the robot move to the posture that it could not be placed in."""
-        posture, self._refused = self._refused, None
+        posture = self._refused
+        self._refused = None
         if posture is not None and self.editor.enabled:
             self._context.session.set_paused(paused=False)
             self.editor.do("move there", posture)
@@ -136,7 +142,8 @@ def posture_from(robot: Robot, text: str, base: FloatArray) -> FloatArray:
     Raises:
         RobotError: It names no joint of the robot, or a value is no number or beyond its joint's limits.
     """
-    posture, numbers = base.copy(), {joint.name: number for number, joint in enumerate(robot.joints)}
+    posture = base.copy()
+    numbers = {joint.name: number for number, joint in enumerate(robot.joints)}
     lines = [line.split("=") for line in text.splitlines() if line.strip()]
     if not lines:
         raise RobotError("there is no posture to paste", remedy="Copy one first: a line a joint, name = radians")

@@ -28,7 +28,8 @@ class FigurePresenter(QObject):
 
     def __init__(self, context: AppContext, parent: QWidget) -> None:
         super().__init__(parent)
-        self._context, self._window = context, parent
+        self._context = context
+        self._window = parent
         self._settings = ControlSettings()
         self._plots: Sequence[PlotKey] | None = None
         self.dialog: FigureDialog | None = None
@@ -73,7 +74,8 @@ class FigurePresenter(QObject):
         Raises:
             DisplayError: There is no robot yet, or the file cannot be written.
         """
-        context, session = self._context, self._context.session
+        context = self._context
+        session = self._context.session
         if part is FigurePart.PLOTS:
             keys = context.plots.shown_keys if self._plots is None else self._plots
             write_plot_figure(context.plots, keys, path, spec)

@@ -79,7 +79,10 @@ class FilePresenter(QObject):
         parent: QObject,
     ) -> None:
         super().__init__(parent)
-        self._context, self._effects, self._map_files, self._grid_steps = context, effects, map_files, grid.steps
+        self._context = context
+        self._effects = effects
+        self._map_files = map_files
+        self._grid_steps = grid.steps
         self._studies = studies
         grid.placed.connect(self._on_grid_placed)
         grid.steps.scene_wanted.connect(self._on_grid_wanted)
@@ -149,7 +152,8 @@ class FilePresenter(QObject):
         if prepared is None or prepared.scene.robot == NO_ROBOT:
             self.open_scene(scene_for_taxels(path), recent=path)
             return
-        scene, robot = prepared.scene, prepared.robot
+        scene = prepared.scene
+        robot = prepared.robot
         try:
             if Path(path).stat().st_size <= _READ_AT_ONCE_BYTES:  # a larger file is read in the worker alone
                 check_links(path, robot)
@@ -185,7 +189,8 @@ class FilePresenter(QObject):
             file: Where it was read.
             recent: The file that a person chose; among the recent ones once it is open.
         """
-        self._opening, self._asked = recent, partial(self.open_scene, scene, file=file, recent=recent)
+        self._opening = recent
+        self._asked = partial(self.open_scene, scene, file=file, recent=recent)
         self._asked_file = (file,)
         rooted = with_package_roots(scene, self._context.settings.package_roots)
         self._map_files.leave(partial(self._context.session.open_scene, rooted, file=file))
@@ -228,7 +233,8 @@ class FilePresenter(QObject):
             return
         rooted = with_package_roots(scene, self._context.settings.package_roots)
         self._map_files.expect_grid(rooted)
-        self._opening, self._asked_file = None, (None,)
+        self._opening = None
+        self._asked_file = (None,)
         kept = self._map_files.kept(rooted)
         if kept is None:
             session.open_scene(rooted)
@@ -244,10 +250,12 @@ class FilePresenter(QObject):
             (self._scene_file,) = self._asked_file
         if self._opening is not None:
             self._context.settings.add_recent(self._opening)
-        self._opening, self._asked_file = None, ()
+        self._opening = None
+        self._asked_file = ()
 
     def _give_up_opening(self) -> None:
-        self._opening, self._asked_file = None, ()
+        self._opening = None
+        self._asked_file = ()
         self._map_files.expect_grid(None)
         session = self._context.session
         if session.run is not None and session.player is None and session.live_input is None:
@@ -288,7 +296,8 @@ class FilePresenter(QObject):
         """Put the command line on the clipboard that opens what the window shows."""
         session = self._context.session
         if session.player is not None:
-            words, left_out = ["replay", str(session.player.path)], False
+            words = ["replay", str(session.player.path)]
+            left_out = False
         elif session.prepared is None or session.live_input is not None:
             self._context.notifier.status("Nothing is simulated or replayed that a command line could open")
             return
@@ -341,11 +350,13 @@ def scene_words(scene: Scene, file: Path | None) -> tuple[list[str], bool]:
         file: Where it was read; None for one that ships, or of a robot or skin alone.
     """
     if file is not None:
-        words, left_out = ["gui", "--scene", str(file)], False
+        words = ["gui", "--scene", str(file)]
+        left_out = False
         known_home = _home_in(file)
     elif scene.name in scene_names():
         known = load_scene(scene.name)
-        words, left_out = ["gui", "--scene", scene.name], replace(scene, home=known.home) != known
+        words = ["gui", "--scene", scene.name]
+        left_out = replace(scene, home=known.home) != known
         known_home = known.home
     else:
         words = ["gui", "--robot", scene.robot]

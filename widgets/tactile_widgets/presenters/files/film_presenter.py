@@ -35,7 +35,8 @@ class FilmPresenter(QObject):
 
     def __init__(self, context: AppContext, parent: QWidget) -> None:
         super().__init__(parent)
-        self._context, self._window = context, parent
+        self._context = context
+        self._window = parent
         self.dialog: FilmDialog | None = None
         self._process = WorkerProcess("film", make_film_handler, self)
         self._process.answered.connect(self._on_answered)
@@ -57,7 +58,8 @@ class FilmPresenter(QObject):
 
     def film_shown(self) -> None:
         """The recording that is shown; live, a recording is begun, or ended and filmed."""
-        session, actions = self._context.session, self._context.actions
+        session = self._context.session
+        actions = self._context.actions
         if session.player is not None:
             self.ask(session.player.path)
         elif session.recorder is not None:
@@ -87,7 +89,8 @@ class FilmPresenter(QObject):
         if self._target is not None:
             self._context.notifier.fault("A film is being made; wait until it is done, or cancel it.")
             return
-        player, chosen = self._context.session.player, None
+        player = self._context.session.player
+        chosen = None
         try:
             if player is None or player.path != recording:
                 player = open_recording(recording)
@@ -122,7 +125,8 @@ class FilmPresenter(QObject):
             self._context.notifier.fault(f"{request.target}: the film cannot be written there: {error.strerror}")
             return
         # There until it is whole: a process that is ended cannot tidy up.
-        self._target, self._folder = request.target, folder
+        self._target = request.target
+        self._folder = folder
         part = FilmRequest(
             request.recording, folder / "film.mp4", request.size, request.rate, request.span, request.theme
         )
@@ -132,7 +136,8 @@ class FilmPresenter(QObject):
     def _on_answered(self, _number: int, kind: str, result: Result[object]) -> None:
         if result.token != self._token or self._target is None or self._folder is None:
             return
-        notifier, target = self._context.notifier, self._target
+        notifier = self._context.notifier
+        target = self._target
         if kind == "progress":
             notifier.progress(FILM_JOB, *cast("tuple[str, float]", result.value))
         elif kind == "failed":

@@ -48,14 +48,18 @@ class RecordingsPresenter(QObject):
 
     def __init__(self, context: AppContext, files: FilePresenter, overlay: OverlayPresenter, parent: QWidget) -> None:
         super().__init__(parent)
-        self._context, self._files, self._window = context, files, parent
-        self._session, self._overlay = context.session, overlay
+        self._context = context
+        self._files = files
+        self._window = parent
+        self._session = context.session
+        self._overlay = overlay
         self.dialog: RecordingsDialog | None = None
         self._folder = Path()
         self._scratch: list[Path] = []
         make = context.backends.recording_worker
         self._cutter, self._looker = make(self), make(self)
-        self._cut_token, self._look_token = SourceToken("cut"), SourceToken("look")
+        self._cut_token = SourceToken("cut")
+        self._look_token = SourceToken("look")
         self._cutter.answered.connect(self._on_cut)
         self._looker.answered.connect(self._on_looked)
         for name, handler in (
@@ -83,10 +87,12 @@ class RecordingsPresenter(QObject):
 
     def choose_part(self) -> None:
         """Ask where to keep the range as a recording of its own."""
-        player, chosen = self._session.player, self._context.timeline.range
+        player = self._session.player
+        chosen = self._context.timeline.range
         if player is None or chosen is None:
             return
-        first, last = player.tick_at(chosen.start), player.tick_at(chosen.end)
+        first = player.tick_at(chosen.start)
+        last = player.tick_at(chosen.end)
         path = self._context.dialogs.save_file("Save range", f"{player.path.stem} part.mcap", RECORDING_FILTER)
         if path:
             target = Path(path)
@@ -120,7 +126,8 @@ class RecordingsPresenter(QObject):
 
     def _report(self, written: list[TrimResult]) -> None:
         """Show what was saved, and which damage of the recording affects it."""
-        notifier, single = self._context.notifier, len(written) == 1
+        notifier = self._context.notifier
+        single = len(written) == 1
         saved = written[0].file if single else f"{len(written)} episodes in {Path(written[0].file).parent}"
         if single:
             self._session.tell_saved(saved)
@@ -207,7 +214,8 @@ class RecordingsPresenter(QObject):
 
     def _annotate(self, path: Path, request: Annotate) -> None:
         """The notes of the recording that is shown are a document, which has the last word."""
-        player, notes = self._session.player, self._context.notes
+        player = self._session.player
+        notes = self._context.notes
         if player is not None and player.path == path and notes.editable:
             notes.edit("Label recording", request.applied(notes.value))
             request = replace(request, changes=False)

@@ -41,7 +41,8 @@ class StudyPresenter(QObject):
 
     def __init__(self, context: AppContext, parent: QWidget) -> None:
         super().__init__(parent)
-        self._context, self._window = context, parent
+        self._context = context
+        self._window = parent
         self._scratch = Path()
         self._token = SourceToken("case")
         self._worker = context.backends.recording_worker(self)

@@ -34,19 +34,27 @@ class MapEditPresenter(QObject):
 
     def __init__(self, context: AppContext, tools: Tools, files: MapFilePresenter, parent: QObject) -> None:
         super().__init__(parent)
-        self._context, self._live, self._views = context, context.session, context.views
-        self._editor, self._tools, self._files = context.editor, tools, files
-        self._pins, self._seams = tools.get(PinTool), tools.get(SeamTool)
+        self._context = context
+        self._live = context.session
+        self._views = context.views
+        self._editor = context.editor
+        self._tools = tools
+        self._files = files
+        self._pins = tools.get(PinTool)
+        self._seams = tools.get(SeamTool)
         self._connect()
         self._bind()
 
     def _connect(self) -> None:
-        editor, live, panels = self._editor, self._live, self._context.panels
+        editor = self._editor
+        live = self._live
+        panels = self._context.panels
         editor.shown.connect(self._on_shown)
         editor.settled.connect(self._on_settled)
         editor.failed.connect(self._context.notifier.fault)
         editor.told.connect(self._context.notifier.status)
-        compare, measurements = panels.get(ComparePanel), live.measurements
+        compare = panels.get(ComparePanel)
+        measurements = live.measurements
         compare.compare_requested.connect(measurements.compare)
         compare.shown_other.connect(self._on_shown_other)
         measurements.compared.connect(compare.show_comparison)
@@ -93,7 +101,8 @@ class MapEditPresenter(QObject):
         if self._files.show_grid(prepared):
             return
         self._files.end()
-        first, map_ = MapDocument.of(prepared.map), self._live.run.map
+        first = MapDocument.of(prepared.map)
+        map_ = self._live.run.map
         edits = None if map_ is prepared.map else ("Recorded edits", MapDocument.of(map_))
         self._editor.open(first, edits=edits)
         self._files.begin(prepared, first)

@@ -74,7 +74,8 @@ class MapFilePresenter(QObject):
 
     def __init__(self, context: AppContext, parent: QObject) -> None:
         super().__init__(parent)
-        self._context, self._editor = context, context.editor
+        self._context = context
+        self._editor = context.editor
         self._file: DocumentFile | None = None
         self._claim: FolderClaim | None = None
         self._leftovers: list[Leftover] = []
@@ -137,7 +138,8 @@ class MapFilePresenter(QObject):
                 self._file.drop_autosave()
             except TactileMapsError as error:
                 self._context.notifier.fault(str(error))
-        self._discarded, self._scene_text = False, ""
+        self._discarded = False
+        self._scene_text = ""
         self._file = self._next = self._restoring = None
         self._kept.clear()
         self._release_leftovers()
@@ -150,7 +152,8 @@ class MapFilePresenter(QObject):
         self._tell_unwritable()
         with suppress(OSError):  # then nothing is kept in case of a crash, as was told
             self._claim = claim_folder(autosave_folder(prepared.robot.name), without=AUTOSAVE_NAME)
-        self._first, self._file = document, DocumentFile(None, document, folder=self._folder)
+        self._first = document
+        self._file = DocumentFile(None, document, folder=self._folder)
         self._find_leftovers(prepared, document)
 
     def _tell_unwritable(self) -> None:
@@ -164,7 +167,8 @@ class MapFilePresenter(QObject):
                 errors[name] = error
         if errors and not self._told_unwritable:
             self._told_unwritable = True
-            names, cause = " and ".join(errors), next(iter(errors.values()))
+            names = " and ".join(errors)
+            cause = next(iter(errors.values()))
             where = "" if cause.filename is None else f" ({cause.filename})"
             self._context.notifier.fault(
                 f"{names.capitalize()} cannot be stored: {cause.strerror}{where}. Everything else works; save maps and "
@@ -180,7 +184,9 @@ class MapFilePresenter(QObject):
 
         The document that is shown is kept for undo and redo.
         """
-        run, history, file = self._context.session.run, self._editor.history, self._file
+        run = self._context.session.run
+        history = self._editor.history
+        file = self._file
         if scene is None and self._restoring is not None:
             self._restoring = None
             self._offer()
@@ -202,12 +208,16 @@ class MapFilePresenter(QObject):
         """Show the document of the scene that was expected. Return False for another scene."""
         if self._next is None or not same_skin_wanted(self._next, prepared.scene):
             return False
-        before, kept, self._next = self._kept[-1], self.kept(prepared.scene), None
+        before = self._kept[-1]
+        kept = self.kept(prepared.scene)
+        self._next = None
         self._wait()
         if kept is not None and kept.prepared is prepared:
-            self._file, self._first = None, None
+            self._file = None
+            self._first = None
             self._editor.resume(kept.history)
-            self._file, self._scene_text = kept.file, kept.scene_text
+            self._file = kept.file
+            self._scene_text = kept.scene_text
             self._file.resume()
         else:
             self._open_grid(prepared, before)
@@ -216,16 +226,20 @@ class MapFilePresenter(QObject):
 
     def _open_grid(self, prepared: PreparedScene, before: KeptDocument) -> None:
         """A document for a new grid: with the edits of the patches that were there before, or with restored edits."""
-        first, restoring = MapDocument.of(prepared.map), self._restoring
-        document, self._file = first, None
+        first = MapDocument.of(prepared.map)
+        restoring = self._restoring
+        document = first
+        self._file = None
         if restoring is not None and same_skin(first.skin, restoring.document.skin):
             document = adopt_document(first, restoring.document)
         elif before.edited:
             document = adopt_patches(first, before.history.present)
         self._editor.open(document, name="Taxel grid")
         self._context.session.set_settings(replace(before.settings.settings, path=()))  # a path is of the map before
-        self._first, self._file = first, DocumentFile(None, None, folder=self._folder)
-        self._restoring, self._scene_text = None, scene_to_toml(prepared.scene)
+        self._first = first
+        self._file = DocumentFile(None, None, folder=self._folder)
+        self._restoring = None
+        self._scene_text = scene_to_toml(prepared.scene)
         if restoring is not None:
             self._drop_restored(restoring)
 
@@ -243,11 +257,13 @@ class MapFilePresenter(QObject):
 
     def _on_taken_over(self) -> None:
         """A grid that was recorded is unsaved, unless the scene behind the recording has it, too, and is saved."""
-        run, known = self._context.session.run, self._scene_in_file
+        run = self._context.session.run
+        known = self._scene_in_file
         if run is None or not (scene := run.prepared.scene).grids:
             return
         if known is None or not same_skin_wanted(known, scene):
-            self._file, self._scene_text = DocumentFile(None, None, folder=self._folder), scene_to_toml(scene)
+            self._file = DocumentFile(None, None, folder=self._folder)
+            self._scene_text = scene_to_toml(scene)
             self.changed.emit()
 
     # What a crash left.
@@ -304,7 +320,8 @@ class MapFilePresenter(QObject):
                                   default=Button.Cancel)  # fmt: skip
 
     def _restore(self) -> None:
-        document, leftover = self._editor.document, self._leftovers[0]
+        document = self._editor.document
+        leftover = self._leftovers[0]
         assert document is not None
         assert self._file is not None
         if not same_skin(document.skin, leftover.document.skin):
@@ -403,7 +420,8 @@ class MapFilePresenter(QObject):
 
     def export(self, path: str) -> None:
         """Write the map as the file's ending says."""
-        document, prepared = self._editor.document, self._context.session.prepared
+        document = self._editor.document
+        prepared = self._context.session.prepared
         if document is None or prepared is None:
             return
         try:
@@ -464,7 +482,8 @@ class MapFilePresenter(QObject):
             return True
         if not self._writing.done():
             return False
-        writing, self._writing = self._writing, None
+        writing = self._writing
+        self._writing = None
         error = writing.exception()
         if error is None:
             return True

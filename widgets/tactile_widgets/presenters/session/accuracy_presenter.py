@@ -29,7 +29,9 @@ class AccuracyPresenter(QObject):
 
     def __init__(self, context: AppContext, effects: EffectsPresenter, parent: QObject) -> None:
         super().__init__(parent)
-        self._context, self._effects, self._panel = context, effects, context.panels.get(AccuracyPanel)
+        self._context = context
+        self._effects = effects
+        self._panel = context.panels.get(AccuracyPanel)
         self._routes: dict[str, Callable[[Setting], None]] = {
             "touch": self._use_touch,
             "simulation": self._use_simulation,
@@ -40,7 +42,8 @@ class AccuracyPresenter(QObject):
         self._panel.chosen.connect(self._on_chosen)
         context.session.settings_changed.connect(self._on_settings_changed)
         context.session.frames_passed.connect(self._panel.budget.show_frames)
-        section, reference = self._panel.reference, context.session.reference
+        section = self._panel.reference
+        reference = context.session.reference
         section.wanted.connect(reference.set_wanted)  # by no lambda: it may be told once the receiver is gone
         reference.compared.connect(section.show_difference)
         reference.behind.connect(section.show_behind)

@@ -41,14 +41,17 @@ class EffectsPresenter(QObject):
 
     def __init__(self, context: AppContext, parent: QObject) -> None:
         super().__init__(parent)
-        self._context, self._live, self._panel = context, context.session, context.panels.get(EffectsPanel)
+        self._context = context
+        self._live = context.session
+        self._panel = context.panels.get(EffectsPanel)
         self.scene: Scene | None = None
         self._prepared: PreparedScene | None = None
         self._home: PreparedScene | None = None
         self._chosen: dict[Effects, Scene] = {}  # what was opened, and what a person made of it
         self._asked_about: Scene | None = None
         self._at_rest = False  # the map of the scene is measured; before, whoever looks at it comes first
-        live, panel = self._live, self._panel
+        live = self._live
+        panel = self._panel
         live.effects_changed.connect(self._on_effects_changed)
         live.measurements.measured.connect(self._on_measured)
         live.measurements.priced.connect(panel.show_prices)
@@ -60,11 +63,13 @@ class EffectsPresenter(QObject):
 
     def show_prepared(self, prepared: PreparedScene) -> None:
         """Show another scene; the effects chosen for one survive a replay and live input."""
-        self._prepared, self._asked_about = prepared, None
+        self._prepared = prepared
+        self._asked_about = None
         live_input = self._live.live_input
         waits = live_input is not None and live_input.origin is self._home
         if self._live.player is None and prepared is not self._home and not waits:
-            self._home, self._chosen = prepared, {prepared.scene.effects: prepared.scene}
+            self._home = prepared
+            self._chosen = {prepared.scene.effects: prepared.scene}
             self._at_rest = False
 
     def chosen(self, run: LiveRun) -> Scene:
@@ -119,7 +124,8 @@ class EffectsPresenter(QObject):
         )
 
     def _on_use_anyway(self) -> None:
-        scene, self._asked_about = self._asked_about, None
+        scene = self._asked_about
+        self._asked_about = None
         if scene is not None and self._live.player is None:
             self._use(scene)
 
@@ -146,6 +152,7 @@ class EffectsPresenter(QObject):
 
     def _price(self) -> None:
         """Have what is no stage of its own measured beside, while somebody can see the panel."""
-        prepared, scene = self._prepared, self.scene
+        prepared = self._prepared
+        scene = self.scene
         if self._live.player is None and prepared is not None and scene is not None and not self._panel.folded:
             self._live.measurements.price(prepared, scene.effects)

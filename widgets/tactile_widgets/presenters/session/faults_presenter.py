@@ -28,9 +28,11 @@ class FaultsPresenter(QObject):
 
     def __init__(self, context: AppContext, parent: QObject) -> None:
         super().__init__(parent)
-        self._context, self._live = context, context.session
+        self._context = context
+        self._live = context.session
         self._prepared: PreparedScene | None = None
-        self._effects, self._reading = Effects(), ReadingSettings()
+        self._effects = Effects()
+        self._reading = ReadingSettings()
         self._measured: BoolArray | None = None
         live = self._live
         live.prepared_changed.connect(self._on_prepared_changed)
@@ -39,7 +41,9 @@ class FaultsPresenter(QObject):
         live.frame_ready.connect(self._on_frame_ready)
 
     def _on_prepared_changed(self, prepared: PreparedScene) -> None:
-        self._prepared, self._measured, self._effects = prepared, None, prepared.scene.effects
+        self._prepared = prepared
+        self._measured = None
+        self._effects = prepared.scene.effects
         self._show()
 
     def _on_effects_changed(self, effects: Effects) -> None:
@@ -52,7 +56,8 @@ class FaultsPresenter(QObject):
 
     def _on_frame_ready(self, frame: Frame) -> None:
         broken = None if frame.measured is None else self._broken_channels(frame)
-        before, self._measured = self._measured, broken
+        before = self._measured
+        self._measured = broken
         if (broken is None or before is None) and broken is before:
             return
         if broken is None or before is None or not np.array_equal(broken, before):

@@ -33,8 +33,12 @@ class NotesPresenter(QObject):
 
     def __init__(self, context: AppContext, tools: Tools, parent: QWidget) -> None:
         super().__init__(parent)
-        self._context, self._tools, self._window = context, tools, parent
-        self._session, self._timeline, self._notes = context.session, context.timeline, context.notes
+        self._context = context
+        self._tools = tools
+        self._window = parent
+        self._session = context.session
+        self._timeline = context.timeline
+        self._notes = context.notes
         self.menu: QMenu | None = None
         self.dialog: EpisodeDialog | None = None
         for name, handler in (
@@ -74,7 +78,8 @@ class NotesPresenter(QObject):
 
     def name_mark(self) -> None:
         """Ask for the name of the moment that is shown, and mark it."""
-        tick, known = self._tick, self._mark_here()
+        tick = self._tick
+        known = self._mark_here()
         live = self._session.player is None
 
         def named(name: str) -> None:
@@ -119,7 +124,8 @@ class NotesPresenter(QObject):
         """Move one end; the other stays, but where that turned it round: there it is the recording's."""
         whole = Span(0.0, self._timeline.playhead.duration)
         old = self._timeline.range or whole
-        first, last = old.start if start is None else start, old.end if end is None else end
+        first = old.start if start is None else start
+        last = old.end if end is None else end
         if start is not None and start >= last:
             last = whole.end
         if end is not None and end <= first:
@@ -141,10 +147,12 @@ class NotesPresenter(QObject):
 
     def label_range(self) -> None:
         """Ask what the range is, and keep it as an episode."""
-        player, chosen = self._session.player, self._timeline.range
+        player = self._session.player
+        chosen = self._timeline.range
         if player is not None and chosen is not None:
             number = len(self._notes.value.episodes) + 1
-            first, last = player.tick_at(chosen.start), player.tick_at(chosen.end)
+            first = player.tick_at(chosen.start)
+            last = player.tick_at(chosen.end)
             self._ask(LabelledEpisode(first, last, f"Episode {number}"), "Add episode")
 
     def _ask(self, episode: LabelledEpisode, step: str) -> None:
@@ -154,11 +162,13 @@ class NotesPresenter(QObject):
 
     def split(self) -> None:
         """The parts between the marks are episodes, each called as the mark that it begins with."""
-        player, notes = self._session.player, self._notes.value
+        player = self._session.player
+        notes = self._notes.value
         if player is None:
             return
         tick = player.prepared.scene.tick
-        first, last = round(float(player.times[0]) / tick), round(float(player.times[-1]) / tick)
+        first = round(float(player.times[0]) / tick)
+        last = round(float(player.times[-1]) / tick)
         names = {first: "Start"} | {mark.tick: mark.name for mark in notes.marks if mark.tick < last}
         for start, after in pairwise([*sorted(names), last + 1]):
             notes = notes.with_episode(LabelledEpisode(start, after - 1, names[start]))
@@ -188,7 +198,8 @@ class NotesPresenter(QObject):
     def _on_notes_changed(self) -> None:
         self._tools.undo_changed.emit()
         if (player := self._session.player) is not None:
-            at, notes = player.seconds_at, self._notes.value
+            at = player.seconds_at
+            notes = self._notes.value
             marks = tuple((at(mark.tick), mark.name) for mark in notes.marks)
             episodes = tuple((at(one.first), at(one.last + 1), episode_words(one)) for one in notes.episodes)
             self._timeline.show_notes(TimelineNotes(marks, episodes))
@@ -239,7 +250,8 @@ class NotesPresenter(QObject):
 
     def _choose(self, episode: LabelledEpisode) -> None:
         if (player := self._session.player) is not None:
-            start, end = player.seconds_at(episode.first), player.seconds_at(episode.last)
+            start = player.seconds_at(episode.first)
+            end = player.seconds_at(episode.last)
             self._timeline.set_range(Span.between(start, end))
 
     def _near(self, time: float, player: RecordingPlayer) -> Mark | None:

@@ -46,8 +46,10 @@ class OverlayPresenter(QObject):
 
     def __init__(self, context: AppContext, parent: QObject) -> None:
         super().__init__(parent)
-        self._context, self._session = context, context.session
-        self._worker, self._token = context.backends.recording_worker(self), SourceToken("overlay")
+        self._context = context
+        self._session = context.session
+        self._worker = context.backends.recording_worker(self)
+        self._token = SourceToken("overlay")
         self._other: RecordingPlayer | None = None
         self._pieces: list[Curves] = []
         self.offset = 0.0
@@ -93,7 +95,8 @@ class OverlayPresenter(QObject):
         """Show the first recording alone."""
         self.close()
         self._context.notifier.done(OVERLAY_JOB)
-        self._pieces, self.offset = [], 0.0
+        self._pieces = []
+        self.offset = 0.0
         if self._other is not None:
             self._other = None
             self._context.recording_plots.show_overlaid(None)
@@ -124,10 +127,13 @@ class OverlayPresenter(QObject):
 
     def align(self) -> None:
         """Let the first touches of both be at the same time."""
-        player, other, plots = self._session.player, self._other, self._context.recording_plots
+        player = self._session.player
+        other = self._other
+        plots = self._context.recording_plots
         if player is None or other is None:
             return
-        own, second = first_touch(plots.times, plots.values), first_touch(*self._curves_of(other))
+        own = first_touch(plots.times, plots.values)
+        second = first_touch(*self._curves_of(other))
         if own is None or second is None:
             self._context.notifier.status("One of the recordings has no touch, or is still being read")
         else:
@@ -190,7 +196,8 @@ class OverlayPresenter(QObject):
             self._context.recording_plots.show_overlaid(overlaid)
 
     def _on_frame_ready(self, frame: Frame) -> None:
-        player, other = self._session.player, self._other
+        player = self._session.player
+        other = self._other
         if player is None or other is None:
             return
         time = frame.time - float(player.times[0]) - self.offset

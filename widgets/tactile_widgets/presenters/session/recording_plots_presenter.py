@@ -31,8 +31,10 @@ class RecordingPlotsPresenter(QObject):
 
     def __init__(self, context: AppContext, parent: QObject) -> None:
         super().__init__(parent)
-        self._context, self._session = context, context.session
-        self._plots, self._timeline = context.recording_plots, context.timeline
+        self._context = context
+        self._session = context.session
+        self._plots = context.recording_plots
+        self._timeline = context.timeline
         self._worker = context.backends.recording_worker(self)
         self._token = SourceToken("curves")
         self._pieces: list[Curves] = []
@@ -78,7 +80,8 @@ class RecordingPlotsPresenter(QObject):
 
     def _on_choice_changed(self) -> None:
         """Read what was added to the live plots, or is no longer among them."""
-        player, frame = self._session.player, self._session.shown
+        player = self._session.player
+        frame = self._session.shown
         if player is not None and frame is not None:
             added = self._added(player, frame.units)
             if [lane.key for lane in added] != [lane.key for lane in self._plots.added]:

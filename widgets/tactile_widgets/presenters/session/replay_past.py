@@ -24,7 +24,8 @@ class ReplayPast(QObject):
 
     def __init__(self, context: AppContext, parent: QObject) -> None:
         super().__init__(parent)
-        self._session, self._plots = context.session, context.plots
+        self._session = context.session
+        self._plots = context.plots
         self._frames: list[Frame] = []
         self._next = 0
         self._rest, self._slices = QTimer(self), QTimer(self)
@@ -47,7 +48,8 @@ class ReplayPast(QObject):
     def _on_rested(self) -> None:
         replay = self._session.replay
         if replay is not None:
-            self._frames, self._next = [], replay.before(PLOT_SECONDS).start
+            self._frames = []
+            self._next = replay.before(PLOT_SECONDS).start
             self._slices.start(0)
 
     def _on_slice(self) -> None:

@@ -43,10 +43,13 @@ class ScenePresenter(QObject):
         self, context: AppContext, effects: EffectsPresenter, map_edit: MapEditPresenter, parent: QObject
     ) -> None:
         super().__init__(parent)
-        self._context, self._session = context, context.session
-        self._effects, self._map_edit = effects, map_edit
+        self._context = context
+        self._session = context.session
+        self._effects = effects
+        self._map_edit = map_edit
         self._plugins_told: set[Plugin] = set()
-        session, views = context.session, context.views
+        session = context.session
+        views = context.views
         session.prepared_changed.connect(self._on_prepared_changed)
         session.worker.image_made.connect(views.map.display.keep_image)
         session.worker.levels_made.connect(views.robot.display.set_link_levels)
@@ -101,7 +104,8 @@ class ScenePresenter(QObject):
             self._context.notifier.fault(f"Plug-in {found.where}: {found.action}.{more}")
 
     def _on_frame_ready(self, frame: Frame) -> None:
-        context, runner = self._context, self._session.runner
+        context = self._context
+        runner = self._session.runner
         context.views.show_frame(frame)
         simulated = self._session.live_input is None
         factor = None if self._session.player or not runner or not simulated else runner.real_time_factor

@@ -38,7 +38,9 @@ class SessionPresenter(QObject):
 
     def __init__(self, context: AppContext, parent: QObject) -> None:
         super().__init__(parent)
-        self._context, self._session, self._timeline = context, context.session, context.timeline
+        self._context = context
+        self._session = context.session
+        self._timeline = context.timeline
         self._play_clock = QElapsedTimer()
         self._play_timer = QTimer(self)
         self._play_timer.setInterval(_PLAY_MS)
@@ -96,7 +98,8 @@ class SessionPresenter(QObject):
             self._timeline.set_live(None)
         else:
             tick = player.prepared.scene.tick
-            spans, edits = player.poke_spans(), player.edits()
+            spans = player.poke_spans()
+            edits = player.edits()
             damage = [DamagedSpan(start, end, damage_text(one, tick)) for start, end, one in player.damaged_spans()]
             self._timeline.set_recording(player.duration, spans, edits=edits, damage=damage, frame_seconds=tick)
             if player.damage:
@@ -144,7 +147,9 @@ class LiveInputPresenter(QObject):
 
     def __init__(self, context: AppContext, map_files: MapFilePresenter, parent: QWidget) -> None:
         super().__init__(parent)
-        self._context, self._map_files, self._window = context, map_files, parent
+        self._context = context
+        self._map_files = map_files
+        self._window = parent
         self.dialog: ConnectDialog | None = None
         context.actions.bind("connect", self.ask)
         context.actions.bind("disconnect", context.session.disconnect_source)

@@ -31,7 +31,9 @@ class TouchScriptPresenter(QObject):
 
     def __init__(self, context: AppContext, effects: EffectsPresenter, parent: QObject) -> None:
         super().__init__(parent)
-        self._context, self._live, self._effects = context, context.session, effects
+        self._context = context
+        self._live = context.session
+        self._effects = effects
         for name, act in (
             ("save_script", self.choose_save),
             ("play_script", self.choose_play),
@@ -71,7 +73,8 @@ class TouchScriptPresenter(QObject):
 
     def play(self, path: str) -> None:
         """Restart the scene with its current settings and let a script touch it."""
-        run, scene = self._live.run, self._effects.scene
+        run = self._live.run
+        scene = self._effects.scene
         if run is None or scene is None:
             return
         try:
@@ -86,7 +89,8 @@ class TouchScriptPresenter(QObject):
         player = self._live.player
         if player is None:
             return
-        tick, last = player.prepared.scene.tick, round(float(player.times[-1]) / player.prepared.scene.tick)
+        tick = player.prepared.scene.tick
+        last = round(float(player.times[-1]) / player.prepared.scene.tick)
         stimuli = stimuli_from_pokes(player.prepared.skin, player.inputs, tick=tick, last=last, scripted=True)
         if not stimuli:
             self._context.notifier.say("Nothing touches the skin in this recording.")
@@ -100,7 +104,8 @@ class TouchScriptPresenter(QObject):
 
     def weigh(self) -> None:
         """Lay a known load on a copy of the scene beside, and say what it reads."""
-        prepared, scene = self._live.prepared, self._effects.scene
+        prepared = self._live.prepared
+        scene = self._effects.scene
         if prepared is not None and scene is not None:
             self._live.measurements.weigh(prepared, scene.effects)
 

@@ -44,7 +44,8 @@ class ControlUndoStack:
 
     def reset(self) -> None:
         """Nothing can be taken back or done again."""
-        self._steps, self._position = [], 0
+        self._steps = []
+        self._position = 0
 
     @property
     def undo_name(self) -> str:
@@ -119,9 +120,12 @@ class ControlSettingsEditor(QObject):
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
-        self.settings, self.enabled, self.gesture = ControlSettings(), False, ""
+        self.settings = ControlSettings()
+        self.enabled = False
+        self.gesture = ""
         self.map: TactileMap | None = None
-        self._wishes, self._before = ControlUndoStack(), ControlSettings()
+        self._wishes = ControlUndoStack()
+        self._before = ControlSettings()
 
     @property
     def path(self) -> DrawnPath | None:
@@ -181,7 +185,8 @@ class ControlSettingsEditor(QObject):
     def begin(self, name: str) -> None:
         """A gesture starts; one that goes on has ended."""
         self.end()
-        self.gesture, self._before = name, self.settings
+        self.gesture = name
+        self._before = self.settings
 
     def change(self, **changes: Any) -> None:
         """What the gesture wants so far."""
@@ -190,14 +195,16 @@ class ControlSettingsEditor(QObject):
 
     def end(self, *, goes_on: bool = False) -> None:
         """The gesture is one step. Nothing without a gesture."""
-        name, self.gesture = self.gesture, ""
+        name = self.gesture
+        self.gesture = ""
         if name:
             self._wishes.done(name, self._before, self.settings, goes_on=goes_on)
             self.changed.emit()
 
     def cancel(self) -> None:
         """The gesture never was. Nothing without a gesture."""
-        name, self.gesture = self.gesture, ""
+        name = self.gesture
+        self.gesture = ""
         if name:
             self._wish(self._before)
 

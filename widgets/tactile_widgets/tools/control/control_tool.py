@@ -41,8 +41,11 @@ class ForceHandle:
     """
 
     def __init__(self, lead: ControlSettingsEditor) -> None:
-        self._settings_editor, self._box, self.held = lead, QRectF(), False
-        self._from, self._rolled = (0.0, 0.0), 0
+        self._settings_editor = lead
+        self._box = QRectF()
+        self.held = False
+        self._from = (0.0, 0.0)
+        self._rolled = 0
 
     def holds(self, pixel: QPointF) -> bool:
         """Whether a pixel of the map is on it."""
@@ -68,7 +71,8 @@ class ForceHandle:
 
     def cancel(self) -> bool:
         """The drag never was; whether there was one."""
-        held, self.held = self.held, False
+        held = self.held
+        self.held = False
         if held:
             self._settings_editor.cancel()
         return held
@@ -102,7 +106,8 @@ class ForceHandle:
         font = QFont(painter.font())
         font.setPixelSize(13)
         font.setWeight(QFont.Weight.DemiBold)
-        metrics, text = QFontMetricsF(font), f"{self._settings_editor.settings.force_goal:.1f}\u202fN"
+        metrics = QFontMetricsF(font)
+        text = f"{self._settings_editor.settings.force_goal:.1f}\u202fN"
         width = metrics.horizontalAdvance("00.0\u202fN") + 26
         self._box = QRectF(at + _AWAY, at + _AWAY + QPointF(width, 24))
         ink = QColor(theme.intent)
@@ -114,7 +119,8 @@ class ForceHandle:
         painter.setPen(QColor(theme.text))
         painter.drawText(self._box.adjusted(6, 0, -16, 0), Qt.AlignmentFlag.AlignCenter, text)
         painter.setPen(QPen(ink, 1.6, Qt.PenStyle.SolidLine, Qt.PenCapStyle.RoundCap))
-        x, y = self._box.right() - 11, self._box.center().y()
+        x = self._box.right() - 11
+        y = self._box.center().y()
         for way in (-1, 1):
             painter.drawPolyline([QPointF(x + dx, y + way * dy) for dx, dy in ((-3.5, 3), (0, 6.5), (3.5, 3))])
 
@@ -126,7 +132,8 @@ def _stepped(force: float, steps: int) -> float:
 
 
 REACH_PX = 8.0
-STEP, FINE_STEP = 1e-3, 1e-4
+STEP = 1e-3
+FINE_STEP = 1e-4
 """How far an arrow key moves what is led [m], and with Shift."""
 _ARROWS = {
     Qt.Key.Key_Left: (-1.0, 0.0),
@@ -147,7 +154,8 @@ class ControlTool(ViewTool):
 
     def __init__(self, lead: ControlSettingsEditor, parent: QObject | None = None) -> None:
         super().__init__(parent)
-        self._settings_editor, self._plate = lead, ForceHandle(lead)
+        self._settings_editor = lead
+        self._plate = ForceHandle(lead)
         self._place = PointerHit(None, None, 1.0)
         self._pixel: QPointF | None = None
         self._marks: ToolMarks | None = None
@@ -175,7 +183,8 @@ class ControlTool(ViewTool):
         return place.point is not None and pixel is not None and self._plate.holds(pixel)
 
     def _hover(self, place: PointerHit, event: QMouseEvent) -> None:
-        self._place, self._pixel = place, event.position()
+        self._place = place
+        self._pixel = event.position()
 
     def wheel(self, place: PointerHit, event: QWheelEvent) -> bool:
         """On the plate it turns the force."""
@@ -194,7 +203,8 @@ class ControlTool(ViewTool):
 
     def leave(self) -> None:
         """Nothing is under the pointer."""
-        self._place, self._pixel = PointerHit(None, None, 1.0), None
+        self._place = PointerHit(None, None, 1.0)
+        self._pixel = None
         self._redraw()
 
     def body_marks(self) -> ToolMarks:

@@ -141,7 +141,8 @@ def _distance(line: FloatArray, where: FloatArray) -> float:
     """From a point (2,) to a polyline (k, 2) [m]."""
     if len(line) < 2:
         return float(np.linalg.norm(line[0] - where))
-    start, side = line[:-1], np.diff(line, axis=0)
+    start = line[:-1]
+    side = np.diff(line, axis=0)
     share = np.clip(((where - start) * side).sum(axis=1) / np.maximum((side**2).sum(axis=1), 1e-18), 0, 1)
     return float(np.linalg.norm(start + share[:, None] * side - where, axis=1).min())
 
@@ -159,9 +160,12 @@ class PathSketch:
     """
 
     def __init__(self, kind: PathKind, start: FloatArray) -> None:
-        self._kind, self._corners = kind, [start]
+        self._kind = kind
+        self._corners = [start]
         self._stroke: list[FloatArray] | None = [start]
-        self._tip, self._drawn, self._closed = start, False, False
+        self._tip = start
+        self._drawn = False
+        self._closed = False
 
     @property
     def _free(self) -> bool:
@@ -198,7 +202,9 @@ class PathSketch:
         self._closed = self._free and len(self._corners) > 2 and bool(np.linalg.norm(point - first) <= reach)
         point = first if self._closed else point
         self._corners.append(point)
-        self._stroke, self._tip, self._drawn = [point], point, False
+        self._stroke = [point]
+        self._tip = point
+        self._drawn = False
 
     def move(self, point: FloatArray, far: float) -> None:
         """The pointer moved; with the button down and farther than ``far`` [m], it draws."""
@@ -215,7 +221,10 @@ class PathSketch:
             tolerance: How far corners may leave the stroke they stand for [m].
             reach: How near to its start a stroke ends for the path to be closed [m].
         """
-        stroke, drawn, self._stroke, self._drawn = self._stroke or [], self._drawn, None, False
+        stroke = self._stroke or []
+        drawn = self._drawn
+        self._stroke = None
+        self._drawn = False
         if self._closed:
             return True
         if not self._free:

@@ -65,7 +65,8 @@ class PathTool(ControlTool):
                 self._sketch.press(point, REACH_PX * place.pixel)
                 self._redraw()
             return True
-        self._held, self._from = self._meant(place), (point, event.position())
+        self._held = self._meant(place)
+        self._from = (point, event.position())
         if self._held is None:
             if self._at(place) is None:
                 return False
@@ -77,7 +78,8 @@ class PathTool(ControlTool):
     def move(self, place: PointerHit, event: QMouseEvent) -> None:
         """Draw, drag, or say what a press would take."""
         self._hover(place, event)
-        point, path = self._point(place), self._settings_editor.path
+        point = self._point(place)
+        path = self._settings_editor.path
         if self._plate.held:
             self._plate.drag(event)
         elif self._sketch is not None and point is not None:
@@ -101,7 +103,8 @@ class PathTool(ControlTool):
                 self.finish()
             self._redraw()
         elif self._held is not None:
-            held, dragged = self._held, self._dragged
+            held = self._held
+            dragged = self._dragged
             self._held = self._dragged = None
             if dragged is not None:
                 self._ask(_NAMES[held.grip], dragged)
@@ -119,7 +122,8 @@ class PathTool(ControlTool):
     def finish(self) -> None:
         """What is drawn is the path from now on; with one corner there is none yet."""
         if self._sketch is not None and self._sketch.can_end:
-            shape, self._sketch = self._sketch.shape, None
+            shape = self._sketch.shape
+            self._sketch = None
             self._ask("draw a path", shape)
             self._redraw()
 
@@ -151,7 +155,8 @@ class PathTool(ControlTool):
             elif key == Qt.Key.Key_Backspace:
                 self.take_back()
             return key in (Qt.Key.Key_Return, Qt.Key.Key_Enter, Qt.Key.Key_Backspace)
-        path, by = self._settings_editor.path, nudge_of(event)
+        path = self._settings_editor.path
+        by = nudge_of(event)
         if self._map is None or self._held is not None or path is None:
             return super().key(event)
         if key == Qt.Key.Key_Delete:
@@ -187,7 +192,8 @@ class PathTool(ControlTool):
     # What is there.
 
     def _meant(self, place: PointerHit) -> PathHandle | None:
-        path, point = self._settings_editor.path, self._point(place)
+        path = self._settings_editor.path
+        point = self._point(place)
         if path is None or point is None or self._map is None:
             return None
         return path.held_at(point, REACH_PX * place.pixel)
@@ -234,7 +240,8 @@ class PathTool(ControlTool):
 
     def paint(self, painter: QPainter, to_pixels: ToPixels, theme: Theme) -> None:
         """Handles of the path, the line being drawn or dragged with its length, and the force."""
-        shape, hovered = self._shown(), self._hovered
+        shape = self._shown()
+        hovered = self._hovered
         if shape is None:
             self._plate.hide()
             return

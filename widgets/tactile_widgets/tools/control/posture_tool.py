@@ -60,14 +60,18 @@ class PostureTool(ViewTool):
         self._editor = editor
         self._grip: _Grip | None = None
         self._configuration: Configuration | None = None
-        self._pixel, self._hovered, self.words = QPointF(), "", ""
+        self._pixel = QPointF()
+        self._hovered = ""
+        self.words = ""
 
     def press(self, place: PointerHit, event: QMouseEvent) -> bool:
         """On a link that moves: hold it there."""
-        editor, hit = self._editor, place.body
+        editor = self._editor
+        hit = place.body
         if hit is None or not editor.enabled or editor.robot is None or hit.number >= len(editor.robot.links):
             return False
-        link, configuration = editor.robot.links[hit.number].name, Configuration(editor.robot)
+        link = editor.robot.links[hit.number].name
+        configuration = Configuration(editor.robot)
         if not len(configuration.joints_before(link)):
             editor.told.emit(f"No joint moves {link.replace('_', ' ')}")
             return False
@@ -75,7 +79,8 @@ class PostureTool(ViewTool):
         configuration.update(editor.wanted)
         self._configuration = configuration
         self._grip = _Grip(link, point, hit.point, hit.direction, configuration.pose(link).points(point))
-        self._pixel, self.words = event.position(), ""
+        self._pixel = event.position()
+        self.words = ""
         editor.begin(f"drag {link.replace('_', ' ')}")
         return True
 
@@ -89,13 +94,15 @@ class PostureTool(ViewTool):
         self.drawn.emit()
 
     def _hover(self, place: PointerHit) -> None:
-        robot, hit = self._editor.robot, place.body
+        robot = self._editor.robot
+        hit = place.body
         on_link = robot is not None and hit is not None and self._editor.enabled and hit.number < len(robot.links)
         self._hovered = robot.links[hit.number].name if on_link and robot is not None and hit is not None else ""
         self.words = self._hovered.replace("_", " ")
 
     def _drag(self, grip: _Grip, origin: FloatArray, direction: FloatArray) -> None:
-        editor, across = self._editor, float(direction @ grip.normal)
+        editor = self._editor
+        across = float(direction @ grip.normal)
         if self._configuration is None or across < 1e-3:
             return
         pointed = origin + direction * float((grip.pressed - origin) @ grip.normal) / across
@@ -118,7 +125,8 @@ class PostureTool(ViewTool):
 
     def release(self, place: PointerHit, event: QMouseEvent) -> None:
         """All of it is one step."""
-        held, self._grip = self._grip is not None, None
+        held = self._grip is not None
+        self._grip = None
         if held:
             if self.words:
                 self._editor.told.emit(self.words)
@@ -128,7 +136,9 @@ class PostureTool(ViewTool):
 
     def cancel(self) -> bool:
         """The posture wanted as it was before the drag."""
-        held, self._grip, self.words = self._grip is not None, None, ""
+        held = self._grip is not None
+        self._grip = None
+        self.words = ""
         if held:
             self._editor.cancel()
         self.drawn.emit()

@@ -64,7 +64,8 @@ class TargetTool(ControlTool):
 
     def cancel(self) -> bool:
         """The target as it was before."""
-        leading, self._leading = self._leading, False
+        leading = self._leading
+        self._leading = False
         if leading:
             self._settings_editor.cancel()
         return super().cancel() or leading
@@ -73,7 +74,8 @@ class TargetTool(ControlTool):
         """Arrows move the target, Delete forgets it."""
         if self._map is None or self._leading:
             return False
-        target, by = self._target, nudge_of(event)
+        target = self._target
+        by = nudge_of(event)
         if event.key() == Qt.Key.Key_Delete:
             self._settings_editor.clear_path()
             return True

@@ -135,7 +135,8 @@ _ARROWS = {
     Qt.Key.Key_Up: (0.0, 1.0),
     Qt.Key.Key_Down: (0.0, -1.0),
 }
-_SHIFT, _CONTROL = Qt.KeyboardModifier.ShiftModifier, Qt.KeyboardModifier.ControlModifier
+_SHIFT = Qt.KeyboardModifier.ShiftModifier
+_CONTROL = Qt.KeyboardModifier.ControlModifier
 
 
 @dataclass(frozen=True, eq=False)
@@ -195,10 +196,13 @@ class ArrangeTool(ViewTool):
         document = self._editor.document
         if document is None or not self._editor.enabled or self._press is not None:
             return False
-        adds, before = selection_mode_of(event.modifiers()) is SelectionMode.ADD, self._editor.selected
-        handle, patch = self._handle_at(place), None if place.at is None else place.at.patch
+        adds = selection_mode_of(event.modifiers()) is SelectionMode.ADD
+        before = self._editor.selected
+        handle = self._handle_at(place)
+        patch = None if place.at is None else place.at.patch
         if handle is not None:
-            act, patch = (DragMode.TURN if handle == ROTATION_HANDLE else DragMode.SCALE), None
+            act = DragMode.TURN if handle == ROTATION_HANDLE else DragMode.SCALE
+            patch = None
         elif patch is not None:
             act = DragMode.MOVE
             if patch not in before:
@@ -255,7 +259,8 @@ class ArrangeTool(ViewTool):
     def leave(self) -> None:
         """Nothing is under the pointer."""
         if self._press is None:
-            self._hovered, self._marks = None, ArrangeMarks()
+            self._hovered = None
+            self._marks = ArrangeMarks()
             self.drawn.emit()
 
     def _click(self, press: _Press) -> None:
@@ -271,7 +276,8 @@ class ArrangeTool(ViewTool):
         if press.grip is None:
             self._sweep(press, point)
         elif self._editor.gesture:
-            shift, control = bool(event.modifiers() & _SHIFT), bool(event.modifiers() & _CONTROL)
+            shift = bool(event.modifiers() & _SHIFT)
+            control = bool(event.modifiers() & _CONTROL)
             edit, self._marks = drag_edit(press.grip, point, pixel, shift=shift, control=control)
             self._editor.change(edit)
         else:  # it was undone, or edits are no longer taken
@@ -292,8 +298,11 @@ class ArrangeTool(ViewTool):
 
     def _forget(self) -> tuple[_Press | None, bool]:
         """No gesture any more; how it began, if there was one, and whether it was a drag."""
-        press, dragging = self._press, self._dragging
-        self._press, self._dragging, self._marks = None, False, ArrangeMarks()
+        press = self._press
+        dragging = self._dragging
+        self._press = None
+        self._dragging = False
+        self._marks = ArrangeMarks()
         self.drawn.emit()
         return press, dragging
 
@@ -308,7 +317,8 @@ class ArrangeTool(ViewTool):
             else "Scale · Shift about the middle"
         )
         if (over, words) != (self._hovered, self._marks.words) or words:
-            self._hovered, self._marks = over, ArrangeMarks(words=words).at(pixel)
+            self._hovered = over
+            self._marks = ArrangeMarks(words=words).at(pixel)
             self.drawn.emit()
 
     def _handle_at(self, place: PointerHit) -> int | None:
@@ -322,8 +332,10 @@ class ArrangeTool(ViewTool):
 
     def key(self, event: QKeyEvent) -> bool:
         """Arrows move, Escape selects none."""
-        held, key = event.modifiers() & ~Qt.KeyboardModifier.KeypadModifier, Qt.Key(event.key())
-        shown, nothing = self._shown(), Qt.KeyboardModifier.NoModifier
+        held = event.modifiers() & ~Qt.KeyboardModifier.KeypadModifier
+        key = Qt.Key(event.key())
+        shown = self._shown()
+        nothing = Qt.KeyboardModifier.NoModifier
         if self._press is not None:
             return key in _ARROWS
         if key in _ARROWS and shown and held in (nothing, _SHIFT):
@@ -361,7 +373,8 @@ class ArrangeTool(ViewTool):
 
     def body_marks(self) -> ToolMarks:
         """The borders of the selected patches."""
-        document, numbers = self._editor.document, self._shown()
+        document = self._editor.document
+        numbers = self._shown()
         key = (numbers, *(() if document is None else (id(document.charts[number].faces) for number in numbers)))
         if document is None or not numbers:
             return NO_MARKS
@@ -375,9 +388,11 @@ class ArrangeTool(ViewTool):
         """What a press would do, or does."""
         handle = self._handle_at(place)
         act = DragMode.TURN if handle == ROTATION_HANDLE else DragMode.SCALE if handle is not None else None
-        corner, over = handle or 0, place.at is not None
+        corner = handle or 0
+        over = place.at is not None
         if self._press is not None:
-            act, corner = self._press.act, 0 if self._press.grip is None else self._press.grip.corner
+            act = self._press.act
+            corner = 0 if self._press.grip is None else self._press.grip.corner
         elif act is None and over:
             act = DragMode.MOVE
         if act is DragMode.SCALE:

@@ -87,7 +87,8 @@ class GridSteps(QObject):
         """A grid makes ``after`` of ``before``, and is to be shown."""
         kept = self._scenes[: self._at + 1] if self._scenes else [before]
         self._documents = [*self._documents[: self._at], self._document]
-        self._scenes, self._at = [*kept, after], len(kept)
+        self._scenes = [*kept, after]
+        self._at = len(kept)
         self._show()
 
     def undo(self) -> None:
@@ -106,7 +107,9 @@ class GridSteps(QObject):
         """Show where among the steps the scene is that is open; without steps if it is another one."""
         at = next((number for number, one in enumerate(self._scenes) if same_skin_wanted(one, scene)), None)
         if at is None:
-            self._scenes, self._documents, self._at = [], [], 0
+            self._scenes = []
+            self._documents = []
+            self._at = 0
         else:
             self._at = at  # a scene that failed to open is not where we are
         self.changed.emit()
@@ -272,7 +275,8 @@ class GridTool(ViewTool):
 
     def _update(self) -> None:
         """The preview of what is asked for now; the corners stay where none can be made."""
-        self._marks, self._preview = None, None
+        self._marks = None
+        self._preview = None
         document = self._document
         if document is not None and len(self._corners) == 2:
             try:
@@ -304,7 +308,8 @@ def _preview(
     grid = surface_grid(surface, first, last, *shape, mirrored=mirrored)
     every = int(np.ceil(np.sqrt(grid.on.size / _MOST_SHOWN)))
     shown = grid.on[::every, ::every]
-    faces, points = grid.faces[::every, ::every][shown], grid.points[::every, ::every][shown]
+    faces = grid.faces[::every, ::every][shown]
+    points = grid.points[::every, ::every][shown]
     weights: FloatArray = barycentric(surface.vertices[surface.faces[faces]], points)
     places = (
         SurfacePoint(number, int(face), (float(a), float(b), float(c)))

@@ -46,7 +46,8 @@ class InterestTool(MapEditTool):
         self._point(place, event)
         if document is None or not vertices_under_brush(document, place, place, self._radius) or not self._may_ask():
             return False
-        self._stroke, self._stroke_erases = {}, self._erases
+        self._stroke = {}
+        self._stroke_erases = self._erases
         self._sweep(document, place, place)
         return True
 
@@ -61,7 +62,9 @@ class InterestTool(MapEditTool):
 
     def release(self, place: PointerHit, event: QMouseEvent) -> None:
         """The stroke is a step, with the map that the worker makes of it."""
-        document, before, self._before = self._document, self._before, None
+        document = self._document
+        before = self._before
+        self._before = None
         if before is not None and document is not None:
             painted = {number: np.flatnonzero(mask) for number, mask in self._changes(document).items()}
             importance = 0.0 if self._stroke_erases else INTEREST_WEIGHT
@@ -73,7 +76,8 @@ class InterestTool(MapEditTool):
 
     def cancel(self) -> bool:
         """The stroke never was."""
-        going, self._before = self._before is not None, None
+        going = self._before is not None
+        self._before = None
         if going:
             self._stroke = {}
             self._redraw()
@@ -89,7 +93,8 @@ class InterestTool(MapEditTool):
         return Qt.CursorShape.CrossCursor
 
     def _point(self, place: PointerHit, event: QMouseEvent) -> None:
-        self._pointer, self._on_body = event.position(), place.point is None
+        self._pointer = event.position()
+        self._on_body = place.point is None
         self._erases = bool(event.modifiers() & Qt.KeyboardModifier.AltModifier)
 
     def _sweep(self, document: MapDocument, before: PointerHit, place: PointerHit) -> None:
@@ -145,7 +150,8 @@ class InterestTool(MapEditTool):
             draw_brush(painter, self._pointer, self._radius, theme, erases=self._erases)
 
     def _forget(self) -> None:
-        self._before, self._stroke = None, {}
+        self._before = None
+        self._stroke = {}
 
     def _on_rested(self) -> None:
         if self._before is None:

@@ -27,7 +27,8 @@ class MapEditTool(ViewTool):
 
     def __init__(self, editor: MapEditor, parent: QObject | None = None) -> None:
         super().__init__(parent)
-        self._editor, self._mine = editor, False
+        self._editor = editor
+        self._mine = False
         self._marks: ToolMarks | None = None
         self._marked: MapDocument | None = None
         self._skin: Skin | None = None if editor.document is None else editor.document.skin

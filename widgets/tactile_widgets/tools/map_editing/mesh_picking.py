@@ -32,7 +32,8 @@ class EdgePaths:
     """
 
     def __init__(self, surface: Mesh, importance: FloatArray | None = None) -> None:
-        edges, count = surface.edges, len(surface.vertices)
+        edges = surface.edges
+        count = len(surface.vertices)
         lengths = np.linalg.norm(np.diff(surface.vertices[edges], axis=1)[:, 0], axis=1)
         if importance is not None:
             lengths = lengths * (1 + importance[edges].mean(axis=1))
@@ -43,7 +44,8 @@ class EdgePaths:
         """(k,) the vertices from ``start`` to ``end``; just the ends where there is no way."""
         if start not in self._before:
             self._before[start] = dijkstra(self._graph, directed=False, indices=start, return_predecessors=True)[1]
-        before, walk = self._before[start], [end]
+        before = self._before[start]
+        walk = [end]
         while walk[-1] != start:
             if before[walk[-1]] < 0:
                 return np.array([start, end])
@@ -74,7 +76,8 @@ def seam_runs(edges: IntArray) -> list[IntArray]:
         while beside[start]:
             line = [start]
             while len(line) == 1 or (line[-1] not in stops and line[-1] != start):
-                here, there = line[-1], min(beside[line[-1]])
+                here = line[-1]
+                there = min(beside[line[-1]])
                 beside[here].discard(there)
                 beside[there].discard(here)
                 line.append(there)
@@ -139,7 +142,8 @@ Vertex = tuple[int, int]
 def vertex_at(document: MapDocument, place: PointerHit) -> Vertex | None:
     """The nearest corner of the face under the pointer; beside the map's patches the nearest of a border in reach."""
     if place.at is not None:
-        number, corners = place.at.patch, document.skin.patches[place.at.patch].surface.faces[place.at.face]
+        number = place.at.patch
+        corners = document.skin.patches[place.at.patch].surface.faces[place.at.face]
         if place.point is None:
             there = document.skin.patches[number].surface.vertices[corners]
             away = np.linalg.norm(there - document.skin.position(place.at), axis=1)
@@ -151,36 +155,43 @@ def vertex_at(document: MapDocument, place: PointerHit) -> Vertex | None:
 
 
 def _on_border(document: MapDocument, point: FloatArray, reach: float) -> Vertex | None:
-    best, found = reach, None
+    best = reach
+    found = None
     for number in _visible_patches(document):
         chart = document.charts[number]
         away = np.linalg.norm(document.map.outlines[number] - point, axis=1)
         if away.min() <= best:
-            best, found = float(away.min()), (number, int(chart.vertex_of[chart.border[away.argmin()]]))
+            best = float(away.min())
+            found = (number, int(chart.vertex_of[chart.border[away.argmin()]]))
     return found
 
 
 def seam_at(document: MapDocument, place: PointerHit) -> tuple[int, IntArray] | None:
     """The patch and the run (k,) of vertices, from branch to branch, of the seam in reach of the pointer."""
-    best, found = PICK_RADIUS_PX * place.pixel, None
+    best = PICK_RADIUS_PX * place.pixel
+    found = None
     for number in (
         _visible_patches(document) if place.point is not None else [] if place.at is None else [place.at.patch]
     ):
         for run in seam_runs(present_seams(document, number)):
             away = _distance(document, number, as_edges(run), place)
             if away <= best:
-                best, found = away, (number, run)
+                best = away
+                found = (number, run)
     return found
 
 
 def _distance(document: MapDocument, number: int, edges: IntArray, place: PointerHit) -> float:
     """From the pointer to the nearest of ``edges`` (s, 2), on the map or on the body [m]."""
     if place.point is not None:
-        point, segments = place.point, on_map(document, number, edges)
+        point = place.point
+        segments = on_map(document, number, edges)
     else:
         assert place.at is not None
-        point, segments = document.skin.position(place.at), document.skin.patches[number].surface.vertices[edges]
-    start, along = segments[:, 0], segments[:, 1] - segments[:, 0]
+        point = document.skin.position(place.at)
+        segments = document.skin.patches[number].surface.vertices[edges]
+    start = segments[:, 0]
+    along = segments[:, 1] - segments[:, 0]
     length = np.maximum(np.einsum("sk,sk->s", along, along), np.finfo(float).tiny)
     share = np.clip(np.einsum("sk,sk->s", point - start, along) / length, 0, 1)
     return float(np.linalg.norm(start + share[:, None] * along - point, axis=1).min(initial=np.inf))
@@ -218,7 +229,8 @@ def vertices_under_brush(
 def _brushed_on_body(document: MapDocument, before: PointerHit, place: PointerHit, reach: float) -> BoolArray:
     """(n,) vertices near the way that look the way the skin does there: a thin patch's far side is not painted."""
     assert place.at is not None
-    surface, here = document.skin.patches[place.at.patch].surface, document.skin.position(place.at)
+    surface = document.skin.patches[place.at.patch].surface
+    here = document.skin.position(place.at)
     same = before.at is not None and before.point is None and before.at.patch == place.at.patch
     start = document.skin.position(before.at) if same and before.at is not None else here
     facing = surface.vertex_normals @ document.skin.normal(place.at) > 0

@@ -80,7 +80,8 @@ def draw_pins(
     """Diamonds where the pins are, and a line and words where one is not where it is wanted."""
     for number, patch in enumerate(document.patches):
         if patch.pins and patch.visible:
-            places, wanted = np.array([document.map.to_map(p.at) for p in patch.pins]), pin_places(document, number)
+            places = np.array([document.map.to_map(p.at) for p in patch.pins])
+            wanted = pin_places(document, number)
             lags = np.linalg.norm(wanted - places, axis=1)
             for pin, at, goal, lag in zip(patch.pins, to_pixels(places), to_pixels(wanted), lags, strict=True):
                 _draw_lag(painter, at, goal, float(lag), theme)
@@ -121,7 +122,10 @@ class PinDrag(QObject):
         self, editor: MapEditor, document: MapDocument, number: int, pin: int, grab: FloatArray, parent: QObject
     ) -> None:
         super().__init__(parent)
-        self._editor, self._document, self._pin, self._grab = editor, document, pin, grab
+        self._editor = editor
+        self._document = document
+        self._pin = pin
+        self._grab = grab
         self.number = number
         self._gripped: PinnedPatch = begin_pin_drag(document, number)
         self._rest = QTimer(self)
@@ -166,7 +170,8 @@ class PinDrag(QObject):
 
 
 REACH_PX = 8.0
-STEP, FINE_STEP = 1e-3, 1e-4
+STEP = 1e-3
+FINE_STEP = 1e-4
 """How far an arrow key moves a pin on the map [m], and with Shift."""
 _ARROWS = {
     Qt.Key.Key_Left: (-1.0, 0.0),
@@ -277,7 +282,8 @@ class PinTool(MapEditTool):
             if not adds:
                 self._choose([])
             return False
-        self._press, self._moved = _Press(place, event.position(), pin), False
+        self._press = _Press(place, event.position(), pin)
+        self._moved = False
         return True
 
     def move(self, place: PointerHit, event: QMouseEvent) -> None:
@@ -296,7 +302,10 @@ class PinTool(MapEditTool):
 
     def release(self, place: PointerHit, event: QMouseEvent) -> None:
         """The drag is a step, whose exact map the worker makes; a click on the skin adds a pin."""
-        press, drag, self._press, self._drag = self._press, self._drag, None, None
+        press = self._press
+        drag = self._drag
+        self._press = None
+        self._drag = None
         if drag is not None:
             drag.end()
             drag.deleteLater()
@@ -309,7 +318,8 @@ class PinTool(MapEditTool):
         if self._editor.busy and self._mine:
             self._editor.cancel_work()  # the exact map of the drag before; this one will have its own
             self._editor.told.emit("The exact map is computed on release")
-        document, at = self._document, press.pin
+        document = self._document
+        at = press.pin
         if document is None or not self._may_ask():
             return
         try:
@@ -330,7 +340,10 @@ class PinTool(MapEditTool):
 
     def cancel(self) -> bool:
         """The drag never was, nor the press."""
-        press, drag, self._press, self._drag = self._press, self._drag, None, None
+        press = self._press
+        drag = self._drag
+        self._press = None
+        self._drag = None
         if drag is not None:
             drag.cancel()
             drag.deleteLater()
@@ -372,7 +385,9 @@ class PinTool(MapEditTool):
             self._redraw()
 
     def _pin_at(self, place: PointerHit) -> SurfacePoint | None:
-        document, best, found = self._document, REACH_PX * place.pixel, None
+        document = self._document
+        best = REACH_PX * place.pixel
+        found = None
         for pin in () if document is None else pins_by_point(document, seen=place.point is not None).values():
             assert document is not None
             if place.point is not None:
@@ -382,7 +397,8 @@ class PinTool(MapEditTool):
             else:
                 continue
             if away <= best:
-                best, found = away, pin.at
+                best = away
+                found = pin.at
         return found
 
     # What comes from the editor.
@@ -400,7 +416,8 @@ class PinTool(MapEditTool):
 
     def _lose(self) -> None:
         """Nothing is dragged any more, until the button comes up."""
-        drag, self._drag = self._drag, None
+        drag = self._drag
+        self._drag = None
         if drag is not None:
             drag.drop()
             drag.deleteLater()

@@ -103,7 +103,8 @@ class SeamTool(MapEditTool):
         else:
             self._editor.decline()
             self._add(document, vertex)
-            self._pressed, self._dragging = event.position(), False
+            self._pressed = event.position()
+            self._dragging = False
         return True
 
     def move(self, place: PointerHit, event: QMouseEvent) -> None:
@@ -122,17 +123,22 @@ class SeamTool(MapEditTool):
         before = None if self._erasing is None else (self._erasing.patch, self._erasing.vertices.tolist())
         now = None if found is None else (found[0], found[1].tolist())
         if tip != self._tip or now != before:
-            self._tip, self._erasing = tip, None if found is None else _Line(*found, MarkRole.ERASED)
+            self._tip = tip
+            self._erasing = None if found is None else _Line(*found, MarkRole.ERASED)
             self._redraw()
 
     def release(self, place: PointerHit, event: QMouseEvent) -> None:
         """A drag is a seam, or a line for Enter while another edit is computed; after a click the line waits."""
-        document, pressed, self._pressed = self._document, self._pressed, None
+        document = self._document
+        pressed = self._pressed
+        self._pressed = None
         if document is None or pressed is None or not self._dragging:
             return
-        vertex, self._dragging = vertex_at(document, place), False
+        vertex = vertex_at(document, place)
+        self._dragging = False
         if vertex is not None and vertex[0] == self._patch:
-            clicked, free = len(self._through) > 1, self._free
+            clicked = len(self._through) > 1
+            free = self._free
             self._add(document, vertex)
             if len(self._through) > 1:
                 self.finish()
@@ -236,7 +242,11 @@ class SeamTool(MapEditTool):
         self._redraw()
 
     def _drop(self) -> None:
-        self._patch, self._through, self._paths, self._pressed, self._dragging = None, [], None, None, False
+        self._patch = None
+        self._through = []
+        self._paths = None
+        self._pressed = None
+        self._dragging = False
         self._redraw()
 
     # How it looks.
@@ -320,7 +330,9 @@ class SeamTool(MapEditTool):
 
 def _worst(document: MapDocument, numbers: tuple[int, ...]) -> int:
     """Of these patches the one with the most distortion on average."""
-    measured, start, means = distortion(document.map), 0, {}
+    measured = distortion(document.map)
+    start = 0
+    means = {}
     for number, chart in enumerate(document.charts):
         own = slice(start, start + len(chart.faces))
         means[number] = float(np.average(measured.energy[own], weights=measured.areas[own]))

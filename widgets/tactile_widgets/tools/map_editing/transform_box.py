@@ -58,7 +58,8 @@ class TransformBox:
 
     def handles(self, pixel: float) -> FloatArray:
         """(5, 2) the corners and the handle that turns [m]; ``pixel`` is the size of one [m]."""
-        top, up = self.corners[2:].mean(axis=0), self.corners[3] - self.corners[0]
+        top = self.corners[2:].mean(axis=0)
+        up = self.corners[3] - self.corners[0]
         length = float(np.linalg.norm(up))
         along = up / length if length > 0 else np.array([0.0, 1.0])
         return np.vstack([self.corners, top + STEM_PX * pixel * along])
@@ -114,7 +115,8 @@ def snapped_rotation(document: MapDocument, numbers: tuple[int, ...], angle: flo
     return SNAP_ANGLE * round((start + angle) / SNAP_ANGLE) - start
 
 
-_RIM, _FAINT = QColor(29, 33, 38, 170), QColor(29, 33, 38, 90)
+_RIM = QColor(29, 33, 38, 170)
+_FAINT = QColor(29, 33, 38, 90)
 
 
 @dataclass(frozen=True, eq=False)
@@ -162,7 +164,8 @@ def paint_arrange(
         selected: Their outlines (b, 2) [m].
         hovered: That of the patch under the pointer, unless it is selected.
     """
-    accent, lighter = QColor(theme.accent), QColor(theme.accent).lighter(130)
+    accent = QColor(theme.accent)
+    lighter = QColor(theme.accent).lighter(130)
     painter.setBrush(Qt.BrushStyle.NoBrush)
     if hovered is not None:
         _stroke(painter, polygon(to_pixels(hovered)), lighter, 1.5)
@@ -207,7 +210,8 @@ def _points(values: tuple[float, ...], axis: int) -> FloatArray:
 def _paint_frame(painter: QPainter, to_pixels: ToPixels, frame: TransformBox, accent: QColor) -> None:
     corners = to_pixels(frame.corners)
     up = corners[3] - corners[0]
-    top, length = corners[2:].mean(axis=0), float(np.linalg.norm(up))
+    top = corners[2:].mean(axis=0)
+    length = float(np.linalg.norm(up))
     turn = top + STEM_PX * (up / length if length > 0 else np.array([0.0, -1.0]))
     for colour, width in ((_FAINT, 2.5), (accent, 1.0)):
         painter.setPen(QPen(colour, width))

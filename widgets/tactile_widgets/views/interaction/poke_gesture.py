@@ -85,7 +85,10 @@ class PokeGesture:
         """
         if self.mode is not PokeState.IDLE:
             return None
-        self._pixel, self._at, self._button, self._slack = pixel, at, button, slack
+        self._pixel = pixel
+        self._at = at
+        self._button = button
+        self._slack = slack
         if at is None or pan:
             self.mode = PokeState.PANNING
             return None
@@ -97,7 +100,8 @@ class PokeGesture:
         previous = self._pixel
         if self.mode is PokeState.PANNING and math.dist(previous, pixel) <= self._slack:
             return None
-        self._pixel, self._slack = pixel, 0.0
+        self._pixel = pixel
+        self._slack = 0.0
         if self.mode is PokeState.PANNING:
             return Panned(pixel[0] - previous[0], pixel[1] - previous[1])
         if self.mode is PokeState.IDLE or at is None or at == self._at:
@@ -115,5 +119,7 @@ class PokeGesture:
 
     def cancel(self) -> PokeEvent | None:
         """Escape was pressed or the focus went: whatever was going on ends."""
-        mode, self.mode, self._at = self.mode, PokeState.IDLE, None
+        mode = self.mode
+        self.mode = PokeState.IDLE
+        self._at = None
         return Released() if mode is PokeState.POKING else None

@@ -79,7 +79,10 @@ class SelectGesture:
         """``button`` went down."""
         if self.busy:
             return None
-        self._path, self._change, self._button, self._dragging = [pixel], change, button, self.tool == SELECT_BRUSH
+        self._path = [pixel]
+        self._change = change
+        self._button = button
+        self._dragging = self.tool == SELECT_BRUSH
         return Swept(np.array([pixel, pixel]), change, True) if self._dragging else None
 
     def move(self, pixel: Pixel) -> Swept | None:
@@ -105,7 +108,8 @@ class SelectGesture:
         """``button`` came up; only the one that began the hold ends it."""
         if not self.busy or button != self._button:
             return None
-        clicked, pixel = not self._dragging, self._path[0]
+        clicked = not self._dragging
+        pixel = self._path[0]
         self.cancel()
         # With a key that adds, a second click on the same taxel takes it out again.
         change = SelectionMode.TOGGLE if self._change is SelectionMode.ADD else self._change
@@ -113,7 +117,9 @@ class SelectGesture:
 
     def cancel(self) -> bool:
         """Escape was pressed or the focus went. Whether a drag was given up."""
-        given_up, self._path, self._dragging = self._dragging, [], False
+        given_up = self._dragging
+        self._path = []
+        self._dragging = False
         return given_up
 
 
@@ -122,7 +128,8 @@ def points_in_polygon(outline: FloatArray, points: FloatArray) -> BoolArray:
 
     Cost: 3 ms for 1000 points and a lasso of 300.
     """
-    start, end = outline[:, None], np.roll(outline, -1, axis=0)[:, None]
+    start = outline[:, None]
+    end = np.roll(outline, -1, axis=0)[:, None]
     x, y = points.T
     spans = (start[..., 1] > y) != (end[..., 1] > y)
     rise = np.where(end[..., 1] == start[..., 1], 1.0, end[..., 1] - start[..., 1])
@@ -133,7 +140,8 @@ def points_in_polygon(outline: FloatArray, points: FloatArray) -> BoolArray:
 
 def points_near_segment(stretch: FloatArray, points: FloatArray, radius: float) -> BoolArray:
     """(n,) which of ``points`` (n, 2) lie within ``radius`` of a straight stretch (2, 2); NaN is nowhere."""
-    start, along = stretch[0], stretch[1] - stretch[0]
+    start = stretch[0]
+    along = stretch[1] - stretch[0]
     length = float(along @ along)
     with np.errstate(invalid="ignore"):
         share = np.clip((points - start) @ along / length, 0, 1) if length > 0 else np.zeros(len(points))
@@ -186,7 +194,8 @@ class TaxelSelector(QObject):
 
     def __init__(self, places: TaxelLocator, parent: QObject) -> None:
         super().__init__(parent)
-        self._places, self._hand = places, SelectGesture()
+        self._places = places
+        self._hand = SelectGesture()
         self._radius = BRUSH
         self._pointer: Pixel | None = None
         self._covered: BoolArray = np.zeros(0, bool)
@@ -254,7 +263,8 @@ class TaxelSelector(QObject):
     def _sweep(self, act: Swept) -> None:
         pixels = self._places.taxel_pixels()
         if act.begins:
-            self._covered, self._hides = np.zeros(len(pixels), bool), np.full(len(pixels), -1)
+            self._covered = np.zeros(len(pixels), bool)
+            self._hides = np.full(len(pixels), -1)
         if self._hand.tool == SELECT_BRUSH:
             covered = self._covered | self._seen(points_near_segment(act.line, pixels, self._radius))
         else:

@@ -105,7 +105,8 @@ class ViewInteraction(QObject):
     def __init__(self, port: ViewPort, view: QWidget) -> None:
         super().__init__(view)
         self._port = port
-        self._poke, self._kind = PokeGesture(), POKE
+        self._poke = PokeGesture()
+        self._kind = POKE
         self.view_tool: ViewTool | None = None
         self.taxel_selector = TaxelSelector(port, self)
         self.hover: SurfacePoint | None = None
@@ -148,7 +149,9 @@ class ViewInteraction(QObject):
         With ``discard_drawing`` also what a tool keeps between presses: what is drawn click by click goes on in the
         other view, and pressing there takes the focus from this one.
         """
-        busy, editing, self._editing = self.busy, self._editing, False
+        busy = self.busy
+        editing = self._editing
+        self._editing = False
         self._do(self._poke.cancel())
         self.taxel_selector.cancel()
         if self.view_tool is not None and (discard_drawing or editing):
@@ -162,7 +165,8 @@ class ViewInteraction(QObject):
         self._tapping = False
         if self.busy:
             return
-        pixel, left = event.position(), event.button() == Qt.MouseButton.LeftButton
+        pixel = event.position()
+        left = event.button() == Qt.MouseButton.LeftButton
         if left and self._port.over_control(pixel):
             self._port.click_control(pixel)
             return
@@ -194,10 +198,8 @@ class ViewInteraction(QObject):
     def _press_skin(self, event: QMouseEvent, at: SurfacePoint | None) -> None:
         """Poke at a place of the skin. Beside it, and with Shift or Control on it, move the view."""
         keys = event.modifiers()
-        shift, control = (
-            bool(keys & Qt.KeyboardModifier.ShiftModifier),
-            bool(keys & Qt.KeyboardModifier.ControlModifier),
-        )
+        shift = bool(keys & Qt.KeyboardModifier.ShiftModifier)
+        control = bool(keys & Qt.KeyboardModifier.ControlModifier)
         if at is None or self._kind.draws or shift or control:
             latches = shift and at is not None and not self._kind.draws
             self._move_view(event, at, turn=self._port.turns and not shift, clicks=latches)
@@ -207,13 +209,15 @@ class ViewInteraction(QObject):
 
     def _move_view(self, event: QMouseEvent, at: SurfacePoint | None, *, turn: bool, clicks: bool) -> None:
         """Turn or pan by the drag that begins; where it ``clicks``, only once it has become one."""
-        self._turning, slack = turn, CLICK_PX if clicks else 0.0
+        self._turning = turn
+        slack = CLICK_PX if clicks else 0.0
         pixel = event.position().toTuple()
         self._do(self._poke.press(pixel, at, button=event.button(), pan=True, slack=slack))
 
     def move(self, event: QMouseEvent) -> None:
         """The pointer moved: stroke, select, edit, move the view, or hover."""
-        pixel, idle = event.position(), self._poke.mode is PokeState.IDLE
+        pixel = event.position()
+        idle = self._poke.mode is PokeState.IDLE
         if self._poke.mode is PokeState.PANNING:
             self._do(self._poke.move(pixel.toTuple(), None))
             return
@@ -288,7 +292,9 @@ class ViewInteraction(QObject):
     def key_up(self, event: QKeyEvent) -> None:
         """A key came up."""
         if event.key() == Qt.Key.Key_Space and not event.isAutoRepeat():
-            tapped, self._space, self._tapping = self._tapping, False, False
+            tapped = self._tapping
+            self._space = False
+            self._tapping = False
             self._show_pointer()
             if tapped:
                 self.space_tapped.emit()
@@ -332,7 +338,8 @@ class ViewInteraction(QObject):
         self._hover_at(None)
 
     def _show_pointer(self) -> None:
-        mode, tool = self._poke.mode, self.view_tool
+        mode = self._poke.mode
+        tool = self.view_tool
         if mode is PokeState.PANNING:
             shape = Qt.CursorShape.ClosedHandCursor
         elif self._over_control:

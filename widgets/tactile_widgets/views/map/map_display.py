@@ -71,16 +71,20 @@ class MapDisplay(QObject):
         layers: Mapping[str, MapLayerFactory] | None = None,
     ) -> None:
         super().__init__(parent)
-        self.theme, self._scale, self._layers = theme, scale, dict(layers or {})
+        self.theme = theme
+        self._scale = scale
+        self._layers = dict(layers or {})
         self.picture: MapScene | None = None
         self._overlaid: tuple[ContactRegion, ...] = ()
         self.marks = MapMarks()
         self._frame: Frame | None = None
         self._hovered_at: SurfacePoint | None = None
         self._stale = self._unseen = False
-        self._overlays, self._look = OverlayOptions(), ImageSettings()
+        self._overlays = OverlayOptions()
+        self._look = ImageSettings()
         self._images: tuple[ImageAtlas, ...] = ()  # of other skins too, the newest first
-        self._faults, self._task = NO_FAULTS, NO_TASK
+        self._faults = NO_FAULTS
+        self._task = NO_TASK
         self._painter = MapPainter(theme, font)
 
     def keep_image(self, image: ImageAtlas) -> None:
@@ -123,7 +127,10 @@ class MapDisplay(QObject):
         picture.use_faults(self._faults)
         scene = QGraphicsScene(self)
         picture.add_to(scene)
-        self.picture, self._frame, self._hovered_at, self._task = picture, None, None, NO_TASK
+        self.picture = picture
+        self._frame = None
+        self._hovered_at = None
+        self._task = NO_TASK
         self._overlaid = ()
         self.marks = MapMarks(paused=self.marks.paused, replaying=self.marks.replaying, legend=picture.legend)
         self.scene_changed.emit(scene)
@@ -136,7 +143,9 @@ class MapDisplay(QObject):
 
     def show_frame(self, frame: Frame, *, task: TaskOverlay = NO_TASK) -> None:
         """Show ``frame`` of the prepared scene, and its task; kept until ``refresh``."""
-        self._frame, self._task, self._stale = frame, task, True
+        self._frame = frame
+        self._task = task
+        self._stale = True
         self.frame_waiting.emit()
 
     def show_task(self, task: TaskOverlay) -> None:
@@ -241,11 +250,13 @@ class MapDisplay(QObject):
 
     def refresh(self) -> None:
         """Draw the newest frame, if it is not drawn yet. Cost: 3 to 5 ms."""
-        picture, frame = self.picture, self._frame
+        picture = self.picture
+        frame = self._frame
         if picture is None or frame is None or not self._stale:
             return
         picture.show(frame, self._scale)
-        self._stale, self._unseen = False, True
+        self._stale = False
+        self._unseen = True
         self._update_marks()
         self.frame_shown.emit()
 

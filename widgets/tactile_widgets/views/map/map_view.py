@@ -83,7 +83,9 @@ class MapView(QGraphicsView):
 
     readout = Signal(str)
     """The words for what is under the pointer; the view shows them too."""
-    beside_skin, turns, idle_cursor = True, False, Qt.CursorShape.ArrowCursor
+    beside_skin = True
+    turns = False
+    idle_cursor = Qt.CursorShape.ArrowCursor
 
     def __init__(
         self,
@@ -103,12 +105,12 @@ class MapView(QGraphicsView):
         self.display.frame_waiting.connect(self._on_frame_waiting)
         self.display.frame_shown.connect(self._read_out)
         gestures = self.interaction = ViewInteraction(self, self)
-        self.poke_pressed, self.poke_moved, self.poke_released = (
-            gestures.poke_pressed,
-            gestures.poke_moved,
-            gestures.poke_released,
-        )
-        self.hovered, self.cleared, self.taxel_selector = gestures.hovered, gestures.cleared, gestures.taxel_selector
+        self.poke_pressed = gestures.poke_pressed
+        self.poke_moved = gestures.poke_moved
+        self.poke_released = gestures.poke_released
+        self.hovered = gestures.hovered
+        self.cleared = gestures.cleared
+        self.taxel_selector = gestures.taxel_selector
         self.hovered.connect(self._read_out)
         self.taxel_selector.drawn.connect(self.viewport().update)
         self.card = PlaceholderCard(_TEXTS, self.viewport())
@@ -220,7 +222,8 @@ class MapView(QGraphicsView):
             self._frame(picture.shapes.frame.to_scene(points), _AROUND * picture.shapes.pitch)
 
     def _frame(self, places: FloatArray, around: float) -> None:
-        low, high = places.min(axis=0) - around, places.max(axis=0) + around
+        low = places.min(axis=0) - around
+        high = places.max(axis=0) + around
         self.look(self.camera.closing_in((float(low[0]), float(low[1])), (float(high[0]), float(high[1]))))
 
     def pan(self, dx: float, dy: float) -> None:
@@ -261,7 +264,8 @@ class MapView(QGraphicsView):
         """What a tool is told of a pixel over ``at``; None without a map, and under a message."""
         if self._picture is None:
             return None
-        scene, frame = self.scene_point(pixel), self._picture.shapes.frame
+        scene = self.scene_point(pixel)
+        frame = self._picture.shapes.frame
         return PointerHit(at, frame.to_map(np.array([scene.x(), scene.y()])), self._pixel_size(frame))
 
     def _pixel_size(self, frame: SceneTransform) -> float:

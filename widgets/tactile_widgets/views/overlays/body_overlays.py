@@ -38,7 +38,8 @@ class SkinTexture:
 
 def area_triangles(faces: IntArray, marked: BoolArray) -> IntArray:
     """(t, 3, 2) triangles that cover the area around ``marked`` (n,); each corner is halfway between two vertices."""
-    one, two = _turned(faces, marked, 1), _turned(faces, ~marked, 1)
+    one = _turned(faces, marked, 1)
+    two = _turned(faces, ~marked, 1)
     whole = faces[marked[faces].all(axis=1)]
     parts = (
         np.stack([_mid(whole, k, k) for k in range(3)], axis=1),
@@ -51,9 +52,13 @@ def area_triangles(faces: IntArray, marked: BoolArray) -> IntArray:
 
 def area_outlines(faces: IntArray, marked: BoolArray, points: FloatArray) -> list[FloatArray]:
     """Each (k, 2): the loops around the area, holes too, on a chart with these ``faces`` and ``points`` (n, 2)."""
-    one, two, rim = _turned(faces, marked, 1), _turned(faces, ~marked, 1), Connectivity(faces).boundary_edges
+    one = _turned(faces, marked, 1)
+    two = _turned(faces, ~marked, 1)
+    rim = Connectivity(faces).boundary_edges
     here, there = marked[rim].T
-    inside, out, back = rim[here & there], rim[here & ~there], rim[there & ~here]
+    inside = rim[here & there]
+    out = rim[here & ~there]
+    back = rim[there & ~here]
     starts = (_mid(one, 0, 1), _mid(two, 0, 2), _mid(inside, 0, 0), _mid(out, 0, 0), _mid(back, 0, 1))
     ends = (_mid(one, 0, 2), _mid(two, 0, 1), _mid(inside, 1, 1), _mid(out, 0, 1), _mid(back, 1, 1))
     pairs = [np.sort(np.concatenate(part), axis=1) @ [len(points), 1] for part in (starts, ends)]

@@ -93,7 +93,8 @@ def _first_free(spot: Spot, kept: Sequence[QRectF], taken: Sequence[QRectF], roo
 def _candidates(spot: Spot) -> Iterator[QRectF]:
     if spot.preferred is not None:
         yield spot.preferred
-    width, height = spot.size.width(), spot.size.height()
+    width = spot.size.width()
+    height = spot.size.height()
     for gap, (dx, dy) in product(_GAPS, _SIDES):
         # On a diagonal the corner of the words is as far from the rim as their edge is beside it.
         away = (spot.radius + gap) * (_DIAGONAL if dx and dy else 1.0)

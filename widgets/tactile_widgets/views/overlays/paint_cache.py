@@ -47,7 +47,8 @@ class PaintCache:
             draw(painter)
             return
         device = painter.device()
-        ratio, size = device.devicePixelRatio(), (device.width(), device.height())
+        ratio = device.devicePixelRatio()
+        size = (device.width(), device.height())
         now = (content, painter.worldTransform(), bounds, size, ratio)
         known = now == self._last
         if not known:

@@ -15,7 +15,8 @@ from tactile_widgets.common.colours import Theme
 from tactile_widgets.views.overlays.body_overlays import MarkRole
 
 RIM = QColor(29, 33, 38)
-PIN_PX, LARGE_PIN_PX = 5.0, 7.0
+PIN_PX = 5.0
+LARGE_PIN_PX = 7.0
 """Half a pin's diagonal."""
 _EDGE = 12.0
 
@@ -92,8 +93,10 @@ def draw_label(painter: QPainter, text: str, theme: Theme, *, at: QPointF | None
     """A chip with words beside a place [px], or in the middle above the view's captions; kept within the view."""
     font = QFont(painter.font())
     font.setPixelSize(13 if at is None else 11)
-    metrics, room = QFontMetricsF(font), QRectF(painter.window())
-    width, height = metrics.horizontalAdvance(text) + 16, metrics.height() + 6
+    metrics = QFontMetricsF(font)
+    room = QRectF(painter.window())
+    width = metrics.horizontalAdvance(text) + 16
+    height = metrics.height() + 6
     foot = QPointF((room.width() - width) / 2, room.height() - height - _CAPTIONS)
     corner = foot if at is None else at + QPointF(12, -height - 4)
     left, top = (
@@ -116,7 +119,8 @@ def _faint(colour: QColor, alpha: int) -> QColor:
     return made
 
 
-HANDLE_PX, LARGE_HANDLE_PX = 9.0, 12.0
+HANDLE_PX = 9.0
+LARGE_HANDLE_PX = 12.0
 _LEAST_ROOM = 14.0
 """Between a corner and a middle [px]: nearer, the middle would be hidden by the corner's handle."""
 _HALO = QColor(255, 255, 255, 210)
@@ -144,7 +148,8 @@ def draw_middles(
     room = np.linalg.norm(middles[:, None] - corners, axis=2).min(axis=1, initial=np.inf)
     for number in np.flatnonzero(room > _LEAST_ROOM).tolist():
         at = middles[number].tolist()
-        centre, radius = QPointF(*at), 6.5 if number == hovered else 4.5
+        centre = QPointF(*at)
+        radius = 6.5 if number == hovered else 4.5
         painter.setPen(QPen(_RIM, 1.0))
         painter.setBrush(_HALO)
         painter.drawEllipse(centre, radius, radius)

@@ -52,12 +52,15 @@ class TrailRecorder:
         """No contact was anywhere."""
         self._ats: list[SurfacePoint] = []
         self._times: FloatArray = np.zeros(0)
-        self._time, self.contact, self.tail = -np.inf, 0, ContactTrail()
+        self._time = -np.inf
+        self.contact = 0
+        self.tail = ContactTrail()
 
     def show_map(self, map_: TactileMap) -> None:
         """The same places on another map. Cost: 20 µs each."""
         if self._ats:
-            tail, on_map = self.tail, np.array([map_.to_map(at) for at in self._ats])
+            tail = self.tail
+            on_map = np.array([map_.to_map(at) for at in self._ats])
             self.tail = replace(tail, on_map=on_map, starts=tail.starts | _torn(tail.patch, on_map, tail.on_body))
 
     def follow(self, time: float, regions: Sequence[ContactRegion], map_: TactileMap) -> None:
@@ -92,10 +95,8 @@ class TrailRecorder:
         self._times = np.append(self._times, self._time)
         old = self.tail
         patch = np.append(old.patch, region.at.patch)
-        on_map, on_body = (
-            np.vstack([old.on_map, map_.to_map(region.at)]),
-            np.vstack([old.on_body, region.link_position]),
-        )
+        on_map = np.vstack([old.on_map, map_.to_map(region.at)])
+        on_body = np.vstack([old.on_body, region.link_position])
         starts = np.append(old.starts, new) | _torn(patch, on_map, on_body)
         self.tail = ContactTrail(
             patch, on_map, on_body, np.vstack([old.normals, region.link_normal]), np.append(old.age, 0), starts
@@ -105,7 +106,9 @@ class TrailRecorder:
         """Forget what is too old; what is left has aged."""
         gone = int(np.searchsorted(self._times, self._time - TRAIL_SECONDS))
         if gone:
-            self._ats, self._times, self.tail = self._ats[gone:], self._times[gone:], self.tail.without_oldest(gone)
+            self._ats = self._ats[gone:]
+            self._times = self._times[gone:]
+            self.tail = self.tail.without_oldest(gone)
         if len(self._ats) > 1:
             self.tail = replace(self.tail, age=(self._time - self._times) / TRAIL_SECONDS)
 
@@ -126,10 +129,12 @@ class TaskOverlayBuilder:
 
     def __init__(self) -> None:
         self.shown = NO_TASK
-        self._settings, self._report = ControlSettings(), TaskReport()
+        self._settings = ControlSettings()
+        self._report = TaskReport()
         self._map: TactileMap | None = None
         self._transitions: SeamTransitions | None = None  # made when a path first asks
-        self._trail, self._led = TrailRecorder(), True
+        self._trail = TrailRecorder()
+        self._led = True
         self._key: object = None
         self._path = NO_PATH
 
@@ -141,7 +146,8 @@ class TaskOverlayBuilder:
         elif map_ is not self._map:
             self._trail.show_map(map_)
         if map_ is not self._map:
-            self._map, self._transitions = map_, None
+            self._map = map_
+            self._transitions = None
         self._led = led
         self._put_together()
 
@@ -162,14 +168,19 @@ class TaskOverlayBuilder:
         self._put_together()
 
     def _put_together(self) -> None:
-        settings, report, map_ = self._settings, self._report, self._map
+        settings = self._settings
+        report = self._report
+        map_ = self._map
         if map_ is None or not has_task(settings.controller):
-            self._key, self._path, self.shown = None, NO_PATH, NO_TASK
+            self._key = None
+            self._path = NO_PATH
+            self.shown = NO_TASK
             return
         key = (map_, self._led, _wanted(settings), report.laid_at)
         if key != self._key:
             self._key, self._path = key, self._lay(map_)
-        target, trail = self._target(map_), self._trail
+        target = self._target(map_)
+        trail = self._trail
         now = TaskOverlay(self._path, target, report.force_goal, trail.contact, trail.tail, report.controlled)
         if not now.looks_like(self.shown):
             self.shown = now

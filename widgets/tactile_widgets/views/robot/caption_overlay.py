@@ -42,7 +42,8 @@ class CubeFace:
 
     def holds(self, x: float, y: float) -> bool:
         """Whether a point in half edges from the cube's middle, y down, lies on it."""
-        sides, arms = np.roll(self.corners, -1, axis=0) - self.corners, np.array([x, y]) - self.corners
+        sides = np.roll(self.corners, -1, axis=0) - self.corners
+        arms = np.array([x, y]) - self.corners
         turns = cross(sides, arms)
         return bool((turns >= 0).all() or (turns <= 0).all())
 
@@ -120,7 +121,8 @@ class CaptionOverlay(QWidget):
 
     def __init__(self, theme: Theme, parent: QWidget) -> None:
         super().__init__(parent)
-        self._theme, self._captions = theme, Captions()
+        self._theme = theme
+        self._captions = Captions()
         self.tool: ViewTool | None = None
         self.control = QRectF()
         self.setObjectName("robot-overlay")
@@ -142,7 +144,9 @@ class CaptionOverlay(QWidget):
 
     def paintEvent(self, event: QPaintEvent) -> None:
         """Qt: captions, cube, edge."""
-        painter, said, room = QPainter(self), self._captions, QRectF(self.rect())
+        painter = QPainter(self)
+        said = self._captions
+        room = QRectF(self.rect())
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         inner = room.adjusted(EDGE, EDGE, -EDGE, -EDGE)
         seen = [force for force in said.forces if room.contains(QPointF(*force.arrow[1].tolist()))]
@@ -194,14 +198,16 @@ class CaptionOverlay(QWidget):
 
     def _spot(self, force: ForceCaption) -> Spot:
         """Its words go beyond the arrow's tail if that is free, so that neither arrow nor touch is covered."""
-        metrics, arrow = QFontMetricsF(self._figure), force.arrow
+        metrics = QFontMetricsF(self._figure)
+        arrow = force.arrow
         half = 0.5 * np.array([metrics.horizontalAdvance(force.text) + 16, metrics.height() + 6])
         along = arrow[0] - arrow[1]
         length = float(np.linalg.norm(along))
         along = along / length if length > 4 else np.array([0.0, -1.0])
         clear = 6 + max(20.0 - length, 0.0) + float(np.min(half / np.maximum(np.abs(along), 1e-6)))
         clear = max(clear, force.radius + 6 - length)
-        corner, size = QPointF(*(arrow[0] + clear * along - half).tolist()), QSizeF(*(2 * half).tolist())
+        corner = QPointF(*(arrow[0] + clear * along - half).tolist())
+        size = QSizeF(*(2 * half).tolist())
         return Spot(QPointF(*arrow[1].tolist()), force.radius, size, QRectF(corner, size))
 
     def _paint_force(self, painter: QPainter, force: ForceCaption, callout: Callout) -> None:
@@ -211,7 +217,8 @@ class CaptionOverlay(QWidget):
         self._paint_chip(painter, callout.box.topLeft(), force.text, self._figure, quiet=force.away)
 
     def _paint_chip(self, painter: QPainter, corner: QPointF, text: str, font: QFont, *, quiet: bool = False) -> None:
-        metrics, pad = QFontMetricsF(font), 8.0 if font.pixelSize() > 11 else 6.0
+        metrics = QFontMetricsF(font)
+        pad = 8.0 if font.pixelSize() > 11 else 6.0
         box = QRectF(corner.x(), corner.y(), metrics.horizontalAdvance(text) + 2 * pad, metrics.height() + pad - 2)
         ground = QColor(self._theme.panel)
         ground.setAlpha(225)

@@ -46,13 +46,15 @@ class SkinPicker:
             ray: World frame.
             poses: (links + objects, 4, 4) in the world.
         """
-        best, found = np.inf, None
+        best = np.inf
+        found = None
         for number, (link, caster) in enumerate(self._skin):
             if link in self.hidden:
                 continue
             hit = caster.first_hit(*_local(ray, poses[link]))
             if hit is not None and hit.distance < best:
-                best, found = hit.distance, SurfacePoint(number, hit.face, hit.weights)
+                best = hit.distance
+                found = SurfacePoint(number, hit.face, hit.weights)
         for link, caster in self._seen(self._bare):
             hit = caster.first_hit(*_local(ray, poses[link]))
             if hit is not None and hit.distance < best:
@@ -100,14 +102,16 @@ class BodyTaxels:
     """
 
     def __init__(self, prepared: PreparedScene, picker: SkinPicker) -> None:
-        self._skin, self._picker = prepared.skin, picker
+        self._skin = prepared.skin
+        self._picker = picker
         self._links = [prepared.robot.link_index[patch.link] for patch in prepared.skin.patches]
 
     def world(self, poses: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Positions [m] and unit normals, (taxels, 3) each, world frame; ``poses``: (links, 4, 4) ``T_world_link``."""
         positions, normals = np.zeros((2, len(self._skin), 3))
         for number, patch in enumerate(self._skin.patches):
-            own, pose = slice(*self._skin.first[number : number + 2]), poses[self._links[number]]
+            own = slice(*self._skin.first[number : number + 2])
+            pose = poses[self._links[number]]
             positions[own] = patch.taxels.positions @ pose[:3, :3].T + pose[:3, 3]
             normals[own] = patch.taxels.normals @ pose[:3, :3].T
         return positions, normals

@@ -79,7 +79,8 @@ class ImageCanvas(QWidget):
         if self._closed:
             return
         ratio = self.devicePixelRatioF() * quality
-        width, height = max(round(self.width() * ratio), 1), max(round(self.height() * ratio), 1)
+        width = max(round(self.width() * ratio), 1)
+        height = max(round(self.height() * ratio), 1)
         window = self.plotter.render_window
         if tuple(window.GetSize()) != (width, height):
             window.SetSize(width, height)
@@ -152,7 +153,8 @@ def _has_hardware_opengl() -> bool:
     """Whether Qt can make an OpenGL context here that is not software."""
     if QGuiApplication.platformName() not in ("xcb", "wayland", "windows", "cocoa"):
         return False
-    surface, context = QOffscreenSurface(), QOpenGLContext()
+    surface = QOffscreenSurface()
+    context = QOpenGLContext()
     surface.create()
     if not (surface.isValid() and context.create() and context.makeCurrent(surface)):
         return False
@@ -193,8 +195,11 @@ class RenderScheduler(QObject):
 
     def __init__(self, canvas: Canvas, parent: QObject, *, clock: Callable[[], float] = time.perf_counter) -> None:
         super().__init__(parent)
-        self._canvas, self._clock = canvas, clock
-        self._last_ms, self._moving, self._ended = 0.0, False, -1e9
+        self._canvas = canvas
+        self._clock = clock
+        self._last_ms = 0.0
+        self._moving = False
+        self._ended = -1e9
         self._soon, self._rest = QTimer(self), QTimer(self)
         for timer, slot in ((self._soon, self._on_soon), (self._rest, self._on_rest)):
             timer.setSingleShot(True)

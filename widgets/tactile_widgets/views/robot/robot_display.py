@@ -64,13 +64,17 @@ class RobotDisplay(QObject):
         off_screen: bool = False,
     ) -> None:
         super().__init__(view)
-        self._view, self._covered = view, False
+        self._view = view
+        self._covered = False
         self.prepared: PreparedScene | None = None
         self._frame: Frame | None = None
         self._mark: SurfacePoint | None = None
-        self._captions, self._framed, self._marks = Captions(), True, NO_MARKS
+        self._captions = Captions()
+        self._framed = True
+        self._marks = NO_MARKS
         self._faults = NO_FAULTS
-        self._task, self._task_is_new = NO_TASK, False
+        self._task = NO_TASK
+        self._task_is_new = False
         self.canvas: Canvas = ImageCanvas(view) if off_screen else make_canvas(view)
         self.scene = RobotScene(self.canvas.plotter, theme, scale, layers)
         self.overlay = CaptionOverlay(theme, view)
@@ -83,9 +87,13 @@ class RobotDisplay(QObject):
         self.scene.show_prepared(prepared)
         self.scene.set_marks(self._marks)
         self.scene.set_faults(self._faults)
-        self.prepared, self._frame, self._mark = prepared, None, None
-        self._task, self._task_is_new = NO_TASK, False
-        legend, hidden = arrow_legend(ReadingUnits.CALIBRATED), len(self.scene.hidden)
+        self.prepared = prepared
+        self._frame = None
+        self._mark = None
+        self._task = NO_TASK
+        self._task_is_new = False
+        legend = arrow_legend(ReadingUnits.CALIBRATED)
+        hidden = len(self.scene.hidden)
         self._captions = replace(self._captions, forces=(), legend=legend, hidden=hidden)
         self.frame_all()
 
@@ -105,7 +113,8 @@ class RobotDisplay(QObject):
     def show_task(self, task: TaskOverlay) -> None:
         """Show what a controller with a task wants, and what came of it; nothing for the same again."""
         if task is not self._task:
-            self._task, self._task_is_new = task, True
+            self._task = task
+            self._task_is_new = True
             self.request()
 
     def show_layers(self, shown: frozenset[str]) -> None:
@@ -214,7 +223,8 @@ class RobotDisplay(QObject):
         """Look at a link, or at an object behind the links, from the side it is seen from now."""
         if self.prepared is None:
             return
-        links, pose = self.prepared.robot.links, self.scene.body_poses[number]
+        links = self.prepared.robot.links
+        pose = self.scene.body_poses[number]
         mesh = links[number].mesh if number < len(links) else self.prepared.objects[number - len(links)].mesh
         if mesh is not None and len(mesh.vertices):
             view = self.scene.viewpoint
@@ -224,7 +234,8 @@ class RobotDisplay(QObject):
         """Look at a run of vertices (k,) of a patch's surface, from outside."""
         if self.prepared is not None:
             skin = self.prepared.skin
-            surface, pose = skin.patches[patch].surface, self.scene.poses[self._link_of(patch)]
+            surface = skin.patches[patch].surface
+            pose = self.scene.poses[self._link_of(patch)]
             outward = pose[:3, :3] @ surface.vertex_normals[vertices].mean(axis=0)
             if np.linalg.norm(outward) < _NO_SIDE:  # it runs around the link: from where the eye is
                 outward = self.scene.viewpoint.eye - self.scene.viewpoint.focus
@@ -235,7 +246,8 @@ class RobotDisplay(QObject):
         return self.prepared.robot.link_index[self.prepared.skin.patches[patch].link]
 
     def _frame_points(self, points: FloatArray, away: FloatArray) -> None:
-        aspect, upright = self.size[0] / max(self.size[1], 1), np.array([0.0, 0.0, 1.0])
+        aspect = self.size[0] / max(self.size[1], 1)
+        upright = np.array([0.0, 0.0, 1.0])
         if np.linalg.norm(np.cross(away, upright)) < _STEEP * np.linalg.norm(away):  # no view is along the vertical
             away = away + _STEEP * np.linalg.norm(away) * np.array([1.0, 0.0, 0.0])
         angle = self.scene.viewpoint.view_angle
@@ -328,7 +340,8 @@ class RobotDisplay(QObject):
         self.scene.set_hover(self._mark)
         self.scene.fit_depth()
         self.scene.fit_detail(self._view.height() * self._view.devicePixelRatioF() * quality)
-        view, size = self.scene.viewpoint, self.size
+        view = self.scene.viewpoint
+        size = self.size
         units = ReadingUnits.CALIBRATED if self._frame is None else self._frame.units
         forces = tuple(
             ForceCaption(

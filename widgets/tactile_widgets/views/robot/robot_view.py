@@ -40,7 +40,8 @@ _TEXTS = CardTexts(
 _DOES = "Press the skin to poke it. Drag beside it, or with the right button, to turn the view."
 STEPS = 100
 EASE_MS = 150
-_WIDTH, _HEIGHT = 190, 24
+_WIDTH = 190
+_HEIGHT = 24
 
 
 class MorphSlider(QWidget):
@@ -120,7 +121,9 @@ class RobotView(QWidget):
     hidden_changed = Signal()
     """Other links or objects are left out."""
 
-    beside_skin, turns, idle_cursor = False, True, Qt.CursorShape.OpenHandCursor
+    beside_skin = False
+    turns = True
+    idle_cursor = Qt.CursorShape.OpenHandCursor
 
     def __init__(
         self,
@@ -143,12 +146,12 @@ class RobotView(QWidget):
         self.card = PlaceholderCard(_TEXTS, self)
         self.card.covered.connect(self._on_covered)
         gestures = self.interaction = ViewInteraction(self, self)
-        self.poke_pressed, self.poke_moved, self.poke_released = (
-            gestures.poke_pressed,
-            gestures.poke_moved,
-            gestures.poke_released,
-        )
-        self.hovered, self.cleared, self.taxel_selector = gestures.hovered, gestures.cleared, gestures.taxel_selector
+        self.poke_pressed = gestures.poke_pressed
+        self.poke_moved = gestures.poke_moved
+        self.poke_released = gestures.poke_released
+        self.hovered = gestures.hovered
+        self.cleared = gestures.cleared
+        self.taxel_selector = gestures.taxel_selector
         self.taxel_selector.drawn.connect(self._on_rubber_drawn)
         self.display.canvas.widget.installEventFilter(self)
         self.setObjectName("robot-view")
@@ -167,7 +170,8 @@ class RobotView(QWidget):
         self.display.show_prepared(prepared)
         self.morph.show()
         picker.hidden = self.display.scene.hidden
-        self._picker, self._taxels = picker, BodyTaxels(prepared, picker)
+        self._picker = picker
+        self._taxels = BodyTaxels(prepared, picker)
         self.hidden_changed.emit()
 
     def hide_bodies(self, bodies: frozenset[int]) -> None:
@@ -232,7 +236,8 @@ class RobotView(QWidget):
         """What a tool is told of a pixel over ``at``; None without a robot, and under a message."""
         if self.display.prepared is None or self.card.isVisible():
             return None
-        size, tool = self.display.pixel_size(at), self.interaction.view_tool
+        size = self.display.pixel_size(at)
+        tool = self.interaction.view_tool
         if tool is None or not tool.grabs_links:
             return PointerHit(at, None, size)
         ray = self.display.scene.viewpoint.ray((pixel.x(), pixel.y()), self.display.size)
@@ -289,7 +294,8 @@ class RobotView(QWidget):
         """(taxels, 2) where those are that face the eye [px]; NaN for the others."""
         if self._taxels is None:
             return np.zeros((0, 2))
-        scene, size = self.display.scene, self.display.size
+        scene = self.display.scene
+        size = self.display.size
         if scene.morphed:
             return facing_pixels(*scene.flat_taxels(), scene.viewpoint, size)
         return self._taxels.pixels(scene.viewpoint, size, scene.poses)

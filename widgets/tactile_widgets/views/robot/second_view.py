@@ -89,7 +89,8 @@ class SecondView(QWidget):
             self._show_waiting()
 
     def _show_waiting(self) -> None:
-        frame, self._waiting = self._waiting, None
+        frame = self._waiting
+        self._waiting = None
         if frame is not None and self.display.prepared is not None and len(frame.posture) == self._joints:
             self.take_frame(frame)
             self._pace.start()
@@ -155,11 +156,16 @@ class SecondView(QWidget):
         self.display.resize()
 
 
-_SHARE, _NARROWEST, _WIDEST, _SHAPE = 0.34, 130, 320, 0.82
+_SHARE = 0.34
+_NARROWEST = 130
+_WIDEST = 320
+_SHAPE = 0.82
 """Of the robot view's width, bounds [px], and height by width."""
-_HALF_HEIGHT, _RINGS = 0.045, 2.6
+_HALF_HEIGHT = 0.045
+_RINGS = 2.6
 """Least that is seen around a contact, from its middle up [m]; and how many of its rings."""
-_DRIFT, _TILT = 0.3, np.cos(np.radians(25.0))
+_DRIFT = 0.3
+_TILT = np.cos(np.radians(25.0))
 """The eye goes after a contact that is off the middle by this share of the height, or tilted by so much."""
 _EDGE = 8
 
@@ -274,7 +280,8 @@ class _FollowingView(SecondView):
             return
         configuration.update(frame.posture)
         pose = configuration.pose(region.link)
-        point, normal = pose.points(region.link_position), pose.rotation @ region.link_normal
+        point = pose.points(region.link_position)
+        normal = pose.rotation @ region.link_normal
         half = max(_HALF_HEIGHT, _RINGS * ring_radius(region)) / self._zoomed
         view = self.display.scene.viewpoint
         if not _in_sight(view, point, normal, half):

@@ -24,7 +24,8 @@ def execute(arguments: argparse.Namespace) -> int:
             option = f"--{name.replace('_', '-')}"
             refuse_with_input(arguments, [option], "format", arguments.to, purpose=f"It is for {others}")
     options = ExportOptions(image_width=arguments.image_width, rate=arguments.rate)
-    report, start = progress_line(), time.perf_counter()
+    report = progress_line()
+    start = time.perf_counter()
     target = Path(arguments.output)
     try:
         player = export_recording(

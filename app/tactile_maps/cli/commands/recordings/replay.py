@@ -95,7 +95,9 @@ def _identical_text(outcome: Verification) -> str:
 
 
 def _read(player: RecordingPlayer, result: dict[str, object], rows: dict[str, object]) -> None:
-    report, strongest, known = progress_line(), 0.0, True
+    report = progress_line()
+    strongest = 0.0
+    known = True
     for number in range(len(player)):
         frame = player.frame(number)
         known &= frame.units.force is not None

@@ -94,7 +94,8 @@ class _Expansion:
     """One expansion. Mutable: counts what was made and keeps the arguments."""
 
     def __init__(self, main: Path, packages: PackageResolver) -> None:
-        self._main, self._packages = main, packages
+        self._main = main
+        self._packages = packages
         self._arguments: dict[str, Any] = {}
         self._made = self._included = self._deep = 0
         self._open: list[_Raw] = []
@@ -140,7 +141,8 @@ class _Expansion:
 
     def text(self, text: str, scope: _Scope, file: Path) -> Any:
         """What a text with ``${...}`` and ``$(...)`` in it is worth: a number or list where it is one alone."""
-        parts, end = list[Any](), 0
+        parts = list[Any]()
+        end = 0
         for found in _PARTS.finditer(text):
             if found.start() > end:
                 parts.append(text[end : found.start()])
@@ -215,7 +217,8 @@ class _Expansion:
     # Elements.
 
     def _property(self, _target: Element, element: Element, scope: _Scope, file: Path) -> None:
-        name, text = self._named(element, scope, file), element.get("value", element.get("default"))
+        name = self._named(element, scope, file)
+        text = element.get("value", element.get("default"))
         known = any(name in place.values for place in scope.chain())
         if element.get("default") is not None and element.get("value") is None and known:
             return
@@ -300,7 +303,8 @@ class _Expansion:
         given = dict(element.attrib)
         expanded = Element("blocks")
         self._in_scope(expanded, element, scope, file)
-        blocks, inner = iter(expanded), _Scope(scope)
+        blocks = iter(expanded)
+        inner = _Scope(scope)
         for parameter, forward, default in macro.parameters:
             plain = parameter.lstrip("*")
             if parameter.startswith("*"):

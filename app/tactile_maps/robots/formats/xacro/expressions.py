@@ -110,7 +110,9 @@ class _Evaluator:
     """Works out one expression."""
 
     def __init__(self, lookup: Lookup, functions: Functions, budget: Budget) -> None:
-        self._lookup, self._functions, self._budget = lookup, functions, budget
+        self._lookup = lookup
+        self._functions = functions
+        self._budget = budget
 
     def value(self, node: ast.AST, depth: int) -> Any:
         if depth > _MAX_DEPTH:
@@ -136,7 +138,8 @@ class _Evaluator:
             raise
 
     def _binop(self, node: ast.BinOp, depth: int) -> Any:
-        left, right = self.value(node.left, depth), self.value(node.right, depth)
+        left = self.value(node.left, depth)
+        right = self.value(node.right, depth)
         if isinstance(node.op, ast.Pow):
             return _power(left, right)
         if isinstance(node.op, ast.Mod) and isinstance(left, str):
@@ -149,7 +152,8 @@ class _Evaluator:
         return _OPERATORS[type(node.op)](self.value(node.operand, depth))
 
     def _boolop(self, node: ast.BoolOp, depth: int) -> Any:
-        result, stop = None, isinstance(node.op, ast.Or)
+        result = None
+        stop = isinstance(node.op, ast.Or)
         for part in node.values:
             result = self.value(part, depth)
             if bool(result) == stop:
@@ -222,7 +226,8 @@ class _Evaluator:
 
 def _size(value: Any) -> int:
     """Characters and parts of ``value``, those of its parts included; counting stops above ``MAX_LENGTH``."""
-    size, todo = 0, [value]
+    size = 0
+    todo = [value]
     while todo and size <= MAX_LENGTH:
         part = todo.pop()
         size += len(part) if isinstance(part, str) else 1

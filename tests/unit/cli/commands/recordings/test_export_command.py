@@ -9,7 +9,8 @@ from tests.support.recordings import record, small_arm
 
 
 def test_it_writes_says_how_much_and_refuses_to_overwrite(tmp_path, capsys):
-    source, target = tmp_path / "demo.mcap", tmp_path / "out.npz"
+    source = tmp_path / "demo.mcap"
+    target = tmp_path / "out.npz"
     record(small_arm(), source, ticks=30)
     words = ["export", str(source), "--to", "npz", "-o", str(target)]
     assert run_command([*words, "--json"], windows={}) == 0

@@ -10,7 +10,9 @@ from tactile_widgets.views.map.items.map_coordinates import SceneTransform
 from tactile_widgets.views.map.items.map_shapes import ChartShape, MapShapes, PatchShape
 from tactile_widgets.views.map.painting.legend_place import LegendPlace
 
-EDGE, ROOM, SIZE = 12.0, QRectF(0, 0, 400, 400), QSizeF(120, 60)
+EDGE = 12.0
+ROOM = QRectF(0, 0, 400, 400)
+SIZE = QSizeF(120, 60)
 
 
 def shapes(*outlines):

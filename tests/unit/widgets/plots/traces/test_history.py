@@ -276,7 +276,8 @@ def event(kind, time, phase="began", contacts=(1,), duration=0.0):
 
 def test_events_are_rows_of_what_lasted_and_what_lasts_and_each_is_told_once():
     history = EventHistory()
-    touch, press = event("touch", 1.0), event("press", 1.2)
+    touch = event("touch", 1.0)
+    press = event("press", 1.2)
     history.take(1.5, (press, touch))
     history.take(2.0, (press, touch))
     assert dict(history.rows) == {

@@ -43,7 +43,8 @@ def test_a_line_of_one_point_or_on_one_spot_is_nothing():
 
 
 def test_diamonds_are_around_their_points_and_as_large_as_asked():
-    points, normals = np.eye(3), np.tile([[0.6, 0.0, 0.8]], (3, 1))
+    points = np.eye(3)
+    normals = np.tile([[0.6, 0.0, 0.8]], (3, 1))
     made = diamonds(points, normals, np.array([0.1, 0.2, 0.3])).reshape(3, -1, 3)
     away = np.linalg.norm(made - points[:, None], axis=2)
     np.testing.assert_allclose(away, [[half] * 6 for half in (0.1, 0.2, 0.3)])

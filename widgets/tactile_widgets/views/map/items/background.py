@@ -25,7 +25,8 @@ from tactile_widgets.views.map.items.bijectivity import Flaws
 from tactile_widgets.views.map.items.map_coordinates import format_three_digits, nice_floor
 
 STRETCH_SCALE = StretchScale()
-_LIGHT, _SHADE = PressureScale().table[0].astype(np.float64), np.array([172.0, 181.0, 191.0])
+_LIGHT = PressureScale().table[0].astype(np.float64)
+_SHADE = np.array([172.0, 181.0, 191.0])
 """Of the textures: the bare skin's own neutral, and one darker."""
 FLIPPED = (224, 49, 49)
 _PATTERNS_ACROSS = 20.0
@@ -108,14 +109,16 @@ def _extended_to_border(colours: NDArray[np.uint32], image: ImageAtlas) -> NDArr
     bare = image.shown & ~image.inside
     rows, columns = np.nonzero(bare)
     for dy, dx in ((0, 1), (0, -1), (1, 0), (-1, 0), (1, 1), (1, -1), (-1, 1), (-1, -1)):
-        y, x = np.clip(rows + dy, 0, image.shape[0] - 1), np.clip(columns + dx, 0, image.shape[1] - 1)
+        y = np.clip(rows + dy, 0, image.shape[0] - 1)
+        x = np.clip(columns + dx, 0, image.shape[1] - 1)
         found = image.inside[y, x] & bare[rows, columns]
         grid[rows[found], columns[found]] = grid[y[found], x[found]]
         bare[rows[found], columns[found]] = False
     return grid
 
 
-_PAD, _STRIP = 8.0, 10.0
+_PAD = 8.0
+_STRIP = 10.0
 _LEAST_WIDTH = 150.0
 
 
@@ -140,7 +143,8 @@ class Legend:
 
 def legend_of(ground: Background | None, flaws: Flaws) -> Legend | None:
     """The legend of a ground; None where there is nothing to say: bare pressure, and no flaws."""
-    flips, overlaps = len(flaws.flips), len(flaws.overlaps)
+    flips = len(flaws.flips)
+    overlaps = len(flaws.overlaps)
     faulty = bool(flips or overlaps)
     counts = f"{flips} {'triangle' if flips == 1 else 'triangles'} flipped, {overlaps} overlapping"
     if ground is None:

@@ -72,9 +72,11 @@ class FlawFinder:
         known: Sequence[_ChartFlaws | None] = self._own or [None] * len(document.charts)
         self._own = [_chart_flaws(chart, old) for chart, old in zip(document.charts, known, strict=True)]
         seen = [k for k, patch in enumerate(document.patches) if patch.visible]
-        flips, overlaps = [np.zeros((0, 3, 2))], [np.zeros((0, 2))]
+        flips = [np.zeros((0, 3, 2))]
+        overlaps = [np.zeros((0, 2))]
         for number in seen:
-            placement, own = document.layout.placements[number], self._own[number]
+            placement = document.layout.placements[number]
+            own = self._own[number]
             flips.append(placement.apply(own.flips))
             overlaps.append(placement.apply(own.overlaps))
         overlaps.append(self._between(document, seen))
@@ -118,7 +120,8 @@ def _midpoints(loops: Sequence[FloatArray], i: IntArray, j: IntArray) -> FloatAr
     """(k, 2) the middles of the ends of pairs of sides, numbered through the loops."""
     if not len(i):
         return np.zeros((0, 2))
-    start, end = np.concatenate(loops), np.concatenate([np.roll(loop, -1, axis=0) for loop in loops])
+    start = np.concatenate(loops)
+    end = np.concatenate([np.roll(loop, -1, axis=0) for loop in loops])
     return np.asarray(0.25 * (start[i] + end[i] + start[j] + end[j]))
 
 
@@ -141,7 +144,8 @@ class FlawsItem(QGraphicsItem):
 
     def mark(self, flaws: Flaws, frame: SceneTransform) -> None:
         """Mark these; ``frame`` places the map in the scene."""
-        flips, crosses = frame.to_scene(flaws.flips[:_MAX_MARKS]), frame.to_scene(flaws.overlaps[:_MAX_MARKS])
+        flips = frame.to_scene(flaws.flips[:_MAX_MARKS])
+        crosses = frame.to_scene(flaws.overlaps[:_MAX_MARKS])
         places = np.concatenate([flips.reshape(-1, 2), crosses])
         self.prepareGeometryChange()
         self._bounds = padded_bounds(places)

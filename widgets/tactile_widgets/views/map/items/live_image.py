@@ -30,7 +30,8 @@ class LiveImage:
         self._level = np.empty(shape, np.float32)
         self._index = np.zeros(shape, np.uint16)
         self._pixels = np.zeros(shape, np.uint32)
-        self._halo, self._source = halo, source
+        self._halo = halo
+        self._source = source
         self.ground: NDArray[np.uint32] | None = None
         self.touch_from: float = 0.0
         self.image = QImage(self._pixels.data, width, height, 4 * width, QImage.Format.Format_RGB32)

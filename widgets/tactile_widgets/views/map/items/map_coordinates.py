@@ -70,7 +70,8 @@ def pick(tactile_map: TactileMap, frame: SceneTransform, x: float, y: float) -> 
 
 def nearest_taxel(tactile_map: TactileMap, at: SurfacePoint) -> int | None:
     """Number of the taxel of the same patch that is nearest on the map; None for a patch without taxels."""
-    first, end = tactile_map.skin.first[at.patch], tactile_map.skin.first[at.patch + 1]
+    first = tactile_map.skin.first[at.patch]
+    end = tactile_map.skin.first[at.patch + 1]
     if first == end:
         return None
     away = tactile_map.taxel_points[first:end] - tactile_map.to_map(at)
@@ -89,7 +90,8 @@ class VisiblePatches:
         self._numbers = numbers
         self._map = tactile_map
         if len(numbers) < len(tactile_map.charts):
-            patches, placements = tactile_map.skin.patches, tactile_map.layout.placements
+            patches = tactile_map.skin.patches
+            placements = tactile_map.layout.placements
             self._map = TactileMap(
                 Skin(tuple(patches[k] for k in numbers)),
                 tuple(tactile_map.charts[k] for k in numbers),
@@ -146,7 +148,8 @@ def nice_floor(most: float) -> float:
 
 
 MARGIN_PX = 24.0
-LOWEST_ZOOM, HIGHEST_ZOOM = 0.5, 60.0
+LOWEST_ZOOM = 0.5
+HIGHEST_ZOOM = 60.0
 _CLOSE_SHARE = 0.6
 """Of the room a box that is closed in on takes at least this share."""
 

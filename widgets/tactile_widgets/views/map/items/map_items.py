@@ -80,13 +80,16 @@ class LineBuffer:
     """
 
     def __init__(self) -> None:
-        self._numbers, self._lines = np.zeros((0, 2, 2)), list[QLineF]()
+        self._numbers = np.zeros((0, 2, 2))
+        self._lines = list[QLineF]()
 
     def fill(self, segments: FloatArray) -> list[QLineF]:
         """Lines of ``segments`` (s, 2, 2), good until the next filling."""
         if len(segments) > len(self._lines):
             self._numbers = np.zeros((2 * len(segments), 2, 2))
-            address, size = self._numbers.ctypes.data, self._numbers[0].nbytes  # a QLineF is four numbers
+            # a QLineF is four numbers
+            address = self._numbers.ctypes.data
+            size = self._numbers[0].nbytes
             wrap: Any = wrapInstance  # its stub does not tell that it returns the type asked for
             self._lines = [wrap(address + size * k, QLineF) for k in range(len(self._numbers))]
         self._numbers[: len(segments)] = segments
@@ -125,11 +128,14 @@ class PatchItem(QGraphicsItem):
 
     def __init__(self) -> None:
         super().__init__()
-        self._area, self._brush = QPainterPath(), QBrush()
+        self._area = QPainterPath()
+        self._brush = QBrush()
         self._net: list[QLineF] = []
         self._live: LiveImage | None = None
         self._cache = PaintCache(at_once=True)
-        self._tile, self._painted, self._paintings = (slice(0), slice(0)), np.zeros((0, 0), np.uint32), 0
+        self._tile = (slice(0), slice(0))
+        self._painted = np.zeros((0, 0), np.uint32)
+        self._paintings = 0
         self._bounds = QRectF()
         self.setZValue(ZOrder.PATCHES)
 
@@ -192,7 +198,8 @@ class PatchItem(QGraphicsItem):
         """
         changed = None
         if pixels.shape != self._painted.shape:
-            self._painted, self._paintings = pixels.copy(), self._paintings + 1
+            self._painted = pixels.copy()
+            self._paintings = self._paintings + 1
         elif len(rows := np.flatnonzero((differs := pixels != self._painted).any(axis=1))):
             columns = np.flatnonzero(differs.any(axis=0))
             around = slice(rows[0], rows[-1] + 1), slice(columns[0], columns[-1] + 1)
@@ -285,22 +292,29 @@ class TaxelsItem(QGraphicsItem):
     def place(self, shapes: MapShapes, held: Sequence[int] = ()) -> None:
         """Put them where the map has them now; those of the patches that are ``held`` are dots at every zoom."""
         self.prepareGeometryChange()
-        self.places, self.pitch = shapes.taxels, shapes.pitch
-        self.drawn, self.bounds = np.flatnonzero(shapes.on_shown()), padded_bounds(shapes.taxels)
+        self.places = shapes.taxels
+        self.pitch = shapes.pitch
+        self.drawn = np.flatnonzero(shapes.on_shown())
+        self.bounds = padded_bounds(shapes.taxels)
         first = np.cumsum([0, *(len(patch.chart.taxels) for patch in shapes.patches)])
         held = [k for k in held if shapes.patches[k].shown]
         self._held = np.concatenate([np.zeros(0, int), *(np.arange(first[k], first[k + 1]) for k in held)])
-        self._colours, self._points = [], None
+        self._colours = []
+        self._points = None
         self.select(self.selected, self._inks)
 
     def colour(self, kilopascals: FloatArray, scale: PressureScale) -> None:
         """Take the pressures (n,) [kPa]; they are sorted into colours when next drawn."""
-        self._kilopascals, self._scale, self._colours = kilopascals, scale, []
+        self._kilopascals = kilopascals
+        self._scale = scale
+        self._colours = []
 
     def select(self, taxels: IntArray, inks: tuple[str, ...]) -> None:
         """Ring these (k,), each in its colour."""
-        self.selected, self._inks = taxels, inks
-        seen, by_ink = np.isin(taxels, self.drawn), np.array(inks, dtype=str)
+        self.selected = taxels
+        self._inks = inks
+        seen = np.isin(taxels, self.drawn)
+        by_ink = np.array(inks, dtype=str)
         self._rings = [
             (QColor(str(ink)), to_polygon(self.places[taxels[seen & (by_ink == ink)]])) for ink in dict.fromkeys(inks)
         ]

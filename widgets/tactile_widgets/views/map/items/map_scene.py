@@ -59,7 +59,8 @@ class MapLayer:
     items: Sequence[QGraphicsItem] = ()
 
     def __init__(self, scene: MapScene) -> None:
-        self.scene, self.shown = scene, False
+        self.scene = scene
+        self.shown = False
 
     def set_shown(self, *, shown: bool) -> None:
         """Show it, or hide it."""
@@ -114,18 +115,23 @@ class MapScene:
         atlas: ImageAtlas,
         layers: Mapping[str, MapLayerFactory] | None = None,
     ) -> None:
-        self.document, self.pressures = document, np.zeros(len(document.skin))
+        self.document = document
+        self.pressures = np.zeros(len(document.skin))
         self.shapes = MapShapes.of(document, SceneTransform.around(document.map.bounds))
         self.held: tuple[int, ...] = ()
         self._nets: dict[int, Wireframe] = {}
-        self.theme, self.taxels = theme, TaxelsItem()
+        self.theme = theme
+        self.taxels = TaxelsItem()
         self.patches = tuple(PatchItem() for _ in document.charts)
-        self._flaws_item, self._flaw_finder = FlawsItem(theme), FlawFinder()
-        self._faults_item, self._faults = FaultsItem(), NO_FAULTS
+        self._flaws_item = FlawsItem(theme)
+        self._flaw_finder = FlawFinder()
+        self._faults_item = FaultsItem()
+        self._faults = NO_FAULTS
         self.layers = {name: make(self) for name, make in (layers or {}).items()}
         self.fault_legend: FaultLegend = ()
         self._found: Mapping[Fault, BoolArray] = {}
-        self._overlays, self._scale = OverlayOptions(), PressureScale()
+        self._overlays = OverlayOptions()
+        self._scale = PressureScale()
         self._use_atlas(atlas)
         self._place()
 
@@ -179,7 +185,8 @@ class MapScene:
         for name, layer in self.layers.items():
             layer.set_shown(shown=overlays.shows(name))
         replaced = any(layer.shown and layer.replaces_image for layer in self.layers.values())
-        self.taxels.replaced, ground = replaced, self.ground
+        self.taxels.replaced = replaced
+        ground = self.ground
         bare = np.full(self.atlas.shape, words32(np.array(BETWEEN_DOTS, np.uint8))) if replaced else None
         self._live.ground = bare if ground is None else ground.pixels
         self._live.touch_from = np.inf if replaced else CONTACT_KPA
@@ -265,7 +272,8 @@ class MapScene:
 
     def _use_atlas(self, atlas: ImageAtlas) -> None:
         """Draw every patch by this live image."""
-        self.atlas, self.held = atlas, ()
+        self.atlas = atlas
+        self.held = ()
         self._live = LiveImage(atlas.shape, *atlas.halo)
         planes = tuple(atlas.plane(number) for number in range(len(atlas.tiles)))
         self.skin_texture = SkinTexture(self._live.pixels, atlas.extent, planes)
@@ -278,7 +286,8 @@ class MapScene:
 
     def _show_image(self, number: int) -> None:
         rows, columns = self.atlas.window(number)
-        shape, scale = self.shapes.patches[number].chart, self.shapes.frame.scale
+        shape = self.shapes.patches[number].chart
+        scale = self.shapes.frame.scale
         self.patches[number].show_image(shape, scale, self._live, self.atlas.tiles[number], (rows.start, columns.start))
 
     def _show_wireframes(self, new: Sequence[int]) -> None:
@@ -286,7 +295,8 @@ class MapScene:
         for number in set(self.held) - set(new):
             self._show_image(number)
         for number in new:
-            shape, scale = self.shapes.patches[number].chart, self.shapes.frame.scale
+            shape = self.shapes.patches[number].chart
+            scale = self.shapes.frame.scale
             if number not in self.held:
                 self._nets[number] = wireframe(shape, self.document.skin.patches[number], most=MAX_WIREFRAME_LINES)
             self.patches[number].show_wireframe(shape, scale, self._nets[number])

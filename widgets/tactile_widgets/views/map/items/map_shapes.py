@@ -47,9 +47,11 @@ class ChartShape:
     def of(cls, patch: Patch, chart: Chart, *, known: ChartShape | None = None) -> ChartShape:
         """Prepare it; ``known`` is the same patch's shape before, whose loop is the same where its faces are."""
         if known is not None and np.array_equal(known.chart.faces, chart.faces):
-            loop, on_seam = known.loop, known.on_seam
+            loop = known.loop
+            on_seam = known.on_seam
         else:
-            loop, on_seam = chart.border, np.isin(chart.border, chart.seam_edges[:, 0])
+            loop = chart.border
+            on_seam = np.isin(chart.border, chart.seam_edges[:, 0])
         closed = chart.plane[np.append(loop, loop[0])]
         border, seam = split_loop(closed, on_seam)
         corners = chart.plane[chart.faces[patch.taxels.faces]]
@@ -161,7 +163,8 @@ def split_loop(closed: FloatArray, marked: BoolArray) -> tuple[tuple[FloatArray,
     changes = np.flatnonzero(marked != np.roll(marked, 1))
     if len(changes) == 0:
         return ((), (closed,)) if marked.size and marked[0] else ((closed,), ())
-    ring, flags = np.roll(closed[:-1], -changes[0], axis=0), np.roll(marked, -changes[0])
+    ring = np.roll(closed[:-1], -changes[0], axis=0)
+    flags = np.roll(marked, -changes[0])
     ring = np.vstack([ring, ring[:1]])
     starts = [*(changes - changes[0]).tolist(), len(flags)]
     runs = [(bool(flags[start]), ring[start : end + 1]) for start, end in itertools.pairwise(starts)]

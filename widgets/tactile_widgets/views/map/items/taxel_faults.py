@@ -19,7 +19,8 @@ from tactile_widgets.views.map.items.background import paint_legend_box
 from tactile_widgets.views.map.items.map_items import ZOrder, cosmetic_pen, padded_bounds, to_lines
 from tactile_widgets.views.map.items.map_shapes import MapShapes
 
-_DARK, _LIGHT = QColor(29, 33, 38), QColor(255, 255, 255)
+_DARK = QColor(29, 33, 38)
+_LIGHT = QColor(255, 255, 255)
 FAULT_COLOURS = {
     Fault.BLIND: (_LIGHT, _DARK),
     Fault.DEAD: (_LIGHT, _DARK),
@@ -27,11 +28,13 @@ FAULT_COLOURS = {
     Fault.SATURATED: (_DARK, _LIGHT),
 }
 """Rim and ink of each mark, the lowest first: saturated taxels are deep red, the others light."""
-_SMALLEST, _LARGEST = 2.5, 7.0
+_SMALLEST = 2.5
+_LARGEST = 7.0
 """Half a mark [px]."""
 _WIDTHS = {False: (3.0, 1.4), True: (2.2, 1.1)}
 """Of rim and ink [px], of a small mark and of a hatched circle."""
-_BLIND_SHARE, _SMALLEST_BLIND = 0.5, 5.5
+_BLIND_SHARE = 0.5
+_SMALLEST_BLIND = 5.5
 """Radius of a blind taxel's circle, as a share of the taxels' pitch, and the smallest [px]: it reaches the next one."""
 
 
@@ -50,7 +53,9 @@ class FaultsItem(QGraphicsItem):
     def place(self, shapes: MapShapes) -> None:
         """Put them where the map has its taxels now."""
         self.prepareGeometryChange()
-        self._places, self._pitch, self._drawn = shapes.taxels, shapes.pitch, shapes.on_shown()
+        self._places = shapes.taxels
+        self._pitch = shapes.pitch
+        self._drawn = shapes.on_shown()
         self._bounds = padded_bounds(shapes.taxels)
 
     def mark(self, faults: Mapping[Fault, BoolArray]) -> None:
@@ -84,7 +89,8 @@ def _strokes_at(places: FloatArray, strokes: FloatArray) -> FloatArray:
     return (places[:, None, None] + strokes).reshape(-1, 2, 2)
 
 
-_PAD, _GLYPH = 8.0, 4.0
+_PAD = 8.0
+_GLYPH = 4.0
 _INDENT = 2 * _GLYPH + 8
 
 

@@ -12,7 +12,8 @@ from tactile_widgets.views.map.items.map_coordinates import MapCamera
 from tactile_widgets.views.map.items.map_items import to_polygon
 from tactile_widgets.views.map.items.map_shapes import MapShapes
 
-_ACROSS, _DOWN = 8, 6
+_ACROSS = 8
+_DOWN = 6
 """Points of a legend that are looked at."""
 _CAPTION = 34.0
 """Height of what else stands there, with its gap [px]: the chip upper left, scale and readout below."""
@@ -52,7 +53,8 @@ class LegendPlace:
         whole = QSizeF(max(size.width() for size in sizes), height)
         of = (shapes, whole.width(), whole.height(), room.width(), room.height())
         if self._of != of:
-            self._of, self._box = of, _freest(whole, shapes, room, self._edge)
+            self._of = of
+            self._box = _freest(whole, shapes, room, self._edge)
         return list(_stacked(sizes, self._box, to_right=self._box.center().x() > room.center().x()))
 
 
@@ -65,7 +67,8 @@ def _stacked(sizes: Sequence[QSizeF], whole: QRectF, *, to_right: bool) -> Itera
 
 def _freest(size: QSizeF, shapes: MapShapes, room: QRectF, edge: float) -> QRectF:
     inner = room.adjusted(edge, edge, -edge, -edge)
-    right, bottom = inner.right() - size.width(), inner.bottom() - size.height() - _CAPTION
+    right = inner.right() - size.width()
+    bottom = inner.bottom() - size.height() - _CAPTION
     corners = (
         QPointF(right, inner.top()),
         QPointF(right, bottom),
@@ -83,7 +86,8 @@ def _framed(shapes: MapShapes, room: QRectF) -> list[FloatArray]:
     low, high = shapes.bounds
     viewport = (room.width(), room.height())
     camera = MapCamera.framing((float(high[0] - low[0]), float(high[1] - low[1])), (float(low[0]), float(low[1])))
-    scale, middle = camera.scale(viewport), np.array(viewport) / 2
+    scale = camera.scale(viewport)
+    middle = np.array(viewport) / 2
     return [
         (patch.to_scene(patch.chart.outline) - camera.centre) * scale + middle
         for patch in shapes.patches

@@ -52,7 +52,9 @@ class _OutlineItem(QGraphicsItem):
         inks: Callable[[], Sequence[QColor]],
     ) -> None:
         super().__init__(parent)
-        self._paint, self._inks, self._bounds = paint, inks, QRectF()
+        self._paint = paint
+        self._inks = inks
+        self._bounds = QRectF()
         self._cache = PaintCache()
         self._shape: ChartShape | None = None
         self._lines: list[QPolygonF] = []
@@ -62,7 +64,8 @@ class _OutlineItem(QGraphicsItem):
         """Draw ``lines`` (k, 2) [m] of a chart, ``scale`` scene units per metre; nothing to do for the same chart."""
         if shape is not self._shape:
             self.prepareGeometryChange()
-            self._shape, self._bounds = shape, padded_bounds(scale * shape.outline)
+            self._shape = shape
+            self._bounds = padded_bounds(scale * shape.outline)
             self._lines = [to_polygon(scale * line) for line in lines]
 
     def boundingRect(self) -> QRectF:
@@ -103,7 +106,8 @@ class BorderLines(MapLayer):
 
     def set_theme(self, theme: Theme) -> None:
         """Take the theme's line colours."""
-        self._ink, self._ground = QColor(theme.quiet), QColor(theme.window)
+        self._ink = QColor(theme.quiet)
+        self._ground = QColor(theme.window)
 
     def _inks(self) -> Sequence[QColor]:
         return self._ink, self._ground
@@ -140,7 +144,8 @@ class _OverTaxels(QGraphicsItem):
 
     def __init__(self, scene: MapScene, order: ZOrder, paint: Callable[[QPainter, float], None]) -> None:
         super().__init__()
-        self._taxels, self._paint = scene.taxels, paint
+        self._taxels = scene.taxels
+        self._paint = paint
         self.setZValue(order)
         self.setVisible(False)
 
@@ -202,7 +207,8 @@ class TaxelNumbers(MapLayer):
         self._item.follow()
 
     def _paint(self, painter: QPainter, pixels_per_unit: float) -> None:
-        taxels, view = self.scene.taxels, painter.worldTransform()
+        taxels = self.scene.taxels
+        view = painter.worldTransform()
         above = _ABOVE_MARK if taxels.marked_at(pixels_per_unit) else 0.0
         room = QRectF(painter.viewport()).adjusted(-20, -10, 20, 10)
         painter.setWorldTransform(QTransform())
@@ -210,7 +216,8 @@ class TaxelNumbers(MapLayer):
         painter.setPen(QColor(29, 33, 38))
         metrics = QFontMetricsF(self._font)
         texts = self._texts()
-        width, height = metrics.horizontalAdvance(max(texts, key=len, default="")) + 6, metrics.height() + 1
+        width = metrics.horizontalAdvance(max(texts, key=len, default="")) + 6
+        height = metrics.height() + 1
         for taxel, at in self._with_room(view, room, width, height):
             text = texts[taxel]
             tight = metrics.horizontalAdvance(text) + 4
@@ -238,7 +245,8 @@ class TaxelNumbers(MapLayer):
         found = []
         for taxel in np.concatenate([np.intersect1d(taxels.selected, taxels.drawn), others]).tolist():
             at = view.map(QPointF(*taxels.places[taxel].tolist()))
-            column, row = int(at.x() // width), int(at.y() // height)
+            column = int(at.x() // width)
+            row = int(at.y() // height)
             around = [taken.get((column + dx, row + dy)) for dx in (-1, 0, 1) for dy in (-1, 0, 1)]
             if room.contains(at) and all(
                 other is None or abs(other.x() - at.x()) >= width or abs(other.y() - at.y()) >= height
@@ -275,7 +283,8 @@ def contour_segments(image: NDArray[Any], level: float) -> FloatArray:
     taken_rows, taken_columns = (np.flatnonzero(above.any(axis=axis)) for axis in (1, 0))
     if not len(taken_rows):
         return np.zeros((0, 2, 2))
-    top, left = max(int(taken_rows[0]) - 1, 0), max(int(taken_columns[0]) - 1, 0)
+    top = max(int(taken_rows[0]) - 1, 0)
+    left = max(int(taken_columns[0]) - 1, 0)
     around = slice(top, int(taken_rows[-1]) + 2), slice(left, int(taken_columns[-1]) + 2)
     return _segments_around(image[around], above[around], level) + [left, top]
 
@@ -327,7 +336,8 @@ class TouchContours(MapLayer):
 
     def show_frame(self, frame: Frame) -> None:
         """Take the touch of another instant."""
-        self._touched, self._lines = bool(frame.regions), None
+        self._touched = bool(frame.regions)
+        self._lines = None
 
     @property
     def lines(self) -> list[QLineF]:
@@ -373,12 +383,14 @@ class PinMarks(MapLayer):
             draw_pin(painter, view.map(place), QColor(255, 255, 255), large=False)
 
     def _found(self) -> tuple[QPointF, ...]:
-        document, frame = self.scene.document, self.scene.shapes.frame
+        document = self.scene.document
+        frame = self.scene.shapes.frame
         places = [pin_places(document, k) for k, patch in enumerate(document.patches) if patch.visible]
         return tuple(QPointF(x, y) for part in places for x, y in frame.to_scene(part).tolist())
 
 
-_SMALLEST_ELLIPSE_PX, _SMALLEST_ERROR_PX = 7.0, 4.0
+_SMALLEST_ELLIPSE_PX = 7.0
+_SMALLEST_ERROR_PX = 4.0
 """Half-axes below are hidden by the mark of the centre."""
 _ANGLES = np.linspace(0, 2 * np.pi, 49)[:, None]
 _INK = QColor(29, 33, 38, 150)
@@ -391,7 +403,8 @@ def ellipses_on_map(region: ContactRegion, map_: TactileMap) -> tuple[FloatArray
 
     Cost: 30 µs.
     """
-    chart, surface = map_.charts[region.at.patch], map_.skin.patches[region.at.patch].surface
+    chart = map_.charts[region.at.patch]
+    surface = map_.skin.patches[region.at.patch].surface
     body = surface.vertices[surface.faces[region.at.face]]
     plane = map_.uv[region.at.patch][chart.faces[region.at.face]]
     # Columns: what a step along the body is on the map; nothing where the triangle has no area.
@@ -433,7 +446,8 @@ class ContactEllipses(MapLayer):
 
     def show_frame(self, frame: Frame) -> None:
         """Take the contacts of another instant."""
-        self._frame, self._ellipses = frame, None
+        self._frame = frame
+        self._ellipses = None
 
     def paint(self, painter: QPainter, view: QTransform) -> None:
         """Draw those that are large enough."""
@@ -446,7 +460,8 @@ class ContactEllipses(MapLayer):
 
     def _found(self, frame: Frame) -> list[tuple[QPointF, FloatArray, FloatArray]]:
         """Centre and half-axes (2, 2) each of ellipse and error circle [scene units], of the contacts to be seen."""
-        scale, found = self.scene.shapes.frame.scale * np.array([1.0, -1.0]), []
+        scale = self.scene.shapes.frame.scale * np.array([1.0, -1.0])
+        found = []
         for region in frame.regions:
             at = self.scene.mark_of(region.at)
             if at is not None and region.link_axes.any():

@@ -39,7 +39,8 @@ _LOW_EDGE = 6.0
 """Distance of the scale from the lower edge [px]: it is below the map while all of that is shown."""
 _LONGEST_SCALE = 100.0
 """Of the scale bar [px]."""
-_RING_GAP, _SMALLEST_RING = 4.0, 8.0
+_RING_GAP = 4.0
+_SMALLEST_RING = 8.0
 """Between a touch and the ring around it, and the ring's smallest radius [px]: nothing is drawn over the touch."""
 _CENTRE_FROM = 36.0
 """The centre of pressure is a dot only in rings at least as large [px]: in smaller ones it would be the picture."""
@@ -126,7 +127,8 @@ class MapMarks:
 
 def outlines(regions: Sequence[ContactRegion], picture: MapScene) -> tuple[tuple[QPointF, FloatArray], ...]:
     """Centre and half-axes (2, 2) of the ellipse of each region, where the map of ``picture`` has it [scene units]."""
-    scale, found = picture.shapes.frame.scale * np.array([1.0, -1.0]), []
+    scale = picture.shapes.frame.scale * np.array([1.0, -1.0])
+    found = []
     for region in regions:
         at = picture.mark_of(region.at)
         if at is not None:
@@ -136,7 +138,8 @@ def outlines(regions: Sequence[ContactRegion], picture: MapScene) -> tuple[tuple
 
 def _reach(region: ContactRegion, at: QPointF, frame: Frame, picture: MapScene) -> float:
     """How far the touched skin goes from a region's centre [scene units]; what a seam took away is not counted."""
-    taxels, shapes = region.taxels, picture.shapes
+    taxels = region.taxels
+    shapes = picture.shapes
     own = picture.document.skin.patch_of[taxels] == region.at.patch if len(taxels) else np.zeros(0, bool)
     touched = taxels[own & (frame.pressures[taxels] >= 1e3 * CONTACT_KPA)]
     apart = np.linalg.norm(shapes.taxels[touched] - [at.x(), at.y()], axis=1)
@@ -153,8 +156,12 @@ class MapPainter:
     """
 
     def __init__(self, theme: Theme, font: QFont) -> None:
-        self.theme, self._task, self._keys, self._legends = theme, TaskPainter(), TaskLegend(), LegendPlace(EDGE)
-        self._caption, self._figure = QFont(font), QFont(font)
+        self.theme = theme
+        self._task = TaskPainter()
+        self._keys = TaskLegend()
+        self._legends = LegendPlace(EDGE)
+        self._caption = QFont(font)
+        self._figure = QFont(font)
         self._caption.setPixelSize(11)
         self._figure.setPixelSize(13)
         self._figure.setWeight(QFont.Weight.DemiBold)
@@ -215,7 +222,8 @@ class MapPainter:
         """A dashed outline with a cross for each contact of the second recording, dark on a light halo."""
         painter.setBrush(Qt.BrushStyle.NoBrush)
         for centre, axes in marks.overlaid:
-            at, pixels = view.map(centre), axes * [view.m11(), view.m22()]
+            at = view.map(centre)
+            pixels = axes * [view.m11(), view.m22()]
             sizes = np.maximum(np.linalg.norm(pixels, axis=1, keepdims=True), 1e-9)
             pixels = pixels * np.maximum(_SMALLEST_OUTLINE / sizes, 1.0)
             ring = polygon(np.cos(_ANGLES) * pixels[0] + np.sin(_ANGLES) * pixels[1] + [at.x(), at.y()])
@@ -232,9 +240,11 @@ class MapPainter:
         self, painter: QPainter, marks: MapMarks, _picture: MapScene, view: QTransform, room: QRectF
     ) -> None:
         """The dot of each large one, and the forces beside them: over none of the touches."""
-        metrics, spots = QFontMetricsF(self._figure), []
+        metrics = QFontMetricsF(self._figure)
+        spots = []
         for contact in marks.contacts:
-            at, ring = view.map(contact.at), contact.ring(view)
+            at = view.map(contact.at)
+            ring = contact.ring(view)
             size = QSizeF(metrics.horizontalAdvance(contact.text) + 16, metrics.height() + 6)
             spots.append(Spot(at, ring, size))
             if ring >= _CENTRE_FROM:
@@ -266,8 +276,11 @@ class MapPainter:
 
     def _paint_keys(self, painter: QPainter, marks: MapMarks, shapes: MapShapes, room: QRectF) -> None:
         """What colours and marks mean, one below the other."""
-        font, theme = self._caption, self.theme
-        legend, keys, faults = marks.legend, task_legend_entries(marks.task), marks.faults
+        font = self._caption
+        theme = self.theme
+        legend = marks.legend
+        keys = task_legend_entries(marks.task)
+        faults = marks.faults
         sizes = [] if legend is None else [legend_size(legend, font)]
         sizes += [task_legend_size(keys, font)] if keys else []
         sizes += [fault_legend_size(faults, font)] if faults else []
@@ -286,7 +299,8 @@ class MapPainter:
             return
         metrics = QFontMetricsF(self._caption)
         text = metrics.elidedText(patch.name, Qt.TextElideMode.ElideMiddle, max(box.width() + 16, 40))
-        width, height = metrics.horizontalAdvance(text) + 12, metrics.height() + 4
+        width = metrics.horizontalAdvance(text) + 12
+        height = metrics.height() + 4
         middle = box.intersected(room).center().x()
         left = min(max(middle - width / 2, EDGE), room.right() - EDGE - width)
         # Above its patch, also where the patch is framed; at the viewport's top while the patch reaches beyond it.
@@ -324,12 +338,14 @@ class MapPainter:
         """Draw the scale; returns where, so that nothing else is written there."""
         longest = min(_LONGEST_SCALE, 0.2 * room.width())  # the words beside it need room too
         millimetres = nice_floor(longest / pixels_per_metre * 1e3)
-        length, text = millimetres * 1e-3 * pixels_per_metre, f"{millimetres:g}{THIN}mm"
+        length = millimetres * 1e-3 * pixels_per_metre
+        text = f"{millimetres:g}{THIN}mm"
         metrics = QFontMetricsF(self._caption)
         height = metrics.height() + 4
         box = QRectF(EDGE, room.bottom() - _LOW_EDGE - height, length + metrics.horizontalAdvance(text) + 20, height)
         self._paint_ground(painter, box, QColor(self.theme.panel))
-        left, bottom = box.left() + 6, box.bottom() - 6
+        left = box.left() + 6
+        bottom = box.bottom() - 6
         painter.setPen(QPen(QColor(self.theme.quiet), 1.5, Qt.PenStyle.SolidLine, Qt.PenCapStyle.FlatCap))
         painter.drawPolyline([QPointF(left + x, bottom + y) for x, y in ((0, -5), (0, 0), (length, 0), (length, -5))])
         painter.setFont(self._caption)
@@ -351,7 +367,8 @@ class MapPainter:
     def _paint_chip(
         self, painter: QPainter, corner: QPointF, text: str, font: QFont, ink: QColor, ground: QColor | None = None
     ) -> None:
-        metrics, pad = QFontMetricsF(font), 8.0 if font.pixelSize() > 11 else 6.0
+        metrics = QFontMetricsF(font)
+        pad = 8.0 if font.pixelSize() > 11 else 6.0
         box = QRectF(corner.x(), corner.y(), metrics.horizontalAdvance(text) + 2 * pad, metrics.height() + pad - 2)
         self._paint_ground(painter, box, ground or QColor(self.theme.panel))
         painter.setFont(font)

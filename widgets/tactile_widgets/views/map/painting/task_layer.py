@@ -28,7 +28,8 @@ class CachedPixmap:
 
     def __init__(self) -> None:
         self._key: tuple[object, ...] = ()
-        self._box, self._pixmap = QRectF(), QPixmap()
+        self._box = QRectF()
+        self._pixmap = QPixmap()
 
     def paint(
         self, painter: QPainter, key: tuple[object, ...], draw: Callable[[QPainter], QRectF], room: QRectF
@@ -64,14 +65,18 @@ def _drawn(draw: Callable[[QPainter], QRectF], room: QRectF, ratio: float) -> tu
     return QRectF(box), whole.copy(cut)
 
 
-_HALO, _RIM = QColor(255, 255, 255, 215), QColor(29, 33, 38)
+_HALO = QColor(255, 255, 255, 215)
+_RIM = QColor(29, 33, 38)
 _WHITE = QColor(255, 255, 255)
 _FADES = 5
 """So many shades from now to gone."""
-_ARROW_EVERY, _FIRST_ARROW, _ARROW = 110.0, 36.0, 7.0
+_ARROW_EVERY = 110.0
+_FIRST_ARROW = 36.0
+_ARROW = 7.0
 """Between two arrowheads along the path, before the first, and length of one [px]."""
 _CROSS = ((1, 0), (-1, 0), (0, 1), (0, -1))
-_CLEAR, _REACH = 11.0, 20.0
+_CLEAR = 11.0
+_REACH = 20.0
 """The target's strokes begin and end so far from it [px]."""
 _ROOM = 16.0
 """Around the path, for its width and heads [px]."""
@@ -185,10 +190,14 @@ def _paint_tail(painter: QPainter, places: FloatArray, age: FloatArray) -> None:
             painter.drawPolyline(line)
 
 
-WANTED, TARGET, ACTUAL = "Reference path", "Target", f"Contact path, last {TRAIL_SECONDS:g}\u202fs"
-_PAD, _GLYPH = 8.0, 18.0
+WANTED = "Reference path"
+TARGET = "Target"
+ACTUAL = f"Contact path, last {TRAIL_SECONDS:g}\u202fs"
+_PAD = 8.0
+_GLYPH = 18.0
 _INDENT = _GLYPH + 8
-_LEGEND_RIM, _LEGEND_WHITE = QColor(29, 33, 38), QColor(255, 255, 255)
+_LEGEND_RIM = QColor(29, 33, 38)
+_LEGEND_WHITE = QColor(255, 255, 255)
 
 
 def task_legend_entries(task: TaskOverlay) -> tuple[str, ...]:
@@ -242,7 +251,8 @@ def _paint_legend(keys: tuple[str, ...], box: QRectF, font: QFont, theme: Theme,
 
 
 def _paint_glyph(painter: QPainter, key: str, middle: QPointF, theme: Theme) -> None:
-    reach, ink = QPointF(_GLYPH / 2, 0), QColor(theme.intent)
+    reach = QPointF(_GLYPH / 2, 0)
+    ink = QColor(theme.intent)
     if key == TARGET:
         painter.setPen(QPen(ink, 2.0, Qt.PenStyle.SolidLine, Qt.PenCapStyle.RoundCap))
         for dx, dy in _CROSS:

@@ -54,7 +54,8 @@ class ContactShapes(BodyLayer):
     def _place(self, number: int, region: ContactRegion, pose: FloatArray) -> None:
         """The ellipse and the error circle of a region whose link has this ``T_world_link`` (4, 4)."""
         point = pose[:3, :3] @ region.link_position + pose[:3, 3]
-        normal, axes = pose[:3, :3] @ region.link_normal, region.link_axes @ pose[:3, :3].T
+        normal = pose[:3, :3] @ region.link_normal
+        axes = region.link_axes @ pose[:3, :3].T
         lengths = np.linalg.norm(axes, axis=1)
         if not lengths.min() > 0:
             return
@@ -63,7 +64,9 @@ class ContactShapes(BodyLayer):
             actor.visibility = bool(np.linalg.norm(own[0]) > least)
             if actor.visibility:
                 matrix = np.eye(4)
-                matrix[:3, 0], matrix[:3, 1], matrix[:3, 2] = own[0], own[1], normal
+                matrix[:3, 0] = own[0]
+                matrix[:3, 1] = own[1]
+                matrix[:3, 2] = normal
                 matrix[:3, 3] = point + 0.0015 * normal
                 set_matrix(actor, matrix)
 
@@ -89,7 +92,8 @@ class TaxelDiscs(BodyLayer):
     def __init__(self, scene: RobotScene) -> None:
         super().__init__(scene)
         skin = scene.prepared.skin
-        self._dots, self._every = TaxelMarkers(scene.plotter, skin, filled=True), np.arange(len(skin))
+        self._dots = TaxelMarkers(scene.plotter, skin, filled=True)
+        self._every = np.arange(len(skin))
         scene.skin.carry(self._dots)
 
     def set_shown(self, *, shown: bool) -> None:

@@ -53,7 +53,9 @@ class Viewpoint:
 
     def to(self, camera: Any) -> None:
         """Let a PyVista camera look from here."""
-        camera.position, camera.focal_point, camera.up = self.eye.tolist(), self.focus.tolist(), self.up.tolist()
+        camera.position = self.eye.tolist()
+        camera.focal_point = self.focus.tolist()
+        camera.up = self.up.tolist()
         camera.view_angle = self.view_angle
 
     @cached_property
@@ -124,12 +126,14 @@ def framing(
     low, high = (np.concatenate([one[k] for one in planes]) for k in (0, 1))
     depth = nearest
     for k in (0, 1):
-        mine, other = low[low[:, 0] == k, 1:], high[high[:, 0] == k, 1:]
+        mine = low[low[:, 0] == k, 1:]
+        other = high[high[:, 0] == k, 1:]
         slack = (other[None, :, 1] - mine[:, None, 1]) / (mine[:, None, 0] + other[None, :, 0])
         depth = min(depth, float(slack.min()))
     eye = np.array([0.0, 0.0, depth])
     for k in (0, 1):
-        mine, other = low[low[:, 0] == k, 1:], high[high[:, 0] == k, 1:]
+        mine = low[low[:, 0] == k, 1:]
+        other = high[high[:, 0] == k, 1:]
         eye[k] = 0.5 * ((mine[:, 1] + mine[:, 0] * depth).max() + (other[:, 1] - other[:, 0] * depth).min())
     ahead_of_eye = max(float(seen[:, 2].mean()) - depth, 1e-3)
     place = eye @ axes + middle
@@ -141,7 +145,8 @@ def _planes(seen: FloatArray, slope: FloatArray) -> tuple[FloatArray, FloatArray
 
     The eye at depth d has ``offset + slope d`` of the lower ones below it, and ``offset - slope d`` of the upper above.
     """
-    low, high = [], []
+    low = []
+    high = []
     for k in (0, 1):
         low.append([k, slope[k], float((seen[:, k] - slope[k] * seen[:, 2]).max())])
         high.append([k, slope[k], float((seen[:, k] + slope[k] * seen[:, 2]).min())])
@@ -150,7 +155,8 @@ def _planes(seen: FloatArray, slope: FloatArray) -> tuple[FloatArray, FloatArray
 
 _CENTRAL = 1 / 3 - 0.05
 """Share of the picture in which the middle of what matters is brought; some room is left for what moves."""
-_LOWEST, _HIGHEST = np.radians(-85), np.radians(88)
+_LOWEST = np.radians(-85)
+_HIGHEST = np.radians(88)
 _TURN_PER_HEIGHT = 2 * np.pi / 1.5
 
 

@@ -20,7 +20,8 @@ ARROW_LENGTH = 0.012
 """Metres of arrow per newton."""
 MAX_ARROW = 0.25
 MAX_CONTACTS = 8
-_SMALLEST_RING, _RING_GAP = 0.008, 0.003
+_SMALLEST_RING = 0.008
+_RING_GAP = 0.003
 _FINGER_OPACITY = 0.23
 """The touch is under the finger: the ball only says where that is. Of its near half; the far one is not drawn."""
 
@@ -72,14 +73,16 @@ class ContactMarks:
 
     def show_frame(self, frame: Frame, poses: FloatArray) -> None:
         """Place discs and arrows at the regions' centres of pressure, and a ball at each fingertip."""
-        regions, pokes = frame.regions[:MAX_CONTACTS], frame.pokes[:MAX_CONTACTS]
+        regions = frame.regions[:MAX_CONTACTS]
+        pokes = frame.pokes[:MAX_CONTACTS]
         self.forces = []
         for actors in (self._discs, self._arrows):
             for actor in actors[len(regions) :]:
                 actor.visibility = False
         for region, disc, arrow in zip(regions, self._discs, self._arrows, strict=False):
             pose = poses[self._index[region.link]]
-            point, normal = pose[:3, :3] @ region.link_position + pose[:3, 3], pose[:3, :3] @ region.link_normal
+            point = pose[:3, :3] @ region.link_position + pose[:3, 3]
+            normal = pose[:3, :3] @ region.link_normal
             ring = ring_radius(region)
             _place(disc, point + 0.001 * normal, normal, ring, ring)
             length = min(ARROW_LENGTH * region.force, MAX_ARROW)
@@ -124,7 +127,9 @@ def _place(actor: Any, point: FloatArray, normal: FloatArray, width: float, leng
     x /= np.sqrt(x @ x)
     d, e, f = x.tolist()
     matrix = np.eye(4)
-    matrix[:3, 0], matrix[:3, 2], matrix[:3, 3] = width * x, length * normal, point
+    matrix[:3, 0] = width * x
+    matrix[:3, 2] = length * normal
+    matrix[:3, 3] = point
     matrix[:3, 1] = width * (b * f - c * e), width * (c * d - a * f), width * (a * e - b * d)
     set_matrix(actor, matrix)
     actor.visibility = True

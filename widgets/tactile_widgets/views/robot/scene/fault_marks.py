@@ -22,7 +22,8 @@ from tactile_widgets.views.robot.scene.surface_marks import (
 
 _SIZES = {Fault.BLIND: 0.5, Fault.DEAD: 0.3, Fault.STUCK: 0.3}
 """Half a mark, as a share of the root of its taxel's area."""
-_RIM, _INK = "#ffffff", "#1d2126"
+_RIM = "#ffffff"
+_INK = "#1d2126"
 _WIDTHS = {_RIM: 0.12, _INK: 0.06}
 """Width of a line, likewise."""
 _LIFTS = {_RIM: 0.04, _INK: 0.06}
@@ -61,7 +62,8 @@ class FaultMarks(SurfaceMarks):
             for fault, size in _SIZES.items():
                 marked = np.flatnonzero(found[fault][first:end]) if fault in found else ()
                 if len(marked):
-                    points, normals = patch.taxels.positions[marked], patch.taxels.normals[marked]
+                    points = patch.taxels.positions[marked]
+                    normals = patch.taxels.normals[marked]
                     scale = np.sqrt(self._skin.areas[first:end][marked])
                     strokes = size * STROKES[fault]
                     pieces += [(_lines(points, normals, scale, strokes, ink), ink) for ink in (_RIM, _INK)]
@@ -76,7 +78,8 @@ def _lines(points: FloatArray, normals: FloatArray, scale: FloatArray, strokes: 
     along /= np.linalg.norm(along, axis=-1, keepdims=True)
     along *= 0.5 * _WIDTHS[ink]
     aside = np.cross(normals[:, None], along)
-    start, end = ends[:, :, 0] - along, ends[:, :, 1] + along
+    start = ends[:, :, 0] - along
+    end = ends[:, :, 1] + along
     corners = np.stack([start - aside, end - aside, end + aside, start + aside], axis=2)
     placed = points[:, None, None] + scale[:, None, None, None] * corners
     return quads(placed.reshape(-1, 4, 3))

@@ -95,7 +95,8 @@ class LinkActors:
 
     def _show(self, row: int, level: int) -> None:
         number, actor = self.placed[row]
-        known, mesh = self._surfaces[row], self._robot.links[number].mesh
+        known = self._surfaces[row]
+        mesh = self._robot.links[number].mesh
         if level not in known and self._levels is not None and mesh is not None:
             coarse, _ = coarse_mesh(mesh, self._levels.links[number][level - 1].faces)
             # Normals of its own: those of an engraved letter would shade all of a flat cap that is left of it.
@@ -115,5 +116,7 @@ class LinkActors:
         for actor in self._bodies:
             actor.prop.color = theme.body
         for actor in self._placeholders:  # they look like nothing of the robot: edges in the colour of warnings
-            actor.prop.style, actor.prop.line_width = "wireframe", 2.0
-            actor.prop.color, actor.prop.lighting = theme.warning, False
+            actor.prop.style = "wireframe"
+            actor.prop.line_width = 2.0
+            actor.prop.color = theme.warning
+            actor.prop.lighting = False

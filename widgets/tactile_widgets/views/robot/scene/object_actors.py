@@ -85,7 +85,8 @@ class ObjectActors:
         Those no farther from their box than half its diagonal, and no larger than it; never a plane, which goes on,
         and none of the ``hidden`` numbers.
         """
-        low, high = points.min(axis=0), points.max(axis=0)
+        low = points.min(axis=0)
+        high = points.max(axis=0)
         reach = 0.5 * float(np.linalg.norm(high - low))
         kept = [np.zeros((0, 3))]
         for number, (body, pose) in enumerate(zip(self._bodies, self.poses, strict=True)):

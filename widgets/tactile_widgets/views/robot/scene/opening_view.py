@@ -20,7 +20,9 @@ from tactile_maps.stimuli.stimulus import Stimulus
 DEFAULT_DIRECTION = np.array([0.45, 0.95, 0.42])
 """From the robot to the eye: its front is +x, z is up, and the side is that of a left arm."""
 _SIDES = np.array([[1, 1, 1], [-1, 1, 1], [1, -1, 1], [-1, -1, 1]])
-_OBJECT_POINTS, _TRACK_POINTS, _LIFT = 24, 6, 1e-3
+_OBJECT_POINTS = 24
+_TRACK_POINTS = 6
+_LIFT = 1e-3
 _LEAST_GAIN = 0.2
 """A share of all that matters that another side must show more of: people know the usual one."""
 _NEAR = 0.25
@@ -73,7 +75,8 @@ def _touched(prepared: PreparedScene, stimulus: Stimulus) -> IntArray:
         tracks = ()
     if not tracks:
         return np.zeros(0, int)
-    track, numbers = tracks[0], []
+    track = tracks[0]
+    numbers = []
     for k in np.unique(np.linspace(0, len(track.points) - 1, _TRACK_POINTS).astype(int)).tolist():
         patch = int(track.patches[k])
         own = skin.patches[patch].taxels.positions
@@ -84,7 +87,8 @@ def _touched(prepared: PreparedScene, stimulus: Stimulus) -> IntArray:
 def _near_objects(prepared: PreparedScene, poses: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Points and normals of the objects, and the skin nearest to each that is close to some."""
     positions, normals = _of_taxels(prepared, poses, np.arange(len(prepared.skin)))
-    found, outward = [np.zeros((0, 3))], [np.zeros((0, 3))]
+    found = [np.zeros((0, 3))]
+    outward = [np.zeros((0, 3))]
     for number, body in enumerate(prepared.objects):
         if body.spec.kind == "plane":
             continue
@@ -101,7 +105,8 @@ def _near_objects(prepared: PreparedScene, poses: FloatArray) -> tuple[FloatArra
 
 def _of_taxels(prepared: PreparedScene, poses: FloatArray, taxels: IntArray) -> tuple[FloatArray, FloatArray]:
     """Positions [m] and normals of taxels, (k, 3) each, world."""
-    skin, index = prepared.skin, prepared.robot.link_index
+    skin = prepared.skin
+    index = prepared.robot.link_index
     own = [poses[index[patch.link]] for patch in skin.patches]
     at = [p.taxels.positions @ T[:3, :3].T + T[:3, 3] for p, T in zip(skin.patches, own, strict=True)]
     outward = [p.taxels.normals @ T[:3, :3].T for p, T in zip(skin.patches, own, strict=True)]

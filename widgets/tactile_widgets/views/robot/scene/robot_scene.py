@@ -56,7 +56,8 @@ class BodyLayer:
     replaces_image: ClassVar[bool] = False
 
     def __init__(self, scene: RobotScene) -> None:
-        self.scene, self.shown = scene, False
+        self.scene = scene
+        self.shown = False
 
     def set_shown(self, *, shown: bool) -> None:
         """Show it from the next ``show_frame`` and ``colour`` on, which follow at once; or hide it now."""
@@ -101,12 +102,15 @@ class RobotScene:
     def __init__(
         self, plotter: Any, theme: Theme, scale: PressureScale, layers: Mapping[str, BodyLayerFactory] | None = None
     ) -> None:
-        self.plotter, self.theme, self._scale = plotter, theme, scale
+        self.plotter = plotter
+        self.theme = theme
+        self._scale = scale
         self._prepared: PreparedScene | None = None
         self._frame: Frame | None = None
         self.link_levels: LinkLevels | None = None
         self._bounds: list[tuple[int, FloatArray]] = []
-        self._make_layers, self._shown = dict(layers or {}), frozenset[str]()
+        self._make_layers = dict(layers or {})
+        self._shown = frozenset[str]()
         self.layers: dict[str, BodyLayer] = {}
         self.hidden: frozenset[int] = frozenset()
         self._light_and_ground()
@@ -116,7 +120,8 @@ class RobotScene:
         self.plotter.clear_actors()
         if self._prepared is None or _bodies(self._prepared) != _bodies(prepared):
             self.hidden = frozenset()
-        self._prepared, self._frame = prepared, None
+        self._prepared = prepared
+        self._frame = None
         self._configuration = Configuration(prepared.robot)
         self.skin = SkinActors(self.plotter, prepared, self._scale)  # before the links, most of which it hides
         self.links = LinkActors(self.plotter, prepared.robot, self.theme)
@@ -168,7 +173,8 @@ class RobotScene:
         """A frame without what touches links that are hidden."""
         if not self.hidden:
             return frame
-        robot, skin = self.prepared.robot, self.prepared.skin
+        robot = self.prepared.robot
+        skin = self.prepared.skin
         names = {link.name for number, link in enumerate(robot.links) if number not in self.hidden}
         return replace(
             frame,

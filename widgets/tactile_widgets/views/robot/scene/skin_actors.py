@@ -48,7 +48,9 @@ class TexturedSkin:
     """
 
     def __init__(self, plotter: Any, prepared: PreparedScene, picture: SkinTexture) -> None:
-        self._plotter, self._picture, self._flat = plotter, picture, prepared.map.uv
+        self._plotter = plotter
+        self._picture = picture
+        self._flat = prepared.map.uv
         self._faces = [chart.faces for chart in prepared.map.charts]
         self._links = [prepared.robot.link_index[patch.link] for patch in prepared.skin.patches]
         self._heights = [peel_height(patch.surface) for patch in prepared.skin.patches]
@@ -103,11 +105,13 @@ class TexturedSkin:
 
     def pick(self, ray: CameraRay) -> SurfacePoint | None:
         """The place of the skin that a ray meets first, as it lies now; None beside it. Cost: 7 ms for 20,000 faces."""
-        best, found = np.inf, None
+        best = np.inf
+        found = None
         for number, (mesh, faces) in enumerate(zip(self._meshes, self._faces, strict=True)):
             away, face, weights = ray_mesh_intersection(np.asarray(mesh.points, float), faces, ray)
             if away < best:
-                best, found = away, SurfacePoint(number, face, weights)
+                best = away
+                found = SurfacePoint(number, face, weights)
         return found
 
     def remove(self) -> None:
@@ -140,7 +144,8 @@ def morphed(
         Positions (k, 3) [m] and unit normals (k, 3), world frame.
     """
     flat = places @ plane[:3, :2].T + plane[:3, 3]
-    outward, way = normals @ pose[:3, :3].T, max(share - PEELED, 0.0) / (1 - PEELED)
+    outward = normals @ pose[:3, :3].T
+    way = max(share - PEELED, 0.0) / (1 - PEELED)
     here = points @ pose[:3, :3].T + pose[:3, 3] + min(share / PEELED, 1.0) * height * outward
     turned = (1 - way) * outward + way * plane[:3, 2]
     length = np.linalg.norm(turned, axis=1, keepdims=True)
@@ -161,7 +166,8 @@ def ray_mesh_intersection(
         How far along the ray [m], infinite where it meets none; the face; the barycentric weights there.
     """
     corner, second, third = (points[faces[:, k]] for k in range(3))
-    along, across = second - corner, third - corner
+    along = second - corner
+    across = third - corner
     normal = np.cross(ray.direction, across)
     with np.errstate(divide="ignore", invalid="ignore"):
         share = 1 / np.einsum("tk,tk->t", along, normal)
@@ -178,7 +184,8 @@ def ray_mesh_intersection(
     return float(away[face]), face, (float(1 - u[face] - v[face]), float(u[face]), float(v[face]))
 
 
-RING_SIZE, FEW_RING_SIZE = 0.34, 0.55
+RING_SIZE = 0.34
+FEW_RING_SIZE = 0.55
 """Radius of a selected taxel's ring, as a share of the root of its area: one of many, and one of few."""
 
 
@@ -203,7 +210,8 @@ class SkinActors:
     """
 
     def __init__(self, plotter: Any, prepared: PreparedScene, scale: PressureScale) -> None:
-        self._plotter, self._prepared = plotter, prepared
+        self._plotter = plotter
+        self._prepared = prepared
         self._use_weights(_weights_of(prepared.map))
         self._surfaces: list[pv.PolyData] = []
         self._plain: list[Any] = []
@@ -220,14 +228,16 @@ class SkinActors:
         self._carried: list[TaxelMarkers] = []
         self._rings = TaxelMarkers(plotter, prepared.skin)
         self.carry(self._rings)
-        self.share, self.bare = 0.0, False
+        self.share = 0.0
+        self.bare = False
         self._always = self._moved = False
         self._picture: SkinTexture | None = None
         self._textured: TexturedSkin | None = None
 
     def _use_weights(self, weights: list[csr_matrix]) -> None:
         """Colour vertices by these from now on; nothing is coloured yet."""
-        self._weights, self._asked = weights, [np.unique(matrix.indices) for matrix in weights]
+        self._weights = weights
+        self._asked = [np.unique(matrix.indices) for matrix in weights]
         self._coloured: list[tuple[PressureScale, bool, FloatArray] | None] = [None] * len(weights)
 
     def carry(self, markers: TaxelMarkers) -> None:
@@ -240,7 +250,8 @@ class SkinActors:
 
         Cost: 13 ms for 1000 taxels on 20,000 vertices; nothing where patches were only moved.
         """
-        old, self._prepared = self._prepared.map, replace(self._prepared, map=map_)
+        old = self._prepared.map
+        self._prepared = replace(self._prepared, map=map_)
         if any(one is not other for one, other in zip(old.charts, map_.charts, strict=True)):
             self._use_weights(_weights_of(map_))
             self.set_texture(None, always=self._always)
@@ -259,7 +270,8 @@ class SkinActors:
 
     def set_texture(self, picture: SkinTexture | None, *, always: bool) -> None:
         """Take the map's picture: shown ``always``, or only while the skin is not quite on the body."""
-        self._picture, self._always = picture, always
+        self._picture = picture
+        self._always = always
         if self._textured is not None:
             self._textured.remove()
             self._textured = None
@@ -282,7 +294,8 @@ class SkinActors:
             self._textured.refresh()
         else:
             for number, (surface, matrix) in enumerate(zip(self._surfaces, self._weights, strict=True)):
-                felt, before = kilopascals[self._asked[number]], self._coloured[number]
+                felt = kilopascals[self._asked[number]]
+                before = self._coloured[number]
                 if before is not None and before[:2] == (scale, self.bare) and np.array_equal(before[2], felt):
                     continue  # most patches are not touched most of the time
                 self._coloured[number] = scale, self.bare, felt
@@ -332,7 +345,8 @@ class SkinActors:
         """Position (3,) [m] and unit normal (3,) of a place on the skin as it lies now, world frame."""
         skin = self._prepared.skin
         flat = self._prepared.map.to_map(at)
-        position, normal = skin.position(at)[None], skin.normal(at)[None]
+        position = skin.position(at)[None]
+        normal = skin.normal(at)[None]
         height = peel_height(skin.patches[at.patch].surface)
         pose = poses[self._links[at.patch]]
         where, normals = morphed(position, normal, flat[None], pose, plane, self.share, height)
@@ -340,7 +354,8 @@ class SkinActors:
 
     def _taxels_at(self, number: int, poses: FloatArray, plane: FloatArray) -> tuple[FloatArray, FloatArray]:
         skin = self._prepared.skin
-        felt, own = skin.patches[number].taxels, slice(*skin.first[number : number + 2])
+        felt = skin.patches[number].taxels
+        own = slice(*skin.first[number : number + 2])
         flat = self._prepared.map.taxel_points[own]
         height = peel_height(skin.patches[number].surface)
         return morphed(felt.positions, felt.normals, flat, poses[self._links[number]], plane, self.share, height)

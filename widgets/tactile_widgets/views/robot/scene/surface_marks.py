@@ -103,7 +103,8 @@ def add_mark(
 
 _SIDES = 20
 _INNER = 0.62
-_LIFT, _LOW = 1.2e-3, 0.5e-3
+_LIFT = 1.2e-3
+_LOW = 0.5e-3
 """Of rings and of discs above the skin [m], so that its curvature does not swallow them; other marks lie between."""
 
 
@@ -171,7 +172,8 @@ class TaxelMarkers:
     def _rims(self, positions: FloatArray, normals: FloatArray, size: FloatArray) -> FloatArray:
         """(2 * sides * k, 3) points of the inner rims, then of the outer ones."""
         across, along = tangent_axes(normals)
-        middle, size = positions + self._lift * normals, size[:, None]
+        middle = positions + self._lift * normals
+        size = size[:, None]
         spoke = self._circle[:, 0, None, None] * (size * across) + self._circle[:, 1, None, None] * (size * along)
         return np.stack([middle + self._inner * spoke, middle + spoke]).reshape(-1, 3)
 
@@ -215,7 +217,8 @@ def ribbon(
         breaks = np.unique(np.clip(np.concatenate([along, turns, turns + dash]), 0, along[-1]))
     place, up = (np.stack([np.interp(breaks, along, part[:, k]) for k in range(3)], 1) for part in (points, normals))
     place = place + lift * up
-    step, middle = np.diff(place, axis=0), 0.5 * (breaks[1:] + breaks[:-1])
+    step = np.diff(place, axis=0)
+    middle = 0.5 * (breaks[1:] + breaks[:-1])
     shown = np.linalg.norm(step, axis=1) > 0
     if dash > 0:
         shown &= middle % ((1 + _GAP) * dash) < dash
@@ -223,7 +226,8 @@ def ribbon(
     aside = _unit(np.cross(up[1:] + up[:-1], step))
     # At a bend both sides end alike, or there would be a notch.
     ends = _unit(np.concatenate([aside[:1], _unit(aside[1:] + aside[:-1]), aside[-1:]]))
-    before, after = 0.5 * widths[:, None] * ends[:-1], 0.5 * widths[:, None] * ends[1:]
+    before = 0.5 * widths[:, None] * ends[:-1]
+    after = 0.5 * widths[:, None] * ends[1:]
     corners = np.stack([place[:-1] - before, place[1:] - after, place[1:] + after, place[:-1] + before], axis=1)
     return quads(corners[shown])
 
@@ -307,7 +311,9 @@ class SurfaceMarks(ABC):
     """
 
     def __init__(self, theme: Theme, prepared: PreparedScene) -> None:
-        self._theme, self._skin, self._hidden = theme, prepared.skin, False
+        self._theme = theme
+        self._skin = prepared.skin
+        self._hidden = False
         self._width = line_width(prepared.skin)
         self._links = [prepared.robot.link_index[patch.link] for patch in prepared.skin.patches]
         self.link_actors: list[tuple[int, Any]] = []

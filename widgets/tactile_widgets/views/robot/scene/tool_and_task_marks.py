@@ -41,7 +41,8 @@ from tactile_widgets.views.robot.scene.surface_marks import (
 
 _OUTLINE = "#1d2126"
 _TINT_OPACITY = 0.4
-_SMALL, _LARGE = 2.6, 3.6
+_SMALL = 2.6
+_LARGE = 3.6
 """Half a diamond's diagonal, in widths of a line."""
 
 
@@ -126,7 +127,9 @@ class EditToolMarks(SurfaceMarks):
         return role.ink(self._theme)
 
 
-_HALO, _RIM, _WHITE = "#ffffff", "#1d2126", "#ffffff"
+_HALO = "#ffffff"
+_RIM = "#1d2126"
+_WHITE = "#ffffff"
 _RING = 6.0
 """Radius of the target's ring, in widths of a line."""
 _CIRCLE_ANGLES = np.linspace(0, 2 * np.pi, 33)
@@ -146,13 +149,15 @@ class TaskMarks(SurfaceMarks):
 
     def __init__(self, plotter: Any, theme: Theme, prepared: PreparedScene) -> None:
         super().__init__(theme, prepared)
-        self._task, patches = NO_TASK, prepared.skin.patches
+        self._task = NO_TASK
+        patches = prepared.skin.patches
         self._kinds = {name: [_FlatActor(plotter) for _ in patches] for name in ("path", "tail", "target")}
         self._attach_to_links([flat.actor for flat in kind] for kind in self._kinds.values())
 
     def show(self, task: TaskOverlay) -> None:
         """Show this one. Cost: 1 ms for what has changed of it."""
-        shown, self._task = self._task, task
+        shown = self._task
+        self._task = task
         if self._hidden:
             return
         if task.path is not shown.path:
@@ -177,20 +182,23 @@ class TaskMarks(SurfaceMarks):
             flat.fill([piece for line in lines for piece in self._path(line)])
 
     def _path(self, line: SkinPolyline) -> Iterable[ColouredTriangles]:
-        width, places = self._width, (line.on_body, line.normals)
+        width = self._width
+        places = (line.on_body, line.normals)
         yield ribbon(*places, 3.4 * width, lift=0.30 * width), _HALO
         yield ribbon(*places, 2.0 * width, lift=0.45 * width), self._theme.intent
         yield arrowheads(*places, 6.5 * width, every=30 * width, lift=0.55 * width), self._theme.intent
 
     def _draw_tail(self) -> None:
-        tail, flats = self._seen.tail, self._kinds["tail"]
+        tail = self._seen.tail
+        flats = self._kinds["tail"]
         for number, flat in enumerate(flats):
             parts = [part for part in tail.lines if tail.patch[part.start] == number]
             flat.fill([piece for part in parts for piece in self._tail(tail, part)])
 
     def _tail(self, tail: ContactTrail, part: slice) -> Iterable[ColouredTriangles]:
         """It fades by growing thin: seen through, it would be mixed with the touch below."""
-        places, width = (tail.on_body[part], tail.normals[part]), self._width
+        places = (tail.on_body[part], tail.normals[part])
+        width = self._width
         fresh = 1 - tail.age[part]
         own = width * (0.3 + 0.8 * (fresh[1:] + fresh[:-1]))
         yield ribbon(*places, own + 1.2 * width, lift=0.7 * width), _RIM
@@ -203,7 +211,9 @@ class TaskMarks(SurfaceMarks):
 
     def _target(self, at: SurfacePoint) -> list[ColouredTriangles]:
         """A ring with a cross hair that leaves its middle free."""
-        point, normal, width = self._skin.position(at), self._skin.normal(at), self._width
+        point = self._skin.position(at)
+        normal = self._skin.normal(at)
+        width = self._width
         (x,), (y,) = tangent_axes(normal[None])
         return [
             (_cross_hair(point + lift * width * normal, x, y, _RING * width, wide * width), ink)
@@ -229,7 +239,8 @@ def _cross_hair(middle: FloatArray, x: FloatArray, y: FloatArray, radius: float,
     ring = quads(np.stack([inner[:-1], outer[:-1], outer[1:], inner[1:]], axis=1))
     strokes = []
     for along, aside in ((x, y), (-x, y), (y, x), (-y, x)):
-        near, far = middle + (0.5 * radius) * along, middle + (1.6 * radius + wide / 4) * along
+        near = middle + (0.5 * radius) * along
+        far = middle + (1.6 * radius + wide / 4) * along
         strokes.append(
             [near - wide / 2 * aside, far - wide / 2 * aside, far + wide / 2 * aside, near + wide / 2 * aside]
         )
