@@ -19,8 +19,8 @@ from tactile_widgets.panels.touch.simulated_skin_panel import SimulatedSkinPanel
 from tactile_widgets.session.live_input import LiveInputSettings
 from tactile_widgets.workers.simulated_skin_worker import SimulatedSkinWorker
 from tactile_widgets.workers.worker_process import SourceToken
+from tests.live.test_simulated_skin import frame_of
 from tests.support.touch import pair
-from tests.unit.live.test_simulated_skin import frame_of
 from tests.widgets.support.window_driver import run
 
 SLIDE = 0.032

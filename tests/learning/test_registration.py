@@ -9,7 +9,7 @@ import pytest
 
 from tactile_maps.learning import ENVIRONMENTS, register_environments
 
-ROOT = Path(__file__).resolve().parents[3]
+ROOT = Path(__file__).resolve().parents[2]
 
 
 @pytest.mark.parametrize("name", ENVIRONMENTS)

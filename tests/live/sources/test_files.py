@@ -15,7 +15,7 @@ from tactile_maps.recording.recorder import Recorder
 from tactile_maps.session.session import Session
 from tests.support.touch import prepared_bar
 
-CYSKIN = Path(__file__).parents[5] / "shared" / "data" / "cyskin_acquisition"
+CYSKIN = Path(__file__).parents[4] / "shared" / "data" / "cyskin_acquisition"
 TABLE = """# unit: kPa
 time,sequence,87012,87013,joint:elbow
 0.0,0,1.5,2.5,0.1

@@ -8,7 +8,7 @@ import pytest
 
 import tactile_maps.learning  # noqa: F401  # registers
 
-EXAMPLE = Path(__file__).resolve().parents[3] / "assets" / "guide" / "learn_to_retreat.py"
+EXAMPLE = Path(__file__).resolve().parents[2] / "assets" / "guide" / "learn_to_retreat.py"
 
 
 @pytest.mark.long

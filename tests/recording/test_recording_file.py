@@ -19,7 +19,7 @@ from tactile_maps.recording.recover import recover
 from tactile_maps.session.session import Session
 from tests.support.special_files import is_special, make_special_file, special_kinds
 
-ROOT = Path(__file__).resolve().parents[3]
+ROOT = Path(__file__).resolve().parents[2]
 ENDLESS = """
 import sys
 from tactile_maps.recording.recorder import Recorder

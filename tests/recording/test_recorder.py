@@ -23,7 +23,7 @@ from tactile_maps.session.session import Session
 from tactile_maps.tactile.poke import Finger, PokePressed
 from tests.support.touch import prepared_bar
 
-ROOT = Path(__file__).resolve().parents[3]
+ROOT = Path(__file__).resolve().parents[2]
 
 ENDLESS = """
 import sys
