@@ -17,8 +17,8 @@ from tactile_maps.flattening.newton import minimise
 from tactile_maps.flattening.pinned_patch import WHOLE, PinFollower, PinnedPatch
 from tactile_maps.flattening.reduced_model import build_coarse_cage
 from tactile_maps.geometry.surface.mesh import Mesh, SurfacePoint
+from tests.flattening.pinned_patches import at, dome, far_points, pinned, waves
 from tests.support.surfaces import sheet
-from tests.unit.flattening.pinned_patches import at, dome, far_points, pinned, waves
 
 
 @pytest.fixture(params=["whole", "by a coarse cage"])

@@ -18,7 +18,7 @@ from tactile_maps.maps.model.tactile_map import TactileMap
 from tactile_maps.skin.model.taxel_set import TaxelSet
 from tests.support.surfaces import named, sheet, skin_of
 
-ICUB = Path(__file__).parents[5] / "shared" / "data" / "icub-skin"
+ICUB = Path(__file__).parents[4] / "shared" / "data" / "icub-skin"
 
 
 @pytest.fixture(scope="module")
