@@ -17,6 +17,7 @@ from tactile_maps.session.prepare import prepare
 from tactile_maps.session.prepared_cache import link_levels_cached, prepare_cached
 from tactile_maps.session.session import Session
 from tactile_maps.tactile.poke import PokePressed
+from tactile_widgets.common.mode import Mode
 from tactile_widgets.panels.control.controller_panel import ControllerPanel
 from tactile_widgets.session.backends import BACKGROUND, INLINE
 from tests.widgets.support.window_driver import close_window, open_window
@@ -130,7 +131,7 @@ def test_scrub_in_a_long_recording(benchmark, window, prepared, tmp_path, pytest
             session.tick()
     benchmark.extra_info["minutes, MB"] = f"{seconds / 60:.0f}, {path.stat().st_size / 1e6:.0f}"
     window.live.open_recording(path)
-    while window.live.mode != "replaying":
+    while window.live.mode is not Mode.REPLAYING:
         QApplication.processEvents()
     places = iter(np.random.default_rng(0).uniform(0, seconds - 0.1, 200))
 

@@ -52,7 +52,7 @@ def test_the_window_shows_the_mnemonics_and_keeps_them_when_a_text_changes(windo
 
 def test_what_is_shown_follows_the_session(window):
     state = window.presenters.state
-    assert state.state.mode is Mode.LIVE
+    assert state.state.mode is Mode.RUNNING
     assert not window.action("step").isEnabled()
     window.action("pause").trigger()
     assert state.state.mode is Mode.PAUSED
@@ -101,7 +101,7 @@ def test_an_action_needs_one_place(plain):
     action = registry["measure"]
     assert action.toolTip() == "Measure it (Ctrl+U)"
     assert not action.isEnabled()
-    registry.show(WindowState(mode=Mode.LIVE, playing=True))
+    registry.show(WindowState(mode=Mode.RUNNING, playing=True))
     assert action.isEnabled()
     assert action.iconText() == "Measure again"
     assert not action.icon().isNull()

@@ -123,7 +123,7 @@ class Bench:
         live = self.window.live
         if live.recorder is not None:
             live.stop_recording()
-        if live.mode == Mode.REPLAYING:
+        if live.mode is Mode.REPLAYING:
             live.back_to_live()
         live.set_paused(paused=False)
 
@@ -133,7 +133,7 @@ class Bench:
 
     def recorded(self) -> None:
         """A recording is shown, from within."""
-        if self.window.live.mode != Mode.REPLAYING:
+        if self.window.live.mode is not Mode.REPLAYING:
             self.live()
             path = self.folder / f"recording-{len(self.files)}.mcap"
             self.window.live.start_recording(path)

@@ -18,6 +18,7 @@ from tactile_maps.session.session import Session
 from tactile_maps.tactile.poke import PokePressed
 from tactile_widgets.common.colours import LIGHT
 from tactile_widgets.common.guide_window import GuidePlace
+from tactile_widgets.common.mode import Mode
 from tactile_widgets.common.panel import LabelledSlider, Panel
 from tactile_widgets.document.map_editor import MapEditor
 from tactile_widgets.document.taxel_selection import TaxelSelection
@@ -225,7 +226,7 @@ def test_a_panel_needs_one_line(qtbot, editor, prepared, touched):
     column.show_prepared(prepared)
     column.show_frame(touched)
     column.set_theme(LIGHT)
-    session.mode_changed.emit("replaying")
+    session.mode_changed.emit(Mode.REPLAYING)
     assert panel.got == [prepared, touched, LIGHT, False]
     column.show()
     QApplication.processEvents()

@@ -19,6 +19,7 @@ from tactile_maps.live.readings.wire_format import encode_binary
 from tactile_maps.live.sources.open import SourceOptions
 from tactile_maps.recording.player import open_recording
 from tactile_maps.tactile.press import press_skin
+from tactile_widgets.common.mode import Mode
 from tactile_widgets.session.backends import INLINE
 from tactile_widgets.session.live_input import LiveInputSettings, ThreadReadingsRunner
 from tactile_widgets.session.live_session import LiveSession
@@ -59,7 +60,7 @@ def test_a_file_is_felt_and_moves_the_body(live, prepared, readings):
     assert told == [live.live_input]
     live.runner.run_for(3.0)
     live.pump()
-    assert live.mode == "live"
+    assert live.mode is Mode.RUNNING
     (region,) = frames[-1].regions
     assert abs(region.force - 3.0) < 0.1
     assert np.isclose(frames[-1].posture[1], 0.19)

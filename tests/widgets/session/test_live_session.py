@@ -15,6 +15,7 @@ from tactile_maps.session.inputs import MapEdited
 from tactile_maps.session.prepared_cache import prepare_cached
 from tactile_maps.skin.fitting.cover import CoverSpec
 from tactile_maps.tactile.poke import PokePressed
+from tactile_widgets.common.mode import Mode
 from tactile_widgets.session.backends import INLINE
 from tactile_widgets.session.live_session import LiveSession
 from tactile_widgets.workers.cost_worker import CostWorker
@@ -57,7 +58,7 @@ def recorded(live, path, seconds=0.3):
 
 def test_before_a_scene_nothing_can_be_done_and_nothing_breaks(qtbot):
     live = LiveSession(backends=INLINE)
-    assert live.mode == "empty"
+    assert live.mode is Mode.EMPTY
     live.release()
     live.set_paused(paused=True)
     live.step()
@@ -67,7 +68,7 @@ def test_before_a_scene_nothing_can_be_done_and_nothing_breaks(qtbot):
     live.back_to_live()
     live.show_time(1.0)
     live.pump()
-    assert live.mode == "empty"
+    assert live.mode is Mode.EMPTY
     live.close()
     live.deleteLater()
 
@@ -135,12 +136,12 @@ def test_a_failed_simulation_keeps_the_recording_and_a_reset_helps(live, told, t
     live.runner.run_for(0.2)
     blow_up(live)
     assert "diverged" in said(told, "halted")[0]
-    assert live.mode == "paused"
+    assert live.mode is Mode.PAUSED
     assert live.recorder is None
     assert RecordingPlayer(path).complete
     assert len(RecordingPlayer(path)) == 41
     live.reset()
-    assert live.mode == "live"
+    assert live.mode is Mode.RUNNING
     assert said(told, "halted") == said(told, "halted")[:1], "it is said once"
     live.runner.run_for(0.1)
     assert live.runner.session.frame.tick == 20
@@ -149,7 +150,7 @@ def test_a_failed_simulation_keeps_the_recording_and_a_reset_helps(live, told, t
 def test_a_person_who_paused_stays_paused_after_a_reset(live):
     live.set_paused(paused=True)
     live.reset()
-    assert live.mode == "paused"
+    assert live.mode is Mode.PAUSED
 
 
 def test_settings_asked_for_while_paused_survive_a_reset(live, told):
@@ -200,9 +201,9 @@ def test_back_from_a_replay_time_is_as_it_was(live, tmp_path, paused):
     live.set_paused(paused=paused)
     live.open_recording(path)
     live.open_recording(path)  # a second replay must not take the first one's pause for the person's
-    assert live.mode == "replaying"
+    assert live.mode is Mode.REPLAYING
     live.back_to_live()
-    assert live.mode == ("paused" if paused else "live")
+    assert live.mode is (Mode.PAUSED if paused else Mode.RUNNING)
 
 
 def test_a_replay_begins_with_its_first_frame_even_if_the_live_one_has_its_number(live, told, tmp_path):
@@ -234,7 +235,7 @@ def test_a_bad_recording_leaves_the_session_running(live, told, tmp_path):
     path = tmp_path / "bad.mcap"
     path.write_bytes(b"nothing of the sort")
     live.open_recording(path)
-    assert live.mode == "live"
+    assert live.mode is Mode.RUNNING
     assert str(path) in said(told, "failed")[0]
 
 
@@ -244,9 +245,9 @@ def test_a_hand_in_the_middle_of_an_edit_gives_it_up_before_another_scene_is_sho
     live.mode_changed.connect(order.append)
     live.prepared_changed.connect(lambda _prepared: order.append("another scene"))
     live.open_recording(path)
-    assert order == ["replaying", "another scene"]
+    assert order == [Mode.REPLAYING, "another scene"]
     live.back_to_live()
-    assert order[2:] == ["another scene", "live"]
+    assert order[2:] == ["another scene", Mode.RUNNING]
 
 
 def test_what_was_measured_on_the_scene_before_is_dropped_when_a_recording_is_shown(qtbot, prepared, tmp_path):

@@ -10,6 +10,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 
 from tactile_maps.editing.arrange import move, rotate
+from tactile_widgets.common.mode import Mode
 from tactile_widgets.dialogs.dialogs import Button
 from tests.widgets.support.window_driver import answer, press_map, run
 
@@ -59,7 +60,7 @@ def test_a_recording_is_taken_over_from_the_instant_that_is_shown(window, tmp_pa
     lift(window)
     assert "recording" in window.notification_bar.text
     click_remedy(window, "Take over from here")
-    qtbot.waitUntil(lambda: window.live.mode == "live")
+    qtbot.waitUntil(lambda: window.live.mode is Mode.RUNNING)
     session = window.live.runner.session
     assert session.frame.tick == shown.tick
     assert session.frame.posture.tobytes() == shown.posture.tobytes()
@@ -100,7 +101,7 @@ def taken_over(window, qtbot):
     """Take over the recording that is shown, and wait for it."""
     window.action("take_over").trigger()
     answer(window, Button.Discard)
-    qtbot.waitUntil(lambda: window.live.mode == "live")
+    qtbot.waitUntil(lambda: window.live.mode is Mode.RUNNING)
     return window.live.runner.session
 
 
@@ -141,7 +142,7 @@ def test_taking_over_asks_about_unsaved_edits_first(window, edited_recording, qt
     own = window.editor.document
     window.action("take_over").trigger()
     answer(window, Button.Cancel)
-    assert window.live.mode == "replaying"
+    assert window.live.mode is Mode.REPLAYING
     assert window.editor.document is own
     window.live.back_to_live()
     assert window.isWindowModified()
@@ -155,6 +156,6 @@ def test_a_recording_without_edits_leaves_nothing_to_save(window, tmp_path, qtbo
     window.live.open_recording(tmp_path / "a.mcap")
     window.live.show_time(0.2)
     window.action("take_over").trigger()
-    qtbot.waitUntil(lambda: window.live.mode == "live")
+    qtbot.waitUntil(lambda: window.live.mode is Mode.RUNNING)
     assert window.editor.history.names == ("Open",)
     assert not window.isWindowModified()

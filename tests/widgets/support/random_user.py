@@ -51,6 +51,7 @@ from tactile_widgets.actions.keys_sheet import KeysSheet
 from tactile_widgets.actions.palette import CommandPalette
 from tactile_widgets.actions.registry import specs_in
 from tactile_widgets.common.colour_bar import ColourBar
+from tactile_widgets.common.mode import Mode
 from tactile_widgets.plots.study_plot import StudyPlot
 from tactile_widgets.plots.timeline.recording_plots import RecordingPlots
 from tactile_widgets.plots.timeline.scrub_bar import ScrubBar
@@ -556,7 +557,7 @@ class RandomUser:
         """Shows what was recorded last, or takes over from it, or goes back to the session."""
         live = self.window.live
         files = sorted(self.folder.rglob("recordings/*.mcap"))
-        if live.mode == "replaying":
+        if live.mode is Mode.REPLAYING:
             name = self._one_of(["take_over", "mark", "range_start", "range_end", "split_episodes"])
             self._say(f"{name} in a replay")
             self.window.action(name).trigger()

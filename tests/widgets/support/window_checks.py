@@ -92,9 +92,9 @@ class WindowChecks:
             frame = session.frame
         if failure is not None:
             _require(halted, "a session that failed runs on", failure)
-        if live.mode == Mode.LIVE:
+        if live.mode is Mode.RUNNING:
             _require(not halted, "a session that stands still is shown as running")
-        if halted and live.mode == Mode.PAUSED:
+        if halted and live.mode is Mode.PAUSED:
             _require(self._halts, "a session stands still and nobody was told", failure)
         for name in ("posture", "velocity", "pressures", "objects"):
             _require(np.isfinite(getattr(frame, name)).all(), f"{name} with what is no number")

@@ -12,6 +12,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QAbstractSpinBox, QApplication, QComboBox, QPushButton, QSlider
 
 from tactile_widgets.actions.keymap import KeyMap
+from tactile_widgets.common.mode import Mode
 from tactile_widgets.common.settings import Settings
 from tactile_widgets.window.palette_commands import action_commands
 from tests.widgets.support.window_driver import run
@@ -41,10 +42,10 @@ def focus(widget):
 
 def test_space_pauses_from_the_views(window):
     QTest.keyClick(window.robot_view, KEY.Key_Space)
-    assert window.live.mode == "paused"
+    assert window.live.mode is Mode.PAUSED
     focus(window.map_view)
     QTest.keyClick(window.map_view, KEY.Key_Space)
-    assert window.live.mode == "live"
+    assert window.live.mode is Mode.RUNNING
 
 
 @pytest.mark.parametrize("key", [KEY.Key_Space, KEY.Key_Return, KEY.Key_Enter])
@@ -54,7 +55,7 @@ def test_a_focused_button_is_pressed(window, key):
     QTest.keyClick(focus(button), key)
     run(window, 0.02)
     assert window.live.runner.session.settings.controller == "hold_force"
-    assert window.live.mode == "live", "and nothing is paused"
+    assert window.live.mode is Mode.RUNNING, "and nothing is paused"
 
 
 def test_a_heading_folds_by_return(window):
@@ -120,7 +121,7 @@ def test_space_and_a_drag_move_the_map_and_pause_nothing(window):
     QTest.mouseRelease(view.viewport(), Qt.MouseButton.LeftButton, pos=end)
     QTest.keyRelease(view, KEY.Key_Space)
     assert view.camera.centre != before
-    assert window.live.mode == "live"
+    assert window.live.mode is Mode.RUNNING
     assert not touched
 
 
@@ -295,11 +296,11 @@ def test_space_given_away_pauses_no_more_and_does_what_has_it(window, sheet, qtb
     QTest.mouseClick(sheet.editor.swap, Qt.MouseButton.LeftButton)
     assert window.context.actions.keys("pause") == ("L",)
     press_in_map(window, qtbot, KEY.Key_Space)
-    assert window.live.mode == "live"
+    assert window.live.mode is Mode.RUNNING
     assert window.action("select_lasso").isChecked()
     press_in_map(window, qtbot, KEY.Key_L)
     run(window, 0.02)
-    assert window.live.mode == "paused"
+    assert window.live.mode is Mode.PAUSED
 
 
 def test_keys_are_kept_and_reset_together(window, sheet):

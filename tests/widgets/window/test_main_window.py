@@ -15,6 +15,7 @@ from tactile_maps.editing.arrange import move
 from tactile_maps.editing.pins import add_pin
 from tactile_widgets.common.colours import DARK, LIGHT
 from tactile_widgets.common.guide_window import GuideWindow
+from tactile_widgets.common.mode import Mode
 from tactile_widgets.common.settings import BaseLayer
 from tactile_widgets.context.notification_bar import NotificationBar
 from tactile_widgets.tools.registry import ARRANGE
@@ -125,7 +126,7 @@ def test_gains_are_live(window):
 
 def test_pause_and_step(window):
     window.action("pause").trigger()
-    assert window.live.mode == "paused"
+    assert window.live.mode is Mode.PAUSED
     tick = window.live.runner.session.frame.tick
     run(window, 0.2)
     assert window.live.runner.session.frame.tick == tick
@@ -245,12 +246,12 @@ def test_a_halted_simulation_offers_its_reset(window):
     run(window, 0.2)
     blow_up(window.live)
     assert "diverged" in window.notification_bar.text
-    assert window.live.mode == "paused"
+    assert window.live.mode is Mode.PAUSED
     button = window.notification_bar.findChild(QToolButton, "message-remedy")
     assert button.isVisible()
     assert button.text() == "Reset"
     QTest.mouseClick(button, Qt.MouseButton.LeftButton)
-    assert window.live.mode == "live"
+    assert window.live.mode is Mode.RUNNING
     assert not window.notification_bar.isVisible()
 
 
@@ -299,7 +300,7 @@ def test_right_steps_while_paused_and_only_then(window):
     QTest.keyClick(window.robot_view, Qt.Key.Key_Right)
     assert window.live.runner.session.frame.tick == tick
     QTest.keyClick(window.robot_view, Qt.Key.Key_Space)
-    assert window.live.mode == "paused"
+    assert window.live.mode is Mode.PAUSED
     QTest.keyClick(window.robot_view, Qt.Key.Key_Right)
     assert window.live.runner.session.frame.tick == tick + 1
 

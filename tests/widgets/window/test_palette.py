@@ -9,6 +9,7 @@ from PySide6.QtWidgets import QApplication
 
 from tactile_widgets.actions.keys_sheet import KeysSheet
 from tactile_widgets.actions.palette import Command, matching
+from tactile_widgets.common.mode import Mode
 
 KEY = Qt.Key
 CTRL = Qt.KeyboardModifier.ControlModifier
@@ -59,7 +60,7 @@ def test_a_few_letters_and_return_do_it(window, palette):
     assert texts(palette)[0] == "Session > Pause"
     QTest.keyClick(palette.field, KEY.Key_Return)
     assert window._commands.palette is None
-    assert window.live.mode == "paused"
+    assert window.live.mode is Mode.PAUSED
     window.action("pause").trigger()
 
 

@@ -11,6 +11,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 
 from tactile_maps.editing.reflatten import set_method
+from tactile_widgets.common.mode import Mode
 from tactile_widgets.session.backends import BACKGROUND
 from tactile_widgets.session.live_session import HAND
 from tests.widgets.support.samples import coarse
@@ -58,7 +59,7 @@ def test_a_person_presses_edits_records_and_replays(window, qtbot, tmp_path):
     assert threads() == ["session"]
     (file,) = (tmp_path / "recordings").glob("*.mcap")
     window.presenters.files.open_path(str(file))
-    qtbot.waitUntil(lambda: live.mode == "replaying", timeout=LONG)
+    qtbot.waitUntil(lambda: live.mode is Mode.REPLAYING, timeout=LONG)
     live.show_time((tick - frames[-1].tick) * live.prepared.scene.tick)
     assert (frames[-1].tick, pressed(frames[-1])) == (tick, True)
     assert frames[-1].regions
@@ -90,4 +91,4 @@ def test_a_scene_is_opened_beside_the_one_that_runs_which_stays_where_it_fails(w
     assert len(live.prepared.skin) == 60
     assert tick > 0
     qtbot.waitUntil(lambda: live.runner.session.frame.tick > 5, timeout=LONG)
-    assert live.mode == "live"
+    assert live.mode is Mode.RUNNING

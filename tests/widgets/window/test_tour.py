@@ -7,6 +7,7 @@ from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QPushButton
 
+from tactile_widgets.common.mode import Mode
 from tests.widgets.support.window_driver import press_map, run, visible_skin
 
 LEFT = Qt.MouseButton.LeftButton
@@ -84,7 +85,7 @@ def test_each_step_is_done_by_doing_it(window, tour):
 def test_it_blocks_nothing_and_escape_leaves(window, tour):
     window.map_view.setFocus()
     QTest.keyClick(window.map_view, Qt.Key.Key_Space)
-    assert window.live.mode == "paused"
+    assert window.live.mode is Mode.PAUSED
     QTest.mouseClick(tour.card.skip, LEFT)
     assert tour.step == 1
     QTest.keyClick(window.map_view, Qt.Key.Key_Escape)

@@ -113,12 +113,12 @@ def measured(state: WindowState) -> bool:
 
 def running(state: WindowState) -> bool:
     """A session is shown, running or paused."""
-    return state.mode.running
+    return state.mode.takes_input
 
 
 def simulating(state: WindowState) -> bool:
     """A simulation is shown, running or paused."""
-    return state.mode.running and not state.measured
+    return state.mode.takes_input and not state.measured
 
 
 def replaying(state: WindowState) -> bool:
@@ -168,4 +168,4 @@ def can_pose(state: WindowState) -> bool:
 
 def has_tasks(state: WindowState) -> bool:
     """The controller in force does tasks."""
-    return state.mode.running and has_task(state.controller)
+    return state.mode.takes_input and has_task(state.controller)

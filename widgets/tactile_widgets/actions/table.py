@@ -611,7 +611,7 @@ def _control_menu(tools: tuple[ToolSpec, ...]) -> Menu:
                 "Restart task",
                 ("Ctrl+Backspace",),
                 "Restart the task from its beginning",
-                enabled=lambda state: state.mode.running and state.can_restart_task,
+                enabled=lambda state: state.mode.takes_input and state.can_restart_task,
             ),
             LINE,
             Menu(

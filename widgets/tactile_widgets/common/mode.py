@@ -1,19 +1,19 @@
-"""What the window shows: nothing, a session that runs or stands still, or a recording."""
+"""The mode of the window."""
 
 from __future__ import annotations
 
-from enum import StrEnum
+from enum import Enum, auto
 
 
-class Mode(StrEnum):
-    """The mode of the session; its values are those of ``LiveSession.mode``."""
+class Mode(Enum):
+    """What the window shows: nothing, a session that runs or is paused, or a recording."""
 
-    EMPTY = "empty"
-    LIVE = "live"
-    PAUSED = "paused"
-    REPLAYING = "replaying"
+    EMPTY = auto()
+    RUNNING = auto()
+    PAUSED = auto()
+    REPLAYING = auto()
 
     @property
-    def running(self) -> bool:
-        """Whether there is a session that takes what a person wants, now or at its next tick."""
-        return self in (Mode.LIVE, Mode.PAUSED)
+    def takes_input(self) -> bool:
+        """True if a session is shown that takes the user's input, now or at its next tick."""
+        return self in (Mode.RUNNING, Mode.PAUSED)

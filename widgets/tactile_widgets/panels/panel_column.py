@@ -118,9 +118,9 @@ class PanelColumn(QScrollArea):
         self._session = session
         session.mode_changed.connect(self._on_mode_changed)
 
-    def _on_mode_changed(self, mode: str) -> None:
+    def _on_mode_changed(self, mode: Mode) -> None:
         """What is replayed cannot be changed, and of a real skin nothing but how it is read and mapped."""
-        running = Mode(mode).running
+        running = mode.takes_input
         reason = ""
         if running and self._session.live_input is not None:
             reason = _NOT_SIMULATED

@@ -96,10 +96,10 @@ class StateTracker(QObject):
         session = context.session
         editor = context.editor
         settings = self._settings
-        mode = Mode(session.mode)
+        mode = session.mode
         return WindowState(
             mode=mode,
-            playing=mode is Mode.LIVE or (mode is Mode.REPLAYING and context.timeline.playhead.playing),
+            playing=mode is Mode.RUNNING or (mode is Mode.REPLAYING and context.timeline.playhead.playing),
             recording=session.recorder is not None,
             shared_with="" if session.shared_with is None else session.shared_with.value,
             recorded_for_viewers=session.recorded_for_viewers,

@@ -14,6 +14,7 @@ from tactile_maps.session.frame import Frame
 from tactile_maps.session.inputs import ControlChanged, SessionInput
 from tactile_maps.session.prepare import PreparedScene
 from tactile_maps.session.runtime_settings import RuntimeSettings
+from tactile_widgets.common.mode import Mode
 from tactile_widgets.session.session_runner import SessionRunner
 from tactile_widgets.workers.comparison_worker import ComparisonStimulus
 
@@ -27,8 +28,8 @@ class Source(Protocol):
     """What is shown."""
 
     @property
-    def mode(self) -> str:
-        """``live``, ``paused`` or ``replaying``."""
+    def mode(self) -> Mode:
+        """Running, paused or replaying."""
 
     @property
     def prepared(self) -> PreparedScene:
@@ -79,9 +80,9 @@ class LiveRun:
             self._frame = runner.session.frame
 
     @property
-    def mode(self) -> str:
-        """``live`` or ``paused``."""
-        return "paused" if self.runner.paused else "live"
+    def mode(self) -> Mode:
+        """Running or paused."""
+        return Mode.PAUSED if self.runner.paused else Mode.RUNNING
 
     @property
     def prepared(self) -> PreparedScene:
@@ -160,10 +161,9 @@ class Replay:
         settings: In force at that frame.
         number: Of that frame in the recording.
         passed: The frames between the one shown before and this; None where it was not played on, but a jump.
-        mode: ``replaying``.
     """
 
-    mode = "replaying"
+    mode = Mode.REPLAYING
 
     def __init__(self, player: RecordingPlayer) -> None:
         self.player = player

@@ -43,6 +43,7 @@ from tactile_maps.session.session import Session
 from tactile_maps.stimuli.stimuli_from_pokes import stimuli_from_pokes
 from tactile_maps.stimuli.stimulus import Stimulus
 from tactile_maps.tactile.poke import Finger, PokeMoved, PokePressed, PokeReleased
+from tactile_widgets.common.mode import Mode
 from tactile_widgets.session.active_settings import ActiveSettings
 from tactile_widgets.session.backends import BACKGROUND, Backends
 from tactile_widgets.session.live_input import LiveInput, LiveInputSettings
@@ -113,8 +114,8 @@ class LiveSession(QObject):
     """Something could not be done; the sentence says what, where and what helps. All that was good is kept."""
     halted = Signal(str)
     """The simulation failed and stands still; the sentence says why. ``reset`` starts it again."""
-    mode_changed = Signal(str)
-    """``empty``, ``live``, ``paused`` or ``replaying``."""
+    mode_changed = Signal(Mode)
+    """The mode, after it may have changed."""
     recording_changed = Signal(object)
     """Path of the recording being written, or None."""
     disk_filling = Signal(object)
@@ -197,9 +198,9 @@ class LiveSession(QObject):
         return self._replay or self._run
 
     @property
-    def mode(self) -> str:
-        """``empty``, ``live``, ``paused`` or ``replaying``."""
-        return "empty" if self.source is None else self.source.mode
+    def mode(self) -> Mode:
+        """Mode of the window."""
+        return Mode.EMPTY if self.source is None else self.source.mode
 
     @property
     def prepared(self) -> PreparedScene | None:

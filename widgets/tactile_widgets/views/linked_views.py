@@ -220,11 +220,11 @@ class LinkedViews(QWidget):
         for view in (self.robot, self.map):
             view.card.show_last()
 
-    def show_mode(self, mode: str) -> None:
+    def show_mode(self, mode: Mode) -> None:
         """``live``, ``paused``, ``replaying`` or ``empty``."""
         for view in (self.robot, self.map):
-            view.display.set_replaying(replaying=mode == Mode.REPLAYING)
-            view.display.set_paused(paused=mode == Mode.PAUSED)
+            view.display.set_replaying(replaying=mode is Mode.REPLAYING)
+            view.display.set_paused(paused=mode is Mode.PAUSED)
 
     def set_overlays(self, overlays: OverlayOptions) -> None:
         """Both show what View > Overlay asks for."""

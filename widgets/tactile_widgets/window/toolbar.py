@@ -131,7 +131,7 @@ class SessionToolbar(QToolBar):
 
     def show_state(self, state: WindowState) -> None:
         """What is replayed has a speed of its own."""
-        self.speed.setEnabled(state.mode.running)
+        self.speed.setEnabled(state.mode.takes_input)
 
     def _on_speed_chosen(self, _index: int) -> None:
         self.speed_chosen.emit(float(self.speed.currentData()))

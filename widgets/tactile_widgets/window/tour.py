@@ -261,7 +261,7 @@ class Tour(QObject):
             self._chosen = True
             self._show()
 
-    def _on_mode_changed(self, _mode: str) -> None:
+    def _on_mode_changed(self, _mode: object) -> None:
         """Another scene, or a replay: what the steps are about may be gone."""
         if not self._context.session.simulating:
             self.leave()

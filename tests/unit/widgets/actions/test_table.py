@@ -69,9 +69,9 @@ def test_an_empty_window_opens_and_shows():
 def test_time_is_stepped_only_while_it_stands_still():
     of = {mode: enabled(WindowState(mode=mode)) for mode in Mode}
     assert [mode for mode in Mode if "step" in of[mode]] == [Mode.PAUSED]
-    assert [mode for mode in Mode if "pause" in of[mode]] == [Mode.LIVE, Mode.PAUSED, Mode.REPLAYING]
-    assert [mode for mode in Mode if "record" in of[mode]] == [Mode.LIVE, Mode.PAUSED]
-    assert [mode for mode in Mode if "save_scene" in of[mode]] == [Mode.LIVE, Mode.PAUSED, Mode.REPLAYING]
+    assert [mode for mode in Mode if "pause" in of[mode]] == [Mode.RUNNING, Mode.PAUSED, Mode.REPLAYING]
+    assert [mode for mode in Mode if "record" in of[mode]] == [Mode.RUNNING, Mode.PAUSED]
+    assert [mode for mode in Mode if "save_scene" in of[mode]] == [Mode.RUNNING, Mode.PAUSED, Mode.REPLAYING]
 
 
 def test_a_replay_is_not_changed():
@@ -82,7 +82,7 @@ def test_a_replay_is_not_changed():
 
 def test_tasks_are_for_controllers_that_do_them():
     for controller in ("hold_force", *CONTROL_SCHEMES):
-        names = enabled(WindowState(mode=Mode.LIVE, controller=controller))
+        names = enabled(WindowState(mode=Mode.RUNNING, controller=controller))
         assert ("task_follow_path" in names) == (controller in CONTROL_SCHEMES)
 
 

@@ -13,6 +13,7 @@ from tactile_maps.recording.player import RecordingPlayer
 from tactile_maps.recording.verify import verify
 from tactile_maps.robots.kinematics import Configuration
 from tactile_maps.session.inputs import PosturePlaced, RestChanged
+from tactile_widgets.common.mode import Mode
 from tactile_widgets.panels.control.posture_panel import PosturePanel
 from tests.widgets.support.window_driver import run, visible_skin
 
@@ -119,7 +120,7 @@ def test_beside_a_finger_it_is_not_placed_and_moving_there_is_offered(window):
     assert np.allclose(window.presenters.posture.editor.wanted, home), "what is refused is not wanted any more"
     window.action("go_there").trigger()
     run(window, 1.0)
-    assert window.live.mode == "live"
+    assert window.live.mode is Mode.RUNNING
     assert np.degrees(window.live.shown.posture[1] - home[1]) > 2.0
 
 

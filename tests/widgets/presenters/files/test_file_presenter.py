@@ -25,6 +25,7 @@ from tactile_maps.scene.scene_file import load_scene, scene_for, scene_for_taxel
 from tactile_maps.session.prepare import load_robot_and_skin
 from tactile_maps.skin.formats.import_skin import NO_ROBOT
 from tactile_maps.skin.formats.taxel_files import write_taxels
+from tactile_widgets.common.mode import Mode
 from tactile_widgets.presenters.files.file_presenter import scene_words
 from tactile_widgets.session.backends import INLINE
 from tactile_widgets.views.interaction.pointed_at import PointedAt
@@ -67,8 +68,8 @@ def test_record_stop_replay_scrub_and_back(new_window, qtbot, tmp_path):
     assert verify(player).identical
     with qtbot.waitSignal(window.live.player_changed, timeout=60_000):
         window.presenters.files.open_path(str(file))
-        assert window.live.mode == "live", "what runs goes on until the recording is there"
-    assert window.live.mode == "replaying"
+        assert window.live.mode is Mode.RUNNING, "what runs goes on until the recording is there"
+    assert window.live.mode is Mode.REPLAYING
     window.timeline.scrubbed.emit(0.5)
     assert window.live._shown.regions, "half a second in, the finger was down"
     window.action("pause").trigger()
@@ -78,7 +79,7 @@ def test_record_stop_replay_scrub_and_back(new_window, qtbot, tmp_path):
     window.live.measurements.map_quality_worker.run()
     assert quality.text() == "yes"
     window.timeline.live_requested.emit()
-    assert window.live.mode == "live"
+    assert window.live.mode is Mode.RUNNING
     assert window.live._shown.tick == window.live.runner.session.frame.tick
 
 
@@ -102,7 +103,7 @@ def test_a_bad_file_gives_one_message_and_keeps_the_scene(window, qtbot, tmp_pat
     assert str(path) in window.notification_bar.text
     assert "Traceback" not in window.notification_bar.text
     assert window.live.prepared is before
-    assert window.live.mode == "live"
+    assert window.live.mode is Mode.RUNNING
     run(window, 0.1)
 
 
@@ -130,7 +131,7 @@ def test_another_robot_is_prepared_beside_the_running_one(new_window, qtbot, tmp
     with qtbot.waitSignal(window.live.prepared_changed, timeout=60_000):
         window.presenters.files.open_path(str(path))
     assert window.live.prepared.robot.joints == ()
-    assert window.live.mode == "live"
+    assert window.live.mode is Mode.RUNNING
     run(window, 0.2)
     assert window.settings.recent[0] == str(path)
 

@@ -14,6 +14,7 @@ from PySide6.QtWidgets import QFileDialog, QMessageBox
 from tactile_maps.editing.arrange import move, rotate
 from tactile_maps.scene.scene_file import load_scene
 from tactile_maps.skin.fitting.fit import is_grid_patch
+from tactile_widgets.common.mode import Mode
 from tactile_widgets.dialogs.dialogs import Button
 from tactile_widgets.session.live_input import LiveInputSettings
 from tests.widgets.support.window_driver import answer, run
@@ -210,7 +211,7 @@ def take_over(window, path, qtbot):
     window.action("take_over").trigger()
     if question(window):
         answer(window, Button.Discard)
-    qtbot.waitUntil(lambda: window.live.mode == "live")
+    qtbot.waitUntil(lambda: window.live.mode is Mode.RUNNING)
     assert len(window.live.prepared.scene.grids) == 1
 
 

@@ -14,6 +14,7 @@ from tactile_maps.scene.scene import with_override
 from tactile_maps.scene.stability import stability_warning
 from tactile_maps.session.inputs import EffectsChanged
 from tactile_maps.studies.study.work_precision import Setting
+from tactile_widgets.common.mode import Mode
 from tests.widgets.support.window_driver import press_map, run
 
 LEFT = Qt.MouseButton.LeftButton
@@ -86,7 +87,7 @@ def test_what_is_refused_is_said_and_the_panel_goes_back(window, panel):
     window.live.set_effects(refused)
     run(window, 0.05)
     assert "whole number" in window.notification_bar.text
-    assert window.live.mode == "live", "the session goes on"
+    assert window.live.mode is Mode.RUNNING, "the session goes on"
     assert window.live.runner.session.frame.tick
     assert panel.lines["timestep"].words[1] == "0.001 s"
 

@@ -17,6 +17,7 @@ from tactile_maps.recording.encoding.annotations import (
 )
 from tactile_maps.recording.recorder import Recorder
 from tactile_maps.session.session import Session
+from tactile_widgets.common.mode import Mode
 from tactile_widgets.dialogs.episode_dialog import EpisodeDialog
 from tactile_widgets.plots.timeline.playhead import Span
 from tactile_widgets.plots.timeline.scrub_bar import ScrubBar
@@ -191,4 +192,4 @@ def test_a_damaged_file_of_notes_is_told_and_left_alone(recorded):
     assert "one.notes.json" in window.notification_bar.text
     assert not window.action("mark").isEnabled()
     assert annotations_file(path).read_text() == "no json"
-    assert window.live.mode == "replaying"
+    assert window.live.mode is Mode.REPLAYING

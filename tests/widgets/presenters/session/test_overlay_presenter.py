@@ -13,6 +13,7 @@ from tactile_maps.control.motion.command import ControlSettings
 from tactile_maps.recording.recorder import Recorder
 from tactile_maps.session.session import Session
 from tactile_maps.tactile.poke import PokePressed
+from tactile_widgets.common.mode import Mode
 from tactile_widgets.presenters.session.overlay_presenter import first_touch, same_skin
 from tests.support.recordings import record, small_arm
 from tests.widgets.support.window_driver import run
@@ -91,7 +92,7 @@ def test_the_touches_are_repeated_on_the_scene_that_waits(window):
     shown = []
     window.live.prepared_changed.connect(shown.append)
     window.action("repeat_touches").trigger()
-    assert window.live.mode == "live"
+    assert window.live.mode is Mode.RUNNING
     assert len(shown) == 1, "all that is drawn is made once"
     assert not outlined(window), "it went with the recording it lay over"
     assert len(window.live.prepared.scene.stimuli) == 1

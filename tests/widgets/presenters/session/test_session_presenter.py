@@ -8,6 +8,7 @@ import pytest
 from mcap.reader import make_reader
 
 from tactile_maps.recording.file.damage import DamageKind
+from tactile_widgets.common.mode import Mode
 from tactile_widgets.plots.timeline.scrub_bar import ScrubBar
 from tactile_widgets.session.recording_writer import DiskSpace
 from tests.widgets.support.window_driver import run
@@ -32,7 +33,7 @@ def test_a_damaged_recording_says_what_it_has_lost_and_marks_where(window, tmp_p
     data[index.chunk_start_offset + index.chunk_length // 2] ^= 1
     path.write_bytes(data)
     window.presenters.files.open_path(str(path))
-    assert window.live.mode == "replaying"
+    assert window.live.mode is Mode.REPLAYING
     assert "damaged.mcap is damaged" in window.notification_bar.text
     assert "frames missing" in window.notification_bar.text
     (span,) = [span for span in window.live.player.damaged_spans() if span[2].kind == DamageKind.FRAMES_MISSING]

@@ -10,6 +10,7 @@ from PySide6.QtWidgets import QFileDialog, QToolButton
 
 from tactile_maps.recording.player import RecordingPlayer
 from tactile_maps.stimuli.stimulus_file import load_stimuli
+from tactile_widgets.common.mode import Mode
 from tests.widgets.support.window_driver import blow_up, press_map, run
 
 LEFT = Qt.MouseButton.LeftButton
@@ -133,5 +134,5 @@ def test_a_stop_can_be_kept_as_a_report(window, tmp_path):
     assert player.failure is not None
     assert "diverged" in str(player.failure[1])
     window.action("reset").trigger()
-    assert window.live.mode == "live"
+    assert window.live.mode is Mode.RUNNING
     assert not window.live.can_report

@@ -78,8 +78,8 @@ class ControlToolsPresenter(QObject):
             "choose the path's shape", controller=self.settings_editor.settings.controller, path_kind=kind
         )
 
-    def _on_mode_changed(self, mode: str) -> None:
-        self.settings_editor.set_enabled(enabled=Mode(mode).running)
+    def _on_mode_changed(self, mode: Mode) -> None:
+        self.settings_editor.set_enabled(enabled=mode.takes_input)
 
     def _on_shown(self, document: MapDocument) -> None:
         if not self._context.editor.gesture:

@@ -66,9 +66,9 @@ class PosturePresenter(QObject):
     def _on_mode_changed(self, *_changed: object) -> None:
         session = self._context.session
         prepared = session.prepared
-        mode = Mode(session.mode)
+        mode = session.mode
         led = session.simulating and prepared is not None and bool(prepared.robot.joints) and not prepared.scene.motion
-        self.editor.set_mode(enabled=mode.running and led, placing=mode is Mode.PAUSED)
+        self.editor.set_mode(enabled=mode.takes_input and led, placing=mode is Mode.PAUSED)
 
     def _on_taken_over(self) -> None:
         """Show the target posture of the recording, to which the robot continues."""

@@ -111,8 +111,8 @@ class MapEditPresenter(QObject):
         """A recorded edit was passed in a replay."""
         self._views.show_document(MapDocument.of(map_))
 
-    def _on_mode_changed(self, mode: str) -> None:
-        self._editor.set_enabled(enabled=Mode(mode).running)
+    def _on_mode_changed(self, mode: Mode) -> None:
+        self._editor.set_enabled(enabled=mode.takes_input)
 
     def _on_shown(self, document: MapDocument) -> None:
         self._views.show_document(document, in_gesture=self._editor.gesture)

@@ -69,7 +69,7 @@ class SessionPresenter(QObject):
         if self._session.player is not None:
             self._timeline.toggle_play()
         else:
-            self._session.set_paused(paused=self._session.mode == Mode.LIVE)
+            self._session.set_paused(paused=self._session.mode is Mode.RUNNING)
 
     def toggle_record(self) -> None:
         """Start recording to a new file, or complete the one being written."""
