@@ -285,9 +285,10 @@ class Recorder:
 
 
 def versions() -> dict[str, str]:
-    """What the numbers depend on: the programs' versions and the kind of machine."""
-    names = ("tactile-maps", "numpy", "scipy", "mujoco", "libigl")
+    """Return what the numbers depend on: versions of programs and libraries, and the kind of machine."""
+    names = ("tactile-maps", "numpy", "scipy", "libigl")
     return {name: version(name) for name in names} | {
+        "mujoco": version("mujoco-core"),
         "python": platform.python_version(),
         "machine": f"{platform.system()} {platform.machine()}",
     }

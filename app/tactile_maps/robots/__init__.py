@@ -1,14 +1,40 @@
-"""Robots: from any file to one self-contained value, and the kinematics of a posture.
+"""Robots: files, models and the kinematics of a posture.
 
-``robot``            the value: links, joints, home, its MJCF and its meshes
-``load``             which reader for which file; a mesh alone as a robot
-``library``          robots by name; iCub
-``formats``          the readers: MJCF, URDF with the repairs it needs, xacro expanded without running anything, checked
-                     triangles from any mesh file; the touch sensors that an MJCF file states
-``files``            where the files lie that a model names, bounded reads, XML without tricks, limits of a model's size
-``sanitize``         a spec stripped to the robot, degenerate meshes, collision exclusions
-``build``            where every reader ends: spec to robot, tessellated links, smoke test
-``mujoco_spec``      MJCF text, spec and compiled model, there and back
-``mujoco_warnings``  warnings of MuJoCo's C code as findings
-``kinematics``       where the links are at a posture, and how they move with the joints
+``load``        load a robot from any file, which chooses the reader; a mesh alone is a robot, too
+``library``     robots by name, including iCub
+``kinematics``  poses of links at a posture, and their motion with the joints
+``workspace``   reach, inertia ratio and singular postures
+``link_drag``   inverse kinematics for a point of a link that is dragged
+``model``       ``robot.Robot``, the frozen value with links, joints, home posture, MJCF and meshes; ``build`` makes it
+                from a MuJoCo spec; ``joint_limits`` and ``home_posture``; specs and warnings of MuJoCo
+``formats``     readers: MJCF, URDF with repairs, xacro (which runs nothing), and the touch sensors of an MJCF file
+``files``       files that a model names: where they are searched, bounded reads, safe XML, limits of size, and
+                ``sanitize``, which reduces a spec to the robot
+
+Importing this package checks the installed MuJoCo, since every use of MuJoCo begins with a robot.
 """
+
+from importlib.metadata import PackageNotFoundError, version
+
+from tactile_maps.core.errors import RobotError
+
+
+def _check_mujoco() -> None:
+    """Refuse a ``mujoco`` before 4, which has the same folder as ``mujoco-core``; pip does not see that they overlap.
+
+    Raises:
+        RobotError: Both are installed. The result is an import error or, without notice, the older library.
+    """
+    try:
+        installed = version("mujoco")
+    except PackageNotFoundError:
+        return
+    if int(installed.partition(".")[0]) < 4:
+        raise RobotError(
+            "the packages mujoco and mujoco-core overwrite each other's files",
+            value=f"mujoco {installed}",
+            remedy="Run: pip uninstall mujoco mujoco-core, then: pip install mujoco-core",
+        )
+
+
+_check_mujoco()

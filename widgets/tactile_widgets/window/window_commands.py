@@ -23,7 +23,7 @@ from tactile_widgets.window.panel_docks import PanelDocks
 from tactile_widgets.window.tour import Tour
 from tactile_widgets.window.window_picture import save_window_picture
 
-_PACKAGES = ("tactile-maps", "mujoco", "libigl", "pyvista", "PySide6-Essentials", "numpy")
+_PACKAGES = ("tactile-maps", "mujoco-core", "libigl", "pyvista", "PySide6-Essentials", "numpy")
 
 
 class WindowCommands(QObject):
