@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import yaml
 
 from tactile_maps.cli.commands.guide import page_names
 from tactile_maps.cli.parser import build_parser
@@ -29,7 +30,8 @@ ROOT = Path(__file__).resolve().parents[1]
 GUIDE = ROOT / "assets" / "guide"
 README = (ROOT / "README.md").read_text(encoding="utf8")
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf8"))["project"]
-DOCUMENTS = (ROOT / "README.md", ROOT / "assets/scenes/README.md", *sorted(GUIDE.glob("*.md")))
+ROOT_DOCUMENTS = tuple(ROOT / f"{name}.md" for name in ("README", "CHANGELOG", "CONTRIBUTING", "CODE_OF_CONDUCT"))
+DOCUMENTS = (*ROOT_DOCUMENTS, ROOT / "assets/scenes/README.md", *sorted(GUIDE.glob("*.md")))
 MOST_PICTURE_BYTES = 250_000
 
 
@@ -60,6 +62,27 @@ def test_ci_runs_the_readmes_test_command():
     assert script[-1] == "sh tests/run.sh"
 
 
+def test_workflow_runs_the_same_script_on_all_systems_and_stated_versions_of_python():
+    job = yaml.safe_load((ROOT / ".github/workflows/tests.yml").read_text())["jobs"]["tests"]
+    assert job["steps"][-1]["run"] == "sh tests/run.sh ${{ matrix.options }}"
+    matrix = job["strategy"]["matrix"]
+    assert [system.split("-")[0] for system in matrix["system"]] == ["ubuntu", "macos", "windows"]
+    stated = re.findall(r"Python :: (3\.\d+)", " ".join(PROJECT["classifiers"]))
+    assert matrix["python"] == stated
+    assert PROJECT["requires-python"] == f">={stated[0]}"
+
+
+def test_entries_of_the_changelog_are_in_the_usual_sections():
+    """Each section of a version appears once, in this order, and each entry has at most 120 characters."""
+    versions = re.split(r"^## ", (ROOT / "CHANGELOG.md").read_text(encoding="utf8"), flags=re.MULTILINE)[1:]
+    sections = ["Added", "Changed", "Deprecated", "Removed", "Fixed", "Security"]
+    for version in versions:
+        found = re.findall(r"^### (\w+)$", version, re.MULTILINE)
+        assert found == [name for name in sections if name in found]
+        assert found
+        assert not [line for line in version.splitlines() if line.startswith("- ") and len(line) > 120]
+
+
 def test_every_dependency_has_its_line():
     wanted = PROJECT["dependencies"] + [d for extra in PROJECT["optional-dependencies"].values() for d in extra]
     names = {re.match(r"[\w.-]+", dependency)[0] for dependency in wanted}
@@ -74,7 +97,7 @@ def test_every_link_leads_somewhere(path):
         found = (path.parent / target).resolve() if target else path
         assert found.is_file(), f"{path.name}: {link}"
         assert not anchor or anchor in anchors(found), f"{path.name}: {link}"
-        assert found.is_relative_to(ROOT / "assets") or path.name == "README.md", f"{link} is not in the wheel"
+        assert found.is_relative_to(ROOT / "assets") or path in ROOT_DOCUMENTS, f"{link} is not in the wheel"
 
 
 def test_every_page_is_reached_from_the_index_and_every_picture_is_shown_and_small():

@@ -1,7 +1,8 @@
 #!/bin/sh
-# Installs Tactile Maps into .venv beside pyproject.toml: system libraries by apt-get, Python packages by pip.
+# Installs Tactile Maps into .venv next to pyproject.toml: system libraries with apt-get, Python packages with pip.
 #   sh assets/install/install.sh           to use it
 #   sh assets/install/install.sh --tests   to work on it: editable, with the test tools
+# On Windows it runs in Git Bash.
 set -eu
 cd "$(dirname "$0")/../.."
 extras="robots"
@@ -33,8 +34,15 @@ if command -v apt-get >/dev/null 2>&1; then
     fi
 fi
 
-[ -x .venv/bin/python ] || python3 -m venv .venv
+# The folder of executables is named Scripts on Windows.
+if [ ! -x .venv/bin/python ] && [ ! -x .venv/Scripts/python.exe ]; then
+    python=python3
+    "$python" --version >/dev/null 2>&1 || python=python
+    "$python" -m venv .venv
+fi
+executables=.venv/bin
+[ -x "$executables/python" ] || executables=.venv/Scripts
 echo "Installing Python packages into .venv (about 1.5 GB, mostly VTK and Qt)"
-.venv/bin/python -m pip install --quiet --disable-pip-version-check \
+"$executables/python" -m pip install --quiet --disable-pip-version-check \
     --constraint assets/install/constraints.txt $editable ".[$extras]"
-echo "Installed. Start it with: .venv/bin/tactile-maps"
+echo "Installed. Start it with: $executables/tactile-maps"
