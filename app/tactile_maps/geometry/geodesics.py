@@ -1,7 +1,7 @@
-"""Distances over a surface: exact ones, to compare those on the map with, and shortest paths along edges.
+"""Distances over a surface: exact geodesic distances, and shortest paths along edges.
 
-``edge_graph`` and the questions below it serve any graph of lengths: a mesh's edges, faces beside each other, taxels
-and their neighbours.
+Map distances are compared with the exact ones. ``edge_graph`` and the functions below it accept any graph with edge
+lengths: the edges of a mesh, adjacent faces, neighbouring taxels.
 """
 
 from __future__ import annotations
@@ -20,20 +20,20 @@ from tactile_maps.geometry.surface.connectivity import remove_unreferenced
 from tactile_maps.geometry.surface.mesh import Mesh
 
 _THINNEST = 1e-6
-"""Of a face for libigl: its area over its longest side squared. It hangs on thinner ones."""
+"""Area over squared longest side up to which a face is too thin for libigl, which does not return on it."""
 _THIN = 1e-3
 _MOST_THIN = 60
-"""Thin faces cut the exact method's intervals ever finer: on 30,000 faces one source takes 1 s with 6 of them, 13 s
-with 58, and over 40 s with 85 (measured on spheres drawn out to a spike)."""
+"""Number of thin faces (``_THIN``) up to which the exact method is used. Thin faces divide its intervals ever finer: on
+30,000 faces one source takes 1 s with 6 thin faces, 13 s with 58, and over 40 s with 85 (spheres with a spike)."""
 _NONE = np.zeros(0, dtype=np.int64)
 
 
 class Geodesics:
-    """Distances between vertices of one surface. Built once, asked often.
+    """Distances between vertices of one surface. Built once, queried often.
 
-    libigl hangs on faces without area, takes minutes where many are thin, and crashes on loose vertices. The latter are
-    left out; a surface that has the former, or is not manifold, is measured along its edges instead (up to 15 % too
-    long), which ``exact`` says.
+    libigl does not return on faces without area, takes minutes on many thin faces, and crashes on unreferenced
+    vertices. Unreferenced vertices are removed. A surface with thin faces, or one that is not manifold, is measured
+    along its edges instead (up to 15 % too long); ``exact`` is then False.
 
     Args:
         surface: Connected, not cut.
@@ -55,7 +55,7 @@ class Geodesics:
         self.exact = bool(len(faces) and manifold and not hangs and not slow)
 
     def from_vertex(self, source: int, targets: IntArray) -> FloatArray:
-        """Exact polyhedral distances [m] from a vertex to ``targets`` (k,) (Mitchell, Mount and Papadimitriou 1987).
+        """Return exact polyhedral distances [m] from a vertex to ``targets`` (k,) (Mitchell et al. 1987).
 
         Cost: 30 ms on 3000 faces, 0.2 s on 8000.
         """
@@ -65,9 +65,9 @@ class Geodesics:
         return _exact(self._mesh.vertices, self._mesh.faces, int(self._number[source]), goals)
 
     def from_vertex_within(self, source: int, targets: IntArray, reach: float) -> FloatArray:
-        """The same where it is at most ``reach`` [m], and inf beyond; 1 ms for 300 faces within reach.
+        """Return the same distances up to ``reach`` [m] and inf beyond; 1 ms for 300 faces within reach.
 
-        A path of that length stays among the faces that meet the ball of that radius, so the others are not asked.
+        A path of that length stays among the faces that meet the ball of that radius, so only these are used.
         """
         if not self.exact:
             found = self.from_vertex(source, targets)
@@ -79,19 +79,19 @@ class Geodesics:
         met = np.zeros(len(self._mesh.vertices), dtype=bool)
         met[faces] = True
         kept = np.flatnonzero(met)
-        place = np.cumsum(met) - 1  # of each vertex among those kept: to sort and search them takes twice as long
+        place = np.cumsum(met) - 1  # index among the kept vertices; sorting and searching them takes twice as long
         inside = met[goals]
         goal = place[goals[inside]]
         beginning = int(place[start])
         found = _exact(self._mesh.vertices[kept], place[faces], beginning, goal)
-        # What the ball cut off is told as 0.
+        # libigl returns 0 for vertices that are not connected within the ball.
         reached = (found <= reach) & ((found > 0) | (goal == beginning))
         result = np.full(len(goals), np.inf)
         result[inside] = np.where(reached, found, np.inf)
         return result
 
     def approximate_from_vertex(self, source: int, targets: IntArray) -> FloatArray:
-        """The same within about 1 %, by the heat method (Crane, Weischedel and Wardetzky 2013); 1 ms."""
+        """Return distances within about 1 % by the heat method (Crane, Weischedel and Wardetzky 2013); 1 ms."""
         if not self.exact or self._heat is None:
             return self.from_vertex(source, targets)
         found = np.asarray(igl.heat_geodesics_solve(self._heat, self._number[[source]])).reshape(-1)
@@ -103,12 +103,12 @@ class Geodesics:
 
     @cached_property
     def _reach_of_faces(self) -> float:
-        """No point of a face is farther from its middle than two thirds of its longest side."""
+        """Two thirds of the longest side: no point of a face is farther from its centroid."""
         return 2 / 3 * float(self._sides.max())
 
     @cached_property
     def _heat(self) -> Any:
-        """Factored systems; None where libigl cannot factor them, as for a single triangle."""
+        """Factored systems; None if libigl cannot factor them, as for a single triangle."""
         data = igl.HeatGeodesicsData()
         data.use_intrinsic_delaunay = True
         try:
@@ -131,17 +131,17 @@ def _exact(vertices: FloatArray, faces: IntArray, source: int, targets: IntArray
 
 
 def edge_graph(edges: IntArray, lengths: FloatArray, count: int) -> csr_matrix:
-    """Sparse (count, count) graph with ``lengths`` (e,), not negative, of ``edges`` (e, 2), each to be stated once."""
+    """Return the sparse graph (count, count) of ``edges`` (e, 2), each listed once, with ``lengths`` (e,) >= 0."""
     return coo_matrix((lengths, (edges[:, 0], edges[:, 1])), shape=(count, count)).tocsr()
 
 
 def distances_from(graph: csr_matrix, sources: IntArray, *, limit: float = np.inf) -> FloatArray:
-    """(n,) length of the shortest path to the nearest of ``sources`` (Dijkstra 1959); inf beyond ``limit``."""
+    """Return the path lengths (n,) to the nearest of ``sources`` (Dijkstra 1959); inf beyond ``limit``."""
     return np.asarray(dijkstra(graph, directed=False, indices=sources, min_only=True, limit=limit))
 
 
 def nearest_sources(graph: csr_matrix, sources: IntArray, *, limit: float = np.inf) -> tuple[FloatArray, IntArray]:
-    """``distances_from``, and (n,) which node of ``sources`` that is; negative where none is within ``limit``."""
+    """Return ``distances_from`` and the nearest source (n,) of each node; negative if none is within ``limit``."""
     distances, _, nearest = dijkstra(
         graph, directed=False, indices=sources, min_only=True, return_predecessors=True, limit=limit
     )
@@ -149,13 +149,13 @@ def nearest_sources(graph: csr_matrix, sources: IntArray, *, limit: float = np.i
 
 
 def shortest_path_tree(graph: csr_matrix, root: int) -> tuple[FloatArray, IntArray]:
-    """(n,) lengths of the shortest paths from ``root``, and (n,) the node before each on it, negative for none."""
+    """Return the lengths (n,) of the shortest paths from ``root`` and predecessors (n,), negative for none."""
     distances, before = dijkstra(graph, directed=False, indices=root, return_predecessors=True)
     return distances, before.astype(np.int64)
 
 
 def path_in_tree(before: IntArray, end: int) -> IntArray:
-    """(k,) the nodes from the root of a ``shortest_path_tree`` to ``end``; only ``end`` where no way leads there."""
+    """Return the nodes (k,) from the root of a ``shortest_path_tree`` to ``end``; only ``end`` if it is unreachable."""
     path = [end]
     while before[path[-1]] >= 0:
         path.append(int(before[path[-1]]))
@@ -163,7 +163,6 @@ def path_in_tree(before: IntArray, end: int) -> IntArray:
 
 
 def all_path_lengths(graph: csr_matrix, chosen: IntArray | None = None) -> FloatArray:
-    """(k, k) lengths of the shortest paths between ``chosen`` nodes (k,), or all; inf where none leads."""
-    if chosen is None:
-        return np.asarray(dijkstra(graph, directed=False))
-    return np.asarray(dijkstra(graph, directed=False, indices=chosen))[:, chosen]
+    """Return the path lengths (k, k) between the ``chosen`` nodes (k,), by default all; inf if not connected."""
+    every = np.arange(graph.shape[0]) if chosen is None else chosen
+    return np.asarray(dijkstra(graph, directed=False, indices=every))[:, every]

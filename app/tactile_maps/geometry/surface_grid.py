@@ -1,10 +1,10 @@
 """Straight walks over a surface, and the grid of points that they span between two of its points.
 
-A straight walk (a straightest geodesic, Polthier and Schmies 1998) goes on over an edge as if the next triangle were
-folded flat: on a surface that can be unrolled, it is a straight line of the unrolled one. The grid: along a middle row
-the columns' middles, and from each of these its column, square to the row. So rows and columns keep their distances
-where the surface can be unrolled, and are off symmetrically where it cannot. Centre, direction and pitch are such that
-two opposite corners come to lie where they were asked for.
+A straight walk (a straightest geodesic, Polthier and Schmies 1998) crosses an edge as if the next triangle were
+unfolded into the plane of the last one. On a developable surface it is a straight line of the unrolled surface. The
+grid has a middle row, and from each point of that row a column perpendicular to it. Rows and columns therefore keep
+their distances on a developable surface and deviate symmetrically elsewhere. Centre, direction and pitch are chosen so
+that two opposite corners are at the requested points.
 """
 
 from __future__ import annotations
@@ -21,20 +21,20 @@ from tactile_maps.geometry.surface.mesh import Mesh
 _MAX_CROSSINGS = 20_000
 _ROUNDS = 60
 _CLOSE = 1e-4
-"""Of placing the corners; they are within this many pitches of where they should be."""
+"""Tolerance of the corners, in pitches."""
 _EDGE_COSINE = float(np.cos(np.radians(60)))
-"""Neighbours whose normals differ by more lie on two sides of an edge, or of a thin wall."""
+"""Adjacent points whose normals differ by more are on two sides of an edge, or of a thin wall."""
 
 
 @dataclass(frozen=True, eq=False)
 class Walkers:
-    """Where k straight walks are.
+    """State of k straight walks.
 
     Attributes:
         faces: (k,) the face under each.
-        points: (k, 3) on it [m].
-        ahead: (k, 3) unit, in the face's plane.
-        on: (k,) whether it is on the surface still; one that came to the border went on in the last face's plane.
+        points: (k, 3) on that face [m].
+        ahead: (k, 3) unit direction in the plane of the face.
+        on: (k,) False for a walk that has left the surface and continues in the plane of its last face.
     """
 
     faces: IntArray
@@ -43,7 +43,7 @@ class Walkers:
     on: BoolArray
 
     def select(self, which: IntArray) -> Walkers:
-        """Those in ``which`` (j,), in that order."""
+        """Return the walkers ``which`` (j,), in that order."""
         return Walkers(self.faces[which], self.points[which], self.ahead[which], self.on[which])
 
 
@@ -62,23 +62,23 @@ class StraightWalks:
         self._twin[pairs[:, 1]] = pairs[:, 0]
 
     def start(self, faces: IntArray, points: FloatArray, directions: FloatArray) -> Walkers:
-        """Walkers at ``points`` (k, 3) of ``faces`` (k,), who look along ``directions`` (k, 3) as seen in the faces."""
+        """Return walkers at ``points`` (k, 3) of ``faces`` (k,), heading along projected ``directions`` (k, 3)."""
         normals = self._surface.face_normals[faces]
         level = directions - (directions * normals).sum(axis=1, keepdims=True) * normals
         length = np.linalg.norm(level, axis=1, keepdims=True)
         aside = np.cross(normals, np.eye(3)[np.abs(normals).argmin(axis=1)])
-        level = np.where(length > 0, level, aside)  # straight up: any way is as good
+        level = np.where(length > 0, level, aside)  # a direction along the normal: any heading will do
         level = level / np.linalg.norm(level, axis=1, keepdims=True)
         return Walkers(faces, points, level, np.ones(len(faces), dtype=bool))
 
     def turned(self, walkers: Walkers, turns: FloatArray) -> Walkers:
-        """The walkers turned left by ``turns`` (k,) [rad], seen from outside."""
+        """Return the walkers turned left by ``turns`` (k,) [rad], seen from outside."""
         left = np.cross(self._surface.face_normals[walkers.faces], walkers.ahead)
         ahead = np.cos(turns)[:, None] * walkers.ahead + np.sin(turns)[:, None] * left
         return replace(walkers, ahead=ahead)
 
     def go(self, walkers: Walkers, lengths: FloatArray) -> Walkers:
-        """The walkers ``lengths`` (k,) [m] farther, not negative.
+        """Return the walkers after another ``lengths`` (k,) [m], not negative.
 
         Raises:
             MeshError: A walk crosses more than 20,000 edges.
@@ -115,7 +115,7 @@ class StraightWalks:
     def _exit(
         self, faces: IntArray, points: FloatArray, ahead: FloatArray, came: IntArray
     ) -> tuple[IntArray, FloatArray]:
-        """The half-edge (k,) by which each leaves its face, and how far it is (k,) [m]; not the one it came by."""
+        """Return the half-edge (k,), not ``came``, by which each walk leaves its face, and its distance (k,) [m]."""
         corners = self._surface.vertices[self._surface.faces[faces]]
         normals = self._surface.face_normals[faces]
         outward = np.cross(np.roll(corners, -1, axis=1) - corners, normals[:, None])
@@ -128,7 +128,7 @@ class StraightWalks:
         return sides[np.arange(len(faces)), side], until[np.arange(len(faces)), side]
 
     def _across(self, side: IntArray, beyond: IntArray, ahead: FloatArray) -> FloatArray:
-        """(k, 3) the directions in the faces beyond the half-edges."""
+        """Return the directions (k, 3) in the faces beyond the half-edges."""
         surface = self._surface
         face, corner = np.divmod(side, 3)
         start = surface.faces[face, corner]
@@ -143,12 +143,12 @@ class StraightWalks:
 
 @dataclass(frozen=True, eq=False)
 class SurfaceGrid:
-    """Points in rows and columns over a surface.
+    """Grid of points on a surface.
 
     Attributes:
         points: (rows, columns, 3) [m]; row 0, column 0 is the first corner.
         faces: (rows, columns) the face under each.
-        on: (rows, columns) whether it is on the surface, and no edge lies between it and the grid's middle.
+        on: (rows, columns) True for points on the surface with no sharp edge between them and the middle of the grid.
         pitch: (2,) between rows and between columns, along the surface [m].
     """
 
@@ -173,10 +173,10 @@ def surface_grid(
     aspect: float = 1.0,
     mirrored: bool = False,
 ) -> SurfaceGrid:
-    """The grid whose opposite corners are the points of ``surface`` closest to ``first`` and ``last``.
+    """Return the grid whose opposite corners are the points of ``surface`` closest to ``first`` and ``last``.
 
-    Seen from outside, from the first corner the columns follow each other to the right and the rows upward, in a frame
-    that is turned so that the other corner is where it should be; ``mirrored``, the rows go downward.
+    Seen from outside and starting at the first corner, columns run to the right and rows upward, in a frame rotated so
+    that the last corner is at its point. With ``mirrored``, rows run downward.
 
     Args:
         surface: Consistently oriented, no face without area.
@@ -184,11 +184,11 @@ def surface_grid(
         last: (3,) near the point of the last row and column [m].
         rows: At least 1.
         columns: At least 1; at least two points in all.
-        aspect: Distance between columns in distances between rows.
-        mirrored: Which of the two grids with these corners.
+        aspect: Distance between columns as a multiple of the distance between rows.
+        mirrored: Selects one of the two grids with these corners.
 
     Raises:
-        MeshError: The corners are one point, or no grid between them is found.
+        MeshError: The corners coincide, or no grid between them was found.
 
     Cost: 20 ms for 16 x 16 points on 20,000 faces.
     """
@@ -207,9 +207,9 @@ def surface_grid(
 def _fitted_centre(
     surface: Mesh, walks: StraightWalks, corners: FloatArray, chord: FloatArray, half: complex
 ) -> tuple[Walkers, float]:
-    """A walker in the grid's middle who looks along its rows, and the pitch, for the corners where they are asked for.
+    """Return a walker in the middle of the grid, heading along its rows, and the pitch.
 
-    The two misses, each seen in its corner's own frame, say how to move, turn and scale the grid; a few rounds do it.
+    A few rounds move, turn and scale the grid by the two corner errors, each measured in the frame of its own corner.
     """
     face, weight, _ = ClosestPoint(surface).query(corners.mean(axis=0)[None])
     centre = walks.start(face, surface.points(face, weight), chord[None])
@@ -217,15 +217,15 @@ def _fitted_centre(
     pitch = float(np.linalg.norm(chord)) / (2 * abs(half))
     for _ in range(_ROUNDS):
         ends = [_corner(walks, centre, pitch * half * sign) for sign in (-1, 1)]
-        misses = [_miss(surface, end, corners[k], half * (-1, 1)[k]) for k, end in enumerate(ends)]
-        if max(map(abs, misses)) < _CLOSE * pitch:
+        errors = [_corner_error(surface, end, corners[k], half * (-1, 1)[k]) for k, end in enumerate(ends)]
+        if max(map(abs, errors)) < _CLOSE * pitch:
             return centre, pitch
-        wanted = 2 * pitch * half + misses[1] - misses[0]
-        shift = (misses[0] + misses[1]) / 2
-        turn = np.angle(wanted) - np.angle(half)
+        needed = 2 * pitch * half + errors[1] - errors[0]
+        shift = (errors[0] + errors[1]) / 2
+        turn = np.angle(needed) - np.angle(half)
         centre = walks.turned(centre, np.array([np.angle(shift)]))
         centre = walks.turned(walks.go(centre, np.array([abs(shift)])), np.array([turn - np.angle(shift)]))
-        pitch = abs(wanted) / (2 * abs(half))
+        pitch = abs(needed) / (2 * abs(half))
     raise MeshError(
         "no grid between the two corners is found on the surface",
         value=f"{1e3 * float(np.linalg.norm(chord)):.0f} mm apart",
@@ -234,16 +234,16 @@ def _fitted_centre(
 
 
 def _corner(walks: StraightWalks, centre: Walkers, offset: complex) -> Walkers:
-    """The walker ``offset`` [m] from the centre, along its row and then square to it, looking away from the row."""
-    beside = walks.turned(centre, np.array([0.0 if offset.real >= 0 else np.pi]))
-    beside = walks.go(beside, np.array([abs(offset.real)]))
+    """Return the walker at ``offset`` [m] from the centre: along the row, then perpendicular, facing outward."""
+    aside = walks.turned(centre, np.array([0.0 if offset.real >= 0 else np.pi]))
+    aside = walks.go(aside, np.array([abs(offset.real)]))
     back = 0.0 if offset.real >= 0 else np.pi
-    up = walks.turned(beside, np.array([back + (np.pi / 2 if offset.imag >= 0 else -np.pi / 2)]))
+    up = walks.turned(aside, np.array([back + (np.pi / 2 if offset.imag >= 0 else -np.pi / 2)]))
     return walks.go(up, np.array([abs(offset.imag)]))
 
 
-def _miss(surface: Mesh, end: Walkers, corner: FloatArray, side: complex) -> complex:
-    """How far the corner is from where it should be, along the rows and square to them [m]."""
+def _corner_error(surface: Mesh, end: Walkers, corner: FloatArray, side: complex) -> complex:
+    """Return the error of a corner along the rows and perpendicular to them [m]."""
     up = end.ahead[0] if side.imag >= 0 else -end.ahead[0]
     right = np.cross(up, surface.face_normals[end.faces[0]])
     away = corner - end.points[0]
@@ -259,7 +259,6 @@ def _spread(
     aspect: float,
     mirrored: bool,
 ) -> SurfaceGrid:
-    """The whole grid around its middle."""
     rows, columns = shape
     right = aspect * pitch * (np.arange(columns) - (columns - 1) / 2)
     up = pitch * (np.arange(rows) - (rows - 1) / 2) * (-1 if mirrored else 1)
@@ -280,7 +279,7 @@ def _spread(
 
 
 def _before_edges(normals: FloatArray, on: BoolArray) -> BoolArray:
-    """``on`` (r, c) without what lies beyond an edge, seen from the middle."""
+    """Return ``on`` (r, c) without the points beyond a sharp edge, seen from the middle."""
     result = np.array(on)
     rows, columns = on.shape
     middle = slice((rows - 1) // 2, rows // 2 + 1)

@@ -1,8 +1,8 @@
-"""Other triangles for the same surface.
+"""Remeshing: different triangles for the same surface.
 
-``repair``    a file's mesh cleaned for native code, or repaired to be flattened
-``stitch``    T-junctions stitched: a coarse face divided at the vertices of its fine neighbour
-``wrap``      one clean outer surface of any mesh, at a distance from it
-``refine``    more vertices on the same surface: subdivision, vertices at given points
-``simplify``  fewer triangles of the same vertices, and how far they are from the mesh
+``repair``    cleans a file's mesh for native code, or repairs it for flattening
+``stitch``    removes T-junctions: divides a coarse face at the vertices of its fine neighbour
+``wrap``      computes one clean outer surface of any mesh, at a distance from it
+``refine``    adds vertices on the same surface: subdivision, vertices at given points
+``simplify``  reduces the triangles over the same vertices and measures the distance from the mesh
 """

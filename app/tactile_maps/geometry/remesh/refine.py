@@ -1,10 +1,10 @@
-"""A mesh made finer; its shape stays exactly what it was.
+"""Refinement of a mesh without a change of its shape.
 
-``subdivide`` cuts long edges into equal parts, and the faces between them. Each face is filled in rows from its corner
-with the two longer sides down to its shortest side. So a needle becomes a ladder with two faces a rung, where halving
-its edges again and again would make it as fine across as along.
+``subdivide`` divides long edges into equal parts, and the faces between them. Each face is filled in rows from the
+corner between its two longer sides to its shortest side. A needle becomes a ladder with two faces a rung, whereas
+halving its edges repeatedly would make it as fine across as along.
 
-``insert_vertices`` gives a surface vertices where one wants to measure, by splitting faces into three.
+``insert_vertices`` adds vertices at given points by splitting faces into three.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ class SubdividedMesh:
 
     Attributes:
         mesh: Its first vertices are those of the coarse mesh, in their order.
-        parent: (m,) face of the coarse mesh that each face lies in, rising.
+        parent: (m,) face of the coarse mesh that contains each face, rising.
     """
 
     mesh: Mesh
@@ -39,18 +39,18 @@ class SubdividedMesh:
 
 
 def subdivide(mesh: Mesh, *, longest: float) -> SubdividedMesh:
-    """Cut edges into parts no longer than ``longest`` [m]; neighbours share the new vertices, so no crack opens.
+    """Divide edges into parts of at most ``longest`` [m]; neighbours share the new vertices, so no crack opens.
 
     New edges inside a face may be up to twice as long.
 
     Args:
-        mesh: Any; edges with any number of faces. Returned as it is when fine enough.
+        mesh: Any; edges with any number of faces. Returned unchanged when fine enough.
         longest: Above zero [m].
 
     Raises:
-        MeshError: It would take more than two million faces.
+        MeshError: The result would have more than two million faces.
 
-    Cost: about 0.5 µs for each face made.
+    Cost: about 0.5 µs per new face.
     """
     table = mesh.connectivity
     parts = _parts(mesh, longest)
@@ -67,7 +67,7 @@ def subdivide(mesh: Mesh, *, longest: float) -> SubdividedMesh:
 
 
 def subdivided_count(mesh: Mesh, *, longest: float) -> float:
-    """About how many faces ``subdivide`` would make, without making them: exact where an edge of each face stays whole.
+    """Estimate the number of faces of ``subdivide``; exact if one edge of each face is not divided.
 
     Cost: 50 ns for each face of ``mesh``.
     """
@@ -76,15 +76,15 @@ def subdivided_count(mesh: Mesh, *, longest: float) -> float:
 
 
 def _parts(mesh: Mesh, longest: float) -> FloatArray:
-    """(e,) into how many parts each edge is cut."""
+    """Return the number of parts (e,) of each edge."""
     return np.maximum(np.ceil(mesh.edge_lengths / longest - 1e-9), 1.0)
 
 
 class _RowSubdivision:
-    """Rows of vertices across every face (a, b, c): row 0 is corner c, the last is side a-b, which has fewest parts.
+    """Rows of vertices across every face (a, b, c): row 0 is corner c, the last is side a-b with the fewest parts.
 
-    Row j of n runs from side c-a to side c-b in ceil(j / n of the parts of a-b) steps, so that each row has as many
-    steps as the one above or one more.
+    Row j of n runs from side c-a to side c-b in ceil(j / n of the parts of a-b) steps, so each row has as many steps as
+    the row above or one more.
     """
 
     def __init__(self, mesh: Mesh, table: Connectivity, parts: IntArray) -> None:
@@ -121,7 +121,7 @@ class _RowSubdivision:
         upper_faces = np.stack([self._at(upper, k + 1), self._at(upper, k), self._at(upper + 1, k + 1)], axis=1)
         faces = np.concatenate([lower_faces, upper_faces])
         parent = np.concatenate([parent, self._face[upper]])
-        # Two rows may end in the same vertex of a side that has fewer parts than there are rows.
+        # Two rows may end in the same vertex of a side with fewer parts than rows.
         whole = (faces != np.roll(faces, 1, axis=1)).all(axis=1)
         order = np.flatnonzero(whole)[np.argsort(parent[whole], kind="stable")]
         return SubdividedMesh(Mesh(self._vertices(), faces[order]), parent[order])
@@ -137,12 +137,12 @@ class _RowSubdivision:
         return np.concatenate([vertices, inside])
 
     def _at(self, row: IntArray, k: IntArray) -> IntArray:
-        """Vertex ``k`` of ``row``."""
+        """Return vertex ``k`` of each ``row``."""
         inner = np.where(self._last[row], self._on_edge(self._base[row], self._start[row], k), self._inner[row] + k - 1)
         return np.where(k == 0, self._left[row], np.where(k == self._steps[row], self._right[row], inner))
 
     def _on_edge(self, edge: IntArray, start: IntArray, k: IntArray) -> IntArray:
-        """Vertex ``k`` of ``edge``, counted from its end ``start``."""
+        """Return vertex ``k`` of ``edge``, counted from its end ``start``."""
         low, high = self._table.edges[edge].T
         parts = self._parts[edge]
         along = np.where(start == low, k, parts - k)  # counted from the edge's smaller vertex
@@ -151,7 +151,7 @@ class _RowSubdivision:
 
 
 def _rounded_quotient(numerator: IntArray, denominator: IntArray) -> IntArray:
-    """The fraction, rounded to a whole number."""
+    """Return the fractions rounded to integers."""
     return (2 * numerator + denominator) // (2 * denominator)
 
 
@@ -160,24 +160,23 @@ def _interpolated(start: FloatArray, end: FloatArray, share: FloatArray) -> Floa
 
 
 CORNER_SNAP = 2e-3
-"""A point this near to a corner, as a share of the face, is taken to be that corner."""
+"""Distance from a corner, as a share of the face, below which a point is moved to that corner."""
 SIDE_INSET = 1e-3
-"""A point on a side is moved this share of the face inwards: it must not cut a face without area off."""
+"""Share of the face by which a point on a side is moved inwards, so that it does not cut off a face without area."""
 
 
 def insert_vertices(surface: Mesh, faces: IntArray, weights: FloatArray) -> tuple[Mesh, IntArray]:
-    """Give ``surface`` a vertex at each of ``faces`` (k,), ``weights`` (k, 3): the mesh and their vertices (k,).
+    """Insert a vertex at each of ``faces`` (k,), ``weights`` (k, 3). Return the mesh and the vertices (k,).
 
-    Each round splits every face that still holds a point into three at one of its points; the others of that face
-    then lie in one of the three. Points in the same place share a vertex. A point moves at most ``CORNER_SNAP`` of its
-    face.
+    Each round splits every face that still contains a point into three at one of its points; its other points are then
+    in one of the three. Points at the same position share a vertex. A point moves at most ``CORNER_SNAP`` of its face.
 
     Args:
         surface: Its vertices keep their numbers; new ones follow.
         faces: Triangle of each point.
         weights: Barycentric, not negative.
 
-    Cost: one round for each point in the fullest face; 2 ms for 1000 points on 10,000 faces.
+    Cost: one round per point of the fullest face; 2 ms for 1000 points on 10,000 faces.
     """
     vertices = [surface.vertices]
     triangles = surface.faces.copy()
@@ -210,7 +209,7 @@ def insert_vertices(surface: Mesh, faces: IntArray, weights: FloatArray) -> tupl
 
 
 def _child_numbers(split: IntArray, count: int) -> IntArray:
-    """(s, 3) numbers of the faces opposite corner 0, 1 and 2; the last keeps the old face's number."""
+    """Return the numbers (s, 3) of the faces opposite corner 0, 1 and 2; the last keeps the old number."""
     after = count + np.arange(2 * len(split))
     return np.stack([after[: len(split)], after[len(split) :], split], axis=1)
 
@@ -223,7 +222,7 @@ def _split_faces(triangles: IntArray, split: IntArray, new: IntArray) -> IntArra
 
 
 def _child_weights(weights: FloatArray, middle: FloatArray) -> tuple[IntArray, FloatArray]:
-    """Of points ``weights`` (k, 3) in faces split at ``middle`` (k, 3): which child (k,), and the weights there."""
+    """Return the child (k,) and the weights in it of points with ``weights`` (k, 3) in faces split at ``middle``."""
     ratio = weights / middle
     side = ratio.argmin(axis=1)
     row = np.arange(len(side))

@@ -1,17 +1,17 @@
-"""What a mesh from a file needs: cleaned before native code may see it, or repaired so that it can be flattened.
+"""Mesh repair: cleaning for native code, and repair for flattening.
 
-``clean_mesh`` welds equal vertices and drops empty, zero-area and duplicate faces: enough for what only looks at a
+``clean_mesh`` welds equal vertices and drops empty, zero-area and duplicate faces. This is enough for queries on a
 surface (a wrap, rays, closest points).
 
-``repair_mesh`` makes any mesh fit to be flattened, with every change told and traceable to the file's own vertices and
-faces. The user's triangles stay where they are; only their numbering changes. In order: vertices at one place become
-one; faces that are a line, a point or a copy go; faces are divided at vertices of their neighbours that lie inside
-their edges (``stitch``); neighbours turn to agree about the outside; what meets in more than a surface is taken apart;
-whole components turn outward; degenerate faces are flipped away.
+``repair_mesh`` makes any mesh suitable for flattening. Every change is reported and traceable to the vertices and faces
+of the file. The triangles do not move; only their numbering changes. The steps: weld vertices at one position; drop
+faces that are a line, a point or a duplicate; divide faces at vertices of their neighbours inside their edges
+(``stitch``); orient neighbours consistently; separate non-manifold parts; orient whole components outward; flip
+degenerate faces away.
 
-``flip_degenerate_faces`` takes faces without area out of a surface without leaving a slit. A face whose three corners
-lie on a line has its middle corner on its longest side. Turning that side towards the face behind it (an edge flip)
-splits the face behind at the middle corner: the same points, no face without area, no hole.
+``flip_degenerate_faces`` removes faces without area from a surface without opening a slit. A face with three collinear
+corners has its middle corner on its longest side. Flipping that edge splits the face on its other side at the middle
+corner: the same points, no face without area, no hole.
 """
 
 from __future__ import annotations
@@ -19,8 +19,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from tactile_maps.core.arrays import BoolArray, FloatArray, IntArray, freeze_arrays
@@ -29,23 +27,25 @@ from tactile_maps.geometry.remesh.stitch import open_cracks, stitch_junctions
 from tactile_maps.geometry.surface.connectivity import (
     Connectivity,
     components_of,
+    connected_labels,
     flip_faces,
     manifold_twins,
     orient_faces,
     remove_unreferenced,
+    run_starts,
     split_nonmanifold,
 )
 from tactile_maps.geometry.surface.mesh import Mesh
 
 RELATIVE_WELD = 1e-7
-"""Vertices closer than this share of the mesh's size are one; float32 files round at about this level."""
+"""Distance, as a share of the mesh's size, below which vertices are welded; float32 files round at about this level."""
 _ROUNDING = 4 * np.finfo(np.float64).eps
 
 
 def clean_mesh(mesh: Mesh, *, where: str = "mesh") -> tuple[Mesh, tuple[Finding, ...]]:
-    """Weld equal vertices, drop faces that enclose no area or stand twice, drop unused vertices.
+    """Weld equal vertices, drop faces without area and duplicate faces, and drop unused vertices.
 
-    Enough for what only looks at a surface (a wrap, rays, closest points); what is flattened needs ``repair_mesh``.
+    This is enough for queries on a surface (a wrap, rays, closest points); flattening requires ``repair_mesh``.
 
     Args:
         mesh: Any finite mesh.
@@ -76,58 +76,52 @@ def clean_mesh(mesh: Mesh, *, where: str = "mesh") -> tuple[Mesh, tuple[Finding,
 
 
 def _no_area_error(mesh: Mesh, where: str) -> MeshError:
-    """The error for a mesh of which nothing can be used."""
     value = f"{len(mesh.faces)} faces"
     remedy = "Export it again with triangles"
     return MeshError("the mesh has no face with an area", file=where, value=value, remedy=remedy)
 
 
 def weld_tolerance(vertices: FloatArray) -> float:
-    """Distance [m] below which two of ``vertices`` (n, 3) are one: a share of their extent, or rounding far away."""
+    """Return the distance [m] below which two of ``vertices`` (n, 3) are welded, never below the rounding error."""
     extent = float(np.linalg.norm(np.ptp(vertices, axis=0)))
     return max(RELATIVE_WELD * extent, _ROUNDING * float(np.abs(vertices).max()))
 
 
 def weld_vertices(vertices: FloatArray, tolerance: float) -> IntArray:
-    """(n,) the first of all vertices that are one with each, for vertices (n, 3) and ``tolerance`` > 0.
-
-    All within the tolerance are one, chains of them too; some up to twice as far apart may be.
-    """
-    # A fine grid first, so that the search tree has few points even where a file repeats each of them many times.
-    # Centred, so that a far offset does not eat the digits.
+    """Return the first of the vertices welded with each (n,), for vertices (n, 3) and ``tolerance`` > 0."""
+    # A fine grid first, so that the search tree has few points even if a file repeats each of them many times.
+    # Centred, so that a large offset does not consume the digits.
     cell = tolerance / 4
     first, kind = _distinct_rows(np.rint((vertices - vertices.mean(axis=0)) / cell))
-    reach = tolerance + 2 * np.sqrt(3) * cell  # each vertex is up to a cell's diagonal from its cell's first
+    reach = tolerance + 2 * np.sqrt(3) * cell  # each vertex is up to a cell diagonal from the first of its cell
     pairs = cKDTree(vertices[first]).query_pairs(reach, output_type="ndarray")
     if len(pairs):
-        graph = coo_matrix((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(first),) * 2)
-        count, group = connected_components(graph, directed=False)
-        lowest = np.full(count, len(vertices))
+        group = connected_labels(pairs, len(first))
+        lowest = np.full(int(group.max()) + 1, len(vertices))
         np.minimum.at(lowest, group, first)
         first = lowest[group]
     return np.asarray(first[kind], dtype=np.int64)
 
 
 def unique_faces(faces: IntArray) -> IntArray:
-    """Numbers, rising, of the first face on each set of three corners, whichever way it turns."""
+    """Return the numbers, rising, of the first face on each set of three corners, regardless of orientation."""
     return np.sort(_distinct_rows(np.sort(faces, axis=1))[0])
 
 
 def _distinct_rows(rows: FloatArray | IntArray) -> tuple[IntArray, IntArray]:
-    """The first row of each kind, and the kind of each row; kinds in sorted order."""
+    """Return the first row of each kind and the kind of each row; kinds are in sorted order."""
     order = np.lexsort(rows.T[::-1])
-    new = np.ones(len(rows), dtype=bool)
-    new[1:] = (rows[order[1:]] != rows[order[:-1]]).any(axis=1)
+    new = run_starts(*rows[order].T)
     kind = np.empty(len(rows), dtype=np.int64)
     kind[order] = np.cumsum(new) - 1
     return order[new], kind
 
 
-_ROUNDS = 1000  # a fan of flat faces along one edge is unfolded one a round
+_ROUNDS = 1000  # a fan of flat faces along one edge loses one face a round
 
 
 def is_degenerate(corners: FloatArray, tolerance: float) -> BoolArray:
-    """(m,) whether the height over the longest side of triangles ``corners`` (m, 3, 3) is at most ``tolerance``."""
+    """Return whether the height over the longest side of triangles (m, 3, 3) is at most ``tolerance``."""
     longest = np.linalg.norm(corners - np.roll(corners, -1, axis=1), axis=2).max(axis=1)
     doubled = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
     return np.asarray(doubled <= tolerance * longest)
@@ -136,16 +130,16 @@ def is_degenerate(corners: FloatArray, tolerance: float) -> BoolArray:
 def flip_degenerate_faces(
     vertices: FloatArray, faces: IntArray, tolerance: float
 ) -> tuple[IntArray, IntArray, BoolArray]:
-    """Flip flat faces away.
+    """Remove flat faces by edge flips.
 
     Args:
         vertices: (n, 3).
-        faces: (m, 3), at most two beside an edge, oriented alike.
+        faces: (m, 3), at most two at an edge, consistently oriented.
         tolerance: Height below which a face is flat, in the unit of ``vertices``.
 
     Returns:
-        (m, 3) faces; (m,) which of the old faces each lies in; (m,) those still flat: on the border, where they may
-        simply go, or folded so that no flip helps.
+        (m, 3) faces; (m,) the old face that contains each; (m,) mask of faces that are still flat: on the border, where
+        they can be dropped, or folded so that no flip helps.
     """
     faces, owner = faces.copy(), np.arange(len(faces))
     flat = is_degenerate(vertices[faces], tolerance)
@@ -165,13 +159,13 @@ def flip_degenerate_faces(
 
 
 def _candidate_flips(vertices: FloatArray, faces: IntArray, flat: BoolArray) -> tuple[IntArray, IntArray, IntArray]:
-    """Flat faces that could be flipped, the faces behind their longest sides, and corners a, b, c, d of the two.
+    """Return flat faces that could be flipped, the faces across their longest sides, and corners a, b, c, d of the two.
 
-    Corner b lies on side c-a of the flat face, d is the far corner of the face behind.
+    Corner b is on side c-a of the flat face, d is the far corner of the other face.
     """
     touched = np.zeros(int(faces.max()) + 1, dtype=bool)
     touched[faces[flat]] = True
-    near = np.flatnonzero(touched[faces].any(axis=1))  # all that meets a flat face, and nothing else
+    near = np.flatnonzero(touched[faces].any(axis=1))  # all faces at the vertices of flat ones
     local = faces[near]
     sides = Connectivity(local).twins
     sides = np.concatenate([sides, sides[:, ::-1]])
@@ -188,7 +182,7 @@ def _candidate_flips(vertices: FloatArray, faces: IntArray, flat: BoolArray) -> 
 
 
 def _independent_flips(face: IntArray, behind: IntArray, edge: IntArray) -> IntArray:
-    """Numbers of flips that touch no face twice and make no edge twice, so that all may be done at once."""
+    """Return the numbers of flips that share no face and create no edge twice, so that all can be applied at once."""
     number = np.arange(len(face))
     claim = np.full(int(max(face.max(initial=0), behind.max(initial=0))) + 1, len(face))
     np.minimum.at(claim, face, number)
@@ -201,23 +195,22 @@ def _independent_flips(face: IntArray, behind: IntArray, edge: IntArray) -> IntA
 
 SMALLEST = 1e-12
 LARGEST = 1e12
-"""Sizes and coordinates [m] beyond which products of lengths would leave the range of numbers."""
+"""Sizes and coordinates [m] beyond which products of lengths overflow or underflow."""
 _REMEDY = "Export it again in metres"
 
 
 @dataclass(frozen=True, eq=False)
 class RepairedMesh:
-    """A mesh fit to be flattened, and the way back.
+    """Repaired mesh with its relation to the file.
 
     Attributes:
-        mesh: Every edge has one or two faces that agree about the outside, every vertex one fan, every face area; in
-            the coordinates and the order of the file.
-        vertex_of: (k,) the file's vertex behind each vertex.
-        face_of: (m,) the file's face in whose plane each face lies.
-        component: (m,) the connected component of each face, numbered from zero.
-        welded: (w, 2) vertices of the file, and those at the same place that stand for them now.
-        dropped: Faces of the file, rising, that are there no more: lines, points and copies.
-        turned: Faces of the file, rising, whose corners run the other way now.
+        mesh: Manifold, consistently oriented, without faces of zero area; in the coordinates and the order of the file.
+        vertex_of: (k,) vertex of the file of each vertex.
+        face_of: (m,) face of the file that contains each face.
+        component: (m,) component label of each face, from zero.
+        welded: (w, 2) removed vertices of the file, and the vertices that replace them.
+        dropped: Removed faces of the file, rising: lines, points and duplicates.
+        turned: Faces of the file, rising, whose orientation was reversed.
         findings: Each kind of repair, with its count.
     """
 
@@ -242,9 +235,9 @@ def repair_mesh(mesh: Mesh, *, where: str = "mesh") -> RepairedMesh:
         where: Its name, for findings and errors.
 
     Raises:
-        MeshError: Nothing with area is left, or it is too large or too small for its areas to be numbers.
+        MeshError: Nothing with area is left, or the mesh is too large or too small for its areas to be computed.
 
-    Cost: about 5 µs a face, in however many components.
+    Cost: about 5 µs a face for any number of components.
     """
     if not len(mesh.faces):
         raise _no_area_error(mesh, where)
@@ -260,11 +253,10 @@ def repair_mesh(mesh: Mesh, *, where: str = "mesh") -> RepairedMesh:
 
 
 class _Repair:
-    """A repair under way: ``faces`` (m, 3) into unit-sized ``vertices``, which stand for the file's ``vertex_of``.
+    """Repair in progress: ``faces`` (m, 3) over unit-sized ``vertices`` of the file's vertices ``vertex_of``.
 
-    ``face_of``, ``component`` and ``turned`` go with the faces: their numbers in the file, labels of connected
-        components, and
-    whether their corners run the other way now. ``closed`` (components,) says which have no border.
+    Per face: ``face_of`` is its number in the file, ``component`` a component label, and ``turned`` whether its
+    orientation was reversed. ``closed`` (components,) marks components without a border.
     """
 
     def __init__(self, mesh: Mesh, where: str) -> None:
@@ -285,14 +277,14 @@ class _Repair:
         away = np.flatnonzero(same != np.arange(len(same)))
         self.welded = self.vertex_of[np.stack([away, same[away]], axis=1)]
         self.faces = same[self.faces]
-        self._tell("duplicate-vertex", "welded", len(away))
+        self._note("duplicate-vertex", "welded", len(away))
 
     def drop_duplicates(self) -> None:
         a, b, c = self.faces.T
         whole = np.flatnonzero((a != b) & (b != c) & (c != a))
         first = whole[unique_faces(self.faces[whole])]
-        self._tell("zero-area-face", "removed: two corners coincide", len(self.faces) - len(whole))
-        self._tell("duplicate-face", "dropped", len(whole) - len(first))
+        self._note("zero-area-face", "removed: two corners coincide", len(self.faces) - len(whole))
+        self._note("duplicate-face", "dropped", len(whole) - len(first))
         self._keep(first)
 
     def stitch(self) -> None:
@@ -300,10 +292,10 @@ class _Repair:
         self.face_of = self.face_of[owner]
         self.component = self.component[owner]
         self.turned = self.turned[owner]
-        self._tell("t-junction", "stitched: vertices inside an edge were inserted into it", count)
+        self._note("t-junction", "stitched: vertices inside an edge were inserted into it", count)
         count, widest = open_cracks(self.vertices, self.faces)
         extent = float(np.linalg.norm(np.ptp(self._file.vertices[self.vertex_of], axis=0)))
-        self._tell(
+        self._note(
             "open-crack",
             f"left open: borders that continue each other up to {1e3 * extent * widest:.2g} mm apart; if they should "
             "be connected, merge their vertices, or export with more digits",
@@ -315,7 +307,7 @@ class _Repair:
         self.faces = flip_faces(self.faces, oriented.turned)
         self.component = oriented.component
         self.turned = oriented.turned
-        self._tell("one-sided", "cut at edges where its two sides meet", oriented.clashes)
+        self._note("one-sided", "cut at edges where its two sides meet", oriented.clashes)
 
     def split_nonmanifold(self) -> None:
         table = Connectivity(self.faces)
@@ -324,12 +316,12 @@ class _Repair:
         apart[twins.ravel()] = False
         ends = np.unique(table.edges[table.edge_of.ravel()[apart]])
         fans = np.bincount(self._split(twins), minlength=len(self.vertices))
-        fans[ends] = 1  # those came apart with their edge
+        fans[ends] = 1  # these were separated with their edge
         held = np.bincount(self.component[twins[:, 0] // 3], minlength=int(self.component.max()) + 1)
         self.closed = 2 * held == 3 * np.bincount(self.component)
         crowded = int((table.face_count > 2).sum())
-        self._tell("non-manifold-edge", "split: non-manifold edge with more than two faces", crowded)
-        self._tell(
+        self._note("non-manifold-edge", "split: non-manifold edge with more than two faces", crowded)
+        self._note(
             "non-manifold-vertex", "split: non-manifold vertex with several fans of faces", int((fans > 1).sum())
         )
 
@@ -340,16 +332,16 @@ class _Repair:
         inverted = inside_out(mesh, self.component, self.closed, kept)[self.component]
         self.faces = flip_faces(self.faces, inverted)
         self.turned = self.turned ^ inverted
-        self._tell("turned-face", "reoriented consistently", int(self.turned.sum()))
+        self._note("turned-face", "reoriented consistently", int(self.turned.sum()))
 
     def flip_degenerate_faces(self) -> None:
         self.faces, owner, flat = flip_degenerate_faces(self.vertices, self.faces, self.tolerance)
-        self._tell(
+        self._note(
             "flat-face",
             "removed by an edge flip: the face behind it was split",
             int((owner != np.arange(len(owner))).sum()),
         )
-        self._tell("flat-face", "dropped", int(flat.sum()))
+        self._note("flat-face", "dropped", int(flat.sum()))
         self.face_of = self.face_of[owner]
         self.turned = self.turned[owner]
         if flat.any():
@@ -374,7 +366,7 @@ class _Repair:
         return Mesh(self.vertices, self.faces)
 
     def _keep(self, numbers: IntArray) -> None:
-        """Keep the faces with these numbers only."""
+        """Keep only the faces with these numbers."""
         if not len(numbers):
             raise _no_area_error(self._file, self._where)
         self.faces = self.faces[numbers]
@@ -383,19 +375,19 @@ class _Repair:
         self.turned = self.turned[numbers]
 
     def _split(self, twins: IntArray) -> IntArray:
-        """Give each fan its own vertices; returns which of the vertices before each is a copy of."""
+        """Give each fan its own vertices; return the previous vertex of each."""
         self.faces, copy_of = split_nonmanifold(self.faces, twins)
         self.vertices = self.vertices[copy_of]
         self.vertex_of = self.vertex_of[copy_of]
         return copy_of
 
-    def _tell(self, kind: str, action: str, count: int) -> None:
+    def _note(self, kind: str, action: str, count: int) -> None:
         if count:
             self._notes.append(Finding(kind, self._where, action, count))
 
 
 def _unit_sized(mesh: Mesh, used: IntArray, where: str) -> tuple[FloatArray, float]:
-    """The ``used`` vertices centred and divided by their extent, and the distance at which two of them are one."""
+    """Return the ``used`` vertices centred and divided by their extent, and the welding distance in that unit."""
     vertices = mesh.vertices[used]
     largest = float(np.abs(vertices).max())
     if largest > LARGEST:
@@ -410,20 +402,21 @@ def _unit_sized(mesh: Mesh, used: IntArray, where: str) -> tuple[FloatArray, flo
 
 
 CLEAR_MAJORITY = 0.75
-"""An open component keeps its side if this share of its area agrees on it; else it is turned from its middle."""
+"""Share of the area that must agree for an open component to keep its orientation; else it faces away from its
+centre."""
 
 
 def inside_out(mesh: Mesh, component: IntArray, closed: BoolArray, kept: FloatArray) -> BoolArray:
-    """(components,) whether each must be turned as a whole to look outward.
+    """Return whether each component (components,) must be turned as a whole to face outward.
 
-    A closed component is judged by the sign of its volume. An open one keeps the file's side if that was clear, and
-    otherwise looks away from its own middle.
+    A closed component is judged by the sign of its volume. An open one keeps the orientation of the file if that was
+    clear, and otherwise faces away from its own centre.
 
     Args:
         mesh: Faces of a component agree.
         component: (m,) labels.
         closed: (components,) without boundary.
-        kept: (components,) share of the area that looks to the side it had in the file.
+        kept: (components,) share of the area with the orientation of the file.
     """
     corners = mesh.vertices[mesh.faces]
     area = np.bincount(component, mesh.face_areas)

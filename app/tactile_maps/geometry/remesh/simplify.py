@@ -1,13 +1,13 @@
-"""Coarser surfaces of a mesh for drawing: fewer triangles of the same vertices, each with how far it is from the mesh.
+"""Simplification of a mesh for drawing: fewer triangles over the same vertices, with a measured error.
 
-Vertices are collapsed into a neighbour, the one nearest to the planes that meet in both (Garland and Heckbert 1997,
-with planes weighted by the angle at the vertex, so that many slivers count as the one face that they make). In a round
-all those collapse at once of which no two are neighbours. That is a map of vertices onto vertices: a closed surface
-stays closed, and each vertex left keeps its place. No triangle may turn over. What is thinner than the tolerance may
-become flat: two triangles of the same corners, each seen from its own side.
+Vertices are collapsed into the neighbour with the smallest distance from the planes that meet in both (Garland and
+Heckbert 1997; planes are weighted by the angle at the vertex, so that many slivers count as the one face they form).
+Each round collapses all vertices of which no two are neighbours. This maps vertices onto vertices: a closed surface
+stays closed, and each remaining vertex keeps its position. No triangle may turn over. Parts thinner than the tolerance
+may become flat: two triangles over the same corners, one for each side.
 
-Our own, since links must stay closed (their backs are not drawn): VTK's decimations and libigl's open them, leave 15 of
-iCub's 39 links as they are, or go 2 to 8 mm off.
+Own implementation because links must stay closed (back faces are not drawn): the decimations of VTK and libigl open
+them, leave 15 of iCub's 39 links unchanged, or deviate by 2 to 8 mm.
 """
 
 from __future__ import annotations
@@ -19,18 +19,18 @@ import numpy as np
 
 from tactile_maps.core.arrays import BoolArray, FloatArray, IntArray, freeze_arrays
 from tactile_maps.geometry.surface.closest_point import ClosestPoint, closest_point
-from tactile_maps.geometry.surface.connectivity import Connectivity
+from tactile_maps.geometry.surface.connectivity import Connectivity, remove_unreferenced, side_ends
 from tactile_maps.geometry.surface.mesh import Mesh
 
 _LEAST_TURN = 0.3
-"""Cosine between a triangle's normals before and after a collapse: below it has turned over."""
+"""Cosine between a triangle's normals before and after a collapse below which it counts as turned over."""
 _ROUNDS = 60
 _IDLE = 0.004
-"""At most so many rounds a level; fewer once a round takes less than this share of the faces."""
+"""Share of faces; a level ends when a round removes less, or after ``_ROUNDS`` rounds."""
 _CHEAP = 1e-4
-"""Costs below this share of the largest allowed are alike: else few vertices would be the cheapest of their kind."""
+"""Costs below this share of the largest allowed count as equal, so that more vertices are cheapest among neighbours."""
 _SHORT = 1e-3
-"""So much of the squared way counts too: on what is flat all ways cost nothing, and short ones leave no slivers."""
+"""Share of the squared edge length in the cost: on flat parts short edges are preferred, which leaves no slivers."""
 _ROW, _COLUMN = np.triu_indices(4)
 _TWICE = np.where(_ROW == _COLUMN, 1.0, 2.0)
 
@@ -41,8 +41,7 @@ class CoarseSurface:
 
     Attributes:
         faces: (m, 3) indices into the mesh's vertices.
-        error: The largest distance between both surfaces, of the corners, middles of edges and centroids of either
-            from the other [m].
+        error: Largest distance [m] between the surfaces, measured at the corners, edge midpoints and centroids of both.
     """
 
     faces: IntArray
@@ -53,11 +52,11 @@ class CoarseSurface:
 
 
 def simplify(mesh: Mesh, tolerances: Sequence[float]) -> tuple[CoarseSurface, ...]:
-    """A coarser surface for each tolerance [m], rising; its error is about that, and may be more: it is measured.
+    """Return a coarser surface for each tolerance [m], rising. The measured error may exceed the tolerance.
 
-    A closed mesh stays closed. Coarser ones than the last may be missing: nothing of a small mesh would be left.
+    A closed mesh stays closed. The last surfaces are missing if nothing of a small mesh would be left.
 
-    Cost: about 80 µs a face for four tolerances, two thirds of it to measure them.
+    Cost: about 80 µs a face for four tolerances, two thirds of it for the measurement.
     """
     vertices = mesh.vertices - mesh.vertices.mean(axis=0)
     faces = mesh.faces
@@ -72,41 +71,33 @@ def simplify(mesh: Mesh, tolerances: Sequence[float]) -> tuple[CoarseSurface, ..
 
 
 def coarse_mesh(mesh: Mesh, faces: IntArray) -> tuple[Mesh, IntArray]:
-    """Some triangles (m, 3) of a mesh's vertices as a mesh of its own, and (k,) the vertices that it uses."""
-    used, local = np.unique(faces, return_inverse=True)
-    return Mesh(mesh.vertices[used], local.reshape(-1, 3)), used
-
-
-def _normals(vertices: FloatArray, faces: IntArray) -> FloatArray:
-    """(m, 3) unit, or 0 for a face without area."""
-    a, b, c = (vertices[faces[:, k]] for k in range(3))
-    normals = np.cross(b - a, c - a)
-    length = np.linalg.norm(normals, axis=1, keepdims=True)
-    return np.divide(normals, length, out=np.zeros_like(normals), where=length > 0)
+    """Return triangles (m, 3) over a mesh's vertices as a separate mesh, and the vertices (k,) they use."""
+    local, used = remove_unreferenced(faces)
+    return Mesh(mesh.vertices[used], local), used
 
 
 def _planes(normals: FloatArray, points: FloatArray) -> FloatArray:
-    """(m, 10) squared distance from planes through points (m, 3), as the upper half of a form on (x, y, z, 1)."""
+    """Return squared distances from planes through points (m, 3): the upper half (m, 10) of forms on (x, y, z, 1)."""
     plane = np.column_stack([normals, -np.einsum("ij,ij->i", normals, points)])
     return plane[:, _ROW] * plane[:, _COLUMN]
 
 
 def _quadrics(vertices: FloatArray, mesh: Mesh) -> FloatArray:
-    """(n, 10) summed squared distance from the planes that meet in each vertex."""
+    """Return the summed squared distance (n, 10) from the planes that meet in each vertex."""
     faces = mesh.faces
-    normals = _normals(vertices, mesh.faces)
+    normals = Mesh(vertices, faces).face_normals
     total = np.zeros((len(vertices), 10))
     own = _planes(normals, vertices[faces[:, 0]])
     for k in range(3):
         along, across = (vertices[faces[:, (k + j) % 3]] - vertices[faces[:, k]] for j in (1, 2))
         angle = np.arctan2(np.linalg.norm(np.cross(along, across), axis=1), np.einsum("ij,ij->i", along, across))
         np.add.at(total, faces[:, k], own * (2 / np.pi * angle)[:, None])
-    # At a border, and where a thin edge folds back, the planes alone would let the surface shrink: one stands there.
+    # At borders and folded thin edges the planes alone would let the surface shrink; a perpendicular plane prevents it.
     twins = mesh.connectivity.twins
     folded = np.einsum("ij,ij->i", normals[twins[:, 0] // 3], normals[twins[:, 1] // 3]) < 0
     sides = np.concatenate([mesh.connectivity.boundary_sides, twins[folded].ravel()])
     start = faces.ravel()[sides]
-    end = faces.ravel()[sides - sides % 3 + (sides + 1) % 3]
+    end = faces.ravel()[side_ends(sides)]
     aside = np.cross(vertices[end] - vertices[start], normals[sides // 3])
     aside /= np.maximum(np.linalg.norm(aside, axis=1, keepdims=True), 1e-300)
     upright = _planes(aside, vertices[start])
@@ -116,10 +107,10 @@ def _quadrics(vertices: FloatArray, mesh: Mesh) -> FloatArray:
 
 
 def _collapse(vertices: FloatArray, faces: IntArray, quadrics: FloatArray, tolerance: float) -> IntArray:
-    """The faces that remain; ``quadrics`` take those of the vertices that went into theirs."""
+    """Return the remaining faces; ``quadrics`` of collapsed vertices are added to those of their targets."""
     count = len(vertices)
     refused = np.zeros(0, np.int64)
-    mixed = 0.5 + (np.arange(count) * 2654435761 % 2**32) / 2**32  # no order of the vertices decides who is cheapest
+    mixed = 0.5 + (np.arange(count) * 2654435761 % 2**32) / 2**32  # the order of the vertices must not break ties
     for number in range(_ROUNDS):
         edges = Connectivity(faces).edges
         pairs = np.sort(np.concatenate([edges @ [count, 1], edges @ [1, count]]))
@@ -136,7 +127,7 @@ def _collapse(vertices: FloatArray, faces: IntArray, quadrics: FloatArray, toler
         moved = into[faces]
         changed = np.zeros(count, bool)
         changed[faces[(moved != faces).any(axis=1)]] = True
-        refused = refused[~changed[refused // count]]  # around those it may be otherwise now
+        refused = refused[~changed[refused // count]]  # may be allowed now that neighbouring faces changed
         a, b, c = moved.T
         faces = moved[(a != b) & (b != c) & (c != a)]
         if not len(gone) + len(wrong) or (number > 8 and len(gone) < _IDLE * len(faces)):
@@ -147,9 +138,9 @@ def _collapse(vertices: FloatArray, faces: IntArray, quadrics: FloatArray, toler
 def _cheapest(
     vertices: FloatArray, quadrics: FloatArray, pairs: IntArray, tolerance: float, count: int
 ) -> tuple[IntArray, FloatArray]:
-    """(n,) into which neighbour each vertex goes at the least cost, and (n,) that; infinite above the tolerance.
+    """Return the cheapest target (n,) of each vertex and its cost (n,), infinite above the tolerance.
 
-    ``pairs`` are ``count`` times the vertex that goes, and its neighbour.
+    ``pairs`` are ``count`` times the collapsed vertex plus its neighbour.
     """
     start, end = np.divmod(pairs, count)
     place = np.column_stack([vertices[end], np.ones(len(end))])
@@ -172,14 +163,14 @@ def _cheapest(
 
 
 def _turned_over(vertices: FloatArray, faces: IntArray, into: IntArray) -> IntArray:
-    """Vertices that must stay, since a triangle around them would turn over; rising."""
+    """Return the vertices, rising, whose collapse would turn over a triangle around them."""
     moved = into[faces]
     touched = np.flatnonzero((moved != faces).any(axis=1))
     old = faces[touched]
     new = moved[touched]
     a, b, c = new.T
-    before = _normals(vertices, old)
-    after = _normals(vertices, new)
+    before = Mesh(vertices, old).face_normals
+    after = Mesh(vertices, new).face_normals
     turned = (np.einsum("ij,ij->i", before, after) < _LEAST_TURN) & before.any(axis=1)
     turned &= (a != b) & (b != c) & (c != a)
     owner = old[np.arange(len(old)), (new != old).argmax(axis=1)]
@@ -187,7 +178,7 @@ def _turned_over(vertices: FloatArray, faces: IntArray, into: IntArray) -> IntAr
 
 
 def _distance(mesh: Mesh, faces: IntArray) -> float:
-    """The largest distance between a mesh and triangles (m, 3) of its vertices, both ways [m]."""
+    """Return the largest distance [m] between a mesh and triangles (m, 3) over its vertices, in both directions."""
     coarse, used = coarse_mesh(mesh, faces)
     base = len(mesh.vertices)
     theirs, ours = ((np.sort(part, axis=1) @ [base * base, base, 1]) for part in (mesh.faces, faces))
@@ -200,7 +191,7 @@ def _distance(mesh: Mesh, faces: IntArray) -> float:
 
 
 def _samples(mesh: Mesh, which: BoolArray) -> FloatArray:
-    """(k, 3) centroids and middles of the edges of some faces."""
+    """Return the centroids and edge midpoints (k, 3) of the faces ``which``."""
     corners = mesh.vertices[mesh.faces[which]]
     edges = mesh.vertices[mesh.edges[np.unique(mesh.connectivity.edge_of[which])]]
     return np.concatenate([corners.mean(axis=1), edges.mean(axis=1)])

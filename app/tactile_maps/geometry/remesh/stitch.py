@@ -1,8 +1,8 @@
-"""Stitching of T-junctions: vertices of one face that lie inside the edge of its neighbour, which does not have them.
+"""Stitching of T-junctions: vertices of one face inside an edge of its neighbour, which does not share them.
 
-Meshes that were refined in parts have them. The surface looks closed, but it is connected only where vertices are
-shared. ``stitch_junctions`` inserts such vertices into the coarse edge and divides the coarse face, so that both sides
-have the same edges. No vertex moves.
+Meshes that were refined in parts have them. The surface looks closed but is connected only through shared vertices.
+``stitch_junctions`` inserts such vertices into the coarse edge and divides the coarse face, so that both sides have the
+same edges. No vertex moves.
 
 Two rules decide which vertices belong to an edge:
 
@@ -15,8 +15,7 @@ Two rules decide which vertices belong to an edge:
 
 An opening as narrow as a crack next to one straight edge cannot be distinguished from it and is closed too. Wider
 openings, slits wider than ``ROUNDED`` with vertices on both sides, the mouth of a flat pocket and borders of separate
-walls stay open.
-``open_cracks`` counts the border edges that may be a crack and stay open.
+walls stay open. ``open_cracks`` counts the border edges that may be an unclosed crack.
 """
 
 from __future__ import annotations
@@ -29,50 +28,50 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from tactile_maps.core.arrays import BoolArray, FloatArray, IntArray
-from tactile_maps.geometry.surface.connectivity import Connectivity
+from tactile_maps.geometry.surface.connectivity import Connectivity, run_starts
 from tactile_maps.geometry.surface.mesh import Mesh
 from tactile_maps.geometry.surface.point_location import owner_and_rank
 
 ON_EDGE = 1e-5
-"""Distance from an edge, as a share of the mesh's size, within which a vertex lies on it."""
+"""Distance from an edge, as a share of the mesh's size, within which a vertex is on it."""
 _ON_EDGE_LENGTHS = 0.01
 ROUNDED = 1e-4
-"""The same where coordinates were rounded, for what is still open."""
+"""The same for rounded coordinates, used for edges that are still open."""
 MOST_GAP = 0.05
-"""Height of a crack, as a share of the coarse edge's length, up to which it is closed. The edge of a polygon that
-approximates a circle lies 0.05 of its length inside where it spans 23 degrees."""
+"""Largest height of a crack that is closed, as a share of the coarse edge's length. An edge of a polygon that
+approximates a circle is 0.05 of its length inside the circle where it spans 23 degrees."""
 MOST_OPEN = 2 * MOST_GAP
 """Width of an opening, as a share of the longer edge along it, up to which it may be a crack that stayed open."""
 _NEAREST_PARTS = 16
-"""Parts of border edges near the middle of each that are looked at for a crack: a bound on time and memory."""
+"""Number of nearby border edge parts that are tested for a crack at each edge: a bound on time and memory."""
 _ALONG = 0.5
-"""Cosine of the largest angle between an edge and the sides of a chain beside it."""
+"""Cosine of the largest angle between an edge and the sides of a chain along it."""
 _FOLDED = 0.5
 """Cosine of the smallest angle between the two faces of a crack: a smaller one is the mouth of a pocket."""
 _LONGEST_CHAIN = 10_000
 
 
 def stitch_junctions(vertices: FloatArray, faces: IntArray) -> tuple[IntArray, IntArray, int]:
-    """Insert border vertices into the border edges that they lie on.
+    """Insert border vertices into the border edges that contain them.
 
     Args:
         vertices: (n, 3), of a mesh of size 1.
-        faces: (m, 3), three distinct corners each, no two the same; in any orientation.
+        faces: (m, 3), three distinct corners each, no duplicates; in any orientation.
 
     Returns:
-        (k, 3) faces; (k,) the old face that each is part of; the number of vertices inserted into edges.
+        (k, 3) faces; (k,) the old face that contains each; the number of vertices inserted into edges.
 
-    Cost: one sort of the edges where there is no border; else 10 µs a border edge.
+    Cost: one sort of the edges without a border, else 10 µs a border edge.
     """
     owner = np.arange(len(faces))
     count = 0
     border = _Border.of(vertices, faces)
-    finds = (_beside_edges, partial(_on_edges, within=ON_EDGE), partial(_on_edges, within=ROUNDED))
-    for find in finds:  # the chains first, which need no search tree
+    finds = (_along_edges, partial(_on_edges, within=ON_EDGE), partial(_on_edges, within=ROUNDED))
+    for find in finds:  # chains first: they need no search tree
         if border is None:
             break
         edge, vertex = find(border)
-        while len(edge):  # until no part of a face folds over; those of a narrow strip stitched to itself would
+        while len(edge):  # until no part of a face folds over, as for a narrow strip stitched to itself
             divided, parent = _divide(vertices, faces, border.sides[edge], vertex)
             before = Mesh(vertices, faces).face_normals[parent]
             after = Mesh(vertices, divided).face_normals
@@ -96,7 +95,7 @@ def open_cracks(vertices: FloatArray, faces: IntArray) -> tuple[int, float]:
         The number of border edges at most ``MOST_OPEN`` of the length of the longer edge from another one that is
         parallel to within 60 degrees and whose face extends to the far side; and the widest distance.
 
-    Cost: as ``stitch_junctions``.
+    Cost: like ``stitch_junctions``.
     """
     border = _Border.of(vertices, faces)
     if border is None:
@@ -121,7 +120,7 @@ def open_cracks(vertices: FloatArray, faces: IntArray) -> tuple[int, float]:
     offset = arm - share[:, None] * along[edge]
     width = _length(offset)
     apex = border.heights(edge, border.apex[edge])[1]
-    # Across a strip of faces two borders are close, too: there the face reaches as far as the other border.
+    # The borders of a narrow strip are close as well, but there the face reaches as far as the other border.
     outside = np.einsum("kd,kd->k", offset, apex) < 0.5 * np.einsum("kd,kd->k", apex, apex)
     kept = (share > 0) & (share < 1) & (width <= MOST_OPEN * lengths[edge]) & outside
     edge = edge[kept]
@@ -130,10 +129,10 @@ def open_cracks(vertices: FloatArray, faces: IntArray) -> tuple[int, float]:
 
 
 def _divide(vertices: FloatArray, faces: IntArray, sides: IntArray, added: IntArray) -> tuple[IntArray, IntArray]:
-    """Divide faces at the vertices ``added`` (k,) to their half-edges ``sides`` (k,), which rise; in order along each.
+    """Divide faces at the vertices ``added`` (k,) to their rising half-edges ``sides`` (k,), in order along each.
 
     Returns:
-        (m + k, 3) faces and (m + k,) the old face of each: undivided faces keep their order, the others follow.
+        (m + k, 3) faces and (m + k,) the old face of each: undivided faces in their order, then the others.
     """
     parent = np.unique(sides // 3)
     whole = np.setdiff1d(np.arange(len(faces)), parent)
@@ -141,11 +140,11 @@ def _divide(vertices: FloatArray, faces: IntArray, sides: IntArray, added: IntAr
     owners = [whole]
     corners = faces[parent]
     every = 3 * parent[:, None] + np.arange(3)
-    # Each half-edge has the vertices added[low:high] inside.
+    # Half-edges contain the vertices added[low:high].
     low = np.searchsorted(sides, every)
     high = np.searchsorted(sides, every, side="right")
     while len(corners):
-        # The longest edge of those with vertices inside comes first and is divided in the middle of these.
+        # The longest edge with vertices inside is divided first, at the middle one of these.
         lengths = _length(vertices[corners] - vertices[np.roll(corners, -1, axis=1)])
         turn = (np.where(high > low, lengths, -1.0).argmax(axis=1)[:, None] + np.arange(3)) % 3
         corners, low, high = (np.take_along_axis(rows, turn, axis=1) for rows in (corners, low, high))
@@ -174,11 +173,11 @@ def _divide(vertices: FloatArray, faces: IntArray, sides: IntArray, added: IntAr
 
 @dataclass(frozen=True, eq=False)
 class _Border:
-    """The edges with one face.
+    """Border of a mesh: the edges with one face.
 
     Attributes:
         vertices: (n, 3) of the mesh.
-        inner: Keys of the edges with more faces, rising, see ``keys``.
+        inner: Keys of the edges with more faces, rising; see ``keys``.
         sides: (b,) half-edges.
         ends: (b, 2) their vertices.
         apex: (b,) the third vertex of the face of each.
@@ -192,7 +191,7 @@ class _Border:
 
     @staticmethod
     def of(vertices: FloatArray, faces: IntArray) -> _Border | None:
-        """The border of a mesh; None where it has none."""
+        """Return the border of a mesh; None if it is closed."""
         table = Connectivity(faces)
         sides = table.boundary_sides
         if not len(sides):
@@ -202,16 +201,16 @@ class _Border:
         return _Border(vertices, low * len(vertices) + high, sides, table.boundary_edges, apex)
 
     def keys(self, start: IntArray, end: IntArray) -> IntArray:
-        """One number for each pair of vertices."""
+        """Return one key for each pair of vertices."""
         return np.minimum(start, end) * len(self.vertices) + np.maximum(start, end)
 
     def is_inner(self, keys: IntArray) -> BoolArray:
-        """Whether the vertices of each key share an edge with two faces or more."""
+        """Return whether the vertices of each key share an edge with two faces or more."""
         place = np.searchsorted(self.inner, keys)
         return np.asarray(np.append(self.inner, -1)[place] == keys)
 
     def heights(self, edge: IntArray, vertex: IntArray) -> tuple[FloatArray, FloatArray]:
-        """Share along each edge at which a vertex projects on it, and its offset (k, 3) from the edge's line."""
+        """Return the share along each edge at which a vertex projects onto it, and its offset (k, 3) from the line."""
         start, end = self.vertices[self.ends[edge]].swapaxes(0, 1)
         along = end - start
         arm = self.vertices[vertex] - start
@@ -224,11 +223,11 @@ def _length(vectors: FloatArray) -> FloatArray:
 
 
 def _on_edges(border: _Border, within: float) -> tuple[IntArray, IntArray]:
-    """Edges, and the vertices to be inserted into each in the order along it."""
+    """Return edges and the vertices to be inserted into each, in order along it."""
     every = np.arange(len(border.ends))
     lengths = _length(border.vertices[border.ends[:, 1]] - border.vertices[border.ends[:, 0]])
     near = np.minimum(within, _ON_EDGE_LENGTHS * lengths)
-    # A face as flat as that lies on its edge as a whole: the far border of a thin strip is not a junction.
+    # A face this flat is on its edge as a whole: the far border of a thin strip is not a junction.
     tall = _length(border.heights(every, border.apex)[1]) > 4 * near
     edge, vertex = _close_pairs(border.vertices, border.ends, lengths, near, np.flatnonzero(tall))
     kept = (vertex != border.ends[edge, 0]) & (vertex != border.ends[edge, 1]) & (vertex != border.apex[edge])
@@ -240,7 +239,7 @@ def _on_edges(border: _Border, within: float) -> tuple[IntArray, IntArray]:
     vertex = vertex[kept]
     share = share[kept]
     order = np.lexsort((vertex, share, edge))
-    order = order[_changes(edge[order]) | _changes(vertex[order])]  # found by two balls
+    order = order[run_starts(edge[order], vertex[order])]  # a pair may be found by two balls
     edge = edge[order]
     vertex = vertex[order]
     while len(edge):
@@ -255,12 +254,15 @@ def _on_edges(border: _Border, within: float) -> tuple[IntArray, IntArray]:
 def _close_pairs(
     vertices: FloatArray, ends: IntArray, lengths: FloatArray, near: FloatArray, chosen: IntArray
 ) -> tuple[IntArray, IntArray]:
-    """Pairs of ``chosen`` border edges and border vertices: all closer than ``near`` (b,), and others; some twice."""
+    """Return pairs of ``chosen`` border edges and border vertices.
+
+    All pairs closer than ``near`` (b,) are included, and others; some appear twice.
+    """
     if not len(chosen):
         return chosen, chosen
     row, points, half = _parts(vertices[ends[chosen]], lengths[chosen], lengths)
     reach = half + near[chosen[row]]
-    used = _distinct(ends[chosen].ravel())
+    used = _sorted_unique(ends[chosen].ravel())
     found = cKDTree(vertices[used]).query_ball_point(points, reach, return_sorted=False)
     sizes = np.fromiter(map(len, found), dtype=np.int64, count=len(found))
     hit = np.fromiter(chain.from_iterable(found), dtype=np.int64, count=int(sizes.sum()))
@@ -268,12 +270,12 @@ def _close_pairs(
 
 
 def _parts(ends: FloatArray, lengths: FloatArray, all_lengths: FloatArray) -> tuple[IntArray, FloatArray, FloatArray]:
-    """Divide edges with ``ends`` (k, 2, 3) into parts about as long as most of the edges with ``all_lengths``.
+    """Divide edges with ``ends`` (k, 2, 3) into parts about as long as most edges with ``all_lengths``.
 
-    Balls around the parts hold few vertices besides their own, also where one edge is as long as a hundred others.
+    Balls around the parts contain few other vertices, even where one edge is as long as a hundred others.
 
     Returns:
-        (p,) the number of the edge of each part; (p, 3) the middle of each; (p,) half of its length.
+        (p,) the edge of each part; (p, 3) its midpoint; (p,) half its length.
     """
     spacing = max(float(np.median(all_lengths)), float(all_lengths.mean()) / 2)
     count = np.ceil(lengths / spacing).astype(np.int64)
@@ -283,29 +285,22 @@ def _parts(ends: FloatArray, lengths: FloatArray, all_lengths: FloatArray) -> tu
     return row, start + share[:, None] * (end - start), 0.5 * lengths[row] / count[row]
 
 
-def _distinct(values: IntArray) -> IntArray:
-    """The values, rising, each once; several times faster than ``np.unique``, which hashes."""
+def _sorted_unique(values: IntArray) -> IntArray:
+    """Return the sorted unique values; several times faster than ``np.unique``, which hashes."""
     ordered = np.sort(values)
-    return ordered[_changes(ordered)]
-
-
-def _changes(values: IntArray) -> BoolArray:
-    """(n,) whether each value differs from the one before it; the first does."""
-    result = np.ones(len(values), dtype=bool)
-    result[1:] = values[1:] != values[:-1]
-    return result
+    return ordered[run_starts(ordered)]
 
 
 def _joins(border: _Border, edge: IntArray, vertex: IntArray, tall: BoolArray) -> BoolArray:
-    """Which of the vertices, sorted along their edges, make a part of the edge that one other face across has, too."""
+    """Return the vertices, sorted along their edges, that create a part of the edge shared with one other face."""
     every = np.arange(len(border.ends))
     order = np.argsort(np.concatenate([every, edge]), kind="stable")
     of = np.concatenate([every, edge])[order]
     start = np.concatenate([border.ends[:, 0], vertex])[order]
-    end = np.where(np.roll(_changes(of), -1), border.ends[of, 1], np.roll(start, -1))
+    end = np.where(np.roll(run_starts(of), -1), border.ends[of, 1], np.roll(start, -1))
     key = border.keys(start, end)
     by_key = np.argsort(key, kind="stable")
-    new = _changes(key[by_key])
+    new = run_starts(key[by_key])
     twice = new & ~np.roll(new, -1) & np.roll(new, -2)  # the first of exactly two rows with one key
     first = by_key[twice]
     second = by_key[np.roll(twice, 1)]
@@ -314,22 +309,22 @@ def _joins(border: _Border, edge: IntArray, vertex: IntArray, tall: BoolArray) -
     shared = np.zeros(len(order), dtype=bool)
     shared[first[fits]] = shared[second[fits]] = True
     result = np.zeros(len(order), dtype=bool)
-    result[order] = shared | np.roll(shared, 1)  # the part before a vertex is the row before it
+    result[order] = shared | np.roll(shared, 1)  # the row before a vertex is the part before it
     return result[len(every) :]
 
 
-def _beside_edges(border: _Border) -> tuple[IntArray, IntArray]:
-    """Edges with a crack beside them, and the vertices of its far side in the order along the edge."""
+def _along_edges(border: _Border) -> tuple[IntArray, IntArray]:
+    """Return edges with a crack along them, and the vertices of its far side in order along the edge."""
     reached, walked, visited = _chains(border)
     whole = reached[walked]
     walked = walked[whole]
     visited = visited[whole]
-    # One crack has one coarse edge: of two beside one chain neither is chosen, nor is one that is part of a chain.
-    last = np.roll(_changes(walked), -1)
-    start = np.where(_changes(walked), border.ends[walked, 0], np.roll(visited, 1))
+    # A crack has one coarse edge: neither of two edges along one chain is chosen, nor an edge that is part of a chain.
+    last = np.roll(run_starts(walked), -1)
+    start = np.where(run_starts(walked), border.ends[walked, 0], np.roll(visited, 1))
     key = np.concatenate([border.keys(start, visited), border.keys(visited[last], border.ends[walked[last], 1])])
     order = np.argsort(key, kind="stable")
-    new = _changes(key[order])
+    new = run_starts(key[order])
     repeated = order[~(new & np.roll(new, -1))]
     bad = np.isin(border.keys(*border.ends.T), key)
     bad[np.concatenate([walked, walked[last]])[repeated]] = True
@@ -337,10 +332,10 @@ def _beside_edges(border: _Border) -> tuple[IntArray, IntArray]:
 
 
 def _chains(border: _Border) -> tuple[BoolArray, IntArray, IntArray]:
-    """Walks along the border beside each edge, from its start.
+    """Walk along the border next to each edge, from its start.
 
     Returns:
-        (b,) whether the walk of each edge reaches its end; and edges and vertices visited, by edge in order.
+        (b,) whether the walk of each edge reaches its end; edges and visited vertices, by edge in order.
     """
     both = np.concatenate([border.ends, border.ends[:, ::-1]])
     order = np.argsort(both[:, 0], kind="stable")
@@ -378,7 +373,7 @@ def _chains(border: _Border) -> tuple[BoolArray, IntArray, IntArray]:
         at_end = at_end[fits]
         cosine = cosine[fits]
         best = np.lexsort((-cosine, of))
-        best = best[_changes(of[best])]
+        best = best[run_starts(of[best])]
         of = of[best]
         there = there[best]
         at_end = at_end[best]
@@ -396,7 +391,7 @@ def _chains(border: _Border) -> tuple[BoolArray, IntArray, IntArray]:
 
 
 def _continues(border: _Border, edge: IntArray, other: IntArray) -> BoolArray:
-    """Whether the faces of the border edges ``edge`` and ``other`` extend to different sides, not into one pocket."""
+    """Return whether the faces of two border edges extend to different sides, not into one pocket."""
     coarse = border.heights(edge, border.apex[edge])[1]
     fine = border.heights(other, border.apex[other])[1]
     return np.asarray(np.einsum("kd,kd->k", fine, coarse) < _FOLDED * _length(coarse) * _length(fine))

@@ -1,12 +1,12 @@
-"""One clean outer surface of any mesh: what a cover of some thickness over it looks like from outside.
+"""Clean outer surface of any mesh: the outside of a cover of given thickness over it.
 
-A link's mesh from a file is seldom a surface: screws float inside it, shells have holes, parts overlap. A skin
-covers all that. So the skin's surface is the set of points at the cover's thickness from the mesh, seen from outside:
-closed, manifold and outward by construction, whatever the mesh was.
+A link's mesh from a file is seldom a surface: screws float inside it, shells have holes, parts overlap. A skin covers
+all of that. The surface of the skin is therefore the set of points at the cover's thickness from the mesh that is
+visible from outside: closed, manifold and oriented outward by construction, whatever the mesh was.
 
 Decision: this instead of repairing meshes face by face. Repair needs a rule for each defect and still leaves inner
-surfaces; the wrap needs none, closes gaps narrower than twice the thickness as foam would, and its triangles are even,
-which flattening likes. Its price: edges sharper than the thickness are rounded, and details smaller than the voxel
+surfaces. The wrap needs none, closes gaps narrower than twice the thickness as foam would, and has even triangles,
+which suit flattening. Its cost: edges sharper than the thickness are rounded, and details smaller than the voxel
 vanish.
 """
 
@@ -26,13 +26,13 @@ from tactile_maps.geometry.surface.connectivity import averaging_matrix, remove_
 from tactile_maps.geometry.surface.mesh import Mesh
 
 MAX_NODES = 6_000_000
-"""Of the voxel grid; about 50 MB of distances."""
+"""Largest number of nodes of the voxel grid; about 50 MB of distances."""
 _SNAP = 0.12
 _ROUNDS = 4
 _HALF_CELL = 3**0.5 / 2
-"""Voxels from any point to the nearest node, at most."""
+"""Largest distance from any point to the nearest node, in voxels."""
 _SAMPLED = 3**-0.5
-"""Voxels from any point of a mesh to the nearest of the samples of ``_distance_to_samples``, at most."""
+"""Largest distance from any point of a mesh to the nearest sample of ``_distance_to_samples``, in voxels."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,8 +42,8 @@ class WrappedMesh:
     Attributes:
         surface: Closed, manifold, outward.
         voxel: Grid spacing used [m]; edges are about this long.
-        thickness: Distance from the mesh [m]; larger than asked for where the grid would have been too large.
-        findings: What had to give.
+        thickness: Distance from the mesh [m]; larger than requested if the grid would have been too large.
+        findings: Deviations from the request.
     """
 
     surface: Mesh
@@ -53,14 +53,14 @@ class WrappedMesh:
 
 
 def wrap_mesh(mesh: Mesh, *, thickness: float, voxel: float, closing: float = 0.0, where: str = "mesh") -> WrappedMesh:
-    """Wrap ``mesh`` (cleaned: see ``clean_mesh``) at a distance.
+    """Wrap ``mesh`` at a distance.
 
     Args:
-        mesh: Faces with area; any topology, any orientation.
+        mesh: From ``clean_mesh``: faces with area; any topology, any orientation.
         thickness: Distance of the surface from the mesh [m], > 0.
-        voxel: Wanted edge length [m]; at most ``coarsest_voxel`` is used.
-        closing: Radius [m] of a ball that rolls over the cover from outside: where it does not fit, in holes, grooves
-            and gaps, the surface spans them as stretched fabric would. Zero follows everything.
+        voxel: Target edge length [m]; limited to ``coarsest_voxel``.
+        closing: Radius [m] of a ball that rolls over the cover from outside. Where the ball does not fit, in holes,
+            grooves and gaps, the surface spans them as stretched fabric would. With zero it follows every detail.
         where: The mesh's name, for findings and errors.
 
     Raises:
@@ -87,13 +87,13 @@ def wrap_mesh(mesh: Mesh, *, thickness: float, voxel: float, closing: float = 0.
 
 
 def coarsest_voxel(thickness: float) -> float:
-    """Of a grid through which no thin sheet in a cover of this ``thickness`` slips [m]."""
+    """Return the largest voxel [m] with which a grid resolves any thin sheet under a cover of this ``thickness``."""
     return 1.9 * thickness
 
 
 @dataclass(frozen=True, eq=False)
 class _VoxelGrid:
-    """Nodes (n, 3), x running fastest, with two free layers around the surface at ``reach`` from the mesh."""
+    """Nodes (n, 3), x varying fastest, with two free layers around the surface at ``reach`` from the mesh."""
 
     nodes: FloatArray
     shape: tuple[int, int, int]
@@ -112,7 +112,7 @@ class _VoxelGrid:
 def _within_memory(
     mesh: Mesh, thickness: float, closing: float, voxel: float, where: str
 ) -> tuple[float, float, tuple[Finding, ...]]:
-    """Coarsen until the grid fits in memory, and thicken with it so that the grid still sees the sheet."""
+    """Coarsen the grid until it fits in memory, and thicken the cover so that the grid still resolves a sheet."""
     extent = np.ptp(mesh.vertices, axis=0) + 2 * closing
     finest = voxel
     while np.prod((extent + 2 * thickness) / voxel + 6) > MAX_NODES:
@@ -125,7 +125,7 @@ def _within_memory(
 
 
 def _outside_distance(closest: ClosestPoint, mesh: Mesh, grid: _VoxelGrid, level: float) -> FloatArray:
-    """(n,) distance to the mesh where the outside reaches, less than ``level`` everywhere else; exact at that level."""
+    """Return the distance (n,) to the mesh for outside nodes and less than ``level`` elsewhere; exact at that level."""
     near = _distance_to_samples(mesh, grid)
     half = _HALF_CELL * grid.voxel
     lowest = near - half - _SAMPLED * grid.voxel
@@ -137,9 +137,9 @@ def _outside_distance(closest: ClosestPoint, mesh: Mesh, grid: _VoxelGrid, level
 
 
 def _enclosed(surface: Mesh, grid: _VoxelGrid, inside: BoolArray) -> BoolArray:
-    """(n,) which of the nodes ``inside`` the kept ``surface`` encloses: those of pieces left out count as outside.
+    """Return the ``inside`` nodes (n,) that ``surface`` encloses; nodes inside dropped components are excluded.
 
-    Each vertex lies on an edge of the grid between a node inside and one outside.
+    Each vertex is on an edge of the grid between a node inside and one outside.
     """
     labels, count = ndimage.label(inside.reshape(grid.shape[::-1]))
     places = (surface.vertices - grid.nodes[0]) / grid.voxel
@@ -154,14 +154,14 @@ def _enclosed(surface: Mesh, grid: _VoxelGrid, inside: BoolArray) -> BoolArray:
 def _closed_field(
     closest: ClosestPoint, field: FloatArray, grid: _VoxelGrid, thickness: float, closing: float
 ) -> FloatArray:
-    """(n,) the same field with the gaps filled: level ``thickness`` lies ``closing`` inside the outer surface.
+    """Return the field (n,) with gaps filled.
 
-    Exact at that level.
+    Its level ``thickness``, where it is exact, is ``closing`` inside the outer surface.
     """
     level = thickness + closing
     inside = field < level
     depth = grid.voxel * ndimage.distance_transform_edt(inside.reshape(grid.shape[::-1])).ravel()
-    # A node is at most as far from the surface as from the nearest node outside, and at least that less a diagonal.
+    # The distance to the surface is at most that to the nearest outside node, and at least that less a diagonal.
     lowest = np.where(inside, level - depth, field)
     highest = np.where(inside, level - depth + 2 * _HALF_CELL * grid.voxel, field)
     return _exact_at(thickness, lowest, highest, grid, lambda nodes: level - closest.query(nodes)[2])
@@ -174,10 +174,10 @@ def _exact_at(
     grid: _VoxelGrid,
     exact: Callable[[FloatArray], FloatArray],
 ) -> FloatArray:
-    """(n,) a field between ``lowest`` and ``highest``, exact wherever its surface at ``level`` depends on it.
+    """Return a field (n,) between ``lowest`` and ``highest`` whose surface at ``level`` is exact.
 
-    That is on the edges that the surface passes through. So a node is asked for where the bounds leave open on which
-    side of the surface it is, and then where a node beside it is on the other side.
+    The surface depends on the edges that it crosses. The exact value is computed at nodes whose side the bounds leave
+    open, then at the other ends of crossed edges.
     """
     unsure = (lowest <= level) & (highest >= level)
     field = highest.copy()
@@ -195,17 +195,17 @@ def _exact_at(
 
 
 def _snapped_field(field: FloatArray, level: float, voxel: float) -> FloatArray:
-    """A node almost on the surface makes slivers: move the level away from it; the vertices are put back later."""
+    """Move the level away from nodes near the surface, which would create slivers; vertices are moved back later."""
     offset = field - level
     near = np.abs(offset) < _SNAP * voxel
     return np.where(near, level + np.where(offset < 0, -_SNAP, _SNAP) * voxel, field)
 
 
 def _distance_to_samples(mesh: Mesh, grid: _VoxelGrid) -> FloatArray:
-    """(n,) from each node to the nearest node with a sample of the mesh in its voxel [m].
+    """Return the distance (n,) [m] from each node to the nearest node whose voxel contains a sample of the mesh.
 
-    That is at most half a cell's diagonal less than the distance to the mesh, and at most ``_SAMPLED`` voxels besides
-    more.
+    It is at most half a cell diagonal less than the distance to the mesh, and at most ``_SAMPLED`` voxels plus half a
+    diagonal more.
     """
     low = grid.nodes[0]
     voxel = grid.voxel
@@ -226,7 +226,7 @@ def _distance_to_samples(mesh: Mesh, grid: _VoxelGrid) -> FloatArray:
 
 
 def _isosurface(grid: _VoxelGrid, field: FloatArray, level: float, where: str) -> tuple[Mesh, tuple[Finding, ...]]:
-    """The surface at ``level``: of its pieces the one that encloses most; the others float beside or inside it."""
+    """Return the component of the surface at ``level`` with the largest volume; the others become findings."""
     vertices, all_faces, _ = igl.marching_cubes(field, grid.nodes, *grid.shape, level)
     surface = Mesh(vertices, np.asarray(all_faces))
     labels = surface.connectivity.components
@@ -248,9 +248,9 @@ def _isosurface(grid: _VoxelGrid, field: FloatArray, level: float, where: str) -
 
 
 def _smoothed(surface: Mesh, closest: ClosestPoint, mesh: Mesh, offset: float) -> Mesh:
-    """Slide vertices along the surface towards their neighbours' mean, and back to the exact distance.
+    """Move vertices along the surface towards the mean of their neighbours, then back to the exact distance.
 
-    The distance is ``offset`` outside ``mesh``, or inside it where negative.
+    The distance is ``offset`` outside ``mesh``, or inside it if negative.
     """
     far = abs(offset)
     average = averaging_matrix(surface.connectivity.edges, len(surface.vertices))
@@ -262,10 +262,10 @@ def _smoothed(surface: Mesh, closest: ClosestPoint, mesh: Mesh, offset: float) -
         faces, weights, distance = closest.query(vertices)
         nearest = mesh.points(faces, weights)
         away = vertices - nearest
-        # Where the grid is coarser than the cover a vertex may start beyond the mesh: it belongs on the other side.
+        # If the grid is coarser than the cover, a vertex may start on the wrong side of the mesh; it is moved across.
         beyond = (away * normals).sum(axis=1) < 0 if offset > 0 else np.zeros(len(vertices), dtype=bool)
         away[beyond] *= -1
-        # Only where the direction is safe; a vertex on the medial axis stays where smoothing left it.
+        # Only where the direction is well defined; a vertex on the medial axis keeps its smoothed position.
         safe = (distance > 0.3 * far) & (distance < 2 * far)
         scale = np.where(safe, far / np.where(safe, distance, 1.0), 1.0)
         vertices = np.where((safe | beyond)[:, None], nearest + scale[:, None] * away, vertices)

@@ -1,4 +1,4 @@
-"""Closest points on a mesh: a search tree built once, asked often."""
+"""Closest points on a mesh by a search tree."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ _FLAT = 1e-13  # squared sine of the angle below which a triangle is a line
 
 
 class ClosestPoint:
-    """Answers "which point of this mesh is closest to ...".
+    """Finds the point of a mesh closest to a query point. Built once, queried often.
 
     Args:
-        mesh: At least one face; faces without area are allowed, they are just never better than their neighbours.
+        mesh: At least one face; faces without area are allowed.
 
     Raises:
         MeshError: The mesh has no faces (libigl would crash).
@@ -32,7 +32,7 @@ class ClosestPoint:
         self._tree.init(mesh.vertices, mesh.faces)
 
     def query(self, points: FloatArray) -> tuple[IntArray, FloatArray, FloatArray]:
-        """The closest point to each of ``points`` (k, 3) [m].
+        """Return the closest point to each of ``points`` (k, 3) [m].
 
         Returns:
             faces (k,), barycentric weights (k, 3) and distances (k,) [m]. Cost: about 2-5 µs a point.
@@ -50,15 +50,15 @@ class ClosestPoint:
 
 @weak_cache
 def closest_point(mesh: Mesh) -> ClosestPoint:
-    """The search tree of a mesh that is asked again and again, kept while the mesh lives."""
+    """Return the search tree of a mesh, cached while the mesh exists."""
     return ClosestPoint(mesh)
 
 
 def barycentric(corners: FloatArray, points: FloatArray) -> FloatArray:
-    """(k, 3) weights of ``points`` (k, d) in triangles ``corners`` (k, 3, d); not negative, summing to one.
+    """Return weights (k, 3) >= 0 of ``points`` (k, d) in triangles ``corners`` (k, 3, d); each row sums to one.
 
-    The points must lie in their triangles; rounding just outside is put back on the border. In a triangle without area
-    the point's place on the nearest side counts. Ericson, Real-Time Collision Detection, section 3.4.
+    Points must be in their triangles; rounding errors just outside are moved to the border. In a triangle without area
+    the closest point of its sides is used. Ericson, Real-Time Collision Detection, section 3.4.
     """
     u = corners[:, 1] - corners[:, 0]
     v = corners[:, 2] - corners[:, 0]
@@ -81,7 +81,7 @@ def barycentric(corners: FloatArray, points: FloatArray) -> FloatArray:
 
 
 def _on_nearest_side(corners: FloatArray, points: FloatArray) -> FloatArray:
-    """(k, 3) weights of the closest point on the three sides."""
+    """Return weights (k, 3) of the closest point on the three sides."""
     best = np.zeros((len(points), 3))
     away = np.full(len(points), np.inf)
     for start, end in ((0, 1), (1, 2), (2, 0)):

@@ -1,7 +1,7 @@
 """Triangle meshes and points on them, as frozen values.
 
-A ``Mesh`` is checked once when made, so that native libraries can be called safely. A ``SurfacePoint`` is a point on
-the skin: the one form in which body and map name a place.
+A ``Mesh`` is validated once, so that it can be passed to native libraries safely. A ``SurfacePoint`` is a point on the
+skin, the common form in which body and map refer to a location.
 """
 
 from __future__ import annotations
@@ -75,7 +75,7 @@ class Mesh:
 
     @cached_property
     def connectivity(self) -> Connectivity:
-        """Which faces, edges and vertices meet; computed once."""
+        """Adjacency of faces, edges and vertices, computed once."""
         return Connectivity(self.faces)
 
     @property
@@ -90,13 +90,13 @@ class Mesh:
 
     @staticmethod
     def of(connectivity: Connectivity, vertices: FloatArray) -> Mesh:
-        """A mesh over ``vertices`` (n, 3) [m] of which it is known already what meets what."""
+        """Return a mesh over ``vertices`` (n, 3) [m] that reuses a known connectivity."""
         mesh = Mesh(vertices, connectivity.faces)
         mesh.__dict__["connectivity"] = connectivity
         return mesh
 
     def __getstate__(self) -> dict[str, Any]:
-        """What was computed from a mesh does not travel with it."""
+        """Return the fields without cached properties, which are not pickled."""
         return {part.name: getattr(self, part.name) for part in fields(self)}
 
     @property
@@ -106,9 +106,9 @@ class Mesh:
 
     @cached_property
     def is_solid(self) -> bool:
-        """Whether each of its bodies is closed and its faces look outward: nobody outside sees the back of one.
+        """Whether each body is closed with its faces outward, so that no back of a face is visible from outside.
 
-        A body may touch itself in edges and vertices, as most meshes from drawings do.
+        A body may touch itself in edges and vertices, as in most meshes from drawings.
 
         Cost: 2 ms for 5,000 faces.
         """
@@ -130,28 +130,28 @@ class Mesh:
         return float(np.linalg.norm(np.ptp(self.vertices, axis=0))) if len(self.vertices) else 0.0
 
     def point(self, face: int, weights: FloatArray | tuple[float, float, float]) -> FloatArray:
-        """The point (3,) [m] with barycentric ``weights`` in ``face``."""
+        """Return the point (3,) [m] with barycentric ``weights`` in ``face``."""
         return np.asarray(weights) @ self.vertices[self.faces[face]]
 
     def points(self, faces: IntArray, weights: FloatArray) -> FloatArray:
-        """The points (k, 3) [m] with barycentric ``weights`` (k, 3) in ``faces`` (k,)."""
+        """Return the points (k, 3) [m] with barycentric ``weights`` (k, 3) in ``faces`` (k,)."""
         return np.einsum("kc,kcd->kd", weights, self.vertices[self.faces[faces]])
 
     def normal(self, face: int, weights: FloatArray | tuple[float, float, float]) -> FloatArray:
-        """The smooth outward unit normal (3,) at a point: corner normals blended by ``weights``."""
+        """Return the smooth outward unit normal (3,) at a point: vertex normals interpolated by ``weights``."""
         blended = np.asarray(weights) @ self.vertex_normals[self.faces[face]]
         length = float(np.linalg.norm(blended))
         return blended / length if length > 0 else self.face_normals[face]
 
 
 def edge_lengths(points: FloatArray, edges: IntArray) -> FloatArray:
-    """(e,) how far apart the two ends of ``edges`` (e, 2) are, for points (n, d)."""
+    """Return the lengths (e,) of ``edges`` (e, 2) between points (n, d)."""
     return np.asarray(np.linalg.norm(points[edges[:, 1]] - points[edges[:, 0]], axis=1))
 
 
 @dataclass(frozen=True)
 class SurfacePoint:
-    """A place on the skin that moves with it.
+    """Location on the skin that moves with it.
 
     Attributes:
         patch: Index of the patch in the skin.

@@ -1,7 +1,7 @@
-"""Which triangle of the plane holds a point: exact, by a grid of candidates built once.
+"""Exact point location in the plane with a precomputed grid of candidates.
 
-``BoxGrid`` is a regular grid that lists which boxes touch which cell: the coarse half of every search on the map.
-``PointLocator`` asks it for the triangles a point may lie in, and tests those by their barycentric weights.
+``BoxGrid`` is a regular grid that lists the boxes overlapping each cell, the coarse step of every search on the map.
+``PointLocator`` tests the candidate triangles of a point by their barycentric weights.
 """
 
 from __future__ import annotations
@@ -15,12 +15,12 @@ _MOST_CELLS = 4_000_000
 
 
 class BoxGrid:
-    """Axis-aligned boxes sorted into square cells. Built once from frozen boxes, asked often.
+    """Axis-aligned boxes sorted into square cells. Built once, queried often.
 
     Args:
         low: (b, 2) lower-left corners, at least one.
         high: (b, 2) upper-right corners.
-        cell: Side of a cell, in the same unit; about a box's size keeps the lists short. Made larger where the plane
+        cell: Side of a cell in the same unit; about the size of a box keeps the lists short. Increased where the plane
             would need more than four million cells.
     """
 
@@ -41,7 +41,7 @@ class BoxGrid:
         self._start = np.searchsorted(key[order], np.arange(int(self._shape.prod()) + 1))
 
     def candidates(self, points: FloatArray) -> tuple[IntArray, IntArray]:
-        """Pairs (point, box) for ``points`` (k, 2), such that every box that holds a point is among them."""
+        """Return pairs (point, box) for ``points`` (k, 2) that include every box containing a point."""
         cells = np.floor((np.where(np.isfinite(points), points, -np.inf) - self._low) / self._cell)
         asked = np.flatnonzero((cells[:, 0] >= 0) & (cells[:, 1] >= 0) & np.all(cells < self._shape, axis=1))
         cell = cells[asked, 0].astype(np.int64) * self._shape[1] + cells[asked, 1].astype(np.int64)
@@ -49,7 +49,7 @@ class BoxGrid:
         return asked[row], self._boxes[self._start[cell][row] + step]
 
     def pairs(self) -> tuple[IntArray, IntArray]:
-        """Pairs (i, j), i < j and each once, of boxes that share a cell."""
+        """Return pairs (i, j), i < j and each once, of boxes that share a cell."""
         ends = np.repeat(self._start[1:], np.diff(self._start))
         row, step = owner_and_rank(ends - np.arange(len(self._boxes)) - 1)
         i = self._boxes[row]
@@ -59,23 +59,23 @@ class BoxGrid:
 
 
 def owner_and_rank(counts: IntArray) -> tuple[IntArray, IntArray]:
-    """For counts (2, 3): owners (0, 0, 1, 1, 1) and steps (0, 1, 0, 1, 2)."""
+    """Expand counts into owners and ranks: (2, 3) gives owners (0, 0, 1, 1, 1) and ranks (0, 1, 0, 1, 2)."""
     owner = np.repeat(np.arange(len(counts)), counts)
     return owner, np.arange(len(owner)) - np.repeat(np.cumsum(counts) - counts, counts)
 
 
 _TOLERANCE = 1e-9
-"""Weights down to minus this still count as inside, so that rounding loses no point on a side."""
+"""Weights down to minus this count as inside, so that rounding loses no point on a side."""
 
-_AT_ONCE = 8192
-"""Points whose candidates stay in the processor's cache."""
+_BLOCK = 8192
+"""Number of points whose candidates fit in the processor's cache."""
 
 
 class PointLocator:
-    """Finds containing triangles among many that do not overlap.
+    """Finds the containing triangle among many that do not overlap.
 
     Args:
-        triangles: (t, 3, 2) corners, in either direction; a triangle without area holds no point.
+        triangles: (t, 3, 2) corners in either orientation; a triangle without area contains no point.
     """
 
     def __init__(self, triangles: FloatArray) -> None:
@@ -93,24 +93,24 @@ class PointLocator:
             low = triangles.min(axis=1)
             high = triangles.max(axis=1)
             slack = 4 * _TOLERANCE * float((high - low).max())
-            # Half a box is the size at which building the grid and asking it a picture's pixels cost least together.
+            # At half the size of a box the total cost of building the grid and querying an image's pixels is least.
             size = 0.5 * float(np.sqrt(np.prod(high - low, axis=1).mean()))
             self._grid = BoxGrid(low - slack, high + slack, size)
 
     def query(self, points: FloatArray) -> tuple[IntArray, FloatArray]:
-        """The triangle (k,) that holds each of ``points`` (k, 2), or -1, and the weights (k, 3) there, not negative.
+        """Return the triangle (k,) that contains each of ``points`` (k, 2), or -1, and weights (k, 3) >= 0 in it.
 
-        On a shared side it is one of the two; a point that is not finite is in none.
+        On a shared side one of the two is returned; a point that is not finite is in none.
         """
         found = np.full(len(points), -1, dtype=np.int64)
         weights = np.zeros((len(points), 3))
-        for start in range(0, len(points) if self._grid else 0, _AT_ONCE):
-            part = slice(start, start + _AT_ONCE)
+        for start in range(0, len(points) if self._grid else 0, _BLOCK):
+            part = slice(start, start + _BLOCK)
             self._find(points[part], found[part], weights[part])
         return found, weights
 
     def _find(self, points: FloatArray, found: IntArray, weights: FloatArray) -> None:
-        """Fills in ``found`` (k,) and ``weights`` (k, 3) where a triangle holds a point."""
+        """Fill ``found`` (k,) and ``weights`` (k, 3) for points inside a triangle."""
         assert self._grid is not None
         row, triangle = self._grid.candidates(points)
         x, y = (points[row] - self._origin[triangle]).T

@@ -26,20 +26,20 @@ class Pose:
 
     @staticmethod
     def identity() -> Pose:
-        """The pose that changes nothing."""
+        """Return the identity pose."""
         return Pose(np.eye(3), np.zeros(3))
 
     def points(self, local: FloatArray) -> FloatArray:
-        """Points (..., 3) [m] of frame b, expressed in frame a."""
+        """Transform points (..., 3) [m] from frame b to frame a."""
         return self.directions(local) + self.translation
 
     def directions(self, local: FloatArray) -> FloatArray:
-        """Directions (..., 3) of frame b, expressed in frame a. Cost: 0.4 µs for a single one."""
+        """Rotate directions (..., 3) from frame b to frame a. Cost: 0.4 µs for a single one."""
         return self.rotation.dot(local) if local.ndim == 1 else local @ self.rotation.T
 
     @property
     def inverse(self) -> Pose:
-        """The same transform the other way: the pose of frame a seen from frame b."""
+        """The inverse transform: the pose of frame a seen from frame b."""
         return Pose(self.rotation.T, -self.rotation.T @ self.translation)
 
     def __matmul__(self, other: Pose) -> Pose:
@@ -48,7 +48,7 @@ class Pose:
 
     @property
     def matrix(self) -> FloatArray:
-        """The same transform as a homogeneous (4, 4) matrix."""
+        """The transform as a homogeneous (4, 4) matrix."""
         matrix = np.eye(4)
         matrix[:3, :3] = self.rotation
         matrix[:3, 3] = self.translation

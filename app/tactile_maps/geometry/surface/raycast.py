@@ -1,10 +1,10 @@
-"""Rays against a mesh: where one first meets it, and which faces can be seen from outside.
+"""Rays against a mesh: the first hit of a ray, and the faces visible from outside.
 
-``RayCaster`` is a search tree built once, asked at every move of the mouse.
+``RayCaster`` is a search tree that is built once and queried at every mouse move.
 
-``outer_faces`` finds the outer surface of a mesh: the faces that a straight line from far away comes to first. Inner
-shells, parts inside other parts and the inner walls of hollow ones are seen from nowhere. A sheet is seen from either
-side, so it does not matter how a file turned it.
+``outer_faces`` finds the outer surface of a mesh: the faces that straight lines from far away hit first. Inner shells,
+parts inside other parts and the inner walls of hollow parts are not visible. A sheet is visible from either side, so
+the orientation of its faces in a file does not matter.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ from tactile_maps.geometry.surface.mesh import Mesh
 
 @dataclass(frozen=True)
 class RayHit:
-    """The first meeting of a ray and a mesh.
+    """First intersection of a ray with a mesh.
 
     Attributes:
-        face: Which triangle.
-        weights: Barycentric weights there.
+        face: Index of the triangle.
+        weights: Barycentric weights in it.
         distance: Along the ray [m].
     """
 
@@ -38,7 +38,7 @@ class RayHit:
 
 
 class RayCaster:
-    """Casts rays against one mesh, in the mesh's own frame; a moving link moves the ray instead.
+    """Casts rays against one mesh, in the frame of the mesh; for a moving link the ray is transformed instead.
 
     Args:
         mesh: At least one face.
@@ -47,7 +47,7 @@ class RayCaster:
     def __init__(self, mesh: Mesh) -> None:
         if not len(mesh.faces):
             raise MeshError("the mesh has no faces to hit")
-        # Embree works in single precision: centre and scale first, so that far or tiny meshes keep their digits.
+        # Embree works in single precision. Centring and scaling preserves the digits of distant or tiny meshes.
         self._vertices = mesh.vertices
         self._faces = mesh.faces
         self._normals = mesh.face_normals
@@ -58,7 +58,7 @@ class RayCaster:
         self._tree.init(local, np.ascontiguousarray(mesh.faces, dtype=np.int32))
 
     def first_hit(self, origin: FloatArray, direction: FloatArray) -> RayHit | None:
-        """The nearest face along the ray, from either side, or None when it misses.
+        """Return the nearest face along the ray, from either side, or None if the ray misses.
 
         Args:
             origin: (3,) [m].
@@ -67,7 +67,7 @@ class RayCaster:
         raise_if_bad(origin, direction)
         unit = np.asarray(direction, dtype=np.float64) / np.linalg.norm(direction)
         start = (np.asarray(origin, dtype=np.float64) - self._centre) / self._size
-        # Start near the mesh: single precision loses a millimetre when the camera is a kilometre away.
+        # Start near the mesh: single precision loses a millimetre over a kilometre.
         forward = max(float(-start @ unit) - 1.0, 0.0)
         near = (start + forward * unit).astype(np.float32)
         face, distance, _, _ = self._tree.intersectRay_first(near, unit.astype(np.float32))
@@ -77,7 +77,7 @@ class RayCaster:
         return self._exact(int(face), np.asarray(origin, dtype=np.float64), unit, along)
 
     def _exact(self, face: int, origin: FloatArray, unit: FloatArray, along: float) -> RayHit:
-        """Meet the face's plane again in double precision; grazing rays keep the single-precision distance."""
+        """Intersect the plane of the face in double precision; grazing rays keep the single-precision distance."""
         corners = self._vertices[self._faces[face]]
         normal = self._normals[face]
         slope = float(normal @ unit)
@@ -89,29 +89,29 @@ class RayCaster:
 
 @weak_cache
 def ray_caster(mesh: Mesh) -> RayCaster:
-    """The search tree of a mesh that is looked at again and again, kept while the mesh lives."""
+    """Return the search tree of a mesh, cached while the mesh exists."""
     return RayCaster(mesh)
 
 
 def raise_if_bad(origin: FloatArray, direction: FloatArray) -> None:
-    """Refuse a ray that native code cannot handle."""
+    """Raise MeshError for a ray that native code cannot handle."""
     if not (np.isfinite(origin).all() and np.isfinite(direction).all() and np.linalg.norm(direction) > 0):
         raise MeshError("a ray needs a finite origin and a direction", value=(list(origin), list(direction)))
 
 
 DIRECTIONS = 60
-_STRIDE = 23  # taken in this stride, the first few directions already look from all around
+_STRIDE = 23  # with this stride the first few directions are already distributed all around
 _SEEN_FROM = 2
 _LOOKS = 12
 _GRAZING = 0.1
 _SAME_DEPTH = 1e-5
-"""Share of the mesh's size within which a hit is the face's own: rays are traced in single precision."""
+"""Share of the mesh's size within which a hit is on the face itself; rays use single precision."""
 _CLEAR_DEPTH = 1e-3
-"""The same for a point in a face that may be as large as the mesh, where single precision is worse."""
+"""The same for a point in a face that may be as large as the mesh, where single precision is less accurate."""
 
 
 def outer_faces(mesh: Mesh) -> BoolArray:
-    """(m,) faces whose centres are seen from at least two of 60 directions.
+    """Return a mask (m,) of faces whose centres are visible from at least two of 60 directions.
 
     Args:
         mesh: At least one face, some extent.
@@ -119,11 +119,11 @@ def outer_faces(mesh: Mesh) -> BoolArray:
     Raises:
         MeshError: The mesh has no faces or no extent, which native code cannot handle.
 
-    Cost: about 2 µs a face and direction, and most faces are settled by the first few; 2 s for 200,000 faces.
+    Cost: about 2 µs a face and direction; the first few directions settle most faces. 2 s for 200,000 faces.
     """
     if not len(mesh.faces) or mesh.size == 0:
         raise MeshError("the mesh has no faces to look at")
-    # Unit size about the origin, so that single precision sees a far or tiny mesh as well as any.
+    # Unit size about the origin, so that single precision suffices for distant or tiny meshes.
     vertices = np.ascontiguousarray((mesh.vertices - mesh.bounds.mean(axis=0)) / mesh.size)
     centres = vertices[mesh.faces].mean(axis=1)
     normals = mesh.face_normals
@@ -136,12 +136,12 @@ def outer_faces(mesh: Mesh) -> BoolArray:
 
 
 def seen_from_outside(mesh: Mesh, points: FloatArray, normals: FloatArray) -> BoolArray:
-    """Return (k,) which points see the outside of ``mesh`` in at least two of 24 directions.
+    """Return whether each point (k,) sees the outside of ``mesh`` in at least two of 24 directions.
 
     Args:
         mesh: At least one face, some extent.
         points: (k, 3) [m] on the mesh.
-        normals: (k, 3) outward unit normals there; only directions on this side count.
+        normals: (k, 3) outward unit normals; only directions on this side count.
 
     Cost: 1 µs a point and direction, and two search trees; the first half of the directions settles most points.
     """
@@ -159,10 +159,10 @@ def seen_from_outside(mesh: Mesh, points: FloatArray, normals: FloatArray) -> Bo
 
 
 def without_islands(mesh: Mesh, chosen: BoolArray, smallest: float) -> BoolArray:
-    """(m,) the choice with holes and islands smaller than ``smallest`` [m²] filled and dropped.
+    """Return the ``chosen`` faces (m,) with holes filled and islands removed that are smaller than ``smallest`` [m²].
 
     Args:
-        mesh: Manifold. Pieces chosen as a whole, or not at all, stay so, however small they are.
+        mesh: Manifold. Components chosen as a whole, or not at all, are unchanged however small they are.
         chosen: (m,) faces.
         smallest: Area [m²].
     """
@@ -174,7 +174,7 @@ def without_islands(mesh: Mesh, chosen: BoolArray, smallest: float) -> BoolArray
 
 
 def fibonacci_sphere(count: int) -> FloatArray:
-    """(count, 3) evenly spread unit vectors."""
+    """Return evenly distributed unit vectors (count, 3)."""
     k = np.arange(count) + 0.5
     z = 1 - 2 * k / count
     turn = np.pi * (1 + 5**0.5) * k
@@ -185,19 +185,20 @@ def fibonacci_sphere(count: int) -> FloatArray:
 def _hit_first(
     vertices: FloatArray, faces: IntArray, centres: FloatArray, asked: IntArray, direction: FloatArray
 ) -> BoolArray:
-    """(k,) which of the faces ``asked`` (k,) a ray from far along ``direction`` to their centre meets first."""
+    """Return for each of the faces ``asked`` (k,) whether a ray from ``direction`` to its centre hits it first."""
     hit, nearest, depth = _first_hits(vertices, faces, centres[asked], np.tile(direction, (len(asked), 1)))
-    # A miss is a ray through a crack between faces: nothing stands in the way.
+    # A miss is a ray through a crack between faces: nothing occludes the centre.
     return np.asarray((hit == asked) | (hit < 0) | (nearest <= depth + _SAME_DEPTH))
 
 
 def _first_hits(
     vertices: FloatArray, faces: IntArray, points: FloatArray, directions: FloatArray
 ) -> tuple[IntArray, FloatArray, FloatArray]:
-    """First face (k,) on a ray from far along ``directions`` (k, 3) to each point, -1 for none; how far along the
-    direction the ray meets it (k,), and how far the point is (k,).
+    """Return the first face (k,) hit by a ray along ``directions`` (k, 3) to each point, -1 for none.
+
+    Also returned are the coordinates of the hit (k,) and of the point (k,) along the direction.
     """
-    # The native ray runs both ways; from two sizes away nothing lies behind its start.
+    # The native ray runs in both directions; from two sizes away nothing is behind its start.
     depth = np.vecdot(points, directions)
     start = points + (2.0 - depth)[:, None] * directions
     hits = line_mesh_intersection(start, -directions, vertices, faces)
@@ -209,7 +210,7 @@ def _first_hits(
 
 
 def _islands(mesh: Mesh, chosen: BoolArray, smallest: float) -> BoolArray:
-    """(m,) chosen faces in connected groups of less area than ``smallest``."""
+    """Return a mask (m,) of chosen faces in connected groups of less area than ``smallest``."""
     result = np.zeros(len(chosen), dtype=bool)
     if chosen.any():
         group = Connectivity(mesh.faces[chosen]).components

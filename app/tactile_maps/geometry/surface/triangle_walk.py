@@ -1,4 +1,4 @@
-"""Finding the triangle of the plane that holds a point by walking there from one nearby."""
+"""Point location in the plane by walking from a nearby triangle."""
 
 from __future__ import annotations
 
@@ -7,16 +7,16 @@ import numpy as np
 from tactile_maps.core.arrays import FloatArray, IntArray
 
 _INSIDE = -1e-12
-"""Weights down to this count as inside, so that rounding loses no point on a side."""
+"""Smallest weight that counts as inside, so that rounding loses no point on a side."""
 _STEPS = 64
 
 
 class TriangleWalk:
-    """Walks over triangles that share sides. Built once for them; where their corners lie is told with each question.
+    """Walks over triangles that share sides. Built for fixed faces; each query passes the corner positions.
 
-    Each step crosses the side beyond which the point lies farthest (a visibility walk: Devillers, Pion, Teillaud,
-    Walking in a triangulation, 2002). Between two frames a centre of pressure hardly leaves its triangle, so a walk
-    beats a search.
+    Each step crosses the side beyond which the point is farthest (a visibility walk: Devillers, Pion, Teillaud, Walking
+    in a triangulation, 2002). A centre of pressure rarely leaves its triangle from one time step to the next, so a walk
+    is faster than a search.
 
     Args:
         faces: (m, 3) corners of the triangles.
@@ -29,12 +29,12 @@ class TriangleWalk:
         self._beyond = _across(faces)
 
     def find(self, corners: FloatArray, point: tuple[float, float], start: int) -> tuple[int, FloatArray] | None:
-        """The triangle that holds ``point``, and the weights (3,) there; None where the walk meets a border.
+        """Return the triangle that contains ``point`` and the weights (3,) in it; None if the walk reaches a border.
 
         Args:
-            corners: (k, 2) where the corners lie [m].
-            point: Wanted [m].
-            start: Triangle to set out from.
+            corners: (k, 2) positions of the corners [m].
+            point: (x, y) [m].
+            start: First triangle of the walk.
         """
         face = start
         for _ in range(_STEPS):
@@ -53,7 +53,7 @@ class TriangleWalk:
 
 
 def _weights(triangle: list[list[float]], point: tuple[float, float]) -> tuple[float, float, float] | None:
-    """Barycentric; None in a triangle without area."""
+    """Return barycentric weights; None in a triangle without area."""
     (ax, ay), (bx, by), (cx, cy) = triangle
     area = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
     if area == 0:
@@ -66,7 +66,7 @@ def _weights(triangle: list[list[float]], point: tuple[float, float]) -> tuple[f
 
 
 def _across(faces: IntArray) -> IntArray:
-    """(m, 3) the triangle beyond the side opposite each corner; -1 at a border."""
+    """Return (m, 3) the triangle beyond the side opposite each corner; -1 at a border."""
     sides = np.sort(np.stack([faces[:, [1, 2]], faces[:, [2, 0]], faces[:, [0, 1]]], axis=1).reshape(-1, 2), axis=1)
     keys = sides[:, 0] * (int(faces.max(initial=0)) + 1) + sides[:, 1]
     order = np.argsort(keys, kind="stable")
