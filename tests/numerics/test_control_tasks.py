@@ -13,6 +13,7 @@ from tactile_maps.control.controllers import CONTROL_SCHEMES
 from tactile_maps.control.motion.command import ControlSettings
 from tactile_maps.control.motion.joint_impedance import HOME_SPEED, MAX_JOINT_SPEED
 from tactile_maps.control.motion.limits import Limit, LimitKind
+from tactile_maps.control.motion.observation import Observation
 from tactile_maps.session.inputs import ControlChanged
 from tactile_maps.session.session import Session
 from tactile_maps.simulation.simulation import Simulation
@@ -219,8 +220,10 @@ class Run:
             if FAULT <= k * TICK < MENDED:
                 pressures[where] = value
             regions = sense.read(k, k * TICK, simulation.posture, pressures)
-            command = manager.command(simulation.posture, simulation.velocity, regions, TICK,
-                                         readable=bool(np.isfinite(pressures).all()))  # fmt: skip
+            readable = bool(np.isfinite(pressures).all())
+            command = manager.command(
+                Observation(simulation.posture, simulation.velocity, regions, TICK, readable=readable)
+            )
             rows.append(
                 (simulation.total_normal_force, np.abs(simulation.velocity).max(), simulation.posture, command.posture)
             )

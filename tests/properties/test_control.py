@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from tactile_maps.control.controller_manager import ControllerManager
 from tactile_maps.control.motion.command import CHOICES, RANGES, ControlSettings
 from tactile_maps.control.motion.joint_impedance import MAX_JOINT_SPEED, MAX_LEAD
+from tactile_maps.control.motion.observation import Observation
 from tactile_maps.session.inputs import ControlChanged
 from tactile_maps.session.session import Session
 from tactile_maps.tactile.poke import Finger, PokeMoved, PokePressed, PokeReleased
@@ -38,7 +39,7 @@ def run(first, second, ticks):
     commands = []
     for tick, contacts in enumerate(ticks):
         regions = tuple(touch_on(PREPARED.map, taxel, force, id_=k + 1) for k, (taxel, force) in enumerate(contacts))
-        command = controller.command(posture, velocity, regions, TICK)
+        command = controller.command(Observation(posture, velocity, regions, TICK))
         commands.append((posture, command))
         posture = posture + 0.5 * (command.posture - posture)
         if tick == len(ticks) // 2:

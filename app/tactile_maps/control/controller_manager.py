@@ -6,13 +6,12 @@ contact can hold (``force_loop``), and what they cannot is said.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
 
 from tactile_maps.contacts.detection.regions import ContactRegion
-from tactile_maps.contacts.force_estimation.wrench_consistency import WrenchMismatch
 from tactile_maps.control.controller_registry import build_controller, check_settings
 from tactile_maps.control.controllers import Controller
 from tactile_maps.control.force_loop.loop_stability import SensorTiming, assume_goal_where_saturated
@@ -21,9 +20,9 @@ from tactile_maps.control.motion.command import ControlSettings, JointCommand, T
 from tactile_maps.control.motion.joint_impedance import YieldingImpedance, joint_efforts, within_effort
 from tactile_maps.control.motion.limits import ActiveLimits, Limit, LimitKind
 from tactile_maps.control.motion.map_kinematics import MapKinematics
+from tactile_maps.control.motion.observation import Observation
 from tactile_maps.control.motion.unmeasured_force import (
     NO_FORCE,
-    DriveTorques,
     UnmeasuredForce,
     UnmeasuredForceMonitor,
 )
@@ -167,35 +166,11 @@ class ControllerManager:
         for controller in self._controllers.values():
             controller.reset()
 
-    def command(
-        self,
-        posture: FloatArray,
-        velocity: FloatArray,
-        regions: Sequence[ContactRegion],
-        dt: float,
-        *,
-        readable: bool = True,
-        mismatch: WrenchMismatch | None = None,
-        torques: DriveTorques | None = None,
-    ) -> JointCommand:
-        """What the joints should do for the next ``dt`` seconds.
-
-        Args:
-            posture: (n,) found.
-            velocity: (n,) found.
-            regions: All contacts, the strongest first.
-            dt: [s].
-            readable: Whether all taxels read numbers. If not, what presses there is not known, and might be taken for a
-                contact that was lost: controllers that read contacts stand still.
-            mismatch: Several contacts that were read as one, by a wrench that none of them explains; likewise.
-            torques: Of the drives since the previous command; None where they are not known. Force that the skin does
-                not measure is not found then.
-        """
-        unmeasured = self._unmeasured_force(posture, velocity, regions, torques, dt)
-        stop = self._must_stop(
-            posture, velocity, regions, dt, readable=readable, mismatch=mismatch, unmeasured=unmeasured
-        )
-        if stop:
+    def command(self, observation: Observation) -> JointCommand:
+        """Return the joint command for the next ``observation.dt`` seconds."""
+        posture = observation.posture
+        velocity = observation.velocity
+        if self._must_stop(observation, self._unmeasured_force(observation)):
             command = self._yielding.about(self._safety.posture, velocity)
             command, _ = within_effort(command, posture, velocity, self._efforts)
             self._strained = ()
@@ -205,13 +180,13 @@ class ControllerManager:
         if before is not None:
             self._controller.start(posture, before)
         self._switched = False
-        settings, read = self._effective_inputs(posture, regions, dt) if readable else (self._settings, ())
-        command = self._controller.command(settings, posture, velocity, read, dt, readable=readable, mismatch=mismatch)
+        settings, contacts = self._effective_inputs(observation) if observation.readable else (self._settings, ())
+        command = self._controller.command(settings, replace(observation, contacts=contacts))
         if before is not None:
             self._fading = before - command.torque_at(posture, velocity)
         if self._fading is not None:
             command = replace(command, torque=command.torque + self._fading)
-            self._fading = self._fading * np.exp(-dt / self._blend_time)
+            self._fading = self._fading * np.exp(-observation.dt / self._blend_time)
             self._fading = self._fading if largest(self._fading) > 1e-6 else None
         command, excess = within_effort(command, posture, velocity, self._efforts)
         joints = zip(self._robot.joints, excess.tolist(), strict=True)
@@ -219,54 +194,37 @@ class ControllerManager:
         self._last = command
         return command
 
-    def _unmeasured_force(
-        self,
-        posture: FloatArray,
-        velocity: FloatArray,
-        regions: Sequence[ContactRegion],
-        torques: DriveTorques | None,
-        dt: float,
-    ) -> UnmeasuredForce:
-        self._configuration.update(posture)
-        if torques is None:
+    def _unmeasured_force(self, observation: Observation) -> UnmeasuredForce:
+        self._configuration.update(observation.posture)
+        if observation.torques is None:
             self._unmeasured.reset()
             return NO_FORCE
         readings = self.readings
         latency = 0.0 if readings is None else readings.period + readings.delay
-        readable = [region for region in regions if is_readable(region)]
-        return self._unmeasured.look(self._configuration, velocity, readable, torques, dt, latency=latency)
+        readable = [region for region in observation.contacts if is_readable(region)]
+        return self._unmeasured.look(
+            self._configuration, observation.velocity, readable, observation.torques, observation.dt, latency=latency
+        )
 
-    def _must_stop(
-        self,
-        posture: FloatArray,
-        velocity: FloatArray,
-        regions: Sequence[ContactRegion],
-        dt: float,
-        *,
-        readable: bool,
-        mismatch: WrenchMismatch | None,
-        unmeasured: UnmeasuredForce,
-    ) -> bool:
+    def _must_stop(self, observation: Observation, unmeasured: UnmeasuredForce) -> bool:
         """Return True if force, speed or the state of the skin stop the controller.
 
         An unreadable skin stops only controllers that need it: impedance does not read it, and hold force keeps its
         posture. One monitor serves all controllers, so that a stop outlasts a change of the controller.
         """
         max_force = self._settings.max_force
-        needs_skin = self._controller.needs_skin
-        if not needs_skin:
-            regions = [region for region in regions if is_readable(region)]
-            readable = readable or self._safety.reason is None
-            mismatch = mismatch if mismatch is not None and mismatch.strongest > max_force else None
+        if not self._controller.needs_skin:
+            mismatch = observation.mismatch
+            observation = replace(
+                observation,
+                contacts=tuple(region for region in observation.contacts if is_readable(region)),
+                readable=observation.readable or self._safety.reason is None,
+                mismatch=mismatch if mismatch is not None and mismatch.strongest > max_force else None,
+            )
         safe = self._safety.check(
             max_force,
-            posture,
-            velocity,
-            regions,
-            dt,
-            point_speed=greatest_point_speed(self._configuration, velocity, regions),
-            readable=readable,
-            mismatch=mismatch,
+            observation,
+            point_speed=greatest_point_speed(self._configuration, observation.velocity, observation.contacts),
             unmeasured=unmeasured,
         )
         if safe:
@@ -278,20 +236,20 @@ class ControllerManager:
         self._beyond = () if self._safety.reason is None else (self._safety.reason,)
         return True
 
-    def _effective_inputs(
-        self, posture: FloatArray, regions: Sequence[ContactRegion], dt: float
-    ) -> tuple[ControlSettings, tuple[ContactRegion, ...]]:
-        """Settings and regions as controllers may take them; what is to be said of the skin's limits is kept."""
+    def _effective_inputs(self, observation: Observation) -> tuple[ControlSettings, tuple[ContactRegion, ...]]:
+        """Return settings and contacts for the controller, adapted to the skin's limits; store those limits."""
         settings = self._settings
-        read = tuple(regions)
+        read = observation.contacts
         said = list[Limit]()
         if settings.controller != "impedance":
             goal = settings.force_goal
             if self.readings is not None:
-                read, plateau = assume_goal_where_saturated(regions, goal, self.readings.highest)
+                read, plateau = assume_goal_where_saturated(read, goal, self.readings.highest)
                 said += [Limit(LimitKind.SKIN_SATURATED)] if plateau else []
             wanted = None if self._last is None else self._last.posture
-            settings, limits = self._gain_limiter.effective_settings(settings, posture, regions, dt, wanted=wanted)
+            settings, limits = self._gain_limiter.effective_settings(
+                settings, observation.posture, observation.contacts, observation.dt, wanted=wanted
+            )
             said += limits
             self._controller.hold_integrals(self._gain_limiter.stuck)
             if self._gain_limiter.exhausted:

@@ -4,14 +4,12 @@ task, and how it is built; and the check of settings where they come in: from a 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields, replace
 from math import isfinite
 
 import numpy as np
 
-from tactile_maps.contacts.detection.regions import ContactRegion
-from tactile_maps.contacts.force_estimation.wrench_consistency import WrenchMismatch
 from tactile_maps.control.controllers import (
     CONTROL_SCHEMES,
     Controller,
@@ -32,6 +30,7 @@ from tactile_maps.control.motion.command import (
 )
 from tactile_maps.control.motion.limits import Limit
 from tactile_maps.control.motion.map_kinematics import MapKinematics
+from tactile_maps.control.motion.observation import Observation
 from tactile_maps.control.motion.task_priority import ControlScheme
 from tactile_maps.control.task_control.tasks import TaskManager
 from tactile_maps.core.arrays import FloatArray
@@ -127,21 +126,9 @@ class _GuardedController:
         with self._plugin.at_work():
             self._controller.start(posture, torque)
 
-    def command(
-        self,
-        settings: ControlSettings,
-        posture: FloatArray,
-        velocity: FloatArray,
-        regions: Sequence[ContactRegion],
-        dt: float,
-        *,
-        readable: bool = True,
-        mismatch: WrenchMismatch | None = None,
-    ) -> JointCommand:
+    def command(self, settings: ControlSettings, observation: Observation) -> JointCommand:
         with self._plugin.at_work():
-            found = self._controller.command(
-                settings, posture, velocity, regions, dt, readable=readable, mismatch=mismatch
-            )
+            found = self._controller.command(settings, observation)
         if not isinstance(found, JointCommand):
             raise self._plugin.error("it gave no JointCommand", type(found).__name__)
         for part in fields(found):

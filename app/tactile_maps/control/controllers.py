@@ -24,7 +24,6 @@ from typing import Protocol
 import numpy as np
 
 from tactile_maps.contacts.detection.regions import ContactRegion
-from tactile_maps.contacts.force_estimation.wrench_consistency import WrenchMismatch
 from tactile_maps.control.force_loop.normal_motion import (
     ENOUGH_TILT,
     LEAST_TILT,
@@ -41,6 +40,7 @@ from tactile_maps.control.motion.joint_impedance import (
 )
 from tactile_maps.control.motion.limits import ActiveLimits, Limit, LimitKind
 from tactile_maps.control.motion.map_kinematics import MapKinematics
+from tactile_maps.control.motion.observation import Observation
 from tactile_maps.control.motion.task_priority import (
     ArmState,
     ContactGoal,
@@ -114,28 +114,12 @@ class Controller(Protocol):
             torque: (n,) asked for now, besides damping [N m].
         """
 
-    def command(
-        self,
-        settings: ControlSettings,
-        posture: FloatArray,
-        velocity: FloatArray,
-        regions: Sequence[ContactRegion],
-        dt: float,
-        *,
-        readable: bool = True,
-        mismatch: WrenchMismatch | None = None,
-    ) -> JointCommand:
-        """What the joints should do for the next ``dt`` seconds.
+    def command(self, settings: ControlSettings, observation: Observation) -> JointCommand:
+        """Return the joint command for the next ``observation.dt`` seconds.
 
         Args:
-            settings: In force.
-            posture: (n,) found.
-            velocity: (n,) found.
-            regions: All contacts, the strongest first.
-            dt: [s].
-            readable: Whether the skin can be read. If not, ``regions`` is empty but something may touch: a controller
-                that reads contacts stands still.
-            mismatch: Several contacts that were read as one, by a wrench that none of them explains: likewise.
+            settings: Current settings.
+            observation: State of robot and skin. Without a readable skin ``contacts`` is empty.
         """
 
 
@@ -168,18 +152,9 @@ class ImpedanceController:
     def start(self, posture: FloatArray, torque: FloatArray) -> None:
         """Its answer follows from the rest posture alone, whatever was asked before."""
 
-    def command(
-        self,
-        settings: ControlSettings,
-        posture: FloatArray,
-        velocity: FloatArray,
-        regions: Sequence[ContactRegion],
-        dt: float,
-        *,
-        readable: bool = True,
-        mismatch: WrenchMismatch | None = None,
-    ) -> JointCommand:
+    def command(self, settings: ControlSettings, observation: Observation) -> JointCommand:
         """Hold the rest posture with the gains of the current posture."""
+        posture = observation.posture
         self._configuration.update(posture)
         impedance = JointImpedance(
             self._configuration, frequency=settings.stiffness, damping_ratio=settings.damping_ratio
@@ -239,35 +214,28 @@ class HoldForceController:
         self._configuration.update(posture)
         self._reference.start(posture, torque)
 
-    def command(
-        self,
-        settings: ControlSettings,
-        posture: FloatArray,
-        velocity: FloatArray,
-        regions: Sequence[ContactRegion],
-        dt: float,
-        *,
-        readable: bool = True,
-        mismatch: WrenchMismatch | None = None,
-    ) -> JointCommand:
+    def command(self, settings: ControlSettings, observation: Observation) -> JointCommand:
         """Retreat along the inward normals of contacts that press too hard; advance where the strongest is too weak."""
         limits = ActiveLimits()
+        posture = observation.posture
+        dt = observation.dt
+        regions = observation.contacts
         self._configuration.update(posture)
         start = self._reference.start_posture(posture)
-        kept, left_out = self._selected(settings, regions) if readable and regions else ([], [])
+        kept, left_out = self._selected(settings, regions) if observation.readable and regions else ([], [])
         self._servo.keep((region.id, ContactPresence.FELT) for region in kept)
-        if not readable or not all(isfinite(region.force) for region in kept):
+        if not observation.readable or not all(isfinite(region.force) for region in kept):
             limits.add(Limit(LimitKind.SKIN_UNREADABLE))
             speed = np.zeros_like(start)
-        elif mismatch is not None:
-            limits.add(mismatch_limit(mismatch))
+        elif observation.mismatch is not None:
+            limits.add(mismatch_limit(observation.mismatch))
             speed = np.zeros_like(start)
         elif regions:
             self._reference.stop_homing()
             speed = self._follow(settings, start, kept, left_out, dt, limits)
         else:
             speed = self._reference.home_speed(start, self.rest, dt)
-        command = self._reference.move(posture, speed, dt, limits, velocity=velocity)
+        command = self._reference.move(posture, speed, dt, limits, velocity=observation.velocity)
         self.why_limited = limits.found
         return command
 
@@ -395,18 +363,11 @@ class TaskController:
         self._configuration.update(posture)
         self._reference.start(posture, torque)
 
-    def command(
-        self,
-        settings: ControlSettings,
-        posture: FloatArray,
-        velocity: FloatArray,
-        regions: Sequence[ContactRegion],
-        dt: float,
-        *,
-        readable: bool = True,
-        mismatch: WrenchMismatch | None = None,
-    ) -> JointCommand:
+    def command(self, settings: ControlSettings, observation: Observation) -> JointCommand:
         """Do the task for a tick. All regions are readable: the manager stops the arm where they are not."""
+        posture = observation.posture
+        regions = observation.contacts
+        dt = observation.dt
         self._configuration.update(posture)
         limits = ActiveLimits()
         start = self._reference.start_posture(posture)
@@ -419,11 +380,11 @@ class TaskController:
             speed = limit_joint_speed(carried, self._reference.max_speed, limits)
         elif goals:
             self._reference.stop_homing()
-            speed = self._work(settings, goals, regions, start, velocity, dt, limits)
+            speed = self._work(settings, goals, regions, start, observation.velocity, dt, limits)
         else:
             speed = self._idle(settings, start, dt, limits)
         self._speed = speed
-        command = self._reference.move(posture, speed, dt, limits, velocity=velocity)
+        command = self._reference.move(posture, speed, dt, limits, velocity=observation.velocity)
         self.why_limited = limits.found
         return command
 

@@ -19,6 +19,7 @@ from tactile_maps.control.behaviours import Behaviour, BehaviourTrigger, tasks_o
 from tactile_maps.control.controller_manager import ControllerManager
 from tactile_maps.control.force_loop.loop_stability import SensorTiming
 from tactile_maps.control.motion.command import ControlSettings
+from tactile_maps.control.motion.observation import Observation
 from tactile_maps.control.motion.unmeasured_force import DriveTorques
 from tactile_maps.control.path_following.clearance import Obstacle
 from tactile_maps.core.arrays import FloatArray, all_finite, seal
@@ -469,7 +470,7 @@ class Session:
         self._rest_goal = None
         # The command in force is about the posture before, and would pull for a tick.
         still = np.zeros(len(posture))
-        self._command = self._controller.command(np.array(posture), still, (), self.prepared.scene.tick)
+        self._command = self._controller.command(Observation(np.array(posture), still, (), self.prepared.scene.tick))
 
     def _move_rest(self) -> None:
         """The rest posture goes on its straight way in joint space; all joints arrive together."""
@@ -517,16 +518,16 @@ class Session:
             if self._motion is not None:
                 self._controller.rest = self._motion.posture(time)
             self._move_rest()
-            sound = all_finite(pressures)
-            self._command = self._controller.command(
+            observation = Observation(
                 posture,
                 velocity,
                 regions,
                 tick,
-                readable=sound,
+                readable=all_finite(pressures),
                 mismatch=self._contacts.mismatch,
                 torques=self._drive_torques,
             )
+            self._command = self._controller.command(observation)
         return Frame(
             tick=self._ticks,
             time=time,

@@ -31,7 +31,8 @@ class _Deaf(SensorStage):
 
 
 class _Runaway(ImpedanceController):
-    def command(self, settings, posture, *rest, **options):
+    def command(self, settings, observation):
+        posture = observation.posture
         return JointCommand(posture * np.nan, posture, posture, posture)
 
 

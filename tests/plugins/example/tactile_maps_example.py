@@ -8,14 +8,13 @@ from pathlib import Path
 import numpy as np
 
 from tactile_maps.contacts.detection.centre_of_pressure import taxel_positions
-from tactile_maps.contacts.detection.regions import ContactRegion
 from tactile_maps.contacts.force_estimation.estimate import AreaSum, ContactReading, ForceEstimate
 from tactile_maps.contacts.force_estimation.estimation import EstimatorEntry
-from tactile_maps.contacts.force_estimation.wrench_consistency import WrenchMismatch
 from tactile_maps.control.controller_registry import ControllerEntry, build_by_scheme
 from tactile_maps.control.motion.command import ControlSettings, JointCommand
 from tactile_maps.control.motion.joint_impedance import joint_impedance
 from tactile_maps.control.motion.map_kinematics import MapKinematics
+from tactile_maps.control.motion.observation import Observation
 from tactile_maps.control.task_control.schemes import HybridScheme
 from tactile_maps.core.errors import SkinError
 from tactile_maps.core.progress import Progress
@@ -115,20 +114,10 @@ class Slack:
     def start(self, posture: np.ndarray, torque: np.ndarray) -> None:
         """Nor is what another controller did."""
 
-    def command(
-        self,
-        settings: ControlSettings,
-        posture: np.ndarray,
-        velocity: np.ndarray,
-        regions: Sequence[ContactRegion],
-        dt: float,
-        *,
-        readable: bool = True,
-        mismatch: WrenchMismatch | None = None,
-    ) -> JointCommand:
+    def command(self, settings: ControlSettings, observation: Observation) -> JointCommand:
         """Damping alone, scaled as the slider says."""
-        none = np.zeros_like(posture)
-        return JointCommand(posture, none, settings.damping_ratio * self._damping.damping, none)
+        none = np.zeros_like(observation.posture)
+        return JointCommand(observation.posture, none, settings.damping_ratio * self._damping.damping, none)
 
 
 class Gentle(HybridScheme):

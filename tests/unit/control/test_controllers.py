@@ -24,6 +24,7 @@ from tactile_maps.control.motion.command import CHOICES, ControlSettings
 from tactile_maps.control.motion.joint_impedance import HOME_SPEED, MAX_JOINT_SPEED, MAX_LEAD, MAX_POINT_SPEED
 from tactile_maps.control.motion.limits import Limit, LimitKind
 from tactile_maps.control.motion.map_kinematics import MapKinematics
+from tactile_maps.control.motion.observation import Observation
 from tactile_maps.control.motion.task_priority import ContactPresence
 from tactile_maps.control.task_control.schemes import HybridScheme, QuadraticProgramScheme
 from tactile_maps.control.task_control.tasks import TaskManager
@@ -46,7 +47,7 @@ def test_a_law_keeps_the_protocol(name):
         said, wanted = (inspect.signature(getattr(kind, method)).parameters for kind in (type(controller), Controller))
         assert list(said) == list(wanted)
     controller.reset()
-    command = controller.command(ControlSettings(controller=name), robot.home, np.zeros(7), (), TICK)
+    command = controller.command(ControlSettings(controller=name), Observation(robot.home, np.zeros(7), (), TICK))
     assert np.array_equal(command.posture, robot.home), "at home, untouched, it wants to stay"
     assert (command.stiffness > 0).all()
     assert (command.damping >= 0).all(), "the joints have damping of their own"
@@ -59,7 +60,9 @@ def test_too_much_force_moves_the_point_inwards_and_too_little_outwards(name):
     for force, sign in ((6.0, 1), (1.0, -1)):
         controller = controller_of(name, prepared_bar())
         for _ in range(20):
-            command = controller.command(ControlSettings(controller=name), np.zeros(1), np.zeros(1), touch(force), TICK)
+            command = controller.command(
+                ControlSettings(controller=name), Observation(np.zeros(1), np.zeros(1), touch(force), TICK)
+            )
         assert sign * command.posture[0] > 1e-4, "down, away from the finger, is positive about +y"
 
 
@@ -74,7 +77,7 @@ def test_every_law_does_every_task_within_its_bounds(name, task):
     taxel = int(prepared.skin.first[1]) + 40
     for tick in range(60):
         regions = (touch_on(prepared.map, taxel, 1.0 + 0.2 * tick),) if tick < 50 else ()
-        command = controller.command(settings, posture, np.zeros(7), regions, TICK)
+        command = controller.command(settings, Observation(posture, np.zeros(7), regions, TICK))
         assert np.isfinite(command.torque_at(posture, np.zeros(7))).all()
         assert np.abs(command.posture - posture).max() < 0.31
     assert all(limit_text(limit) for limit in controller.why_limited)
@@ -86,7 +89,7 @@ def test_a_robot_without_joints_gets_an_empty_command(name):
     empty = np.zeros(0)
     for regions in ((), touch(9.0), ()):
         assert controller.command(
-            replace(ControlSettings(), controller=name), empty, empty, regions, TICK
+            replace(ControlSettings(), controller=name), Observation(empty, empty, regions, TICK)
         ).posture.shape == (0,)
 
 
@@ -95,7 +98,7 @@ def test_it_holds_home_whatever_the_posture():
     controller = ImpedanceController(robot)
     settings = ControlSettings(stiffness=5.0, damping_ratio=0.5)
     for posture in (np.zeros(1), np.ones(1)):
-        command = controller.command(settings, posture, posture, (), 0.005)
+        command = controller.command(settings, Observation(posture, posture, (), 0.005))
         assert np.array_equal(command.posture, robot.home)
         assert command.stiffness == pytest.approx(25 * BAR_INERTIA)
         assert command.damping == pytest.approx(2 * 0.5 * 5 * BAR_INERTIA)
@@ -106,16 +109,16 @@ def test_it_holds_home_whatever_the_posture():
 def test_it_holds_the_rest_posture_it_is_given():
     controller = ImpedanceController(bar())
     controller.rest = np.array([0.4])
-    assert controller.command(ControlSettings(), np.zeros(1), np.zeros(1), (), 0.005).posture == [0.4]
+    assert controller.command(ControlSettings(), Observation(np.zeros(1), np.zeros(1), (), 0.005)).posture == [0.4]
     controller.reset()
     assert controller.rest == [0.4]
 
 
 def test_impedance_of_a_robot_without_joints_is_an_empty_command():
     empty = np.zeros(0)
-    assert ImpedanceController(bar(hinged=False)).command(ControlSettings(), empty, empty, (), 0.005).posture.shape == (
-        0,
-    )
+    assert ImpedanceController(bar(hinged=False)).command(
+        ControlSettings(), Observation(empty, empty, (), 0.005)
+    ).posture.shape == (0,)
 
 
 SETTINGS = ControlSettings(controller="hold_force", force_goal=3.0, force_gain=0.01, integral_time=0.5)
@@ -132,7 +135,9 @@ def touch_along_the_bar(force, *, x=0.3, id_=1, normal=(0, 0, 1)):
 def moved(controller, regions, *, settings=SETTINGS, posture=NO_VELOCITY):
     """How far one command moves the wanted posture."""
     before = controller._reference.start_posture(posture)
-    return float((controller.command(settings, posture, NO_VELOCITY, regions, HOLD_TICK).posture - before)[0])
+    return float(
+        (controller.command(settings, Observation(posture, NO_VELOCITY, regions, HOLD_TICK)).posture - before)[0]
+    )
 
 
 def test_it_retreats_from_too_much_and_advances_into_too_little():
@@ -172,7 +177,7 @@ def test_of_contacts_on_both_sides_of_a_joint_one_is_relieved_and_the_other_is_n
     both = (*touch(9.0), *touch(9.0, id_=2, normal=(0, 0, -1)))
     settings = ControlSettings(controller=name, jacobian="raw")  # the normals of the contacts
     for _ in range(400):
-        command = controller.command(settings, STILL, STILL, both, TICK)
+        command = controller.command(settings, Observation(STILL, STILL, both, TICK))
     (limit,) = (one for one in controller.why_limited if one.kind is LimitKind.CONTACTS_OPPOSED)
     assert (limit.names, limit.value, limit.bound) == (("bar",), 9.0, 3.0)
     assert command.posture[0] > 0.1, "away from the first"
@@ -186,7 +191,7 @@ def test_a_retreat_from_both_sides_of_a_joint_stays_between_them_and_no_integral
     both = (*touch(9.0), *touch(9.0, id_=2, normal=(0, 0, -1)))
     settings = ControlSettings(controller=name, jacobian="raw", task="retreat")
     for _ in range(400):
-        command = controller.command(settings, STILL, STILL, both, TICK)
+        command = controller.command(settings, Observation(STILL, STILL, both, TICK))
     assert LimitKind.CONTACTS_OPPOSED in kinds(controller.why_limited)
     assert controller.report.controlled == ()
     assert np.abs(command.posture).max() < 1e-9
@@ -199,7 +204,7 @@ def test_a_contact_that_no_joint_moves_is_named(name):
     controller = controller_of(name, prepared_bar())
     for _ in range(100):
         settings = ControlSettings(controller=name, jacobian="raw")
-        controller.command(settings, STILL, STILL, touch(9.0, normal=(0, 1, 0)), TICK)
+        controller.command(settings, Observation(STILL, STILL, touch(9.0, normal=(0, 1, 0)), TICK))
     assert Limit(LimitKind.CONTACT_IMMOBILE, ("bar",), value=9.0, bound=3.0) in controller.why_limited
 
 
@@ -252,7 +257,7 @@ def test_a_joint_at_its_limit_stays_and_says_so():
 def test_it_does_not_run_ahead_of_an_arm_that_is_held_back():
     controller = HoldForceController(bar())
     for _ in range(500):
-        controller.command(SETTINGS, NO_VELOCITY, NO_VELOCITY, touch_along_the_bar(9.0), HOLD_TICK)
+        controller.command(SETTINGS, Observation(NO_VELOCITY, NO_VELOCITY, touch_along_the_bar(9.0), HOLD_TICK))
     assert controller._reference.wanted[0] == pytest.approx(MAX_LEAD)
     assert LimitKind.HELD_BACK in kinds(controller.why_limited)
 
@@ -260,11 +265,11 @@ def test_it_does_not_run_ahead_of_an_arm_that_is_held_back():
 def test_it_starts_from_the_posture_it_finds_and_goes_home_gently():
     controller = HoldForceController(bar())
     posture = np.array([1.0])
-    wanted = [float(controller.command(SETTINGS, posture, NO_VELOCITY, (), HOLD_TICK).posture[0])]
+    wanted = [float(controller.command(SETTINGS, Observation(posture, NO_VELOCITY, (), HOLD_TICK)).posture[0])]
     assert wanted[0] == pytest.approx(1.0, abs=1e-3), "no jolt"
     for _ in range(2000):
         posture = np.array([wanted[-1]])
-        wanted.append(float(controller.command(SETTINGS, posture, NO_VELOCITY, (), HOLD_TICK).posture[0]))
+        wanted.append(float(controller.command(SETTINGS, Observation(posture, NO_VELOCITY, (), HOLD_TICK)).posture[0]))
     speed = np.diff(wanted) / HOLD_TICK
     assert np.abs(speed).max() <= HOME_SPEED * (1 + 1e-9)
     assert np.abs(np.diff(speed)).max() / HOLD_TICK < HOME_SPEED / 0.15, "smooth start and end"
@@ -283,7 +288,7 @@ def test_a_skin_that_cannot_be_read_moves_nothing_and_is_said():
     controller = HoldForceController(bar())
     moved(controller, touch_along_the_bar(4.0))
     start = controller._reference.wanted.copy()
-    command = controller.command(SETTINGS, NO_VELOCITY, NO_VELOCITY, (), HOLD_TICK, readable=False)
+    command = controller.command(SETTINGS, Observation(NO_VELOCITY, NO_VELOCITY, (), HOLD_TICK, readable=False))
     assert command.posture == pytest.approx(start, abs=1e-12)
     assert controller.why_limited == (Limit(LimitKind.SKIN_UNREADABLE),)
 
@@ -300,7 +305,7 @@ def test_hold_force_of_a_robot_without_joints_is_an_empty_command():
     controller = HoldForceController(bar(hinged=False))
     empty = np.zeros(0)
     for regions in ((), touch_along_the_bar(9.0), ()):
-        assert controller.command(SETTINGS, empty, empty, regions, HOLD_TICK).posture.shape == (0,)
+        assert controller.command(SETTINGS, Observation(empty, empty, regions, HOLD_TICK)).posture.shape == (0,)
 
 
 BAR = prepared_bar()
@@ -315,15 +320,15 @@ def controller_on(prepared=BAR) -> TaskController:
 def test_too_much_force_stops_it_softly_where_it_is():
     settings = ControlSettings(controller="hybrid", max_force=30.0)
     manager = ControllerManager(BAR.robot, BAR.map, settings)
-    before = manager.command(BENT, STILL, touch(10.0), TICK)
-    command = manager.command(BENT, STILL, touch(31.0), TICK)
+    before = manager.command(Observation(BENT, STILL, touch(10.0), TICK))
+    command = manager.command(Observation(BENT, STILL, touch(31.0), TICK))
     assert manager.why_limited == (Limit(LimitKind.STOPPED_BY_FORCE, value=31.0, bound=30.0),)
     assert command.posture == BENT
     assert (command.stiffness < 0.1 * before.stiffness).all()
     for _ in range(600):
-        manager.command(STILL, STILL, touch(1.0), TICK)  # it gives way
+        manager.command(Observation(STILL, STILL, touch(1.0), TICK))  # it gives way
     for _ in range(210):
-        command = manager.command(STILL, STILL, (), TICK)
+        command = manager.command(Observation(STILL, STILL, (), TICK))
     assert manager.why_limited == ()
     assert abs(command.posture[0]) < 0.01, "it goes on from where it is"
 
@@ -333,7 +338,9 @@ def test_after_the_touch_it_goes_home_or_stays(task, stays):
     controller = controller_on()
     posture = BENT
     for tick in range(800):
-        posture = controller.command(ControlSettings(controller="hybrid", task=task), posture, STILL, (), TICK).posture
+        posture = controller.command(
+            ControlSettings(controller="hybrid", task=task), Observation(posture, STILL, (), TICK)
+        ).posture
         assert tick or posture == pytest.approx(BENT, abs=1e-3)
     assert (abs(posture[0]) > 0.4) == stays
 
@@ -343,11 +350,11 @@ def test_after_a_contact_was_lost_for_good_it_comes_home_slowly_and_says_so():
     controller = controller_on()
     settings = ControlSettings(controller="hybrid")
     posture = BENT
-    controller.command(settings, posture, STILL, touch(3.0), TICK)
+    controller.command(settings, Observation(posture, STILL, touch(3.0), TICK))
     steps = []
     for _ in range(1600):
         before = posture
-        posture = controller.command(settings, posture, STILL, (), TICK).posture
+        posture = controller.command(settings, Observation(posture, STILL, (), TICK)).posture
         steps.append(abs(posture[0] - before[0]) / TICK)
         told = set(kinds(controller.why_limited)) & {LimitKind.SLOW_HOMING, LimitKind.CONTACT_LOST}
         assert told or abs(posture[0]) < 0.011
@@ -362,16 +369,16 @@ def test_giving_energy_for_long_is_slowed_to_nothing_and_said():
     speeds = []
     velocity = np.array([-0.25 / 0.3])  # outward
     for _ in range(200):
-        command = controller.command(settings, posture, velocity, touch(15.0), TICK)
+        command = controller.command(settings, Observation(posture, velocity, touch(15.0), TICK))
         speeds.append(float(controller._speed[0]))
     assert speeds[0] == pytest.approx(-0.25, abs=0.01), "0.015 m/s per newton at 0.3 m"
     assert speeds[-1] == pytest.approx(0.0, abs=1e-6)
     assert LimitKind.ENERGY_TANK in kinds(controller.why_limited)
     assert controller.tank.given == pytest.approx(15.0 * 0.25 * 1.0, rel=0.05)
-    controller.command(settings, posture, STILL, touch(25.0), TICK)
+    controller.command(settings, Observation(posture, STILL, touch(25.0), TICK))
     assert controller._speed[0] > 0, "it may always retreat"
     for _ in range(200):
-        controller.command(settings, posture, STILL, (), TICK)
+        controller.command(settings, Observation(posture, STILL, (), TICK))
     assert controller.tank.given == 0.0, "a new contact starts with a full tank"
     assert command.posture.shape == (1,)
 
@@ -383,11 +390,11 @@ def test_a_contact_that_goes_along_with_the_skin_is_let_slide():
     pairs = prepared.skin.neighbours
     here, there = (int(taxel) for taxel in pairs[pairs[:, 0] > prepared.skin.first[1] + 40][0])
     settings = ControlSettings(controller="hybrid", task="hold_point")
-    controller.command(settings, posture, np.zeros(7), (touch_on(prepared.map, here, 3.0),), TICK)
+    controller.command(settings, Observation(posture, np.zeros(7), (touch_on(prepared.map, here, 3.0),), TICK))
     speeds = []
     for _ in range(400):
         posture = controller.command(
-            settings, posture, np.zeros(7), (touch_on(prepared.map, there, 3.0),), TICK
+            settings, Observation(posture, np.zeros(7), (touch_on(prepared.map, there, 3.0),), TICK)
         ).posture
         speeds.append(np.abs(controller._speed).max())
     assert speeds[10] > 0.01
@@ -408,7 +415,7 @@ def test_a_contact_that_falls_short_on_a_path_is_led_faster_on_fine_taxels(pitch
     path = (tuple(start), tuple(start + [0.03, 0.0]))
     settings = ControlSettings(controller="hybrid", task="follow_path", path_kind="polyline", path=path)
     for _ in range(40):
-        controller.command(settings, posture, still, (touched,), TICK)
+        controller.command(settings, Observation(posture, still, (touched,), TICK))
     configuration = Configuration(prepared.robot)
     configuration.update(posture)
     move = configuration.jacobian(touched.link, touched.link_position)
@@ -416,7 +423,7 @@ def test_a_contact_that_falls_short_on_a_path_is_led_faster_on_fine_taxels(pitch
     made = -to_map @ (move @ controller._speed)
     asked = settings.path_speed + settings.position_gain * controller.report.error
     assert (made[0] - asked) / settings.path_speed == pytest.approx(share, abs=0.7 * share + 0.05)
-    controller.command(settings, posture, still, (), TICK)
+    controller.command(settings, Observation(posture, still, (), TICK))
     assert controller._slide.missing == pytest.approx([0.0, 0.0]), "forgotten with the contact"
 
 
@@ -424,9 +431,9 @@ def test_a_rule_is_told_of_contacts_that_the_task_is_not_about():
     """The program keeps the second one under its cap, though the first should be pressed more."""
     controller = TaskController(BAR.robot, QuadraticProgramScheme(), TaskManager(), MapKinematics(BAR.map))
     settings = ControlSettings(controller="qp", max_force=40.0, force_goal=20.0)
-    controller.command(settings, STILL, STILL, touch(1.0), TICK)
+    controller.command(settings, Observation(STILL, STILL, touch(1.0), TICK))
     for _ in range(3):  # accelerations are bounded too
-        controller.command(settings, STILL, STILL, (*touch(33.0, id_=2), *touch(1.0)), TICK)
+        controller.command(settings, Observation(STILL, STILL, (*touch(33.0, id_=2), *touch(1.0)), TICK))
     assert LimitKind.FORCE_CAP in kinds(controller.why_limited)
     assert controller._speed[0] > 0, "away from it"
 
@@ -434,7 +441,9 @@ def test_a_rule_is_told_of_contacts_that_the_task_is_not_about():
 def test_every_limit_is_said_once():
     controller = controller_on()
     for _ in range(5):
-        controller.command(ControlSettings(controller="hybrid", max_force=200.0), STILL, STILL, touch(100.0), TICK)
+        controller.command(
+            ControlSettings(controller="hybrid", max_force=200.0), Observation(STILL, STILL, touch(100.0), TICK)
+        )
         assert len(set(kinds(controller.why_limited))) == len(controller.why_limited) > 0
 
 
@@ -455,7 +464,7 @@ def answers(settings: ControlSettings) -> np.ndarray:
     here, there = (int(taxel) for taxel in pairs[pairs[:, 0] > prepared.skin.first[1] + 40][0])
     for tick in range(40):
         regions = (touch_on(prepared.map, here if tick < 20 else there, 1.0 + 0.1 * tick),)
-        command = controller.command(settings, posture, np.full(7, 0.01), regions, TICK)
+        command = controller.command(settings, Observation(posture, np.full(7, 0.01), regions, TICK))
         rows.append(np.concatenate([command.posture, command.stiffness, command.damping]))
     return np.array(rows)
 
@@ -495,5 +504,5 @@ def test_joint_gains_follow_the_posture(name):
     configuration = Configuration(robot)
     for posture in (robot.home, robot.home + 0.5):
         configuration.update(posture)
-        command = controller.command(ControlSettings(controller=name), posture, np.zeros(7), (), TICK)
+        command = controller.command(ControlSettings(controller=name), Observation(posture, np.zeros(7), (), TICK))
         assert np.sqrt(command.stiffness / configuration.inertia()) == pytest.approx(np.full(7, 40.0))

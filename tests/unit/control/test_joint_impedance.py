@@ -28,6 +28,7 @@ from tactile_maps.control.motion.joint_impedance import (
     within_effort,
 )
 from tactile_maps.control.motion.limits import ActiveLimits, LimitKind
+from tactile_maps.control.motion.observation import Observation
 from tactile_maps.robots.kinematics import Configuration
 from tactile_maps.robots.model.robot import Joint, Robot
 from tests.support.limits import kinds
@@ -97,7 +98,7 @@ def test_a_controller_names_the_joint_whose_response_differs():
     robot = arm().robot
     soft = ControlSettings(stiffness=0.5)
     controller = ImpedanceController(robot)
-    controller.command(soft, robot.home, np.zeros(7), (), DT)
+    controller.command(soft, Observation(robot.home, np.zeros(7), (), DT))
     assert kinds(controller.why_limited) == [LimitKind.JOINT_RESPONSE]
     controller.reset()
     assert controller.why_limited == ()
@@ -249,7 +250,7 @@ def test_impedance_moves_a_joint_no_faster_than_its_model_allows():
     said = set()
     inertia = Configuration(robot).inertia()
     for _ in range(10_000):
-        torque = controller.command(settings, at, speed, (), step).torque_at(at, speed)
+        torque = controller.command(settings, Observation(at, speed, (), step)).torque_at(at, speed)
         said |= {limit.kind for limit in controller.why_limited}
         speed = speed + step * torque / inertia
         at = at + step * speed

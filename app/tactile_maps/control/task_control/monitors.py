@@ -15,6 +15,7 @@ import numpy as np
 from tactile_maps.contacts.detection.regions import ContactRegion
 from tactile_maps.contacts.force_estimation.wrench_consistency import WrenchMismatch
 from tactile_maps.control.motion.limits import Limit, LimitKind
+from tactile_maps.control.motion.observation import Observation
 from tactile_maps.control.motion.unmeasured_force import NO_FORCE, UnmeasuredForce
 from tactile_maps.core.arrays import FloatArray, all_finite, largest, length
 from tactile_maps.geometry.surface.mesh import SurfacePoint
@@ -73,35 +74,29 @@ class SafetyMonitor:
     def check(
         self,
         max_force: float,
-        posture: FloatArray,
-        velocity: FloatArray,
-        regions: Sequence[ContactRegion],
-        dt: float,
+        observation: Observation,
         *,
         point_speed: float = 0.0,
-        readable: bool = True,
-        mismatch: WrenchMismatch | None = None,
         unmeasured: UnmeasuredForce = NO_FORCE,
     ) -> bool:
-        """Whether the controller may go on.
+        """Return True if the controller may continue.
 
         Args:
-            max_force: Of any contact [N].
-            posture: (n,).
-            velocity: (n,).
-            regions: All contacts.
-            dt: Since the last question [s].
-            point_speed: Greatest speed of a touched point [m/s].
-            readable: Whether the skin can be read.
-            mismatch: Several contacts that were read as one, by a wrench that none of them explains.
+            max_force: Largest force of any contact [N].
+            observation: State of robot and skin.
+            point_speed: Largest speed of a contact point [m/s].
             unmeasured: Force that the skin does not measure.
         """
+        posture = observation.posture
+        regions = observation.contacts
+        mismatch = observation.mismatch
+        dt = observation.dt
         touched = bool(regions) or unmeasured.force > UNMEASURED_TOUCH
-        unreadable = None if readable else Limit(LimitKind.STOPPED_UNREADABLE)
+        unreadable = None if observation.readable else Limit(LimitKind.STOPPED_UNREADABLE)
         reason = (
             unreadable
             or _force_danger(max_force, regions)
-            or self._speed_danger(velocity, point_speed)
+            or self._speed_danger(observation.velocity, point_speed)
             or _hidden_force(max_force, mismatch)
             or _unmeasured_danger(max_force, unmeasured)
         )

@@ -17,6 +17,7 @@ from tactile_maps.control.controller_manager import ControllerManager
 from tactile_maps.control.force_loop.loop_stability import SensorTiming
 from tactile_maps.control.motion.command import ControlSettings
 from tactile_maps.control.motion.limits import Limit
+from tactile_maps.control.motion.observation import Observation
 from tactile_maps.core.arrays import FloatArray, freeze_arrays
 from tactile_maps.core.errors import LiveError
 from tactile_maps.core.reading_units import ReadingUnits
@@ -119,9 +120,8 @@ class MeasuredController:
         if step is None or not 0 < step <= LONGEST_STEP:
             return self._begin(frame, strongest)
         self._manager.readings = self._timing(step)
-        command = self._manager.command(
-            frame.posture, frame.velocity, frame.regions, step, readable=bool(np.isfinite(frame.pressures).all())
-        )
+        readable = bool(np.isfinite(frame.pressures).all())
+        command = self._manager.command(Observation(frame.posture, frame.velocity, frame.regions, step, readable))
         assert self._before is not None
         velocity = (command.posture - self._before[1]) / step
         self._before = frame.time, command.posture

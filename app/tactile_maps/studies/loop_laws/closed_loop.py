@@ -19,6 +19,7 @@ from tactile_maps.contacts.detection.detection import ContactDetector
 from tactile_maps.contacts.detection.regions import ContactRegion
 from tactile_maps.control.controller_manager import ControllerManager
 from tactile_maps.control.motion.command import ControlSettings, JointCommand
+from tactile_maps.control.motion.observation import Observation
 from tactile_maps.core.arrays import FloatArray
 from tactile_maps.core.errors import MapError
 from tactile_maps.scene.effects import Effects
@@ -127,7 +128,7 @@ def run_loop(loop: Loop, settings: Settings, periods: int) -> LoopResponse:
         if wanted != manager.settings:
             manager.settings = wanted
         regions = plant.regions()
-        command = manager.command(plant.posture, plant.velocity, regions, loop.tick)
+        command = manager.command(Observation(plant.posture, plant.velocity, regions, loop.tick))
         if tick % loop.ticks == 0:
             row = tick // loop.ticks
             report = manager.report

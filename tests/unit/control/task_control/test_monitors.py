@@ -10,6 +10,7 @@ import pytest
 
 from tactile_maps.contacts.force_estimation.wrench_consistency import WrenchMismatch
 from tactile_maps.control.motion.limits import Limit, LimitKind
+from tactile_maps.control.motion.observation import Observation
 from tactile_maps.control.motion.unmeasured_force import UnmeasuredForce
 from tactile_maps.control.task_control.monitors import (
     AGAIN,
@@ -42,7 +43,7 @@ HINGE = (Joint("hinge", -1.5, 1.5),)
 
 def test_what_is_safe_goes_on():
     supervisor = SafetyMonitor(HINGE)
-    assert supervisor.check(30.0, BENT, STILL, touch(29.9), TICK)
+    assert supervisor.check(30.0, Observation(BENT, STILL, touch(29.9), TICK))
     assert supervisor.reason is None
 
 
@@ -57,14 +58,14 @@ def test_what_is_safe_goes_on():
 )
 def test_what_is_not_safe_stops_until_nothing_touched_for_a_while(regions, velocity, reason):
     supervisor = SafetyMonitor(HINGE)
-    assert not supervisor.check(30.0, BENT, velocity, regions, TICK)
+    assert not supervisor.check(30.0, Observation(BENT, velocity, regions, TICK))
     assert supervisor.reason == reason
     for _ in range(300):
-        assert not supervisor.check(30.0, STILL, STILL, touch(1.0), TICK), "still touched"
+        assert not supervisor.check(30.0, Observation(STILL, STILL, touch(1.0), TICK)), "still touched"
     assert supervisor.posture == pytest.approx(STILL, abs=0.02), "it has given way to where it is pressed"
     kept = supervisor.posture
     ticks = 0
-    while not supervisor.check(30.0, BENT, STILL, (), TICK):
+    while not supervisor.check(30.0, Observation(BENT, STILL, (), TICK)):
         assert np.array_equal(supervisor.posture, kept), "untouched it holds its place"
         ticks += 1
     assert ticks * TICK == pytest.approx(QUIET, abs=2 * TICK)
@@ -73,8 +74,8 @@ def test_what_is_not_safe_stops_until_nothing_touched_for_a_while(regions, veloc
 
 def test_a_touched_point_that_is_too_fast_stops_it():
     supervisor = SafetyMonitor(HINGE)
-    assert supervisor.check(30.0, BENT, STILL, touch(1.0), TICK, point_speed=STOP_POINT_SPEED)
-    assert not supervisor.check(30.0, BENT, STILL, touch(1.0), TICK, point_speed=1.5)
+    assert supervisor.check(30.0, Observation(BENT, STILL, touch(1.0), TICK), point_speed=STOP_POINT_SPEED)
+    assert not supervisor.check(30.0, Observation(BENT, STILL, touch(1.0), TICK), point_speed=1.5)
     assert supervisor.reason == Limit(LimitKind.STOPPED_BY_POINT_SPEED, value=1.5, bound=STOP_POINT_SPEED)
 
 
@@ -95,23 +96,23 @@ MIXED = (Joint("hinge", -1.5, 1.5), Joint("lift", 0.0, 0.4, slide=True), Joint("
 )
 def test_hinges_and_slides_have_their_own_speed_limits(velocity, reason):
     supervisor = SafetyMonitor(MIXED)
-    assert supervisor.check(30.0, np.zeros(3), np.array(velocity), (), TICK) == (reason is None)
+    assert supervisor.check(30.0, Observation(np.zeros(3), np.array(velocity), (), TICK)) == (reason is None)
     assert supervisor.reason == reason
 
 
 def test_a_stopped_arm_gives_way_no_faster_than_allowed():
     supervisor = SafetyMonitor(MIXED)
-    supervisor.check(30.0, np.zeros(3), np.zeros(3), touch(31.0), TICK)
+    supervisor.check(30.0, Observation(np.zeros(3), np.zeros(3), touch(31.0), TICK))
     pushed = np.array([1.0, 0.3, -0.2])
     for _ in range(20):
         before = supervisor.posture
-        supervisor.check(30.0, pushed, np.zeros(3), touch(31.0), TICK)
+        supervisor.check(30.0, Observation(pushed, np.zeros(3), touch(31.0), TICK))
         assert (supervisor.posture - before) / TICK == pytest.approx([YIELD_SPEED, YIELD_SLIDE_SPEED, -0.07])
 
 
 def test_a_skin_that_cannot_be_read_stops_it_too():
     supervisor = SafetyMonitor(HINGE)
-    assert not supervisor.check(30.0, BENT, STILL, (), TICK, readable=False)
+    assert not supervisor.check(30.0, Observation(BENT, STILL, (), TICK, readable=False))
     assert supervisor.reason == Limit(LimitKind.STOPPED_UNREADABLE)
 
 
@@ -120,50 +121,52 @@ MISMATCH = WrenchMismatch("bar", 2, force=1.0, torque=0.3, max_force=2.0, max_to
 
 def test_several_contacts_read_as_one_stop_it_until_one_explains_the_wrench_for_a_while():
     supervisor = SafetyMonitor(HINGE)
-    assert not supervisor.check(30.0, BENT, STILL, touch(1.0), TICK, mismatch=MISMATCH)
+    assert not supervisor.check(30.0, Observation(BENT, STILL, touch(1.0), TICK, mismatch=MISMATCH))
     assert supervisor.reason == Limit(LimitKind.STOPPED_BY_MISMATCH, ("bar",), value=0.3, bound=0.1)
-    assert not supervisor.check(30.0, STILL, STILL, touch(1.0), AGREED / 2)
-    assert not supervisor.check(30.0, STILL, STILL, touch(1.0), TICK, mismatch=MISMATCH), "it counts from the last"
+    assert not supervisor.check(30.0, Observation(STILL, STILL, touch(1.0), AGREED / 2))
+    assert not supervisor.check(30.0, Observation(STILL, STILL, touch(1.0), TICK, mismatch=MISMATCH)), (
+        "it counts from the last"
+    )
     ticks = 0
-    while not supervisor.check(30.0, STILL, STILL, touch(1.0), TICK):
+    while not supervisor.check(30.0, Observation(STILL, STILL, touch(1.0), TICK)):
         ticks += 1
     assert ticks * TICK == pytest.approx(AGREED, abs=2 * TICK)
 
 
 def test_what_presses_too_hard_behind_a_small_resultant_stops_it_for_good():
     supervisor = SafetyMonitor(HINGE)
-    supervisor.check(30.0, BENT, STILL, touch(1.0), TICK, mismatch=MISMATCH)
-    supervisor.check(30.0, STILL, STILL, touch(1.0), TICK, mismatch=replace(MISMATCH, strongest=31.0))
+    supervisor.check(30.0, Observation(BENT, STILL, touch(1.0), TICK, mismatch=MISMATCH))
+    supervisor.check(30.0, Observation(STILL, STILL, touch(1.0), TICK, mismatch=replace(MISMATCH, strongest=31.0)))
     assert supervisor.reason == Limit(LimitKind.STOPPED_BY_FORCE, value=31.0, bound=30.0)
     assert supervisor.posture == pytest.approx(BENT * (1 - TICK / YIELD_TIME)), "where it stopped first, yielding"
-    assert not supervisor.check(30.0, STILL, STILL, touch(1.0), 2 * AGREED), "something still touches"
+    assert not supervisor.check(30.0, Observation(STILL, STILL, touch(1.0), 2 * AGREED)), "something still touches"
 
 
 def test_force_that_the_skin_does_not_measure_stops_it_until_it_has_gone():
     supervisor = SafetyMonitor(HINGE)
-    assert supervisor.check(30.0, BENT, STILL, (), TICK, unmeasured=UnmeasuredForce("hand", 29.9))
-    assert not supervisor.check(30.0, BENT, STILL, (), TICK, unmeasured=UnmeasuredForce("hand", 31.0))
+    assert supervisor.check(30.0, Observation(BENT, STILL, (), TICK), unmeasured=UnmeasuredForce("hand", 29.9))
+    assert not supervisor.check(30.0, Observation(BENT, STILL, (), TICK), unmeasured=UnmeasuredForce("hand", 31.0))
     stop = Limit(LimitKind.STOPPED_BY_UNMEASURED_FORCE, ("hand",), value=31.0, bound=30.0)
     assert supervisor.reason == stop
     for _ in range(600):
         pressed = UnmeasuredForce("hand", 1.1 * UNMEASURED_TOUCH)
-        assert not supervisor.check(30.0, STILL, STILL, (), TICK, unmeasured=pressed), "it still presses"
+        assert not supervisor.check(30.0, Observation(STILL, STILL, (), TICK), unmeasured=pressed), "it still presses"
     assert supervisor.posture == pytest.approx(STILL, abs=0.02), "it has given way"
     ticks = 0
-    while not supervisor.check(30.0, BENT, STILL, (), TICK, unmeasured=UnmeasuredForce("hand", 1.0)):
+    while not supervisor.check(30.0, Observation(BENT, STILL, (), TICK), unmeasured=UnmeasuredForce("hand", 1.0)):
         ticks += 1
     assert ticks * TICK == pytest.approx(QUIET, abs=2 * TICK)
 
 
 def test_a_reset_lets_go_at_once():
     supervisor = SafetyMonitor(HINGE)
-    supervisor.check(30.0, BENT, STILL, touch(50.0), TICK)
+    supervisor.check(30.0, Observation(BENT, STILL, touch(50.0), TICK))
     supervisor.reset()
-    assert supervisor.check(30.0, BENT, STILL, (), TICK)
+    assert supervisor.check(30.0, Observation(BENT, STILL, (), TICK))
 
 
 def test_a_robot_without_joints_is_never_too_fast():
-    assert SafetyMonitor(()).check(30.0, np.zeros(0), np.zeros(0), (), TICK)
+    assert SafetyMonitor(()).check(30.0, Observation(np.zeros(0), np.zeros(0), (), TICK))
 
 
 ALONG = LimitKind.CONTACT_STICKS

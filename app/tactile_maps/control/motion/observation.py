@@ -1,0 +1,36 @@
+"""What a controller knows of robot and skin at a control tick."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from tactile_maps.contacts.detection.regions import ContactRegion
+from tactile_maps.contacts.force_estimation.wrench_consistency import WrenchMismatch
+from tactile_maps.control.motion.unmeasured_force import DriveTorques
+from tactile_maps.core.arrays import FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Observation:
+    """State of robot and skin at a control tick; a controller returns the command for the next ``dt`` seconds.
+
+    Attributes:
+        posture: (n,) joint positions [rad, or m for a slide].
+        velocity: (n,) joint velocities [rad/s, or m/s for a slide].
+        contacts: All contacts, the strongest first.
+        dt: Time until the next command [s].
+        readable: True if all taxels read finite numbers. If not, a contact may be missing from ``contacts`` although it
+            persists, and controllers that read contacts stop.
+        mismatch: Several contacts that were detected as one and whose wrench no single contact explains; controllers
+            that read contacts stop. None if there are none.
+        torques: Drive torques since the previous command; None if unknown. Force that the skin does not measure is
+            detected only with them.
+    """
+
+    posture: FloatArray
+    velocity: FloatArray
+    contacts: tuple[ContactRegion, ...]
+    dt: float
+    readable: bool = True
+    mismatch: WrenchMismatch | None = None
+    torques: DriveTorques | None = None
