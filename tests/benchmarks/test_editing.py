@@ -157,7 +157,7 @@ def test_frame_rate_of_both_views(benchmark, request, open_window, body, gesture
     window = open_window(prepared, replace(INLINE, runner=ThreadRunner))
     painted = []
     drawn = []
-    window.map_view.display.painted.connect(lambda _tick: painted.append(time.perf_counter()))
+    window.map_view.painted.connect(lambda _tick: painted.append(time.perf_counter()))
     window.robot_view.display.drawn.connect(drawn.append)
     places = circle(prepared)
     surface = window.robot_view.display.canvas.widget

@@ -51,10 +51,10 @@ class Painted:
         self._patience = QTimer(window)
         self._patience.setInterval(20_000)
         self._patience.timeout.connect(lambda: self._loop.exit(1))
-        window.map_view.display.painted.connect(self._on_painted)
+        window.map_view.painted.connect(self._on_painted)
 
     def _on_painted(self, _tick: int) -> None:
-        shown = self._window.map_view.display._frame.measured
+        shown = self._window.map_view._frame.measured
         if shown is not None and shown.sent is not None:
             self.ages.append(time.time() - shown.sent)
             self._loop.quit()

@@ -70,7 +70,7 @@ def test_map_frame_shown_and_painted(benchmark, view, prepared, pressed, zoom):
     dragged = cycle(_dragged(pressed))
 
     def frame():
-        view.display.show_frame(next(dragged))
+        view.show_frame(next(dragged))
         view.viewport().repaint()
 
     benchmark.pedantic(frame, rounds=100, warmup_rounds=5)
@@ -94,7 +94,7 @@ def test_map_frame_with_a_task_shown_and_painted(benchmark, view, prepared, pres
     benchmark.extra_info["corners of the path"] = count
 
     def show():
-        view.display.show_frame(frame, task=task)
+        view.show_frame(frame, task=task)
         view.viewport().repaint()
 
     benchmark.pedantic(show, rounds=100, warmup_rounds=5)
@@ -104,14 +104,14 @@ def test_press_on_the_map_until_the_answer_is_painted(benchmark, view, prepared)
     """The real press event, the tick that takes it, and the map repainted with its frame."""
     session = Session(prepared)
     painted = []
-    view.poke_pressed.connect(lambda at: session.submit(PokePressed(0, at)))
-    view.poke_released.connect(lambda: session.submit(PokeReleased(0)))
-    view.display.painted.connect(painted.append)
+    view.interaction.poke_pressed.connect(lambda at: session.submit(PokePressed(0, at)))
+    view.interaction.poke_released.connect(lambda: session.submit(PokeReleased(0)))
+    view.painted.connect(painted.append)
     pixel = view.pixel_of(prepared.skin.taxel_point(len(prepared.skin) // 2)).toPoint()
 
     def press():
         QTest.mousePress(view.viewport(), Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier, pixel)
-        view.display.show_frame(session.tick())
+        view.show_frame(session.tick())
         view.viewport().repaint()
 
     def release():
@@ -121,8 +121,8 @@ def test_press_on_the_map_until_the_answer_is_painted(benchmark, view, prepared)
 
     benchmark.pedantic(press, setup=release, rounds=50, warmup_rounds=3)
     assert painted[-1] == session.frame.tick
-    view.poke_pressed.disconnect()
-    view.poke_released.disconnect()
+    view.interaction.poke_pressed.disconnect()
+    view.interaction.poke_released.disconnect()
 
 
 @pytest.fixture
@@ -132,7 +132,7 @@ def document(prepared):
 
 def test_map_painted(benchmark, view, prepared, pressed):
     benchmark.extra_info["taxels"] = len(prepared.skin)
-    view.display.show_frame(pressed.frame)
+    view.show_frame(pressed.frame)
 
     def paint():
         view.viewport().update()
@@ -143,7 +143,7 @@ def test_map_painted(benchmark, view, prepared, pressed):
 
 @pytest.mark.parametrize("in_gesture", [True, False], ids=["in the hand", "at rest"])
 def test_layout_edit_until_painted(benchmark, view, document, pressed, in_gesture):
-    view.display.show_frame(pressed.frame)
+    view.show_frame(pressed.frame)
     number = count(1)
 
     def edited():
@@ -151,7 +151,7 @@ def test_layout_edit_until_painted(benchmark, view, document, pressed, in_gestur
         return (rotate(move(document, [0], (1e-3 * step, 0.0)), [0], 1e-2 * step),), {}
 
     def show(edited):
-        view.display.show_document(edited, in_gesture=in_gesture)
+        view.show_document(edited, in_gesture=in_gesture)
         view.viewport().repaint()
 
     benchmark.extra_info["faces"] = sum(len(chart.faces) for chart in document.charts)
@@ -160,7 +160,7 @@ def test_layout_edit_until_painted(benchmark, view, document, pressed, in_gestur
 
 @pytest.mark.parametrize("in_gesture", [True, False], ids=["in the hand", "at rest"])
 def test_chart_edit_until_painted(benchmark, view, document, pressed, in_gesture):
-    view.display.show_frame(pressed.frame)
+    view.show_frame(pressed.frame)
     number = count(1)
 
     def edited():
@@ -170,9 +170,9 @@ def test_chart_edit_until_painted(benchmark, view, document, pressed, in_gesture
         return (replace(document, map=replace(document.map, charts=(bent, *document.charts[1:]))),), {}
 
     def show(edited):
-        view.display.show_document(edited, in_gesture=in_gesture)
+        view.show_document(edited, in_gesture=in_gesture)
         view.viewport().repaint()
 
     benchmark.extra_info["faces"] = f"{len(document.charts[0].faces)} of the chart"
-    view.display.show_document(edited()[0][0], in_gesture=in_gesture)
+    view.show_document(edited()[0][0], in_gesture=in_gesture)
     benchmark.pedantic(show, setup=edited, rounds=40 if in_gesture else 10)

@@ -57,11 +57,11 @@ def test_robot_frame_shown_and_drawn(benchmark, view, prepared, frames, quality)
 
 def test_skin_under_the_pointer(benchmark, view, prepared):
     heard = []
-    view.poke_pressed.connect(heard.append)
+    view.interaction.poke_pressed.connect(heard.append)
     pixel = QPointF(view.rect().center()).toPoint()
 
     def press():
         QTest.mouseClick(view.display.canvas.widget, Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier, pixel)
 
     benchmark.pedantic(press, rounds=60, warmup_rounds=5)
-    view.poke_pressed.disconnect(heard.append)
+    view.interaction.poke_pressed.disconnect(heard.append)

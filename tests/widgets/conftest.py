@@ -21,7 +21,7 @@ from tactile_maps.scene.scene_file import load_scene
 from tactile_maps.session.prepare import PreparedScene, prepare
 from tactile_widgets.document.map_editor import MapEditor
 from tactile_widgets.session.backends import INLINE
-from tactile_widgets.views.map import map_display
+from tactile_widgets.views.map import map_view
 from tactile_widgets.views.robot.scene import skin_actors
 from tactile_widgets.workers.scene_worker import InlineSceneWorker
 from tests.widgets.support.samples import coarse
@@ -51,7 +51,7 @@ def weights_made_once():
     with pytest.MonkeyPatch.context() as patching:
         # Patches, charts and maps are what they are, not what is in them.
         patching.setattr(AtlasTile, "of", lru_cache(maxsize=32)(AtlasTile.of))
-        patching.setattr(map_display, "ImageAtlas", lru_cache(maxsize=8)(ImageAtlas))
+        patching.setattr(map_view, "ImageAtlas", lru_cache(maxsize=8)(ImageAtlas))
         patching.setattr(skin_actors, "vertex_weights", lru_cache(maxsize=8)(vertex_weights))
         yield
 

@@ -10,7 +10,8 @@ from tactile_widgets.views.interaction.select_gesture import points_in_polygon
 SCRIPT = """
 window = open_window()
 poked = []
-window.views.poke_pressed.connect(poked.append)
+for gestures in window.views.interactions:
+    gestures.poke_pressed.connect(poked.append)
 
 def ready():
     window.activateWindow()  # there is no window manager that would
@@ -23,11 +24,11 @@ def write_selected():
     write("selected.json", {"taxels": selected, "pokes": len(poked), "tool": window.views.tool.name})
 
 def write_corners():
-    outline = window.map_view.taxel_selector.rubber_band.outline
+    outline = window.map_view.interaction.taxel_selector.rubber_band.outline
     write("corners.json", 0 if outline is None else len(outline))
 
 window.views.selection.changed.connect(write_selected)
-window.map_view.taxel_selector.drawn.connect(write_corners)
+window.map_view.interaction.taxel_selector.drawn.connect(write_corners)
 live(window, ready)
 """
 

@@ -49,7 +49,7 @@ def test_both_views_show_one_instant_however_slow_the_body_is(window_again, prep
     views.set_paced(on=True)
     session.submit(PokePressed(0, prepared.skin.taxel_point(20)))
     body = views.robot.display
-    shown = views.map.display
+    shown = views.map
     with qtbot.waitSignal(body.drawn):
         views.show_frame(session.tick())
     QApplication.processEvents()
@@ -77,8 +77,8 @@ def test_the_picture_of_an_edited_map_is_on_the_body(window_again, edit):
     """A seam doubles vertices: the map's new picture fits the body's new charts alone."""
     window = window_again
     window.presenters.view.set_ground(BaseLayer.CHECKER)
-    before = window.map_view.display.skin_texture
+    before = window.map_view.skin_texture
     window.editor.ask(edit)
     textured = window.robot_view.display.scene.skin._textured
     assert textured is not None
-    assert textured._picture is window.map_view.display.skin_texture is not before
+    assert textured._picture is window.map_view.skin_texture is not before

@@ -108,14 +108,15 @@ def test_what_is_selected_in_one_view_is_marked_in_both(window, side):
     before = window.map_view.grab().toImage()
     side.click(taxel)
     assert ringed_on_body(window) == [taxel]
-    assert window.map_view.display.picture.taxels.selected.tolist() == [taxel]
+    assert window.map_view.picture.taxels.selected.tolist() == [taxel]
     assert window.map_view.grab().toImage() != before
     assert f"Taxel {taxel} selected" in window.findChild(object, "selection-count").text()
 
 
 def test_selecting_touches_nothing(window, side):
     heard = []
-    window.views.poke_pressed.connect(heard.append)
+    for gestures in window.views.interactions:
+        gestures.poke_pressed.connect(heard.append)
     side.click(int(side.taxels()[0]))
     window.presenters.view.set_tool(SELECT_LASSO)
     side.press(side.pixel(int(side.taxels()[0])))
@@ -138,7 +139,7 @@ def test_a_box_and_a_lasso_choose_what_they_enclose(window, side, tool):
     # A box has only two corners; on the body it must begin on the skin, and here ends past the taxel itself.
     path = [corners[2]] if tool is SELECT_BOX else [*corners, corners[0]]
     side.drag(*path)
-    outline = side.view.taxel_selector.rubber_band.outline
+    outline = side.view.interaction.taxel_selector.rubber_band.outline
     side.release(path[-1])
     pixels = side.view.taxel_pixels()
     low = outline.min(axis=0)
@@ -151,7 +152,7 @@ def test_a_box_and_a_lasso_choose_what_they_enclose(window, side, tool):
     else:
         assert taxel in selected(window)
         assert set(selected(window)) <= set(expected.tolist())
-    assert side.view.taxel_selector.rubber_band.outline is None
+    assert side.view.interaction.taxel_selector.rubber_band.outline is None
 
 
 def test_a_box_drawn_smaller_gives_back_what_it_no_longer_holds(window, side):
@@ -178,7 +179,7 @@ def test_a_brush_paints_and_its_size_matters(window, side):
         side.release(start + QPoint(30, 0))
         counts.append(len(selected(window)))
     assert counts[1] > counts[0]
-    radius = side.view.taxel_selector.rubber_band.radius
+    radius = side.view.interaction.taxel_selector.rubber_band.radius
     assert radius > BRUSH
     chosen = side.view.taxel_pixels()[selected(window)]
     on_line = np.clip(chosen[:, 0], start.x(), start.x() + 30)
@@ -191,9 +192,9 @@ def test_bracket_keys_size_the_brush_of_both_views(window, side):
     side.view.setFocus()
     window.presenters.view.set_tool(SELECT_BRUSH)
     for key, larger in ((Qt.Key.Key_BracketRight, True), (Qt.Key.Key_BracketLeft, False)):
-        before = side.view.taxel_selector.rubber_band.radius
+        before = side.view.interaction.taxel_selector.rubber_band.radius
         QTest.keyClick(side.view, key)
-        radii = {view.taxel_selector.rubber_band.radius for view in (window.map_view, window.robot_view)}
+        radii = {view.interaction.taxel_selector.rubber_band.radius for view in (window.map_view, window.robot_view)}
         assert len(radii) == 1
         assert (radii.pop() > before) is larger
 
@@ -238,7 +239,7 @@ def test_another_tool_gives_the_gesture_up(window, side):
     assert selected(window)
     window.presenters.view.set_tool(POKE)
     assert selected(window) == []
-    assert side.view.taxel_selector.rubber_band.outline is None
+    assert side.view.interaction.taxel_selector.rubber_band.outline is None
 
 
 def test_the_far_side_of_the_body_is_never_selected(window):
@@ -295,9 +296,9 @@ def test_one_hover_is_marked_in_both_views(window, side, qtbot):
     QTest.mouseMove(side.target, side.pixel(taxel))
     at = window.map_view.interaction.hover if side.name == "map" else window.robot_view.interaction.hover
     assert at is not None
-    assert window.map_view.display.marks.hover is not None
+    assert window.map_view.marks.hover is not None
     np.testing.assert_allclose(
-        window.map_view.display.marks.hover.toTuple(), window.map_view.display.picture.place_of(at).toTuple(), atol=1e-9
+        window.map_view.marks.hover.toTuple(), window.map_view.picture.place_of(at).toTuple(), atol=1e-9
     )
     mark = window.robot_view.display.scene._marks._hover
     qtbot.waitUntil(lambda: mark.visibility)
@@ -305,6 +306,6 @@ def test_one_hover_is_marked_in_both_views(window, side, qtbot):
     assert np.linalg.norm(place - _world(window.robot_view, window.live.prepared, at)) < 2e-3
     assert f"taxel {side.picked(taxel) if side.name == 'body' else taxel}" in window.readout.text()
     QTest.mouseMove(side.target, QPoint(3, 3))
-    assert window.map_view.display.marks.hover is None
+    assert window.map_view.marks.hover is None
     qtbot.waitUntil(lambda: not mark.visibility)
     assert window.readout.text() == ""

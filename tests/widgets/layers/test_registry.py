@@ -91,7 +91,7 @@ def make_views(qtbot):
 def test_a_layer_needs_one_line(make_views, prepared):
     views = make_views((*LAYERS, SPEC))
     views.show_prepared(prepared)
-    on_map = views.map.display.picture.layers["grid"]
+    on_map = views.map.picture.layers["grid"]
     on_body = views.robot.display.scene.layers["grid"]
     assert on_map.got[0] == on_body.got[0] == DARK
     assert on_map.items[0].scene() is views.map.scene()
@@ -120,7 +120,7 @@ def test_views_show_by_themselves_what_is_shown_at_first(make_views, prepared):
     views = make_views((LayerSpec("grid", "Grid", "", "A grid", shown_at_first=True, on_map=OnMap, on_body=OnBody),))
     views.show_prepared(prepared)
     assert views.overlays == OverlayOptions(shown=frozenset({"grid"}))
-    assert views.map.display.picture.layers["grid"].shown
+    assert views.map.picture.layers["grid"].shown
     assert views.robot.display.scene.layers["grid"].shown
 
 

@@ -16,7 +16,7 @@ from tactile_maps.maps.image_atlas import AtlasTile, ImageAtlas
 from tactile_widgets.common.colours import PressureScale
 from tactile_widgets.common.settings import BaseLayer
 from tactile_widgets.views.layers import LAYERS, at_first
-from tactile_widgets.views.map import map_display
+from tactile_widgets.views.map import map_view
 from tests.widgets.support.arrange_driver import bent
 from tests.widgets.support.samples import leaf_map, middle_taxel, touched
 
@@ -32,12 +32,12 @@ EDITS = {
 
 @pytest.fixture
 def view(open_map_view):
-    return open_map_view(640, 560, lambda view: view.display.show_document(MapDocument.of(leaves())))
+    return open_map_view(640, 560, lambda view: view.show_document(MapDocument.of(leaves())))
 
 
 @pytest.fixture
 def document(view):
-    return view.display.picture.document
+    return view.picture.document
 
 
 def colour_beside(view, taxel):
@@ -54,34 +54,32 @@ def near(one, other):
 @pytest.mark.parametrize("edit", EDITS)
 def test_touch_goes_with_its_patch_and_nothing_is_built(view, document, edit):
     taxel = middle_taxel(leaves(), 0)
-    tiles = view.display.picture.atlas.tiles
+    tiles = view.picture.atlas.tiles
     quiet = colour_beside(view, taxel)
-    view.display.show_frame(touched(leaves(), [taxel], kilopascals=19.0, radius=0.06))
+    view.show_frame(touched(leaves(), [taxel], kilopascals=19.0, radius=0.06))
     loud = colour_beside(view, taxel)
     assert loud != quiet
     edited = EDITS[edit](document)
-    view.display.show_document(edited)
-    assert view.display.picture.atlas.tiles is tiles
+    view.show_document(edited)
+    assert view.picture.atlas.tiles is tiles
     assert near(colour_beside(view, taxel), loud)
     assert not near(quiet, loud)
     for number in range(2):
         at = leaves().skin.taxel_point(middle_taxel(leaves(), number))
-        place = view.display.picture.shapes.frame.to_scene(edited.map.to_map(at))
+        place = view.picture.shapes.frame.to_scene(edited.map.to_map(at))
         assert view.pixel_of(at) == view.viewportTransform().map(QPointF(*place))
         assert view.point_at(view.pixel_of(at)).patch == number
-    assert view.display.marks.contacts[0].at == view.display.picture.place_of(leaves().skin.taxel_point(taxel))
-    assert view.display.marks.fingers[0].at == view.display.marks.contacts[0].at
+    assert view.marks.contacts[0].at == view.picture.place_of(leaves().skin.taxel_point(taxel))
+    assert view.marks.fingers[0].at == view.marks.contacts[0].at
 
 
 def test_the_contour_goes_with_its_patch(view, document):
-    view.display.show_frame(touched(leaves(), [middle_taxel(leaves(), 0)], radius=0.06))
-    lines = np.array([[line.x1(), line.y1()] for line in view.display.picture.layers["contours"].lines])
-    view.display.show_document(EDITS["moved"](document))
-    moved = np.array([[line.x1(), line.y1()] for line in view.display.picture.layers["contours"].lines])
+    view.show_frame(touched(leaves(), [middle_taxel(leaves(), 0)], radius=0.06))
+    lines = np.array([[line.x1(), line.y1()] for line in view.picture.layers["contours"].lines])
+    view.show_document(EDITS["moved"](document))
+    moved = np.array([[line.x1(), line.y1()] for line in view.picture.layers["contours"].lines])
     assert len(lines) > 10
-    assert moved - lines == pytest.approx(
-        np.full_like(lines, 1) * view.display.picture.shapes.frame.scale * [0.05, 0.08]
-    )
+    assert moved - lines == pytest.approx(np.full_like(lines, 1) * view.picture.shapes.frame.scale * [0.05, 0.08])
 
 
 def test_the_camera_does_not_jump_and_frames_all_when_asked(view, document):
@@ -89,27 +87,27 @@ def test_the_camera_does_not_jump_and_frames_all_when_asked(view, document):
     still = leaves().skin.taxel_point(middle_taxel(leaves(), 1))
     before = view.pixel_of(still)
     scene = view.scene_point(QPointF(30, 30))
-    view.display.show_document(move(document, [0], (-0.7, 0.4)))
+    view.show_document(move(document, [0], (-0.7, 0.4)))
     for point, place in ((view.pixel_of(still), before), (view.scene_point(QPointF(30, 30)), scene)):
         assert np.hypot(point.x() - place.x(), point.y() - place.y()) <= 0.01
     view.pan(3, 0)
     assert view.pixel_of(still).x() - before.x() == pytest.approx(3, abs=0.01)
     view.frame_all()
     room = view.viewport().rect()
-    low, high = view.map_to_pixels(view.display.picture.map.bounds)
+    low, high = view.map_to_pixels(view.picture.map.bounds)
     assert room.left() < low[0] < 60 or room.bottom() - 60 < low[1] < room.bottom()
     assert room.contains(QPointF(*low).toPoint())
     assert room.contains(QPointF(*high).toPoint())
 
 
 def test_a_patch_far_away_can_be_framed(view, document):
-    view.display.show_document(move(document, [0], (9e5, 0.0)))
+    view.show_document(move(document, [0], (9e5, 0.0)))
     view.frame_all()
-    low, high = view.map_to_pixels(view.display.picture.map.bounds)
+    low, high = view.map_to_pixels(view.picture.map.bounds)
     assert view.viewport().rect().contains(QPointF(*low).toPoint())
     assert view.viewport().rect().contains(QPointF(*high).toPoint())
     assert not view.grab().isNull()
-    view.display.show_document(document)
+    view.show_document(document)
     view.frame_all()
     assert view.camera.zoom == 1.0
 
@@ -117,8 +115,8 @@ def test_a_patch_far_away_can_be_framed(view, document):
 def test_another_skin_is_framed_anew(view, document, prepared):
     view.zoom(2.5, QPointF(200, 200))
     heard = []
-    view.display.picture_changed.connect(lambda: heard.append(True))
-    view.display.show_document(MapDocument.of(prepared.map))
+    view.picture_changed.connect(lambda: heard.append(True))
+    view.show_document(MapDocument.of(prepared.map))
     assert view.camera.zoom == pytest.approx(1.0)
     assert heard == [True]
 
@@ -127,50 +125,48 @@ def test_hidden_patches_are_not_drawn_hit_or_named(view, document):
     taxel = middle_taxel(leaves(), 0)
     at = leaves().skin.taxel_point(taxel)
     pixel = view.pixel_of(at)
-    view.display.show_frame(touched(leaves(), [taxel]))
-    view.display.show_document(show_patches(document, [0], visible=False))
+    view.show_frame(touched(leaves(), [taxel]))
+    view.show_document(show_patches(document, [0], visible=False))
     picture = view.grab().toImage()
     low, high = view.map_to_pixels(document.map.boxes[0])
     ground = picture.pixelColor(int(low[0]) + 1, int(high[1]) + 1)
     for x, y in ((pixel.x(), pixel.y()), (low[0] + 40, (low[1] + high[1]) / 2), ((low[0] + high[0]) / 2, high[1] - 10)):
         assert picture.pixelColor(int(x), int(y)) == ground
     assert view.point_at(pixel) is None
-    assert view.display.marks.contacts == ()
+    assert view.marks.contacts == ()
     view.set_hover(at)
     assert view.grab().toImage() == picture
-    view.display.show_document(
-        move(document, [1], document.map.boxes[0].mean(axis=0) - document.map.boxes[1].mean(axis=0))
-    )
+    view.show_document(move(document, [1], document.map.boxes[0].mean(axis=0) - document.map.boxes[1].mean(axis=0)))
     assert view.point_at(pixel).patch == 1
-    hidden = show_patches(view.display.picture.document, [1], visible=False)
-    view.display.show_document(hidden)
+    hidden = show_patches(view.picture.document, [1], visible=False)
+    view.show_document(hidden)
     assert view.point_at(pixel).patch == 0
-    view.display.show_document(show_patches(hidden, [0], visible=False))
+    view.show_document(show_patches(hidden, [0], visible=False))
     assert view.point_at(pixel) is None
     view.frame_all()
 
 
 def test_names_are_those_of_the_document(view, document):
     before = view.grab().toImage()
-    view.display.show_document(rename_patch(document, 0, "Leaf of mine"))
+    view.show_document(rename_patch(document, 0, "Leaf of mine"))
     assert view.grab().toImage() != before
-    assert view.display.words_for(leaves().skin.taxel_point(0)).startswith("Leaf of mine")
+    assert view.words_for(leaves().skin.taxel_point(0)).startswith("Leaf of mine")
 
 
 @pytest.fixture
 def images_anew(monkeypatch):
     """Without the cache that all tests share."""
-    for owner, name in ((AtlasTile, "of"), (map_display, "ImageAtlas")):
+    for owner, name in ((AtlasTile, "of"), (map_view, "ImageAtlas")):
         monkeypatch.setattr(owner, name, getattr(owner, name).__wrapped__)
 
 
 @pytest.mark.usefixtures("images_anew")
 def test_a_scene_that_starts_again_is_the_same_picture_and_no_image_is_built(view, prepared):
-    view.display.show_prepared(prepared)
-    tiles = view.display.picture.atlas.tiles
+    view.show_prepared(prepared)
+    tiles = view.picture.atlas.tiles
     first = view.grab().toImage()
-    view.display.show_prepared(replace(prepared))
-    assert all(old is new for old, new in zip(tiles, view.display.picture.atlas.tiles, strict=True))
+    view.show_prepared(replace(prepared))
+    assert all(old is new for old, new in zip(tiles, view.picture.atlas.tiles, strict=True))
     assert view.grab().toImage() == first
 
 
@@ -178,112 +174,112 @@ def test_a_scene_that_starts_again_is_the_same_picture_and_no_image_is_built(vie
 def test_an_image_made_elsewhere_is_drawn_and_stays_while_another_skin_is_shown(view, prepared):
     image = ImageAtlas(prepared.map)
     other = replace(prepared, map=leaves())
-    view.display.keep_image(image)
+    view.keep_image(image)
     for shown in (prepared, other, prepared):
-        view.display.show_prepared(shown)
-    assert all(made is drawn for made, drawn in zip(image.tiles, view.display.picture.atlas.tiles, strict=True))
+        view.show_prepared(shown)
+    assert all(made is drawn for made, drawn in zip(image.tiles, view.picture.atlas.tiles, strict=True))
 
 
 @pytest.mark.usefixtures("images_anew")
 def test_of_skins_seen_long_ago_no_image_is_kept(view, prepared):
-    view.display.show_prepared(prepared)
-    tiles = view.display.picture.atlas.tiles
+    view.show_prepared(prepared)
+    tiles = view.picture.atlas.tiles
     for _ in range(3):
-        view.display.show_prepared(replace(prepared, map=leaf_map()))
-    view.display.show_prepared(prepared)
-    assert not any(old is new for old, new in zip(tiles, view.display.picture.atlas.tiles, strict=True))
+        view.show_prepared(replace(prepared, map=leaf_map()))
+    view.show_prepared(prepared)
+    assert not any(old is new for old, new in zip(tiles, view.picture.atlas.tiles, strict=True))
 
 
 def test_undone_it_is_the_very_same_picture(view, document):
-    view.display.show_frame(touched(leaves(), [0, middle_taxel(leaves(), 1)], radius=0.04))
+    view.show_frame(touched(leaves(), [0, middle_taxel(leaves(), 1)], radius=0.04))
     first = view.grab().toImage()
     for edited in (EDITS["all"](document), bent(document), show_patches(document, [1], visible=False)):
-        view.display.show_document(edited)
+        view.show_document(edited)
         assert view.grab().toImage() != first
-        view.display.show_document(document)
+        view.show_document(document)
         assert view.grab().toImage() == first
 
 
 def test_a_chart_in_the_hand_is_a_net_and_at_rest_only_its_own_image_is_built(view, document):
     taxel = middle_taxel(leaves(), 0)
-    view.display.show_frame(touched(leaves(), [taxel], kilopascals=19.0, radius=0.06))
+    view.show_frame(touched(leaves(), [taxel], kilopascals=19.0, radius=0.06))
     heard = []
-    tiles = view.display.picture.atlas.tiles
+    tiles = view.picture.atlas.tiles
     first = view.grab().toImage()
-    view.display.picture_changed.connect(lambda: heard.append(True))
+    view.picture_changed.connect(lambda: heard.append(True))
     for share in (0.05, 0.1):
         held = bent(document, share=share)
-        view.display.show_document(held, in_gesture=True)
-    assert view.display.picture.atlas.tiles is tiles
+        view.show_document(held, in_gesture=True)
+    assert view.picture.atlas.tiles is tiles
     assert heard == []
     assert view.grab().toImage() != first
-    place = view.display.picture.shapes.frame.to_scene(held.map.taxel_points[taxel])
-    assert view.display.picture.shapes.taxels[taxel] == pytest.approx(place)
-    view.display.set_scale(PressureScale(200.0))
+    place = view.picture.shapes.frame.to_scene(held.map.taxel_points[taxel])
+    assert view.picture.shapes.taxels[taxel] == pytest.approx(place)
+    view.set_scale(PressureScale(200.0))
     assert view.point_at(view.pixel_of(leaves().skin.taxel_point(taxel))) is None
-    view.display.set_scale(PressureScale(20.0))
+    view.set_scale(PressureScale(20.0))
     net = view.grab().toImage()
-    view.display.show_document(held)
-    assert [old is new for old, new in zip(tiles, view.display.picture.atlas.tiles, strict=True)] == [False, True]
+    view.show_document(held)
+    assert [old is new for old, new in zip(tiles, view.picture.atlas.tiles, strict=True)] == [False, True]
     assert heard == [True]
     assert view.grab().toImage() != net
     assert view.point_at(view.pixel_of(leaves().skin.taxel_point(taxel))).patch == 0
     loud = colour_beside(view, taxel)
-    view.display.show_frame(touched(leaves(), []))
+    view.show_frame(touched(leaves(), []))
     assert colour_beside(view, taxel) != loud
 
 
 def test_a_chart_given_up_is_its_image_again(view, document):
     first = view.grab().toImage()
-    view.display.show_document(bent(document), in_gesture=True)
-    view.display.show_document(document)
+    view.show_document(bent(document), in_gesture=True)
+    view.show_document(document)
     assert view.grab().toImage() == first
 
 
 def test_dots_in_the_hand_show_live_pressure(view, document):
     taxel = middle_taxel(leaves(), 0)
-    view.display.show_document(bent(document), in_gesture=True)
+    view.show_document(bent(document), in_gesture=True)
     at = view.pixel_of(leaves().skin.taxel_point(taxel)).toPoint()
     quiet = view.grab().toImage().pixelColor(at)
-    view.display.show_frame(replace(touched(leaves(), [taxel], kilopascals=19.0), regions=(), pokes=()))
+    view.show_frame(replace(touched(leaves(), [taxel], kilopascals=19.0), regions=(), pokes=()))
     assert view.grab().toImage().pixelColor(at) != quiet
 
 
 def test_flaws_are_marked_and_told_while_editing(view, document):
     between = document.map.boxes[1].mean(axis=0) - document.map.boxes[0].mean(axis=0)
-    assert view.display.marks.legend is None
-    view.display.show_document(move(document, [0], 0.7 * between), in_gesture=True)
-    assert "overlapping" in view.display.marks.legend.lines[-1]
-    view.display.show_document(document)
-    assert view.display.marks.legend is None
+    assert view.marks.legend is None
+    view.show_document(move(document, [0], 0.7 * between), in_gesture=True)
+    assert "overlapping" in view.marks.legend.lines[-1]
+    view.show_document(document)
+    assert view.marks.legend is None
 
 
 def test_stretch_of_areas_follows_the_scale_at_rest(view, document):
-    view.display.set_overlays(replace(at_first(LAYERS), ground=BaseLayer.AREA))
+    view.set_overlays(replace(at_first(LAYERS), ground=BaseLayer.AREA))
     first = view.grab().toImage()
-    ground = view.display.picture.ground
+    ground = view.picture.ground
     enlarged = scale(document, [0], 1.5)
-    view.display.show_document(enlarged, in_gesture=True)
-    assert view.display.picture.ground is ground
-    view.display.show_document(enlarged)
-    assert view.display.picture.ground.stretch.spread.max == pytest.approx(1.5**2)
-    view.display.show_document(document)
+    view.show_document(enlarged, in_gesture=True)
+    assert view.picture.ground is ground
+    view.show_document(enlarged)
+    assert view.picture.ground.stretch.spread.max == pytest.approx(1.5**2)
+    view.show_document(document)
     assert view.grab().toImage() == first
 
 
 @pytest.mark.parametrize("ground", [BaseLayer.CHECKER, BaseLayer.CIRCLES])
 def test_textures_are_carried_by_their_patches(view, document, ground):
-    view.display.set_overlays(replace(at_first(LAYERS), ground=ground))
-    pixels = view.display.skin_texture.pixels.copy()
+    view.set_overlays(replace(at_first(LAYERS), ground=ground))
+    pixels = view.skin_texture.pixels.copy()
     assert len(np.unique(pixels)) > 3
-    view.display.show_document(EDITS["all"](document))
-    assert np.array_equal(view.display.skin_texture.pixels, pixels)
+    view.show_document(EDITS["all"](document))
+    assert np.array_equal(view.skin_texture.pixels, pixels)
 
 
 def test_a_press_while_a_chart_is_held_pokes_nothing(view, document):
     pokes = []
-    view.poke_pressed.connect(pokes.append)
-    view.display.show_document(bent(document), in_gesture=True)
+    view.interaction.poke_pressed.connect(pokes.append)
+    view.show_document(bent(document), in_gesture=True)
     pixel = view.pixel_of(leaves().skin.taxel_point(0)).toPoint()
     QTest.mouseClick(view.viewport(), Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier, pixel)
     assert pokes == []

@@ -38,7 +38,7 @@ def test_a_touch_that_moves_is_painted_as_by_a_view_that_sees_it_first(open_view
         other.zoom(zoom, other.pixel_of(place))
         pictures = []
         for view in (kept, other):
-            view.display.show_frame(frame)
+            view.show_frame(frame)
             QApplication.processEvents()
             view.viewport().repaint()
             picture = view.grab().toImage().convertToFormat(QImage.Format.Format_RGB32)

@@ -31,12 +31,12 @@ class Heard:
         self.hovers = []
         self.words = []
         self.painted = []
-        view.poke_pressed.connect(self._on_pressed)
-        view.poke_moved.connect(self._on_moved)
-        view.poke_released.connect(self._on_released)
-        view.hovered.connect(self.hovers.append)
-        view.readout.connect(self.words.append)
-        view.display.painted.connect(self.painted.append)
+        view.interaction.poke_pressed.connect(self._on_pressed)
+        view.interaction.poke_moved.connect(self._on_moved)
+        view.interaction.poke_released.connect(self._on_released)
+        view.interaction.hovered.connect(self.hovers.append)
+        view.readout_changed.connect(self.words.append)
+        view.painted.connect(self.painted.append)
 
     def _on_pressed(self, at):
         self.acts.append(("pressed", at))
@@ -196,12 +196,12 @@ def test_a_resize_keeps_the_framing(view):
 
 def test_hover_tells_place_and_pressure(view, heard, prepared):
     taxel = len(prepared.skin) // 2
-    view.display.show_frame(touched(prepared.map, [taxel]))
+    view.show_frame(touched(prepared.map, [taxel]))
     QTest.mouseMove(view.viewport(), pixel_of_taxel(view, prepared, taxel))
     assert heard.hovers[-1].patch == prepared.skin.patch_of[taxel]
     assert f"taxel {taxel}" in heard.words[-1]
     assert "12.0\u202fkPa" in heard.words[-1]
-    view.display.show_frame(touched(prepared.map, []))
+    view.show_frame(touched(prepared.map, []))
     assert "0.00\u202fkPa" in heard.words[-1]
     QTest.mouseMove(view.viewport(), BESIDE)
     assert heard.hovers[-1] is None
@@ -217,7 +217,7 @@ def test_a_hover_from_elsewhere_is_marked(view, prepared):
 
 
 def test_painted_follows_each_frame_once(view, heard, prepared):
-    view.display.show_frame(touched(prepared.map, [3], tick=7))
+    view.show_frame(touched(prepared.map, [3], tick=7))
     assert heard.painted == []
     view.viewport().repaint()
     view.viewport().repaint()
@@ -226,9 +226,9 @@ def test_painted_follows_each_frame_once(view, heard, prepared):
 
 def test_a_hidden_view_draws_nothing_and_catches_up(view, heard, prepared, qtbot):
     view.hide()
-    view.display.show_frame(touched(prepared.map, [3], tick=7))
-    view.display.show_frame(touched(prepared.map, [3], tick=8))
-    with qtbot.waitSignal(view.display.painted):
+    view.show_frame(touched(prepared.map, [3], tick=7))
+    view.show_frame(touched(prepared.map, [3], tick=8))
+    with qtbot.waitSignal(view.painted):
         view.show()
     assert heard.painted == [8]
 
@@ -237,10 +237,10 @@ def test_the_touch_is_drawn_where_it_is(view, prepared):
     taxel = len(prepared.skin) // 2
     pixel = pixel_of_taxel(view, prepared, taxel)
     quiet = view.grab().toImage().pixelColor(pixel)
-    view.display.show_frame(replace(touched(prepared.map, [taxel], kilopascals=19.0), regions=(), pokes=()))
+    view.show_frame(replace(touched(prepared.map, [taxel], kilopascals=19.0), regions=(), pokes=()))
     loud = view.grab().toImage().pixelColor(pixel)
     assert loud != quiet
-    view.display.set_scale(PressureScale(200.0))
+    view.set_scale(PressureScale(200.0))
     assert view.grab().toImage().pixelColor(pixel) != loud
 
 
@@ -277,12 +277,12 @@ def test_loading_ends_a_poke(view, heard, prepared):
 
 def test_replaying_has_an_edge(view):
     corner = view.grab().toImage().pixelColor(1, 300)
-    view.display.set_replaying(replaying=True)
+    view.set_replaying(replaying=True)
     assert view.grab().toImage().pixelColor(1, 300) != corner
-    view.display.set_replaying(replaying=False)
+    view.set_replaying(replaying=False)
     live = view.grab().toImage()
     assert live.pixelColor(1, 300) == corner
-    view.display.set_paused(paused=True)
+    view.set_paused(paused=True)
     assert view.grab().toImage() != live
 
 
@@ -302,13 +302,13 @@ def seen(view):
 def test_nothing_is_drawn_over_a_touch(view, prepared):
     """At the zoom that frames the map: ring, number and pointer leave the pressed skin as it is."""
     taxel = 40
-    view.display.show_frame(touched(prepared.map, [taxel], radius=0.03))
+    view.show_frame(touched(prepared.map, [taxel], radius=0.03))
     view.set_hover(prepared.skin.taxel_point(taxel))
     marked = seen(view)
-    marks = view.display.marks
-    view.display.marks = replace(marks, contacts=(), fingers=(), hover=None)
+    marks = view.marks
+    view.marks = replace(marks, contacts=(), fingers=(), hover=None)
     bare = seen(view)
-    view.display.marks = marks
+    view.marks = marks
     at = view.pixel_of(prepared.skin.taxel_point(taxel))
     rows, columns = np.indices(bare.shape[:2])
     away = np.hypot(columns - at.x(), rows - at.y())
@@ -324,8 +324,8 @@ def test_a_patch_that_is_copied_looks_as_one_that_is_painted(view, prepared):
     quiet = replace(pressed, pressures=np.zeros_like(pressed.pressures))
     pictures = {}
     for name, frame, scale in [("quiet", quiet, 20.0), ("pressed", pressed, 20.0), ("pale", pressed, 60.0)] * 2:
-        view.display.set_scale(PressureScale(scale))
-        view.display.show_frame(frame)
+        view.set_scale(PressureScale(scale))
+        view.show_frame(frame)
         shown = [seen(view) for _ in range(3)]
         pictures.setdefault(name, shown[0])
         for picture in shown:
@@ -336,7 +336,7 @@ def test_a_patch_that_is_copied_looks_as_one_that_is_painted(view, prepared):
 
 def test_taxels_are_faint_points_at_the_zoom_that_frames_the_map(view, prepared):
     view.resize(420, 380)
-    picture = view.display.picture
+    picture = view.picture
     assert picture.taxels.pitch * view.viewportTransform().m11() < 20, "too small for dots"
     image = seen(view)
     at = view.taxel_pixels().round().astype(int)
@@ -352,6 +352,6 @@ def test_scale_is_below_the_map_while_all_of_it_is_shown(view):
     room = QRectF(view.viewport().rect())
     image = QImage(view.viewport().size(), QImage.Format.Format_RGB32)
     painter = QPainter(image)
-    box = view.display._painter._paint_scale_bar(painter, 1000.0, room)
+    box = view._painter._paint_scale_bar(painter, 1000.0, room)
     painter.end()
     assert room.bottom() - MARGIN_PX <= box.top() < box.bottom() < room.bottom()

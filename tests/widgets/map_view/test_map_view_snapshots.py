@@ -23,7 +23,7 @@ def view(qtbot, prepared):
     view.setFont(QFont("DejaVu Sans", 10))
     view.resize(640, 560)
     view.show_prepared(replace(prepared, skin=leaves.skin, map=leaves))
-    view.display.show_frame(touched(leaves, [0, middle_taxel(leaves, 1)], radius=0.04))
+    view.show_frame(touched(leaves, [0, middle_taxel(leaves, 1)], radius=0.04))
     view.set_hover(leaves.skin.taxel_point(HOVERED))
     return view
 
@@ -37,6 +37,6 @@ def test_framed(view, theme):
 
 def test_zoomed_in_and_replaying(view):
     view.show()
-    view.display.set_replaying(replaying=True)
+    view.set_replaying(replaying=True)
     view.zoom(3.0, view.pixel_of(leaf_map().skin.taxel_point(0)))
     check_picture(view, "map_view_zoomed")

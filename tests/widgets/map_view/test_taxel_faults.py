@@ -48,43 +48,43 @@ def near(image, colour):
 
 def test_broken_taxels_are_marked_and_only_they(view, prepared, broken):
     whole = {taxel: around(view, prepared, taxel) for taxel in (DEAD, STUCK, 10)}
-    view.display.set_faults(broken)
+    view.set_faults(broken)
     for taxel in (DEAD, STUCK):
         assert near(around(view, prepared, taxel), "#1d2126"), "a dark mark on light skin"
         assert not near(whole[taxel], "#1d2126")
     np.testing.assert_array_equal(around(view, prepared, 10), whole[10])
-    view.display.set_faults(NO_FAULTS)
+    view.set_faults(NO_FAULTS)
     np.testing.assert_array_equal(around(view, prepared, DEAD), whole[DEAD])
 
 
 def test_a_taxel_at_its_limit_is_hatched_while_it_is(view, prepared, broken):
     pressures = np.zeros(len(prepared.skin))
     pressures[10] = 9e3
-    view.display.set_faults(broken)
-    assert Fault.SATURATED not in dict(view.display.marks.faults)
-    view.display.show_frame(replace(touched(prepared.map), pressures=pressures))
-    assert dict(view.display.marks.faults)[Fault.SATURATED] == "1 taxel saturated"
+    view.set_faults(broken)
+    assert Fault.SATURATED not in dict(view.marks.faults)
+    view.show_frame(replace(touched(prepared.map), pressures=pressures))
+    assert dict(view.marks.faults)[Fault.SATURATED] == "1 taxel saturated"
     assert near(around(view, prepared, 10), "#ffffff")
-    view.display.show_frame(replace(touched(prepared.map), pressures=0 * pressures))
-    assert Fault.SATURATED not in dict(view.display.marks.faults)
+    view.show_frame(replace(touched(prepared.map), pressures=0 * pressures))
+    assert Fault.SATURATED not in dict(view.marks.faults)
 
 
 def test_the_key_is_there_only_with_faults(view, broken):
     plain = pixels(view.viewport().grab().toImage())
-    view.display.set_faults(broken)
+    view.set_faults(broken)
     key = pixels(view.viewport().grab().toImage())[8:60, -140:]
     assert not np.array_equal(key, plain[8:60, -140:])
-    view.display.set_faults(NO_FAULTS)
+    view.set_faults(NO_FAULTS)
     np.testing.assert_array_equal(pixels(view.viewport().grab().toImage()), plain)
 
 
 def test_marks_go_with_their_patch(view, prepared, broken):
-    view.display.set_faults(broken)
+    view.set_faults(broken)
     document = MapDocument.of(prepared.map)
     patch = int(np.searchsorted(prepared.skin.first, DEAD, side="right")) - 1
-    view.display.show_document(show_patches(document, [patch], visible=False))
+    view.show_document(show_patches(document, [patch], visible=False))
     assert not near(around(view, prepared, DEAD), "#ffffff")
-    view.display.show_document(document)
+    view.show_document(document)
     assert near(around(view, prepared, DEAD), "#1d2126")
 
 
@@ -93,18 +93,18 @@ def test_blind_areas_are_hatched_on_the_map_and_named(view, prepared, theme):
     view.set_theme(theme)
     whole = around(view, prepared, DEAD)
     faults = around_blind(prepared)
-    view.display.set_faults(faults)
+    view.set_faults(faults)
     hatched = around(view, prepared, DEAD)
-    view.display.set_faults(replace(faults, blind=()))
+    view.set_faults(replace(faults, blind=()))
     crossed = around(view, prepared, DEAD)
     assert ink(hatched) > ink(crossed) > ink(whole)
-    assert Fault.BLIND not in dict(view.display.marks.faults)
-    view.display.set_faults(faults)
+    assert Fault.BLIND not in dict(view.marks.faults)
+    view.set_faults(faults)
     count = sum(len(area.taxels) for area in faults.blind)
-    assert dict(view.display.marks.faults)[Fault.BLIND] == f"{count} taxel{'s' * (count > 1)} blind"
-    words = view.display.words_for(prepared.skin.taxel_point(DEAD))
+    assert dict(view.marks.faults)[Fault.BLIND] == f"{count} taxel{'s' * (count > 1)} blind"
+    words = view.words_for(prepared.skin.taxel_point(DEAD))
     assert "dead, blind: too few working neighbours" in words
-    view.display.set_faults(NO_FAULTS)
+    view.set_faults(NO_FAULTS)
     np.testing.assert_array_equal(around(view, prepared, DEAD), whole)
 
 

@@ -59,7 +59,7 @@ def shift(document):
 
 def shown(window):
     """The document that the map view draws."""
-    return window.map_view.display.picture.document
+    return window.map_view.picture.document
 
 
 def test_touch_goes_on_on_the_edited_map(window):
@@ -223,7 +223,7 @@ def test_a_point_of_the_accuracy_panel_is_taken(window):
     accuracy.chosen.emit(Setting("flatten", "lscm", {}, (1,)))
     assert window.editor.document.charts[1].method == "lscm"
     accuracy.chosen.emit(Setting("image", "nearest", {"pixels": 128}))
-    assert window.map_view.display.picture.atlas.look == ImageSettings("nearest", 128)
+    assert window.map_view.picture.atlas.look == ImageSettings("nearest", 128)
     run(window, 0.1)
 
 

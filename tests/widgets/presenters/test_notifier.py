@@ -95,7 +95,7 @@ def test_shapes_switched_on_while_time_stands_still_show_on_both_sides(window, q
     window.action("mark_shapes").trigger()
     # The body is drawn a little later than the map.
     qtbot.waitUntil(lambda: any(actor.visibility for actor in shapes.ellipses))
-    assert window.map_view.display.picture._overlays.shows("shapes")
+    assert window.map_view.picture._overlays.shows("shapes")
     window.action("mark_shapes").trigger()
     assert not any(actor.visibility for actor in shapes.ellipses)
     QTest.mouseRelease(window.map_view.viewport(), LEFT, pos=pixel)

@@ -92,7 +92,7 @@ def test_both_views_offer_the_same_of_the_same_place(window):
 def test_a_finger_stays_while_gains_move_and_is_changed_typed_and_taken_away(window, tmp_path):
     _at, places = pixels(window)
     window.live.start_recording(tmp_path / "held.mcap")
-    window.presenters.pointing.fingers.held.setValue(2.0)
+    window.presenters.touch.fingers.held.setValue(2.0)
     choose(right_click(window, "robot", places["robot"]), "poke")
     run(window, 0.6)
     (number,) = held(window)

@@ -92,7 +92,7 @@ def still(window, prepared):
 @pytest.mark.parametrize(("ground", "measure"), STRETCHES)
 def test_the_numbers_printed_are_those_measured(still, prepared, ground, measure):
     still.action(f"ground_{ground.value}").trigger()
-    legend = still.map_view.display.marks.legend
+    legend = still.map_view.marks.legend
     spread = stretch(prepared.map, measure).spread
     assert legend.title == ground.title
     said = legend.lines[0].replace("\u202f", " ")
@@ -107,10 +107,10 @@ def test_the_face_under_the_pointer_tells_its_stretch(still, prepared, ground, m
     still.action(f"ground_{ground.value}").trigger()
     values = getattr(distortion(prepared.map), measure)
     worst = int(values.argmax())
-    words = still.map_view.display.words_for(place(prepared.map, worst))
+    words = still.map_view.words_for(place(prepared.map, worst))
     assert f"{measure}s ×{format_three_digits(float(values[worst]))}" in words
     still.action("ground_pressure").trigger()
-    assert "×" not in still.map_view.display.words_for(place(prepared.map, worst))
+    assert "×" not in still.map_view.words_for(place(prepared.map, worst))
 
 
 @pytest.mark.parametrize(("ground", "measure"), STRETCHES)
@@ -127,14 +127,14 @@ def test_the_map_has_the_colour_of_its_stretch(still, prepared, ground, measure)
 @pytest.mark.parametrize("ground", [BaseLayer.ANGLE, BaseLayer.AREA, BaseLayer.CHECKER, BaseLayer.CIRCLES])
 def test_body_and_map_wear_the_same_picture(still, qtbot, ground):
     bare = body(still, qtbot)
-    plain = still.map_view.display.skin_texture.pixels.copy()
+    plain = still.map_view.skin_texture.pixels.copy()
     still.action(f"ground_{ground.value}").trigger()
     worn = body(still, qtbot)
     assert shared_share(worn, bare, tolerance=6) < 0.98
-    assert (still.map_view.display.skin_texture.pixels != plain).mean() > 0.1
+    assert (still.map_view.skin_texture.pixels != plain).mean() > 0.1
     still.action("ground_pressure").trigger()
     assert shared_share(body(still, qtbot), bare, tolerance=6) > 0.999
-    assert (still.map_view.display.skin_texture.pixels == plain).all()
+    assert (still.map_view.skin_texture.pixels == plain).all()
 
 
 @pytest.mark.parametrize("ground", list(BaseLayer))
@@ -195,7 +195,7 @@ def test_the_next_launch_remembers(still, prepared, backends):
     assert later.action("ground_circles").isChecked()
     assert not later.action("mark_border").isChecked()
     later.live.show_prepared(prepared)
-    assert later.map_view.display.marks.legend.title == "Circles"
+    assert later.map_view.marks.legend.title == "Circles"
     later.close()
     later.deleteLater()
 
@@ -221,7 +221,7 @@ def test_flips_are_marked_red_and_counted_whatever_is_shown(qtbot, prepared, gro
     view = layered_map_view(DARK, PressureScale())
     qtbot.addWidget(view)
     view.resize(700, 600)
-    view.display.set_overlays(replace(at_first(LAYERS), ground=ground))
+    view.set_overlays(replace(at_first(LAYERS), ground=ground))
     spoiled = flipped_map(prepared)
     found = FlawFinder().of(MapDocument.of(spoiled)).flips
     assert len(found) > 0
@@ -239,7 +239,7 @@ def test_flips_are_marked_red_and_counted_whatever_is_shown(qtbot, prepared, gro
     assert reds[0].max() < 40
     assert np.median(reds[1]) > 60
     noun = "triangle" if len(found) == 1 else "triangles"
-    legend = view.display.marks.legend
+    legend = view.marks.legend
     assert legend.lines[-1].startswith(f"{len(found)} {noun} flipped")
     assert legend.faulty
     if ground is BaseLayer.PRESSURE:
@@ -280,10 +280,10 @@ def test_a_taxel_is_found_by_its_id_and_told_by_it(window, prepared):
         assert max(abs(away.x()), abs(away.y())) < 3, "in the middle of both views"
     assert window.map_view.camera.zoom > 1
     assert not window.robot_view.hidden(np.array([taxel]))[0], "on the side that faces the eye"
-    window.map_view.display.set_faults(TaxelFaults(np.arange(len(named.skin)) == taxel))
-    words = window.map_view.display.words_for(at)
+    window.map_view.set_faults(TaxelFaults(np.arange(len(named.skin)) == taxel))
+    words = window.map_view.words_for(at)
     assert f"{name}, dead" in words
-    assert window.map_view.display.marks.faults[0][1] == f"1 taxel dead: module {module} (channel {channel})"
+    assert window.map_view.marks.faults[0][1] == f"1 taxel dead: module {module} (channel {channel})"
     window.editor.select([1])
     window.action("hide_patches").trigger()
     window.presenters.view.find_taxel(str(87012 - taxel))

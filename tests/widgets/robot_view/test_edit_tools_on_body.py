@@ -174,10 +174,10 @@ def test_escape_and_keys_go_to_the_tool(view, editor, skin, qtbot):
         QTest.mouseClick(view.display.canvas.widget, LEFT, NONE, place)
     QTest.keyClick(view, Qt.Key.Key_Backspace)
     assert len(tool._through) == 1
-    with qtbot.assertNotEmitted(view.cleared):
+    with qtbot.assertNotEmitted(view.interaction.cleared):
         QTest.keyClick(view, Qt.Key.Key_Escape)
     assert tool._through == []
-    with qtbot.waitSignal(view.cleared):
+    with qtbot.waitSignal(view.interaction.cleared):
         QTest.keyClick(view, Qt.Key.Key_Escape)
 
 

@@ -45,7 +45,7 @@ class Bench:
         qtbot.waitExposed(self.view)
 
     def _on_shown(self, document):
-        self.view.display.show_document(document, in_gesture=self.editor.gesture)
+        self.view.show_document(document, in_gesture=self.editor.gesture)
 
     @property
     def document(self):
@@ -73,7 +73,7 @@ class Bench:
     def handle(self, number):
         """Where a handle of the frame is [px]."""
         frame = TransformBox.around(self.document, self.editor.selected)
-        return self.pixels(frame.handles(self.view._pixel_size(self.view.display.picture.shapes.frame)))[number]
+        return self.pixels(frame.handles(self.view._pixel_size(self.view.picture.shapes.frame)))[number]
 
     def mouse(self, kind, pixel, keys=NONE):
         held = NO_BUTTON if kind is QEvent.Type.MouseButtonRelease else LEFT

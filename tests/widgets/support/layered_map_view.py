@@ -10,5 +10,5 @@ from tactile_widgets.views.map.map_view import MapView
 def layered_map_view(theme: Theme, scale: PressureScale) -> MapView:
     """The view, empty."""
     view = MapView(theme, scale, layers=map_layers(LAYERS))
-    view.display.set_overlays(at_first(LAYERS))
+    view.set_overlays(at_first(LAYERS))
     return view

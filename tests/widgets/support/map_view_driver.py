@@ -77,12 +77,12 @@ class MapViewDriver:
         self.view = layered_map_view(DARK, PressureScale())
         qtbot.addWidget(self.view)
         self.view.resize(900, 700)
-        self.view.display.show_document(editor.document)
+        self.view.show_document(editor.document)
         self.view.show()
         qtbot.waitExposed(self.view)
         self.view.set_tool(kind)
         self.view.set_view_tool(tool)
-        editor.shown.connect(lambda document: self.view.display.show_document(document, in_gesture=editor.gesture))
+        editor.shown.connect(lambda document: self.view.show_document(document, in_gesture=editor.gesture))
         self.view.setFocus()
         self.move(QPoint(1, 1))  # wherever another test left the pointer, the next move is one
 
@@ -93,7 +93,7 @@ class MapViewDriver:
     def point(self, pixel) -> np.ndarray:
         """The map point (2,) [m] of a pixel."""
         scene = self.view.scene_point(pixel.toPointF())
-        return self.view.display.picture.shapes.frame.to_map(np.array([scene.x(), scene.y()]))
+        return self.view.picture.shapes.frame.to_map(np.array([scene.x(), scene.y()]))
 
     def press(self, point, keys=NONE):
         """The left button down at a map point, the pointer already there."""

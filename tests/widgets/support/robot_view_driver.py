@@ -40,10 +40,10 @@ class Heard:
         self.acts = []
         self.hovers = []
         self.drawn = []
-        view.poke_pressed.connect(self._on_pressed)
-        view.poke_moved.connect(self._on_moved)
-        view.poke_released.connect(self._on_released)
-        view.hovered.connect(self.hovers.append)
+        view.interaction.poke_pressed.connect(self._on_pressed)
+        view.interaction.poke_moved.connect(self._on_moved)
+        view.interaction.poke_released.connect(self._on_released)
+        view.interaction.hovered.connect(self.hovers.append)
         view.display.drawn.connect(self.drawn.append)
 
     def _on_pressed(self, at):

@@ -140,7 +140,7 @@ def test_pause_and_step(window):
 def test_hover_is_shared(window):
     at, pixel = visible_skin(window)
     seen = []
-    window.robot_view.hovered.connect(seen.append)
+    window.robot_view.interaction.hovered.connect(seen.append)
     QTest.mouseMove(window.robot_view.display.canvas.widget, pixel + QPoint(1, 0))
     QTest.mouseMove(window.robot_view.display.canvas.widget, pixel)
     assert seen
@@ -161,7 +161,7 @@ def test_both_themes(window):
 def test_the_pressure_scale_is_shared(new_window):
     new_window.colour_bar.maximum_changed.emit(20.0)
     assert new_window.views.scale.maximum == 20.0
-    assert new_window.map_view.display._scale.maximum == 20.0
+    assert new_window.map_view._scale.maximum == 20.0
 
 
 def test_quality_is_shown(window):
@@ -401,8 +401,8 @@ def test_the_guide_opens_once_beside_the_window(new_window):
 def test_the_views_stay_where_they_are_whatever_is_read_out(window, prepared):
     before = window.views.geometry()
     for taxel in (70, 71, 72):  # Qt lays out what has grown some events later
-        words = window.map_view.display.words_for(prepared.skin.taxel_point(taxel))
-        window.views.read_out.emit(words)
+        words = window.map_view.words_for(prepared.skin.taxel_point(taxel))
+        window.map_view.readout_changed.emit(words)
         QApplication.processEvents()
         assert window.readout.text() == words != ""
     assert window.views.geometry() == before

@@ -32,6 +32,7 @@ from tactile_widgets.presenters.session.scene_presenter import ScenePresenter
 from tactile_widgets.presenters.session.session_presenter import LiveInputPresenter, SessionPresenter
 from tactile_widgets.presenters.session.touch_script_presenter import TouchScriptPresenter
 from tactile_widgets.presenters.state_tracker import StateTracker
+from tactile_widgets.presenters.touch_presenter import TouchPresenter
 from tactile_widgets.presenters.view_presenter import ViewPresenter
 from tactile_widgets.tools.map_editing.grid_tool import GridTool
 from tactile_widgets.tools.registry import Tools
@@ -61,6 +62,7 @@ class Presenters:
     plots: PlotsPresenter
     figure: FigurePresenter
     film: FilmPresenter
+    touch: TouchPresenter
     pointing: PointingPresenter
     touch_script: TouchScriptPresenter
     control_tools: ControlToolsPresenter
@@ -101,6 +103,7 @@ def build(context: AppContext, parent: QWidget) -> Presenters:
     plots = PlotsPresenter(context, parent)
     figure = FigurePresenter(context, parent)
     overlay = OverlayPresenter(context, parent)
+    touch = TouchPresenter(context, parent)
     return Presenters(
         tools=tools,
         effects=effects,
@@ -122,7 +125,8 @@ def build(context: AppContext, parent: QWidget) -> Presenters:
         plots=plots,
         figure=figure,
         film=FilmPresenter(context, parent),
-        pointing=PointingPresenter(context, tools, plots, figure, parent),
+        touch=touch,
+        pointing=PointingPresenter(context, tools, touch, plots, figure, parent),
         touch_script=TouchScriptPresenter(context, effects, parent),
         control_tools=ControlToolsPresenter(context, tools, parent),
         control=ControlPresenter(context, parent),

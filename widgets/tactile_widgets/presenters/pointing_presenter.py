@@ -1,7 +1,7 @@
 """The context menu of both views: what is pointed at, and what can be done with it.
 
 ``POINTED_ACTIONS`` is the one list of what a right click offers on either view and on a plot; each entry says for what
-it is there and how it is called then. Fingers that stay are put, changed and taken away here.
+it is there and how it is called then.
 """
 
 from __future__ import annotations
@@ -31,6 +31,7 @@ from tactile_widgets.panels.touch.held_fingers import FIRST_HELD
 from tactile_widgets.plots.choice.plot_choice import PlotKey, PlotKind
 from tactile_widgets.presenters.files.figure_presenter import FigurePresenter
 from tactile_widgets.presenters.plots_presenter import PlotsPresenter
+from tactile_widgets.presenters.touch_presenter import TouchPresenter
 from tactile_widgets.tools.control.drawn_path import as_points
 from tactile_widgets.tools.control.path_tool import PathTool
 from tactile_widgets.tools.map_editing.mesh_picking import as_edges, on_map
@@ -88,69 +89,36 @@ class PointedAction(NamedTuple):
 
 
 class PointingPresenter(QObject):
-    """Answers right clicks and clicks with Shift on the views.
+    """Opens the context menu on right clicks.
 
     Args:
         context: What it works on.
         tools: Path, target and pins.
+        touch: Fingers on the skin.
         plots: What can be plotted.
         figure: Saves pictures of plots.
         parent: Qt parent; the menu opens over it.
     """
 
     def __init__(
-        self, context: AppContext, tools: Tools, plots: PlotsPresenter, figure: FigurePresenter, parent: QWidget
+        self,
+        context: AppContext,
+        tools: Tools,
+        touch: TouchPresenter,
+        plots: PlotsPresenter,
+        figure: FigurePresenter,
+        parent: QWidget,
     ) -> None:
         super().__init__(parent)
         self.context = context
         self.tools = tools
+        self.touch = touch
         self.plots = plots
         self.figure = figure
         self._window = parent
-        self.fingers = context.panels.get(ContactsPanel).fingers
         self.menu: QMenu | None = None
         context.views.menu_requested.connect(self.open_menu)
         context.plots.menu_wanted.connect(self.open_plot_menu)
-        context.views.latch_requested.connect(self.hold)
-        context.views.poke_pressed.connect(self.press)
-        context.session.taken_over.connect(self._on_taken_over)
-
-    # Fingers.
-
-    def press(self, at: SurfacePoint) -> None:
-        """The mouse presses the skin."""
-        if self._can_touch():
-            self.context.session.press(at)
-
-    def _can_touch(self) -> bool:
-        """Whether what is shown can be pressed; else say why not, and offer what helps."""
-        session = self.context.session
-        notifier = self.context.notifier
-        actions = self.context.actions
-        if session.player is not None:
-            notifier.say("This is a recording: it cannot be pressed.", remedies=[actions["take_over"]])
-            return False
-        if session.simulating and session.source is not None and not session.source.settings.effects.fingers:
-            notifier.say("No finger is simulated in this scene.", remedies=[actions["simulate_fingers"]])
-            return False
-        return True
-
-    def _on_taken_over(self, seconds: float, same: bool) -> None:
-        words = f"Taken over at {seconds:.2f}\u202fs"
-        if same:
-            self.context.notifier.status(f"{words}, in the recorded state bit for bit")
-        else:
-            self.context.notifier.say(
-                f"{words}. Posture and speed differ from the recorded ones: it was recorded by other versions of the "
-                "program or its libraries."
-            )
-
-    def hold(self, at: SurfacePoint) -> None:
-        """Leave a finger at a place of the skin."""
-        if self._can_touch():
-            self.context.session.hold_finger(at, self.fingers.held.value())
-
-    # The menu.
 
     def open_menu(self, hit: PointedAt, place: QPoint) -> None:
         """Offer what can be done with what is there; nothing where there is nothing."""
@@ -274,14 +242,14 @@ def _pin(editor: MapEditor, at: SurfacePoint) -> SurfacePoint | None:
 
 
 def _poke_words(presenter: PointingPresenter, pointed: Pointed) -> str:
-    force = presenter.fingers.held.value()
+    force = presenter.touch.fingers.held.value()
     wanted = presenter.running and pointed.at is not None and pointed.finger is None
     return f"Poke here with {force:g}\u202fN, and stay" if wanted else ""
 
 
 def _poke(presenter: PointingPresenter, pointed: Pointed) -> None:
     if pointed.at is not None:
-        presenter.hold(pointed.at)
+        presenter.touch.hold(pointed.at)
 
 
 def _away_words(_presenter: PointingPresenter, pointed: Pointed) -> str:
@@ -300,7 +268,7 @@ def _force_words(presenter: PointingPresenter, pointed: Pointed) -> str:
 def _type_force(presenter: PointingPresenter, pointed: Pointed) -> None:
     if pointed.finger is not None:
         presenter.context.panels.reveal(presenter.context.panels.get(ContactsPanel))
-        presenter.fingers.edit_force(pointed.finger.id)
+        presenter.touch.fingers.edit_force(pointed.finger.id)
 
 
 def _target_words(presenter: PointingPresenter, pointed: Pointed) -> str:
@@ -522,7 +490,7 @@ def _copy(presenter: PointingPresenter, pointed: Pointed) -> None:
 
 
 def _values(presenter: PointingPresenter, pointed: Pointed) -> str:
-    told = presenter.context.views.map.display.words_for(pointed.at) or pointed.name
+    told = presenter.context.views.map.words_for(pointed.at) or pointed.name
     lines = [told.replace("\u202f", " ")]
     if pointed.region is not None:
         region = pointed.region

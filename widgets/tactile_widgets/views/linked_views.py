@@ -24,6 +24,8 @@ from tactile_widgets.common.tool_kinds import BRUSH, POKE, SelectionMode, ToolKi
 from tactile_widgets.document.taxel_search import taxel_words
 from tactile_widgets.document.taxel_selection import SelectionUpdate, TaxelSelection
 from tactile_widgets.overlays.taxel_faults import NO_FAULTS, TaxelFaults
+from tactile_widgets.views.interaction.pointed_at import PointedAt
+from tactile_widgets.views.interaction.view_interaction import ViewInteraction
 from tactile_widgets.views.interaction.view_tool import ViewTool
 from tactile_widgets.views.layers import LAYERS, LayerSpec, at_first, body_layers, map_layers
 from tactile_widgets.views.map.map_view import MapView
@@ -37,33 +39,14 @@ _NARROWEST = 250
 class LinkedViews(QWidget):
     """Both views as one: what is shown in one is shown in the other, and a gesture on either goes on in the other."""
 
-    poke_pressed = Signal(object)
-    """A finger pressed the skin at a SurfacePoint, in either view."""
-    poke_moved = Signal(object)
-    """It stroked to a SurfacePoint."""
-    poke_released = Signal()
-    """It lifted."""
-    open_requested = Signal()
-    """The button of an empty view was pressed."""
-    cancel_requested = Signal()
-    """The button of a loading view was pressed."""
-    space_tapped = Signal()
-    """Space was pressed in a view, where it pans too, and nothing was panned."""
-    hovered = Signal(object)
-    """The SurfacePoint under the pointer in either view, or None."""
-    read_out = Signal(str)
-    """What is under the pointer: patch, taxel, pressure and place; empty for nothing."""
-
-    menu_requested = Signal(object, QPoint)
-    """The right button was clicked in either view: the PointedAt there, and the place on the screen."""
-    latch_requested = Signal(object)
-    """A finger is to stay at a SurfacePoint."""
-    overlays_changed = Signal(object)
-    """Other OverlayOptions are shown."""
-    faults_changed = Signal(object)
-    """Other TaxelFaults are marked."""
-    selection_told = Signal(str)
-    """How many taxels are selected, or which one; empty for none."""
+    menu_requested = Signal(PointedAt, QPoint)
+    """Right click in either view: what is under the pointer, and its position on the screen."""
+    overlays_changed = Signal(OverlayOptions)
+    """Other layers are shown."""
+    faults_changed = Signal(TaxelFaults)
+    """Other taxels are marked as faulty."""
+    selection_described = Signal(str)
+    """Number of selected taxels, or the name of a single one; empty for none."""
 
     def __init__(
         self,
@@ -86,30 +69,27 @@ class LinkedViews(QWidget):
         self.overlays = at_first(layers)
         self._task = TaskOverlayBuilder()
         self.faults = NO_FAULTS
-        self._hover: SurfacePoint | None = None
         self._waiting: Frame | None = None
         self._paced, self._pace = False, QTimer(self)
         self._pace.setSingleShot(True)
         self._pace.timeout.connect(self._show_waiting)
-        self._words = ""
         self._lay_out()
         self.bar.maximum_changed.connect(self._on_maximum_changed)
-        self.map.display.picture_changed.connect(self._overlay_body)
+        self.map.picture_changed.connect(self._overlay_body)
         self._show_overlays()
         for view, other in ((self.robot, self.map), (self.map, self.robot)):
-            view.poke_pressed.connect(self.poke_pressed)
-            view.poke_moved.connect(self.poke_moved)
-            view.poke_released.connect(self.poke_released)
-            view.card.open_requested.connect(self.open_requested)
-            view.card.cancel_requested.connect(self.cancel_requested)
-            view.taxel_selector.chosen.connect(self.selection.take)
-            view.taxel_selector.abandoned.connect(self.selection.abandon)
-            view.cleared.connect(self.selection.clear)
-            view.hovered.connect(other.set_hover)
-            view.interaction.space_tapped.connect(self.space_tapped)
-            view.interaction.latch_requested.connect(self.latch_requested)
-            view.interaction.menu_requested.connect(partial(self._on_menu_requested, view))
-            view.hovered.connect(self._on_hovered)
+            gestures = view.interaction
+            gestures.taxel_selector.chosen.connect(self.selection.take)
+            gestures.taxel_selector.abandoned.connect(self.selection.abandon)
+            gestures.cleared.connect(self.selection.clear)
+            gestures.hovered.connect(other.set_hover)
+            gestures.menu_requested.connect(partial(self._on_menu_requested, view))
+        self.robot.interaction.hovered.connect(self.map.describe)
+
+    @property
+    def interactions(self) -> tuple[ViewInteraction, ViewInteraction]:
+        """The gestures on both views; their signals report what the user does."""
+        return self.robot.interaction, self.map.interaction
 
     def _lay_out(self) -> None:
         right = self._right = QWidget()
@@ -150,7 +130,6 @@ class LinkedViews(QWidget):
         self.selection.reset(len(prepared.skin))
         self._overlay_body()
         self._task.show_map(prepared.map)
-        self._on_hovered(None)
 
     def set_paced(self, *, on: bool) -> None:
         """Whether frames wait until both views can show them; what comes meanwhile is dropped for both."""
@@ -181,17 +160,16 @@ class LinkedViews(QWidget):
     def _show(self, frame: Frame) -> None:
         """The map first, it is what the finger waits for."""
         self._task.show_frame(frame)
-        self.map.display.show_frame(frame, task=self._task.shown)
+        self.map.show_frame(frame, task=self._task.shown)
         self.map.viewport().repaint()
         self.robot.display.show_frame(frame)
         self.robot.display.show_task(self._task.shown)
         self.bar.set_units(frame.units)
         self.bar.set_peak(1e-3 * float(frame.pressures.max(initial=0.0)))
-        self._read_out()
 
     def show_overlaid(self, regions: Sequence[ContactRegion]) -> None:
         """Outline contacts of a second recording on the map; none for none."""
-        self.map.display.show_overlaid(regions)
+        self.map.show_overlaid(regions)
 
     def show_settings(self, settings: ControlSettings) -> None:
         """By these the arm is led in what is shown."""
@@ -199,15 +177,14 @@ class LinkedViews(QWidget):
         self._show_task()
 
     def _show_task(self) -> None:
-        for view in (self.map, self.robot):
-            view.display.show_task(self._task.shown)
+        self.map.show_task(self._task.shown)
+        self.robot.display.show_task(self._task.shown)
 
     def set_faults(self, faults: TaxelFaults) -> None:
         """Both mark the taxels that do not read what touches them."""
         self.faults = faults
-        for view in (self.map, self.robot):
-            view.display.set_faults(faults)
-        self._read_out()
+        for part in (self.map, self.robot.display):
+            part.set_faults(faults)
         self.faults_changed.emit(faults)
 
     def show_loading(self, text: str, fraction: float) -> None:
@@ -222,26 +199,25 @@ class LinkedViews(QWidget):
 
     def show_mode(self, mode: Mode) -> None:
         """``live``, ``paused``, ``replaying`` or ``empty``."""
-        for view in (self.robot, self.map):
-            view.display.set_replaying(replaying=mode is Mode.REPLAYING)
-            view.display.set_paused(paused=mode is Mode.PAUSED)
+        for part in (self.robot.display, self.map):
+            part.set_replaying(replaying=mode is Mode.REPLAYING)
+            part.set_paused(paused=mode is Mode.PAUSED)
 
     def set_overlays(self, overlays: OverlayOptions) -> None:
         """Both show what View > Overlay asks for."""
         self.overlays = overlays
         self._show_overlays()
-        self._read_out()
         self.overlays_changed.emit(overlays)
 
     def _show_overlays(self) -> None:
-        self.map.display.set_overlays(self.overlays)
+        self.map.set_overlays(self.overlays)
         self.robot.display.show_layers(self.overlays.shown)
         self._overlay_body()
 
     def _overlay_body(self) -> None:
         """The body shows the map's picture where there is one; touch alone it draws finer by itself."""
         textured = self.overlays.ground is not BaseLayer.PRESSURE
-        self.robot.display.set_picture(self.map.display.skin_texture, textured=textured)
+        self.robot.display.set_picture(self.map.skin_texture, textured=textured)
 
     def set_tool(self, tool: ToolKind) -> None:
         """Both views take another tool."""
@@ -259,17 +235,16 @@ class LinkedViews(QWidget):
         if not in_gesture:
             # Before the map: the picture that comes from there is laid on the body by the charts the body knows.
             self.robot.display.show_map(document.map)
-        self.map.display.show_document(document, in_gesture=in_gesture)
+        self.map.show_document(document, in_gesture=in_gesture)
         if not in_gesture:
             self._task.show_map(document.map, led=led)
             self._show_task()
-        self._read_out()
 
     def resize_brush(self, steps: int) -> None:
         """Make the brush so many steps larger, or smaller where negative."""
         self.brush = resized_brush(self.brush, steps)
         for view in (self.robot, self.map):
-            view.taxel_selector.set_radius(self.brush)
+            view.interaction.taxel_selector.set_radius(self.brush)
 
     def frame_all(self) -> None:
         """Both show everything."""
@@ -312,27 +287,16 @@ class LinkedViews(QWidget):
 
     def _on_maximum_changed(self, kilopascals: float) -> None:
         self.scale = PressureScale(kilopascals)
-        for part in (self.robot.display, self.map.display, self.bar):
+        for part in (self.robot.display, self.map, self.bar):
             part.set_scale(self.scale)
 
     def _on_selection_changed(self) -> None:
-        for view in (self.robot, self.map):
-            view.display.set_selection(self.selection.taxels, self.selection.inks)
+        for part in (self.robot.display, self.map):
+            part.set_selection(self.selection.taxels, self.selection.inks)
         taxels = self.selection.taxels
         words = f"{len(taxels)} taxels selected"
         prepared = self.robot.display.prepared
         if len(taxels) == 1 and prepared is not None:
             name = taxel_words(prepared.skin, int(taxels[0]))
             words = f"{name[0].upper()}{name[1:]} selected"
-        self.selection_told.emit(words if len(taxels) else "")
-
-    def _on_hovered(self, at: SurfacePoint | None) -> None:
-        self._hover = at
-        self.hovered.emit(at)
-        self._read_out()
-
-    def _read_out(self) -> None:
-        words = self.map.display.words_for(self._hover)
-        if words != self._words:
-            self._words = words
-            self.read_out.emit(words)
+        self.selection_described.emit(words if len(taxels) else "")

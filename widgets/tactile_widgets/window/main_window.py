@@ -174,8 +174,8 @@ class MainWindow(QMainWindow):
         scene = self.presenters.scene
         self.column.help_requested.connect(self._commands.tell_of_panel)
         self.hint_bar.tour_wanted.connect(self._actions["tour"].trigger)
-        views.read_out.connect(self.readout.setText)
-        views.selection_told.connect(line.selection.setText)
+        views.map.readout_changed.connect(self.readout.setText)
+        views.selection_described.connect(line.selection.setText)
         views.robot.display.drawn.connect(partial(self.column.get(TimingPanel).add, "3-D view"))
         scene.title_changed.connect(line.show_title)
         scene.factor_changed.connect(line.show_factor)

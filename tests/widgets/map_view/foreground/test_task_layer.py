@@ -35,7 +35,7 @@ def view(qtbot, tactile_map):
     made = layered_map_view(DARK, PressureScale())
     qtbot.addWidget(made)
     made.resize(700, 420)
-    made.display.show_document(MapDocument.of(tactile_map))
+    made.show_document(MapDocument.of(tactile_map))
     made.show()
     qtbot.waitExposed(made)
     return made
@@ -76,7 +76,7 @@ def test_what_is_wanted_is_violet_and_what_was_is_white_with_a_dark_rim(view, ta
     view.set_theme(theme)
     task = led(tactile_map)
     before = [colour(view, line.on_map[len(line.on_map) // 2]) for line in task.path.lines]
-    view.display.show_task(task)
+    view.show_task(task)
     for line, plain in zip(task.path.lines, before, strict=True):
         assert near(colour(view, line.on_map[len(line.on_map) // 2]), theme.intent)
         assert not near(plain, theme.intent)
@@ -84,33 +84,29 @@ def test_what_is_wanted_is_violet_and_what_was_is_white_with_a_dark_rim(view, ta
     old = task.tail.on_map[2]
     assert colour(view, now).min() > 245
     rim = [
-        colour(view, now + [0.0, step * view._pixel_size(view.display.picture.shapes.frame)]).max()
-        for step in (-3, -2, 2, 3)
+        colour(view, now + [0.0, step * view._pixel_size(view.picture.shapes.frame)]).max() for step in (-3, -2, 2, 3)
     ]
     assert min(rim) < 80
     faded = [
-        colour(view, old + [0.0, step * view._pixel_size(view.display.picture.shapes.frame)]).max()
-        for step in (-3, -2, 2, 3)
+        colour(view, old + [0.0, step * view._pixel_size(view.picture.shapes.frame)]).max() for step in (-3, -2, 2, 3)
     ]
     assert min(faded) > min(rim) + 60
 
 
 def test_the_target_points_at_its_place_and_leaves_it_free(view, tactile_map):
     plain = colour(view, middle(tactile_map))
-    view.display.show_task(led(tactile_map))
+    view.show_task(led(tactile_map))
     np.testing.assert_array_equal(colour(view, middle(tactile_map)), plain)
     for dx, dy in ((15, 0), (-15, 0), (0, 15), (0, -15)):
         assert near(
-            colour(
-                view, middle(tactile_map) + view._pixel_size(view.display.picture.shapes.frame) * np.array([dx, dy])
-            ),
+            colour(view, middle(tactile_map) + view._pixel_size(view.picture.shapes.frame) * np.array([dx, dy])),
             DARK.intent,
         )
 
 
 def test_the_path_is_dotted_where_it_goes_on_elsewhere(view, tactile_map):
     task = led(tactile_map)
-    view.display.show_task(task)
+    view.show_task(task)
     ((leaves, enters),) = task.path.crossings
     seen = [near(colour(view, leaves + share * (enters - leaves)), DARK.intent) for share in np.linspace(0.2, 0.8, 60)]
     assert 5 < sum(seen) < 45
@@ -118,13 +114,13 @@ def test_the_path_is_dotted_where_it_goes_on_elsewhere(view, tactile_map):
 
 def test_a_hidden_patch_hides_its_part(view, tactile_map):
     task = led(tactile_map)
-    view.display.show_task(task)
+    view.show_task(task)
     hidden = show_patches(MapDocument.of(tactile_map), [0], visible=False)
-    view.display.show_document(hidden)
+    view.show_document(hidden)
     for line, shown in zip(task.path.lines, (False, True), strict=True):
         assert near(colour(view, line.on_map[len(line.on_map) // 2]), DARK.intent) is shown
     assert not near(
-        colour(view, middle(tactile_map) + [9 * view._pixel_size(view.display.picture.shapes.frame), 0]), DARK.intent
+        colour(view, middle(tactile_map) + [9 * view._pixel_size(view.picture.shapes.frame), 0]), DARK.intent
     )
 
 
@@ -133,13 +129,13 @@ def test_the_key_names_what_there_is_and_is_gone_with_the_task(view, tactile_map
     assert task_legend_entries(task) == (WANTED, TARGET, ACTUAL)
     assert task_legend_entries(replace(task, path=ReferencePath(), tail=ContactTrail())) == (TARGET,)
     before = pixels(view.grab().toImage())
-    view.display.show_task(task)
-    view.display.show_task(NO_TASK)
+    view.show_task(task)
+    view.show_task(NO_TASK)
     np.testing.assert_array_equal(pixels(view.grab().toImage()), before)
 
 
 def test_the_same_picture_comes_from_what_is_kept_and_moves_with_the_map(view, tactile_map):
-    view.display.show_task(led(tactile_map))
+    view.show_task(led(tactile_map))
     first = pixels(view.grab().toImage())
     np.testing.assert_array_equal(pixels(view.grab().toImage()), first)
     view.pan(17, -9)
@@ -152,8 +148,8 @@ def test_the_same_picture_comes_from_what_is_kept_and_moves_with_the_map(view, t
 
 def test_the_force_is_told_beside_its_goal_for_the_contact_that_has_one(view, tactile_map):
     frame = touched(tactile_map, [middle_taxel(tactile_map, 0), middle_taxel(tactile_map, 1)])
-    view.display.show_frame(frame, task=TaskOverlay(goal=3.0, contact=frame.regions[0].id))
-    first, second = (mark.text for mark in view.display.marks.contacts)
+    view.show_frame(frame, task=TaskOverlay(goal=3.0, contact=frame.regions[0].id))
+    first, second = (mark.text for mark in view.marks.contacts)
     assert first.endswith("of 3.0\u202fN")
     assert "of" not in second
 
@@ -161,15 +157,15 @@ def test_the_force_is_told_beside_its_goal_for_the_contact_that_has_one(view, ta
 def test_contacts_are_drawn_as_they_lie_where_there_is_room(view, tactile_map):
     frame = touched(tactile_map, [middle_taxel(tactile_map, 0)])
     (region,) = frame.regions
-    view.display.show_frame(frame)
+    view.show_frame(frame)
     with_shapes = pixels(view.grab().toImage())
-    view.display.set_overlays(at_first(LAYERS).toggled("shapes"))
+    view.set_overlays(at_first(LAYERS).toggled("shapes"))
     without = pixels(view.grab().toImage())
     changed = np.argwhere((with_shapes != without).any(axis=2))[:, ::-1]
     assert len(changed) > 60
     centre = view.map_to_pixels(tactile_map.to_map(region.at)[None])[0]
     ellipse, error = (
-        axes / view._pixel_size(view.display.picture.shapes.frame) for axes in ellipses_on_map(region, tactile_map)
+        axes / view._pixel_size(view.picture.shapes.frame) for axes in ellipses_on_map(region, tactile_map)
     )
     away = np.stack([changed[:, 0] - centre[0], centre[1] - changed[:, 1]])
     on_ellipse, on_circle = (np.abs(np.linalg.norm(np.linalg.solve(axes.T, away), axis=0) - 1) < 0.25
@@ -196,9 +192,9 @@ def test_the_ellipse_follows_how_the_map_lies(tactile_map):
 def test_small_shapes_are_hidden_by_their_centre(view, tactile_map):
     frame = touched(tactile_map, [middle_taxel(tactile_map, 0)], radius=0.02)
     small = tuple(replace(r, link_axes=0.05 * r.link_axes, place_error=1e-4) for r in frame.regions)
-    view.display.show_frame(replace(frame, regions=small))
+    view.show_frame(replace(frame, regions=small))
     with_shapes = pixels(view.grab().toImage())
-    view.display.set_overlays(at_first(LAYERS).toggled("shapes"))
+    view.set_overlays(at_first(LAYERS).toggled("shapes"))
     np.testing.assert_array_equal(pixels(view.grab().toImage()), with_shapes)
 
 
@@ -206,5 +202,5 @@ def test_small_shapes_are_hidden_by_their_centre(view, tactile_map):
 def test_it_looks_as_it_did(view, tactile_map, theme):
     view.set_theme(theme)
     frame = touched(tactile_map, [middle_taxel(tactile_map, 0)])
-    view.display.show_frame(frame, task=replace(led(tactile_map), contact=frame.regions[0].id))
+    view.show_frame(frame, task=replace(led(tactile_map), contact=frame.regions[0].id))
     check_picture(view, f"task_on_map_{theme.name}")

@@ -215,6 +215,6 @@ def test_one_key_shows_the_other_layout_and_ours_again(window):
     kept = window.column["compare"].other
     window.editor.do("Move", lambda document: move(document, [0], (0.1, 0.0)))
     window.action("compare").trigger()
-    assert window.map_view.display.picture.document.layout == kept.layout
+    assert window.map_view.picture.document.layout == kept.layout
     window.action("compare").trigger()
-    assert window.map_view.display.picture.document is window.editor.document
+    assert window.map_view.picture.document is window.editor.document

@@ -95,9 +95,9 @@ def _told(window):
     """All that is said of how hard the skin is touched."""
     contacts = window.column.get(ContactsPanel)
     texts = [window.views.bar.title, *(label.text() for label in contacts.findChildren(QLabel))]
-    texts += [mark.text for mark in window.views.map.display.marks.contacts]
+    texts += [mark.text for mark in window.views.map.marks.contacts]
     texts += [window.plots._force._plot.heading, window.plots._pressure._plot.heading]
-    texts.append(window.views.map.display.words_for(window.live.prepared.skin.taxel_point(3)))
+    texts.append(window.views.map.words_for(window.live.prepared.skin.taxel_point(3)))
     return [text.replace("\u202f", " ") for text in texts]
 
 

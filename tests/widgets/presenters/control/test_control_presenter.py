@@ -59,7 +59,7 @@ def test_a_path_drawn_on_the_map_is_what_the_session_follows(window):
     assert (led.controller, led.task, led.path_kind) == ("hybrid", "follow_path", "polyline")
     np.testing.assert_allclose(led.path, points, atol=3e-3)
     assert window.column["controller"]._settings == led
-    shown = window.map_view.display._task
+    shown = window.map_view._task
     assert shown is window.robot_view.display._task
     np.testing.assert_allclose(shown.path.lines[0].on_map[0], led.path[0], atol=1e-5)
     window.robot_view.display.draw_now()
@@ -88,7 +88,7 @@ def test_the_target_held_on_the_body_is_that_of_the_map(window, prepared):
     led = settings(window)
     assert (led.controller, led.task) == ("hybrid", "hold_point")
     np.testing.assert_allclose(led.path, [prepared.map.to_map(at)], atol=1e-9)
-    assert window.map_view.display._task.target.patch == at.patch
+    assert window.map_view._task.target.patch == at.patch
 
 
 def test_a_path_is_drawn_on_the_body(window, prepared):
@@ -206,7 +206,7 @@ def test_target_and_force_are_shown_while_time_stands_still(window):
     window.action("set_target").trigger()
     points, (pixel, *_) = pixels(window)
     click(window.map_view.viewport(), pixel)
-    task = window.map_view.display._task
+    task = window.map_view._task
     np.testing.assert_allclose(window.live.prepared.map.to_map(task.target), points[0], atol=3e-3)
 
 
@@ -216,11 +216,11 @@ def test_wanted_and_actual_are_shown_live_and_in_replay(window, tmp_path):
     window.live.start_recording(tmp_path / "led.mcap")
     pixel = press_map(window, taxel)
     run(window, 1.6)
-    live = window.map_view.display._task
+    live = window.map_view._task
     assert live.path
     assert live.target is not None
     assert live.goal == 3.0
-    words = [mark.text for mark in window.map_view.display.marks.contacts]
+    words = [mark.text for mark in window.map_view.marks.contacts]
     assert any("of 3.0\u202fN" in text for text in words)
     QTest.mouseRelease(window.map_view.viewport(), LEFT, NONE, pixel)
     window.live.stop_recording()
@@ -228,7 +228,7 @@ def test_wanted_and_actual_are_shown_live_and_in_replay(window, tmp_path):
     assert not window.action("draw_path").isEnabled()
     for second in np.arange(0.1, 1.6, 0.1):
         window.live.show_time(second)
-    replayed = window.map_view.display._task
+    replayed = window.map_view._task
     np.testing.assert_allclose(replayed.path.lines[0].on_map, live.path.lines[0].on_map, atol=1e-9)
     assert replayed.target is not None
     assert replayed.goal == 3.0

@@ -31,7 +31,7 @@ def shown(window):
     label = window.column.get(ContactsPanel).findChild(QLabel, "contacts-faults")
     body = window.robot_view.display.scene._fault_marks._actors
     words = label.text() if label.isVisible() else ""
-    return dict(window.map_view.display.marks.faults), any(actor.visibility for actor in body), words
+    return dict(window.map_view.marks.faults), any(actor.visibility for actor in body), words
 
 
 def test_dead_taxels_are_marked_while_they_are_simulated(window):

@@ -53,7 +53,7 @@ def window(window_again, two, monkeypatch):
 
 
 def outlined(window):
-    return window.map_view.display.marks.overlaid
+    return window.map_view.marks.overlaid
 
 
 def test_its_contacts_are_outlined_when_they_are_and_moved_in_time(window, prepared):
@@ -67,8 +67,8 @@ def test_its_contacts_are_outlined_when_they_are_and_moved_in_time(window, prepa
     window.action("overlay_align").trigger()
     assert window.presenters.overlay.offset == pytest.approx(-0.15, abs=0.01)
     ((centre, axes),) = outlined(window)
-    touched = window.map_view.display.picture.mark_of(prepared.skin.taxel_point(TAXEL))
-    scale = window.map_view.display.picture.shapes.frame.scale
+    touched = window.map_view.picture.mark_of(prepared.skin.taxel_point(TAXEL))
+    scale = window.map_view.picture.shapes.frame.scale
     assert (centre - touched).manhattanLength() < 0.02 * scale
     assert axes.shape == (2, 2)
     own = window.recording_plots

@@ -49,7 +49,7 @@ def test_a_recording_and_the_way_back_are_too(window, trace, qtbot, tmp_path):
     assert trace == ORDER
     window.live.back_to_live()
     assert trace == ORDER * 2
-    assert window.map_view.display.picture.document is window.editor.document, "the map that is edited is back"
+    assert window.map_view.picture.document is window.editor.document, "the map that is edited is back"
 
 
 @pytest.mark.sampled(1)

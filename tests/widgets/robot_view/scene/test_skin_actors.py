@@ -223,8 +223,9 @@ def test_a_force_behind_the_eye_is_not_said(still, qtbot):
 def test_laying_the_skin_flat_lifts_the_finger(window):
     run(window, 0.1)
     heard = []
-    window.views.poke_pressed.connect(heard.append)
-    window.views.poke_released.connect(lambda: heard.append("released"))
+    for gestures in window.views.interactions:
+        gestures.poke_pressed.connect(heard.append)
+        gestures.poke_released.connect(lambda: heard.append("released"))
     _, pixel = visible_skin(window)
     QTest.mousePress(window.robot_view.display.canvas.widget, LEFT, pos=pixel)
     assert len(heard) == 1
@@ -280,7 +281,8 @@ def test_all_of_the_flat_skin_is_in_the_picture_before_the_eye(flat):
 def test_a_press_on_the_flat_skin_pokes_there(flat, patch):
     skin = flat.live.prepared.skin
     heard = []
-    flat.views.poke_pressed.connect(heard.append)
+    for gestures in flat.views.interactions:
+        gestures.poke_pressed.connect(heard.append)
     taxel = middle_taxel(flat.live.prepared.map, patch)
     QTest.mousePress(flat.robot_view.display.canvas.widget, LEFT, pos=pixel(flat, taxel).toPoint())
     assert len(heard) == 1
@@ -301,10 +303,10 @@ def test_the_corners_of_chart_and_body_are_the_same_ones(flat):
 def test_the_hover_is_one_with_the_map(flat):
     taxel = middle_taxel(flat.live.prepared.map, 1)
     QTest.mouseMove(flat.robot_view.display.canvas.widget, pixel(flat, taxel).toPoint())
-    assert flat.map_view.display.marks.hover is not None
+    assert flat.map_view.marks.hover is not None
     assert f"taxel {taxel}" in flat.readout.text()
     QTest.mouseMove(flat.robot_view.display.canvas.widget, QPoint(4, 4))
-    assert flat.map_view.display.marks.hover is None
+    assert flat.map_view.marks.hover is None
 
 
 def test_a_box_on_the_flat_skin_selects_what_lies_in_it(flat):
@@ -326,7 +328,8 @@ def test_a_box_on_the_flat_skin_selects_what_lies_in_it(flat):
 
 def test_beside_the_flat_skin_the_view_turns(flat):
     heard = []
-    flat.views.poke_pressed.connect(heard.append)
+    for gestures in flat.views.interactions:
+        gestures.poke_pressed.connect(heard.append)
     before = flat.robot_view.display.scene.viewpoint.eye.copy()
     target = flat.robot_view.display.canvas.widget
     QTest.mousePress(target, LEFT, pos=QPoint(8, 40))

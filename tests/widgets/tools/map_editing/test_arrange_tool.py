@@ -66,7 +66,7 @@ def test_a_hidden_patch_stays_where_it_is(bench):
 def test_moving_lines_up_with_others(bench, keys):
     boxes = bench.document.map.boxes
     gap = boxes[1, 0, 1] - boxes[0, 0, 1]  # of the lower sides
-    pixel = bench.view._pixel_size(bench.view.display.picture.shapes.frame)
+    pixel = bench.view._pixel_size(bench.view.picture.shapes.frame)
     by = np.array([37.0, -(gap / pixel) + 5.0])  # five pixels short, and y runs down
     end = bench.drag(bench.over(0), by, keys)
     lined_up = bench.document.map.boxes[0, 0, 1] == pytest.approx(boxes[1, 0, 1])
@@ -178,7 +178,7 @@ def test_arrow_keys_move_what_is_selected_or_else_the_view(bench):
 
 def test_nothing_is_poked_and_the_middle_button_pans(bench):
     pokes = []
-    bench.view.poke_pressed.connect(pokes.append)
+    bench.view.interaction.poke_pressed.connect(pokes.append)
     bench.release(bench.drag(bench.over(0), FREE))
     middle = bench.view.camera.centre
     start = QPoint(300, 300)
@@ -199,9 +199,9 @@ def test_touch_flows_while_a_patch_is_dragged(bench):
     end = bench.drag(bench.over(0), FREE)
     at = bench.document.skin.taxel_point(taxel)
     quiet = bench.picture().pixelColor(bench.view.pixel_of(at).toPoint() + QPoint(5, 5))
-    bench.view.display.show_frame(touched(leaf_map(), [taxel], kilopascals=19.0, radius=0.05))
+    bench.view.show_frame(touched(leaf_map(), [taxel], kilopascals=19.0, radius=0.05))
     assert bench.picture().pixelColor(bench.view.pixel_of(at).toPoint() + QPoint(5, 5)) != quiet
-    mark = bench.view.display.marks.contacts[0].at
+    mark = bench.view.marks.contacts[0].at
     assert bench.view.viewportTransform().map(mark) == bench.view.pixel_of(at)
     bench.release(end)
 
@@ -284,7 +284,7 @@ def test_a_release_elsewhere_is_no_click_even_without_a_move_between(bench):
 def test_escape_then_selects_none(bench):
     bench.click(bench.over(0))
     cleared = []
-    bench.view.cleared.connect(lambda: cleared.append(True))
+    bench.view.interaction.cleared.connect(lambda: cleared.append(True))
     QTest.keyClick(bench.view, Qt.Key.Key_Escape)
     assert bench.editor.selected == ()
     assert not cleared

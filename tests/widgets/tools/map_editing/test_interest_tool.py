@@ -51,7 +51,7 @@ def test_a_stroke_paints_what_the_brush_covered_in_one_step(hand, editor, docume
     hand.drag(start, end)
     np.testing.assert_array_equal(
         painted(editor.document),
-        under(document, start, end, 24 * hand.view._pixel_size(hand.view.display.picture.shapes.frame)),
+        under(document, start, end, 24 * hand.view._pixel_size(hand.view.picture.shapes.frame)),
     )
     assert len(painted(editor.document)) > 5
     assert editor.history.names == ("Open", "Paint an area of interest")

@@ -72,7 +72,7 @@ def test_a_drag_cuts_from_vertex_to_vertex(hand, editor, document):
 def test_beside_the_patch_the_border_is_snapped_to(hand, editor, tool, document):
     edge = corner(document, sheet_vertex(4, 0))
     out = (edge - middle(document, SHEET)) / np.linalg.norm(edge - middle(document, SHEET))
-    beside = edge + 6 * hand.view._pixel_size(hand.view.display.picture.shapes.frame) * out
+    beside = edge + 6 * hand.view._pixel_size(hand.view.picture.shapes.frame) * out
     assert document.map.to_body(beside) is None
     hand.move(beside)
     assert tool._tip == (SHEET, sheet_vertex(4, 0))

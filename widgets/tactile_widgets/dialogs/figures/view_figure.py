@@ -99,8 +99,8 @@ def _look_alike(views: LinkedViews, other: LinkedViews) -> None:
     if not other.robot.display.framed:
         views.robot.display.look(other.robot.display.scene.viewpoint)
     views.map.look(other.map.camera)
-    for view in (views.robot, views.map):
-        view.display.set_selection(other.selection.taxels, other.selection.inks)
+    for part in (views.robot.display, views.map):
+        part.set_selection(other.selection.taxels, other.selection.inks)
 
 
 def _paint(painter: QPainter, views: LinkedViews, part: FigurePart, theme: Theme) -> None:

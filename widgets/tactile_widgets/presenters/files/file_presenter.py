@@ -93,7 +93,9 @@ class FilePresenter(QObject):
         self._opening: str | None = None
         self._asked_file: tuple[()] | tuple[Path | None] = ()
         self._scene_file: Path | None = None
-        for given_up in (context.session.failed, context.notifier.cancelled, context.views.cancel_requested):
+        cards = (context.views.robot.card, context.views.map.card)
+        cancelled = (card.cancel_requested for card in cards)
+        for given_up in (context.session.failed, context.notifier.cancelled, *cancelled):
             given_up.connect(self._give_up_opening)
         for name, handler in (
             ("open_robot", partial(self._choose, "Open robot", ROBOT_FILTER)),

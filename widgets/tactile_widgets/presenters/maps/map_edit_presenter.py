@@ -59,7 +59,8 @@ class MapEditPresenter(QObject):
         compare.shown_other.connect(self._on_shown_other)
         measurements.compared.connect(compare.show_comparison)
         measurements.map_failed.connect(compare.show_failed)
-        self._views.hovered.connect(self._on_hovered)
+        for gestures in self._views.interactions:
+            gestures.hovered.connect(self._on_hovered)
         panels.get(PatchesPanel).hovered.connect(self._tools.get(ArrangeTool).point_at)
         live.map_changed.connect(self._on_map_changed)
         live.mode_changed.connect(self._on_mode_changed)

@@ -51,7 +51,7 @@ class ScenePresenter(QObject):
         session = context.session
         views = context.views
         session.prepared_changed.connect(self._on_prepared_changed)
-        session.worker.image_made.connect(views.map.display.keep_image)
+        session.worker.image_made.connect(views.map.keep_image)
         session.worker.levels_made.connect(views.robot.display.set_link_levels)
         session.frames_passed.connect(context.plots.keep)
         session.frame_ready.connect(self._on_frame_ready)
@@ -61,10 +61,9 @@ class ScenePresenter(QObject):
         session.mode_changed.connect(views.show_mode)
         session.settings_changed.connect(context.plots.show_settings)
         session.settings_changed.connect(views.show_settings)
-        views.poke_moved.connect(session.move)
-        views.poke_released.connect(session.release)
-        views.open_requested.connect(context.actions["open_robot"].trigger)
-        views.cancel_requested.connect(session.cancel_loading)
+        for card in (views.robot.card, views.map.card):
+            card.open_requested.connect(context.actions["open_robot"].trigger)
+            card.cancel_requested.connect(session.cancel_loading)
         context.notifier.cancelled.connect(self._on_cancelled)
 
     def _on_prepared_changed(self, prepared: PreparedScene) -> None:

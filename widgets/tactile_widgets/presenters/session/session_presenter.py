@@ -53,12 +53,14 @@ class SessionPresenter(QObject):
             ("save_report", self.save_report),
         ):
             context.actions.bind(name, handler)
-        context.views.space_tapped.connect(partial(context.actions.trigger_key, "Space"))
+        for gestures in context.views.interactions:
+            gestures.space_tapped.connect(partial(context.actions.trigger_key, "Space"))
         self._timeline.play_toggled.connect(self._on_play_toggled)
         self._timeline.scrubbed.connect(self._session.show_time)
         self._timeline.live_requested.connect(self._session.back_to_live)
         self._session.recording_changed.connect(self._on_recording_changed)
         self._session.player_changed.connect(self._on_player_changed)
+        self._session.taken_over.connect(self._on_taken_over)
 
     def close(self) -> None:
         """Stop what runs by itself."""
@@ -105,6 +107,16 @@ class SessionPresenter(QObject):
             if player.damage:
                 self._context.notifier.fault(_damage_message(player))
             self._session.measurements.measure(player.prepared.map)
+
+    def _on_taken_over(self, seconds: float, same: bool) -> None:
+        words = f"Taken over at {seconds:.2f}\u202fs"
+        if same:
+            self._context.notifier.status(f"{words}, in the recorded state bit for bit")
+        else:
+            self._context.notifier.say(
+                f"{words}. Posture and speed differ from the recorded ones: it was recorded by other versions of the "
+                "program or its libraries."
+            )
 
     def _on_play_toggled(self, playing: bool) -> None:
         if playing:

@@ -1,10 +1,13 @@
-"""The live tactile map and its gestures: a camera over what ``MapDisplay`` draws, and presses that become pokes at body
-points, selections of taxels, or edits.
+"""The tactile map of the current scene and the gestures on it.
+
+Press, move and release events become pokes, selections of taxels or edits in ``ViewInteraction``. The map itself is a
+``MapScene`` with ``MapMarks`` painted over it; ``MapView`` passes documents, frames and overlays to both.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 from PySide6.QtCore import QEvent, QPointF, QRectF, Qt, Signal
@@ -22,22 +25,33 @@ from PySide6.QtGui import (
 )
 from PySide6.QtWidgets import QFrame, QGraphicsScene, QGraphicsView, QWidget
 
+from tactile_maps.contacts.detection.regions import ContactRegion
 from tactile_maps.core.arrays import BoolArray, FloatArray, IntArray
 from tactile_maps.core.errors import MapError
+from tactile_maps.core.reading_units import ReadingUnits
+from tactile_maps.editing.document import MapDocument
 from tactile_maps.geometry.surface.mesh import SurfacePoint
+from tactile_maps.maps.image_atlas import ImageAtlas, ImageSettings
+from tactile_maps.session.frame import Frame
 from tactile_maps.session.prepare import PreparedScene
 from tactile_widgets.common.colours import PressureScale, Theme
 from tactile_widgets.common.placeholder_card import CardTexts, PlaceholderCard
+from tactile_widgets.common.settings import OverlayOptions
 from tactile_widgets.common.tool_kinds import ToolKind
+from tactile_widgets.overlays.taxel_faults import NO_FAULTS, TaxelFaults
 from tactile_widgets.views.interaction.pointed_at import PointedAt
 from tactile_widgets.views.interaction.poke_gesture import Panned
 from tactile_widgets.views.interaction.select_gesture import Pixel, paint_rubber_band
 from tactile_widgets.views.interaction.view_interaction import ViewInteraction
 from tactile_widgets.views.interaction.view_tool import PointerHit, ViewTool
-from tactile_widgets.views.map.items.map_coordinates import MapCamera, SceneTransform, nearest_taxel
+from tactile_widgets.views.map.items.map_coordinates import MapCamera, SceneTransform, nearest_taxel, readout_text
 from tactile_widgets.views.map.items.map_scene import MapLayerFactory, MapScene
-from tactile_widgets.views.map.map_display import MapDisplay
+from tactile_widgets.views.map.painting.map_painter import MapMarks, MapPainter, outlines
+from tactile_widgets.views.overlays.body_overlays import SkinTexture
+from tactile_widgets.views.overlays.task_overlay import NO_TASK, TaskOverlay
 
+_KEPT_IMAGES = 3
+"""Number of skins whose map image is kept: a scene, the recording replayed over it, and one opened before."""
 _AROUND = 3.0
 """Pitches that are seen around a taxel that is looked at."""
 _POKES = "Press a patch to poke the robot there. Drag beside the patches, or with the right button, to pan."
@@ -64,25 +78,29 @@ _ZOOM_KEYS = {Qt.Key.Key_Plus: WHEEL_STEP, Qt.Key.Key_Equal: WHEEL_STEP, Qt.Key.
 
 
 class MapView(QGraphicsView):
-    """A camera over a ``MapDisplay`` and the gestures on it: a ``ViewPort`` whose ``interaction`` emits what is done.
-
-    Decides nothing.
+    """The tactile map: a ``MapScene``, the marks over it, a camera, and a ``ViewPort`` for the gestures.
 
     Args:
-        theme: Colours of everything that is not skin.
+        theme: Colours of everything except the skin.
         scale: Colours of pressure.
         parent: Qt parent.
-        layers: Makes each layer that is drawn on the map, by name.
+        layers: Factories of the layers drawn on the map, by name.
 
     Attributes:
-        display: What is drawn.
-        card: What is said instead.
-        interaction: The gestures; its signals are also the view's.
-        camera: What the viewport shows.
+        theme: Current theme.
+        picture: Canvas items of the current document; None before the first one.
+        marks: Everything painted over them.
+        card: Placeholder shown while there is no map.
+        interaction: Gestures on the map; its signals report them.
+        camera: Part of the map that the viewport shows.
     """
 
-    readout = Signal(str)
-    """The words for what is under the pointer; the view shows them too."""
+    readout_changed = Signal(str)
+    """Description of the skin location under the pointer in either view; empty without one."""
+    picture_changed = Signal()
+    """``skin_texture`` has been replaced."""
+    painted = Signal(int)
+    """A frame has been painted; its tick."""
     beside_skin = True
     turns = False
     idle_cursor = Qt.CursorShape.ArrowCursor
@@ -96,23 +114,29 @@ class MapView(QGraphicsView):
         layers: Mapping[str, MapLayerFactory] | None = None,
     ) -> None:
         super().__init__(parent)
+        self.theme = theme
+        self.picture: MapScene | None = None
+        self.marks = MapMarks()
         self.camera = MapCamera.framing((1000.0, 1000.0))
+        self._scale = scale
+        self._layers = dict(layers or {})
+        self._frame: Frame | None = None
+        self._stale = False  # the frame is not in the picture yet
+        self._unpainted = False  # it is in the picture, but not painted yet
+        self._hovered_at: SurfacePoint | None = None
+        self._described: SurfacePoint | None = None
+        self._description = ""
+        self._overlaid: tuple[ContactRegion, ...] = ()
+        self._overlays = OverlayOptions()
+        self._faults = NO_FAULTS
+        self._task = NO_TASK
+        self._look = ImageSettings()
+        self._images: tuple[ImageAtlas, ...] = ()  # also of other skins, newest first
         self._set_up()
-        self.display = MapDisplay(theme, scale, self.font(), self, layers=layers)
-        self.display.changed.connect(self.viewport().update)
-        self.display.scene_changed.connect(self._on_scene_changed)
-        self.display.bounds_changed.connect(self._update_content)
-        self.display.frame_waiting.connect(self._on_frame_waiting)
-        self.display.frame_shown.connect(self._read_out)
-        gestures = self.interaction = ViewInteraction(self, self)
-        self.poke_pressed = gestures.poke_pressed
-        self.poke_moved = gestures.poke_moved
-        self.poke_released = gestures.poke_released
-        self.hovered = gestures.hovered
-        self.cleared = gestures.cleared
-        self.taxel_selector = gestures.taxel_selector
-        self.hovered.connect(self._read_out)
-        self.taxel_selector.drawn.connect(self.viewport().update)
+        self._painter = MapPainter(theme, self.font())
+        self.interaction = ViewInteraction(self, self)
+        self.interaction.hovered.connect(self.describe)
+        self.interaction.taxel_selector.drawn.connect(self.viewport().update)
         self.card = PlaceholderCard(_TEXTS, self.viewport())
         self.card.covered.connect(self._on_covered)
         self.set_theme(theme)
@@ -134,57 +158,224 @@ class MapView(QGraphicsView):
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.viewport().setMouseTracking(True)
 
+    # Content.
+
+    def keep_image(self, image: ImageAtlas) -> None:
+        """Keep a map image computed in advance for a skin that is shown soon; building it here takes some tenths of a
+        second.
+        """
+        others = [kept for kept in self._images if kept.skin is not image.skin]
+        self._images = (image, *others[: _KEPT_IMAGES - 1])
+
     def show_prepared(self, prepared: PreparedScene) -> None:
-        """Show the map of ``prepared``, framed."""
+        """Show the whole map of ``prepared``. Cost: 15 ms, plus building its image unless that has been kept."""
         self.interaction.cancel()
-        self.display.show_prepared(prepared)
+        self._show_first(MapDocument.of(prepared.map))
         self.interaction.show_nothing()
 
-    def set_tool(self, tool: ToolKind) -> None:
-        """Take another tool; what the user was doing ends."""
-        self.interaction.set_tool(tool)
-        kinds = ((tool.edits, _EDITS), (tool.controls, _LEADS), (tool.selects, _SELECTS), (True, _POKES))
-        self.setAccessibleDescription(next(words for holds, words in kinds if holds))
+    def show_document(self, document: MapDocument, *, in_gesture: bool = False) -> None:
+        """Show an edited document. The camera stays where it is, unless the skin is another one.
 
-    def set_view_tool(self, tool: ViewTool | None) -> None:
-        """Give presses of the left button, and keys, to ``tool``; what the one before was doing is given up."""
-        self.interaction.set_view_tool(tool)
+        Args:
+            document: Map, patch names and hidden patches.
+            in_gesture: More changes follow at once. Changed charts are then drawn as wireframes, and slow work waits.
 
-    def set_theme(self, theme: Theme) -> None:
-        """Take another theme."""
-        self.setBackgroundBrush(QColor(theme.window))
-        self.display.set_theme(theme)
+        Cost: 2 ms if only patches moved. A new chart during a drag: 5 ms for 10,000 faces; after the drag, building its
+        part of the image takes 60 ms for 300² pixels.
+        """
+        if self.picture is None or self.picture.document.skin is not document.skin:
+            self._show_first(document)
+            return
+        rebuilt = self.picture.take(document, in_gesture=in_gesture)
+        if not in_gesture:
+            self._update_content()
+        self._update_marks()
+        if rebuilt:
+            self.picture_changed.emit()
 
-    def _on_covered(self, covered: bool) -> None:
-        if covered:
-            self.interaction.cancel()
-
-    def _on_frame_waiting(self) -> None:
-        if self.isVisible():
-            self.display.refresh()
-
-    def _read_out(self) -> None:
-        words = self.display.words_for(self.interaction.hover)
-        if words != self.display.marks.readout:
-            self.display.read_out(words)
-            self.readout.emit(words)
-
-    # The camera.
-
-    def _on_scene_changed(self, scene: QGraphicsScene) -> None:
-        """Another skin: framed. The scene before is deleted."""
+    def _show_first(self, document: MapDocument) -> None:
+        # A scene that restarts, or returns after a replay, has the same skin: its image exists already.
+        if self.picture is not None:
+            self.keep_image(self.picture.atlas)
+        known = next((kept for kept in self._images if kept.skin is document.skin), None)
+        atlas = ImageAtlas(document.map, known=known, look=self._look)
+        picture = MapScene(document, self.theme, atlas=atlas, layers=self._layers)
+        picture.overlay(self._overlays, self._scale)
+        picture.use_faults(self._faults)
+        scene = QGraphicsScene(self)
+        picture.add_to(scene)
+        self.picture = picture
+        self._frame = None
+        self._hovered_at = None
+        self._task = NO_TASK
+        self._overlaid = ()
+        self.marks = MapMarks(paused=self.marks.paused, replaying=self.marks.replaying, legend=picture.legend)
         self.card.clear()
         previous = self.scene()
         self.setScene(scene)
         previous.deleteLater()
-        if self.display.picture is not None:
-            self.camera = MapCamera.framing(self.display.picture.shapes.frame.size)
+        self.camera = MapCamera.framing(picture.shapes.frame.size)
         self._update_content()
         self.frame_all()
+        self.describe(None)
+        self.picture_changed.emit()
+
+    def show_frame(self, frame: Frame, *, task: TaskOverlay = NO_TASK) -> None:
+        """Show a frame of the prepared scene and its task: at once if the view is visible, otherwise when shown."""
+        self._frame = frame
+        self._task = task
+        self._stale = True
+        if self.isVisible():
+            self._draw_frame()
+        else:
+            self._update_description()
+
+    def _draw_frame(self) -> None:
+        """Draw the newest frame unless it has been drawn. Cost: 3 to 5 ms."""
+        if self.picture is None or self._frame is None or not self._stale:
+            return
+        self.picture.show(self._frame, self._scale)
+        self._stale = False
+        self._unpainted = True
+        self._update_marks()
+
+    def show_task(self, task: TaskOverlay) -> None:
+        """Show the controller's task between two frames."""
+        if task is not self._task:
+            self._task = task
+            self._update_marks()
+
+    def show_overlaid(self, regions: Sequence[ContactRegion]) -> None:
+        """Outline the contacts of a second recording on the same skin."""
+        if regions or self._overlaid:
+            self._overlaid = tuple(regions)
+            self._update_marks()
+
+    def set_selection(self, taxels: IntArray, inks: tuple[str, ...]) -> None:
+        """Ring these taxels (k,), each in its colour."""
+        if self.picture is not None:
+            self.picture.select(taxels, inks)
+            self.viewport().update()
+
+    def set_overlays(self, overlays: OverlayOptions) -> None:
+        """Show the layers selected under View > Overlay."""
+        self._overlays = overlays
+        if self.picture is not None:
+            self.picture.overlay(overlays, self._scale)
+            self._update_marks()
+
+    def set_image(self, look: ImageSettings) -> None:
+        """Set resolution and interpolation of the image, also for later scenes. Cost: that of
+        ``MapScene.make_image``.
+        """
+        self._look = look
+        if self.picture is not None:
+            self.picture.make_image(look)
+            self._update_marks()
+            self.picture_changed.emit()
+
+    def set_faults(self, faults: TaxelFaults) -> None:
+        """Mark dead, stuck, saturated and blind taxels, also of later scenes."""
+        self._faults = faults
+        if self.picture is not None:
+            self.picture.use_faults(faults)
+            self._update_marks()
+
+    def set_theme(self, theme: Theme) -> None:
+        """Set the theme."""
+        self.setBackgroundBrush(QColor(theme.window))
+        self.theme = self._painter.theme = theme
+        if self.picture is not None:
+            self.picture.set_theme(theme)
+        self.viewport().update()
+
+    def set_scale(self, scale: PressureScale) -> None:
+        """Set the pressure scale."""
+        self._scale = scale
+        if self.picture is not None:
+            self.picture.recolour(scale)
+        self.viewport().update()
+
+    def set_replaying(self, *, replaying: bool) -> None:
+        """Set whether a recording is shown."""
+        self._mark(replace(self.marks, replaying=replaying))
+
+    def set_paused(self, *, paused: bool) -> None:
+        """Set whether the session is paused."""
+        self._mark(replace(self.marks, paused=paused))
+
+    @property
+    def skin_texture(self) -> SkinTexture | None:
+        """The map's image, as a texture for the robot view; None without a map."""
+        return None if self.picture is None else self.picture.skin_texture
+
+    def _update_marks(self) -> None:
+        """Place all marks on the current map."""
+        picture = self.picture
+        if picture is None:
+            return
+        marks = replace(
+            self.marks,
+            legend=picture.legend,
+            faults=picture.fault_legend,
+            hover=picture.mark_of(self._hovered_at),
+            overlaid=outlines(self._overlaid, picture),
+            task=self._task,
+            target=picture.mark_of(self._task.target),
+        )
+        self._mark(marks if self._frame is None else marks.of_frame(self._frame, picture))
+        self._update_description()
+
+    def _mark(self, marks: MapMarks) -> None:
+        self.marks = marks
+        self.viewport().update()
+
+    # The pointer.
+
+    def set_hover(self, at: SurfacePoint | None) -> None:
+        """Mark the skin location under the pointer in either view."""
+        self._hovered_at = at
+        if self.picture is not None:
+            self._mark(replace(self.marks, hover=self.picture.mark_of(at)))
+
+    def describe(self, at: SurfacePoint | None) -> None:
+        """Keep ``readout_changed`` up to date for a skin location, the one under the pointer in either view."""
+        self._described = at
+        self._update_description()
+
+    def _update_description(self) -> None:
+        """Describe the location under the pointer once per frame; the map shows it only for its own pointer."""
+        words = self.words_for(self._described)
+        readout = "" if self.interaction.hover is None else words
+        if readout != self.marks.readout:
+            self._mark(replace(self.marks, readout=readout))
+        if words != self._description:
+            self._description = words
+            self.readout_changed.emit(words)
+
+    def words_for(self, at: SurfacePoint | None) -> str:
+        """Return patch, taxel, pressure and map point of a skin location, and the stretch while that is shown."""
+        picture = self.picture
+        if at is None or picture is None:
+            return ""
+        stretch = "" if picture.ground is None else picture.ground.tell(picture.map, at)
+        taxel = nearest_taxel(picture.map, at)
+        frame = self._frame
+        reading = readout_text(
+            picture.map,
+            at,
+            None if frame is None else frame.pressures,
+            units=ReadingUnits.CALIBRATED if frame is None else frame.units,
+            name=picture.shapes.patches[at.patch].name,
+            fault="" if taxel is None else picture.fault_words(taxel),
+        )
+        return "  ·  ".join(filter(None, (reading, stretch)))
+
+    # The camera.
 
     def _update_content(self) -> None:
-        """Framing all is framing what is shown now; what is in view stays there."""
-        bounds = self.display.bounds
+        """Make ``frame_all`` frame the current shapes; the part in view stays the same."""
+        bounds = None if self.picture is None else self.picture.shapes.bounds
         if bounds is not None:
             low, high = bounds
             size = float(high[0] - low[0]), float(high[1] - low[1])
@@ -213,15 +404,15 @@ class MapView(QGraphicsView):
         """Look at these taxels (k,), at least one, with some of what is around them."""
         picture = self._picture
         if picture is not None:
-            self._frame(picture.shapes.taxels[taxels], _AROUND * picture.shapes.pitch)
+            self._frame_places(picture.shapes.taxels[taxels], _AROUND * picture.shapes.pitch)
 
     def frame_places(self, points: FloatArray) -> None:
         """Look at points of the map (k, 2) [m], at least one, with some of what is around them."""
         picture = self._picture
         if picture is not None:
-            self._frame(picture.shapes.frame.to_scene(points), _AROUND * picture.shapes.pitch)
+            self._frame_places(picture.shapes.frame.to_scene(points), _AROUND * picture.shapes.pitch)
 
-    def _frame(self, places: FloatArray, around: float) -> None:
+    def _frame_places(self, places: FloatArray, around: float) -> None:
         low = places.min(axis=0) - around
         high = places.max(axis=0) + around
         self.look(self.camera.closing_in((float(low[0]), float(low[1])), (float(high[0]), float(high[1]))))
@@ -242,12 +433,12 @@ class MapView(QGraphicsView):
     def _room(self) -> tuple[float, float]:
         return float(self.viewport().width()), float(self.viewport().height())
 
-    # What the user asks.
+    # The ``ViewPort`` of the gestures.
 
     @property
     def _picture(self) -> MapScene | None:
         """What is there to be touched: nothing under a message."""
-        return None if self.card.isVisible() else self.display.picture
+        return None if self.card.isVisible() else self.picture
 
     def point_at(self, pixel: QPointF) -> SurfacePoint | None:
         """The place of the skin under a pixel; None beside the patches, and under a message."""
@@ -283,10 +474,6 @@ class MapView(QGraphicsView):
     def click_control(self, pixel: QPointF) -> None:
         """A map has no controls of its own."""
 
-    def set_hover(self, at: SurfacePoint | None) -> None:
-        """Mark the place under the pointer."""
-        self.display.set_hover(at)
-
     def navigate(self, drag: Panned, *, turn: bool) -> None:
         """Pan."""
         self.pan(drag.dx, drag.dy)
@@ -310,23 +497,37 @@ class MapView(QGraphicsView):
 
     def pixel_of(self, at: SurfacePoint) -> QPointF:
         """Where a body point is drawn in the viewport, finer than a pixel; raises MapError without a map."""
-        if self.display.picture is None:
+        if self.picture is None:
             raise MapError("there is no map to find the point on", value=at, remedy="Show a prepared scene first")
-        return self.viewportTransform().map(self.display.picture.place_of(at))
+        return self.viewportTransform().map(self.picture.place_of(at))
 
     def taxel_pixels(self) -> FloatArray:
         """(taxels, 2) where they are drawn in the viewport [px]."""
-        picture = self.display.picture
+        picture = self.picture
         return np.zeros((0, 2)) if picture is None else self._scene_to_pixels(picture.shapes.taxels)
 
     def map_to_pixels(self, points: FloatArray) -> FloatArray:
         """Map points (k, 2) [m] as pixels of the viewport."""
-        picture = self.display.picture
+        picture = self.picture
         return np.zeros((0, 2)) if picture is None else self._scene_to_pixels(picture.shapes.frame.to_scene(points))
 
     def _scene_to_pixels(self, points: FloatArray) -> FloatArray:
         view = self.viewportTransform()
         return points * [view.m11(), view.m22()] + [view.dx(), view.dy()]
+
+    def set_tool(self, tool: ToolKind) -> None:
+        """Take another tool; what the user was doing ends."""
+        self.interaction.set_tool(tool)
+        kinds = ((tool.edits, _EDITS), (tool.controls, _LEADS), (tool.selects, _SELECTS), (True, _POKES))
+        self.setAccessibleDescription(next(words for holds, words in kinds if holds))
+
+    def set_view_tool(self, tool: ViewTool | None) -> None:
+        """Give presses of the left button, and keys, to ``tool``; what the one before was doing is given up."""
+        self.interaction.set_view_tool(tool)
+
+    def _on_covered(self, covered: bool) -> None:
+        if covered:
+            self.interaction.cancel()
 
     # Qt's events.
 
@@ -386,7 +587,7 @@ class MapView(QGraphicsView):
     def showEvent(self, event: QShowEvent) -> None:
         """Qt: catch up with the newest frame."""
         super().showEvent(event)
-        self.display.refresh()
+        self._draw_frame()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Qt: keep showing the same part of the content, and covering it where a message does."""
@@ -400,9 +601,13 @@ class MapView(QGraphicsView):
         if self._picture is None:
             return
         painter = QPainter(self.viewport())
-        self.display.paint(painter, self.viewportTransform(), QRectF(self.viewport().rect()))
-        paint_rubber_band(painter, self.taxel_selector.rubber_band, self.display.theme)
+        self._painter.paint(
+            painter, self.marks, self._picture, self.viewportTransform(), QRectF(self.viewport().rect())
+        )
+        paint_rubber_band(painter, self.interaction.taxel_selector.rubber_band, self.theme)
         if (tool := self.interaction.view_tool) is not None:
-            tool.paint(painter, self.map_to_pixels, self.display.theme)
+            tool.paint(painter, self.map_to_pixels, self.theme)
         painter.end()
-        self.display.tell_painted()
+        if self._unpainted and self._frame is not None:
+            self._unpainted = False
+            self.painted.emit(self._frame.tick)

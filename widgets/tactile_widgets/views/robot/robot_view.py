@@ -115,7 +115,7 @@ class RobotView(QWidget):
         display: What is drawn.
         card: What is said instead.
         morph: Lays the skin flat.
-        interaction: The gestures; its signals are also the view's.
+        interaction: Gestures on the robot; its signals report them.
     """
 
     hidden_changed = Signal()
@@ -145,14 +145,8 @@ class RobotView(QWidget):
         self.morph.moved.connect(self._on_morphed)
         self.card = PlaceholderCard(_TEXTS, self)
         self.card.covered.connect(self._on_covered)
-        gestures = self.interaction = ViewInteraction(self, self)
-        self.poke_pressed = gestures.poke_pressed
-        self.poke_moved = gestures.poke_moved
-        self.poke_released = gestures.poke_released
-        self.hovered = gestures.hovered
-        self.cleared = gestures.cleared
-        self.taxel_selector = gestures.taxel_selector
-        self.taxel_selector.drawn.connect(self._on_rubber_drawn)
+        self.interaction = ViewInteraction(self, self)
+        self.interaction.taxel_selector.drawn.connect(self._on_rubber_drawn)
         self.display.canvas.widget.installEventFilter(self)
         self.setObjectName("robot-view")
         self.setAccessibleName("Robot")
@@ -211,7 +205,7 @@ class RobotView(QWidget):
         self.display.request(moving=True)
 
     def _on_rubber_drawn(self) -> None:
-        self.display.set_rubber_band(self.taxel_selector.rubber_band)
+        self.display.set_rubber_band(self.interaction.taxel_selector.rubber_band)
 
     # What the user asks.
 
