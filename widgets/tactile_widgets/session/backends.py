@@ -7,14 +7,13 @@ from dataclasses import dataclass
 
 from PySide6.QtCore import QObject
 
+from tactile_widgets.jobs.executor import Executor, InlineExecutor, ProcessExecutor
 from tactile_widgets.session.live_input import InlineReadingsRunner, ThreadReadingsRunner
 from tactile_widgets.session.recording_writer import InlineRecordingWriter, RecordingWriter
 from tactile_widgets.session.session_runner import InlineRunner, SessionRunner, ThreadRunner
 from tactile_widgets.workers.accuracy_worker import AccuracyWorker, InlineAccuracyWorker
-from tactile_widgets.workers.comparison_worker import ComparisonWorker, InlineComparisonWorker
 from tactile_widgets.workers.cost_worker import CostWorker, InlineCostWorker
 from tactile_widgets.workers.map_quality_worker import InlineMapQualityWorker, MapQualityWorker
-from tactile_widgets.workers.recording_worker import InlineRecordingWorker, RecordingWorker
 from tactile_widgets.workers.reference_worker import InlineReferenceWorker, ReferenceWorker
 from tactile_widgets.workers.scene_worker import InlineSceneWorker, SceneWorker
 from tactile_widgets.workers.simulated_skin_worker import InlineSimulatedSkinWorker, SimulatedSkinWorker
@@ -28,12 +27,11 @@ class Backends:
         runner: Drives the session.
         readings_runner: Takes readings of a real skin.
         recording_writer: Writes recordings.
+        executor: Runs jobs, by the name of its process.
         worker: Prepares scenes and lays patches flat.
         map_quality_worker: Measures maps.
         cost_worker: Measures on copies of the scene.
-        comparison_worker: Runs controllers side by side.
         accuracy_worker: Measures a stage for its work-precision diagram.
-        recording_worker: Reads curves and summaries of recordings, and cuts them.
         simulated_skin_worker: Simulates the skin in the posture of a measured one.
         reference_worker: Simulates the running session once more, finer.
     """
@@ -41,12 +39,11 @@ class Backends:
     runner: Callable[..., SessionRunner]
     readings_runner: Callable[..., SessionRunner]
     recording_writer: Callable[[], RecordingWriter]
+    executor: Callable[[str, QObject], Executor]
     worker: Callable[[QObject], SceneWorker]
     map_quality_worker: Callable[[QObject], MapQualityWorker]
     cost_worker: Callable[[QObject], CostWorker]
-    comparison_worker: Callable[[QObject], ComparisonWorker]
     accuracy_worker: Callable[[QObject], AccuracyWorker]
-    recording_worker: Callable[[QObject], RecordingWorker]
     simulated_skin_worker: Callable[[QObject], SimulatedSkinWorker]
     reference_worker: Callable[[QObject], ReferenceWorker]
 
@@ -55,12 +52,11 @@ BACKGROUND = Backends(
     ThreadRunner,
     ThreadReadingsRunner,
     RecordingWriter,
+    ProcessExecutor,
     SceneWorker,
     MapQualityWorker,
     CostWorker,
-    ComparisonWorker,
     AccuracyWorker,
-    RecordingWorker,
     SimulatedSkinWorker,
     ReferenceWorker,
 )
@@ -69,12 +65,11 @@ INLINE = Backends(
     InlineRunner,
     InlineReadingsRunner,
     InlineRecordingWriter,
+    InlineExecutor,
     InlineSceneWorker,
     InlineMapQualityWorker,
     InlineCostWorker,
-    InlineComparisonWorker,
     InlineAccuracyWorker,
-    InlineRecordingWorker,
     InlineSimulatedSkinWorker,
     InlineReferenceWorker,
 )

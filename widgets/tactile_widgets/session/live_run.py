@@ -15,8 +15,8 @@ from tactile_maps.session.inputs import ControlChanged, SessionInput
 from tactile_maps.session.prepare import PreparedScene
 from tactile_maps.session.runtime_settings import RuntimeSettings
 from tactile_widgets.common.mode import Mode
+from tactile_widgets.session.comparison import ComparisonStimulus
 from tactile_widgets.session.session_runner import SessionRunner
-from tactile_widgets.workers.comparison_worker import ComparisonStimulus
 
 _LONGEST_WAIT = 0.05
 """Wall seconds for which the window stands still for a tick."""

@@ -46,6 +46,7 @@ from tactile_maps.tactile.poke import Finger, PokeMoved, PokePressed, PokeReleas
 from tactile_widgets.common.mode import Mode
 from tactile_widgets.session.active_settings import ActiveSettings
 from tactile_widgets.session.backends import BACKGROUND, Backends
+from tactile_widgets.session.comparison import ComparisonStimulus
 from tactile_widgets.session.live_input import LiveInput, LiveInputSettings
 from tactile_widgets.session.live_run import LiveRun, Replay, Source
 from tactile_widgets.session.measurements import Measurements
@@ -54,7 +55,6 @@ from tactile_widgets.session.reference_comparison import ReferenceComparison
 from tactile_widgets.session.session_runner import SessionRunner
 from tactile_widgets.session.skin_comparison import SkinComparison
 from tactile_widgets.session.take_over import TakeOver
-from tactile_widgets.workers.comparison_worker import ComparisonStimulus
 from tactile_widgets.workers.scene_worker import OpenScene
 
 if TYPE_CHECKING:

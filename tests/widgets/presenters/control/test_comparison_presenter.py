@@ -12,6 +12,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QFileDialog, QLabel, QPushButton
 
+from tactile_maps.core.errors import UsageError
 from tactile_maps.recording.recorder import Recorder
 from tactile_maps.scene.scene_file import load_scene
 from tactile_maps.session.session import Session
@@ -21,7 +22,6 @@ from tactile_widgets.common.colours import DARK, LIGHT
 from tactile_widgets.dialogs.controller_comparison.comparison_plots import LETTERS, contender_pen
 from tactile_widgets.dialogs.controller_comparison.comparison_view import ComparisonView
 from tactile_widgets.dialogs.controller_comparison.metrics_table import NONE, ROWS, format_metric
-from tactile_widgets.workers.worker_process import Result
 from tests.widgets.support.samples import middle_taxel
 from tests.widgets.support.window_driver import run
 
@@ -250,12 +250,14 @@ def test_traces_are_written_and_what_cannot_be_is_told(board, touched_window, tm
     assert "cannot be written" in note(board)
 
 
-def test_a_failure_is_told_and_what_was_there_stays(board, touched_window):
+def reject(*_arguments):
+    raise UsageError("It broke")
+
+
+def test_failure_is_shown_and_earlier_results_stay(board, monkeypatch):
     click(board, "comparison-run")
-    presenter = touched_window.presenters.comparison
-    presenter.comparison_worker.failed.emit(Result(presenter._token.next(), "Of another request."))
-    assert "another" not in note(board)
-    presenter.comparison_worker.failed.emit(Result(presenter._token, "It broke."))
+    monkeypatch.setattr("tactile_widgets.presenters.control.comparison_presenter.run_comparison", reject)
+    click(board, "comparison-run")
     assert note(board) == "▲ It broke."
     assert len(board.traces) == 2
 

@@ -7,7 +7,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QFileDialog
 
-from tactile_widgets.dialogs.figures.film_worker import FilmRequest
+from tactile_widgets.dialogs.figures.film_job import FilmRequest
 from tactile_widgets.presenters.files.film_presenter import FILM_JOB
 from tests.widgets.support.window_driver import run
 
@@ -55,7 +55,7 @@ def test_a_film_that_is_cancelled_leaves_nothing(window, tmp_path, monkeypatch):
     target = begin(window, tmp_path, monkeypatch)
     assert parts(tmp_path), "it is made in a folder of its own"
     window.notifier.cancelled.emit(FILM_JOB)
-    assert window.presenters.film._process.pid is None
+    assert window.presenters.film._executor.pid is None
     assert not target.exists()
     assert not parts(tmp_path)
 

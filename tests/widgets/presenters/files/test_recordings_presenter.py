@@ -17,8 +17,8 @@ from tactile_maps.recording.encoding.annotations import (
 from tactile_maps.recording.player import RecordingPlayer
 from tactile_maps.recording.recorder import Recorder
 from tactile_maps.session.session import Session
+from tactile_widgets.jobs.executor import ProcessExecutor
 from tactile_widgets.plots.timeline.playhead import Span
-from tactile_widgets.workers.recording_worker import RecordingWorker
 from tests.support.recordings import with_checksum_damage
 
 LEFT = Qt.MouseButton.LeftButton
@@ -161,7 +161,7 @@ def test_summary_of_saved_parts_names_the_damage_of_the_recording(window_again, 
 def test_a_part_that_is_given_up_leaves_nothing(new_window, folder, monkeypatch, qtbot):
     window = new_window
     presenter = new_window.presenters.recordings
-    worker = RecordingWorker(window)
+    worker = ProcessExecutor("test", window)
     presenter._cutter = worker
     window.live.open_recording(folder / "one.mcap")
     window.timeline.set_range(Span(0.1, 0.3))

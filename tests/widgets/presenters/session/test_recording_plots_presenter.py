@@ -13,10 +13,10 @@ from tactile_maps.recording.overview.curves import CURVES
 from tactile_maps.recording.recorder import Recorder
 from tactile_maps.session.inputs import PokePressed
 from tactile_maps.session.session import Session
+from tactile_widgets.jobs.executor import Job, ProcessExecutor
+from tactile_widgets.jobs.recording_jobs import send_curves
 from tactile_widgets.plots.choice.plot_choice import PlotKey, PlotKind
 from tactile_widgets.plots.timeline.playhead import Span
-from tactile_widgets.workers.recording_worker import ReadCurves, RecordingWorker
-from tactile_widgets.workers.worker_process import SourceToken
 
 LEFT = Qt.MouseButton.LeftButton
 NONE = Qt.KeyboardModifier.NoModifier
@@ -94,15 +94,13 @@ def test_what_is_added_to_the_plots_is_shown_over_all_of_it(window_again, path):
 
 
 @pytest.mark.long
-def test_a_process_reads_them_and_is_ended(qtbot, path):
-    worker = RecordingWorker()
-    found = []
-    worker.answered.connect(lambda kind, result: found.append((kind, result)))
-    worker.ask(ReadCurves(path), SourceToken("test"))
-    qtbot.waitUntil(lambda: bool(found) and found[-1][0] == "done", timeout=60_000)
-    assert found[0][0] == "curves"
-    assert len(found[0][1].value[1].ticks) == 200
-    worker.ask(ReadCurves(path.with_name("gone.mcap")), SourceToken("test", 1))
-    qtbot.waitUntil(lambda: found[-1][1].token.number == 1 and found[-1][0] == "done", timeout=60_000)
-    assert found[-2][0] == "failed"
-    worker.close()
+def test_a_process_reads_curves_in_pieces(qtbot, path):
+    executor = ProcessExecutor("test")
+    pieces = []
+    failures = []
+    for file in (path, path.with_name("gone.mcap")):
+        executor.start(Job(send_curves, file, (), died=""), failed=failures.append, received=pieces.append)
+    qtbot.waitUntil(lambda: not executor.busy, timeout=60_000)
+    assert sum(len(piece.ticks) for _, piece in pieces) == 200
+    assert "gone.mcap" in failures[0]
+    executor.close()

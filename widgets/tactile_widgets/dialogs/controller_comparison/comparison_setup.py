@@ -28,7 +28,7 @@ from tactile_widgets.common.panel import FlatComboBox
 from tactile_widgets.common.sentence import as_sentence
 from tactile_widgets.common.wheel_guard import guard_wheel
 from tactile_widgets.dialogs.controller_comparison.comparison_plots import LineSample
-from tactile_widgets.workers.comparison_worker import ComparisonStimulus
+from tactile_widgets.session.comparison import ComparisonStimulus
 
 _SHORTEST = 8
 """Letters of a controller's name that are always seen; the tool tip has all."""

@@ -17,12 +17,13 @@ from tactile_widgets.common.colours import Theme
 from tactile_widgets.common.controller_settings import GAIN_SETTINGS
 from tactile_widgets.context.app_context import AppContext
 from tactile_widgets.dialogs.controller_comparison.comparison_view import ComparisonView
+from tactile_widgets.jobs.executor import Job
 from tactile_widgets.panels.control.controller_panel import ControllerPanel
 from tactile_widgets.presenters.session.effects_presenter import EffectsPresenter
-from tactile_widgets.workers.comparison_worker import ComparisonRequest, ComparisonStimulus
-from tactile_widgets.workers.worker_process import Result, SourceToken
+from tactile_widgets.session.comparison import ComparisonStimulus, read_stimulus, run_comparison
 
 CSV_FILTER = "Table (*.csv)"
+_DIED = "The comparison ended unexpectedly; earlier results are kept. Run it again, for fewer seconds."
 
 
 class ComparisonPresenter(QObject):
@@ -41,13 +42,7 @@ class ComparisonPresenter(QObject):
         self._effects = effects
         self._parent = parent
         self._panel = context.panels.get(ControllerPanel)
-        self._token = SourceToken("comparison")  # another one with each request, and once that is cancelled
-        self.comparison_worker = context.backends.comparison_worker(self)
-        self.comparison_worker.failed.connect(self._on_failed)
-        self.comparison_worker.progressed.connect(self._on_progressed)
-        self.comparison_worker.compared.connect(self._on_compared)
-        self.comparison_worker.reading.connect(self._on_reading)
-        self.comparison_worker.read.connect(self._on_read)
+        self.executor = context.backends.executor("compare controllers", self)
         self.dialog: ComparisonDialog | None = None
         self._panel.comparison_requested.connect(self.open)
         context.actions.bind("compare_controllers", self.open)
@@ -89,16 +84,18 @@ class ComparisonPresenter(QObject):
             return
         task = self._panel.settings
         contenders = tuple(replace(one, settings=with_controller(task, one.settings)) for one in board.contenders)
-        self._token = self._token.next()
-        self.comparison_worker.run(
-            ComparisonRequest(occasion, contenders, board.stimulus.seconds.value(), board.stimulus.own_task),
-            self._token,
-        )
+        self.executor.close()
+        self._on_progressed("starting", 0.0)
+        seconds = board.stimulus.seconds.value()
+        job = Job(run_comparison, occasion, contenders, seconds, board.stimulus.own_task, died=_DIED)
+        self.executor.start(job, self._on_compared, self._on_failed, progressed=self._on_progressed)
 
     def read_stimulus(self, path: str) -> None:
         """Compare on what a recording holds; one that cannot be read changes nothing."""
-        self._token = self._token.next()
-        self.comparison_worker.read_stimulus(Path(path), self._token)
+        self.executor.close()
+        self._on_reading("starting", 0.0)
+        job = Job(read_stimulus, Path(path), died=_DIED)
+        self.executor.start(job, self._on_read, self._on_failed, progressed=self._on_reading)
 
     def use(self, settings: ControlSettings) -> None:
         """Put a contender's controller and gains in force; what is to be done stays."""
@@ -128,7 +125,7 @@ class ComparisonPresenter(QObject):
 
     def close(self) -> None:
         """End what is being run, and close the window."""
-        self.comparison_worker.close()
+        self.executor.close()
         if self.dialog is not None:
             self.dialog.close()
 
@@ -145,21 +142,23 @@ class ComparisonPresenter(QObject):
         if self.board is not None:
             self.board.show_reading(fraction)
 
-    def _on_read(self, result: Result[ComparisonStimulus]) -> None:
-        if self.board is not None and result.token == self._token:
-            self.board.show_stimulus(result.value)
+    def _on_read(self, stimulus: ComparisonStimulus) -> None:
+        self.executor.close()
+        if self.board is not None:
+            self.board.show_stimulus(stimulus)
 
-    def _on_compared(self, result: Result[tuple[ControllerTrace, ...]]) -> None:
-        if self.board is not None and result.token == self._token:
-            self.board.show_compared(result.value)
+    def _on_compared(self, traces: tuple[ControllerTrace, ...]) -> None:
+        self.executor.close()
+        if self.board is not None:
+            self.board.show_compared(traces)
 
-    def _on_failed(self, result: Result[str]) -> None:
-        if self.board is not None and result.token == self._token:
-            self.board.show_failed(result.value)
+    def _on_failed(self, text: str) -> None:
+        self.executor.close()
+        if self.board is not None:
+            self.board.show_failed(text)
 
     def _on_cancelled(self) -> None:
-        self._token = self._token.next()
-        self.comparison_worker.close()
+        self.executor.close()
         if self.board is not None:
             self.board.rest()
 

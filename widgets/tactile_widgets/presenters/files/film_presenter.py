@@ -6,7 +6,6 @@ import shutil
 import tempfile
 from functools import partial
 from pathlib import Path
-from typing import cast
 
 from PySide6.QtCore import QObject
 from PySide6.QtWidgets import QWidget
@@ -17,8 +16,8 @@ from tactile_maps.recording.player import open_recording
 from tactile_widgets.common.file_types import RECORDING_FILTER
 from tactile_widgets.context.app_context import AppContext
 from tactile_widgets.dialogs.figures.film_dialog import FilmDialog
-from tactile_widgets.dialogs.figures.film_worker import FilmRequest, make_film_handler
-from tactile_widgets.workers.worker_process import Result, SourceToken, WorkerProcess
+from tactile_widgets.dialogs.figures.film_job import FilmRequest, film
+from tactile_widgets.jobs.executor import Job, ProcessExecutor
 
 FILM_JOB = "film"
 """Key of the progress of a film."""
@@ -38,10 +37,7 @@ class FilmPresenter(QObject):
         self._context = context
         self._window = parent
         self.dialog: FilmDialog | None = None
-        self._process = WorkerProcess("film", make_film_handler, self)
-        self._process.answered.connect(self._on_answered)
-        self._process.ended.connect(self._on_ended)
-        self._token = SourceToken("film")
+        self._executor = ProcessExecutor("film", self)
         self._target: Path | None = None
         self._folder: Path | None = None
         self._of_session = False
@@ -130,43 +126,32 @@ class FilmPresenter(QObject):
         part = FilmRequest(
             request.recording, folder / "film.mp4", request.size, request.rate, request.span, request.theme
         )
-        self._context.notifier.progress(FILM_JOB, "Filming", 0.0)
-        self._process.send(part, self._token)
+        progress = partial(self._context.notifier.progress, FILM_JOB)
+        progress("Filming", 0.0)
+        filmed = partial(self._on_filmed, part.target, request.target)
+        self._executor.start(Job(film, part, died=_DIED), filmed, self._on_failed, progressed=progress)
 
-    def _on_answered(self, _number: int, kind: str, result: Result[object]) -> None:
-        if result.token != self._token or self._target is None or self._folder is None:
-            return
+    def _on_filmed(self, part: Path, target: Path, complete: bool) -> None:
         notifier = self._context.notifier
-        target = self._target
-        if kind == "progress":
-            notifier.progress(FILM_JOB, *cast("tuple[str, float]", result.value))
-        elif kind == "failed":
-            self._end()
-            notifier.fault(str(result.value))
-        elif kind == "filmed":
-            try:
-                move_into_place(self._folder / "film.mp4", target, error=ExportError)
-            except ExportError as error:
-                notifier.fault(str(error))
-            else:
-                lost = (
-                    "" if result.value else "; the recording is damaged, and the last picture stays where some is lost"
-                )
-                notifier.say(f"Filmed {target}{lost}")
-            self._end()
+        try:
+            move_into_place(part, target, error=ExportError)
+        except ExportError as error:
+            notifier.fault(str(error))
+        else:
+            lost = "" if complete else "; the recording is damaged, and the last picture stays where some is lost"
+            notifier.say(f"Filmed {target}{lost}")
+        self._end()
 
-    def _on_ended(self, _token: SourceToken) -> None:
-        if self._target is not None:
-            self._end()
-            self._context.notifier.fault(_DIED)
+    def _on_failed(self, text: str) -> None:
+        self._end()
+        self._context.notifier.fault(text)
 
     def _on_cancelled(self, job: str) -> None:
         if job == FILM_JOB:
             self._end()
 
     def _end(self) -> None:
-        self._token = self._token.next()
-        self._process.close()
+        self._executor.close()
         if self._folder is not None:
             shutil.rmtree(self._folder, ignore_errors=True)
         self._target = self._folder = None

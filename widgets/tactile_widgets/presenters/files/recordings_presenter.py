@@ -9,7 +9,7 @@ from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import cast
+from typing import Any
 
 from PySide6.QtCore import QFile, QObject, QStandardPaths, QUrl
 from PySide6.QtGui import QDesktopServices
@@ -22,11 +22,17 @@ from tactile_maps.recording.trim import TrimResult
 from tactile_widgets.common.file_types import RECORDING_FILTER
 from tactile_widgets.context.app_context import AppContext
 from tactile_widgets.dialogs.recordings_dialog import RecordingsDialog
+from tactile_widgets.jobs.executor import Job
+from tactile_widgets.jobs.recording_jobs import (
+    READING_DIED,
+    annotate,
+    save_labelled_episodes,
+    save_part,
+    send_summaries,
+)
 from tactile_widgets.presenters.files.file_presenter import FilePresenter
 from tactile_widgets.presenters.session.overlay_presenter import OverlayPresenter
 from tactile_widgets.presenters.session.session_presenter import recordings_folder
-from tactile_widgets.workers.recording_worker import Annotate, Summarise, Trim, TrimEpisodes
-from tactile_widgets.workers.worker_process import Result, SourceToken
 
 TRIM_JOB = "trim"
 """Key of the progress of cutting a recording."""
@@ -56,12 +62,8 @@ class RecordingsPresenter(QObject):
         self.dialog: RecordingsDialog | None = None
         self._folder = Path()
         self._scratch: list[Path] = []
-        make = context.backends.recording_worker
-        self._cutter, self._looker = make(self), make(self)
-        self._cut_token = SourceToken("cut")
-        self._look_token = SourceToken("look")
-        self._cutter.answered.connect(self._on_cut)
-        self._looker.answered.connect(self._on_looked)
+        self._cutter = context.backends.executor("recordings", self)
+        self._looker = context.backends.executor("recordings", self)
         for name, handler in (
             ("recordings", self.list_recordings),
             ("trim_range", self.choose_part),
@@ -96,37 +98,35 @@ class RecordingsPresenter(QObject):
         path = self._context.dialogs.save_file("Save range", f"{player.path.stem} part.mcap", RECORDING_FILTER)
         if path:
             target = Path(path)
-            self._cut(Trim(player.path, target, first, last, _scratch_in(target.parent)))
+            scratch = self._scratch_in(target.parent)
+            self._cut(Job(save_part, player.path, target, (first, last), scratch, died=READING_DIED))
 
     def choose_episodes(self) -> None:
         """Ask for a folder, and write each episode to a file in it."""
         player = self._session.player
         if player is not None and (folder := self._context.dialogs.open_folder("Save episodes")):
-            self._cut(TrimEpisodes(player.path, Path(folder), _scratch_in(Path(folder).parent)))
+            scratch = self._scratch_in(Path(folder).parent)
+            self._cut(Job(save_labelled_episodes, player.path, Path(folder), scratch, died=READING_DIED))
 
-    def _cut(self, request: Trim | TrimEpisodes) -> None:
-        self._context.notifier.progress(TRIM_JOB, "Writing the part", 0.0)
-        self._scratch.append(request.scratch)
-        self._cutter.ask(request, self._cut_token)
+    def _cut(self, job: Job[list[TrimResult]]) -> None:
+        progress = partial(self._context.notifier.progress, TRIM_JOB)
+        progress("Writing the part", 0.0)
+        self._cutter.start(job, self._on_cut, self._on_failed, progressed=progress)
 
-    def _on_cut(self, kind: str, result: Result[object]) -> None:
-        if result.token != self._cut_token:
-            return
-        notifier = self._context.notifier
-        if kind == "progress":
-            notifier.progress(TRIM_JOB, *cast("tuple[str, float]", result.value))
-        elif kind == "failed":
-            notifier.fault(str(result.value))
-        elif kind == "trimmed":
-            self._report(cast("list[TrimResult]", result.value))
-        elif kind == "summary" and self.dialog is not None:
-            self.dialog.show_summary(cast("RecordingSummary", result.value))
-        elif kind == "done":
-            notifier.done(TRIM_JOB)
+    def _scratch_in(self, folder: Path) -> Path:
+        """Return the name of a new folder for files that are being written; it is removed if they are cancelled."""
+        scratch = folder / f".tactile-maps-{secrets.token_hex(8)}.part"
+        self._scratch.append(scratch)
+        return scratch
 
-    def _report(self, written: list[TrimResult]) -> None:
+    def _on_failed(self, text: str) -> None:
+        self._context.notifier.fault(text)
+        self._context.notifier.done(TRIM_JOB)
+
+    def _on_cut(self, written: list[TrimResult]) -> None:
         """Show what was saved, and which damage of the recording affects it."""
         notifier = self._context.notifier
+        notifier.done(TRIM_JOB)
         single = len(written) == 1
         saved = written[0].file if single else f"{len(written)} episodes in {Path(written[0].file).parent}"
         if single:
@@ -142,7 +142,6 @@ class RecordingsPresenter(QObject):
 
     def _on_cancelled(self, job: str) -> None:
         if job == TRIM_JOB:
-            self._cut_token = self._cut_token.next()
             self._give_up_cutting()
             self._context.notifier.done(TRIM_JOB)
 
@@ -181,17 +180,13 @@ class RecordingsPresenter(QObject):
         listed = paths[:MOST_LISTED]
         self.dialog.show_folder(folder, listed, len(paths) - len(listed))
         self._looker.close()
-        self._look_token = self._look_token.next()
         if listed:
-            self._looker.ask(Summarise(tuple(listed)), self._look_token)
+            job = Job(send_summaries, tuple(listed), died=READING_DIED)
+            self._looker.start(job, failed=self._context.notifier.fault, received=self._show_summary)
 
-    def _on_looked(self, kind: str, result: Result[object]) -> None:
-        if self.dialog is None or result.token != self._look_token:
-            return
-        if kind == "summary":
-            self.dialog.show_summary(cast("RecordingSummary", result.value))
-        elif kind == "failed":
-            self._context.notifier.fault(str(result.value))
+    def _show_summary(self, summary: RecordingSummary) -> None:
+        if self.dialog is not None:
+            self.dialog.show_summary(summary)
 
     def _choose_folder(self) -> None:
         if folder := self._context.dialogs.open_folder(_FOLDER):
@@ -204,22 +199,23 @@ class RecordingsPresenter(QObject):
 
     def judge(self, path: Path, outcome: Outcome | None) -> None:
         """Say how a recording ended."""
-        self._annotate(path, Annotate(path, outcome=outcome))
+        self._annotate(path, {"outcome": outcome})
 
     def _ask_label(self, path: Path, label: str) -> None:
         def labelled(text: str) -> None:
-            self._annotate(path, Annotate(path, label=text.strip()))
+            self._annotate(path, {"label": text.strip()})
 
         self._context.dialogs.ask_text("recording-label", "Label", f"What is {path.name}?", labelled, value=label)
 
-    def _annotate(self, path: Path, request: Annotate) -> None:
-        """The notes of the recording that is shown are a document, which has the last word."""
+    def _annotate(self, path: Path, changes: dict[str, Any]) -> None:
+        """Change notes: of the recording that is shown in its document, which saves them; of another in its file."""
         player = self._session.player
         notes = self._context.notes
         if player is not None and player.path == path and notes.editable:
-            notes.edit("Label recording", request.applied(notes.value))
-            request = replace(request, changes=False)
-        self._cutter.ask(request, self._cut_token)
+            notes.edit("Label recording", replace(notes.value, **changes))
+            changes = {}
+        job = Job(annotate, path, changes, died=READING_DIED)
+        self._cutter.start(job, self._show_summary, self._context.notifier.fault)
 
     # The trash.
 
@@ -255,11 +251,6 @@ class RecordingsPresenter(QObject):
     def _on_player_changed(self, player: object) -> None:
         if self.dialog is not None:
             self.dialog.set_overlay_possible(possible=player is not None)
-
-
-def _scratch_in(folder: Path) -> Path:
-    """A folder for files that are being written, of which nothing is there yet."""
-    return folder / f".tactile-maps-{secrets.token_hex(8)}.part"
 
 
 def _written(path: Path) -> float:

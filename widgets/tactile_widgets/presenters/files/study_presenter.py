@@ -6,7 +6,6 @@ import secrets
 import shutil
 from functools import partial
 from pathlib import Path
-from typing import cast
 
 from PySide6.QtCore import QObject
 from PySide6.QtWidgets import QMenu, QWidget
@@ -19,9 +18,9 @@ from tactile_maps.studies.running.study_table import read_study_table
 from tactile_widgets.common.file_types import STUDY_FILTER
 from tactile_widgets.context.app_context import AppContext
 from tactile_widgets.dialogs.study_dialog import StudyDialog
+from tactile_widgets.jobs.executor import Job
+from tactile_widgets.jobs.recording_jobs import READING_DIED, record_case
 from tactile_widgets.presenters.session.session_presenter import free_name, recordings_folder
-from tactile_widgets.workers.recording_worker import ReplayCase
-from tactile_widgets.workers.worker_process import Result, SourceToken
 
 REPLAY_JOB = "replay-case"
 """Key of the progress of simulating a case."""
@@ -44,9 +43,7 @@ class StudyPresenter(QObject):
         self._context = context
         self._window = parent
         self._scratch = Path()
-        self._token = SourceToken("case")
-        self._worker = context.backends.recording_worker(self)
-        self._worker.answered.connect(self._on_answered)
+        self._executor = context.backends.executor("recordings", self)
         context.notifier.cancelled.connect(self._on_cancelled)
         context.actions.bind("open_study", self.choose)
 
@@ -76,29 +73,25 @@ class StudyPresenter(QObject):
         words = (row[name] for name in _NAMING if row.get(name) is not None)
         name = " ".join(str(word).replace("/", "-") for word in (study, *words))
         self._scratch = folder / f".tactile-maps-{secrets.token_hex(8)}.part"
-        self._context.notifier.progress(REPLAY_JOB, f"Replaying a run of {study}", 0.0)
-        self._worker.ask(ReplayCase(study, row, free_name(folder / f"{name}.mcap"), self._scratch), self._token)
+        progress = partial(self._context.notifier.progress, REPLAY_JOB)
+        progress(f"Replaying a run of {study}", 0.0)
+        job = Job(record_case, study, row, free_name(folder / f"{name}.mcap"), self._scratch, died=READING_DIED)
+        self._executor.start(job, self._on_recorded, self._on_failed, progressed=progress)
 
     def close(self) -> None:
         """Give up what is simulated; nothing of it stays."""
-        self._token = self._token.next()
-        self._worker.close()
+        self._executor.close()
         if self._scratch.name:
             shutil.rmtree(self._scratch, ignore_errors=True)
         self._context.notifier.done(REPLAY_JOB)
 
-    def _on_answered(self, kind: str, result: Result[object]) -> None:
-        if result.token != self._token:
-            return
-        notifier = self._context.notifier
-        if kind == "progress":
-            notifier.progress(REPLAY_JOB, *cast("tuple[str, float]", result.value))
-        elif kind == "failed":
-            notifier.fault(str(result.value))
-        elif kind == "replayed":
-            self._context.session.open_recording(cast("Path", result.value))
-        elif kind == "done":
-            notifier.done(REPLAY_JOB)
+    def _on_recorded(self, path: Path) -> None:
+        self._context.session.open_recording(path)
+        self._context.notifier.done(REPLAY_JOB)
+
+    def _on_failed(self, text: str) -> None:
+        self._context.notifier.fault(text)
+        self._context.notifier.done(REPLAY_JOB)
 
     def _on_cancelled(self, job: str) -> None:
         if job == REPLAY_JOB:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from contextlib import suppress
+from functools import partial
 from pathlib import Path
-from typing import cast
 
 import numpy as np
 from PySide6.QtCore import QObject, Signal
@@ -18,9 +18,9 @@ from tactile_maps.session.frame import Frame
 from tactile_maps.skin.model.skin import Skin
 from tactile_widgets.common.file_types import RECORDING_FILTER
 from tactile_widgets.context.app_context import AppContext
+from tactile_widgets.jobs.executor import Job
+from tactile_widgets.jobs.recording_jobs import READING_DIED, open_player, send_curves
 from tactile_widgets.plots.timeline.lane_painter import Overlaid
-from tactile_widgets.workers.recording_worker import OpenOther, ReadCurves
-from tactile_widgets.workers.worker_process import Result, SourceToken
 
 OVERLAY_JOB = "overlay"
 """Key of the progress of opening the second recording."""
@@ -48,8 +48,7 @@ class OverlayPresenter(QObject):
         super().__init__(parent)
         self._context = context
         self._session = context.session
-        self._worker = context.backends.recording_worker(self)
-        self._token = SourceToken("overlay")
+        self._executor = context.backends.executor("recordings", self)
         self._other: RecordingPlayer | None = None
         self._pieces: list[Curves] = []
         self.offset = 0.0
@@ -62,15 +61,13 @@ class OverlayPresenter(QObject):
             ("overlay_remove", self.remove),
         ):
             context.actions.bind(name, handler)
-        self._worker.answered.connect(self._on_answered)
         self._session.player_changed.connect(self.remove)
         self._session.frame_ready.connect(self._on_frame_ready)
         context.notifier.cancelled.connect(self._on_cancelled)
 
     def close(self) -> None:
         """Open nothing any more."""
-        self._token = self._token.next()
-        self._worker.close()
+        self._executor.close()
 
     @property
     def other(self) -> RecordingPlayer | None:
@@ -87,9 +84,12 @@ class OverlayPresenter(QObject):
         if self._session.player is None:
             return
         self.remove()
-        self._context.notifier.progress(OVERLAY_JOB, f"Opening {path.name}", 0.0)
-        self._worker.ask(OpenOther(path), self._token)
-        self._worker.ask(ReadCurves(path), self._token)
+        progress = partial(self._context.notifier.progress, OVERLAY_JOB)
+        progress(f"Opening {path.name}", 0.0)
+        opening = Job(open_player, path, died=READING_DIED)
+        self._executor.start(opening, self._on_opened, self._on_failed, progressed=progress)
+        reading = Job(send_curves, path, (), died=READING_DIED)
+        self._executor.start(reading, self._on_read, self._on_failed, received=self._on_piece)
 
     def remove(self, _player: object = None) -> None:
         """Show the first recording alone."""
@@ -149,27 +149,25 @@ class OverlayPresenter(QObject):
 
     # What comes.
 
-    def _on_answered(self, kind: str, result: Result[object]) -> None:
-        player = self._session.player
-        if result.token != self._token or player is None:
-            return
-        notifier = self._context.notifier
-        if kind == "progress":
-            notifier.progress(OVERLAY_JOB, *cast("tuple[str, float]", result.value))
-        elif kind == "opened":
-            self._take(player, cast("RecordingPlayer", result.value))
-        elif kind == "curves" and self._other is not None:
-            share, piece = cast("tuple[float, Curves]", result.value)
+    def _on_piece(self, read: tuple[float, Curves]) -> None:
+        if self._other is not None:
+            share, piece = read
             self._pieces = [joined([*self._pieces, piece])]
             self._show_curves()
-            notifier.progress(OVERLAY_JOB, "Reading the whole recording", share)
-        elif kind == "failed":
-            self.remove()
-            notifier.fault(str(result.value))
-        elif kind == "done" and self._pieces:
-            notifier.done(OVERLAY_JOB)
+            self._context.notifier.progress(OVERLAY_JOB, "Reading the whole recording", share)
 
-    def _take(self, player: RecordingPlayer, other: RecordingPlayer) -> None:
+    def _on_failed(self, text: str) -> None:
+        self.remove()
+        self._context.notifier.fault(text)
+
+    def _on_read(self, _none: None) -> None:
+        if self._pieces:
+            self._context.notifier.done(OVERLAY_JOB)
+
+    def _on_opened(self, other: RecordingPlayer) -> None:
+        player = self._session.player
+        if player is None:
+            return
         if not same_skin(player.prepared.skin, other.prepared.skin):
             self.remove()
             self._context.notifier.fault(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import cast
+from functools import partial
 
 import numpy as np
 from PySide6.QtCore import QObject
@@ -12,10 +12,10 @@ from tactile_maps.recording.overview.curves import Curves, joined
 from tactile_maps.recording.player import RecordingPlayer
 from tactile_maps.session.frame import Frame
 from tactile_widgets.context.app_context import AppContext
+from tactile_widgets.jobs.executor import Job
+from tactile_widgets.jobs.recording_jobs import READING_DIED, send_curves
 from tactile_widgets.plots.choice.plot_choice import STANDARD
 from tactile_widgets.plots.timeline.lanes import AddedLane, added_lanes
-from tactile_widgets.workers.recording_worker import ReadCurves
-from tactile_widgets.workers.worker_process import Result, SourceToken
 
 CURVES_JOB = "curves"
 """Key of the progress of reading a whole recording."""
@@ -35,13 +35,11 @@ class RecordingPlotsPresenter(QObject):
         self._session = context.session
         self._plots = context.recording_plots
         self._timeline = context.timeline
-        self._worker = context.backends.recording_worker(self)
-        self._token = SourceToken("curves")
+        self._executor = context.backends.executor("recordings", self)
         self._pieces: list[Curves] = []
         self._plots.offer(context.actions["choose_plots"])
         context.actions.bind("whole_recording", self.toggle)
         context.actions["whole_recording"].setChecked(context.settings.whole_recording)
-        self._worker.answered.connect(self._on_answered)
         self._session.player_changed.connect(self._on_player_changed)
         self._session.frame_ready.connect(self._on_frame_ready)
         context.plots.choice_changed.connect(self._on_choice_changed)
@@ -55,9 +53,8 @@ class RecordingPlotsPresenter(QObject):
 
     def close(self) -> None:
         """Read no more."""
-        self._token = self._token.next()
         self._context.notifier.done(CURVES_JOB)
-        self._worker.close()
+        self._executor.close()
 
     def toggle(self) -> None:
         """The whole recording, or its last seconds."""
@@ -97,21 +94,21 @@ class RecordingPlotsPresenter(QObject):
         self._pieces = []
         self._plots.show_added(added)
         self._context.notifier.progress(CURVES_JOB, "Reading the whole recording", 0.0)
-        self._worker.ask(ReadCurves(player.path, tuple(lane.quantity for lane in added)), self._token)
+        job = Job(send_curves, player.path, tuple(lane.quantity for lane in added), died=READING_DIED)
+        self._executor.start(job, self._on_read, self._on_failed, received=partial(self._on_piece, player))
 
-    def _on_answered(self, kind: str, result: Result[object]) -> None:
-        player = self._session.player
-        if result.token != self._token or player is None:
-            return
-        if kind == "curves":
-            share, piece = cast("tuple[float, Curves]", result.value)
-            self._pieces.append(piece)
-            self._show_curves(player)
-            self._context.notifier.progress(CURVES_JOB, "Reading the whole recording", share)
-        elif kind == "failed":
-            self._plots.tell(str(result.value))
-        elif kind == "done":
-            self._context.notifier.done(CURVES_JOB)
+    def _on_piece(self, player: RecordingPlayer, read: tuple[float, Curves]) -> None:
+        share, piece = read
+        self._pieces.append(piece)
+        self._show_curves(player)
+        self._context.notifier.progress(CURVES_JOB, "Reading the whole recording", share)
+
+    def _on_read(self, _none: None) -> None:
+        self._context.notifier.done(CURVES_JOB)
+
+    def _on_failed(self, text: str) -> None:
+        self._plots.tell(text)
+        self._context.notifier.done(CURVES_JOB)
 
     def _show_curves(self, player: RecordingPlayer) -> None:
         self._pieces = [joined(self._pieces)]

@@ -1,0 +1,63 @@
+"""Comparison of controllers on one stimulus, and the functions that run it and read its stimulus in the background."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from tactile_maps.recording.player import RecordingPlayer
+from tactile_maps.session.inputs import SessionInput
+from tactile_maps.session.prepare import PreparedScene
+from tactile_maps.studies.controller_comparison import Contender, ControllerTrace, compare_controllers
+from tactile_maps.tactile.poke import PokePressed
+from tactile_widgets.jobs.executor import Report
+
+
+@dataclass(frozen=True, eq=False)
+class ComparisonStimulus:
+    """A scene and what was done in it.
+
+    Attributes:
+        prepared: The scene.
+        inputs: (tick, input) from its start; None for the scene's own script.
+        seconds: Duration.
+        file: Name of the recording it is from; empty for none.
+    """
+
+    prepared: PreparedScene
+    inputs: tuple[tuple[int, SessionInput], ...] | None
+    seconds: float
+    file: str = ""
+
+    @property
+    def touches(self) -> int:
+        """Number of touches of the skin."""
+        if self.inputs is None:
+            return len(self.prepared.scene.stimuli)
+        return sum(isinstance(act, PokePressed) for _, act in self.inputs)
+
+    @property
+    def words(self) -> str:
+        """Description like "12.4 s, 3 touches"."""
+        touches = f"{self.touches} touch{'es' * (self.touches != 1)}" if self.touches else "no touch"
+        return f"{touches}, again and again" if self.inputs is None else f"{self.seconds:.1f}\u202fs, {touches}"
+
+
+def run_comparison(
+    stimulus: ComparisonStimulus, contenders: tuple[Contender, ...], seconds: float, own_task: bool, report: Report
+) -> tuple[ControllerTrace, ...]:
+    """Return the trace of each contender; see ``compare_controllers``."""
+    return compare_controllers(
+        stimulus.prepared,
+        contenders,
+        inputs=stimulus.inputs,
+        seconds=seconds,
+        own_task=own_task,
+        progress=report,
+    )
+
+
+def read_stimulus(path: Path, report: Report) -> ComparisonStimulus:
+    """Return the stimulus of a recording. Cost: 20 ms a recorded second."""
+    player = RecordingPlayer(path, progress=report)
+    return ComparisonStimulus(player.prepared, tuple(player.inputs), float(player.times[-1]), path.name)
