@@ -397,6 +397,8 @@ class _Course:
             case LimitKind.STOPPED_BY_FORCE:
                 least = (1 - _READ_WITHIN) * self.max_force
                 return not begins or self._recent(self.force, k, recent).max() > least
+            case LimitKind.STOPPED_BY_UNMEASURED_FORCE:  # the ball is all that touches the robot
+                return not begins or self._recent(self.force, k, recent).max() > self.max_force
             case LimitKind.STOPPED_BY_SPEED:
                 return not begins or limit.bound is None or self._recent(self.speed, k, 0.02).max() > limit.bound
             case LimitKind.STOPPED_UNREADABLE | LimitKind.STOPPED_BY_MISMATCH | LimitKind.SKIN_SATURATED:

@@ -42,6 +42,7 @@ DEFAULT = [
     ("leg", Trial("home", 1e4, 200.0, "impedance", "pushed")),
     ("leg", Trial("near limits", 1e4, 200.0, "hold_force", "pushed")),
     ("leg", Trial("home", 1e3, 200.0, "parallel", "path")),
+    ("arm", Trial("home", 1e3, 200.0, "projection", "pushed")),
 ]
 
 
@@ -65,7 +66,7 @@ def place(tmp_path_factory):
 
 
 @pytest.mark.parametrize(("name", "trial"), DEFAULT, ids=lambda value: str(value).replace(" ", "-"))
-def test_generated_robots_do_their_task(place, name, trial):
+def test_robots_do_their_task(place, name, trial):
     outcome = run(place(name, trial.posture), trial)
     assert outcome.tilt_deg > 15, "the place can be pressed"
     assert outcome.verdict == "ok", outcome

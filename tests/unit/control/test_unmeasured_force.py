@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from tactile_maps.control.motion.unmeasured_force import (
+    FRICTION,
     PERSISTENCE,
     DriveTorques,
     UnmeasuredForce,
@@ -17,7 +18,7 @@ from tactile_maps.control.motion.unmeasured_force import (
 from tactile_maps.robots.kinematics import Configuration, kinematic_model
 from tactile_maps.robots.model.robot import Joint, Robot
 from tests.support.touch import arm, bar
-from tests.unit.control.contacts_by_hand import TICK, touch
+from tests.unit.control.contacts_by_hand import TICK, touch, touch_on
 
 HINGE_LIMIT = 1.5
 
@@ -66,6 +67,22 @@ def test_what_the_skin_reads_counts_as_measured_from_zero_to_the_reading():
     assert seen(bar(), 0.3 * pressed, regions=touch(20.0)).force == 0, "the reading may be too high"
     assert seen(bar(), 1.2 * pressed, regions=touch(20.0)).force == 0, "and somewhat too low"
     assert seen(bar(), 4.0 * pressed, regions=touch(20.0)).force == pytest.approx(60 * 0.3 / 0.4, rel=0.15)
+
+
+@pytest.mark.parametrize("turn", [0.0, 1.0, 2.0, 4.0])
+def test_friction_of_a_measured_contact_is_no_unmeasured_force(turn):
+    """Friction turns the arm about its long axis, about which the measured normal force has no lever."""
+    skin = arm().skin
+    taxel = next(k for k in range(len(skin)) if skin.link(skin.taxel_point(k)) == "upper_arm")
+    pressed = touch_on(arm().map, taxel, 12.0)
+    normal = Configuration(arm().robot).pose("upper_arm").rotation @ pressed.link_normal
+    along = np.cross(normal, [0.3, 0.5, 0.8])
+    along /= np.linalg.norm(along)
+    along = np.cos(turn) * along + np.sin(turn) * np.cross(normal, along)
+    torque = force_torque(arm().robot, "upper_arm", pressed.link_position, 12.0 * (FRICTION * along - normal))
+    assert seen(arm().robot, torque, regions=(pressed,)).force == 0
+    hand = force_torque(arm().robot, "hand", np.zeros(3), (60.0, 0.0, 0.0))
+    assert seen(arm().robot, torque + hand, regions=(pressed,)).force > 30, "60 N elsewhere still count"
 
 
 def test_a_force_counts_after_it_lasted_longer_than_readings_take():

@@ -3,8 +3,9 @@
 It is found from the motion of the joints and the torques of their drives: mass matrix times acceleration, plus
 velocity-product and gravity terms, less passive and drive torques, is the torque of all external forces (a
 generalized-momentum observer, De Luca et al. 2006, with velocities differentiated over one tick). Torques that the
-forces read by the skin explain are subtracted; a reading may be too high, so each force counts from zero to as much as
-was read. What is left is attributed to one contact without friction at a point of the robot's surface.
+forces read by the skin explain are subtracted. A reading may be too high, so each force counts from zero to as much as
+was read, and it may come with friction, which the skin does not measure, of up to ``FRICTION`` times as much. What is
+left is attributed to one contact without friction at a point of the robot's surface.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from typing import NamedTuple
 
 import mujoco
 import numpy as np
+from scipy.optimize import lsq_linear
 from scipy.spatial import ConvexHull, QhullError
 
 from tactile_maps.contacts.detection.regions import ContactRegion
@@ -32,13 +34,14 @@ PERSISTENCE = 0.02
 """Force counts only if it lasted for this time [s] plus twice the period and delay of the skin's readings."""
 SKIN_TOLERANCE = 0.25
 """Joint torque within this share of that of the forces read counts as measured: normals, places and gains err."""
+FRICTION = 1.0
+"""Friction of a measured contact in proportion to its force, at most: that of rubber on dry surfaces."""
 DRIVE_TOLERANCE = 0.02
 """Relative error of drive torques."""
 FIT_TOLERANCE = 0.15
 """Relative error of the joint torques with which a contact may explain them."""
 _AT_LIMIT = 1e-3
 """Distance from a limit [rad, or m] within which its own torque is possible."""
-_SWEEPS = 10
 _DIRECTIONS = 120
 _POINTS = 150
 """For each link: directions in which its extreme points are found, and points on their convex hull."""
@@ -86,7 +89,7 @@ class UnmeasuredForceMonitor:
     Args:
         robot: The robot; it may have no joints.
 
-    Cost: 50 us a tick, 1 ms where torques are not explained by the skin; building takes 0.1 s of CPU for a robot.
+    Cost: 50 us a tick, 1 ms where readings alone do not explain the torques; building takes 0.1 s of CPU for a robot.
     """
 
     def __init__(self, robot: Robot) -> None:
@@ -137,12 +140,13 @@ class UnmeasuredForceMonitor:
         external = self._external_torque(last, posture, velocity, torques, dt)
         free = ~(self._coupled | (self._limited & ((posture < self._lower) | (posture > self._upper))))
         self._external = np.where(free, self._external + share * (external - self._external), 0.0)
-        read = [np.where(free, _joint_torque(configuration, region), 0.0) for region in regions]
-        tolerance = SKIN_TOLERANCE * sum(map(np.abs, read), np.zeros_like(posture))
-        tolerance = tolerance + DRIVE_TOLERANCE * np.abs(torques.mean)
+        read = [np.where(free, _contact_torques(configuration, region), 0.0) for region in regions]
+        tolerance = DRIVE_TOLERANCE * np.abs(torques.mean)
+        for normal, *_ in read:
+            tolerance = tolerance + SKIN_TOLERANCE * np.abs(normal)
         if torques.dry_friction:
             tolerance = tolerance + self._model.dof_frictionloss
-        least = self._least(_unexplained(self._external, read), tolerance, free)
+        least = self._least(_unexplained(self._external, read, tolerance), tolerance, free)
         return self._lasting(least, dt, PERSISTENCE + 2 * latency)
 
     def _external_torque(
@@ -191,23 +195,30 @@ class UnmeasuredForceMonitor:
         return NO_FORCE if total < duration else min((one for _, one in self._found), key=lambda one: one.force)
 
 
-def _joint_torque(configuration: Configuration, region: ContactRegion) -> FloatArray:
-    """(n,) joint torque of the force that the skin reads in a contact [N m]."""
+def _contact_torques(configuration: Configuration, region: ContactRegion) -> FloatArray:
+    """(3, n) joint torques of a contact [N m]: of the force read by the skin, and of full friction along two axes."""
     normal = configuration.pose(region.link).rotation @ region.link_normal
-    return -region.force * (normal @ configuration.jacobian(region.link, region.link_position))
+    axes = np.linalg.svd(normal[None])[2][1:]
+    forces = region.force * np.vstack([-normal, FRICTION * axes])
+    return forces @ configuration.jacobian(region.link, region.link_position)
 
 
-def _unexplained(external: FloatArray, read: Sequence[FloatArray]) -> FloatArray:
-    """Return the least of ``external`` (n,) that shares from 0 to 1 of the torques in ``read`` leave."""
-    shares = [1.0] * len(read)
-    rest = external - sum(read, np.zeros_like(external))
-    for _ in range(1 if len(read) == 1 else _SWEEPS):  # coordinate descent on the bounded least squares
-        for number, torque in enumerate(read):
-            square = float(torque @ torque)
-            share = min(max(shares[number] + float(rest @ torque) / square, 0.0), 1.0) if square else 0.0
-            rest = rest - (share - shares[number]) * torque
-            shares[number] = share
-    return rest
+def _unexplained(external: FloatArray, read: Sequence[FloatArray], tolerance: FloatArray) -> FloatArray:
+    """Return the part of ``external`` (n,) that measured contacts leave, by bounded least squares.
+
+    Args:
+        external: (n,) torques [N m].
+        read: (3, n) torques of each contact, see ``_contact_torques``: shares from 0 to 1 of its normal force, and from
+            -1 to 1 of its friction along each axis, are subtracted.
+        tolerance: (n,) torques that need no explanation [N m]; within it the normal forces are subtracted as read.
+    """
+    rest = external - sum((normal for normal, *_ in read), np.zeros_like(external))
+    if not read or (np.abs(rest) <= tolerance).all():
+        return rest
+    columns = np.concatenate(read)
+    lower = np.tile([0.0, -1.0, -1.0], len(read))
+    found = lsq_linear(columns.T, external, bounds=(lower, 1.0), method="bvls")
+    return np.asarray(external - found.x @ columns)
 
 
 def _coupled_joints(model: mujoco.MjModel) -> BoolArray:
