@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from tactile_maps.cli.main import run_command
 from tactile_maps.cli.shared.output import print_fields, print_json, print_warning, progress_line
 from tactile_maps.core.errors import DisplayError, UsageError
+from tactile_maps.core.file_kinds import FileKind
 from tactile_maps.recording.file.damage import damage_text
 
 
@@ -29,20 +30,32 @@ def _gui(arguments: argparse.Namespace) -> int:
 
     require_display()  # before the scene and the window are imported, which takes seconds
     from tactile_maps.cli.shared.scenes import scene_from_arguments
-    from tactile_widgets.common.file_types import FileRole, role_of
+    from tactile_maps.skin.formats.identify import identify
+    from tactile_widgets.common.file_types import OPENED
     from tactile_widgets.window.application import launch
 
     file = getattr(arguments, "file", None)
-    role = None if file is None else role_of(file)
-    if role in (FileRole.RECORDING, FileRole.MAP):
+    if file is None:
+        return launch(scene_from_arguments(arguments))
+    option = _GUI_OPTIONS.get(identify(file, expected=OPENED))
+    if option is None:
         return launch(scene_from_arguments(arguments), then=file)
-    if role is not None:
-        if getattr(arguments, role.value, None) is not None:
-            problem = f"a {role.value} is named twice"
-            remedy = f"Give FILE or --{role.value}"
-            raise UsageError(problem, file=file, value=getattr(arguments, role.value), remedy=remedy)
-        setattr(arguments, role.value, file)
+    if getattr(arguments, option, None) is not None:
+        remedy = f"Give FILE or --{option}"
+        raise UsageError(f"a {option} is named twice", file=file, value=getattr(arguments, option), remedy=remedy)
+    setattr(arguments, option, file)
     return launch(scene_from_arguments(arguments))
+
+
+_GUI_OPTIONS = {
+    FileKind.SCENE: "scene",
+    FileKind.ROBOT: "robot",
+    FileKind.ROBOT_WITH_TAXELS: "robot",
+    FileKind.MESH: "robot",
+    FileKind.TAXELS: "skin",
+    FileKind.SKIN: "skin",
+}
+"""Option of the command line by which a file is opened; other kinds are opened once the window is shown."""
 
 
 def _guide(arguments: argparse.Namespace) -> int:

@@ -537,10 +537,10 @@ def unpack_arrays(
     return header, arrays
 
 
-def array_format(data: bytes) -> str | None:
-    """The ``format`` in the header of what ``pack_arrays`` made; None for other data, damaged or not."""
+def array_format(stream: BinaryIO) -> str | None:
+    """Return the ``format`` in the header of a file that ``pack_arrays`` made; None for other data, damaged or not."""
     try:
-        with zipfile.ZipFile(io.BytesIO(data)) as archive:
+        with zipfile.ZipFile(stream) as archive:
             member = archive.getinfo(f"{_HEADER}.npy")
             if member.file_size > MAX_HEADER_BYTES:
                 return None

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 
-from tactile_maps.core.errors import SkinError
-from tactile_maps.core.files import MAX_UNPACKED_BYTES, array_format, read_bounded_file
+from tactile_maps.core.file_kinds import FileKind
 from tactile_maps.core.progress import Progress, no_progress
 from tactile_maps.maps.formats.map_file import load_map
 from tactile_maps.scene.scene import Scene
 from tactile_maps.session.prepare import PreparedScene, load_robot_and_skin
 from tactile_maps.session.prepared_cache import prepare_cached
-from tactile_maps.skin.model.skin_file import MAP_FORMAT
+from tactile_maps.skin.formats.identify import kind_of
 
 MEASURED_TICK = 1e-4
 """Seconds between two ticks of a measured session: finer than any skin is read, so that each reading has its own."""
@@ -29,7 +27,7 @@ def prepare_measured(scene: Scene, *, progress: Progress = no_progress) -> Prepa
         TactileMapsError: Any part says what is wrong with it.
     """
     scene = as_measured_scene(scene)
-    if not (scene.taxel_file and _is_map(Path(scene.taxel_file))):
+    if kind_of(scene.taxel_file) is not FileKind.MAP:
         return prepare_cached(scene, progress=progress)
     robot, _skin = load_robot_and_skin(scene, progress=progress)  # checks that the robot has the links
     map_ = load_map(scene.taxel_file)
@@ -46,9 +44,3 @@ def as_measured_scene(scene: Scene) -> Scene:
     """The same robot and skin, alone, with the ticks of readings."""
     overrides = {**scene.overrides, "timestep": MEASURED_TICK}
     return replace(scene, tick=MEASURED_TICK, overrides=overrides, objects=(), stimuli=(), motion=())
-
-
-def _is_map(path: Path) -> bool:
-    if path.suffix.lower() != ".npz":
-        return False
-    return array_format(read_bounded_file(path, error=SkinError, most=MAX_UNPACKED_BYTES)) == MAP_FORMAT

@@ -12,6 +12,7 @@ from pathlib import Path
 import mujoco
 
 from tactile_maps.core.errors import Finding, MeshError, RobotError
+from tactile_maps.core.file_kinds import FileKind
 from tactile_maps.geometry.surface.mesh import Mesh
 from tactile_maps.robots.files.mesh_files import FOREIGN_FORMATS, MESH_SUFFIXES, read_mesh, to_metres, to_msh
 from tactile_maps.robots.files.safe_files import parse_model_xml, read_bytes
@@ -72,7 +73,7 @@ def robot_of_mesh(
     return build_robot(spec, name=name, source=source, assets=assets, findings=findings)
 
 
-XML_SUFFIXES = (".xml", ".mjcf", ".urdf", ".xacro")
+XML_SUFFIXES = FileKind.ROBOT.suffixes
 _USD = "Export it as URDF (in Isaac Sim: File > Export to URDF), or its meshes as glTF"
 _SDF = "Export it as URDF or MJCF (sdformat_mjcf converts it)"
 FOREIGN_ROBOTS = {

@@ -15,6 +15,7 @@ from typing import Any
 
 from tactile_maps.core.assets import asset
 from tactile_maps.core.errors import SceneError, did_you_mean
+from tactile_maps.core.file_kinds import FileKind
 from tactile_maps.core.files import read_bounded_file
 from tactile_maps.core.toml import TomlReader, as_float, toml_lines
 from tactile_maps.scene.motion import Waypoint
@@ -22,7 +23,8 @@ from tactile_maps.scene.objects import ObjectSpec
 from tactile_maps.scene.scene import Scene, Setting
 from tactile_maps.skin.fitting.cover import CoverSpec
 from tactile_maps.skin.fitting.fit import GridSpec
-from tactile_maps.skin.formats.import_skin import NO_ROBOT, holds_taxels, is_robot_with_taxels, usual_carrier
+from tactile_maps.skin.formats.identify import is_robot_with_taxels, kind_of
+from tactile_maps.skin.formats.import_skin import NO_ROBOT, TaxelFile
 from tactile_maps.stimuli.stimulus_file import read_stimulus, stimulus_to_table
 from tactile_maps.stimuli.stimulus_kinds import Stroke
 from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
@@ -177,26 +179,28 @@ def load_scene(name: str, *, check: Callable[[Scene], None] = _accept) -> Scene:
 
 
 def scene_for(robot: str) -> Scene:
-    """The scene for a robot's name or file: the shipped one of that name, or one with a cover and a stroke.
+    """Return the scene for a robot's name or file: the shipped one of that name, or one with a cover and a stroke.
 
-    A URDF that states its taxels wears those instead of a cover; with taxels and no shapes it is no robot.
+    A URDF that states taxels gets these instead of a cover; one with taxels but without shapes is a taxel file. The
+    touch sensors of an MJCF model are often only a few, so they are used on request only (``scene_for_taxels``).
     """
     if robot in scene_names():
         return load_scene(robot)
     path = Path(robot)
-    described = path.suffix.lower() == ".urdf"  # the touch sensors of MJCF models are often a handful: where asked for
-    own = robot if described and is_robot_with_taxels(path) else ""
-    if described and not own and holds_taxels(path):
+    kind = kind_of(path) if path.suffix.lower() in FileKind.ROBOT.suffixes else None
+    if kind is FileKind.TAXELS:
         return scene_for_taxels(robot)
+    own = robot if kind is FileKind.ROBOT_WITH_TAXELS else ""
     return Scene(name=path.stem or robot, robot=robot, title=path.name, taxel_file=own, stimuli=(Stroke(),))
 
 
 def scene_for_taxels(path: str) -> Scene:
-    """The scene for a file of taxels where no robot is named: on itself, on iCub for its positions, or on none."""
-    if is_robot_with_taxels(path):
+    """Return the scene for a file of taxels without a named robot: on itself, on iCub for its positions, or on none."""
+    file = TaxelFile(path)
+    if is_robot_with_taxels(path, file.kind):
         scene = scene_for(path)
         return scene if scene.taxel_file else with_taxels(scene, path)
-    return with_taxels(scene_for(usual_carrier(path)), path)
+    return with_taxels(scene_for(file.usual_carrier()), path)
 
 
 def with_taxels(scene: Scene, path: str, *, links: tuple[str, ...] = ()) -> Scene:
@@ -210,8 +214,14 @@ def with_taxels(scene: Scene, path: str, *, links: tuple[str, ...] = ()) -> Scen
     stimuli = tuple(replace(stimulus, patch="") for stimulus in scene.stimuli[:1])
     alone = scene.robot == NO_ROBOT
     file = Path(path)
-    name, title = (file.stem, file.name) if alone else (scene.name, f"{scene.title} with {file.name}")
-    title = f"{file.name} with its own taxels" if path == scene.robot else title
+    title = scene.title
+    if alone:
+        title = file.name
+    elif path == scene.robot:
+        title = f"{file.name} with its own taxels"
+    elif path != scene.taxel_file:
+        title = f"{scene.title} with {file.name}"
+    name = file.stem if alone else scene.name
     cover = replace(scene.cover, links=links)
     return replace(scene, name=name, title=title, taxel_file=path, cover=cover, stimuli=stimuli)
 

@@ -28,7 +28,7 @@ from tactile_maps.scene.scene import Scene, with_package_roots
 from tactile_maps.scene.scene_file import load_scene, scene_names
 from tactile_maps.skin.fitting.cover import cover_robot
 from tactile_maps.skin.fitting.fit import add_grids
-from tactile_maps.skin.formats.import_skin import NO_ROBOT, check_links, import_skin
+from tactile_maps.skin.formats.import_skin import NO_ROBOT, TaxelFile
 from tactile_maps.skin.link_hulls import skinned_links
 from tactile_maps.skin.link_pieces import shape_finding
 from tactile_maps.skin.model.skin import Skin
@@ -138,8 +138,8 @@ def load_robot_and_skin(scene: Scene, *, progress: Progress = no_progress) -> tu
         progress("Importing taxels", 0.1)
         links = scene.cover.links
         thickness = scene.cover.thickness
-        roots = scene.package_roots
-        skin = import_skin(scene.taxel_file, robot, links=links, thickness=thickness, package_roots=roots)
+        file = TaxelFile(scene.taxel_file, package_roots=scene.package_roots)
+        skin = file.skin(robot, links=links, thickness=thickness)
     elif scene.cover.links or not scene.grids:
         skin = cover_robot(robot, scene.cover, progress=part_of_progress(progress, 0.1, 0.3))
     progress("Placing grids", 0.3)
@@ -149,7 +149,7 @@ def load_robot_and_skin(scene: Scene, *, progress: Progress = no_progress) -> tu
 def _skin_alone(scene: Scene) -> tuple[Robot, Skin]:
     """The skin of the scene's file, and a body in its shape that is fixed in the world."""
     _need_taxel_file(scene)
-    skin = import_skin(scene.taxel_file, links=scene.cover.links)
+    skin = TaxelFile(scene.taxel_file).skin(links=scene.cover.links)
     links = tuple(dict.fromkeys(patch.link for patch in skin.patches))
     if len(links) > 1:
         remedy = "Open it with the robot that carries them, or choose one link"
@@ -240,7 +240,7 @@ def _checked_robot(scene: Scene, load: Callable[[Scene], Robot]) -> Robot | None
 
 def _check_taxels(scene: Scene, robot: Robot | None) -> None:
     try:
-        check_links(scene.taxel_file, robot, scene.cover.links)
+        TaxelFile(scene.taxel_file).check_links(robot, scene.cover.links)
     except TactileMapsError as error:
         place = ", ".join(str(part) for part in (error.file, error.place) if part)
         problem = error.problem

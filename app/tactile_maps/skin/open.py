@@ -11,19 +11,15 @@ from pathlib import Path
 from typing import Literal, get_args
 
 from tactile_maps.core.errors import SkinError
+from tactile_maps.core.file_kinds import FileKind
 from tactile_maps.core.progress import Progress, no_progress
-from tactile_maps.robots.files.mesh_files import MESH_SUFFIXES, read_mesh, to_metres
+from tactile_maps.robots.files.mesh_files import read_mesh, to_metres
 from tactile_maps.robots.library import load_robot
 from tactile_maps.robots.model.home_posture import check_home
 from tactile_maps.skin.fitting.cover import CoverSpec, cover_robot
 from tactile_maps.skin.fitting.fit import GridSpec, add_grids
-from tactile_maps.skin.formats.import_skin import (
-    NO_ROBOT,
-    holds_taxels,
-    import_skin,
-    is_robot_with_taxels,
-    usual_carrier,
-)
+from tactile_maps.skin.formats.identify import holds_taxels
+from tactile_maps.skin.formats.import_skin import NO_ROBOT, TaxelFile
 from tactile_maps.skin.mesh_skin import skin_of_mesh
 from tactile_maps.skin.model.skin import Skin
 from tactile_maps.skin.taxel_placement.placement import PlacementSpec
@@ -86,15 +82,14 @@ def open_skin(source: str | Path, options: SkinOptions | None = None, *, progres
     """
     spec = options or SkinOptions()
     path = Path(source)
-    ending = path.suffix.lower()
     if spec.grid is not None:
         robot = load_robot(str(source), package_roots=spec.package_roots, home=spec.home)
         skin = add_grids(robot, None, [spec.grid], thickness=spec.thickness)
         return replace(skin, findings=(*robot.findings, *skin.findings))
-    covered = spec.surface == "cover" and is_robot_with_taxels(path)
-    if ending == ".npz" or (not covered and holds_taxels(path)):
-        return _read_taxels(path, spec)
-    if ending in MESH_SUFFIXES and spec.surface != "cover":
+    file = TaxelFile(path, package_roots=spec.package_roots)
+    if holds_taxels(path, file.kind, robots=spec.surface != "cover"):
+        return _read_taxels(file, spec)
+    if file.kind is FileKind.MESH and spec.surface != "cover":
         check_home(spec.home, (), source=str(path))
         mesh, findings = to_metres(read_mesh(path), where=path.name)
         skin = skin_of_mesh(mesh, spec.placement, name=path.stem, surface=spec.surface, progress=progress)
@@ -116,13 +111,12 @@ def _cover_spec(wanted: SkinOptions) -> CoverSpec:
     return CoverSpec(wanted.links, placement.taxels, wanted.thickness, placement.seed)
 
 
-def _read_taxels(path: Path, wanted: SkinOptions) -> Skin:
-    """A file's taxels, on the robot that carries them or joined to each other."""
-    name = wanted.robot or usual_carrier(path, wanted.links)
+def _read_taxels(file: TaxelFile, wanted: SkinOptions) -> Skin:
+    """Return the taxels of a file, on the robot that carries them or joined to each other."""
+    name = wanted.robot or file.usual_carrier(wanted.links)
     if name == NO_ROBOT:
-        check_home(wanted.home, (), source=str(path))
-        return import_skin(path, links=wanted.links, thickness=wanted.thickness)
+        check_home(wanted.home, (), source=str(file.path))
+        return file.skin(links=wanted.links, thickness=wanted.thickness)
     robot = load_robot(name, package_roots=wanted.package_roots, home=wanted.home)
-    roots = wanted.package_roots
-    skin = import_skin(path, robot, links=wanted.links, thickness=wanted.thickness, package_roots=roots)
+    skin = file.skin(robot, links=wanted.links, thickness=wanted.thickness)
     return replace(skin, findings=(*robot.findings, *skin.findings))

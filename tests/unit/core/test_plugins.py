@@ -16,6 +16,7 @@ from tactile_maps.contacts.force_estimation.estimation import FORCE_ESTIMATORS
 from tactile_maps.contacts.pipeline import ReadingSettings, read_contacts
 from tactile_maps.control.controller_registry import CONTROLLERS, settings_from
 from tactile_maps.core.errors import LiveError, PluginError, SceneError, SimulationError, TactileMapsError, UsageError
+from tactile_maps.core.file_kinds import FileKind
 from tactile_maps.core.plugins import broken_plugins
 from tactile_maps.export.export import FORMATS, export_recording
 from tactile_maps.flattening.flatten import flatten
@@ -28,7 +29,8 @@ from tactile_maps.scene.effects import EFFECTS, Effects, effect_entry
 from tactile_maps.scene.scene_file import scene_from_toml, scene_to_toml
 from tactile_maps.session.inputs import ControlChanged, EffectsChanged
 from tactile_maps.session.session import Session
-from tactile_maps.skin.formats.import_skin import holds_taxels, import_skin
+from tactile_maps.skin.formats.identify import kind_of
+from tactile_maps.skin.formats.import_skin import TaxelFile
 from tactile_maps.skin.formats.taxel_files import TAXEL_FORMATS
 from tactile_maps.tactile.models.contact_model import CONTACT_MODELS
 from tactile_maps.tactile.poke import PokePressed
@@ -171,8 +173,8 @@ def test_a_format_is_imported(installed, tmp_path):
     path = tmp_path / "pad.xyz"
     x, y = np.meshgrid(np.arange(5), np.arange(4))
     np.savetxt(path, np.stack([3 * x.ravel(), 3 * y.ravel(), np.zeros(20)], axis=1))
-    assert holds_taxels(path)
-    assert len(import_skin(path)) == 20
+    assert kind_of(path) is FileKind.TAXELS
+    assert len(TaxelFile(path).skin()) == 20
 
 
 def test_a_recording_is_exported(installed, tmp_path):

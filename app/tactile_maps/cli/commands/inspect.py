@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
@@ -13,7 +13,8 @@ from typing import Any
 from tactile_maps.cli.shared.output import plain_text, print_fields, print_json, print_line, progress_line
 from tactile_maps.cli.shared.robot_options import home_of, package_roots
 from tactile_maps.cli.shared.unused_options import refuse_with_input
-from tactile_maps.core.errors import Finding, RecordingError, TactileMapsError, UsageError
+from tactile_maps.core.errors import Finding, RecordingError, UsageError
+from tactile_maps.core.file_kinds import FileKind
 from tactile_maps.core.plugins import Plugin, Registry, unknown_kinds
 from tactile_maps.maps.formats.map_file import load_map
 from tactile_maps.recording.file.damage import DamageKind, damage_text
@@ -27,8 +28,8 @@ from tactile_maps.session.prepare import PreparedScene, open_scene
 from tactile_maps.session.prepared_cache import load_robot_cached, prepare_cached
 from tactile_maps.skin.controllable import controllable_share
 from tactile_maps.skin.formats.icub_layout import read_icub_layout
-from tactile_maps.skin.formats.import_skin import TAXEL_ENDINGS, holds_taxels, is_own_skin, is_robot_with_taxels
-from tactile_maps.skin.formats.taxel_files import read_taxel_sets, taxel_format_for
+from tactile_maps.skin.formats.identify import identify, is_robot_with_taxels, kind_of
+from tactile_maps.skin.formats.import_skin import TaxelFile
 from tactile_maps.skin.link_hulls import skinned_links
 from tactile_maps.skin.link_pieces import collision_finding, hull_fit, link_pieces, pieces_fit
 from tactile_maps.skin.model.skin import Skin, identity_summary, identity_text, join_identities
@@ -145,40 +146,34 @@ def _limit(value: float) -> str:
 def describe(
     name: str, *, package_roots: Sequence[str] = (), costs: bool = False, home: Mapping[str, float] | None = None
 ) -> dict[str, Any]:
-    """What ``name`` is, by its ending; names of scenes come before names of robots.
+    """Describe the file or the scene or robot called ``name``; names of scenes come before names of robots.
 
     Args:
         name: A file, or the name of a scene or robot.
         package_roots: Folders with packages or meshes.
-        costs: Measure what each effect of a scene costs, for one to two seconds.
+        costs: Measure the cost of each effect of a scene, which takes one to two seconds.
         home: Joint positions of the home posture by joint name [rad, m], instead of those of the scene or robot.
 
     Raises:
-        TactileMapsError: It is none of them, or broken.
+        TactileMapsError: The name is unknown, or the file cannot be read.
     """
-    ending = Path(name).suffix.lower()
-    if ending == ".mcap":
-        return _recording(name)
-    if ending == ".urdf" and holds_taxels(name):
-        return _robot_with_taxels(name, home) if is_robot_with_taxels(name) else _taxel_file(name)
-    if ending in (".xml", ".mjcf") and holds_taxels(name):
+    kind = kind_of(name)
+    if kind is FileKind.ROBOT_WITH_TAXELS:
+        return _robot_with_taxels(name, home)
+    if kind is FileKind.ROBOT and is_robot_with_taxels(name, kind):
         return _robot_with_touch_sensors(name, package_roots, home)
-    if ending == ".npz" and (is_own_skin(name) or not holds_taxels(name)):
-        return _arrays(name)
-    if ending in (".npz", *TAXEL_ENDINGS):
-        return _taxel_file(name)
-    if ending == ".ini":
-        return _layout(name)
+    if kind is FileKind.ROS_RECORDING:
+        identify(name, expected=set(FileKind) - {kind})
+    if kind is not None and kind in _DESCRIBERS:
+        return _DESCRIBERS[kind](name)
     if _is_scene(name):
         scene = open_scene(name, package_roots=package_roots, load=load_robot_cached)
         return _scene(replace(scene, home={**scene.home, **(home or {})}), costs=costs)
-    if taxel_format_for(Path(name)) is not None:
-        return _taxel_file(name)
     return {"kind": "robot", **_robot(load_robot(name, package_roots=package_roots, home=home))}
 
 
 def _is_scene(name: str) -> bool:
-    return Path(name).suffix.lower() == ".toml" or name in scene_names()
+    return kind_of(name) is FileKind.SCENE or name in scene_names()
 
 
 def _robot_with_taxels(name: str, home: Mapping[str, float] | None) -> dict[str, Any]:
@@ -355,18 +350,10 @@ def _recording(name: str) -> dict[str, Any]:
     }
 
 
-def _arrays(name: str) -> dict[str, Any]:
-    """A map, or failing that a skin; both are npz."""
+def _map(name: str) -> dict[str, Any]:
     from tactile_maps.maps.evaluation.quality import measure  # only a map is measured
 
-    try:
-        map_ = load_map(name)
-    except TactileMapsError as not_a_map:
-        try:
-            skin = load_skin(name)
-        except TactileMapsError:
-            raise not_a_map from None
-        return {"kind": "skin", "name": Path(name).stem, **_skin(skin), "problems": _problems(skin.findings)}
+    map_ = load_map(name)
     return {
         "kind": "map",
         "name": Path(name).stem,
@@ -376,8 +363,13 @@ def _arrays(name: str) -> dict[str, Any]:
     }
 
 
+def _own_skin(name: str) -> dict[str, Any]:
+    skin = load_skin(name)
+    return {"kind": "skin", "name": Path(name).stem, **_skin(skin), "problems": _problems(skin.findings)}
+
+
 def _taxel_file(name: str) -> dict[str, Any]:
-    sets = read_taxel_sets(name)
+    sets = tuple(TaxelFile(name).sets.values())
     return {
         "kind": "taxel file",
         "name": Path(name).stem,
@@ -386,6 +378,19 @@ def _taxel_file(name: str) -> dict[str, Any]:
         "mapped": sum(int(taxels.mapped.sum()) for taxels in sets),
         "identity": identity_summary(join_identities([taxels.identity for taxels in sets])),
         "problems": _problems(finding for taxels in sets for finding in taxels.findings),
+    }
+
+
+def _study_table(name: str) -> dict[str, Any]:
+    from tactile_maps.studies.running.study_table import read_study_table  # only for such a table
+
+    table = read_study_table(name)
+    return {
+        "kind": "study table",
+        "name": Path(name).stem,
+        "rows": len(table.rows),
+        "columns": list(table.columns),
+        "problems": [],
     }
 
 
@@ -398,6 +403,16 @@ def _layout(name: str) -> dict[str, Any]:
         "taxels": len(layout.numbers),
         "problems": _problems(layout.findings),
     }
+
+
+_DESCRIBERS: Mapping[FileKind, Callable[[str], dict[str, Any]]] = {
+    FileKind.RECORDING: _recording,
+    FileKind.MAP: _map,
+    FileKind.SKIN: _own_skin,
+    FileKind.TAXELS: _taxel_file,
+    FileKind.LAYOUT: _layout,
+    FileKind.STUDY_TABLE: _study_table,
+}
 
 
 def _problems(findings: Iterable[Finding]) -> list[dict[str, Any]]:

@@ -19,6 +19,7 @@ from tactile_maps.cli.shared.robot_options import home_of, package_roots
 from tactile_maps.cli.shared.unused_options import PLACEMENT, refuse_with_input
 from tactile_maps.core.arrays import FloatArray
 from tactile_maps.core.errors import Finding, MapError, RecordingError, UsageError
+from tactile_maps.core.file_kinds import FileKind
 from tactile_maps.core.progress import Progress
 from tactile_maps.flattening.cut import SeamPlan
 from tactile_maps.flattening.methods import METHODS
@@ -30,13 +31,12 @@ from tactile_maps.maps.formats.export import ENDINGS, write_map
 from tactile_maps.maps.formats.map_file import load_map
 from tactile_maps.maps.formats.obj import read_map_obj
 from tactile_maps.maps.model.tactile_map import TactileMap
-from tactile_maps.robots.files.mesh_files import MESH_SUFFIXES
 from tactile_maps.robots.library import load_robot
 from tactile_maps.robots.load import MESH_LINK
 from tactile_maps.skin.fitting.fit import GridSpec
 from tactile_maps.skin.formats.icub_layout import apply_layout, read_icub_layout
 from tactile_maps.skin.formats.icub_module_orientation import propose_orientations
-from tactile_maps.skin.formats.import_skin import holds_taxels, is_own_skin, is_robot_with_taxels
+from tactile_maps.skin.formats.identify import holds_taxels, is_robot_with_taxels, kind_of
 from tactile_maps.skin.formats.mujoco_touch import mesh_folder, write_touch_sensors
 from tactile_maps.skin.formats.taxel_files import read_taxels
 from tactile_maps.skin.model.skin import Skin, identity_summary, identity_text
@@ -199,21 +199,21 @@ def _refuse_unused(arguments: argparse.Namespace) -> None:
 def _refuse_with_skin(arguments: argparse.Namespace, path: Path) -> None:
     """Refuse options that have no effect with the skin or mesh at ``path``; raises UsageError."""
     refuse = partial(refuse_with_input, arguments, noun="input", value=path)
-    ending = path.suffix.lower()
+    kind = kind_of(path)
     covered = arguments.surface == "cover"
     surfaces = "It is for meshes, and for robots that state taxels"
-    if ending == ".mcap":
+    if kind is FileKind.RECORDING:
         refuse(["--babble", "--touches"], purpose="A recording has its own touches")
         refuse([*PLACEMENT, "--surface", "--links", "--robot", "--home"], purpose="A recording has its own skin")
-    elif ending == ".npz" or (not covered and holds_taxels(path)):
+    elif holds_taxels(path, kind, robots=not covered):
         refuse(PLACEMENT, purpose="It places taxels, and this file states them")
-        if not is_robot_with_taxels(path):
+        if not is_robot_with_taxels(path, kind):
             refuse(["--surface"], purpose=surfaces)
-        if is_own_skin(path):
+        if kind in (FileKind.SKIN, FileKind.MAP):
             refuse(["--links"], purpose="It chooses links, and a skin is used whole")
     else:
         refuse(["--robot"], purpose="It names the robot that carries the taxels of a file")
-        if not covered and ending in MESH_SUFFIXES:
+        if not covered and kind is FileKind.MESH:
             refuse(["--links"], purpose="It chooses links of a robot, and a mesh has none")
         elif not covered:
             refuse(["--surface"], purpose=surfaces)
@@ -223,7 +223,7 @@ def _write(map_: TactileMap, target: Path, arguments: argparse.Namespace) -> Non
     """As the ending says; a robot with touch sensors needs the robot too."""
     if target.suffix.lower() != SENSORS_ENDING:
         write_map(map_, target)
-    elif Path(arguments.input).suffix.lower() == ".mcap":
+    elif kind_of(arguments.input) is FileKind.RECORDING:
         write_touch_sensors(map_.skin, _recording(arguments.input).prepared.robot, target)
     else:
         roots = package_roots(arguments)
@@ -233,7 +233,7 @@ def _write(map_: TactileMap, target: Path, arguments: argparse.Namespace) -> Non
 
 def _make_map(arguments: argparse.Namespace, report: Progress) -> tuple[Skin, TactileMap]:
     """The skin and its map."""
-    recorded = Path(arguments.input).suffix.lower() == ".mcap"
+    recorded = kind_of(arguments.input) is FileKind.RECORDING
     skin, readings = recorded_touch(arguments.input) if recorded else (None, None)
     if skin is None:
         skin = open_skin(arguments.input, _skin_options(arguments), progress=report)

@@ -9,11 +9,13 @@ from dataclasses import replace
 from tactile_maps.cli.shared.robot_options import home_of, package_roots
 from tactile_maps.cli.shared.unused_options import refuse_with_input
 from tactile_maps.core.errors import SkinError, UsageError
+from tactile_maps.core.file_kinds import FileKind
 from tactile_maps.scene.scene import Scene, with_package_roots
 from tactile_maps.scene.scene_file import scene_for, scene_for_taxels, scene_names, with_taxels
 from tactile_maps.session.prepare import open_scene
 from tactile_maps.session.prepared_cache import load_robot_cached
-from tactile_maps.skin.formats.import_skin import NO_ROBOT, holds_taxels, is_own_skin
+from tactile_maps.skin.formats.identify import kind_of
+from tactile_maps.skin.formats.import_skin import NO_ROBOT
 from tactile_maps.stimuli.stimulus_file import load_stimuli
 
 
@@ -51,7 +53,7 @@ def _skinned_scene(arguments: argparse.Namespace) -> Scene:
     bare = getattr(arguments, "robot", None) == NO_ROBOT
     if not os.path.exists(path):
         raise SkinError("there is no such file", file=path)
-    if link and is_own_skin(path):
+    if link and kind_of(path) in (FileKind.SKIN, FileKind.MAP):
         purpose = "It names the link that carries taxels, and this skin states it"
         refuse_with_input(arguments, ["--link"], "skin", path, purpose=purpose)
     scene = _named_scene(arguments) if named and not bare else scene_for_taxels(path)
@@ -86,7 +88,7 @@ def is_skin_folder(name: str) -> bool:
     """
     if not os.path.isdir(name) or name in scene_names():
         return False
-    if not holds_taxels(name):
+    if kind_of(name) is not FileKind.TAXELS:
         remedy = "Give a scene, or a folder of a skin's positions files (*.txt)"
         raise UsageError("a folder is no scene", file=name, remedy=remedy)
     return True

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import csv
 import math
-import os
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
@@ -19,9 +18,8 @@ from pathlib import Path
 import numpy as np
 
 from tactile_maps.core.arrays import FloatArray, IntArray
-from tactile_maps.core.errors import LiveError, RecordingError
+from tactile_maps.core.errors import LiveError
 from tactile_maps.live.readings.readings import MalformedReadingError, Reading, SourceEndedError, Unit, unit_of
-from tactile_maps.recording.file.mcap_file import read_recording as read_mcap
 from tactile_maps.recording.player import RecordingPlayer
 from tactile_maps.session.inputs import CalibrationUsed
 from tactile_maps.session.measured_values import MeasuredValues
@@ -147,24 +145,6 @@ def _as_sent(
         sequence=measured.sequence,
         recorded=recorded,
     )
-
-
-def is_own_recording(path: Path) -> bool:
-    """Whether an MCAP file was made by this program.
-
-    Raises:
-        RecordingError: It cannot be opened, or is no MCAP file.
-    """
-    if os.path.isdir(path) or path.suffix.lower() != ".mcap":
-        return False
-    try:
-        return bool(read_mcap(path).metadata)
-    except RecordingError as error:
-        if error.problem == "the recording has another format":
-            raise
-        if not os.path.isfile(path):
-            raise error.at(kind=LiveError) from error
-        return False
 
 
 def _is_id(word: str) -> bool:

@@ -11,9 +11,11 @@ from pathlib import Path
 from urllib.parse import SplitResult, parse_qs, parse_qsl, urlsplit
 
 from tactile_maps.core.errors import LiveError, PluginError, UsageError
+from tactile_maps.core.file_kinds import FileKind
 from tactile_maps.core.files import open_regular_file
 from tactile_maps.core.plugins import Plugin, Registry, check_call, check_members
 from tactile_maps.live.readings.readings import Reading, Source
+from tactile_maps.skin.formats.identify import kind_of
 
 DEFAULT_PORT = 9870
 """Of UDP and ZeroMQ, unless the address names another."""
@@ -261,10 +263,8 @@ def _file(address: str, options: SourceOptions) -> Source:
 
 
 def _is_bag(path: Path) -> bool:
-    """Return True for a recording of ROS 2: a folder or a file that is not one of our own recordings."""
-    from tactile_maps.live.sources.files import is_own_recording
-
-    return os.path.isdir(path) or (path.suffix.lower() in (".mcap", ".db3") and not is_own_recording(path))
+    """Whether the path is a recording of ROS 2: a folder, or a file that this program did not record."""
+    return os.path.isdir(path) or kind_of(path) is FileKind.ROS_RECORDING
 
 
 def is_live(address: str) -> bool:

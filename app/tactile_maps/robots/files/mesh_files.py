@@ -24,12 +24,13 @@ from numpy.typing import NDArray
 from tactile_maps.core.arrays import FloatArray, IntArray
 from tactile_maps.core.codec import parse_json
 from tactile_maps.core.errors import Finding, MeshError, RobotError
+from tactile_maps.core.file_kinds import FileKind
 from tactile_maps.geometry.surface.mesh import Mesh
 from tactile_maps.robots.files.mesh_limits import check_collada, reduced_glb, reduced_gltf, reduced_obj, reduced_stl
 from tactile_maps.robots.files.plain_meshes import read_binary_stl, read_plain_obj
 from tactile_maps.robots.files.safe_files import parse_xml, read_bytes, resolve_inside
 
-MESH_SUFFIXES = (".obj", ".stl", ".ply", ".off", ".gltf", ".glb", ".dae", ".msh")
+MESH_SUFFIXES = FileKind.MESH.suffixes
 FOREIGN_FORMATS = {
     ".fbx": "Open it in Blender and export glTF (.glb)",
     ".blend": "Open it in Blender and export glTF (.glb)",

@@ -15,10 +15,11 @@ from pathlib import Path, PurePosixPath
 from urllib.parse import unquote
 
 from tactile_maps.core.errors import Finding, RobotError
+from tactile_maps.core.file_kinds import FileKind
 from tactile_maps.robots.files.mesh_files import MESH_SUFFIXES
 from tactile_maps.robots.files.safe_files import parse_xml, read_bytes, resolve_inside
 
-MODEL_SUFFIXES = (".xml", ".mjcf", ".urdf", ".xacro", ".yaml", ".yml")
+MODEL_SUFFIXES = (*FileKind.ROBOT.suffixes, ".yaml", ".yml")
 _MARKS = ("package.xml", "manifest.xml", ".git", ".hg", "pyproject.toml", "setup.py", "setup.cfg")
 _PYTHON_PACKAGE = "__init__.py"
 _SHARED = ("site-packages", "dist-packages", "share", "lib")

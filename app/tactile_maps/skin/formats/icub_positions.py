@@ -18,10 +18,7 @@ import numpy as np
 from tactile_maps.core.arrays import BoolArray, FloatArray, IntArray
 from tactile_maps.core.errors import Finding, SkinError, add_finding, errors_in_file
 from tactile_maps.core.files import read_bounded_text, write_lines
-from tactile_maps.robots.model.robot import Robot
-from tactile_maps.skin.fitting.fit import carrying_link, place_taxels
-from tactile_maps.skin.formats.icub_frames import icub_frames
-from tactile_maps.skin.model.skin import Skin, number_ranges
+from tactile_maps.skin.model.skin import number_ranges
 from tactile_maps.skin.model.taxel_set import (
     MAX_COORDINATE,
     MAX_TAXELS,
@@ -182,24 +179,6 @@ def _normals(positions: FloatArray, normals: FloatArray, path: Path, findings: l
         )
         return None
     return unit_normals(normals, path.name, findings)
-
-
-def import_icub_skin(robot: Robot, path: str | Path, *, link: str | None = None, thickness: float = 0.003) -> Skin:
-    """The skin of the positions file at ``path``, on the link it names.
-
-    Args:
-        robot: Usually iCub; any robot with a link that fits.
-        path: The positions file.
-        link: Which link it covers; None for the one the file names.
-        thickness: Of the cover over the link's mesh [m].
-
-    Raises:
-        SkinError: The file cannot be used, the robot has no link of its name, or the taxels lie far from the link.
-        RobotError: The robot has no link called ``link``.
-    """
-    taxels = read_icub_positions(path)
-    name = link or carrying_link(robot, taxels.link, Path(path))
-    return place_taxels(robot, name, taxels, thickness=thickness, file=path, frames=icub_frames(robot, name))
 
 
 MAX_BYTES = 16 * 2**20

@@ -1,8 +1,8 @@
-"""The skin in a file of taxels, on the robot that carries them or alone: one answer for every door of the program.
+"""Skins from files of taxels, on the robot that carries them or alone.
 
-Whatever opens such a file (a scene, the window, each command, the library) asks ``import_skin``, so that a format is
-known everywhere or nowhere. The link that carries the taxels is the one that the file names, or the one that a person
-names where the file does not, or where the robot calls it otherwise.
+Scenes, the window, every command and the library read such files through ``TaxelFile``, so that a format is supported
+by all of them or by none. The link that carries the taxels is the one that the file names, or the one that the user
+names where the file names none or the robot uses another name.
 """
 
 from __future__ import annotations
@@ -11,217 +11,226 @@ import os
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import cached_property
 from pathlib import Path
 
 from tactile_maps.core.errors import Finding, SkinError, errors_in_file
-from tactile_maps.core.files import MAX_UNPACKED_BYTES, array_format, read_bounded_file
-from tactile_maps.robots.formats.touch_sensors import read_touch_sensors, states_touch_sensors
+from tactile_maps.core.file_kinds import FileKind
+from tactile_maps.robots.formats.touch_sensors import read_touch_sensors
 from tactile_maps.robots.model.robot import Robot
 from tactile_maps.skin.fitting.fit import carrying_link, match_frame, place_taxels
 from tactile_maps.skin.formats.icub_frames import icub_frames
 from tactile_maps.skin.formats.icub_positions import read_icub_positions
+from tactile_maps.skin.formats.identify import MJCF_SUFFIXES, kind_of
 from tactile_maps.skin.formats.mujoco_touch import skin_of_touch_sensors
-from tactile_maps.skin.formats.npz import FORMAT as TAXEL_FORMAT
-from tactile_maps.skin.formats.taxel_files import read_taxel_sets, taxel_format_for
+from tactile_maps.skin.formats.taxel_files import read_taxel_sets
 from tactile_maps.skin.model.skin import Skin, merge_skins
-from tactile_maps.skin.model.skin_file import FORMAT, MAP_FORMAT, load_skin
+from tactile_maps.skin.model.skin_file import load_skin
 from tactile_maps.skin.model.taxel_set import TaxelSet
 from tactile_maps.skin.reconstruction.reconstruct import skin_from_taxels
 
 NO_ROBOT = "none"
-"""Named as the robot, it means that no robot carries the taxels: they are joined to each other instead."""
-TAXEL_ENDINGS = (".txt", ".csv", ".tsv", ".json")
-"""Of files that hold taxels and nothing else; robot descriptions and npz may."""
-_MJCF = (".xml", ".mjcf")
+"""Robot name for taxels that no robot carries: they are joined to each other instead."""
 _ONLY_WHOLE = re.compile(r"r_|(l_)?(hip|upper_leg|lower_leg|ankle|foot)|neck|head")
 
 
-def holds_taxels(path: str | Path) -> bool:
-    """Whether ``path`` is a file of taxels: by its ending; for robots and npz by what is in it. A map of ours is not.
-
-    A folder is where it has files ``*.txt``.
-
-    Cost: that of reading a robot description or npz file; none for the others.
-    """
-    path = Path(path)
-    ending = path.suffix.lower()
-    if os.path.isdir(path):
-        return bool(_position_files(path))
-    if ending in _MJCF:
-        return states_touch_sensors(path)
-    if ending not in (".urdf", ".npz"):
-        return ending in TAXEL_ENDINGS or taxel_format_for(path) is not None
-    try:
-        data = read_bounded_file(path, error=SkinError, most=MAX_UNPACKED_BYTES)
-    except SkinError:
-        return False  # whoever opens it says why it cannot be read
-    if ending == ".urdf":
-        return b"<tactile" in data
-    found = array_format(data)
-    # A table that another program wrote has no format; what is no npz at all is left to who reads maps.
-    return found == FORMAT or (data.startswith(b"PK") and found in (None, TAXEL_FORMAT))
-
-
-def is_robot_with_taxels(path: str | Path) -> bool:
-    """Whether ``path`` is a robot that states taxels: a URDF with shapes too, or an MJCF model with touch sensors."""
-    path = Path(path)
-    if path.suffix.lower() in _MJCF:
-        return holds_taxels(path)
-    if path.suffix.lower() != ".urdf" or not holds_taxels(path):
-        return False
-    data = read_bounded_file(path, error=SkinError, most=MAX_UNPACKED_BYTES)
-    return b"<visual" in data or b"<collision" in data
-
-
-def import_skin(
-    path: str | Path,
-    robot: Robot | None = None,
-    *,
-    links: Sequence[str] = (),
-    thickness: float = 0.003,
-    package_roots: Sequence[str] = (),
-) -> Skin:
-    """The skin that the file at ``path`` holds; its findings tell what was repaired, left out or guessed.
+class TaxelFile:
+    """A file or folder with taxels. Its content is parsed once, when it is first needed.
 
     Args:
-        path: iCub positions, a table, npz, Genoa's JSON, URDF with tactile sensors, MJCF with touch sensors, or a skin
-            or map of ours. Or a folder of iCub positions: each link wears the file that lies closest to it, findings
-            tell the others.
-        robot: Carries the taxels: each link's move onto a cover of it. None joins them to each other instead.
-        links: Of a file with several links, those that are wanted; of a file with one, the link that carries it.
-        thickness: Of the cover over a link's mesh [m].
-        package_roots: Further folders in which the files that an MJCF model names may lie.
+        path: iCub positions, a table, npz, Genoa's JSON, URDF with tactile sensors, MJCF with touch sensors, a skin or
+            map saved by this program, or a folder of iCub positions.
+        package_roots: Further folders that may contain files that an MJCF model names.
 
-    Raises:
-        SkinError: The file cannot be used, names no link where one is needed, or one that is not there.
-        RobotError: The robot has no link of a name in ``links``.
-
-    Cost: 0.2 s for 1000 taxels alone, 0.5 to 2 s for 400 on a robot; about 20 s for all 4,077 of an iCub.
+    Attributes:
+        path: The file or folder.
+        kind: Its kind; robots with touch sensors are robots.
     """
-    path = Path(path)
-    if os.path.isdir(path):
-        return _import_folder(path, robot, links, thickness)
-    if is_own_skin(path):
-        return _own_skin(path, robot)
-    if path.suffix.lower() in _MJCF:
-        roots = [Path(root) for root in package_roots]
-        carrier = _touched_robot(path, robot)
-        return skin_of_touch_sensors(carrier, path, links=links, thickness=thickness, package_roots=roots)
-    sets = _chosen(read_taxel_sets(path), links, robot, path)
-    with errors_in_file(path):
-        made = [skin_from_taxels(one) if robot is None else _fitted(robot, one, thickness, path) for one in sets]
-    return merge_skins([_with_area_note(skin, one) for skin, one in zip(made, sets, strict=True)])
 
+    def __init__(self, path: str | Path, *, package_roots: Sequence[str] = ()) -> None:
+        self.path = Path(path)
+        self.kind = kind_of(path)
+        self._roots = [Path(root) for root in package_roots]
+        self._folder = os.path.isdir(path)
+        self._own = self.kind in (FileKind.SKIN, FileKind.MAP)
+        self._touched = self.kind is FileKind.ROBOT and self.path.suffix.lower() in MJCF_SUFFIXES
 
-def usual_carrier(path: str | Path, links: Sequence[str] = ()) -> str:
-    """The robot that carries the taxels where nobody names one: iCub for its positions files, an MJCF model itself,
-    ``none`` for others.
+    @cached_property
+    def links(self) -> tuple[str | None, ...]:
+        """Links that the file names, one for each set of taxels; None for a set without a link.
 
-    Its torso and left arm are enough for a file of these; one of the right side, the legs or the head, or a folder,
-    needs all of it. No robot is loaded for the answer.
-    """
-    path = Path(path)
-    if os.path.isdir(path):
-        return "icub_whole"
-    if path.suffix.lower() in _MJCF:
-        return str(path)
-    if path.suffix.lower() != ".txt":
-        return NO_ROBOT
-    try:
-        named = links or [link for link in named_links(path) if link]
-    except SkinError:
-        return "icub"  # whoever opens the file says what is wrong with it
-    right = path.name.partition("_")[0] == "right"
-    return "icub_whole" if right or any(_ONLY_WHOLE.match(link) for link in named) else "icub"
+        Raises:
+            SkinError: The file cannot be read.
+        """
+        if self._own:
+            return tuple(dict.fromkeys(patch.link for patch in self._own_skin.patches))
+        if self._touched:
+            return tuple(dict.fromkeys(sensor.link for sensor in read_touch_sensors(self.path)[0]))
+        return tuple(taxels.link for taxels in self.sets.values())
 
+    def usual_carrier(self, links: Sequence[str] = ()) -> str:
+        """Return the robot that carries the taxels unless the user names one.
 
-def named_links(path: str | Path) -> tuple[str | None, ...]:
-    """The links that the file at ``path`` names, one for each of its sets of taxels; None for a set without.
+        It is iCub for its positions files, an MJCF model itself, and ``none`` for others. For links of the torso and
+        left arm, part of iCub is enough; a file of the right side, the legs or the head, or a folder, needs the whole
+        robot. No robot is loaded.
 
-    Raises:
-        SkinError: The file cannot be read.
-    """
-    path = Path(path)
-    if os.path.isdir(path):
-        return tuple(read_icub_positions(file).link for file in _position_files(path))
-    if is_own_skin(path):
-        return tuple(dict.fromkeys(patch.link for patch in load_skin(path).patches))
-    if path.suffix.lower() in _MJCF:
-        return tuple(dict.fromkeys(sensor.link for sensor in read_touch_sensors(path)[0]))
-    return tuple(taxels.link for taxels in read_taxel_sets(path))
+        Args:
+            links: Links that the user names instead of those of the file.
+        """
+        if self._folder:
+            return "icub_whole"
+        if self._touched:
+            return str(self.path)
+        if self.path.suffix.lower() != ".txt":
+            return NO_ROBOT
+        try:
+            named = links or [link for link in self.links if link]
+        except SkinError:
+            return "icub"  # reported when the skin is built
+        right = self.path.name.partition("_")[0] == "right"
+        return "icub_whole" if right or any(_ONLY_WHOLE.match(link) for link in named) else "icub"
 
+    def check_links(self, robot: Robot | None, links: Sequence[str] = ()) -> None:
+        """Raise the errors of ``skin`` that concern links, without fitting anything.
 
-def check_links(path: str | Path, robot: Robot | None, links: Sequence[str] = ()) -> None:
-    """Refuse what ``import_skin`` would refuse about the links, without fitting anything.
+        Raises:
+            SkinError: See ``skin``.
+            RobotError: See ``skin``.
+        """
+        if self._folder:
+            self._sets_by_link(robot, links)
+        elif self._own:
+            self._checked_own(robot)
+        elif self._touched:
+            self._carrier_of_sensors(robot)
+        else:
+            for taxels in self._chosen(links, robot):
+                if robot is not None:
+                    carrying_link(robot, taxels.link, self.path)
 
-    Raises:
-        SkinError: As ``import_skin``.
-        RobotError: As ``import_skin``.
-    """
-    path = Path(path)
-    if os.path.isdir(path):
-        _folder_sets(path, robot, links)
-        return
-    if is_own_skin(path):
-        _own_skin(path, robot)
-        return
-    if path.suffix.lower() in _MJCF:
-        _touched_robot(path, robot)
-        return
-    for taxels in _chosen(read_taxel_sets(path), links, robot, path):
-        if robot is not None:
-            carrying_link(robot, taxels.link, path)
+    def skin(self, robot: Robot | None = None, *, links: Sequence[str] = (), thickness: float = 0.003) -> Skin:
+        """Return the skin in the file; its findings list what was repaired, left out or guessed.
 
+        Of a folder, each link gets the file whose taxels are closest to it; findings list the others.
 
-def is_own_skin(path: str | Path) -> bool:
-    """Whether the file is a skin of ours, or a map of ours, which keeps its skin."""
-    path = Path(path)
-    if path.suffix.lower() != ".npz":
-        return False
-    return array_format(read_bounded_file(path, error=SkinError, most=MAX_UNPACKED_BYTES)) in (FORMAT, MAP_FORMAT)
+        Args:
+            robot: Robot that carries the taxels, which are moved to a cover of their links. None joins the taxels to
+                each other instead.
+            links: Links to use of a file with several; for a file with one set, the link that carries it.
+            thickness: Thickness of the cover over a link's mesh [m].
 
+        Raises:
+            SkinError: The file is not usable, names no link where one is needed, or names a missing link.
+            RobotError: The robot has no link of a name in ``links``.
 
-def _touched_robot(path: Path, robot: Robot | None) -> Robot:
-    """The robot, if one of the bodies with touch sensors is a link of it."""
-    remedy = "Open the file as the robot that carries them"
-    if robot is None:
-        raise SkinError("touch sensors need their robot", file=path, remedy=remedy)
-    named = named_links(path)
-    if not any(link in robot.link_index for link in named):
-        raise SkinError("the robot has none of the bodies with touch sensors", file=path, value=", ".join(
-            str(link) for link in named), remedy=remedy)  # fmt: skip
-    return robot
+        Cost: 0.2 s for 1000 taxels alone, 0.5 to 2 s for 400 on a robot; about 20 s for all 4,077 of an iCub.
+        """
+        if self._folder:
+            return self._skin_of_folder(robot, links, thickness)
+        if self._own:
+            return self._checked_own(robot)
+        if self._touched:
+            carrier = self._carrier_of_sensors(robot)
+            return skin_of_touch_sensors(
+                carrier, self.path, links=links, thickness=thickness, package_roots=self._roots
+            )
+        sets = self._chosen(links, robot)
+        with errors_in_file(self.path):
+            made = [
+                skin_from_taxels(one) if robot is None else _fitted(robot, one, thickness, self.path) for one in sets
+            ]
+        return merge_skins([_with_area_note(skin, one) for skin, one in zip(made, sets, strict=True)])
 
+    @cached_property
+    def sets(self) -> Mapping[tuple[Path, int], TaxelSet]:
+        """Sets of taxels by file and number in the file; not for skins and touch sensors.
 
-def _own_skin(path: Path, robot: Robot | None) -> Skin:
-    """The skin as it was saved; a robot must have its links."""
-    skin = load_skin(path)
-    missing = [patch.link for patch in skin.patches if robot is not None and patch.link not in robot.link_index]
-    if missing and robot is not None:
-        remedy = f"Open it with the robot that it was made for; this one has: {', '.join(robot.link_index)}"
-        raise SkinError("the robot has no link of the skin's", file=path, value=missing[0], remedy=remedy)
-    return skin
+        Raises:
+            SkinError: The file cannot be read.
+        """
+        if self._folder:
+            return {(file, 0): read_icub_positions(file) for file in sorted(self.path.glob("*.txt"))}
+        return {(self.path, number): one for number, one in enumerate(read_taxel_sets(self.path))}
 
+    @cached_property
+    def _own_skin(self) -> Skin:
+        return load_skin(self.path)
 
-def _chosen(sets: Sequence[TaxelSet], links: Sequence[str], robot: Robot | None, path: Path) -> list[TaxelSet]:
-    """The sets on ``links``, all without; a lone set goes on the link that is named."""
-    if not links:
-        return list(sets)
-    chosen = [taxels for taxels in sets if taxels.link in links]
-    if {taxels.link for taxels in chosen} == set(links):
-        return chosen
-    if len(sets) == len(links) == 1 and (robot is not None or sets[0].link is None):
-        if robot is not None:
-            robot.link(links[0])  # says which there are
-        return [replace(sets[0], link=links[0])]
-    here = [taxels.link or "no name" for taxels in sets]
-    missing = next(link for link in links if link not in here)
-    remedy = f"Choose one of: {', '.join(here)}"
-    raise SkinError("the file has no taxels of that link", file=path, value=missing, remedy=remedy)
+    def _carrier_of_sensors(self, robot: Robot | None) -> Robot:
+        """Return the robot if one of the bodies with touch sensors is a link of it."""
+        remedy = "Open the file as the robot that carries them"
+        if robot is None:
+            raise SkinError("touch sensors need their robot", file=self.path, remedy=remedy)
+        if not any(link in robot.link_index for link in self.links):
+            problem = "the robot has none of the bodies with touch sensors"
+            raise SkinError(problem, file=self.path, value=", ".join(map(str, self.links)), remedy=remedy)
+        return robot
+
+    def _checked_own(self, robot: Robot | None) -> Skin:
+        """Return the skin as it was saved, if the robot has its links."""
+        skin = self._own_skin
+        missing = [link for link in self.links if robot is not None and link not in robot.link_index]
+        if missing and robot is not None:
+            remedy = f"Open it with the robot that it was made for; this one has: {', '.join(robot.link_index)}"
+            raise SkinError("the robot has no link of the skin's", file=self.path, value=missing[0], remedy=remedy)
+        return skin
+
+    def _chosen(self, links: Sequence[str], robot: Robot | None) -> list[TaxelSet]:
+        """Return the sets on ``links``, all sets if none are named; a single set goes on the link that is named."""
+        sets = list(self.sets.values())
+        if not links:
+            return sets
+        chosen = [taxels for taxels in sets if taxels.link in links]
+        if {taxels.link for taxels in chosen} == set(links):
+            return chosen
+        if len(sets) == len(links) == 1 and (robot is not None or sets[0].link is None):
+            if robot is not None:
+                robot.link(links[0])  # raises if the robot does not have it
+            return [replace(sets[0], link=links[0])]
+        here = [taxels.link or "no name" for taxels in sets]
+        missing = next(link for link in links if link not in here)
+        remedy = f"Choose one of: {', '.join(here)}"
+        raise SkinError("the file has no taxels of that link", file=self.path, value=missing, remedy=remedy)
+
+    def _sets_by_link(
+        self, robot: Robot | None, links: Sequence[str]
+    ) -> tuple[dict[str, dict[Path, TaxelSet]], list[Finding]]:
+        """Return the files of a folder for each link of the robot; findings list the files for other links."""
+        if robot is None:
+            remedy = "Open it with the robot that carries them, or choose one file"
+            raise SkinError("a folder of positions needs a robot", file=self.path, remedy=remedy)
+        findings: list[Finding] = []
+        of_link: dict[str, dict[Path, TaxelSet]] = {}
+        for (file, _), taxels in self.sets.items():
+            try:
+                link = carrying_link(robot, taxels.link, file)
+            except SkinError as error:
+                findings.append(Finding("link-missing", file.name, f"left out: {error.problem}", len(taxels)))
+                continue
+            if not links or link in links:
+                of_link.setdefault(link, {})[file] = taxels
+        missing = [link for link in links if link not in of_link]
+        if missing or not of_link:
+            problem = "no file in the folder is for that link" if missing else "no file in the folder is for this robot"
+            remedy = f"Choose a folder with positions files for: {', '.join(robot.link_index)}"
+            value = missing[0] if missing else len(findings)
+            raise SkinError(problem, file=self.path, value=value, remedy=remedy)
+        return of_link, findings
+
+    def _skin_of_folder(self, robot: Robot | None, links: Sequence[str], thickness: float) -> Skin:
+        of_link, findings = self._sets_by_link(robot, links)
+        assert robot is not None
+        skins = [Skin((), tuple(findings))]
+        for link, files in of_link.items():
+            best, left_out = _closest_file(robot, link, files)
+            skin = _fitted(robot, replace(files[best], link=link), thickness, best)
+            skins.append(replace(skin, findings=(*left_out, *skin.findings)))
+        return merge_skins(skins)
 
 
 def _with_area_note(skin: Skin, taxels: TaxelSet) -> Skin:
-    """The skin, with a finding where the file states areas: a taxel answers for its cell of the surface instead.
+    """Add a finding where the file states areas, which are replaced by the cells of the surface around each taxel.
 
     The surface presses everywhere, not on pads alone; with the pads' areas the skin would carry too little force.
     """
@@ -237,49 +246,8 @@ def _fitted(robot: Robot, taxels: TaxelSet, thickness: float, path: Path) -> Ski
     return place_taxels(robot, link, taxels, thickness=thickness, file=path, frames=icub_frames(robot, link))
 
 
-def _position_files(folder: Path) -> list[Path]:
-    return sorted(folder.glob("*.txt"))
-
-
-def _folder_sets(
-    folder: Path, robot: Robot | None, links: Sequence[str]
-) -> tuple[dict[str, dict[Path, TaxelSet]], list[Finding]]:
-    """By link of the robot the files for it; findings tell the files for other links."""
-    if robot is None:
-        remedy = "Open it with the robot that carries them, or choose one file"
-        raise SkinError("a folder of positions needs a robot", file=folder, remedy=remedy)
-    findings: list[Finding] = []
-    of_link: dict[str, dict[Path, TaxelSet]] = {}
-    for file in _position_files(folder):
-        taxels = read_icub_positions(file)
-        try:
-            link = carrying_link(robot, taxels.link, file)
-        except SkinError as error:
-            findings.append(Finding("link-missing", file.name, f"left out: {error.problem}", len(taxels)))
-            continue
-        if not links or link in links:
-            of_link.setdefault(link, {})[file] = taxels
-    missing = [link for link in links if link not in of_link]
-    if missing or not of_link:
-        problem = "no file in the folder is for that link" if missing else "no file in the folder is for this robot"
-        remedy = f"Choose a folder with positions files for: {', '.join(robot.link_index)}"
-        raise SkinError(problem, file=folder, value=missing[0] if missing else len(findings), remedy=remedy)
-    return of_link, findings
-
-
-def _import_folder(folder: Path, robot: Robot | None, links: Sequence[str], thickness: float) -> Skin:
-    of_link, findings = _folder_sets(folder, robot, links)
-    assert robot is not None
-    skins = [Skin((), tuple(findings))]
-    for link, files in of_link.items():
-        best, left_out = _closest_file(robot, link, files)
-        skin = _fitted(robot, replace(files[best], link=link), thickness, best)
-        skins.append(replace(skin, findings=(*left_out, *skin.findings)))
-    return merge_skins(skins)
-
-
 def _closest_file(robot: Robot, link: str, files: Mapping[Path, TaxelSet]) -> tuple[Path, list[Finding]]:
-    """Which of the files for ``link``, as from robots of different versions, lies closest to its mesh."""
+    """Return the file, of several for ``link`` (from different robot versions), that is closest to the link's mesh."""
     if len(files) == 1:
         return next(iter(files)), []
     frames = icub_frames(robot, link)

@@ -15,7 +15,8 @@ import numpy as np
 
 from tactile_maps.core.arrays import FloatArray
 from tactile_maps.core.errors import SkinError, errors_in_file
-from tactile_maps.core.files import read_bounded_file
+from tactile_maps.core.file_kinds import ALL_SUFFIXES
+from tactile_maps.core.files import open_regular_file, read_bounded_file
 from tactile_maps.core.plugins import Plugin, Registry, check_call
 from tactile_maps.skin.formats.csv_table import read_table, write_table
 from tactile_maps.skin.formats.icub_positions import read_icub_positions, write_icub_positions
@@ -47,18 +48,12 @@ class TaxelFormat:
     read: Callable[[Path], tuple[TaxelSet, ...]]
 
 
-_KNOWN_ENDINGS = frozenset((
-    ".txt", ".csv", ".tsv", ".npz", ".json", ".urdf", ".xml", ".mjcf", ".xacro", ".ini", ".toml", ".mcap",
-    ".obj", ".stl", ".ply", ".off", ".glb", ".dae",
-))  # fmt: skip
-
-
 def _guarded(plugin: Plugin, form: TaxelFormat) -> TaxelFormat:
     """A plug-in's format, which tells of sets of taxels or of the file why not."""
     check_call(plugin, form.read, "path")
     if not form.endings or not all(re.fullmatch(r"\.[a-z0-9_.]+", ending) for ending in form.endings):
         raise plugin.error("its endings are not like .taxels, in small letters")
-    if known := _KNOWN_ENDINGS.intersection(form.endings):
+    if known := set(ALL_SUFFIXES).intersection(form.endings):
         raise plugin.error(f"its ending {min(known)} is that of a built-in format")
 
     def read(path: Path) -> tuple[TaxelSet, ...]:
@@ -79,7 +74,7 @@ TAXEL_FORMATS: Registry[TaxelFormat] = Registry("importers", TaxelFormat, (), _g
 def taxel_format_for(path: Path) -> TaxelFormat | None:
     """The plug-in's format for a file of such a name; None for all that a built-in one reads."""
     name = path.name.lower()
-    if path.suffix.lower() in _KNOWN_ENDINGS or "." not in name:
+    if path.suffix.lower() in ALL_SUFFIXES or "." not in name:
         return None
     return next((form for form in TAXEL_FORMATS.values() if name.endswith(form.endings)), None)
 
@@ -130,7 +125,8 @@ def _reader(path: Path) -> Callable[[Path], tuple[TaxelSet, ...]]:
 
 
 def _by_content(path: Path) -> Callable[[Path], tuple[TaxelSet, ...]]:
-    start = read_bounded_file(path, error=SkinError)[:4096].lstrip()
+    with open_regular_file(path, error=SkinError) as stream:
+        start = stream.read(4096).lstrip()
     if start.startswith(b"PK"):
         return read_taxel_npz
     if start.startswith(b"{"):

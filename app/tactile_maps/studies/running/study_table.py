@@ -10,7 +10,6 @@ from __future__ import annotations
 import csv
 import io
 import math
-import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -19,6 +18,7 @@ from pathlib import Path
 from statistics import median
 
 from tactile_maps.core.errors import UsageError
+from tactile_maps.core.file_kinds import FileKind
 from tactile_maps.core.files import read_bounded_file
 from tactile_maps.studies.base.hypotheses import Interval, bootstrap_median
 from tactile_maps.studies.base.rows import Cell, Row, number
@@ -26,12 +26,11 @@ from tactile_maps.studies.running.tables import columns
 
 SEED = "seed"
 """The column that every table of a study has."""
-TABLE_ENDINGS = (".csv", ".parquet")
+TABLE_ENDINGS = FileKind.STUDY_TABLE.suffixes
 MOST_POINTS = 400
 MOST_AT_A_POINT = 2000
 _REMEDY = "Give a table that `tactile-maps study NAME -o FOLDER` wrote: NAME.csv or NAME.parquet"
 _TRUTH = {"True": True, "False": False}
-_HEAD_BYTES = 4096
 
 
 @dataclass(frozen=True)
@@ -152,21 +151,6 @@ class TablePoint:
         """The median of what a law predicts of these rows; None where it is not said or differs without bound."""
         values = [value for row in self.rows if (value := number(row[column])) is not None and math.isfinite(value)]
         return median(values) if values else None
-
-
-def is_study_table(path: str | Path) -> bool:
-    """Whether the file is a study's table: Parquet, or a CSV whose head names a seed. Cost: reads 4 kB of a CSV."""
-    path = Path(path)
-    if path.suffix.lower() not in TABLE_ENDINGS or not os.path.isfile(path):
-        return False
-    if path.suffix.lower() == ".parquet":
-        return True
-    try:
-        with path.open("rb") as stream:
-            head = stream.read(_HEAD_BYTES)
-    except OSError:
-        return False  # whoever opens it says why it cannot be read
-    return SEED in head.decode("utf8", "replace").partition("\n")[0].strip().split(",")
 
 
 def read_study_table(path: str | Path) -> StudyTable:

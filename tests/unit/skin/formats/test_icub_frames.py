@@ -19,7 +19,7 @@ from tactile_maps.scene.scene_file import load_scene, scene_for_taxels
 from tactile_maps.skin.fitting.fit import carrying_link, match_frame
 from tactile_maps.skin.formats.icub_frames import icub_frames
 from tactile_maps.skin.formats.icub_positions import read_icub_positions
-from tactile_maps.skin.formats.import_skin import import_skin
+from tactile_maps.skin.formats.import_skin import TaxelFile
 from tests.unit.skin.example_robots import two_rods
 from tests.unit.skin.formats.test_icub_positions import REAL, kinds, module, needs_files, needs_icub, positions_file
 
@@ -49,7 +49,7 @@ def whole() -> Robot:
 @needs_icub
 @pytest.mark.parametrize(("file", "count"), [("left_arm.txt", 350), ("left_forearm_V2.txt", 148)])
 def test_real_taxels_are_worn_by_icub(file: str, count: int) -> None:
-    skin = import_skin(REAL / file, load_robot("icub"))
+    skin = TaxelFile(REAL / file).skin(load_robot("icub"))
     assert len(skin) == count
     for patch in skin.patches:
         assert (patch.taxels.areas > 0).all()
@@ -63,7 +63,7 @@ def test_a_folder_covers_each_link_with_the_file_that_lies_closest(tmp_path: Pat
     for name, rows, link in (("near", module(), "upper"), ("far", far, "upper"), ("lost", module(), "tail")):
         positions_file(tmp_path, rows, header=f"name {link}\n").rename(tmp_path / f"{name}.txt")
     (tmp_path / "README.md").write_text("not a positions file")
-    skin = import_skin(tmp_path, two_rods(), thickness=0.002)
+    skin = TaxelFile(tmp_path).skin(two_rods(), thickness=0.002)
     assert [(patch.link, len(patch.taxels)) for patch in skin.patches] == [("upper", 10)]
     told = {(f.kind, f.where): f.count for f in skin.findings}
     assert told["other-calibration", "far.txt"] == 10
@@ -75,7 +75,7 @@ def test_the_first_file_of_a_folder_is_used_where_the_mesh_of_its_link_is_missin
         positions_file(tmp_path, module(), header="name upper\n").rename(tmp_path / f"{name}.txt")
     robot = two_rods()
     links = tuple(replace(link, mesh=box_mesh(0.02), missing=("rod",)) for link in robot.links)
-    skin = import_skin(tmp_path, replace(robot, links=links))
+    skin = TaxelFile(tmp_path).skin(replace(robot, links=links))
     found = {finding.kind: finding for finding in skin.findings}
     assert found["stated-places"].count == len(skin) == 10
     assert found["other-calibration"].where == "second.txt"
@@ -84,9 +84,9 @@ def test_the_first_file_of_a_folder_is_used_where_the_mesh_of_its_link_is_missin
 
 def test_a_folder_without_a_file_for_the_robot_is_refused(tmp_path: Path) -> None:
     with pytest.raises(SkinError, match="no file in the folder.*found: 0.*base, upper"):
-        import_skin(tmp_path, two_rods())
+        TaxelFile(tmp_path).skin(two_rods())
     with pytest.raises(SkinError, match="needs a robot"):
-        import_skin(tmp_path)
+        TaxelFile(tmp_path).skin()
 
 
 def test_robots_without_icubs_links_have_no_frames_of_its() -> None:
@@ -134,7 +134,7 @@ def test_every_real_file_lies_on_its_link(whole: Robot, file: Path) -> None:
 @needs_all_files
 @needs_icub
 def test_the_whole_real_skin_is_worn_and_keeps_its_ids(whole: Robot) -> None:
-    skin = import_skin(ALL_FILES, whole)
+    skin = TaxelFile(ALL_FILES).skin(whole)
     assert len(skin) == 4077
     assert len({patch.link for patch in skin.patches}) == 13
     for link, file in (
@@ -150,7 +150,7 @@ def test_the_whole_real_skin_is_worn_and_keeps_its_ids(whole: Robot) -> None:
 @needs_files
 @needs_icub
 def test_the_real_torso_is_stated_in_the_frame_of_the_documentation() -> None:
-    skin = import_skin(REAL / "torso.txt", load_robot("icub"))
+    skin = TaxelFile(REAL / "torso.txt").skin(load_robot("icub"))
     assert len(skin) == 373
     told = {finding.kind: finding.action for finding in skin.findings}
     assert "third DH link" in told["taxel-frame"]

@@ -11,11 +11,11 @@ from tactile_maps.core.errors import Finding, RobotError, SkinError
 from tactile_maps.robots.library import icub_folder
 from tactile_maps.skin.formats import icub_positions
 from tactile_maps.skin.formats.icub_positions import (
-    import_icub_skin,
     read_icub_positions,
     read_position_rows,
     write_icub_positions,
 )
+from tactile_maps.skin.formats.import_skin import TaxelFile
 from tactile_maps.skin.model.taxel_set import TaxelSet
 from tests.unit.skin.example_robots import two_rods
 from tests.unit.skin.formats.example_taxels import dome
@@ -158,31 +158,32 @@ def test_a_file_without_taxels_is_refused(tmp_path: Path) -> None:
         read_icub_positions(positions_file(tmp_path, ["0 0 0 0 0 0"] * 12))
 
 
-def test_a_link_wears_the_taxels_where_they_are(tmp_path: Path) -> None:
+def test_taxels_keep_their_positions_on_the_link(tmp_path: Path) -> None:
     path = positions_file(tmp_path, module() + module(1), header="name upper\n")
-    skin = import_icub_skin(two_rods(), path, thickness=0.002)
+    skin = TaxelFile(path).skin(two_rods(), thickness=0.002)
     assert [(patch.name, patch.link, len(patch.taxels)) for patch in skin.patches] == [("upper", "upper", 20)]
     taxels = skin.patches[0].taxels
-    wanted = read_icub_positions(path).positions
-    assert np.linalg.norm(taxels.positions - wanted, axis=1).max() < 0.004
+    stated = read_icub_positions(path).positions
+    assert np.linalg.norm(taxels.positions - stated, axis=1).max() < 0.004
     assert (taxels.areas > 0).all()
-    # No taxel feels more than about a pitch around itself.
+    # The area of a taxel extends at most about one pitch around it.
     assert taxels.areas.max() < np.pi * 0.009**2
     assert kinds(skin.findings)["taxel-distance"] == 20
 
 
-def test_the_side_in_the_files_name_finds_the_link(tmp_path: Path) -> None:
+def test_unknown_link_must_be_replaced_by_one_of_the_robot(tmp_path: Path) -> None:
     path = positions_file(tmp_path, module(), header="name arm\n")
     with pytest.raises(SkinError, match="found: arm.*Choose one of: base, upper"):
-        import_icub_skin(two_rods(), path)
-    assert import_icub_skin(two_rods(), path, link="upper").patches[0].link == "upper"
+        TaxelFile(path).skin(two_rods())
+    assert TaxelFile(path).skin(two_rods(), links=("upper",)).patches[0].link == "upper"
 
 
-def test_no_link_at_all_must_be_chosen(tmp_path: Path) -> None:
+def test_missing_link_must_be_chosen(tmp_path: Path) -> None:
+    path = positions_file(tmp_path, module())
     with pytest.raises(SkinError, match="does not name its link"):
-        import_icub_skin(two_rods(), positions_file(tmp_path, module()))
+        TaxelFile(path).skin(two_rods())
     with pytest.raises(RobotError, match="no such link"):
-        import_icub_skin(two_rods(), positions_file(tmp_path, module()), link="elbow")
+        TaxelFile(path).skin(two_rods(), links=("elbow",))
 
 
 @needs_files

@@ -19,11 +19,7 @@ from tactile_maps.scene.scene_file import scene_for, scene_for_taxels
 from tactile_maps.session.prepare import load_robot_and_skin, open_scene
 from tactile_maps.skin.formats.import_skin import (
     NO_ROBOT,
-    check_links,
-    holds_taxels,
-    import_skin,
-    is_robot_with_taxels,
-    named_links,
+    TaxelFile,
 )
 from tactile_maps.skin.formats.taxel_files import write_taxels
 from tactile_maps.skin.open import SkinOptions, open_skin
@@ -60,7 +56,7 @@ DOORS = {
 
 @pytest.mark.parametrize("name", FORMATS)
 def test_every_format_is_the_same_skin_through_every_door(files, robot, name):
-    wanted = import_skin(files[name], robot)
+    wanted = TaxelFile(files[name]).skin(robot)
     assert len(wanted) == 30
     assert {patch.link for patch in wanted.patches} == {LINK}
     np.testing.assert_array_equal(np.sort(wanted.identity.ids), cylinder_taxels().ids)
@@ -94,14 +90,6 @@ def test_a_robot_that_states_its_taxels_wears_them(files):
     assert scene_for_taxels(path) == scene
     assert scene_for(str(files["robot.urdf"])).taxel_file == ""
     assert scene_for(str(files["sensors.urdf"])).robot == NO_ROBOT
-    assert [is_robot_with_taxels(files[name]) for name in ("sensors.urdf", "table.csv")] == [False, False]
-
-
-def test_what_holds_taxels_is_told_by_content(files, tmp_path):
-    assert [name for name in FORMATS if not holds_taxels(files[name])] == ["map.npz"]
-    for name in ("gone.npz", "gone.urdf", "robot.stl"):
-        assert not holds_taxels(tmp_path / name)
-    assert not holds_taxels(files["robot.urdf"])
 
 
 @pytest.fixture
@@ -112,11 +100,11 @@ def unnamed(tmp_path):
 
 
 def test_taxels_that_name_no_link_go_where_a_person_says(unnamed, files, robot, tmp_path):
-    assert named_links(unnamed) == (None,)
-    assert {patch.link for patch in import_skin(unnamed, robot, links=(LINK,)).patches} == {LINK}
-    assert {patch.link for patch in import_skin(unnamed, links=("arm",)).patches} == {"arm"}
+    assert TaxelFile(unnamed).links == (None,)
+    assert {patch.link for patch in TaxelFile(unnamed).skin(robot, links=(LINK,)).patches} == {LINK}
+    assert {patch.link for patch in TaxelFile(unnamed).skin(links=("arm",)).patches} == {"arm"}
     with pytest.raises(SkinError, match=rf"unnamed\.csv.*does not name its link.*{LINK}"):
-        import_skin(unnamed, robot)
+        TaxelFile(unnamed).skin(robot)
     scene = tmp_path / "own.toml"
     text = f"robot = '{files['robot.urdf']}'\n\ntaxel_file = 'unnamed.csv'\n"
     scene.write_text(text)
@@ -130,11 +118,11 @@ def test_taxels_that_name_no_link_go_where_a_person_says(unnamed, files, robot, 
 
 def test_links_that_are_not_there_are_named(files, robot):
     with pytest.raises(SkinError, match=rf"no taxels of that link.*wing.*{LINK}"):
-        import_skin(files["table.csv"], links=("wing",))
+        TaxelFile(files["table.csv"]).skin(links=("wing",))
     with pytest.raises(TactileMapsError, match="wing"):
-        check_links(files["table.csv"], robot, ("wing",))
+        TaxelFile(files["table.csv"]).check_links(robot, ("wing",))
     with pytest.raises(SkinError, match=r"no link of the skin's.*rod.*base"):
-        check_links(files["skin.npz"], load_robot_file(files["table.csv"].parent / "other.urdf"))
+        TaxelFile(files["skin.npz"]).check_links(load_robot_file(files["table.csv"].parent / "other.urdf"))
 
 
 @pytest.fixture(autouse=True)
@@ -146,19 +134,19 @@ def other_robot(files):
 def test_several_links_need_a_robot_or_a_choice(tmp_path, robot):
     path = tmp_path / "two.csv"
     write_taxels([cylinder_taxels(), cylinder_taxels(link="base")], path)
-    assert named_links(path) == (LINK, "base")
+    assert TaxelFile(path).links == (LINK, "base")
     scene = scene_for_taxels(str(path))
     with pytest.raises(SkinError, match="several links need a robot"):
         load_robot_and_skin(scene)
-    assert {patch.link for patch in import_skin(path, links=("base", LINK)).patches} == {"base", LINK}
-    assert len(import_skin(path, robot, links=(LINK,))) == 30
+    assert {patch.link for patch in TaxelFile(path).skin(links=("base", LINK)).patches} == {"base", LINK}
+    assert len(TaxelFile(path).skin(robot, links=(LINK,))) == 30
 
 
 @pytest.mark.parametrize("links", [(), (LINK,)])
 def test_stated_areas_are_compared_with_the_cells(tmp_path, robot, links):
     path = tmp_path / "pads.csv"
     write_taxels(replace(cylinder_taxels(), areas=np.full(30, 20e-6)), path)
-    skin = import_skin(path, robot if links else None)
+    skin = TaxelFile(path).skin(robot if links else None)
     (note,) = [finding for finding in skin.findings if finding.kind == "stated-area"]
     share = 30 * 20e-6 / skin.areas.sum()
     assert note.count == 30

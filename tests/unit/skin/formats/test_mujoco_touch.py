@@ -17,7 +17,8 @@ from tactile_maps.robots.load import load_robot_file
 from tactile_maps.scene.scene_file import scene_for, scene_for_taxels
 from tactile_maps.session.prepare import load_robot_and_skin, open_scene
 from tactile_maps.skin.formats import mujoco_touch
-from tactile_maps.skin.formats.import_skin import check_links, import_skin, is_robot_with_taxels
+from tactile_maps.skin.formats.identify import is_robot_with_taxels, kind_of
+from tactile_maps.skin.formats.import_skin import TaxelFile
 from tactile_maps.skin.formats.mujoco_touch import write_touch_sensors
 from tactile_maps.skin.open import SkinOptions, open_skin
 from tactile_maps.skin.taxel_placement.placement import PlacementSpec
@@ -65,7 +66,7 @@ def test_a_free_body_with_a_touch_sensor_is_a_link_with_a_taxel(tmp_path: Path) 
     assert [(patch.link, len(patch.taxels)) for patch in skin.patches] == [("plate", 9), ("toy", 1)]
     other = load_robot_file(plate(tmp_path / "other", sensors=True))
     assert "toy" not in other.link_index
-    notes = {finding.where: finding for finding in import_skin(path, other).findings}
+    notes = {finding.where: finding for finding in TaxelFile(path).skin(other).findings}
     assert notes["touch 10"].action == "left out: its body is no link of the robot"
 
 
@@ -148,14 +149,16 @@ def test_touch_sensors_are_the_same_skin_through_every_door(tmp_path: Path) -> N
 
 def test_touch_sensors_lie_on_their_own_robot_alone(tmp_path: Path) -> None:
     path = plate(tmp_path, sensors=True)
-    assert is_robot_with_taxels(path)
-    assert not is_robot_with_taxels(plate(tmp_path / "bare", sensors=False))
+    assert is_robot_with_taxels(path, kind_of(path))
+    bare = plate(tmp_path / "bare", sensors=False)
+    assert not is_robot_with_taxels(bare, kind_of(bare))
     path = plate(tmp_path, sensors=True)
     with pytest.raises(SkinError, match=r"plate\.xml: touch sensors need their robot.*Open the file as the robot"):
-        import_skin(path)
-    for use in (import_skin, check_links):
+        TaxelFile(path).skin()
+    file = TaxelFile(path)
+    for use in (file.skin, file.check_links):
         with pytest.raises(SkinError, match=r"none of the bodies with touch sensors.*plate"):
-            use(path, load_robot("arm"))
+            use(load_robot("arm"))
 
 
 def test_a_cover_is_made_where_it_is_asked_for_or_nothing_is_stated(tmp_path: Path) -> None:

@@ -8,8 +8,10 @@ import pytest
 
 from tactile_maps.core.assets import asset
 from tactile_maps.core.errors import UsageError
+from tactile_maps.core.file_kinds import FileKind
+from tactile_maps.skin.formats.identify import kind_of
 from tactile_maps.studies.base.hypotheses import bootstrap_median
-from tactile_maps.studies.running.study_table import StudyTable, is_study_table, only, read_study_table, table_points
+from tactile_maps.studies.running.study_table import StudyTable, only, read_study_table, table_points
 from tactile_maps.studies.running.tables import csv_table, parquet_table
 
 ROWS = [
@@ -38,7 +40,7 @@ def test_those_that_ship_are_tables(tmp_path):
     shipped = sorted(asset("findings").glob("*.csv"))
     assert len(shipped) >= 5
     for path in shipped:
-        assert is_study_table(path)
+        assert kind_of(path) is FileKind.STUDY_TABLE
         assert read_study_table(path).measures
 
 
@@ -110,12 +112,6 @@ def test_conditions_and_points_that_cannot_be_are_refused(table):
     many = [{**ROWS[0], "level": float(k)} for k in range(401)]
     with pytest.raises(UsageError, match="too many to draw"):
         table_points(table, many, "level", "seconds")
-
-
-def test_taxels_are_no_study(tmp_path):
-    (tmp_path / "taxels.csv").write_text("x,y,z\n0,0,0\n", encoding="utf8")
-    assert not is_study_table(tmp_path / "taxels.csv")
-    assert not is_study_table(tmp_path / "missing.csv")
 
 
 def test_laws_stand_beside_what_was_measured():

@@ -17,6 +17,7 @@ from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QMenu
 
 from tactile_maps.core.errors import SceneError, SkinError, TactileMapsError
+from tactile_maps.core.file_kinds import FileKind
 from tactile_maps.core.files import write_atomically
 from tactile_maps.robots.library import list_robots
 from tactile_maps.robots.model.robot import Robot
@@ -32,18 +33,14 @@ from tactile_maps.scene.scene_file import (
 )
 from tactile_maps.session.prepare import PreparedScene
 from tactile_maps.skin.fitting.fit import GridSpec, is_grid_patch
-from tactile_maps.skin.formats.import_skin import NO_ROBOT, check_links, is_robot_with_taxels, named_links
-from tactile_maps.studies.running.study_table import is_study_table
+from tactile_maps.skin.formats.identify import identify, is_robot_with_taxels, kind_of
+from tactile_maps.skin.formats.import_skin import NO_ROBOT, TaxelFile
 from tactile_widgets.actions.mnemonics import with_mnemonic
 from tactile_widgets.common.file_types import (
+    OPENED,
     RECORDING_FILTER,
     ROBOT_FILTER,
     SCENE_FILTER,
-    is_map,
-    is_recording,
-    is_scene,
-    is_taxel_file,
-    scene_to_open,
     taxel_filter,
 )
 from tactile_widgets.context.app_context import AppContext
@@ -112,26 +109,29 @@ class FilePresenter(QObject):
     # Opening.
 
     def open_path(self, path: str) -> None:
-        """Open whatever the file is; say so when nothing can be done with it."""
+        """Open a file of any kind; report an error if it cannot be opened."""
         try:
-            if is_recording(path):
+            kind = identify(path, expected=OPENED)
+            if kind is FileKind.RECORDING:
                 self._opening = path
                 self._context.session.open_recording(path)
-            elif is_study_table(path):
+            elif kind is FileKind.STUDY_TABLE:
                 self._studies.open(path)
-            elif is_map(path):
+            elif kind is FileKind.MAP:
                 self._map_files.open(path)
-            elif is_taxel_file(path):
+            elif kind in (FileKind.TAXELS, FileKind.SKIN):
                 self.import_taxels(path)
+            elif kind is FileKind.SCENE:
+                self.open_scene(load_scene(path), file=Path(path), recent=path)
             else:
-                self.open_scene(scene_to_open(path), file=Path(path) if is_scene(path) else None, recent=path)
+                self.open_scene(scene_for(path), recent=path)
         except TactileMapsError as error:
             self._context.notifier.fault(str(error))
 
     def choose_taxels(self) -> None:
-        """Ask for a file of taxels; of a robot that states its own, these are meant."""
+        """Ask for a file of taxels; a robot that states its own is opened with these."""
         path = self._context.dialogs.open_file("Import taxels", taxel_filter())
-        if path and is_robot_with_taxels(path):
+        if path and is_robot_with_taxels(path, kind_of(path)):
             self.open_scene(scene_for_taxels(path), recent=path)
         elif path:
             self.open_path(path)
@@ -156,13 +156,14 @@ class FilePresenter(QObject):
             return
         scene = prepared.scene
         robot = prepared.robot
+        file = TaxelFile(path)
         try:
             if Path(path).stat().st_size <= _READ_AT_ONCE_BYTES:  # a larger file is read in the worker alone
-                check_links(path, robot)
+                file.check_links(robot)
         except OSError as error:
             raise SkinError("the file cannot be read", file=path, value=error.strerror) from error
         except SkinError:
-            self._ask_link(path, scene, robot, named_links(path))
+            self._ask_link(path, scene, robot, file.links)
         else:
             self.open_scene(with_taxels(scene, path), recent=path)
 
