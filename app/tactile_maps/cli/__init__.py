@@ -1,5 +1,7 @@
-"""The command line: ``parser`` says what may be asked, ``main`` answers with exit code and messages, ``output`` prints.
+"""Command line.
 
-``commands`` holds one file a command, which ``main`` imports by the command's name when it is asked for, so that
-``--help`` answers at once; ``scenes`` finds the scene that a command means.
+``parser``    commands and options
+``main``      runs a command, with exit code and messages; imports its module only then, so that ``--help`` is fast
+``commands``  one module for each command
+``shared``    used by several commands: output, checks of files, scenes, robot options, worker processes
 """

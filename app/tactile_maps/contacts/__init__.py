@@ -1,9 +1,8 @@
-"""Reading contacts: what is touched, how hard, where on the map and on the body, and what that means.
+"""Contacts read from the tactile map: touched areas, their forces and their places on map and body.
 
-``regions`` holds the value, and the graph of taxels. ``detection`` finds regions in taxel pressures frame by frame,
-``tracking`` keeps their ids, ``centre_of_pressure`` places them on map and body, with their ellipse and error bars,
-``image_centre`` takes the centre from an image's pixels where that is asked for.
-``force_estimation`` holds other ways to a force than the sum of pressure times area. ``self_touch`` links the two
-regions where the robot touches itself; ``events`` put into words what contacts do. ``pipeline`` is all of that
-together, as its settings say. ``below_threshold`` notes forces that no taxel reports.
+``pipeline``          the whole path from pressures of one tick to regions, self-touch and events
+``detection``         finds contact regions, places them on map and body, and tracks them
+``force_estimation``  estimators of a region's force
+``self_touch``        pairs of regions where the robot touches itself
+``events``            begin, end and motion of contacts as symbols
 """

@@ -1,14 +1,14 @@
-"""What the joints do about a contact. Knows no simulation: the same controllers could drive hardware.
+"""Contact control: from contacts to joint commands. It does not depend on simulation and can drive hardware.
 
-``command`` holds the values that go in and come out, ``limits`` why the arm is limited; ``limit_texts`` words that for
-a person. ``controller_manager`` is what a session asks: it runs the chosen one of the eight ``controllers`` or of a
-plug-in (``controller_registry``), switches without a jump, and minds the skin's limits (``force_loop``).
+``controller_manager``   runs the selected controller in a session, and switches without a jump
+``controllers``          the eight controllers; ``controller_registry`` lists them and those of plug-ins
+``motion``               settings, observation and command; limits; motion of joints from motion on the map
+``force_loop``           stability of the force loop: contact stiffness, largest stable gain, signs of oscillation
+``gain_limits``          gains reduced to what sensor delay, arm and contact allow
+``task_control``         shared by the six controllers with a task: goals of contacts, control schemes, monitors
+``path_following``       moves a contact along a path, with regrasps that avoid collisions
+``behaviours``           changes of settings that contact events trigger
+``limit_texts``          texts for the reasons why the arm is limited
 
-Two controllers stand alone, impedance and hold force; six do a task. ``task_control`` has what is wanted of each
-contact, how errors become joint velocities (``map_kinematics``, solved in order of ``task_priority``), and the monitors
-that stop what is unsafe. ``path_following`` leads a target along a path on the skin; where it goes on at a far place or
-on another link, it regrasps there along a way planned clear of the robot itself and of obstacles. All move a wanted
-posture that a stiff ``joint_impedance`` holds.
-
-``behaviours``: contact events may change the settings.
+Impedance and hold force have no task. All controllers move a desired posture, which a stiff joint impedance holds.
 """

@@ -1,15 +1,17 @@
-"""What every other folder stands on; it imports nothing of ours.
+"""Foundations without any knowledge of robots; imports nothing else of this package.
 
-``arrays``      named array types; a value's arrays made its own and read-only
-``errors``      the errors a user may meet, findings, remedies for unknown words, the crash report
-``progress``    how long work says how far it is
-``interrupts``  Ctrl-C that waits for what must not be left half done
-``timing``      stage times by the wall clock
-``weak_cache``  what is computed from a value once, for as long as it lives
-``files``       bounded reads, atomic writes, text by lines, named arrays as npz
-``codec``       frozen dataclasses as JSON and strictly back, by their type hints; schemas of them
-``toml``        TOML that people write, with located mistakes
-``plugins``     what other installed packages add
-``reading_units``  what readings, and sums of them, may be called
-``sparse_ldl``  sparse symmetric systems solved by LDL' factoring
+``arrays``         named array types; read-only arrays in frozen values
+``errors``         errors and findings for users, suggestions for unknown words, the crash report
+``files``          bounded reads, atomic writes, text by lines, named arrays as npz
+``assets``         folder of robots, scenes, findings and guide pages
+``file_kinds``     kinds of files with their suffixes
+``codec``          frozen dataclasses to JSON and back by their type hints, and JSON schemas
+``toml``           TOML files with located errors
+``interrupts``     signals that end the program, deferred while a file is being completed
+``progress``       reports of progress of long work
+``timing``         times of stages by the wall clock
+``weak_cache``     values computed once for each object, as long as it lives
+``plugins``        entry points of other installed packages
+``reading_units``  units of readings and of their sums
+``sparse_ldl``     sparse symmetric systems solved by LDL' factorization
 """

@@ -1,11 +1,12 @@
-"""Editing a map: immutable documents, edits that make new ones from them, and a history to go back and forth in.
+"""Editing a map: immutable documents, functions that return changed documents, and their history.
 
-``document`` is what is edited: a map, what a person wants of each of its patches, and the patch tree with its names,
-what it hides and its order. Edits are pure functions from a document to another: ``arrange`` moves, turns, scales,
-snaps and packs patches; ``layout_import`` takes over another layout of the same skin. Edits that have to be computed
-(``seams``, ``pins``, and method and slider in ``reflatten``) give a request for another process, and the result is put
-in later. ``history`` is undo and redo; ``document_file`` saves, loads and autosaves, and knows what has not been saved
-yet.
+``document``       a map with the settings of each patch, and the patch tree with names, hidden patches and order
+``arrange``        moves, turns, scales, snaps and packs patches
+``seams``, ``pins``, ``reflatten``  edits that are computed in another process: a request, and its result
+``layout_import``  takes the layout of another map of the same skin
+``history``        undo and redo
+``document_file``  saves, loads and autosaves a document, and records what is unsaved
+``leftovers``      unsaved edits that a crash left
 
-Nothing here waits, reads a clock or knows a window: a window keeps one history, shows its present and edits it.
+Nothing here waits, reads a clock or depends on a window. A window keeps one history, shows its document and changes it.
 """

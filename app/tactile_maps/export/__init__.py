@@ -1,10 +1,10 @@
-"""Recordings in the formats of other programs, and sessions live to their viewers.
+"""Recordings in the formats of other programs, and running sessions in their viewers.
 
-- ``export``: the formats, and one function for all of them.
-- ``tables``: what a recording holds as tables of columns, streamed; ``sinks`` takes them as CSV, Parquet, npz or HDF5.
-- ``film``: the tactile image as a film; ``lerobot``, ``rosbag``, ``rerun_file``: data sets and logs of these programs.
-- ``live_server``: a running session for Foxglove and Lichtblick.
-- ``live_rerun``: the same for an open Rerun viewer; ``rerun_log`` is what it and ``rerun_file`` show.
-- ``pictures``: the tactile image as a picture.
-- ``optional``: packages that only some of them need.
+``export``           the formats, with one function for all of them
+``tables``           contents of a recording as streamed tables; ``sinks`` write CSV, Parquet, npz or HDF5
+``film``             the tactile image as a film; ``pictures`` draws one image
+``lerobot``, ``rosbag``, ``rerun_file``  data sets and logs for these programs
+``live_server``      a running session for Foxglove and Lichtblick
+``live_rerun``       a running session in an open Rerun viewer; ``rerun_log`` is shared with ``rerun_file``
+``optional``         packages that only some formats need
 """

@@ -1,13 +1,15 @@
-"""One patch of skin from the body to the plane, one-to-one.
+"""Flattening of one patch of skin, one-to-one. In the order of the work:
 
-Read in the order of the work. ``cut`` opens a surface along seams until it is a disk; ``initial_map`` makes it ready
-for any method and gives its first valid map (Tutte); ``methods`` are the ways to flatten it, and ``flatten`` runs one,
-mends what is not one-to-one and proves the result, a ``chart``. Under them: ``symmetric_dirichlet`` (the energy that is
-minimised), ``newton`` (the minimiser) and ``bijectivity`` (what valid means, checked, and the barrier that keeps a map
-off itself).
+``cut``                  opens a surface along seams until it is a disk
+``initial_map``          prepares it for every method, with a first valid map (Tutte)
+``methods``              methods of flattening
+``flatten``              runs a method, repairs what is not one-to-one, and proves the result
+``chart``                the flattened patch
+``symmetric_dirichlet``  energy that is minimized
+``newton``               minimizer
+``bijectivity``          test of validity, and the barrier that keeps a map from overlapping itself
+``pinned_patch``         a patch that follows pins set by a user; ``pin_descent`` minimizes within a frame
+``reduced_model``        coarse cage for pins on large patches
 
-A patch that is edited by hand is a ``pinned_patch``: it follows its pins within a frame by rounds of ``pin_descent``,
-and large patches by the coarse cage of ``reduced_model``.
-
-Nothing here knows a map of several patches; that is ``tactile_maps.maps``.
+Nothing here knows a map of several patches; see ``tactile_maps.maps``.
 """

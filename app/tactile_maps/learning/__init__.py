@@ -1,10 +1,10 @@
-"""Environments of Gymnasium in which a policy learns from touch; importing this package registers them.
+"""Gymnasium environments in which a policy learns from touch; importing this package registers them.
 
-- ``registration``: their names, as ``TactileMaps-Follow-v0``.
-- ``tasks``: what each wants: follow a path with the contact, retreat from touch, explore the map.
-- ``environment``: what they share: a session, actions, episodes.
-- ``observation``: what a policy sees.
-- ``touched_arm``: the scene that is prepared once a process, and the ball that touches.
+``registration``  names of the environments, such as ``TactileMaps-Follow-v0``
+``tasks``         their tasks: follow a path with the contact, retreat from touch, explore the map
+``environment``   shared by all: session, actions, episodes
+``observation``   observations of the policy
+``touched_arm``   the scene, prepared once in each process, and the ball that touches the arm
 """
 
 from tactile_maps.learning.registration import ENVIRONMENTS, register_environments

@@ -1,14 +1,12 @@
-"""Sessions in files: MCAP, self-contained, readable after a crash, replayable and verifiable.
+"""Recordings: sessions in self-contained MCAP files that survive a crash and can be replayed and verified.
 
-- ``recorder``: writes a session while it runs, or what stopped it.
-- ``mcap_file``: the file: how one begins, and reading without trust whatever is left of one.
-- ``messages``: all messages of a recording, and where they are; ``damage``: what one has lost.
-- ``player``: a recording opened for replay.
-- ``verify``: simulates it again and compares every state; ``machine``: the processor and BLAS that results depend on.
-- ``recover``: salvages a recording that was cut off.
-- ``annotations``: what a person says of a recording, beside it.
-- ``trim``: cuts a part out into a new file.
-- ``sweep_recording``: one of many recordings of a scene with varied settings.
-- ``overview``: curves over a whole recording, and a summary of it.
-- ``encoding``: frames, inputs and events as bytes, and what other programs' viewers read.
+``recorder``         writes a running session, or the report of a failed one
+``player``           opens a recording for replay
+``verify``           simulates a recording again and compares every state; ``machine`` identifies processor and BLAS
+``file``             the MCAP file: reading without trust, messages, damage, locking
+``encoding``         frames, inputs, events and annotations as bytes, and messages for viewers
+``overview``         curves and a summary without replay
+``recover``          saves the intact part of a damaged recording
+``trim``             copies a part into a new file
+``sweep_recording``  one of many recordings of a scene with varied settings
 """

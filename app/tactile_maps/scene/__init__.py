@@ -1,12 +1,12 @@
-"""What a scene is: robot, skin, objects, task and wanted outputs, and the effects that follow from these.
+"""Scenes: robot, skin, objects, task and outputs, and the effects that follow from them.
 
-- ``scene``: everything a session starts from.
-- ``scene_file``: scenes as TOML, by name or file.
-- ``scene_sweep``: many scenes from one, by what a sweep file varies.
-- ``objects``: the objects in it; ``object_meshes``: their surfaces.
-- ``motion``: the robot's own motion through waypoints.
-- ``tasks``: what a scene is for: tasks, outputs, needs.
-- ``effects``: every effect there is, and what is simulated.
-- ``effect_decision``: which effects the needs call for and why, and what is missing then.
-- ``stability``: which time steps hold which contacts, as measured.
+``scene``            everything that a session starts from
+``scene_file``       scenes as TOML, by name or file; ``scene_sweep`` varies settings of one scene
+``objects``          objects; ``object_meshes`` makes their surfaces
+``motion``           motion of the robot through waypoints
+``tasks``            tasks, outputs and needs
+``effects``          all effects, and the selected ones as a value
+``effect_decision``  effects that the needs require, with reasons, and what is missing
+``effect_size``      size of a sensor effect relative to the contact threshold
+``stability``        measured limits of stable time steps
 """

@@ -1,11 +1,14 @@
-"""One run of robot, objects, skin, map, physics and control, tick by tick.
+"""Sessions: runs of a prepared scene, tick by tick.
 
-- ``prepare``: makes everything a scene needs; opens and checks a person's own scene file.
-- ``session``: runs it.
-- ``frame``: what each tick answers; a ``Failure`` where the physics gives up.
-- ``inputs``: what a person may do to a session; nothing else changes it, so a recording of the inputs is a recording
-  of the run.
-- ``input_log``: those of a session in order, kept small.
-- ``reference_run``: the session once more from the same inputs, finer, and by how much it differs.
-- ``runtime_settings``: the settings in force at one instant.
+``prepare``            makes everything that a scene needs; ``prepared_cache`` keeps it on disk, ``program_digest``
+                       identifies the program that made it, and ``bundle`` attaches it to a recording
+``session``            runs a prepared scene
+``frame``              frozen result of a tick, or a ``Failure``
+``inputs``             everything that may change a session; recorded inputs reproduce the run
+``input_log``          compact log of the inputs
+``runtime_settings``   settings at one instant
+``reference_run``      the same inputs simulated with finer steps, and the difference
+``measured_values``    sent values and units in frames of a real skin
+``obstacles``          objects of a scene as obstacles for motion planning
+``link_levels``        coarser meshes of links for drawing
 """

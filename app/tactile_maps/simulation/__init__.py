@@ -1,11 +1,13 @@
-"""Physics of the robot, of the objects around it and of the fingers that press it, and what its skin reads of that.
+"""Physics of robot, objects and fingers, and the readings of the skin.
 
-- ``simulation``: the whole, with fingers, sensor and effects that change while it runs.
-- ``physics``: one compiled model at work: its steps and what acts between them.
-- ``model``: a MuJoCo model of exactly the effects that are on: objects, contact pairs, stiffness.
-- ``fingers``: springs that press the skin.
-- ``pressing_shapes``: the solid shapes that may press.
-- ``contact_loads``: what contacts do to skin and links.
-- ``step_checks``: divergence, tunnelling, commands.
-- ``known_load_check``: a known weight laid on the skin.
+``simulation``        the whole: robot, objects, fingers and skin, with effects that may change
+``physics``           steps of one compiled model
+``model``             assembly of the MuJoCo model
+``fingers``           springs that press the skin
+``pressing_shapes``   solid shapes that can press a link
+``contact_loads``     loads of contacts on skin and links; ``mean_loads`` averages them over steps
+``step_checks``       checks of each step: commands, tunnelling, divergence; ``contact_watch`` checks contacts
+``start_overlaps``    objects that overlap the robot at the start
+``robot_contacts``    contacts of the robot in a posture that it is to be placed in
+``known_load_check``  a known weight on the skin
 """

@@ -1,9 +1,9 @@
-"""Scripted fingers, repeatable to the bit: what a person's fingers could do to the skin, said in a few numbers.
+"""Scripted fingers, repeatable to the last bit.
 
-- ``stimulus``: what all kinds share, and a finger's track over the skin in time.
-- ``stimulus_kinds``: poke, tap, stroke, roll, path, grasp, babble.
-- ``skin_locations``: how a place on the skin is named and found.
-- ``stimulus_player``: the inputs of each tick.
-- ``stimulus_file``: stimuli as TOML.
-- ``stimuli_from_pokes``: what a person did, as stimuli.
+``stimulus``            properties of all kinds, and a finger's track over the skin in time
+``stimulus_kinds``      poke, tap, stroke, roll, path, grasp, babble
+``skin_locations``      names of places on the skin
+``stimulus_player``     inputs of each tick
+``stimulus_file``       stimuli as TOML
+``stimuli_from_pokes``  stimuli from recorded touches of a user
 """

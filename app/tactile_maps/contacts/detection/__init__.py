@@ -1,1 +1,12 @@
-"""Find contacts in the readings of a skin, with their places, forces and uncertainties, and track them."""
+"""Detection of contacts in taxel readings.
+
+``regions``             a contact region, and the graph of neighbouring taxels
+``detection``           finds regions in each frame
+``tracking``            keeps their ids through motion, merging, splitting and short absence
+``centre_of_pressure``  place on map and body, ellipse of the region, and uncertainty of both
+``image_centre``        the centre computed from the pixels of a tactile image, as in the paper
+``error_budget``        uncertainties of force and place, with their named parts
+``taxel_noise``         noise and threshold of each taxel, estimated from readings without touch
+``filled_readings``     readings of broken taxels, estimated from their neighbours
+``below_threshold``     notes on forces that no taxel reports
+"""

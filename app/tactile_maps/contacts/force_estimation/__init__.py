@@ -1,11 +1,12 @@
-"""Ways from readings to a contact's force, behind one protocol.
+"""Estimators of the force of a contact, with one protocol.
 
-``estimate`` holds the protocol, what goes in and what comes out, and the default: pressure times area, hard to beat for
-a total. ``deconvolution`` undoes the cover's blur, by non-negative least squares or Tikhonov's regularization, and
-refuses where readings do not tell. ``force_torque_sensor`` is what a sensor in the link would know without a skin, and
-``wrench_consistency`` whether the skin's contacts let it be one contact.
-``estimation`` makes them by name, and gives regions what the chosen one finds.
+``estimate``             the protocol, its input and output, and the default estimator: pressure times area
+``deconvolution``        removes the blur of the cover, by non-negative least squares or Tikhonov regularization, and
+                         refuses where the readings do not determine the pressures
+``force_torque_sensor``  what a force-torque sensor in the link would measure without a skin
+``wrench_consistency``   tests whether one contact explains the wrench of such a sensor
+``estimation``           estimators by name, and regions with the estimated force
 
-Net shear is in none of them: below a cover it adds up to zero in every taxel's normal stress (Cerruti's field has no
-mean), so taxels that feel normal stress cannot observe it, and nothing here pretends to estimate it.
+No estimator returns net shear: below a cover it adds up to zero in the normal stress of each taxel (the mean of
+Cerruti's field is zero), so taxels that measure normal stress cannot observe it.
 """

@@ -1,6 +1,7 @@
-"""What a force loop through the skin can hold, worked out at run time.
+"""Stability of a force loop through the skin, computed at run time.
 
-``contact_stiffness`` measures how stiff what touches is, ``pressed_arm`` is the linear model of an arm that presses on
-it, with its greatest stable gain, and ``gain_limits`` holds a controller's gains to a share of that. ``loop_stability``
-knows the skin's times and the signs of a loop that swings.
+``contact_stiffness``  stiffness of a contact, measured while the arm approaches
+``pressed_arm``        linear model of an arm that presses a spring, with its largest stable gain
+``loop_stability``     times of the skin's readings, and signs of an oscillating loop
+``normal_motion``      how well the joints move a point along its normal
 """

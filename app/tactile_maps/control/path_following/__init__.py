@@ -1,10 +1,12 @@
-"""A contact led along a path that was drawn on the map.
+"""Motion of a contact along a path that was drawn on the map.
 
-``surface_path`` is the path on the body, cut where it crosses to another place. ``follower`` leads a target along it
-and waits for the contact; where the path goes on at a far place or on another link, ``regrasp`` lets go, carries the
-arm there and presses again, or says why it cannot.
-
-The way there is a ``regrasp_plan``: postures that touch, or the proof of ``reach`` that there are none; straight lines
-of the joints between them or, by ``motion_planning``, a way around; all with the ``clearance`` that the robot's shapes
-keep of each other and of obstacles.
+``surface_path``        the path on the body, divided where it continues on another patch or link
+``follower``            moves a target along the path and waits for the contact
+``slide_observer``      velocity on the map that is lost in the contact, and its compensation
+``regrasp``             releases the contact, moves the arm and presses at another place
+``regrasp_plan``        finds the postures and the route of a regrasp, or the reason why there is none
+``reach``               proves that a place of the skin cannot reach a point
+``inverse_kinematics``  posture in which a place of the skin reaches a point
+``motion_planning``     straight and sampled paths of the joints without collision
+``clearance``           distances of the robot's shapes from each other and from obstacles
 """

@@ -1,5 +1,7 @@
-"""Control of contacts by a task, as the six controllers with a task share it.
+"""Control of contacts by a task, shared by the six controllers that have one.
 
-``tasks`` says what is wanted of each contact, tick by tick; the six ``schemes`` make joint velocities of the errors of
-place and force; ``monitors`` stop what is unsafe.
+``tasks``              goals of each contact at each tick
+``contact_selection``  contacts with a force goal, and those that the joints cannot relieve
+``schemes``            six control schemes: joint velocities from errors of place and force
+``monitors``           unsafe motion, contacts that do not follow, and energy given to contacts
 """

@@ -1,7 +1,8 @@
-"""From the channels of a reading to pressures of taxels, and which channels to doubt.
+"""Channels of readings: taxels, pressures and faults.
 
-- ``matching``: which taxel each value is of.
-- ``calibration``: what pressure a value means; ``weighing``: by a known weight that lies on the skin.
-- ``channel_health``: which channels never change; ``channel_swaps``: which stand in each other's place.
-- ``last_heard``: when each taxel and joint was last heard, and which parts of the skin repeat the same values.
+``matching``        taxel of each value
+``calibration``     pressure of a value; ``weighing`` calibrates with a known weight
+``channel_health``  channels that never change while their neighbours do
+``channel_swaps``   pairs of channels that are probably exchanged
+``last_heard``      time of the last value of each taxel and joint, and parts of the skin that repeat values
 """

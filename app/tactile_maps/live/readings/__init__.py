@@ -1,1 +1,7 @@
-"""Readings as they arrive: their wire format, time and age."""
+"""Readings and their transport.
+
+``readings``     ``Reading`` (time, values, ids or channels, joint positions) and ``Source``, the interface of sources
+``wire_format``  packets as JSON or compact binary
+``arrival``      order of readings; counts of malformed, late, repeated and lost ones
+``data_age``     age of readings from two clocks with an unknown offset
+"""

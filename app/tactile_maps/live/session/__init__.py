@@ -1,1 +1,5 @@
-"""A session on measured readings, and its connection to a source."""
+"""Session on measured readings.
+
+``measured_session``  frames with contacts, events and forces from readings of a real skin
+``connection``        a source that is opened again when it fails
+"""

@@ -1,6 +1,7 @@
-"""How good a tactile map is, in numbers.
+"""Measures of a map's quality.
 
-``distortion`` is what flattening does to each face, and patterns that show it; ``topography`` what it does to each
-taxel's neighbourhood, against distances over the body; ``quality`` is all of it together. ``comparison`` sets two maps
-of the same taxels side by side, also one drawn by hand.
+``distortion``  change of each face by flattening, and patterns that show it
+``topography``  neighbourhoods and distances of taxels, compared with distances over the body
+``quality``     summary of both
+``comparison``  two maps of the same taxels, for example an automatic and a drawn one
 """

@@ -1,6 +1,7 @@
-"""Maps in files and for other programs.
+"""Files of maps; ``export`` selects the format by suffix.
 
-``map_file`` is our own, whole and checked when read; ``obj`` writes and reads a map as texture coordinates of a mesh;
-``svg`` and ``png`` are for papers; ``unige`` for the University of Genoa's robot skin library. ``export`` chooses by
-the file's ending.
+``map_file``        the format of this program: complete, and checked when it is read
+``obj``             texture coordinates of a mesh, written and read
+``svg``, ``png``    drawings and pictures
+``unige``           robot skin library of the University of Genoa
 """

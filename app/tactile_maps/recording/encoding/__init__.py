@@ -1,6 +1,7 @@
-"""What is written into a recording, as bytes and back.
+"""Contents of a recording as bytes and back.
 
-- ``frame_codec``: frames, exact to the last bit; ``frame_schema``: how viewers of other programs are told of them.
-- ``message_codecs``: inputs, events, marks and failures as JSON; the list of topics.
-- ``viewer_messages``: a session once more, in the messages that other programs' viewers draw.
+``frame_codec``      frames, exact to the last bit; ``frame_schema`` describes them to other viewers
+``message_codecs``   inputs, events, marks and failures as JSON; the list of topics
+``annotations``      marks, episodes and outcomes that a user adds
+``viewer_messages``  messages that viewers of other programs draw
 """

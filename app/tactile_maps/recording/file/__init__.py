@@ -1,1 +1,7 @@
-"""The MCAP file of a recording: its messages, and what is done about damage."""
+"""The file of a recording.
+
+``recording_file``  output file: locked while it is written, replaced only by a complete one
+``mcap_file``       MCAP records: writing, and reading without trust
+``messages``        all messages of a recording and their positions
+``damage``          losses found by sequence numbers and checksums
+"""

@@ -1,4 +1,4 @@
-"""What a recording holds, without replaying it: ``curves`` over its whole length, and a ``summary``.
+"""Overview of a recording without replay: ``curves`` over its length, and a ``summary`` for lists.
 
-Neither opens it as a player does: the curves take a few numbers of each frame, the summary a few frames of the file.
+The curves read a few numbers of each frame, the summary a few frames of the file.
 """

@@ -1,7 +1,10 @@
-"""The MuJoCo model of a scene: the robot, and of everything else only what the effects that are on need.
+"""MuJoCo model of a scene: the robot, and only what the selected effects need.
 
-- ``model_assembly``: the whole model, compiled.
-- ``object_geoms``: the scene's objects in it; ``model_names``: names of what is added to the robot.
-- ``contact_pairs``: who may touch whom; ``contact_stiffness``: how stiff that is; ``contact_points``: where it touches.
-- ``piece_contacts``: contacts of links that collide in several convex pieces.
+``model_assembly``     the compiled model
+``object_geoms``       objects; ``model_names`` names what is added to the robot
+``collision_shapes``   convex shapes of links with skin, and pairs that never collide
+``contact_pairs``      pairs of bodies that can touch
+``contact_stiffness``  solver parameters from stiffness and friction of the cover
+``contact_points``     corrections of MuJoCo's contact points between flat faces
+``piece_contacts``     contacts of links that collide in several convex pieces
 """

@@ -1,1 +1,5 @@
-"""Place given taxels on a robot's links."""
+"""Placement of a skin on links of a robot.
+
+``cover``  selects links, wraps them, keeps joints clear and places taxels
+``fit``    fits measured positions to a link, and makes taxel grids between two corners
+"""

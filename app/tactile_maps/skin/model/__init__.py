@@ -1,1 +1,8 @@
-"""A skin: taxels on a surface, its file, and the surface that it leaves bare."""
+"""The skin as a value.
+
+``skin``               taxels with identity and quadrature, patches, and all patches as one skin
+``skin_file``          skins as npz, checked when they are read
+``taxel_set``          taxels as a file states them, before they are on a surface
+``touchable_surface``  surface of rigidly joined links that can be touched
+``bare_surface``       points on the parts of links that no taxel reads
+"""

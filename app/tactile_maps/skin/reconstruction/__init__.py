@@ -1,1 +1,5 @@
-"""A surface for taxels that come without one: triangles, normals, a boundary that is extended."""
+"""Surfaces for taxels that come without one.
+
+``reconstruct``    a skin from positions in the frame of a link
+``triangulation``  normals and triangles, with an extended boundary
+"""

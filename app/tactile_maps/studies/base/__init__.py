@@ -1,1 +1,1 @@
-"""Rows of a study, their statistics and figures."""
+"""Foundations of studies: ``rows`` (tables and statistics), ``figures``, and ``hypotheses`` about rows."""

@@ -1,3 +1,6 @@
-"""The best settings of several stages within a limit of time or error: ``measurement`` is what there is to choose from,
-``proposal`` the choice, ``wording`` what is said of it.
+"""Best settings of several stages within a limit of time or error.
+
+``measurement``  settings to choose from, with error and time
+``proposal``     the choice
+``wording``      its text
 """

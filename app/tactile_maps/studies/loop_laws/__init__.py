@@ -1,6 +1,9 @@
-"""The closed-form laws of sampled loops against our controllers: limits of stability, settling, ripple.
+"""Study of sampled loops: closed-form stability limits, settling and ripple, compared with the controllers.
 
-``sampled_loop`` is the theory. ``gantry`` is a plate of skin on three slides under a ball, ``closed_loop`` closes a
-controller around it, by ideal joints or simulated; ``step_trials`` measures steps of its goal, and ``predictions`` sets
-each figure measured beside the one predicted. ``loop_laws`` is the study.
+``loop_laws``     the study
+``sampled_loop``  the theory
+``gantry``        a plate of skin on three slides under a ball
+``closed_loop``   a controller in a closed loop with the gantry, with ideal joints or simulated
+``step_trials``   measured responses to steps of the goal
+``predictions``   measured and predicted figures
 """

@@ -1,12 +1,12 @@
-"""The studies, one a file, called as the command line calls them.
+"""Studies of single stages, one module each, named like the command.
 
-``map_cost``     which method flattens a body with how little distortion in how many seconds
-``image_cost``   which interpolation gives how small an error at how many milliseconds a frame
-``touch_cost``   which contact model gives how small an error at how many milliseconds a reading
-``force_estimators``  which estimator of force is how far off, by noise and depth of the taxels
-``step_cost``    which integrator holds which contact at which time step (``assets/stability.json`` is its table)
-``contact``      which contacts obey mechanics, by skin, shape, contact model, integrator, time step and rate
-``effect_cost``  what each effect costs, as a multiple of a bare step
-``needs``        whether all is simulated that a scene calls for, and nothing else
-``controller_accuracy``  which controller follows how well on which robot, by its skin or by a force-torque sensor
+``map_cost``      distortion and time of flattening, by method, seams and mesh
+``image_cost``    error and time of a tactile image, by interpolation, taxels and pixels
+``touch_cost``    error and time of a reading, by contact model
+``force_estimators``  error of force estimators, by noise and depth of taxels
+``step_cost``     stable contacts by integrator and time step; its table is ``assets/stability.json``
+``contact``       contacts compared with mechanics, by skin, shape, contact model, integrator, time step and rate
+``effect_cost``   time of each effect, as a multiple of a step without effects
+``needs``         whether a scene simulates what it needs and nothing else
+``controller_accuracy``  accuracy of controllers on robots, with skin or force-torque sensor
 """

@@ -1,7 +1,13 @@
-"""Contact models: from loads to taxel pressures, one a file. ``contact_model`` is what all answer, and lists them by
-name.
+"""Contact models: from loads to taxel pressures. ``contact_model`` defines the protocol and lists the models.
 
-In order of what they know: ``point`` a force and a place, ``water_fill`` also the body's shape, ``punch`` also the
-moment, ``half_space`` also the cover between surface and taxel. ``foundation`` makes the force itself, from the body's
-depth in an elastic layer; ``depth`` is MuJoCo's own sensor, for comparison.
+In order of what they take into account:
+
+``point``       force and place
+``water_fill``  also the shape of the body
+``punch``       also the moment
+``half_space``  also the cover between surface and taxel
+``foundation``  computes the force itself, from the depth of the body in an elastic layer
+``depth``       MuJoCo's own tactile sensor, for comparison
+
+``stated_errors`` contains the stated errors of each model.
 """

@@ -1,1 +1,5 @@
-"""Effects of a sensor between true pressure and reading."""
+"""Effects of a sensor between true pressure and reading.
+
+``sensor_effects``  the effects, each switched on separately
+``sensor_chain``    the selected effects in order, with stages of plug-ins
+"""

@@ -1,1 +1,1 @@
-"""Commands on a recording that is there: look at it again, cut, repair and write it for other programs."""
+"""Commands that read an existing recording: replay, export to other formats, recover and trim."""
