@@ -169,8 +169,8 @@ class ControllerSliders(QWidget):
         parent: Qt parent.
     """
 
-    settings_edited = Signal(object)
-    """ControlSettings wanted."""
+    settings_edited = Signal(ControlSettings)
+    """Controller settings entered by the user."""
 
     def __init__(self, names: Iterable[str] = SLIDERS, parent: QWidget | None = None) -> None:
         super().__init__(parent)

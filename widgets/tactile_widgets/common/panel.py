@@ -48,8 +48,8 @@ _HELP_PX = 20
 class CollapsibleHeading(QAbstractButton):
     """Bold words and a chevron at the end of the line: up and it is open; checked means folded."""
 
-    menu_requested = Signal(object)
-    """Its context menu is wanted at a QPoint of the screen."""
+    menu_requested = Signal(QPoint)
+    """The context menu is requested at this position of the screen."""
 
     def __init__(self, text: str, parent: QWidget) -> None:
         super().__init__(parent)

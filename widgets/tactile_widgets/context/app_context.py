@@ -35,8 +35,8 @@ class ThemeHolder(QObject):
         theme: In force.
     """
 
-    changed = Signal(object)
-    """Another Theme is in force."""
+    changed = Signal(Theme)
+    """Another theme applies."""
 
     def __init__(self, settings: Settings, parent: QObject | None = None) -> None:
         super().__init__(parent)

@@ -40,8 +40,8 @@ _FILTER = "Readings (*.csv *.txt *.parquet *.mcap *.db3)"
 class ConnectDialog(QDialog):
     """Asks for a source; what is wrong with it is said below, and the dialog stays."""
 
-    connect_wanted = Signal(object)
-    """The LiveInputSettings that were asked for."""
+    connect_wanted = Signal(LiveInputSettings)
+    """Connect to the source of these settings."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)

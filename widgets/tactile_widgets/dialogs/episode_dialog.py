@@ -20,8 +20,8 @@ class EpisodeDialog(QDialog):
         parent: Qt parent.
     """
 
-    chosen = Signal(object)
-    """The LabelledEpisode."""
+    chosen = Signal(LabelledEpisode)
+    """The episode to train with."""
 
     def __init__(self, episode: LabelledEpisode, parent: QWidget | None = None) -> None:
         super().__init__(parent)

@@ -43,18 +43,18 @@ class RecordingsDialog(QDialog):
         parent: Qt parent.
     """
 
-    replay_wanted = Signal(object)
-    """To open this Path."""
-    overlay_wanted = Signal(object)
-    """To draw this Path over the recording that is shown."""
-    show_wanted = Signal(object)
-    """To see the file of this Path in its folder."""
-    delete_wanted = Signal(object)
-    """To delete this Path."""
-    outcome_chosen = Signal(object, object)
-    """How the recording of a Path ended: an Outcome, or None."""
-    label_wanted = Signal(object, str)
-    """To be asked for another label of a Path than this."""
+    replay_wanted = Signal(Path)
+    """Open this recording."""
+    overlay_wanted = Signal(Path)
+    """Overlay this recording on the current one."""
+    show_wanted = Signal(Path)
+    """Show this file in its folder."""
+    delete_wanted = Signal(Path)
+    """Delete this recording."""
+    outcome_chosen = Signal(Path, Outcome)
+    """Outcome of a recording; None to remove it."""
+    label_wanted = Signal(Path, str)
+    """Ask for another label of a recording; its current one."""
     folder_wanted = Signal()
     """To be asked for another folder."""
 

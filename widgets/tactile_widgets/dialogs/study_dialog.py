@@ -78,8 +78,8 @@ class StudyDialog(QDialog):
         parent: Qt parent.
     """
 
-    replay_wanted = Signal(object)
-    """To simulate the run behind this Row anew."""
+    replay_wanted = Signal(Row)
+    """Simulate the run behind this row again."""
 
     def __init__(self, table: StudyTable, theme: Theme, *, no_replay: str = "", parent: QWidget | None = None) -> None:
         super().__init__(parent)

@@ -35,10 +35,10 @@ class Proposal:
 class MapEditorSignals(QObject):
     """Past-tense changes of the document; none asks for an answer."""
 
-    shown = Signal(object)
-    """The MapDocument as it is now, in a gesture as far as it has gone."""
-    settled = Signal(object, str)
-    """The MapDocument and the name of the step that was done, undone or redone; never within a gesture."""
+    shown = Signal(MapDocument)
+    """Current document, also during a gesture."""
+    settled = Signal(MapDocument, str)
+    """Document and name of the step that was done, undone or redone; never during a gesture."""
     history_changed = Signal()
     """Other steps, or another place among them."""
     gesture_changed = Signal()

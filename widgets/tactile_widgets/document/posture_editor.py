@@ -40,10 +40,10 @@ class PostureEditor(QObject):
         upper: (n,).
     """
 
-    wished = Signal(object)
-    """A posture (n,) that the robot is to have: while it goes there, each that a gesture passes."""
-    previewed = Signal(object)
-    """A posture (n,) to be shown though the robot does not have it yet; None for no longer."""
+    wished = Signal(np.ndarray)
+    """Target posture (n,) [rad, or m]; during a gesture, each intermediate one."""
+    previewed = Signal(np.ndarray)
+    """Posture (n,) to preview [rad, or m]; None to end the preview."""
     changed = Signal()
     """Something that can be asked is something else."""
     told = Signal(str)

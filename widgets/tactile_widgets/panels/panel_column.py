@@ -12,6 +12,7 @@ from PySide6.QtWidgets import QScrollArea, QVBoxLayout, QWidget
 from tactile_maps.session.frame import Frame
 from tactile_maps.session.prepare import PreparedScene
 from tactile_widgets.common.colours import Theme
+from tactile_widgets.common.guide_window import GuidePlace
 from tactile_widgets.common.mode import Mode
 from tactile_widgets.common.panel import SLIM_SCROLL_BAR, Panel
 from tactile_widgets.document.map_editor import MapEditor
@@ -35,12 +36,12 @@ class PanelColumn(QScrollArea):
         specs: Which panels there are, from top to bottom.
     """
 
-    help_requested = Signal(object)
-    """The user asks what a panel is: the GuidePlace that tells."""
-    undock_requested = Signal(object)
-    """The user wants a Panel in a window of its own, or back here."""
-    folded_changed = Signal(object)
-    """The names of the panels that are folded now, as a tuple: what the user left, for the settings."""
+    help_requested = Signal(GuidePlace)
+    """Open the guide at this place."""
+    undock_requested = Signal(Panel)
+    """Move this panel to its own window, or back."""
+    folded_changed = Signal(tuple)
+    """Names of the folded panels, for the settings."""
 
     def __init__(
         self, editor: MapEditor, parent: QWidget | None = None, *, specs: Sequence[PanelSpec] = PANELS

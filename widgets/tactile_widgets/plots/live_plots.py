@@ -94,8 +94,8 @@ class LivePlots(QWidget):
     """The last sample of a contact region has gone: its id."""
     choice_changed = Signal()
     """A person chose other plots, or another order."""
-    menu_wanted = Signal(object, QPoint)
-    """A menu is wanted for a PlotKey, at this place of the screen."""
+    menu_wanted = Signal(PlotKey, QPoint)
+    """The context menu of a plot is requested at this position of the screen."""
     time_clicked = Signal(float)
     """What began at this time [s] was clicked."""
     enlarged_changed = Signal(bool)

@@ -113,8 +113,8 @@ class PlotCell(QWidget):
 class PlotWindow(QWidget):
     """One plot in a window of its own."""
 
-    closed = Signal(object)
-    """A person closed it: the PlotKey."""
+    closed = Signal(PlotKey)
+    """The user closed the window of this plot."""
 
     def __init__(self, cell: PlotCell, parent: QWidget) -> None:
         super().__init__(parent, Qt.WindowType.Window)
@@ -142,10 +142,10 @@ class PlotWindow(QWidget):
 class PlotBoard(QScrollArea):
     """Lays out cells. Mutable: ``add``, ``arrange``, ``enlarge``, ``open_window``."""
 
-    move_wanted = Signal(object, object)
-    """A PlotKey is to stand left of another, or last where that is None."""
-    window_closed = Signal(object)
-    """The window of a PlotKey was closed."""
+    move_wanted = Signal(PlotKey, PlotKey)
+    """Move the first plot to the left of the second, or to the end if that is None."""
+    window_closed = Signal(PlotKey)
+    """The window of this plot was closed."""
     enlarged_changed = Signal(bool)
     """One plot fills the board, or all are shown again."""
 

@@ -23,8 +23,8 @@ class PlotChooser(QDialog):
         parent: The window.
     """
 
-    toggled = Signal(object, bool)
-    """A PlotKey is to be shown, or not."""
+    toggled = Signal(PlotKey, bool)
+    """Show or hide this plot."""
     automatic_wanted = Signal(bool)
     """The standard plots are to be those that the controller calls for, or those that are shown now."""
 

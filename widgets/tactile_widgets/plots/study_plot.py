@@ -54,8 +54,8 @@ class StudyPlot(QWidget):
         theme: Its colours.
     """
 
-    chosen = Signal(object)
-    """The TablePoint that was clicked."""
+    chosen = Signal(TablePoint)
+    """The point that was clicked."""
 
     def __init__(self, theme: Theme, parent: QWidget | None = None) -> None:
         super().__init__(parent)

@@ -88,8 +88,8 @@ def format_number(value: float) -> str:
 class LogCanvas(PlotCanvas):
     """Tells where the pointer is, what was clicked, and which arrows, Enter or Escape were pressed; draws nothing."""
 
-    hovered = Signal(object)
-    """A QPointF, or None when the pointer has left."""
+    hovered = Signal(QPointF)
+    """Position of the pointer; None once it has left."""
     clicked = Signal(QPointF)
     key_pressed = Signal(int)
 
@@ -175,8 +175,8 @@ class WorkPrecisionPlot(QWidget):
         theme: Its colours.
     """
 
-    chosen = Signal(object)
-    """The Setting of a point that was clicked."""
+    chosen = Signal(Setting)
+    """Setting of the point that was clicked."""
 
     def __init__(self, theme: Theme, parent: QWidget | None = None) -> None:
         super().__init__(parent)

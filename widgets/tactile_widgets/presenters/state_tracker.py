@@ -28,8 +28,8 @@ class StateTracker(QObject):
         state: As it was read last.
     """
 
-    changed = Signal(object)
-    """Another WindowState."""
+    changed = Signal(WindowState)
+    """The state has changed."""
 
     def __init__(
         self,

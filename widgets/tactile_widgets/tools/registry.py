@@ -283,8 +283,8 @@ class Tools(QObject):
         active: The one in use.
     """
 
-    changed = Signal(object)
-    """A tool was taken, maybe the same again: its ToolKind."""
+    changed = Signal(ToolKind)
+    """A tool was selected, possibly the same again."""
     undo_changed = Signal()
     """What can be taken back or done again may be something else."""
 

@@ -40,8 +40,8 @@ class ComparisonView(QWidget):
     """Run the comparison."""
     cancelled = Signal()
     """Stop it."""
-    used = Signal(object)
-    """ControlSettings of the contender that is to be in force: of controller and gains only."""
+    used = Signal(ControlSettings)
+    """Use a contender's controller and gains in the session."""
     export_asked = Signal()
     """The traces are wanted as a file."""
 

@@ -86,8 +86,8 @@ class FigureDialog(QDialog):
         parent: The window.
     """
 
-    wanted = Signal(object, object)
-    """A FigurePart is to be written by a FigureSpec."""
+    wanted = Signal(FigurePart, FigureSpec)
+    """Write this part of the window as a figure."""
 
     def __init__(self, theme: Theme, parent: QWidget) -> None:
         super().__init__(parent)

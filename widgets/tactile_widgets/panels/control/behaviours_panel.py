@@ -86,8 +86,8 @@ class BehaviourRow(QWidget):
         parent: Qt parent.
     """
 
-    edited = Signal(object)
-    """The Behaviour that it shall be."""
+    edited = Signal(Behaviour)
+    """The behaviour as edited by the user."""
     removed = Signal()
     """It shall go."""
 
@@ -186,8 +186,8 @@ _DEFAULT_BEHAVIOUR = Behaviour("tap", times=2, then={"controller": "hybrid", "ta
 class BehavioursPanel(Panel):
     """Lists the behaviours in force; says which one acted last."""
 
-    behaviours_edited = Signal(object)
-    """The tuple of Behaviour wanted."""
+    behaviours_edited = Signal(tuple)
+    """All behaviours as edited by the user, ``Behaviour`` each."""
 
     simulates = True
 

@@ -317,8 +317,8 @@ def can_restart_task(settings: ControlSettings) -> bool:
 class ControllerPanel(Panel):
     """Emits settings as a person changes them; shows those that the chosen controller and task use, and the outcome."""
 
-    settings_edited = Signal(object)
-    """ControlSettings wanted."""
+    settings_edited = Signal(ControlSettings)
+    """Controller settings entered by the user."""
     comparison_requested = Signal()
     """Controllers are to be compared."""
     scene_requested = Signal(str)

@@ -48,8 +48,8 @@ class ComparePanel(Panel):
     """Whether the map view is to show ``other`` instead of the editor's document."""
     compare_requested = Signal(object, object)
     """A TactileMap, and a TactileMap or TaxelLayout, to be measured where it does not hold up the window."""
-    compared = Signal(object)
-    """The Comparison, for the quality card."""
+    compared = Signal(Comparison)
+    """Result for the quality card."""
     ended = Signal()
     """There is nothing to compare with any more."""
 

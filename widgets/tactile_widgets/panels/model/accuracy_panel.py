@@ -53,8 +53,8 @@ class AccuracyView(QWidget):
     """Measure the stage."""
     cancelled = Signal()
     """Stop measuring."""
-    chosen = Signal(object)
-    """Use this Setting."""
+    chosen = Signal(Setting)
+    """Use this setting."""
     enlarge_asked = Signal()
     """A window of its own is wanted, or no longer."""
 
@@ -237,8 +237,8 @@ class AccuracyPanel(Panel):
     ``shut`` must be called before the window goes.
     """
 
-    chosen = Signal(object)
-    """The Setting of a point that was clicked; see ``reflatten_for`` and ``edits_map``."""
+    chosen = Signal(Setting)
+    """Setting of the point that was clicked; see ``reflatten_for`` and ``edits_map``."""
 
     def __init__(self, theme: Theme = DARK, parent: QWidget | None = None) -> None:
         super().__init__("Accuracy and time", "accuracy-panel", parent)

@@ -36,8 +36,8 @@ class BudgetSection(QWidget):
     """Measure, and propose; whether controllers are wanted too."""
     cancelled = Signal()
     """Stop measuring."""
-    applied = Signal(object)
-    """These Settings, a tuple, are to be in force."""
+    applied = Signal(tuple)
+    """Apply these settings, ``Setting`` each."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)

@@ -143,8 +143,8 @@ def estimator_words(name: EstimatorName) -> tuple[str, str]:
 class EstimationControls(QWidget):
     """Two choices; it shows what is in force, and tells what a person wants."""
 
-    reading_edited = Signal(object)
-    """ReadingSettings wanted."""
+    reading_edited = Signal(ReadingSettings)
+    """Contact settings entered by the user."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -448,8 +448,8 @@ class ContactsPanel(Panel):
 
     region_selected = Signal(object)
     """The row of a region was clicked: its id; None if it was selected already."""
-    reading_edited = Signal(object)
-    """ReadingSettings wanted."""
+    reading_edited = Signal(ReadingSettings)
+    """Contact settings entered by the user."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__("Contacts", "contacts-panel", parent)

@@ -27,8 +27,8 @@ _HOW = "Shift-click the skin, or right-click it, to leave a finger there"
 class HeldFingers(QWidget):
     """A line for the mouse's finger, one for the next that stays, and one for each that does."""
 
-    finger_edited = Signal(object)
-    """The Finger of the mouse that is wanted."""
+    finger_edited = Signal(Finger)
+    """Finger of the mouse as edited by the user."""
     held_force_edited = Signal(float)
     """With how many newtons the next finger that stays presses."""
     force_edited = Signal(int, float)

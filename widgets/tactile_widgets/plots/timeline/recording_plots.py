@@ -49,8 +49,8 @@ class RecordingPlots(QWidget):
 
     went_to = Signal(float)
     """A person wants to see this time [s]."""
-    range_dragged = Signal(object)
-    """A Span was dragged over."""
+    range_dragged = Signal(Span)
+    """A time span was selected by dragging."""
     lanes_changed = Signal()
     """There are more or fewer lanes, which want another height."""
     menu_requested = Signal(float, QPoint)

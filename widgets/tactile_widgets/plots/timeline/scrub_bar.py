@@ -72,8 +72,8 @@ class ScrubBar(QWidget):
     """A recording from left to right. Emits ``scrubbed`` [s] while the user drags; keys are the timeline's."""
 
     scrubbed = Signal(float)
-    range_dragged = Signal(object)
-    """With Shift a Span was dragged over; None where it is too short to be one."""
+    range_dragged = Signal(Span)
+    """A time span was selected by dragging with Shift; None if it is too short."""
     menu_requested = Signal(float, QPoint)
     """The right button was pressed at a time [s], at a place on the screen."""
 

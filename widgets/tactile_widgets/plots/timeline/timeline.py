@@ -30,10 +30,10 @@ class Timeline(QWidget):
     """Another speed was chosen, as a multiple of real time."""
     live_requested = Signal()
     """The user wants to leave the recording."""
-    range_changed = Signal(object)
-    """Another Span of the recording is chosen, or None."""
-    notes_shown = Signal(object)
-    """The TimelineNotes that are shown from now on."""
+    range_changed = Signal(Span)
+    """Selected time span of the recording; None without one."""
+    notes_shown = Signal(TimelineNotes)
+    """The notes shown from now on."""
     loop_changed = Signal(bool)
     """The range is played again and again from now on, or not."""
     menu_requested = Signal(float, QPoint)

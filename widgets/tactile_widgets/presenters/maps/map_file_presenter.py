@@ -69,8 +69,8 @@ class MapFilePresenter(QObject):
 
     changed = Signal()
     """Another file, another result of ``unsaved``, or other edits that can be restored."""
-    grid_restored = Signal(object)
-    """A Scene with a restored taxel grid is to be opened."""
+    grid_restored = Signal(Scene)
+    """Open this scene, whose taxel grid was restored."""
 
     def __init__(self, context: AppContext, parent: QObject) -> None:
         super().__init__(parent)

@@ -111,8 +111,8 @@ class ControlSettingsEditor(QObject):
         gesture: Name of the gesture that is going on; empty for none.
     """
 
-    wished = Signal(object)
-    """ControlSettings wanted."""
+    wished = Signal(ControlSettings)
+    """Use these controller settings."""
     changed = Signal()
     """Settings, map, or what can be taken back are others."""
     told = Signal(str)

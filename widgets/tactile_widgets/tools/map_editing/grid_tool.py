@@ -49,8 +49,8 @@ class GridSteps(QObject):
 
     changed = Signal()
     """There is something else to take back or do again."""
-    scene_wanted = Signal(object)
-    """A Scene is to be opened."""
+    scene_wanted = Signal(Scene)
+    """Open this scene."""
 
     def __init__(self, editor: MapEditor | None = None, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -140,8 +140,8 @@ class GridTool(ViewTool):
     """
 
     hint = "Click two opposite corners. Arrow keys set rows and columns, M mirrors, Enter places, Backspace goes back."
-    placed = Signal(object)
-    """A GridSpec is wanted."""
+    placed = Signal(GridSpec)
+    """Place this taxel grid."""
 
     def __init__(self, editor: MapEditor, parent: QObject | None = None) -> None:
         super().__init__(parent)

@@ -185,8 +185,8 @@ class TaxelSelector(QObject):
         parent: Qt parent.
     """
 
-    chosen = Signal(object)
-    """A Choice."""
+    chosen = Signal(SelectionUpdate)
+    """Taxels were picked or swept."""
     abandoned = Signal()
     """The choice made so far was given up."""
     drawn = Signal()

@@ -85,20 +85,20 @@ class ViewInteraction(QObject):
         hover: The place of the skin under the pointer, or None.
     """
 
-    poke_pressed = Signal(object)
-    """A press on skin: the SurfacePoint under it."""
-    poke_moved = Signal(object)
-    """A stroke of the pressed finger: the SurfacePoint it is at now."""
+    poke_pressed = Signal(SurfacePoint)
+    """The user's finger pressed the skin here."""
+    poke_moved = Signal(SurfacePoint)
+    """The pressed finger moved here."""
     poke_released = Signal()
     """The finger left."""
-    hovered = Signal(object)
-    """The SurfacePoint under the pointer, or None."""
+    hovered = Signal(SurfacePoint)
+    """Skin location under the pointer; None next to the skin."""
     cleared = Signal()
     """Escape, while nothing else was going on."""
-    menu_requested = Signal(object)
-    """The right button was clicked, and nothing dragged: the QPointF under it, in the view."""
-    latch_requested = Signal(object)
-    """A click with Shift on the skin: the SurfacePoint a finger is to stay at."""
+    menu_requested = Signal(QPointF)
+    """The right button was clicked without a drag, at this pixel of the view."""
+    latch_requested = Signal(SurfacePoint)
+    """A Shift-click on the skin: a finger stays here."""
     space_tapped = Signal()
     """Space, with which a drag pans, went down and up, and nothing was dragged."""
 

@@ -15,6 +15,7 @@ from PySide6.QtWidgets import QFrame, QLabel, QVBoxLayout, QWidget
 
 from tactile_maps.contacts.detection.regions import ContactRegion
 from tactile_maps.core.arrays import FloatArray
+from tactile_maps.geometry.surface.mesh import SurfacePoint
 from tactile_maps.robots.kinematics import Configuration
 from tactile_maps.session.frame import Frame
 from tactile_maps.session.prepare import PreparedScene
@@ -185,8 +186,8 @@ class ContactInset(QFrame):
         followed: The contact that is looked at; None before there was one.
     """
 
-    look_requested = Signal(object)
-    """Look at a SurfacePoint in the robot view."""
+    look_requested = Signal(SurfacePoint)
+    """Point the robot view's camera at this location."""
 
     def __init__(self, theme: Theme, scale: PressureScale, parent: QWidget) -> None:
         super().__init__(parent)
@@ -243,8 +244,8 @@ class ContactInset(QFrame):
 class _FollowingView(SecondView):
     """Looks at the strongest contact; without one it stays where it was."""
 
-    followed = Signal(object, str)
-    """The ContactRegion that is looked at, or None; and what is said of it."""
+    followed = Signal(ContactRegion, str)
+    """The contact in view, or None; and its description."""
     double_clicked = Signal()
 
     def __init__(self, theme: Theme, scale: PressureScale, parent: QWidget) -> None:
