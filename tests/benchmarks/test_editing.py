@@ -162,11 +162,11 @@ def test_frame_rate_of_both_views(benchmark, request, open_window, body, gesture
     places = circle(prepared)
     surface = window.robot_view.display.canvas.widget
     if gesture != "the robot is turned":
-        window.live.press(places[0])
+        window.presenters.touch.press(places[0])
 
     def go_on(step):
         if gesture == "a finger is dragged":
-            window.live.move(places[step % len(places)])
+            window.presenters.touch.move(places[step % len(places)])
         elif gesture == "the robot is turned":
             QTest.mouseMove(surface, QPoint(30 + 3 * step % 300, 40))
 

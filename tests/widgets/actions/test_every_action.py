@@ -409,7 +409,7 @@ def refused_posture(bench):
     """The robot was to be placed while a finger presses it."""
     LIVE(bench)
     bench.window.live.reset()
-    bench.window.live.hold_finger(bench.window.live.prepared.skin.taxel_point(3), 2.0)
+    bench.window.presenters.touch.hold(bench.window.live.prepared.skin.taxel_point(3))
     run(bench.window, 10 * TICK)
     bench.window.live.set_paused(paused=True)
     led_editor = bench.window.presenters.posture.editor

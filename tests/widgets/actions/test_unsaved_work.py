@@ -66,7 +66,7 @@ def make_files(window, folder):
     window.live.start_recording(folder / "touch.mcap")
     press_map(window, 5)
     run(window, 0.1)
-    window.live.release()
+    window.presenters.touch.release()
     run(window, 0.05)
     window.presenters.touch_script.save(str(folder / "script.toml"))
     window.live.stop_recording()

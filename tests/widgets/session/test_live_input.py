@@ -18,6 +18,7 @@ from tactile_maps.live.readings.readings import Reading, Unit
 from tactile_maps.live.readings.wire_format import encode_binary
 from tactile_maps.live.sources.open import SourceOptions
 from tactile_maps.recording.player import open_recording
+from tactile_maps.tactile.poke import PokePressed
 from tactile_maps.tactile.press import press_skin
 from tactile_widgets.common.mode import Mode
 from tactile_widgets.session.backends import INLINE
@@ -115,7 +116,7 @@ def test_a_poke_is_refused_in_words(live, prepared, readings):
     said = []
     live.failed.connect(said.append)
     live.connect_source(readings)
-    live.press(prepared.skin.taxel_point(3))
+    live.submit(PokePressed(1, prepared.skin.taxel_point(3)))
     live.pump()
     assert "can be watched, not poked" in said[0]
     live.runner.run_for(3.0)

@@ -14,7 +14,7 @@ from tactile_maps.scene.scene_file import load_scene
 from tactile_maps.session.inputs import MapEdited
 from tactile_maps.session.prepared_cache import prepare_cached
 from tactile_maps.skin.fitting.cover import CoverSpec
-from tactile_maps.tactile.poke import PokePressed
+from tactile_maps.tactile.poke import PokePressed, PokeReleased
 from tactile_widgets.common.mode import Mode
 from tactile_widgets.session.backends import INLINE
 from tactile_widgets.session.live_session import LiveSession
@@ -59,7 +59,7 @@ def recorded(live, path, seconds=0.3):
 def test_before_a_scene_nothing_can_be_done_and_nothing_breaks(qtbot):
     live = LiveSession(backends=INLINE)
     assert live.mode is Mode.EMPTY
-    live.release()
+    assert not live.submit(PokeReleased(1))
     live.set_paused(paused=True)
     live.step()
     live.reset()
@@ -82,7 +82,7 @@ def test_each_frame_is_told_once(live, told):
 
 
 def test_a_press_takes_effect_at_the_next_tick(live, prepared):
-    live.press(prepared.skin.taxel_point(70))
+    live.submit(PokePressed(1, prepared.skin.taxel_point(70)))
     live.runner.run_for(0.1)
     (press,) = [(tick, act) for tick, act in live.runner.session.inputs if isinstance(act, PokePressed) and act.id == 1]
     assert press[0] == 1
@@ -220,7 +220,7 @@ def test_a_replay_begins_with_its_first_frame_even_if_the_live_one_has_its_numbe
 def test_the_hand_cannot_touch_a_recording(live, tmp_path, prepared):
     live.open_recording(recorded(live, tmp_path / "look.mcap"))
     before = list(live.runner.session.inputs)
-    live.press(prepared.skin.taxel_point(70))
+    live.submit(PokePressed(1, prepared.skin.taxel_point(70)))
     live.set_settings(ControlSettings(stiffness=3.0))
     live.reset()
     live.back_to_live()

@@ -113,7 +113,7 @@ def test_space_and_a_drag_move_the_map_and_pause_nothing(window):
     end = QPoint(260, 230)
     before = view.camera.centre
     touched = []
-    window.live.touched.connect(lambda: touched.append(1))
+    window.presenters.touch.touched.connect(lambda: touched.append(1))
     QTest.keyPress(view, KEY.Key_Space)
     assert view.viewport().cursor().shape() == Qt.CursorShape.OpenHandCursor
     QTest.mousePress(view.viewport(), Qt.MouseButton.LeftButton, pos=start)

@@ -41,7 +41,7 @@ def test_it_opens_alive(window):
 def test_a_press_on_the_body_and_on_the_map_are_the_same_act(window):
     _, pixel = visible_skin(window)
     felt = []
-    window.live.touched.connect(lambda: felt.append(True))
+    window.presenters.touch.touched.connect(lambda: felt.append(True))
     QTest.mousePress(window.robot_view.display.canvas.widget, Qt.MouseButton.LeftButton, pos=pixel)
     run(window, 0.3)
     from_body = window.live.runner.session.frame.pokes[-1].at

@@ -68,7 +68,7 @@ def test_another_scene_is_shown_in_a_turn_of_its_own(window, prepared):
 def test_the_inset_looks_at_the_strongest_contact_and_a_double_click_looks_there_too(window, qtbot):
     window.action("contact_inset").trigger()
     at, _ = visible_skin(window)
-    window.live.hold_finger(at, 3.0)
+    window.presenters.touch.hold(at)
     run(window, 1.0)
     inset = window.more_views.inset
     qtbot.waitUntil(lambda: " N" in inset.words.text().replace("\u202f", " "))

@@ -12,8 +12,8 @@ from PySide6.QtTest import QTest
 
 from tactile_maps.editing.reflatten import set_method
 from tactile_widgets.common.mode import Mode
+from tactile_widgets.presenters.touch_presenter import MOUSE_FINGER
 from tactile_widgets.session.backends import BACKGROUND
-from tactile_widgets.session.live_session import HAND
 from tests.widgets.support.samples import coarse
 from tests.widgets.support.window_driver import press_map
 
@@ -34,7 +34,7 @@ def backends():
 
 def pressed(frame):
     """Whether a person's finger presses, not the scene's own."""
-    return any(poke.id == HAND and poke.force > 0 for poke in frame.pokes)
+    return any(poke.id == MOUSE_FINGER and poke.force > 0 for poke in frame.pokes)
 
 
 def threads():

@@ -74,10 +74,6 @@ def _follow_contacts(panel: ContactsPanel, session: LiveSession, selection: Taxe
     session.reading_changed.connect(panel.show_reading)
     session.effects_changed.connect(panel.show_effects)
     panel.reading_edited.connect(session.set_reading)
-    fingers = panel.fingers
-    fingers.finger_edited.connect(session.set_finger)
-    fingers.force_edited.connect(session.set_held_force)
-    fingers.taken_away.connect(session.take_finger_away)
     panel.follow(selection)
 
 

@@ -121,7 +121,7 @@ def build(context: AppContext, parent: QWidget) -> Presenters:
         recording_plots=RecordingPlotsPresenter(context, parent),
         notes=NotesPresenter(context, tools, parent),
         replay_past=ReplayPast(context, parent),
-        notification=NotificationPresenter(context, parent),
+        notification=NotificationPresenter(context, touch, parent),
         plots=plots,
         figure=figure,
         film=FilmPresenter(context, parent),

@@ -11,6 +11,7 @@ from tactile_maps.robots.files.model_files import PACKAGE_ROOT_OPTION
 from tactile_maps.session.prepare import PreparedScene
 from tactile_widgets.context.app_context import AppContext
 from tactile_widgets.panels.messages_panel import MessagesPanel
+from tactile_widgets.presenters.touch_presenter import TouchPresenter
 from tactile_widgets.session.recording_writer import DiskSpace
 
 _SAVED_MS = 10_000
@@ -21,10 +22,11 @@ class NotificationPresenter(QObject):
 
     Args:
         context: What it works on.
+        touch: Reports touches; after the first one, the hints are hidden.
         parent: Qt parent.
     """
 
-    def __init__(self, context: AppContext, parent: QObject) -> None:
+    def __init__(self, context: AppContext, touch: TouchPresenter, parent: QObject) -> None:
         super().__init__(parent)
         self._context = context
         self._session = context.session
@@ -37,7 +39,7 @@ class NotificationPresenter(QObject):
         self._session.saved.connect(self._on_saved)
         self._session.disk_filling.connect(self._on_disk_filling)
         self._session.prepared_changed.connect(self._on_prepared_changed)
-        self._session.touched.connect(self._on_hints_read)
+        touch.touched.connect(self._on_hints_read)
         self._session.recording_changed.connect(self._on_recording_changed)
         self._notifier.hints_dismissed.connect(self._on_hints_read)
         self._notifier.told.connect(context.panels.get(MessagesPanel).add)

@@ -258,7 +258,7 @@ def _away_words(_presenter: PointingPresenter, pointed: Pointed) -> str:
 
 def _away(presenter: PointingPresenter, pointed: Pointed) -> None:
     if pointed.finger is not None:
-        presenter.context.session.take_finger_away(pointed.finger.id)
+        presenter.touch.remove(pointed.finger.id)
 
 
 def _force_words(presenter: PointingPresenter, pointed: Pointed) -> str:

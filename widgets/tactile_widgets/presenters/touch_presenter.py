@@ -2,41 +2,80 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import QObject
+from dataclasses import replace
+
+from PySide6.QtCore import QObject, Signal
 
 from tactile_maps.geometry.surface.mesh import SurfacePoint
+from tactile_maps.tactile.poke import PokeMoved, PokePressed, PokeReleased
 from tactile_widgets.context.app_context import AppContext
 from tactile_widgets.panels.touch.contacts_panel import ContactsPanel
 
+MOUSE_FINGER = 1
+"""Id of the mouse's finger; scripted fingers have 0 and below, fingers that stay 2 and above."""
+
 
 class TouchPresenter(QObject):
-    """Passes touches from the gestures on both views to the session.
+    """Passes touches from the gestures on both views, and from the panel of fingers, to the session.
 
     Args:
         context: Session, views and panels.
         parent: Qt parent.
+
+    Attributes:
+        fingers: Panel of the mouse's finger and of those that stay.
     """
+
+    touched = Signal()
+    """The user touched the skin."""
 
     def __init__(self, context: AppContext, parent: QObject) -> None:
         super().__init__(parent)
         self._context = context
         self._session = context.session
+        self._last_id = MOUSE_FINGER
         self.fingers = context.panels.get(ContactsPanel).fingers
+        self.fingers.force_edited.connect(self.set_force)
+        self.fingers.removed.connect(self.remove)
         for gestures in context.views.interactions:
             gestures.poke_pressed.connect(self.press)
-            gestures.poke_moved.connect(self._session.move)
-            gestures.poke_released.connect(self._session.release)
+            gestures.poke_moved.connect(self.move)
+            gestures.poke_released.connect(self.release)
             gestures.latch_requested.connect(self.hold)
 
     def press(self, at: SurfacePoint) -> None:
-        """Press the skin with the user's finger."""
-        if self._can_touch():
-            self._session.press(at)
+        """Press the skin with the mouse's finger."""
+        if self._can_touch() and self._session.submit(PokePressed(MOUSE_FINGER, at, self.fingers.finger)):
+            self.touched.emit()
+
+    def move(self, at: SurfacePoint) -> None:
+        """Move the mouse's finger along the skin."""
+        self._session.submit(PokeMoved(MOUSE_FINGER, at))
+
+    def release(self) -> None:
+        """Lift the mouse's finger."""
+        self._session.submit(PokeReleased(MOUSE_FINGER))
 
     def hold(self, at: SurfacePoint) -> None:
-        """Press the skin with a finger that stays."""
+        """Press with another finger, which stays until it is removed or the scene restarts."""
+        frame = self._session.shown
+        used = () if frame is None else (poke.id for poke in frame.pokes)
         if self._can_touch():
-            self._session.hold_finger(at, self.fingers.held.value())
+            self._last_id = max([self._last_id, *used]) + 1
+            finger = replace(self.fingers.finger, max_force=self.fingers.held.value())
+            if self._session.submit(PokePressed(self._last_id, at, finger)):
+                self.touched.emit()
+
+    def set_force(self, finger_id: int, force: float) -> None:
+        """Let a finger that stays press with another force [N] where it is."""
+        frame = self._session.shown
+        for poke in () if frame is None else frame.pokes:
+            if poke.id == finger_id:
+                self._session.submit(PokePressed(finger_id, poke.at, replace(self.fingers.finger, max_force=force)))
+
+    def remove(self, finger_id: int) -> None:
+        """Lift a finger that stays."""
+        self._session.submit(PokeReleased(finger_id))
 
     def _can_touch(self) -> bool:
         """Whether the current session accepts touches. If not, report why and offer a remedy."""

@@ -18,7 +18,6 @@ from tactile_maps.control.behaviours import Behaviour
 from tactile_maps.control.motion.command import ControlSettings
 from tactile_maps.core.arrays import FloatArray
 from tactile_maps.core.errors import LiveError, TactileMapsError
-from tactile_maps.geometry.surface.mesh import SurfacePoint
 from tactile_maps.maps.model.tactile_map import TactileMap
 from tactile_maps.recording.encoding.annotations import Mark
 from tactile_maps.recording.player import RecordingPlayer
@@ -42,7 +41,6 @@ from tactile_maps.session.runtime_settings import RuntimeSettings
 from tactile_maps.session.session import Session
 from tactile_maps.stimuli.stimuli_from_pokes import stimuli_from_pokes
 from tactile_maps.stimuli.stimulus import Stimulus
-from tactile_maps.tactile.poke import Finger, PokeMoved, PokePressed, PokeReleased
 from tactile_widgets.common.mode import Mode
 from tactile_widgets.session.active_settings import ActiveSettings
 from tactile_widgets.session.backends import BACKGROUND, Backends
@@ -61,8 +59,6 @@ if TYPE_CHECKING:
     from tactile_maps.export.live_rerun import LiveRerun
     from tactile_maps.export.live_server import LiveServer
 
-HAND = 1
-"""Id of the user's finger; the scripted ones have 0 and below."""
 SCRIPT_SECONDS = 10.0
 """A script is compared on for so long, unless a person says otherwise."""
 FRAME_MS = 16
@@ -87,7 +83,6 @@ class LiveSession(QObject):
         backends: What does the work.
 
     Attributes:
-        finger: That touches.
         worker: Opens scenes and recordings, lays patches flat.
         measurements: What is measured beside of what is shown.
         marks: How many moments of the recording being written are marked.
@@ -144,12 +139,9 @@ class LiveSession(QObject):
     """The LiveInput whose readings are shown instead of a simulation, or None."""
     taken_over = Signal(float, bool)
     """A recording is simulated on from this time [s]; whether the state there is the recorded one bit for bit."""
-    touched = Signal()
-    """A person touched the skin."""
 
     def __init__(self, parent: QObject | None = None, *, backends: Backends = BACKGROUND) -> None:
         super().__init__(parent)
-        self.finger = Finger()
         self._backends = backends
         self._speed = 1.0
         self._run: LiveRun | None = None
@@ -158,7 +150,6 @@ class LiveSession(QObject):
         self._shown: Frame | None = None
         self._taking_over: TakeOver | None = None
         self.marks = 0
-        self._held = HAND  # the id given last to a finger that stays
         self.live_input: LiveInput | None = None
         self._recording_writer = backends.recording_writer()
         self._server: LiveServer | LiveRerun | None = None
@@ -513,60 +504,33 @@ class LiveSession(QObject):
 
     # What a person does to the scene that runs.
 
-    def press(self, at: SurfacePoint) -> None:
-        """A finger presses the skin."""
-        if self._submit(PokePressed(HAND, at, self.finger)):
-            self.touched.emit()
-
-    def move(self, at: SurfacePoint) -> None:
-        """It strokes to another place."""
-        self._submit(PokeMoved(HAND, at))
-
-    def release(self) -> None:
-        """It lifts."""
-        self._submit(PokeReleased(HAND))
-
-    def hold_finger(self, at: SurfacePoint, force: float) -> None:
-        """A finger presses with ``force`` [N] and stays until it is taken away, or the scene starts again."""
-        used = [poke.id for poke in self._shown.pokes] if self._shown is not None else []
-        self._held = max([self._held, HAND, *used]) + 1
-        if self._submit(PokePressed(self._held, at, replace(self.finger, max_force=force))):
-            self.touched.emit()
-
-    def set_held_force(self, number: int, force: float) -> None:
-        """The finger of this id presses with ``force`` [N] from the next tick on, where it is."""
-        pokes = () if self._shown is None else self._shown.pokes
-        for poke in pokes:
-            if poke.id == number:
-                self._submit(PokePressed(number, poke.at, replace(self.finger, max_force=force)))
-
-    def take_finger_away(self, number: int) -> None:
-        """The finger of this id lifts."""
-        self._submit(PokeReleased(number))
-
-    def set_finger(self, finger: Finger) -> None:
-        """The mouse presses with this finger from the next press on."""
-        self.finger = finger
+    def submit(self, session_input: SessionInput) -> bool:
+        """Pass an input to the running session for the next tick. Whether there is one, and it is shown."""
+        if (run := self._shown_run) is None:
+            return False
+        run.submit(session_input)
+        self._active_settings.show(run.settings)
+        return True
 
     def set_settings(self, settings: ControlSettings) -> None:
         """Change the controller, at the next tick."""
-        self._submit(ControlChanged(settings))
+        self.submit(ControlChanged(settings))
 
     def set_effects(self, effects: Effects) -> None:
         """Simulate otherwise from the next tick on; what cannot be is refused then, and told."""
-        self._submit(EffectsChanged(effects))
+        self.submit(EffectsChanged(effects))
 
     def set_behaviours(self, behaviours: tuple[Behaviour, ...]) -> None:
         """Let contact events trigger these from the next tick on, and no others."""
-        self._submit(BehavioursChanged(behaviours))
+        self.submit(BehavioursChanged(behaviours))
 
     def set_reading(self, settings: ReadingSettings) -> None:
         """Read contacts otherwise from the next tick on."""
-        self._submit(ReadingChanged(settings))
+        self.submit(ReadingChanged(settings))
 
     def move_robot(self, posture: FloatArray) -> None:
         """The robot goes to a posture (n,) under its controller, from the next tick on, where it holds its rest."""
-        self._submit(RestChanged(tuple(posture.tolist()), POSTURE_SPEED))
+        self.submit(RestChanged(tuple(posture.tolist()), POSTURE_SPEED))
 
     def place_robot(self, posture: FloatArray) -> TactileMapsError | None:
         """The robot of a paused scene stands in a posture (n,) at once, which takes a tick; why not, where refused."""
@@ -583,15 +547,7 @@ class LiveSession(QObject):
     def edit_map(self, map_: TactileMap, name: str) -> None:
         """Contacts are placed and controlled by an edited map, from the next tick on."""
         if (run := self._shown_run) is not None and map_ is not run.map:
-            self._submit(MapEdited(name, map_))
-
-    def _submit(self, session_input: SessionInput) -> bool:
-        """Whether there is a running session that takes it."""
-        if (run := self._shown_run) is None:
-            return False
-        run.submit(session_input)
-        self._active_settings.show(run.settings)
-        return True
+            self.submit(MapEdited(name, map_))
 
     # Time.
 

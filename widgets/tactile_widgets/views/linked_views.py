@@ -153,19 +153,15 @@ class LinkedViews(QWidget):
             return
         self._waiting = None
         self._pace.stop()
-        self._show(frame)
-        if self._paced:
-            self.robot.display.draw_soon()
-
-    def _show(self, frame: Frame) -> None:
-        """The map first, it is what the finger waits for."""
         self._task.show_frame(frame)
-        self.map.show_frame(frame, task=self._task.shown)
+        self.map.show_frame(frame, task=self._task.shown)  # first: the user compares it with the finger
         self.map.viewport().repaint()
         self.robot.display.show_frame(frame)
         self.robot.display.show_task(self._task.shown)
         self.bar.set_units(frame.units)
         self.bar.set_peak(1e-3 * float(frame.pressures.max(initial=0.0)))
+        if self._paced:
+            self.robot.display.draw_soon()
 
     def show_overlaid(self, regions: Sequence[ContactRegion]) -> None:
         """Outline contacts of a second recording on the map; none for none."""

@@ -122,9 +122,9 @@ def test_the_window_logs_every_event_however_few_frames_it_shows_and_again_in_re
     live = window.live
     log = window.column["events"]
     live.start_recording(tmp_path / "tap.mcap")
-    live.press(live.prepared.skin.taxel_point(70))
+    window.presenters.touch.press(live.prepared.skin.taxel_point(70))
     live.runner.run_for(0.2)
-    live.release()
+    window.presenters.touch.release()
     live.runner.run_for(0.2)
     live.pump()
     told = words(log)

@@ -51,7 +51,7 @@ def touched_window(window, prepared):
     panel.choose_task("follow_path")
     window.live.reset()
     run(window, 0.2)
-    window.live.press(window.live.prepared.skin.taxel_point(middle_taxel(prepared.map, 1)))
+    window.presenters.touch.press(window.live.prepared.skin.taxel_point(middle_taxel(prepared.map, 1)))
     run(window, 0.4)
     assert window.live.runner.session.frame.regions
     return window

@@ -13,6 +13,7 @@ from tactile_maps.recording.player import RecordingPlayer
 from tactile_maps.recording.verify import verify
 from tactile_maps.robots.kinematics import Configuration
 from tactile_maps.session.inputs import PosturePlaced, RestChanged
+from tactile_maps.tactile.poke import Finger, PokePressed
 from tactile_widgets.common.mode import Mode
 from tactile_widgets.panels.control.posture_panel import PosturePanel
 from tests.widgets.support.window_driver import run, visible_skin
@@ -47,8 +48,8 @@ def postures(window, kind):
 
 def end_script(window):
     """A person touches, and the scene's own finger lifts."""
-    window.live.press(visible_skin(window)[0])
-    window.live.release()
+    window.presenters.touch.press(visible_skin(window)[0])
+    window.presenters.touch.release()
     run(window, 0.2)
 
 
@@ -109,7 +110,7 @@ def test_while_paused_the_robot_is_placed_and_undo_places_it_back(window):
 
 def test_beside_a_finger_it_is_not_placed_and_moving_there_is_offered(window):
     at, _ = visible_skin(window)
-    window.live.hold_finger(at, 2.0)
+    window.live.submit(PokePressed(2, at, Finger(max_force=2.0)))
     run(window, 0.2)
     home = window.live.prepared.robot.home
     pause(window)

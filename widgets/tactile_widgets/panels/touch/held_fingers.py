@@ -25,21 +25,22 @@ _HOW = "Shift-click the skin, or right-click it, to leave a finger there"
 
 
 class HeldFingers(QWidget):
-    """A line for the mouse's finger, one for the next that stays, and one for each that does."""
+    """A line for the mouse's finger, one for the next finger that stays, and one for each that stays now.
 
-    finger_edited = Signal(Finger)
-    """Finger of the mouse as edited by the user."""
-    held_force_edited = Signal(float)
-    """With how many newtons the next finger that stays presses."""
+    Attributes:
+        finger: Finger of the mouse.
+        held: Force of the next finger that stays [N].
+    """
+
     force_edited = Signal(int, float)
-    """The finger of an id is to press with so many newtons."""
-    taken_away = Signal(int)
-    """The finger of an id is to go."""
+    """Requested force of a finger that stays: its id and the force [N]."""
+    removed = Signal(int)
+    """The finger of this id is to be removed."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.setObjectName("held-fingers")
-        self._finger = Finger()
+        self.finger = Finger()
         self._rows = dict[int, _Row]()
         self._skin: Skin | None = None
         column = QVBoxLayout(self)
@@ -52,15 +53,14 @@ class HeldFingers(QWidget):
         self.speed = speed
         self.held = held
         for name, field, value in (
-            ("finger-force", most, self._finger.max_force),
-            ("finger-speed", speed, 1e3 * self._finger.speed),
+            ("finger-force", most, self.finger.max_force),
+            ("finger-speed", speed, 1e3 * self.finger.speed),
             ("held-force", held, HELD_FORCE),
         ):
             field.setObjectName(name)
             field.show_number(value)
         most.valueChanged.connect(lambda force: self._edit(max_force=force))
         speed.valueChanged.connect(lambda speed: self._edit(speed=1e-3 * speed))
-        held.valueChanged.connect(self.held_force_edited)
         column.addLayout(_line("Mouse", most, speed))
         column.addLayout(_line("Shift-click", held))
         self._grid = QGridLayout()
@@ -99,12 +99,11 @@ class HeldFingers(QWidget):
     def _make_row(self, number: int) -> _Row:
         row = _Row(number, self._grid, self)
         row.field.valueChanged.connect(partial(self.force_edited.emit, number))
-        row.away.clicked.connect(partial(self.taken_away.emit, number))
+        row.away.clicked.connect(partial(self.removed.emit, number))
         return row
 
     def _edit(self, **changes: float) -> None:
-        self._finger = replace(self._finger, **changes)
-        self.finger_edited.emit(self._finger)
+        self.finger = replace(self.finger, **changes)
 
 
 class _Row:

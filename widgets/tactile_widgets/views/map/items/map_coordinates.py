@@ -63,11 +63,6 @@ class SceneTransform:
         return np.concatenate([scene[:2] - scene[2], scene[2:]])
 
 
-def pick(tactile_map: TactileMap, frame: SceneTransform, x: float, y: float) -> SurfacePoint | None:
-    """The body point under a scene point; None outside all patches."""
-    return tactile_map.to_body(frame.to_map(np.array([x, y])))
-
-
 def nearest_taxel(tactile_map: TactileMap, at: SurfacePoint) -> int | None:
     """Number of the taxel of the same patch that is nearest on the map; None for a patch without taxels."""
     first = tactile_map.skin.first[at.patch]
@@ -78,30 +73,17 @@ def nearest_taxel(tactile_map: TactileMap, at: SurfacePoint) -> int | None:
     return int(first + np.argmin(np.einsum("kd,kd->k", away, away)))
 
 
-class VisiblePatches:
-    """The patches of a map that are shown: a press goes through those that are hidden.
-
-    Args:
-        tactile_map: The map.
-        numbers: The patches that are shown.
-    """
-
-    def __init__(self, tactile_map: TactileMap, numbers: Sequence[int]) -> None:
-        self._numbers = numbers
-        self._map = tactile_map
-        if len(numbers) < len(tactile_map.charts):
-            patches = tactile_map.skin.patches
-            placements = tactile_map.layout.placements
-            self._map = TactileMap(
-                Skin(tuple(patches[k] for k in numbers)),
-                tuple(tactile_map.charts[k] for k in numbers),
-                MapLayout(tuple(placements[k] for k in numbers)),
-            )
-
-    def hit(self, frame: SceneTransform, x: float, y: float) -> SurfacePoint | None:
-        """The body point under a scene point; None outside all shown patches."""
-        at = pick(self._map, frame, x, y)
-        return None if at is None else SurfacePoint(self._numbers[at.patch], at.face, at.weights)
+def visible_map(tactile_map: TactileMap, numbers: Sequence[int]) -> TactileMap:
+    """The map of these patches only: a press goes through hidden ones."""
+    if len(numbers) == len(tactile_map.charts):
+        return tactile_map
+    patches = tactile_map.skin.patches
+    placements = tactile_map.layout.placements
+    return TactileMap(
+        Skin(tuple(patches[k] for k in numbers)),
+        tuple(tactile_map.charts[k] for k in numbers),
+        MapLayout(tuple(placements[k] for k in numbers)),
+    )
 
 
 def readout_text(

@@ -27,7 +27,7 @@ from tactile_widgets.overlays.taxel_faults import NO_FAULTS, Fault, FaultLegend,
 from tactile_widgets.views.map.items.background import Background, Legend, legend_of, make_background
 from tactile_widgets.views.map.items.bijectivity import FlawFinder, Flaws, FlawsItem
 from tactile_widgets.views.map.items.live_image import LiveImage
-from tactile_widgets.views.map.items.map_coordinates import SceneTransform, VisiblePatches
+from tactile_widgets.views.map.items.map_coordinates import SceneTransform, visible_map
 from tactile_widgets.views.map.items.map_items import PatchItem, TaxelsItem, ZOrder
 from tactile_widgets.views.map.items.map_shapes import MapShapes, Wireframe, wireframe
 from tactile_widgets.views.map.items.taxel_faults import FaultsItem
@@ -262,9 +262,11 @@ class MapScene:
         return None if at is None or not self.shapes.patches[at.patch].shown else self.place_of(at)
 
     def hit(self, x: float, y: float) -> SurfacePoint | None:
-        """The body point under a scene point; None outside all patches that are shown, and while a chart is held."""
-        # Searching a chart that is new in every frame costs as much as the frame.
-        return None if self.held else self._seen.hit(self.shapes.frame, x, y)
+        """The body point under a scene point; None outside all visible patches, and while a chart is held."""
+        if self.held:  # searching a chart that is new in every frame costs as much as the frame
+            return None
+        at = self._visible.to_body(self.shapes.frame.to_map(np.array([x, y])))
+        return None if at is None else SurfacePoint(self.shapes.numbers[at.patch], at.face, at.weights)
 
     def tile(self, number: int) -> tuple[AtlasTile, NDArray[np.float32]]:
         """A patch's part of the image, and the pressures in it [kPa]; of a patch that is held those are old."""
@@ -310,7 +312,7 @@ class MapScene:
         self._faults_item.place(self.shapes)
         for layer in self.layers.values():
             layer.show_document()
-        self._seen = VisiblePatches(self.map, self.shapes.numbers)
+        self._visible = visible_map(self.map, self.shapes.numbers)
         self._flaws: Flaws = self._flaw_finder.of(self.document)
         self._flaws_item.mark(self._flaws, self.shapes.frame)
 
