@@ -241,7 +241,7 @@ def test_the_map_and_the_reading_may_change_and_pokes_are_refused():
     measured.submit(MapEdited("Same", other))
     measured.submit(ReadingChanged(ReadingSettings(threshold=5e4)))
     assert measured.show(at(0.0, touched())).regions == ()
-    with pytest.raises(SimulationError, match="watched, not poked"):
+    with pytest.raises(SimulationError, match="cannot be poked"):
         measured.submit(PokePressed(1, bar_skin().taxel_point(3)))
     measured.submit(PokeReleased(1))
     kinds = [type(one) for _, one in measured.inputs if not isinstance(one, CalibrationUsed)]
@@ -332,7 +332,7 @@ def test_a_recording_holds_every_reading_and_is_not_simulated_again(tmp_path):
         assert np.array_equal(back.pressures, frame.pressures)
         assert (back.time, back.events) == (frame.time, frame.events)
     assert np.isclose(player.duration, 0.52, atol=2e-4)
-    with pytest.raises(RecordingError, match="nothing to simulate again"):
+    with pytest.raises(RecordingError, match="cannot be simulated again"):
         verify(player)
 
 

@@ -81,9 +81,9 @@ def test_counts_are_refused_as_are_other_skins_and_postures():
     skin = SimulatedSkin(prepared())
     with pytest.raises(LiveError, match="without a calibration"):
         skin.compare(frame_of(np.zeros(80), 0.0, Unit.COUNTS))
-    with pytest.raises(LiveError, match="no posture"):
+    with pytest.raises(LiveError, match="invalid posture"):
         skin.pressures(np.array([np.nan]))
-    with pytest.raises(LiveError, match="no posture"):
+    with pytest.raises(LiveError, match="invalid posture"):
         skin.pressures(np.zeros(2))
 
 

@@ -363,7 +363,7 @@ def test_file_that_is_being_recorded_is_not_called_cut_off(prepared, tmp_path, c
     session = Session(prepared)
     with Recorder(prepared, path) as recorder:
         for use in (RecordingPlayer, lambda path: recover(path, tmp_path / "none.mcap")):
-            with pytest.raises(RecordingError, match="has just begun and holds no frame yet"):
+            with pytest.raises(RecordingError, match="has just begun and contains no frame yet"):
                 use(path)
         for _ in range(20):
             recorder.write(session.tick(), session.inputs)

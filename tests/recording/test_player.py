@@ -149,7 +149,7 @@ def test_messages_are_bounded_by_the_size_of_the_file(tmp_path):
             writer.finish()
         contents = read_recording(path)
         if refused:
-            with pytest.raises(RecordingError, match="more messages than its size allows.*The most.* is 2"):
+            with pytest.raises(RecordingError, match="more messages than its size allows.*The maximum.* is 2"):
                 list(contents.all_messages())
         else:
             assert sum(map(len, contents.all_messages())) == count

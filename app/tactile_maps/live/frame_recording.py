@@ -1,4 +1,4 @@
-"""Writes frames to a recording on a thread of its own, so that a slow disk delays nothing else."""
+"""Writes frames to a recording on a separate thread, so that a slow disk delays nothing else."""
 
 from __future__ import annotations
 
@@ -13,27 +13,26 @@ from tactile_maps.session.input_log import InputLog
 from tactile_maps.session.inputs import SessionInput
 
 MOST_WAITING = 500
-"""Frames that may wait to be written."""
+"""Maximum number of frames in the queue."""
 
 
 class FrameRecording:
-    """Hands frames over to a recorder. Mutable; used by one thread.
+    """Queue between a session and a recorder. Mutable; used by one thread.
 
     Args:
-        recorder: Writes them; the caller closes it after ``close``.
-        lossless: True to wait where ``MOST_WAITING`` frames wait, for a file, which can be read more slowly; else a
-            frame that finds no place is left out, and counted.
+        recorder: Recorder of the frames; the caller closes it after ``close``.
+        lossless: Whether ``put`` waits while the queue is full, for a file, which can be read more slowly. Otherwise
+            the frame is dropped and counted.
 
     Attributes:
-        left_out: Number of frames that were left out.
-        error: Why the recorder failed; None where it did not.
+        left_out: Number of dropped frames.
+        error: Error of the recorder; None if it has not failed.
     """
 
     def __init__(self, recorder: Recorder, *, lossless: bool) -> None:
         self._recorder = recorder
         self._lossless = lossless
-        # the thread's own: the session's list goes on growing
-        self._inputs = InputLog()
+        self._inputs = InputLog()  # separate from the session's list, which keeps growing
         self._handed_over = 0
         self._queue: queue.Queue[tuple[Frame, Sequence[tuple[int, SessionInput]]] | None] = queue.Queue(MOST_WAITING)
         self.left_out = 0
@@ -51,7 +50,7 @@ class FrameRecording:
             self._handed_over = len(inputs)
 
     def close(self) -> None:
-        """Wait until all is written; raises the error of the recorder."""
+        """Wait until all frames are written; raises the error of the recorder."""
         self._queue.put(None)
         self._thread.join()
         if self.error is not None:

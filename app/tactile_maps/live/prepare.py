@@ -1,4 +1,4 @@
-"""What readings are shown on: the robot, skin and map of a scene."""
+"""Preparation of a scene for measured readings: its robot, skin and map."""
 
 from __future__ import annotations
 
@@ -13,18 +13,20 @@ from tactile_maps.session.prepared_cache import prepare_cached
 from tactile_maps.skin.formats.identify import kind_of
 
 MEASURED_TICK = 1e-4
-"""Seconds between two ticks of a measured session: finer than any skin is read, so that each reading has its own."""
+"""Time step of a measured session [s]: shorter than any skin's sampling period, so that each reading has its own tick.
+"""
 
 
 def prepare_measured(scene: Scene, *, progress: Progress = no_progress) -> PreparedScene:
-    """The robot, skin and map of a scene, to show readings on. A map in the scene's file of taxels is kept as it is.
+    """Prepare the robot, skin and map of a scene for measured readings. A map in the scene's taxel file is kept
+    unchanged.
 
     Args:
-        scene: Its objects, script and motion are left out: nothing is simulated.
-        progress: Told what is being done and how far it is, 0 to 1.
+        scene: The scene; its objects, script and motion are ignored because nothing is simulated.
+        progress: Receives a description and the progress, 0 to 1.
 
     Raises:
-        TactileMapsError: Any part says what is wrong with it.
+        TactileMapsError: A part of the scene is invalid.
     """
     scene = as_measured_scene(scene)
     if kind_of(scene.taxel_file) is not FileKind.MAP:
@@ -36,11 +38,11 @@ def prepare_measured(scene: Scene, *, progress: Progress = no_progress) -> Prepa
 
 
 def as_measured(prepared: PreparedScene) -> PreparedScene:
-    """A scene that was prepared to be simulated, to show readings on."""
+    """Return a scene that was prepared for simulation, for measured readings."""
     return replace(prepared, scene=as_measured_scene(prepared.scene), objects=())
 
 
 def as_measured_scene(scene: Scene) -> Scene:
-    """The same robot and skin, alone, with the ticks of readings."""
+    """Return the scene's robot and skin without objects, script and motion, with ``MEASURED_TICK`` as time step."""
     overrides = {**scene.overrides, "timestep": MEASURED_TICK}
     return replace(scene, tick=MEASURED_TICK, overrides=overrides, objects=(), stimuli=(), motion=())

@@ -1,4 +1,4 @@
-"""The simulated skin in the posture of a measured frame, and by how much the measured one reads more."""
+"""Pressures simulated in the posture of a measured frame, and their difference from the measured ones."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from tactile_maps.simulation.simulation import Simulation
 
 @dataclass(frozen=True, eq=False)
 class SkinDifference:
-    """What a measured skin reads beside a simulated one.
+    """Measured and simulated pressures of a skin in the same posture.
 
     Attributes:
-        measured: (taxels,) [Pa].
-        simulated: (taxels,) [Pa].
+        measured: (taxels,) measured pressures [Pa].
+        simulated: (taxels,) simulated pressures [Pa].
     """
 
     measured: FloatArray
@@ -32,33 +32,33 @@ class SkinDifference:
 
     @property
     def difference(self) -> FloatArray:
-        """(taxels,) measured minus simulated [Pa]."""
+        """(taxels,) measured minus simulated pressures [Pa]."""
         return self.measured - self.simulated
 
     @property
     def largest(self) -> float:
-        """The largest difference by amount [Pa]; 0 without taxels."""
+        """Largest absolute difference [Pa]; 0 without taxels."""
         return float(np.abs(self.difference).max(initial=0.0))
 
     @property
     def rms(self) -> float:
-        """Root of the mean squared difference over all taxels [Pa]; 0 without taxels."""
+        """Root mean square difference over all taxels [Pa]; 0 without taxels."""
         return float(np.sqrt(np.square(self.difference).sum() / max(len(self.measured), 1)))
 
 
 class SimulatedSkin:
-    """What the skin should read in a posture, of the robot itself and the scene's objects. Mutable; one thread's own.
+    """Simulated pressures from self-contact and the scene's objects, by posture. Mutable; for one thread.
 
-    The robot is put into each posture and nothing moves, so objects stay where the scene has them at its start. The
-    pressures are those of the elastic foundation, whose forces follow from how deep shapes are in the layer alone: of
-    a posture without motion the other models know no force. The sensor is ideal.
+    The robot is placed in each posture without motion, so objects stay in their initial poses. The pressures are those
+    of the elastic foundation, which depend only on the depth of shapes in the cover; the other models have no force in
+    a posture without motion. The sensor is ideal.
 
     Args:
         prepared: The scene with its objects, from ``prepare`` (``prepare_measured`` leaves the objects out).
 
     Raises:
-        RobotError: MuJoCo refuses the model.
-        MeshError: A mesh object is no solid.
+        RobotError: MuJoCo rejects the model.
+        MeshError: The mesh of an object is not a closed solid.
     """
 
     def __init__(self, prepared: PreparedScene) -> None:
@@ -71,42 +71,43 @@ class SimulatedSkin:
         )
 
     def pressures(self, posture: FloatArray) -> FloatArray:
-        """(taxels,) [Pa] in ``posture`` (joints,) [rad, or m].
+        """Return the pressures (taxels,) [Pa] in ``posture`` (joints,) [rad, or m for slides].
 
         Raises:
-            LiveError: It is not one finite position for each joint.
+            LiveError: The posture is not one finite position for each joint.
         """
         joints = len(self._simulation.posture)
         if posture.shape != (joints,) or not np.isfinite(posture).all():
-            raise LiveError("this is no posture of the robot", value=posture, remedy=f"Give {joints} finite positions")
+            raise LiveError("invalid posture", value=posture, remedy=f"Give {joints} finite positions")
         self._simulation.place(posture)
         return self._simulation.sense()
 
     def compare(self, frame: Frame) -> SkinDifference:
-        """A measured frame beside the simulated skin in its posture; errors as ``skin_difference``."""
+        """Compare a measured frame with the simulated skin in its posture; raises as ``skin_difference``."""
         check_comparable(frame)
         return skin_difference(frame, self.pressures(frame.posture))
 
 
 def check_comparable(frame: Frame) -> None:
-    """Refuse a measured frame whose readings a simulation cannot be compared with.
+    """Check that a measured frame can be compared with a simulation.
 
     Raises:
-        LiveError: It has no pressures above those of the untouched skin.
+        LiveError: The frame has no calibrated pressures above the untouched skin.
     """
     if frame.units is not ReadingUnits.CALIBRATED:
         remedy = "Calibrate the skin and show it in kPa"
-        raise LiveError("readings without a calibration have no unit to compare", value=frame.units.unit, remedy=remedy)
+        problem = "readings without a calibration cannot be compared with a simulation"
+        raise LiveError(problem, value=frame.units.unit, remedy=remedy)
 
 
 def skin_difference(frame: Frame, simulated: FloatArray) -> SkinDifference:
-    """A measured frame beside what was simulated (taxels,) [Pa] in its posture.
+    """Compare a measured frame with pressures (taxels,) [Pa] simulated in its posture.
 
     Raises:
-        LiveError: As ``check_comparable``, or it is of another skin.
+        LiveError: As ``check_comparable``, or the frame is of another skin.
     """
     check_comparable(frame)
     if frame.pressures.shape != simulated.shape:
         found = f"{len(frame.pressures)} taxels for {len(simulated)}"
-        raise LiveError("the readings are of another skin than the simulation's", value=found)
+        raise LiveError("the readings and the simulation have different skins", value=found)
     return SkinDifference(frame.pressures, simulated)

@@ -15,12 +15,12 @@ import numpy as np
 from numpy.linalg import _umath_linalg
 
 _KERNEL_NAMES = ("scipy_openblas_get_corename64_", "openblas_get_corename64_", "openblas_get_corename")
-"""Functions of OpenBLAS, by how NumPy was built, that return the name of the kernels in use."""
+"""Functions of OpenBLAS builds that return the name of the kernels in use."""
 
 
 @cache
 def machine_facts() -> dict[str, str]:
-    """Return the processor (``cpu``) and NumPy's BLAS with its kernel (``blas``), as far as they can be found."""
+    """Return the processor (``cpu``) and NumPy's BLAS with its kernel (``blas``), as far as they are known."""
     blas = np.show_config(mode="dicts")["Build Dependencies"]["blas"]
     kernel = _blas_kernel()
     name = f"{blas.get('name', 'unknown')} {blas.get('version', '')}".strip()
@@ -41,9 +41,9 @@ def _cpu_model() -> str:
 
 
 def _blas_kernel() -> str:
-    """Name of the kernels that OpenBLAS uses on this processor; empty where NumPy uses another BLAS."""
+    """Return the name of the kernels that OpenBLAS uses on this processor; empty if NumPy uses another BLAS."""
     try:
-        library = ctypes.CDLL(_umath_linalg.__file__)  # symbols are also looked for in the libraries that it needs
+        library = ctypes.CDLL(_umath_linalg.__file__)  # also finds symbols of the libraries that it depends on
     except OSError:
         return ""
     for name in _KERNEL_NAMES:

@@ -26,31 +26,31 @@ from tactile_maps.session.runtime_settings import CHANGES, RuntimeSettings, runt
 from tactile_maps.tactile.poke import PokePressed, PokeReleased
 
 _CHUNKS_KEPT = 2
-"""Unpacked chunks in memory. Frames are usually read one after the other."""
+"""Number of unpacked chunks in memory. Frames are usually read in order."""
 
 
 class RecordingPlayer:
-    """A recording, indexed. Frames are read from the file on demand, so memory does not grow with its size.
+    """An indexed recording. Frames are read from the file on demand, so memory use does not depend on its size.
 
     Args:
-        path: The file; one that was cut off or damaged is read as far as it goes.
-        progress: Told what is being done and how far it is, 0 to 1.
+        path: The file; a damaged one is read as far as possible.
+        progress: Receives a description and the progress, 0 to 1.
 
     Attributes:
-        prepared: The scene, robot, skin and map it was made with.
-        times: (n,) simulated seconds of the frames.
-        inputs: (tick, input) of everything that was done, from the session's start.
-        recorded_annotations: What the file says of itself: marks set while it was recorded, and of a part of another
-            recording what was said of that. See ``annotations`` for what was said since.
-        events: What contacts began or ended to do, oldest first.
-        versions: Programs' versions when it was made.
-        damage: All that is missing, repeated or cannot be believed, in the order of ticks as far as it has any.
-        failure: The tick at which the session stopped by itself, and why; None when it did not.
+        prepared: Scene, robot, skin and map of the recording.
+        times: (n,) simulated times of the frames [s].
+        inputs: (tick, input) of all inputs, from the session's start.
+        recorded_annotations: Annotations in the file itself: marks set while recording, or, in a part of another
+            recording, its annotations. ``annotations`` includes later ones.
+        events: Contact events, oldest first.
+        versions: Metadata, with the versions of the programs.
+        damage: All that is missing, repeated or invalid, by tick if it has one.
+        failure: Tick and error at which the session stopped by itself; None if it did not.
 
     Raises:
-        RecordingError: The file cannot be read, is not ours, or holds no frame.
+        RecordingError: The file cannot be read, is not a recording, or contains no frame.
 
-    Cost: about 0.1 s to open, and 20 ms for each second recorded with 1000 taxels.
+    Cost: about 0.1 s to open, and 20 ms for each recorded second with 1000 taxels.
     """
 
     def __init__(self, path: str | Path, *, progress: Progress = no_progress) -> None:
@@ -75,25 +75,25 @@ class RecordingPlayer:
 
     @property
     def measured(self) -> str | None:
-        """Where the readings of a real skin came from; None where they were simulated."""
+        """Source of a real skin's readings; None if they were simulated."""
         return self.versions.get(mcap_file.MEASURED)
 
     @property
     def began(self) -> str:
-        """When its session began [ns since 1970, in decimal]; empty where the file does not say."""
+        """Start of the session [ns since 1970, in decimal]; empty if the file does not state it."""
         return self.versions.get(mcap_file.STARTED, "")
 
     @property
     def complete(self) -> bool:
-        """Whether every tick from the first to the last is there, with all inputs and events, and the file's end."""
+        """Whether the recording has no damage."""
         return not self.damage
 
     def __getstate__(self) -> dict[str, object]:
-        """For another process: all but the frames that are unpacked."""
+        """Exclude unpacked frames when pickling for another process."""
         return {name: value for name, value in vars(self).items() if name not in ("_unpacked", "_changes")}
 
     def __setstate__(self, state: dict[str, object]) -> None:
-        """From another process: pickling forgets that arrays are read-only."""
+        """Restore the read-only flags of arrays, which are lost in pickling."""
         vars(self).update(state)
         for value in (self.prepared, self._start, self.inputs, self.times):
             refreeze(value)
@@ -103,74 +103,69 @@ class RecordingPlayer:
         return len(self._frames)
 
     def __iter__(self) -> Iterator[Frame]:
-        """All frames in order, each unpacked when its turn comes."""
+        """Iterate over all frames in order; each is unpacked on demand."""
         return map(self.frame, range(len(self)))
 
     @property
     def duration(self) -> float:
-        """From the first frame to the last [s]."""
+        """Time from the first frame to the last [s]."""
         return float(self.times[-1] - self.times[0])
 
     def frame(self, number: int) -> Frame:
         """Return frame ``number``, from 0. Cost: about 0.2 ms.
 
         Raises:
-            RecordingError: It is damaged, or the file was removed or changed since it was opened.
+            RecordingError: The frame is damaged, or the file was removed or changed since it was opened.
         """
         chunk = int(self._frames.chunks[number])
         place = int(self._frames.places[number])
         frame = decode_frame(self._unpacked(chunk)[place], self.prepared, file=str(self.path))
         known = bisect_right(self.events, frame.tick, key=lambda event: event.tick)
-        return (
-            replace(frame, recent=tuple(self.events[max(known - RECENT_EVENTS, 0) : known][::-1])) if known else frame
-        )
+        recent = self.events[max(known - RECENT_EVENTS, 0) : known][::-1]
+        return replace(frame, recent=tuple(recent)) if recent else frame
 
     def number_at(self, seconds: float) -> int:
-        """The frame shown ``seconds`` after the first, clamped to the ends."""
-        return int(
-            np.clip(np.searchsorted(self.times, self.times[0] + seconds + 1e-9, side="right") - 1, 0, len(self) - 1)
-        )
+        """Return the number of the frame at ``seconds`` after the first, clamped to the recording."""
+        number = np.searchsorted(self.times, self.times[0] + seconds + 1e-9, side="right") - 1
+        return int(np.clip(number, 0, len(self) - 1))
 
     def tick_at(self, seconds: float) -> int:
-        """Of the frame shown ``seconds`` after the first."""
+        """Return the tick of the frame at ``seconds`` after the first."""
         return round(float(self.times[self.number_at(seconds)]) / self.prepared.scene.tick)
 
     def seconds_at(self, tick: int) -> float:
-        """When a tick is [s since the first frame], within the recording."""
+        """Return the time of a tick [s since the first frame], clamped to the recording."""
         return float(np.clip(tick * self.prepared.scene.tick - self.times[0], 0.0, self.duration))
 
     def runtime_settings_at(self, tick: int) -> RuntimeSettings:
-        """By what the session ran at one of its ticks: as its scene says, and as it had been changed by then."""
+        """Return the settings of the session at a tick: those of its scene with the changes up to then."""
         return runtime_settings_at(self._start, self._changes, tick)
 
     @cached_property
     def _changes(self) -> list[tuple[int, SessionInput]]:
-        """Of thousands of inputs the few that change settings: every frame that is shown asks for those in force."""
+        """The inputs that change settings, a few of thousands: every displayed frame needs the current settings."""
         return [(tick, session_input) for tick, session_input in self.inputs if isinstance(session_input, CHANGES)]
 
     def annotations(self) -> Annotations:
-        """What is said of it: the file beside it, else what it holds itself.
+        """Return the annotations in the file next to the recording, or else those in the recording.
 
         Raises:
-            RecordingError: The file beside it is damaged, or none of ours.
+            RecordingError: The file next to it is damaged or invalid.
         """
-        beside = load_annotations(self.path, of=self.began)
-        return self.recorded_annotations if beside is None else beside
+        found = load_annotations(self.path, of=self.began)
+        return self.recorded_annotations if found is None else found
+
+    def _seconds(self, tick: int) -> float:
+        """Return the time of a tick [s since the first frame], which may be outside of the recording."""
+        return tick * self.prepared.scene.tick - float(self.times[0])
 
     def edits(self) -> list[tuple[float, str]]:
-        """When the map was edited [s since the first frame] and the edits' names, for marks on a timeline."""
-        tick = self.prepared.scene.tick
-        first = float(self.times[0])
-        found = [
-            (at * tick - first, session_input.name)
-            for at, session_input in self.inputs
-            if isinstance(session_input, MapEdited)
-        ]
+        """Return time [s since the first frame] and name of the map edits, for a timeline."""
+        found = [(self._seconds(tick), item.name) for tick, item in self.inputs if isinstance(item, MapEdited)]
         return [(seconds, name) for seconds, name in found if 0 <= seconds <= self.duration]
 
     def poke_spans(self) -> list[tuple[float, float]]:
-        """Times [s] since the first frame between which a finger was on the skin, for marks on a timeline."""
-        tick = self.prepared.scene.tick
+        """Return start and end [s since the first frame] of each press of a finger on the skin, for a timeline."""
         down: dict[int, int] = {}
         spans: list[tuple[int, int]] = []
         for at, session_input in self.inputs:
@@ -178,26 +173,22 @@ class RecordingPlayer:
                 down.setdefault(session_input.id, at)
             elif isinstance(session_input, PokeReleased) and session_input.id in down:
                 spans.append((down.pop(session_input.id), at))
-        last = round(float(self.times[-1]) / tick)
+        last = round(float(self.times[-1]) / self.prepared.scene.tick)
         spans += [(start, last) for start in down.values()]
-        first = float(self.times[0])
-        shown = [(start * tick - first, end * tick - first) for start, end in spans]
-        return [(max(start, 0.0), min(end, self.duration)) for start, end in shown if end > 0 and start < self.duration]
+        times = [(self._seconds(start), self._seconds(end)) for start, end in spans]
+        return [(max(start, 0.0), min(end, self.duration)) for start, end in times if end > 0 and start < self.duration]
 
     def damaged_spans(self) -> list[tuple[float, float, RecordingDamage]]:
-        """From and to when [s since the first frame] something was lost, within the recording, for a timeline."""
-        tick = self.prepared.scene.tick
-        first = float(self.times[0])
+        """Return start and end [s since the first frame] of damage, clamped to the recording, for a timeline."""
         spans = []
         for damage in self.damage:
             if damage.first is not None:
-                end = self.duration if damage.last is None else (damage.last + 1) * tick - first
-                start = damage.first * tick - first
-                spans.append((min(max(start, 0.0), self.duration), min(max(end, 0.0), self.duration), damage))
+                end = self.duration if damage.last is None else self.seconds_at(damage.last + 1)
+                spans.append((self.seconds_at(damage.first), end, damage))
         return spans
 
     def _unpack(self, chunk: int) -> dict[int, bytes]:
-        """Frames of a chunk by their index among its messages."""
+        """Return the frames of a chunk by their index among its messages."""
         messages = self._contents.messages(chunk)
         if messages is None:
             raise RecordingError(mcap_file.CHANGED, file=self.path, remedy=mcap_file.REOPEN)
@@ -205,13 +196,13 @@ class RecordingPlayer:
 
 
 def open_recording(path: str | Path) -> RecordingPlayer:
-    """A recording's scene, frames and inputs; one that was cut off or damaged is read as far as it goes.
+    """Open a recording; a damaged one is read as far as possible.
 
     Args:
         path: The file.
 
     Raises:
-        RecordingError: It cannot be read, is not ours, or holds no frame.
+        RecordingError: The file cannot be read, is not a recording, or contains no frame.
 
     Example:
         >>> player = tm.open_recording("touch.mcap")

@@ -1,7 +1,7 @@
-"""Writes a session to a file while it runs, so that what was recorded survives whatever happens next.
+"""Writes a session to a file while it runs, so that what was recorded survives a crash.
 
-``record`` writes what a session does within a block. ``save_failure_report`` keeps what stopped a session, as a
-recording that stops again when it is replayed.
+``record`` writes a session within a block. ``save_failure_report`` saves what stopped a session, as a recording that
+stops in the same way when it is replayed.
 """
 
 from __future__ import annotations
@@ -37,30 +37,29 @@ FRAMES_A_CHUNK = 6
 
 
 class Recorder:
-    """A recording being written. Mutable; ``close`` completes the file, and it is also a context manager.
+    """A recording being written. Mutable; ``close`` completes the file. Also a context manager.
 
-    A block that ends with an exception, Ctrl-C included, does not replace an existing file: the new recording is
-    completed as ``written``, and a note of the exception names both files. Ctrl-C waits until what is being written is
-    whole.
+    A block that ends with an exception, including Ctrl-C, does not replace an existing file: the new recording is
+    completed as ``written``, and a note on the exception names both files. Ctrl-C is delayed until the current write is
+    complete.
 
-    The file is created and locked at once, see ``RecordingFile``. The robot, skin, map and scene go in with the first
-    tick and are flushed, then chunks of a few frames, each flushed when full. A recording without a frame is removed
-    when it is closed.
+    The file is created and locked at once, see ``RecordingFile``. The robot, skin, map and scene are written and
+    flushed with the first tick, then chunks of a few frames, each flushed when full. A recording without a frame is
+    removed when it is closed.
 
     Args:
-        prepared: What the session runs on.
+        prepared: The scene of the session.
         path: The file; it must not exist.
         overwrite: Replace an existing file once the new recording is complete.
-        viewers: Write also what viewers of other programs show, see ``viewer_messages``; a replay is the same without.
-        started: Wall-clock time [ns since 1970] of the session's tick 0, from which the file's times count; by default
-            now.
-        measured: Where the frames' readings were measured; None where they are simulated.
+        viewers: Also write messages for viewers of other programs, see ``viewer_messages``; replays do not need them.
+        started: Wall-clock time of the session's tick 0 [ns since 1970], the zero of the file's times; by default now.
+        measured: Source of the readings of a real skin; None if they are simulated.
 
     Raises:
         RecordingError: The file exists, another program writes it, or it cannot be written.
 
-    Cost: about 0.05 ms a frame of 1000 taxels, as much again with the messages for viewers; the first one 0.1
-    to 1 s, in which robot and map are compressed.
+    Cost: about 0.05 ms per frame of 1000 taxels, twice that with messages for viewers; for the first frame 0.1 to 1 s,
+    in which robot and map are compressed.
     """
 
     def __init__(
@@ -78,12 +77,12 @@ class Recorder:
         self.frames = 0
         self._started = time.time_ns() if started is None else started
         self._for_viewers = viewers
-        self._viewers: ViewerMessages | None = None  # made with the file's beginning
+        self._viewers: ViewerMessages | None = None  # created by ``_begin``
         self.tick = prepared.scene.tick
         self._inputs = 0
         self._map = prepared.map
-        self._told = -1
-        self._prepared: PreparedScene | None = prepared  # until it is in the file
+        self._latest = -1
+        self._prepared: PreparedScene | None = prepared  # until it is written
         self._file = RecordingFile(self.path, overwrite=overwrite)
         self._stream = self._file.stream
         frame_bytes = 8 * (len(prepared.skin) + 6 * len(prepared.robot.joints)) + 256
@@ -95,9 +94,7 @@ class Recorder:
         )
 
     def _begin(self) -> None:
-        """Write what goes before the messages, if it is not in the file yet: whoever writes waits for it, not
-        whoever makes the recorder.
-        """
+        """Write the beginning of the file at the first message, so that only the writing thread waits for it."""
         prepared = self._prepared
         self._prepared = None
         if prepared is None:
@@ -116,34 +113,31 @@ class Recorder:
             self._stream.flush()
         except OSError as error:
             self.abandon()
-            raise RecordingError(
-                "the recording cannot be written",
-                file=self.written,
-                value=error,
-                remedy="Free space or choose another folder",
-            ) from error
+            problem = "the recording cannot be written"
+            remedy = "Free space or choose another folder"
+            raise RecordingError(problem, file=self.written, value=error, remedy=remedy) from error
 
     def write(self, frame: Frame, inputs: Sequence[tuple[int, SessionInput]]) -> None:
-        """Add a frame, and the session's inputs and contact events that are not in the file yet.
+        """Add a frame and the inputs and contact events of the session that are not in the file yet.
 
         Args:
-            frame: The newest.
-            inputs: All of the session's inputs since its reset.
+            frame: The newest frame.
+            inputs: All inputs of the session since its reset.
 
         Raises:
             RecordingError: The disk is full or the file is gone; the file stays readable up to there.
         """
         with interrupts_held():
             self._begin()
-            told = takewhile(lambda event: event.tick > self._told, frame.recent)
-            events = [("/event", event.tick, encode_event(event)) for event in told][::-1]
+            new = takewhile(lambda event: event.tick > self._latest, frame.recent)
+            events = [("/event", event.tick, encode_event(event)) for event in new][::-1]
             shown = self._shown(frame, inputs[self._inputs :])
             self._add(inputs, *events, ("/frame", frame.tick, encode_frame(frame)), *shown)
-            self._told = frame.tick
+            self._latest = frame.tick
             self.frames += 1
 
     def mark(self, mark: Mark) -> None:
-        """Add a moment with a name; after the frame of its tick.
+        """Add a mark, after the frame of its tick.
 
         Raises:
             RecordingError: As ``write``.
@@ -152,9 +146,9 @@ class Recorder:
             self._put([("/mark", mark.tick, encode_mark(mark))])
 
     def fail(self, failure: Failure) -> None:
-        """Add why the session stopped, and the inputs of its last tick: whoever replays the file sees it stop again.
+        """Add the error that stopped the session and the inputs of its last tick, so that a replay stops as well.
 
-        The last good frame goes in first where there is none yet.
+        If there is no frame yet, the last good frame is written first.
 
         Raises:
             RecordingError: As ``write``.
@@ -162,12 +156,12 @@ class Recorder:
         if not self.frames:
             self.write(failure.frame, [item for item in failure.inputs if item[0] < failure.tick])
         shown = [] if self._viewers is None else self._viewers.of_failure(failure)
-        told = [(topic, failure.tick, data) for topic, data in shown]
+        messages = [("/failure", encode_failure(failure.tick, failure.error)), *shown]
         with interrupts_held():
-            self._add(failure.inputs, ("/failure", failure.tick, encode_failure(failure.tick, failure.error)), *told)
+            self._add(failure.inputs, *((topic, failure.tick, data) for topic, data in messages))
 
     def _shown(self, frame: Frame, news: Sequence[tuple[int, SessionInput]]) -> list[tuple[str, int, bytes]]:
-        """What viewers are told of a frame; ``news`` are the inputs since the last."""
+        """Return the messages of a frame for viewers; ``news`` are the inputs since the previous frame."""
         if self._viewers is None:
             return []
         for _, session_input in news:
@@ -179,7 +173,7 @@ class Recorder:
         return [(topic, frame.tick, data) for topic, data in messages]
 
     def _add(self, inputs: Sequence[tuple[int, SessionInput]], *more: tuple[str, int, bytes]) -> None:
-        """The inputs that are not in the file yet, and more messages, each of a topic and tick."""
+        """Write inputs that are not in the file yet, then other messages (topic, tick, data)."""
         news = [
             ("/input", tick, encode_input(tick, session_input, self._map))
             for tick, session_input in inputs[self._inputs :]
@@ -188,43 +182,42 @@ class Recorder:
         self._inputs = len(inputs)
 
     def _put(self, messages: Sequence[tuple[str, int, bytes]]) -> None:
-        """Messages, each of a topic and tick."""
+        """Write messages (topic, tick, data)."""
         self._begin()
         try:
             for topic, tick, data in messages:
                 at = self._started + round(1e9 * tick * self.tick)
-                # A running number for each topic: whoever reads the file sees by it that a message is gone.
+                # Running numbers of each topic reveal lost messages.
                 self._writer.add_message(self._channels[topic], at, data, at, self._numbers[topic])
                 self._numbers[topic] += 1
             self._stream.flush()
         except OSError as error:
-            raise RecordingError(
-                "the recording cannot be written further", file=self.written, value=error, remedy=NO_SPACE
-            ) from error
+            problem = "the recording cannot be written further"
+            raise RecordingError(problem, file=self.written, value=error, remedy=NO_SPACE) from error
 
     @property
     def written(self) -> Path:
-        """The file being written: another one than ``path`` while an existing file is replaced."""
+        """The file being written: different from ``path`` while an existing file is being replaced."""
         return self._file.written
 
     @property
     def bytes_written(self) -> int:
-        """So far."""
+        """Number of bytes written so far."""
         return self._stream.tell()
 
     def check_file(self) -> None:
-        """Make sure that what is written can be found again: a file that was removed takes bytes all the same.
+        """Check that the file still exists: writing to a removed file does not fail.
 
         Raises:
-            RecordingError: The file is not where it was made.
+            RecordingError: The file was removed or replaced.
         """
         if not self._file.is_present():
+            problem = "the recording was removed or replaced while it was written"
             remedy = "Record again; do not move a recording before it is complete"
-            raise RecordingError("the recording was removed or replaced while it was written", file=self.written,
-                                 remedy=remedy)  # fmt: skip
+            raise RecordingError(problem, file=self.written, remedy=remedy)
 
     def close(self, *, replace: bool = True) -> None:
-        """Complete the file with its index; remove one that has no frame. Closing twice does nothing.
+        """Complete the file with its index; remove one without a frame. Closing it again has no effect.
 
         Args:
             replace: Replace an existing file; False to keep it, and the new recording as ``written``.
@@ -251,12 +244,11 @@ class Recorder:
             raise
         except OSError as error:
             self.abandon()
-            raise RecordingError(
-                "the recording could not be completed", file=self.written, value=error, remedy=NO_SPACE
-            ) from error
+            problem = "the recording could not be completed"
+            raise RecordingError(problem, file=self.written, value=error, remedy=NO_SPACE) from error
 
     def abandon(self) -> None:
-        """Close a file that takes no more bytes, without completing it; remove one that has no frame."""
+        """Close a file that cannot grow, without completing it; remove one without a frame."""
         if self.frames:
             self._file.abandon()
         else:
@@ -268,20 +260,15 @@ class Recorder:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        kept = (
-            f"{self.path} is unchanged; the new recording up to here is {self.written}" if self._file.replaces else ""
-        )
+        both_kept = self._file.replaces and self.frames > 0
         try:
             self.close(replace=kind is None)
         except RecordingError as failure:
-            self._add_note(failure, kept)
+            error = failure
             raise
-        if error is not None:
-            self._add_note(error, kept)
-
-    def _add_note(self, error: BaseException, note: str) -> None:
-        if note and self.frames:
-            error.add_note(note)
+        finally:
+            if both_kept and error is not None:
+                error.add_note(f"{self.path} is unchanged; the new recording up to here is {self.written}")
 
 
 def versions() -> dict[str, str]:
@@ -295,21 +282,22 @@ def versions() -> dict[str, str]:
 
 
 def save_failure_report(session: Session, path: str | Path, *, overwrite: bool = False) -> Path:
-    """Write why ``session`` stopped: its scene, all inputs, the last good frame and the error; the file's path.
+    """Write why ``session`` stopped: its scene, all inputs, the last good frame and the error; return the file's path.
 
-    Anyone may replay and verify it: the inputs are simulated again, and must end at the same tick with the same words.
+    The report can be replayed and verified: the simulation of the inputs must stop at the same tick with the same
+        error.
 
     Args:
-        session: One whose ``failure`` is set.
+        session: A session whose ``failure`` is set.
         path: The file; it must not exist.
         overwrite: Replace an existing file.
 
     Raises:
-        RecordingError: Nothing stopped the session, or the file cannot be written.
+        RecordingError: The session did not stop by itself, or the file cannot be written.
     """
     failure = session.failure
     if failure is None:
-        raise RecordingError("there is nothing to report: the session did not stop by itself", file=path)
+        raise RecordingError("the session did not stop by itself, so there is nothing to report", file=path)
     with Recorder(session.prepared, path, overwrite=overwrite, viewers=False) as recorder:
         recorder.fail(failure)
     return Path(path)
@@ -317,15 +305,15 @@ def save_failure_report(session: Session, path: str | Path, *, overwrite: bool =
 
 @contextmanager
 def record(session: Session, path: str | Path, *, overwrite: bool = False, viewers: bool = True) -> Iterator[Recorder]:
-    """Write every tick of ``session`` to a file while the block runs, the frame it begins with included.
+    """Write every tick of ``session`` to a file while the block runs, including the current frame.
 
-    Where the physics gives up, the file says so, and replays to the same stop.
+    If the simulation fails, the file contains the error, and a replay stops at the same tick.
 
     Args:
-        session: Which.
+        session: The session.
         path: The file, usually ``.mcap``; it must not exist.
         overwrite: Replace an existing file.
-        viewers: Write also what viewers of other programs show, as ``Recorder``.
+        viewers: Also write messages for viewers of other programs, see ``Recorder``.
 
     Raises:
         RecordingError: The file exists or cannot be written.

@@ -1,7 +1,7 @@
-"""One recording of a sweep: a scene with settings of its own, simulated for a while and written to a file.
+"""One recording of a sweep: a scene with varied settings, simulated for a while and written to a file.
 
-A case names the file and the settings; whoever makes many of them, in one process or on many machines, asks for one
-after the other. Robot, skin and map are kept between those that share them.
+A case states the file and the settings. Cases can be recorded in one process or on many machines; robot, skin and map
+are cached between cases that share them.
 """
 
 from __future__ import annotations
@@ -25,19 +25,19 @@ from tactile_maps.skin.fitting.cover import CoverSpec
 from tactile_maps.skin.fitting.fit import GridSpec
 
 OWN = ("file", "seconds")
-"""Keys of a case that are no settings of the scene."""
+"""Keys of a case that are not settings of the scene."""
 _KEPT = 4
 
 
 @dataclass(frozen=True)
 class SweepRecording:
-    """What all recordings of a sweep have in common.
+    """Properties that all recordings of a sweep share.
 
     Attributes:
-        scene: Which is varied.
-        folder: Where the files go.
-        sweep: The sweep's file, for errors.
-        viewers: Whether other programs can show them, see ``Recorder``.
+        scene: Scene that is varied.
+        folder: Folder of the recordings.
+        sweep: File of the sweep, for errors.
+        viewers: Whether to write messages for viewers of other programs, see ``Recorder``.
     """
 
     scene: Scene
@@ -47,20 +47,20 @@ class SweepRecording:
 
 
 def record_case(case: Mapping[str, Any], *, common: SweepRecording) -> list[dict[str, str | float | int | bool | None]]:
-    """Simulate and record one; a file that is there is replaced once the new one is whole.
+    """Simulate and record one case; an existing file is replaced once the new one is complete.
 
     Args:
         case: ``file``, ``seconds``, and settings of the scene by their dotted keys.
-        common: The rest.
+        common: Properties shared by all cases.
 
     Returns:
-        One row: frames, contacts, and the strongest contact's force [N].
+        One row: frames, contacts, share of frames with a contact, and the largest contact force [N].
 
     Raises:
-        TactileMapsError: The settings are wrong, the simulation stopped, or the file cannot be written; then there is
-            no file.
+        TactileMapsError: The settings are invalid, the simulation stopped, or the file cannot be written; no file is
+            left.
 
-    Cost: that of the simulation, and 0.1 to 1 s in which robot and map are written.
+    Cost: the time of the simulation, and 0.1 to 1 s to write robot and map.
     """
     settings = {key: value for key, value in case.items() if key not in OWN}
     scene = varied_scene(common.scene, settings, file=common.sweep)
@@ -92,5 +92,5 @@ def _prepared(scene: Scene) -> PreparedScene:
 def _base(
     robot: str, taxel_file: str, cover: CoverSpec, grids: tuple[GridSpec, ...], roots: tuple[str, ...]
 ) -> PreparedScene:
-    """Robot, skin and map, which depend on nothing else of a scene."""
+    """Return robot, skin and map, which depend only on these parts of a scene."""
     return prepare_cached(Scene("sweep", robot, taxel_file=taxel_file, cover=cover, grids=grids, package_roots=roots))

@@ -1,7 +1,7 @@
-"""Cuts a part out of a recording into a new file; the recording itself is only read.
+"""Copies a part of a recording to a new file; the recording is not modified.
 
-The part holds the frames of its ticks, all inputs up to its end, so that it is simulated again as the whole is, and
-what is said of these ticks.
+The part contains the frames of its ticks, all inputs up to its end, so that it can be simulated again like the whole
+recording, and the annotations of these ticks.
 """
 
 from __future__ import annotations
@@ -10,10 +10,10 @@ import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import BinaryIO
 
 import numpy as np
 from mcap.records import Message
-from mcap.writer import CompressionType, Writer
 
 from tactile_maps.core.errors import RecordingError
 from tactile_maps.core.files import check_output, open_atomically
@@ -32,20 +32,19 @@ from tactile_maps.recording.player import RecordingPlayer
 from tactile_maps.session.bundle import unpack_scene
 from tactile_maps.session.prepare import PreparedScene
 
-_CHUNK_BYTES = 1_000_000
 _CHUNKS_A_STEP = 50
 _OF_FRAMES = (DamageKind.FRAMES_MISSING, DamageKind.FRAMES_REPEATED, DamageKind.FRAMES_OUT_OF_ORDER)
 
 
 @dataclass(frozen=True)
 class TrimResult:
-    """What was written.
+    """Result of a trim.
 
     Attributes:
-        frames: How many.
-        seconds: From the first to the last.
+        frames: Number of frames.
+        seconds: Time from the first to the last frame [s].
         file: The new file.
-        damage: What the source had lost that affects the part; the new file states the same.
+        damage: Damage of the source that affects the part; the new file states the same.
         tick: Time step of the scene [s].
     """
 
@@ -68,15 +67,15 @@ def trim(
     """Write the ticks ``first`` to ``last`` of a recording to a new one.
 
     Args:
-        source: The recording; it stays as it is.
+        source: The recording; it is not modified.
         target: The new file.
-        first: Tick.
-        last: Tick, which is within; None for the end.
+        first: First tick.
+        last: Last tick, which is included; None for the end.
         overwrite: Replace an existing file.
-        progress: Told how far it is, 0 to 1; may raise to cancel, and then nothing stays.
+        progress: Receives a description and the progress, 0 to 1; may raise to cancel, and then no file is left.
 
     Raises:
-        RecordingError: The source is no recording or has no frame there; the target exists or cannot be written.
+        RecordingError: The source is invalid or has no frame in this range; the target exists or cannot be written.
     """
     source = Path(source)
     target = Path(target)
@@ -91,31 +90,30 @@ def trim(
     if not len(kept):
         span = f"ticks {first} to {'the end' if last is None else last}"
         has = f"It has ticks {ticks[0]} to {ticks[-1]}"
-        raise RecordingError("the recording has no frame there", file=source, value=span, remedy=has)
+        raise RecordingError("the recording has no frame in this range", file=source, value=span, remedy=has)
     begin = int(kept[0])
     end = int(kept[-1])
     own = annotations_in(contents.metadata, messages.marks, file=str(source))
-    said = (load_annotations(source, of=contents.metadata.get(mcap_file.STARTED, "")) or own).within(begin, end)
+    annotations = load_annotations(source, of=contents.metadata.get(mcap_file.STARTED, "")) or own
     part = _Part(contents, messages, prepared, begin, end)
     with open_atomically(target, error=RecordingError, overwrite=overwrite) as stream:
-        writer = Writer(stream, chunk_size=_CHUNK_BYTES, compression=CompressionType.ZSTD, enable_data_crcs=True)
-        part.write(writer, annotations_entry(said), progress)
+        part.write(stream, annotations_entry(annotations.within(begin, end)), progress)
     seconds = (end - begin) * prepared.scene.tick
     return TrimResult(len(kept), seconds, str(target), part.damage, prepared.scene.tick)
 
 
 def check_apart(source: Path, target: Path) -> None:
-    """Refuse to write a part over the recording it is cut out of.
+    """Check that a part is not written over its source.
 
     Raises:
         RecordingError: They are the same file.
     """
     if source.resolve() == target.resolve():
-        raise RecordingError("a recording cannot be cut into itself", file=target, remedy="Name another file")
+        raise RecordingError("a recording cannot be cut into itself", file=target, remedy="Give another file")
 
 
 class _Part:
-    """What of a recording goes into the new file."""
+    """The messages of a recording that belong into the new file."""
 
     def __init__(
         self,
@@ -130,7 +128,7 @@ class _Part:
         self._first = first
         self._last = last
         frames = messages.frames.within(first, last)
-        self._number = int(frames.numbers.min())  # running numbers begin at 0, and keep their gaps
+        self._number = int(frames.numbers.min())  # running numbers begin at 0 and keep their gaps
         self.damage = tuple(one for one in messages.damage if _concerns(one, first, last))
         self._to_end = last == messages.frames.ticks[-1]
         self._frames = _by_chunk(frames)
@@ -139,13 +137,10 @@ class _Part:
         self._start_time = start[int(frames.places[0])][1].log_time
         self._end_time = self._start_time + round(1e9 * (last - first) * prepared.scene.tick)
 
-    def write(self, writer: Writer, entry: dict[str, str], progress: Progress) -> None:
+    def write(self, stream: BinaryIO, entry: dict[str, str], progress: Progress) -> None:
         contents = self._contents
         metadata = contents.metadata | damage_entry(self.damage) | entry
-        channels = mcap_file.begin_recording(writer, metadata, contents.attachments)
-        shown = viewer_schemas(self._prepared)
-        if not shown.keys().isdisjoint(contents.channels.values()):
-            channels = {**channels, **mcap_file.add_viewer_channels(writer, shown)}
+        writer, channels = mcap_file.begin_copy(stream, contents, metadata, viewer_schemas(self._prepared))
         for number, messages in enumerate(contents.all_messages()):
             if number % _CHUNKS_A_STEP == 0:
                 progress("Writing the part", 0.5 + 0.5 * number / len(contents.chunks))
@@ -157,10 +152,10 @@ class _Part:
         writer.finish()
 
     def _as_kept(self, topic: str, message: Message, *, kept: bool) -> Iterator[tuple[int, int]]:
-        """Yield time and running number of a message in the new file; nothing where it does not belong there.
+        """Yield time and running number of a message in the new file; nothing if it does not belong there.
 
         Args:
-            topic: The topic.
+            topic: Topic of the message.
             message: The message.
             kept: Whether it is one of the frames of the part.
         """
@@ -182,7 +177,7 @@ class _Part:
 
 
 def _by_chunk(frames: FramePlaces) -> Callable[[int], frozenset[int]]:
-    """Return a function that gives the indices of the frames among the messages of a chunk."""
+    """Return a function that returns the indices of the frames among the messages of a chunk."""
     order = np.lexsort((frames.places, frames.chunks))
     chunks = frames.chunks[order]
     places = frames.places[order]
@@ -208,16 +203,16 @@ def _concerns(damage: RecordingDamage, first: int, last: int) -> bool:
 def trim_episodes(
     player: RecordingPlayer, folder: Path, *, overwrite: bool = False, progress: Progress = no_progress
 ) -> list[TrimResult]:
-    """Write each episode of a recording that was labelled to a file of its own, "01 press.mcap".
+    """Write each labelled episode of a recording to its own file, "01 press.mcap".
 
     Raises:
-        RecordingError: None was labelled, or as ``trim``.
+        RecordingError: No episode is labelled, or as ``trim``.
     """
     episodes = player.annotations().episodes
     if not episodes:
         remedy = "Label them in the window: Recording > Range as episode"
         raise RecordingError("no episode of the recording is labelled", file=player.path, remedy=remedy)
-    for number, one in enumerate(episodes, start=1):  # all of them before the first is written
+    for number, one in enumerate(episodes, start=1):  # check all before writing the first
         check_output(folder / episode_file_name(number, one), error=RecordingError, overwrite=overwrite)
     written = []
     for number, one in enumerate(episodes, start=1):
@@ -228,6 +223,6 @@ def trim_episodes(
 
 
 def episode_file_name(number: int, episode: LabelledEpisode) -> str:
-    """What the file of an episode is called: "01 press.mcap"."""
+    """Return the file name of an episode: "01 press.mcap"."""
     label = re.sub(r"[^\w\-]+", " ", episode.label).strip()[:80]
     return f"{number:02d} {label or 'episode'}.mcap"

@@ -1,4 +1,4 @@
-"""Re-simulates a recording from its inputs and compares every state, bit for bit."""
+"""Simulates a recording again from its inputs and compares every state, bit for bit."""
 
 from __future__ import annotations
 
@@ -21,24 +21,24 @@ from tactile_maps.session.session import Session
 
 @dataclass(frozen=True)
 class Verification:
-    """The outcome.
+    """Result of a verification.
 
     Attributes:
-        frames: Frames compared.
-        identical: Whether all of them are equal, bit for bit, in everything but the measured times: state, pressures,
-            contacts, fingers, commands and their limits, estimates, task; and a session that stopped by itself stopped
-            again at the same tick, by an error of the same type with the same place and value. None where no frame
-            could be compared.
-        max_difference: Largest difference of any posture, velocity, object's pose, finger's or estimated force (SI) or
-            pressure (kPa); inf where one of the two runs stopped. It may be 0 where only something else differs.
-        first_difference: Tick of the first difference; None when identical.
-        other_versions: Versions that differ from those it was recorded with; equality is only promised without any.
-        stopped: Why the session stopped again, as recorded; None when it was not stopped.
-        not_compared: Frames that were not, as inputs before them are missing: what they show cannot be simulated again.
-        damage: What the recording has lost.
+        frames: Number of compared frames.
+        identical: Whether all of them are equal, bit for bit, in everything but the measured computing times: state,
+            pressures, contacts, fingers, commands and their limits, estimates, task; and a session that stopped by
+            itself stopped again at the same tick, by an error of the same type with the same place and value. None if
+            no frame could be compared.
+        max_difference: Largest difference of any posture, velocity, object pose, finger force or estimated force (SI)
+            or pressure (kPa); inf if one of the two runs stopped. It may be 0 if only something else differs.
+        first_difference: Tick of the first difference; None if identical.
+        other_versions: Versions that differ from the recorded ones; results are only guaranteed equal without any.
+        stopped: Why the session stopped again, as recorded; None if it did not stop.
+        not_compared: Number of frames that were not compared because inputs before them are missing.
+        damage: Damage of the recording.
         differing: Quantity with the largest difference and its unit, like "pressures [kPa]"; empty for none.
-        other_machine: Processor and BLAS of the recording, and of this machine, where they differ: a small difference
-            is then likely due to them. Empty where they are equal or the recording does not state them.
+        other_machine: Processor and BLAS of the recording, and of this machine, if they differ: they are then the
+            likely cause of a small difference. Empty if they are equal or the recording does not state them.
     """
 
     frames: int
@@ -54,21 +54,21 @@ class Verification:
 
 
 def verify(player: RecordingPlayer, *, progress: Progress = no_progress) -> Verification:
-    """Run the recorded inputs again, from the session's start, and compare with the recorded frames.
+    """Simulate the recorded inputs from the session's start and compare with the recorded frames.
 
     Args:
         player: The recording.
-        progress: Told how far it is, 0 to 1; may raise to cancel.
+        progress: Receives a description and the progress, 0 to 1; may raise to cancel.
 
     Raises:
-        RecordingError: The readings were measured: there is nothing to simulate again.
-        TactileMapsError: A frame is damaged, or an input is refused.
+        RecordingError: The readings were measured, so there is nothing to simulate.
+        TactileMapsError: A frame is damaged, or an input is rejected.
 
-    Cost: as long as simulating it, about a tenth of real time.
+    Cost: the time of the simulation, about a tenth of real time.
     """
     if player.measured is not None:
-        raise RecordingError("the readings were measured: there is nothing to simulate again", file=player.path,
-                             value=player.measured)  # fmt: skip
+        problem = "measured readings cannot be simulated again"
+        raise RecordingError(problem, file=player.path, value=player.measured)
     again = Resimulation(player)
     largest = 0.0
     differing = ""
@@ -111,19 +111,19 @@ def verify(player: RecordingPlayer, *, progress: Progress = no_progress) -> Veri
 
 
 def _last_sure_tick(player: RecordingPlayer) -> int | None:
-    """Up to which tick the recorded inputs are all there; None where all are."""
+    """Return the tick up to which the recorded inputs are complete; None if all are."""
     starts = [damage.first or 0 for damage in player.damage if damage.kind == DamageKind.INPUTS_MISSING]
     return min(starts, default=None)
 
 
 class Resimulation:
-    """A fresh session given the recorded inputs at their ticks. Mutable.
+    """A new session that receives the recorded inputs at their ticks. Mutable.
 
     Args:
-        player: The recording; its readings were simulated.
+        player: A recording with simulated readings.
 
     Attributes:
-        session: As far as it was asked for.
+        session: The session, as far as it was simulated.
     """
 
     def __init__(self, player: RecordingPlayer) -> None:
@@ -141,7 +141,7 @@ class Resimulation:
         self._recorded = player.failure
 
     def frame(self, tick: int) -> Frame:
-        """The frame of ``tick``; of an earlier one if the session stops before."""
+        """Return the frame of ``tick``; an earlier one if the session stops before."""
         session = self.session
         while session.frame.tick < tick and session.failure is None:
             while self._waiting and self._waiting[0][0] == session.frame.tick + 1:
@@ -150,11 +150,11 @@ class Resimulation:
                 session.tick()
             except SimulationError:
                 if session.failure is None:
-                    raise  # an input was refused, which no recorded one was
+                    raise  # an input was rejected, unlike in the recording
         return session.frame
 
     def ending(self) -> tuple[str | None, int | None]:
-        """Why the session stopped, if it did as recorded; and the tick at which it ended otherwise than recorded."""
+        """Return why the session stopped, if as recorded, and the tick at which its end differs from the recording."""
         if self._recorded is not None:
             self.frame(self._recorded[0])
         failure = self.session.failure
@@ -169,7 +169,7 @@ class Resimulation:
 
 
 def _identity(error: SimulationError) -> tuple[object, ...]:
-    """What makes two errors the same: their type, where and what; not how that is worded."""
+    """Return what identifies an error: type, place and value, but not the wording."""
     return type(error), error.place, None if error.value is None else str(error.value)
 
 
@@ -189,37 +189,35 @@ def _other_machine(player: RecordingPlayer) -> tuple[str, ...]:
 
 
 def _content(frame: Frame) -> bytes:
-    """Return the frame's content, exact, without the measured times. Cost: 40 µs.
+    """Return the exact content of a frame without the measured computing times. Cost: 40 µs.
 
     The number of touched taxels is left out: recordings of earlier versions do not store it, and the area depends on
-    the same taxels.
+        the
+    same taxels.
     """
     regions = tuple(replace(region, touched=None) for region in frame.regions)
     return encode_frame(replace(frame, timings=Timings(), regions=regions))
 
 
-def _forces(frame: Frame) -> FloatArray:
-    """(k,) what was estimated of the contacts [N]."""
-    return np.array([force for _, told in sorted(frame.estimates.items()) for force in (told.force, *told.forces)])
-
-
-def _finger_forces(frame: Frame) -> FloatArray:
-    """(k,) with which fingers press [N]."""
-    return np.array([poke.force for poke in frame.pokes])
+def _quantities(frame: Frame) -> dict[str, FloatArray]:
+    """Return the compared numbers of a frame by quantity and unit."""
+    estimates = [estimate for _, estimate in sorted(frame.estimates.items())]
+    return {
+        "joint positions [rad, m for slides]": frame.posture,
+        "joint velocities [rad/s, m/s for slides]": frame.velocity,
+        "pressures [kPa]": 1e-3 * frame.pressures,
+        "object poses [m]": frame.objects,
+        "estimated forces [N]": np.array([force for one in estimates for force in (one.force, *one.forces)]),
+        "finger forces [N]": np.array([poke.force for poke in frame.pokes]),
+    }
 
 
 def _difference(one: Frame, other: Frame) -> tuple[float, str]:
-    """Largest difference and its quantity; inf where the shapes disagree or only one of two numbers is NaN."""
-    pairs = {
-        "joint positions [rad, m for slides]": (one.posture, other.posture),
-        "joint velocities [rad/s, m/s for slides]": (one.velocity, other.velocity),
-        "pressures [kPa]": (1e-3 * one.pressures, 1e-3 * other.pressures),
-        "object poses [m]": (one.objects, other.objects),
-        "estimated forces [N]": (_forces(one), _forces(other)),
-        "finger forces [N]": (_finger_forces(one), _finger_forces(other)),
-    }
-    if one.tick != other.tick or any(a.shape != b.shape for a, b in pairs.values()):
+    """Return the largest difference and its quantity; inf if shapes differ or only one of two numbers is NaN."""
+    numbers = _quantities(one)
+    others = _quantities(other)
+    if one.tick != other.tick or any(numbers[name].shape != others[name].shape for name in numbers):
         return float("inf"), ""
-    found = [(float(np.abs(a - b).max()), name) for name, (a, b) in pairs.items() if a.size]
+    found = [(float(np.abs(a - others[name]).max()), name) for name, a in numbers.items() if a.size]
     finite = [(worst if np.isfinite(worst) else float("inf"), name) for worst, name in found]
     return max(finite, key=lambda one: one[0], default=(0.0, ""))

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from tactile_maps.core.errors import LiveError
-from tactile_maps.live.channels.matching import TaxelMatcher, load_matching, read_rows
+from tactile_maps.live.channels.matching import TaxelMatcher, load_matching
 from tactile_maps.live.readings.readings import MalformedReadingError, Reading
+from tactile_maps.live.readings.tables import read_rows
 from tactile_maps.skin.model.skin import Skin, TaxelIdentity
 from tests.support.touch import bar_skin
 
@@ -78,11 +79,11 @@ def test_a_table_stands_between(tmp_path):
         ("", "empty"),
         ("id\n3\n", "column is missing"),
         ("id,taxel\n3\n", "line 2: a row does not fit"),
-        ("id,taxel\n3,60\n", "line 2: there is no such taxel"),
+        ("id,taxel\n3,60\n", "line 2: unknown taxel"),
         ("id,taxel\n3,x\n", "line 2, taxel: expected a whole number"),
         (f"id,taxel\n{2**64},1\n", "line 2, id: expected a whole number.*at most 18 digits"),
         (f"id,taxel\n{'9' * 5000},1\n", "line 2, id: expected a whole number.*at most 18 digits"),
-        ("id,taxel\n3,1\n\n3,2\n", "line 4: an id is given two taxels"),
+        ("id,taxel\n3,1\n\n3,2\n", "line 4: an id is assigned to two taxels"),
     ],
 )
 def test_a_mistake_in_the_table_is_named(tmp_path, text, said):

@@ -72,7 +72,7 @@ def test_what_cannot_be_weighed_changes_nothing_and_is_told():
     session = tared()
     session.begin_weighing(MASS, 0.1)
     frame = session.show(at(1.0, -COUNTS))
-    assert "not felt" in session.facts.weighing.problem
+    assert "readings fall under the weight" in session.facts.weighing.problem
     assert frame.units is ReadingUnits.COUNTS
     session.begin_weighing(MASS, 10.0)
     session.undo_weighing()
@@ -94,6 +94,6 @@ def test_the_last_while_is_averaged_and_must_have_come_to_rest():
     for number, extra in enumerate(noise):
         recent.add((0.0 if number < 100 else 50.0) + extra, 0.01 * number)
         if number == 120:
-            with pytest.raises(LiveError, match="has not come to rest"):
+            with pytest.raises(LiveError, match="is not at rest"):
                 recent.mean(np.ones(4))
     assert recent.mean(np.ones(4)) == pytest.approx(50 + noise[-51:].mean(axis=0), abs=1e-9)

@@ -276,7 +276,7 @@ def test_without_forces_nothing_is_wanted():
     robot.start()
     robot.read(5.0, unit=Unit.COUNTS)
     assert robot.output.wanted is None
-    assert "no force is known" in robot.output.problem
+    assert "cannot be controlled" in robot.output.problem
     assert robot.output.sending.stopped is StopReason.UNKNOWN
 
 
@@ -301,7 +301,7 @@ def test_other_settings_are_taken_and_bad_ones_are_not():
     with pytest.raises(SceneError):
         robot.output.use(ControlSettings(controller="hybrid", stiffness=1e9))
     assert robot.read(5.0) is None
-    assert "impedance yields" in robot.output.problem
+    assert "no desired motion" in robot.output.problem
 
 
 def test_readings_far_apart_are_no_stream():
@@ -523,7 +523,7 @@ def test_a_pressure_that_the_calibration_makes_impossible_stops_by_the_taxels_na
     values[13] = 1e-4 * pressure
     robot.read(unit=Unit.COUNTS, values=values)
     assert robot.output.sending.stopped is StopReason.IMPLAUSIBLE
-    assert robot.output.sending.detail == f"taxel 13: {pressure:g} Pa by the calibration. From -100000 to 1e+07 Pa"
+    assert robot.output.sending.detail == f"taxel 13: {pressure:g} Pa after calibration. From -100000 to 1e+07 Pa"
 
 
 def test_a_force_that_is_no_number_stops():

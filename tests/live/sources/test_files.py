@@ -55,13 +55,13 @@ def test_columns_may_be_modules_and_channels(tmp_path):
     [
         ("", "column is missing"),
         ("a,b\n", "column is missing"),
-        ("time,pressure\n0,1\n", "a column is not known .found: pressure"),
-        (f"time,{2**64}\n0,1\n", "a column is not known .found: 18446744073709551616"),
-        (f"time,3.{'9' * 5000}\n0,1\n", "a column is not known .found: 3.999"),
+        ("time,pressure\n0,1\n", "unknown column .found: pressure"),
+        (f"time,{2**64}\n0,1\n", "unknown column .found: 18446744073709551616"),
+        (f"time,3.{'9' * 5000}\n0,1\n", "unknown column .found: 3.999"),
         ("time,3,3\n", "a taxel has two columns"),
         ("time,3,1.3\n", "taxels are named in two ways"),
-        ("# unit: psi\ntime,3\n", "no such unit"),
-        ("time,3\n", "holds no readings"),
+        ("# unit: psi\ntime,3\n", "unknown unit"),
+        ("time,3\n", "contains no readings"),
     ],
 )
 def test_a_header_that_says_what_it_cannot_is_refused(tmp_path, text, said):

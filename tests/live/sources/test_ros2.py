@@ -75,7 +75,7 @@ def test_fields_may_be_nested_and_the_stamp_is_the_time():
     reader = MessageReader(RosTopics("/skin", "position", stamp="header.stamp"))
     reading = reader.read("/skin", STORE.deserialize_cdr(STORE.serialize_cdr(joints(a=1.0), JOINTS), JOINTS), 99.0)
     assert (reading.time, reading.values.tolist()) == (3.000000005, [1.0])
-    with pytest.raises(MalformedReadingError, match="not as the mapping says"):
+    with pytest.raises(MalformedReadingError, match="not match the mapping"):
         MessageReader(RosTopics("/skin", "pressures")).read("/skin", array([1]), 0.0)
 
 
@@ -95,13 +95,13 @@ def test_a_topic_that_is_not_there_and_a_bag_that_is_none(tmp_path):
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("", "no mapping"),
+        ("", "not a mapping"),
         ("[readings]\ntopic = '/a'", "readings.values: expected a text"),
-        ("[readings]\ntopic = '/a'\nvalues = 'data'\nfield = 'x'", "readings.field: a key is not known"),
+        ("[readings]\ntopic = '/a'\nvalues = 'data'\nfield = 'x'", "readings.field: unknown key"),
         ("[readings]\ntopic = '/a'\nvalues = 'data'\nids = [1.5]", "readings.ids: expected whole numbers"),
         ("[readings]\ntopic = '/a'\nvalues = 'data'\nids = 3", "readings.ids: expected a text"),
-        ("[readings]\ntopic = '/a'\nvalues = 'data'\nunit = 'psi'", "readings.unit: there is no such unit"),
-        ("[readings]\ntopic = '/a'\nvalues = 'data'\n[fur]\n", "no mapping .found: fur"),
+        ("[readings]\ntopic = '/a'\nvalues = 'data'\nunit = 'psi'", "readings.unit: unknown unit"),
+        ("[readings]\ntopic = '/a'\nvalues = 'data'\n[fur]\n", "not a mapping .found: fur"),
         ("[readings", "not TOML"),
     ],
 )
@@ -113,12 +113,12 @@ def test_a_mistake_in_the_mapping_is_named(tmp_path, text, said):
 
 
 def test_live_the_type_must_be_named_and_ros_be_there():
-    with pytest.raises(LiveError, match="does not name the type"):
+    with pytest.raises(LiveError, match="does not state the type"):
         Ros2Source(RosTopics("/skin", "data"))
     try:
         import rclpy  # noqa: F401
     except ImportError:
-        with pytest.raises(LiveError, match="no ROS 2 on this machine"):
+        with pytest.raises(LiveError, match="ROS 2 is not installed"):
             Ros2Source(RosTopics("/skin", "data", type=ARRAY)).open()
 
 

@@ -62,5 +62,5 @@ def test_a_board_that_is_pulled_out_is_lost():
 
 
 def test_no_port_is_told(tmp_path):
-    with pytest.raises(LiveError, match="plugged in"):
+    with pytest.raises(LiveError, match="connected"):
         SerialSource(str(tmp_path / "tty")).open()

@@ -81,12 +81,12 @@ def test_the_name_server_tells_where_a_port_is():
         source.open()
         assert source.receive(2.0).sequence == 2654
         source.close()
-        with pytest.raises(LiveError, match="knows no such port .found: /skin/arm"):
+        with pytest.raises(LiveError, match="does not know the port .found: /skin/arm"):
             YarpSource("127.0.0.1", names, name="/skin/arm").open()
 
 
 def test_who_does_not_answer_is_told():
     with socket.create_server(("127.0.0.1", 0)) as server:
         number = server.getsockname()[1]
-    with pytest.raises(LiveError, match="YARP does not answer"):
+    with pytest.raises(LiveError, match="YARP does not respond"):
         YarpSource("127.0.0.1", number).open()

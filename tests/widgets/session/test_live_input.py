@@ -118,7 +118,7 @@ def test_a_poke_is_refused_in_words(live, prepared, readings):
     live.connect_source(readings)
     live.submit(PokePressed(1, prepared.skin.taxel_point(3)))
     live.pump()
-    assert "can be watched, not poked" in said[0]
+    assert "cannot be poked" in said[0]
     live.runner.run_for(3.0)
     assert live.live_input.session.facts.readings == 20
 

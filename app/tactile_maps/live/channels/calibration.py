@@ -1,13 +1,12 @@
-"""What a value means: pressure = gain (value - offset - baseline), for each taxel.
+"""Calibration of taxels: pressure = gain (value - offset - baseline).
 
-Gains and offsets come from a file, the baseline from readings of the untouched skin (tare), and where no gain is known
-one for all taxels from a known weight that lies on the skin.
+Gains and offsets come from a file. The baseline is measured on the untouched skin (tare). If no gain is known, a known
+weight on the skin gives one gain for all taxels.
 """
 
 from __future__ import annotations
 
 import math
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from enum import StrEnum
@@ -18,20 +17,19 @@ import numpy as np
 
 from tactile_maps.core.arrays import FloatArray, IntArray, freeze_arrays
 from tactile_maps.core.errors import LiveError
-from tactile_maps.core.files import read_bounded_text, write_atomically
-from tactile_maps.core.toml import parse_toml
-from tactile_maps.live.channels.matching import read_rows, whole
+from tactile_maps.core.files import write_atomically
 from tactile_maps.live.readings.readings import Unit
+from tactile_maps.live.readings.tables import read_rows, read_toml, whole_number
 from tactile_maps.skin.model.skin import Skin
 
 GRAVITY = 9.80665
 SHOWN_AS = 1000.0
-"""Pascals that one count is shown as where nothing says what it means: forces mean nothing then."""
+"""Pressure [Pa] that displays one count of an uncalibrated skin; forces are meaningless then."""
 _LARGEST_GAIN = 1e9
 
 
 class ValueMode(StrEnum):
-    """What of the readings is shown, and read contacts from."""
+    """Quantity that is displayed and that contacts are detected from."""
 
     RAW = "raw"
     BASELINE = "baseline"
@@ -40,15 +38,15 @@ class ValueMode(StrEnum):
 
 @dataclass(frozen=True, eq=False)
 class Calibration:
-    """Of each of n taxels.
+    """Gain and offset of n taxels.
 
     Attributes:
         gain: (n,) pascals for each unit of the readings; negative where values fall under pressure, never 0.
         offset: (n,) value of the untouched taxel, in the readings' unit.
-        known: Whether the gains were measured; if not they only make values visible.
+        known: Whether the gains were measured; otherwise they only make values visible.
 
     Raises:
-        LiveError: A number is not finite, or a gain is 0 or not plausible.
+        LiveError: A number is not finite, or a gain is 0 or implausibly large.
     """
 
     gain: FloatArray
@@ -63,20 +61,20 @@ class Calibration:
                 bad |= values == 0
             if bad.any():
                 taxel = int(bad.argmax())
-                problem = "a calibration is no such number"
+                problem = "invalid number in a calibration"
                 raise LiveError(problem, place=f"{name}, taxel {taxel}", value=values[taxel], remedy="Measure it again")
 
     @classmethod
     def plain(cls, taxels: int, unit: Unit) -> Calibration:
-        """Of a skin that nothing is known of but the unit of its readings."""
+        """Return the default calibration for readings in ``unit`` of a skin without calibration."""
         scale = unit.pascals
         return cls(np.full(taxels, scale or SHOWN_AS), np.zeros(taxels), scale is not None)
 
     def values(self, readings: FloatArray, baseline: FloatArray, mode: ValueMode) -> FloatArray:
-        """(n,) what is shown for readings (n,), as pascals.
+        """Return the displayed values (n,) [Pa] of readings (n,).
 
-        ``raw`` and ``baseline`` show a unit of the readings as 1 kPa, or as what it is where it is a pressure; the gain
-        of a calibration is for ``kPa`` alone. Suction (below the baseline) is kept.
+        ``raw`` and ``baseline`` show one unit of the readings as 1 kPa, or unchanged if the unit is a pressure. Only
+        ``kPa`` applies the gain. Negative values (suction) are kept.
         """
         if mode is ValueMode.PRESSURE:
             return self.gain * (readings - self.offset - baseline)
@@ -85,19 +83,19 @@ class Calibration:
     def with_weight(
         self, change: FloatArray, areas: FloatArray, mass: float, *, taxels: IntArray | None = None
     ) -> Calibration:
-        """The same, gains scaled so that what lies on the skin weighs ``mass``.
+        """Return a calibration with gains scaled so that the load on the skin has the weight ``mass``.
 
-        Of a weight on some taxels only their readings count and only their gains change, unless no gain was measured
-        yet: then all of them do.
+        With ``taxels``, only their readings count and only their gains change. If no gain was measured before, all
+        gains are scaled.
 
         Args:
-            change: (n,) values above the untouched skin's, in the readings' unit.
-            areas: (n,) of the taxels [m²].
-            mass: [kg].
-            taxels: (k,) on which it lies; None for any.
+            change: (n,) values above those of the untouched skin, in the readings' unit.
+            areas: (n,) areas of the taxels [m²].
+            mass: Mass of the weight [kg].
+            taxels: (k,) taxels under the weight; None for any.
 
         Raises:
-            LiveError: There is no such weight, or it is not felt.
+            LiveError: The mass is out of range, or the readings do not increase under the weight.
         """
         check_mass(mass)
         under: IntArray | slice = slice(None) if taxels is None else taxels
@@ -107,32 +105,32 @@ class Calibration:
                 "Check that nothing touched the skin during the tare. Where readings fall under pressure, "
                 "add --calibration FILE with a negative gain (TOML: gain = -1.0)"
             )
-            raise LiveError("the weight is not felt: the readings fall under it", value=f"{force:.3g} N", remedy=remedy)
+            raise LiveError("the readings fall under the weight", value=f"{force:.3g} N", remedy=remedy)
         if not force > 0:
-            remedy = "Tare the skin while nothing touches it, then lay the weight on it"
-            raise LiveError("the weight is not felt", value=f"{force:.3g} N", remedy=remedy)
+            remedy = "Tare the skin while nothing touches it, then put the weight on it"
+            raise LiveError("the readings do not change under the weight", value=f"{force:.3g} N", remedy=remedy)
         gain = self.gain.copy()
         gain[under if self.known else slice(None)] *= mass * GRAVITY / force
         return replace(self, gain=gain, known=True)
 
 
 def check_mass(mass: float) -> None:
-    """Refuse what is no weight [kg]; raises LiveError."""
+    """Raise LiveError for a mass [kg] that is out of range."""
     if not (math.isfinite(mass) and 0 < mass < 1000):
         raise LiveError("the weight is out of range", value=f"{mass} kg", remedy="Choose above 0 and below 1000 kg")
 
 
 def load_calibration(path: str | Path, skin: Skin) -> Calibration:
-    """From CSV (``id`` or ``taxel``, ``gain``, ``offset``; taxels that are not named have gain 1) or TOML.
+    """Read a calibration from CSV (``id`` or ``taxel``, ``gain``, ``offset``; every taxel needs a row) or TOML.
 
-    TOML: ``gain`` and ``offset`` for all, and ``[[taxel]]`` tables with ``id`` or ``taxel`` for single ones.
+    TOML: ``gain`` and ``offset`` for all taxels, and ``[[taxel]]`` tables with ``id`` or ``taxel`` for single ones.
 
     Args:
-        path: The file; gains in Pa a unit of the readings, offsets in that unit.
-        skin: Whose taxels are named.
+        path: The file; gains in Pa per unit of the readings, offsets in that unit.
+        skin: Skin of the named taxels.
 
     Raises:
-        LiveError: It cannot be read, or names what there is not.
+        LiveError: The file cannot be read, or names an unknown taxel.
     """
     file = Path(path)
     if file.suffix.lower() == ".toml":
@@ -145,7 +143,7 @@ def load_calibration(path: str | Path, skin: Skin) -> Calibration:
 
 
 def save_calibration(calibration: Calibration, path: str | Path) -> None:
-    """As CSV by running number of the taxel.
+    """Write a calibration as CSV by taxel number.
 
     Raises:
         LiveError: The file cannot be written.
@@ -157,7 +155,7 @@ def save_calibration(calibration: Calibration, path: str | Path) -> None:
 
 def _cell(text: str, path: Path, line: int, column: str) -> float | int:
     if column in ("id", "taxel"):
-        return whole(text, path, line, column)
+        return whole_number(text, path, line, column)
     try:
         return float(text)
     except ValueError as error:
@@ -165,19 +163,15 @@ def _cell(text: str, path: Path, line: int, column: str) -> float | int:
 
 
 def _from_toml(path: Path, skin: Skin) -> Calibration:
-    try:
-        text = read_bounded_text(path, error=LiveError)
-        table = parse_toml(text, file=path, error=LiveError)
-    except tomllib.TOMLDecodeError as error:
-        raise LiveError("the file is not TOML", file=path, value=error) from error
+    table = read_toml(path)
     if more := table.keys() - {"gain", "offset", "taxel"}:
-        raise LiveError("a key is not known", file=path, place=min(more), remedy="The keys are: gain, offset, taxel")
+        raise LiveError("unknown key", file=path, place=min(more), remedy="Allowed keys: gain, offset, taxel")
     entries = table.get("taxel", [])
     if not isinstance(entries, list) or not all(isinstance(entry, dict) for entry in entries):
         raise LiveError("expected tables", file=path, place="taxel", remedy="Write [[taxel]] above each of them")
     rows = [(f"taxel {number}", entry) for number, entry in enumerate(entries, start=1)]
-    return _of_rows(path, skin, rows, gain=_toml_number(path, table, "gain"),
-                    offset=_toml_number(path, table, "offset") or 0.0)  # fmt: skip
+    offset = _toml_number(path, table, "offset") or 0.0
+    return _of_rows(path, skin, rows, gain=_toml_number(path, table, "gain"), offset=offset)
 
 
 def _toml_number(path: Path, table: Mapping[str, Any], key: str) -> float | None:
@@ -195,18 +189,20 @@ def _of_rows(
     seen: set[int] = set()
     for place, row in rows:
         if more := row.keys() - {"id", "taxel", "gain", "offset"}:
-            raise LiveError("a column is not known", file=path, place=place, value=min(more),
-                            remedy="They are: id or taxel, gain, offset")  # fmt: skip
+            remedy = "Allowed columns: id or taxel, gain, offset"
+            raise LiveError("unknown column", file=path, place=place, value=min(more), remedy=remedy)
         taxel = _taxel(path, place, row, skin)
         if taxel in seen:
             raise LiveError("a taxel is calibrated twice", file=path, place=place, value=taxel)
         seen.add(taxel)
-        gains[taxel] = gains[taxel] if (own := _toml_number(path, row, "gain")) is None else own
-        offsets[taxel] = offsets[taxel] if (own := _toml_number(path, row, "offset")) is None else own
+        for name, values in (("gain", gains), ("offset", offsets)):
+            value = _toml_number(path, row, name)
+            if value is not None:
+                values[taxel] = value
     if gain is None and len(seen) < len(skin):
         found = f"{len(seen)} of {len(skin)}"
         remedy = "Name every taxel, or in TOML a gain for all others"
-        raise LiveError("taxels are without a gain", file=path, value=found, remedy=remedy)
+        raise LiveError("some taxels have no gain", file=path, value=found, remedy=remedy)
     try:
         return Calibration(gains, offsets)
     except LiveError as error:
@@ -216,27 +212,27 @@ def _of_rows(
 def _taxel(path: Path, place: str, row: Mapping[str, Any], skin: Skin) -> int:
     number = row.get("taxel", row.get("id"))
     if isinstance(number, bool) or not isinstance(number, int):
-        raise LiveError("a taxel is not named", file=path, place=place, value=number, remedy="Give its id or taxel")
+        raise LiveError("the row names no taxel", file=path, place=place, value=number, remedy="Give its id or taxel")
     found = [number] if "taxel" in row else skin.taxels_with_id(number).tolist()
     if len(found) != 1 or not 0 <= found[0] < len(skin):
-        problem = "several taxels have that id" if len(found) > 1 else "there is no such taxel"
-        remedy = f"Name it by its running number, 0 to {len(skin) - 1}"
+        problem = "several taxels have that id" if len(found) > 1 else "unknown taxel"
+        remedy = f"Give its number (taxel), 0 to {len(skin) - 1}"
         raise LiveError(problem, file=path, place=place, value=number, remedy=remedy)
     return int(found[0])
 
 
 MOST_KEPT = 200
-"""Largest number of readings of a tare that are kept for the shape of the noise."""
+"""Maximum number of readings of a tare that are kept to estimate the shape of the noise."""
 
 
 class TareResult(NamedTuple):
-    """Readings of the untouched skin in a few numbers.
+    """Statistics of readings of the untouched skin.
 
     Attributes:
-        mean: (n,) mean of each taxel's readings; the latest value where it was not heard.
+        mean: (n,) mean of each taxel's readings; the latest value where none arrived.
         spread: (n,) root mean square deviation from the mean.
-        counts: (n,) number of readings that had a value of the taxel.
-        readings: (k, n) the first readings, at most ``MOST_KEPT``; NaN where a taxel was not heard.
+        counts: (n,) number of readings with a value of the taxel.
+        readings: (k, n) the first readings, at most ``MOST_KEPT``; NaN where a taxel has no value.
     """
 
     mean: FloatArray
@@ -246,11 +242,11 @@ class TareResult(NamedTuple):
 
 
 class Tare:
-    """Averages readings of an untouched skin. Mutable.
+    """Running statistics of readings of an untouched skin. Mutable.
 
     Args:
-        taxels: How many the skin has.
-        frames: Of how many readings; each taxel needs one at least to have a baseline.
+        taxels: Number of taxels of the skin.
+        frames: Number of readings; a taxel needs at least one value to get a baseline.
     """
 
     def __init__(self, taxels: int, frames: int) -> None:
@@ -267,11 +263,11 @@ class Tare:
         """Add a reading; return whether it was the last one needed.
 
         Args:
-            values: (n,) of all taxels; those that were not heard keep their latest value.
-            heard: (k,) taxels that the reading has a value of.
+            values: (n,) values of all taxels; taxels without a new value keep their latest one.
+            heard: (k,) taxels with a value in the reading.
         """
         self._first = np.where(self._counts == 0, values, self._first)
-        away = (values - self._first)[heard]  # of small numbers: no cancellation
+        away = (values - self._first)[heard]  # deviations from the first value are small: no cancellation
         self._left -= 1
         self._counts[heard] += 1
         self._sum[heard] += away
@@ -283,7 +279,7 @@ class Tare:
         return self._left == 0
 
     def result(self) -> TareResult:
-        """Means, standard deviations and numbers of the readings added."""
+        """Return means, standard deviations and counts of the added readings."""
         counts = np.maximum(self._counts, 1)
         mean = self._sum / counts
         variance = np.maximum(self._squares / counts - mean * mean, 0.0)

@@ -1,6 +1,6 @@
-"""Channels that do not follow the skin: their values stay exactly the same while those of their neighbours change.
+"""Detection of channels that do not follow the skin: their values stay constant while those of their neighbours change.
 
-Channels that are swapped do change; ``channel_swaps`` looks for them.
+Swapped channels do change; ``channel_swaps`` finds those.
 """
 
 from __future__ import annotations
@@ -13,22 +13,23 @@ from tactile_maps.core.arrays import FloatArray, IntArray
 from tactile_maps.skin.model.skin import Skin
 
 QUIET_SECONDS = 5.0
-"""A channel is suspected when it has not changed for so long [s]."""
+"""A channel becomes suspect after this time without a change [s]."""
 _LONGEST_GAP = 0.2
-"""A longer gap between two readings counts as this share of that time: during a gap, or the jump of a clock, no channel
-can change."""
+"""Longest gap between two readings that counts, as a share of the time above: no channel can change during a gap or a
+jump of the clock.
+"""
 _LIVELY = 5
-"""Changes in that time that show that a neighbour feels something."""
+"""Number of changes in that time that show that a neighbour is touched."""
 
 
 @dataclass(frozen=True)
 class SilentChannel:
-    """A channel that says nothing.
+    """A channel that does not change.
 
     Attributes:
-        taxel: Running number.
-        value: That it stays at, as it is sent.
-        stuck: Whether that is above what any of its neighbours has said; if not, it is dead.
+        taxel: Number of the taxel.
+        value: Its constant value, in the unit of the readings.
+        stuck: Whether the value is above all values of its neighbours; otherwise the channel is dead.
     """
 
     taxel: int
@@ -37,11 +38,14 @@ class SilentChannel:
 
 
 class ChannelHealth:
-    """Watches the values of all taxels. Mutable.
+    """Monitor of the values of all taxels. Mutable.
 
     Args:
-        skin: Whose neighbours are compared.
-        seconds: For which a channel may be quiet.
+        skin: Skin whose neighbouring taxels are compared.
+        seconds: Time without a change after which a channel is suspect.
+
+    Attributes:
+        silent: Channels that do not change.
     """
 
     def __init__(self, skin: Skin, *, seconds: float = QUIET_SECONDS) -> None:
@@ -53,7 +57,7 @@ class ChannelHealth:
         self.reset()
 
     def reset(self) -> None:
-        """Forget all: nobody is silent yet."""
+        """Discard all observations."""
         count = len(self._degree)
         self._values: FloatArray | None = None
         self._since = np.full(count, np.nan)  # when each last changed; NaN before its first value
@@ -65,7 +69,7 @@ class ChannelHealth:
         self.silent: tuple[SilentChannel, ...] = ()
 
     def add(self, taxels: IntArray, values: FloatArray, time: float) -> None:
-        """Values (k,) that came for taxels (k,) at ``time`` [s]. Cost: 20 µs for 1000 taxels."""
+        """Add values (k,) of the taxels (k,) received at ``time`` [s]. Cost: 20 µs for 1000 taxels."""
         if self._values is None:
             self._values = np.full(len(self._degree), np.nan)
             self._window = time
@@ -87,7 +91,7 @@ class ChannelHealth:
             self._window = time
 
     def _judge(self, time: float) -> None:
-        """Who has been quiet for long enough while at least half of its neighbours changed often."""
+        """Find taxels that have not changed for long enough while at least half of their neighbours changed often."""
         assert self._values is not None
         lively = (self._changes + self._before) >= _LIVELY
         busy = np.bincount(self._from, weights=lively[self._to], minlength=len(lively))

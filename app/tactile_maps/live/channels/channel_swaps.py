@@ -1,15 +1,14 @@
-"""Channels that stand in each other's place: two taxels of one module whose values are each at home with the other's
-neighbours.
+"""Detection of swapped channels: two taxels of one module whose values each fit the neighbours of the other.
 
-What a finger does to a taxel it does, somewhat later or weaker, to those around it. Of a pair (i, j) let x be how
-their values change in a moment, in units of how each usually does, and m the mean of that over the neighbours of each,
-without the other of the pair. Then (x_i - x_j) (m_i - m_j) is positive on average where both are in their places,
-about zero where nothing is felt, and negative where they are swapped. Changes are used, not values, so that neither
-offset nor drift nor a finger that rests counts.
+A finger on a taxel also acts on the surrounding taxels, somewhat later or weaker. For a pair (i, j) let x be the change
+of their values over a moment, in units of its usual size, and m the mean of x over the neighbours of each, without the
+other one of the pair. Then (x_i - x_j) (m_i - m_j) is positive on average for correct channels, about zero without
+touch, and negative for swapped channels. Changes are used instead of values, so that offsets, drift and a resting
+finger do not matter.
 
-A pair is told when its sum is further below zero than that of any pair with the signs of its moments drawn at random,
-in 199 draws (a permutation test of the largest statistic: it holds for all pairs together), when many moments speak for
-it, and when each of the two is the other's best match. The draws have a fixed seed.
+A pair is reported if its sum is further below zero than that of any pair with randomly drawn signs of its moments, in
+199 draws (permutation test of the largest statistic, valid for all pairs together), if enough moments support it, and
+if each of the two is the other's best match. The draws have a fixed seed.
 """
 
 from __future__ import annotations
@@ -23,29 +22,29 @@ from tactile_maps.core.arrays import FloatArray, IntArray
 from tactile_maps.skin.model.skin import Skin
 
 _LAG = 0.1
-"""Seconds between two values whose difference is a change: longer than a reading takes, shorter than a touch."""
+"""Time between the two values of a change [s]: longer than a reading takes, shorter than a touch."""
 _BLOCK = 0.5
-"""Seconds that are one moment of the test: about as long as a finger takes over a module."""
+"""Length of one moment of the test [s]: about the time a finger needs to cross a module."""
 _DRAWS = 199
 _LEAST_MOMENTS = 10.0
-"""That speak for a pair, counted by their weight."""
+"""Minimum effective number of moments that support a pair."""
 _QUIET = 1.0
-"""Of a pair's changes in a moment, in units of how they usually change: what is less counts for less."""
+"""Changes of a pair in a moment below this many times their usual size have less weight."""
 _LEAST_STRENGTH = 0.2
-"""Of what a pair's changes could contradict its neighbours by."""
+"""Minimum share by which the changes of a pair contradict those of its neighbours."""
 _LARGEST_MODULE = 64
-"""Taxels: of larger ones, and where no module is stated, only neighbours and their neighbours are compared."""
+"""Number of taxels: in larger modules, and without modules, only first and second neighbours are compared."""
 
 
 @dataclass(frozen=True)
 class SwappedChannels:
-    """Two taxels that get each other's values.
+    """Two taxels that receive each other's values.
 
     Attributes:
-        first: Running number of the one, the lower.
-        second: Of the other.
-        module: That carries both; None where none is stated.
-        strength: Share, 0 to 1, by which their changes contradict their neighbours'.
+        first: Lower taxel number.
+        second: Higher taxel number.
+        module: Module of both; None where the skin states none.
+        strength: Share, 0 to 1, by which their changes contradict those of their neighbours.
     """
 
     first: int
@@ -55,14 +54,14 @@ class SwappedChannels:
 
 
 class SwapDetector:
-    """Watches the values of all taxels. Mutable.
+    """Test for swapped channels on the values of all taxels. Mutable.
 
     Args:
-        skin: Whose modules and neighbours are compared.
-        seed: Of the draws.
+        skin: Skin whose modules and neighbouring taxels are compared.
+        seed: Seed of the draws.
 
     Attributes:
-        swapped: Found so far, by the taxels' numbers.
+        swapped: Pairs found so far, sorted by taxel number.
     """
 
     def __init__(self, skin: Skin, *, seed: int = 0) -> None:
@@ -86,7 +85,7 @@ class SwapDetector:
         self.reset()
 
     def reset(self) -> None:
-        """Forget all."""
+        """Discard all observations."""
         pairs = len(self._pairs)
         self._random = np.random.default_rng(self._seed)
         self._last: tuple[float, FloatArray] | None = None
@@ -100,13 +99,13 @@ class SwapDetector:
         self._sum = np.zeros(pairs)
         self._squares = np.zeros(pairs)
         self._fourths = np.zeros(pairs)
-        self._drawn: FloatArray | None = None  # large: not before it is needed
+        self._drawn: FloatArray | None = None  # large, so allocated at the first block
         self.swapped: tuple[SwappedChannels, ...] = ()
 
     def add(self, values: FloatArray, time: float) -> None:
-        """The newest values (taxels,) at ``time`` [s], NaN where none came yet.
+        """Add the newest values (taxels,) at ``time`` [s], NaN where none has arrived.
 
-        Cost: for 1000 taxels 0.3 ms, ten times a second at most, and 4 ms twice a second.
+        Cost: for 1000 taxels 0.3 ms, at most ten times a second, and 4 ms twice a second.
         """
         if self._last is None:
             self._last = (time, values.copy())
@@ -115,7 +114,7 @@ class SwapDetector:
         if time - self._last[0] < _LAG:
             return
         change = np.nan_to_num(values - self._last[1])
-        if time - self._last[0] <= 2 * _BLOCK:  # else it was away
+        if time - self._last[0] <= 2 * _BLOCK:  # longer gaps are pauses of the stream
             self._take(change)
         self._last = time, values.copy()
         if time - self._since >= _BLOCK:
@@ -135,7 +134,7 @@ class SwapDetector:
     def _end_block(self, time: float) -> None:
         self._contrast += self._block
         self._scale += self._loud
-        block = self._block / (self._loud + _QUIET)  # a hard press speaks no louder than a light one
+        block = self._block / (self._loud + _QUIET)  # equal weight for hard and light presses
         self._block = np.zeros_like(block)
         self._loud = np.zeros_like(block)
         self._since = time
@@ -153,18 +152,18 @@ class SwapDetector:
         assert self._drawn is not None
         spread = np.sqrt(self._squares)
         moments = np.divide(self._squares**2, self._fourths, out=np.zeros_like(spread), where=self._fourths > 0)
-        told = moments >= _LEAST_MOMENTS
-        if not told.any():
+        enough = moments >= _LEAST_MOMENTS
+        if not enough.any():
             return
-        scores = self._sum[told] / spread[told]
-        limit = float((np.abs(self._drawn[:, told]) / spread[told]).max())
-        strength = -self._contrast[told] / self._scale[told]
-        pairs = self._pairs[told]
+        scores = self._sum[enough] / spread[enough]
+        limit = float((np.abs(self._drawn[:, enough]) / spread[enough]).max())
+        strength = -self._contrast[enough] / self._scale[enough]
+        pairs = self._pairs[enough]
         below = (scores < -limit) & (strength >= _LEAST_STRENGTH)
         self.swapped = self._matched(pairs[below], scores[below], strength[below])
 
     def _matched(self, pairs: IntArray, scores: FloatArray, strength: FloatArray) -> tuple[SwappedChannels, ...]:
-        """The strongest pair, then the strongest of those that have no taxel of it, and so on."""
+        """Select the strongest pair, then the strongest pair without a taxel of it, and so on."""
         found = []
         used = set[int]()
         for row in np.argsort(-strength * -scores, kind="stable").tolist():
@@ -177,7 +176,9 @@ class SwapDetector:
 
 
 def _candidates(around: sparse.csr_array, modules: IntArray | None) -> IntArray:
-    """(p, 2) pairs of one module, or near each other where none is stated; the lower number first."""
+    """Return (p, 2) pairs of taxels in one module, or near each other where no module is stated; the lower number
+    first.
+    """
     if modules is not None and np.unique(modules, return_counts=True)[1].max(initial=0) <= _LARGEST_MODULE:
         order = np.argsort(modules, kind="stable")
         groups = np.split(order, np.flatnonzero(np.diff(modules[order])) + 1)

@@ -1,15 +1,15 @@
-"""When each taxel and joint was last heard, and which parts of the skin repeat the same values.
+"""Time of the newest value of each taxel and joint, and detection of skin parts that repeat the same values.
 
-A part is a module, where the skin states modules, else a patch. A part is frozen when it has repeated its values for
-more than ``FROZEN_SECONDS`` and for ``FROZEN_FACTOR`` times longer than ever before. The rule applies only to a part
-that has varied for ``LEARN_SECONDS`` and ``LEARN_CHANGES`` changes: the stream itself shows how quiet a part may be.
-A pause in which the part was frozen does not count as one of its usual pauses.
+A part is a module if the skin states modules, otherwise a patch. A part is frozen if it has repeated its values for
+more than ``FROZEN_SECONDS`` and for ``FROZEN_FACTOR`` times its longest pause so far. The rule applies only to a part
+that has varied for ``LEARN_SECONDS`` and ``LEARN_CHANGES`` changes, so the stream itself defines how quiet a part may
+be. A pause in which the part was frozen does not count as one of its pauses.
 
-- a part with noise changes with nearly every reading, and is frozen after ``FROZEN_SECONDS``;
-- a quantised part that changes now and then is frozen after five times its longest pause;
-- a part that has not varied yet, such as an untouched skin without noise, is never frozen.
+- A part with noise changes with nearly every reading and is frozen after ``FROZEN_SECONDS``.
+- A quantised part that changes now and then is frozen after five times its longest pause.
+- A part that has not varied yet, such as an untouched skin without noise, is never frozen.
 
-Time counts only while readings come, so a pause of the stream teaches nothing.
+Time passes only while readings arrive, so a pause of the stream does not count.
 """
 
 from __future__ import annotations
@@ -24,21 +24,21 @@ FROZEN_FACTOR = 5.0
 LEARN_SECONDS = 2.0
 LEARN_CHANGES = 100
 _LONGEST_STEP = 0.1
-"""Readings further apart [s] are a pause of the stream, of which only this much counts."""
+"""A longer time between readings [s] is a pause of the stream, of which only this much counts."""
 _MOST_NAMED = 8
 
 
 class LastHeard:
-    """Last times and repeated values of all taxels and joints. Mutable.
+    """Times of the newest values, and repeated values, of all taxels and joints. Mutable.
 
     Args:
-        skin: Whose taxels.
+        skin: The skin.
         joints: Number of joints.
 
     Attributes:
         taxels: (taxels,) time at which each taxel's newest value was measured, by the receiver's clock [s];
             -inf before the first.
-        joints: (joints,) the same of positions.
+        joints: (joints,) the same for joint positions.
         arrived: Arrival of the newest reading [s]; -inf before the first.
     """
 
@@ -53,7 +53,7 @@ class LastHeard:
         self.reset()
 
     def reset(self) -> None:
-        """Forget all."""
+        """Discard all observations."""
         parts = len(self.part_numbers)
         self.taxels: FloatArray = np.full(len(self._skin), -np.inf)
         self.joints: FloatArray = np.full(self._count, -np.inf)
@@ -65,14 +65,14 @@ class LastHeard:
         self._changes: IntArray = np.zeros(parts, np.int64)
 
     def add(self, taxels: IntArray, joints: list[int], changed: BoolArray, arrived: float, measured: float) -> None:
-        """Take a reading. Cost: 15 µs for 1000 taxels.
+        """Add a reading. Cost: 15 µs for 1000 taxels.
 
         Args:
-            taxels: (k,) that it has values of.
-            joints: Numbers of the joints that it has positions of.
-            changed: (k,) True where the value differs from the one before.
-            arrived: [s].
-            measured: ``arrived`` less the age of the reading [s].
+            taxels: (k,) taxels with a value in the reading.
+            joints: Numbers of the joints with a position in the reading.
+            changed: (k,) True where the value differs from the previous one.
+            arrived: Arrival of the reading [s].
+            measured: ``arrived`` minus the age of the reading [s].
         """
         if self.arrived > -np.inf:
             self._clock += min(max(arrived - self.arrived, 0.0), _LONGEST_STEP)
@@ -94,12 +94,12 @@ class LastHeard:
         return learned & (self._clock - self._last > np.maximum(FROZEN_SECONDS, FROZEN_FACTOR * self._longest))
 
     def frozen_text(self) -> str:
-        """Names of the frozen parts and since when they repeat their values."""
+        """Return the names of the frozen parts and the time for which each has repeated its values."""
         parts = np.flatnonzero(self.frozen).tolist()
         return named([f"{self._part_name(part)} for {self._clock - self._last[part]:.2f} s" for part in parts])
 
     def taxel_names(self, chosen: BoolArray) -> list[str]:
-        """Names of the ``chosen`` taxels (taxels,); of a part that is chosen as a whole, the name of the part."""
+        """Return the names of the ``chosen`` taxels (taxels,); a part that is chosen as a whole is named as such."""
         whole = np.bincount(self._part_of[chosen], minlength=len(self._sizes)) == self._sizes
         single = np.flatnonzero(chosen & ~whole[self._part_of]).tolist()
         parts = [self._part_name(part) for part in np.flatnonzero(whole).tolist()]
@@ -111,6 +111,6 @@ class LastHeard:
 
 
 def named(names: list[str]) -> str:
-    """The names as a list in words, of which at most eight are written out."""
+    """Return the names as a list in words, at most eight of them written out."""
     more = len(names) - _MOST_NAMED
     return ", ".join(names[:_MOST_NAMED]) + (f" and {more} more" if more > 0 else "")

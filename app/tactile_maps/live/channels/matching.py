@@ -1,12 +1,10 @@
-"""Which taxel each value of a reading is of: by hardware id, by module and channel, or by the order of the values.
+"""Assignment of the values of a reading to taxels: by hardware id, by module and channel, or by their order.
 
-A table from the stream's own ids to taxels may stand between, for a skin whose file does not know them.
+An optional table maps the stream's ids to taxels, for a skin whose file does not contain them.
 """
 
 from __future__ import annotations
 
-import csv
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,19 +14,25 @@ import numpy as np
 
 from tactile_maps.core.arrays import BoolArray, FloatArray, IntArray, readonly
 from tactile_maps.core.errors import LiveError
-from tactile_maps.core.files import read_bounded_text
 from tactile_maps.live.readings.readings import MalformedReadingError, Reading
+from tactile_maps.live.readings.tables import read_rows, whole_number
 from tactile_maps.skin.model.skin import Skin
 
 _MOST_LAYOUTS = 4096
-"""Different lists of ids that are remembered: boards of one skin send as many; beyond, they are looked up again."""
+"""Number of different label lists that are cached: as many as the boards of one skin send."""
 _MOST_NAMED = 1000
-"""Unknown ids that are kept by name; all are counted."""
+"""Number of unknown labels that are kept by name; all are counted."""
 
 
 @dataclass(frozen=True, eq=False)
 class _Rows:
-    """Of one list of labels: where in the reading, and of which taxel, each value that is known is."""
+    """Assignment for one list of labels.
+
+    Attributes:
+        places: (k,) indices of the known values in the reading.
+        taxels: (k,) their taxels.
+        unknown: Labels that belong to no taxel.
+    """
 
     places: IntArray
     taxels: IntArray
@@ -36,16 +40,16 @@ class _Rows:
 
 
 class TaxelMatcher:
-    """Ties readings to a skin's taxels. Mutable: it remembers what it was told.
+    """Assigns the values of readings to the taxels of a skin. Mutable: caches assignments.
 
     Args:
-        skin: Whose taxels.
-        table: Running number of the taxel by the stream's id, instead of the skin's own ids.
+        skin: The skin.
+        table: Taxel number by the stream's id; replaces the skin's own ids.
 
     Attributes:
-        unknown: Labels that no taxel has, at most 1000 of them.
-        unknown_values: How many values had such a label.
-        heard: (taxels,) whether a value came for each.
+        unknown: Labels that belong to no taxel, at most 1000 of them.
+        unknown_values: Number of values with such a label.
+        heard: (taxels,) whether a value has arrived for each.
     """
 
     def __init__(self, skin: Skin, table: Mapping[int, int] | None = None) -> None:
@@ -58,12 +62,12 @@ class TaxelMatcher:
         self._everything = readonly(np.arange(len(skin)), np.int64)
 
     def match(self, reading: Reading) -> tuple[IntArray, FloatArray]:
-        """(k,) taxels and (k,) their values; of a label named twice the last value counts.
+        """Return taxels (k,) and their values (k,); the last value of a repeated label counts.
 
         Raises:
-            MalformedReadingError: Values without labels are not as many as the taxels.
+            MalformedReadingError: The number of values without labels differs from the number of taxels.
 
-        Cost: 10 µs for labels that came before.
+        Cost: 10 µs for labels in the cache.
         """
         rows = self._rows(reading)
         if rows is None:
@@ -74,12 +78,12 @@ class TaxelMatcher:
         return rows.taxels, reading.values[rows.places]
 
     def taxels(self, reading: Reading) -> IntArray:
-        """(k,) taxels that a reading has values of, which are not counted; raises as ``match``."""
+        """Return the taxels (k,) of a reading without counting them; raises as ``match``."""
         rows = self._rows(reading)
         return self._everything if rows is None else rows.taxels
 
     def _rows(self, reading: Reading) -> _Rows | None:
-        """The places of a reading's values; None for those of all taxels in their order."""
+        """Return the assignment of a reading's labels; None for values of all taxels in order."""
         labels = reading.ids if reading.ids is not None else reading.channels
         if labels is None:
             if len(reading.values) != len(self._skin):
@@ -109,12 +113,10 @@ class TaxelMatcher:
                 unknown.append(f"{text} (of several taxels)" if key in ambiguous else text)
             else:
                 found[taxel] = place
-        return _Rows(
-            readonly(list(found.values()), np.int64), readonly(list(found), np.int64), tuple(unknown)
-        )  # fmt: skip
+        return _Rows(readonly(list(found.values()), np.int64), readonly(list(found), np.int64), tuple(unknown))
 
     def _ids(self) -> tuple[Mapping[Any, int], set[Any]]:
-        """Taxel by the stream's id, and the ids that several taxels have, which name none of them."""
+        """Return taxel by id, and ambiguous ids, which are assigned to no taxel."""
         if self._table is not None:
             return dict(self._table.items()), set()
         ids = [self._skin.taxel_name(taxel).id for taxel in range(len(self._skin))]
@@ -138,51 +140,18 @@ def _unique(labels: Sequence[object]) -> tuple[dict[object, int], set[object]]:
 
 
 def load_matching(path: str | Path, skin: Skin) -> dict[int, int]:
-    """Taxel by the stream's id, from a CSV table with the columns ``id`` (as sent) and ``taxel`` (running number).
+    """Read taxel numbers by the stream's id from a CSV table with the columns ``id`` (as sent) and ``taxel`` (number).
 
     Raises:
-        LiveError: The table cannot be read, or names what there is not.
+        LiveError: The table cannot be read, or names an unknown taxel.
     """
     found: dict[int, int] = {}
     for line, row in read_rows(Path(path), ("id", "taxel")):
-        number = whole(row["id"], path, line, "id")
-        taxel = whole(row["taxel"], path, line, "taxel")
+        number = whole_number(row["id"], path, line, "id")
+        taxel = whole_number(row["taxel"], path, line, "taxel")
         if not 0 <= taxel < len(skin):
             remedy = f"The skin has taxels 0 to {len(skin) - 1}"
-            raise LiveError("there is no such taxel", file=path, place=f"line {line}", value=taxel, remedy=remedy)
+            raise LiveError("unknown taxel", file=path, place=f"line {line}", value=taxel, remedy=remedy)
         if found.setdefault(number, taxel) != taxel:
-            raise LiveError("an id is given two taxels", file=path, place=f"line {line}", value=number)
+            raise LiveError("an id is assigned to two taxels", file=path, place=f"line {line}", value=number)
     return found
-
-
-def read_rows(path: Path, needed: tuple[str, ...]) -> list[tuple[int, dict[str, str]]]:
-    """Rows of a CSV table by its header, with their line numbers; lines that begin with # are remarks.
-
-    Raises:
-        LiveError: The file cannot be read, or a column of ``needed`` is missing, or a row has too many or too few.
-    """
-    lines = read_bounded_text(path, error=LiveError).splitlines()
-    kept = [(number, line) for number, line in enumerate(lines, start=1) if line.strip() and line.lstrip()[0] != "#"]
-    if not kept:
-        raise LiveError("the table is empty", file=path)
-    parsed = list(csv.reader(line for _, line in kept))
-    header = [name.strip().lower() for name in parsed[0]]
-    for name in needed:
-        if name not in header:
-            remedy = f"Its header needs: {', '.join(needed)}"
-            raise LiveError("a column is missing", file=path, place=f"line {kept[0][0]}", value=name, remedy=remedy)
-    rows = []
-    for (line, _), cells in zip(kept[1:], parsed[1:], strict=True):
-        if len(cells) != len(header):
-            found = f"{len(cells)} of {len(header)} columns"
-            raise LiveError("a row does not fit the header", file=path, place=f"line {line}", value=found)
-        rows.append((line, dict(zip(header, (cell.strip() for cell in cells), strict=True))))
-    return rows
-
-
-def whole(text: str, path: str | Path, line: int, column: str) -> int:
-    """Return the whole number in a cell. Raises LiveError naming it, also where it has more than 18 digits."""
-    if not re.fullmatch(r"\s*[+-]?[0-9]{1,18}\s*", text):
-        remedy = "Write a whole number of at most 18 digits"
-        raise LiveError("expected a whole number", file=path, place=f"line {line}, {column}", value=text, remedy=remedy)
-    return int(text)

@@ -1,4 +1,4 @@
-"""Calibrating by a known weight that lies on the skin for a while, and back again."""
+"""Calibration with a known weight on the skin."""
 
 from __future__ import annotations
 
@@ -13,20 +13,22 @@ from tactile_maps.core.errors import LiveError
 from tactile_maps.live.channels.calibration import Calibration, check_mass
 
 LONGEST = 60.0
-"""Seconds over which readings are averaged at most."""
+"""Longest time over which readings are averaged [s]."""
 _DRIFT = 0.05
-"""Of the sum from one half of a while to the other: a weight that is still being laid down changes it by more."""
+"""Largest change of the sum between the two halves of the time, as a share: a weight that is still being put down
+changes it by more.
+"""
 
 
 @dataclass(frozen=True)
 class WeighingState:
-    """How a calibration by a known weight goes.
+    """Progress of a calibration with a known weight.
 
     Attributes:
-        left: Seconds until it is done; None while none goes on.
-        factor: By which the newest one scaled gains; None before there is one.
-        problem: Why the newest one changed nothing; None where it did not fail.
-        undoable: Whether there is a calibration to go back to.
+        left: Time until it is complete [s]; None while none is running.
+        factor: Factor by which the newest one scaled the gains; None before there is one.
+        problem: Why the newest one changed nothing; None if it succeeded.
+        undoable: Whether an earlier calibration can be restored.
     """
 
     left: float | None = None
@@ -36,23 +38,24 @@ class WeighingState:
 
 
 class Weighing:
-    """Averages readings under a weight. Mutable.
+    """Average of readings under a weight. Mutable.
 
     Args:
-        mass: Of the weight [kg].
-        seconds: Over which readings are averaged, by the sender's clock.
-        taxels: (k,) on which it lies; None for any.
-        start: Time now [s].
+        mass: Mass of the weight [kg].
+        seconds: Time over which readings are averaged, by the sender's clock [s].
+        taxels: (k,) taxels under the weight; None for any.
+        start: Current time [s].
 
     Raises:
-        LiveError: There is no such weight, time, or taxel.
+        LiveError: The mass or time is out of range, or ``taxels`` is empty.
     """
 
     def __init__(self, mass: float, seconds: float, taxels: IntArray | None, start: float) -> None:
         check_mass(mass)
         _check_seconds(seconds)
         if taxels is not None and not len(taxels):
-            raise LiveError("the weight lies on no taxel", remedy="Select the taxels under it, or none for all")
+            remedy = "Select the taxels under it, or none for all"
+            raise LiveError("no taxel under the weight is selected", remedy=remedy)
         self._mass = mass
         self._taxels = taxels
         self._until = start + seconds
@@ -60,17 +63,17 @@ class Weighing:
         self._sum: FloatArray | None = None
 
     def left(self, time: float) -> float:
-        """Seconds until it is done."""
+        """Return the time until the average is complete [s]."""
         return max(self._until - time, 0.0)
 
     def add(self, change: FloatArray, time: float) -> bool:
-        """A reading's values (n,) above the untouched skin's; whether that was the last it needs."""
+        """Add a reading's values (n,) above those of the untouched skin; return whether it was the last one needed."""
         self._sum = change.copy() if self._sum is None else self._sum + change
         self._count += 1
         return time >= self._until
 
     def calibrated(self, before: Calibration, areas: FloatArray) -> tuple[Calibration, float]:
-        """The calibration by the mean, and by what it scaled gains; raises LiveError where nothing is felt."""
+        """Return the new calibration and the factor of its gains; raises LiveError as ``Calibration.with_weight``."""
         assert self._sum is not None
         after = before.with_weight(self._sum / self._count, areas, self._mass, taxels=self._taxels)
         changed = int(np.argmax(after.gain != before.gain)) if self._taxels is None else int(self._taxels[0])
@@ -78,13 +81,13 @@ class Weighing:
 
 
 class RecentReadings:
-    """The readings of the last while, for a weight that turns out to have lain on the skin. Mutable.
+    """The most recent readings, to calibrate with a weight that is already on the skin. Mutable.
 
     Args:
-        seconds: How long a while, by the sender's clock.
+        seconds: Time for which readings are kept, by the sender's clock [s].
 
     Raises:
-        LiveError: There is no such time.
+        LiveError: The time is out of range.
     """
 
     def __init__(self, seconds: float) -> None:
@@ -93,22 +96,23 @@ class RecentReadings:
         self._kept: deque[tuple[float, FloatArray]] = deque()
 
     def add(self, change: FloatArray, time: float) -> None:
-        """A reading's values (n,) above the untouched skin's, at a time [s]; what is too old by then is dropped."""
+        """Add a reading's values (n,) above those of the untouched skin at ``time`` [s], and drop old readings."""
         self._kept.append((time, change))
         while time - self._kept[0][0] > self._seconds:
             self._kept.popleft()
 
     def mean(self, weights: FloatArray) -> FloatArray:
-        """(n,) of them.
+        """Return the mean (n,) of the kept readings.
 
         Args:
-            weights: (n,) what a value counts in the sum that must have come to rest.
+            weights: (n,) weight of each value in the sum that must be steady.
 
         Raises:
-            LiveError: There are none, or their sum still changes by more than 5 % from one half to the other.
+            LiveError: There are no readings, or their sum differs by more than 5 % between the two halves of the time.
         """
         if not self._kept:
-            raise LiveError("there is no reading to weigh by", remedy="Let readings come while the weight lies there")
+            remedy = "Receive readings while the weight is on the skin"
+            raise LiveError("no reading has arrived to calibrate with", remedy=remedy)
         changes = np.stack([change for _, change in self._kept])
         sums = changes @ weights
         half = len(changes) // 2
@@ -118,8 +122,8 @@ class RecentReadings:
             drift = abs(after - before) / max(abs(before), abs(after), 1e-300)
             if drift > _DRIFT:
                 found = f"{100 * drift:.0f} % within {self._seconds:g} s"
-                remedy = "Wait until it lies still, or average over a shorter time"
-                raise LiveError("the weight has not come to rest", value=found, remedy=remedy)
+                remedy = "Wait until the weight is at rest, or average over a shorter time"
+                raise LiveError("the weight is not at rest", value=found, remedy=remedy)
         return np.asarray(changes.mean(axis=0))
 
 

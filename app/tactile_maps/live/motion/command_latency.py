@@ -1,4 +1,4 @@
-"""How long after a reading its command was sent."""
+"""Delays between readings and their commands."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ class LatencyFigures:
     """Times from the arrival of the newest reading to its command [s], of the last 10,000 commands.
 
     Attributes:
-        median: Half of the commands were sent within.
-        p95: 95 % of them.
-        p99: 99 % of them.
-        largest: Of all commands.
+        median: Median.
+        p95: 95th percentile.
+        p99: 99th percentile.
+        largest: Maximum of all commands.
         misses: Number of all commands that were sent after ``DEADLINE``.
     """
 
@@ -31,7 +31,7 @@ class LatencyFigures:
 
 
 class CommandLatency:
-    """Collects times. Mutable; one thread adds, any may read."""
+    """Collects delays. Mutable; one thread adds, any thread may read."""
 
     def __init__(self) -> None:
         self._times = np.zeros(_KEPT)
@@ -39,7 +39,7 @@ class CommandLatency:
         self._largest = 0.0
 
     def add(self, seconds: float) -> None:
-        """Take one time [s]."""
+        """Add one delay [s]."""
         self._times[self._count % _KEPT] = seconds
         self._count += 1
         self._misses += seconds > DEADLINE
@@ -56,7 +56,7 @@ class CommandLatency:
 
 
 def latency_text(figures: LatencyFigures) -> str:
-    """The figures in words."""
+    """Return the figures in words."""
     times = f"median {1e3 * figures.median:.1f} ms, 95 % within {1e3 * figures.p95:.1f} ms"
     late = f"{figures.misses} later than {1e3 * DEADLINE:.0f} ms"
     return f"Sent after the reading: {times}, at most {1e3 * figures.largest:.1f} ms, {late}."

@@ -1,15 +1,16 @@
-"""Takes readings, makes frames of them and lets motion follow, on a thread of its own.
+"""Processes readings into frames and motion on a separate thread.
 
 Threads, each with its own work, so that none delays another:
 
-- *receiving*: the connection's thread; it opens the source, and keeps packets while the others are busy;
-- *commands*: this loop. While motion is sent, a pass takes everything that has arrived, applies the readings in order,
-  makes one frame of them, checks force and inputs, runs the controller and sends. Otherwise a pass takes one reading;
-- *watchdog*: sends the stop where a pass takes too long, such as a controller that computes for a second. A computation
-  that never lets another Python thread run is beyond it; the driver's ``valid_s`` covers that;
-- *recording*: ``frame_recording``, or the window's own.
+- *receiving*: the connection's thread; it opens the source and keeps packets while the others are busy.
+- *commands*: this loop. While motion is sent, a pass processes everything that has arrived: it applies the readings in
+  order, makes one frame of them, checks force and inputs, runs the controller and sends. Otherwise a pass processes one
+  reading.
+- *watchdog*: sends the stop if a pass takes too long, for example in a controller that computes for a second. It cannot
+  interrupt a computation that never releases the interpreter lock; the driver's ``valid_s`` covers that.
+- *recording*: ``frame_recording``, or the window's own thread.
 
-The program uses the loop on the command line and in the window alike.
+The command line and the window use the same loop.
 """
 
 from __future__ import annotations
@@ -27,31 +28,32 @@ from tactile_maps.live.session.measured_session import MeasuredSession
 from tactile_maps.session.frame import Frame
 
 POLL_SECONDS = 0.01
-"""A pass without a reading is made so often [s]: it notices that readings have ceased."""
+"""Time between passes without a reading [s], which detect that readings have ceased."""
 _WATCH_SECONDS = 0.01
 SWITCH_SECONDS = 0.2e-3
-"""Longest wait of a thread for Python's lock [s] while another one computes. Receiving a packet gives the lock away:
-with the usual 5 ms, fifty packets would take 0.25 s while a recording is being packed."""
+"""Longest wait of a thread for the interpreter lock [s] while another one computes. Receiving a packet releases the
+lock: with the default of 5 ms, fifty packets would take 0.25 s while a recording is being compressed.
+"""
 
 
 class Motion(Protocol):
-    """What follows from frames; ``MotionOutput`` says more."""
+    """Motion that follows from frames; implemented by ``MotionOutput``."""
 
     @property
     def active(self) -> bool:
-        """True while motion is sent, or readings are waited for to send it."""
+        """True while motion is sent, or while readings are awaited to send it."""
 
     def take(self) -> None:
-        """Work out what follows from the session's newest frame."""
+        """Compute the motion that follows from the session's newest frame."""
 
     def check(self) -> None:
-        """Stop where readings have ceased."""
+        """Stop if readings have ceased."""
 
     def check_deadline(self) -> None:
-        """Stop where ``take`` does not return; from another thread."""
+        """Stop if ``take`` does not return; called from another thread."""
 
     def halt(self) -> None:
-        """Stop; from any thread."""
+        """Stop; thread-safe."""
 
 
 class _NoMotion:
@@ -64,18 +66,18 @@ class _NoMotion:
 
 
 class CommandLoop:
-    """The passes over readings. Mutable.
+    """Loop over readings. Mutable.
 
     Args:
-        connection: Where readings come from.
-        session: That they are taken into.
-        motion: What follows from its frames; None for nothing.
-        each: Called with every new frame, on the loop's thread: it must not wait.
+        connection: Source of the readings.
+        session: Session that uses them.
+        motion: Motion that follows from its frames; None for none.
+        each: Called with every new frame on the loop's thread; it must not block.
         lock: Held during a pass.
-        paused: True while readings are to wait.
+        paused: Returns True while readings are to wait.
 
     Attributes:
-        taken: Number of readings taken, those that do not fit included.
+        taken: Number of readings taken, including those that do not fit.
         finished: Set once the source has ended and all its readings were taken.
     """
 
@@ -102,18 +104,18 @@ class CommandLoop:
         self._error: Exception | None = None
 
     def step(self) -> bool:
-        """Make one pass; False where no reading waited. The caller holds the lock."""
+        """Make one pass; return False if no reading was waiting. The caller holds the lock."""
         session = self._session
         motion = self._motion
         session.apply_inputs()
         active = motion.active
-        every = not active or self._connection.source.finite
-        self._connection.keep_newest(on=not every)
-        if every:
-            one = self._connection.take()
-            items = [] if one is None else [one]
-        else:
+        newest_only = active and not self._connection.source.finite
+        self._connection.keep_newest(on=newest_only)
+        if newest_only:
             items = self._connection.take_newest(session.missing())
+        else:
+            item = self._connection.take()
+            items = [] if item is None else [item]
         self.taken += len(items)
         fitting = [session.apply(item, compare=not active) for item in items]
         if any(fitting):
@@ -125,9 +127,9 @@ class CommandLoop:
         return bool(items)
 
     def finish(self, seconds: float, *, clock: Callable[[], float] = time.monotonic) -> None:
-        """Take the readings that wait, those of a live source for ``seconds`` at most; the others are counted.
+        """Process the waiting readings, those of a live source for at most ``seconds``; the others are counted.
 
-        The caller holds the lock, and nothing runs any more.
+        The caller holds the lock, and no thread is running.
         """
         end = clock() + seconds
         while self.step():
@@ -135,8 +137,8 @@ class CommandLoop:
                 self._connection.drop_waiting()
 
     def run(self, ended: threading.Event) -> None:
-        """Make passes until ``ended`` is set. What goes wrong stops motion first, and is raised."""
-        gc.freeze()  # else each full collection looks at the whole skin, for 0.2 s in which no thread runs
+        """Make passes until ``ended`` is set. An error stops motion first and is then raised."""
+        gc.freeze()  # otherwise each full collection traverses the whole skin, which blocks all threads for 0.2 s
         switching = sys.getswitchinterval()
         sys.setswitchinterval(min(SWITCH_SECONDS, switching))
         watching = threading.Event()
@@ -145,12 +147,12 @@ class CommandLoop:
         try:
             while not ended.is_set():
                 self._connection.wait(POLL_SECONDS)
-                if self._paused():  # readings wait, and those too many are counted
+                if self._paused():  # readings wait, and those beyond the limit are counted
                     ended.wait(POLL_SECONDS)
                     with self._lock:
                         self._motion.check()
                     continue
-                with self._lock:  # for one pass: the window never waits for longer
+                with self._lock:  # for one pass only, so that the window waits no longer
                     more = self.step()
                 if not more and self._connection.ended:
                     self.finished.set()
@@ -162,12 +164,12 @@ class CommandLoop:
             gc.unfreeze()
 
     def start(self) -> None:
-        """Run on a thread of its own until ``close``."""
+        """Run on a separate thread until ``close``."""
         self._thread = threading.Thread(target=self._loop, name="commands", daemon=True)
         self._thread.start()
 
     def close(self) -> None:
-        """Stop motion, then the thread of ``start``, and wait for it. Raises what the thread ended by."""
+        """Stop motion, then the thread of ``start``, and wait for it. Raises the error that ended the thread."""
         self._motion.halt()
         self._ended.set()
         if self._thread is not None:
@@ -176,14 +178,14 @@ class CommandLoop:
         self.raise_error()
 
     def raise_error(self) -> None:
-        """Raise what the thread of ``start`` ended by, if it ended by itself."""
+        """Raise the error that ended the thread of ``start``, if there is one."""
         if self._error is not None:
             raise self._error
 
     def _loop(self) -> None:
         try:
             self.run(self._ended)
-        except Exception as error:  # raised again by whoever started the thread
+        except Exception as error:  # raised again by ``close``
             self._error = error
 
     def _watch(self, ended: threading.Event) -> None:

@@ -1,4 +1,4 @@
-"""The connection to a robot's driver, and what must hold before motion is sent over it."""
+"""The connection to a robot's driver, and the conditions for sending motion over it."""
 
 from __future__ import annotations
 
@@ -19,28 +19,28 @@ _ANY_HOST = ("0.0.0.0", "::")
 
 
 def check_sending(address: str, *, remote: bool) -> None:
-    """Refuse to move a robot on another machine unless the user requests it, and to move many at once.
+    """Check that motion may be sent to an address: to one driver, and to another machine only on the user's request.
 
     Raises:
-        UsageError: The user did not, the address is that of a group of machines, or there is no such address.
+        UsageError: Another machine was not requested, the address is of a group of machines, or it is invalid.
     """
     host, _ = host_and_port(address)
     if urlsplit(address).scheme not in ("udp", "zmq"):
         remedy = "Give udp://HOST:PORT or zmq://HOST:PORT"
         raise UsageError("motion cannot be sent to such an address", place="--send", value=address, remedy=remedy)
     if is_group(host):
-        remedy = "Give the address of the computer that the robot's driver runs on"
-        raise UsageError("motion is sent to one driver, not to a group", place="--send", value=host, remedy=remedy)
+        remedy = "Give the address of the computer that runs the robot's driver"
+        raise UsageError("motion can only be sent to one driver", place="--send", value=host, remedy=remedy)
     if not (remote or is_this_machine(host)):
         remedy = "Send to 127.0.0.1, or add --remote"
-        raise UsageError("motion for other machines is not asked for", value=host, remedy=remedy)
+        raise UsageError("sending motion to other machines is not enabled", value=host, remedy=remedy)
 
 
 def check_not_source(address: str, source: str) -> None:
-    """Refuse to send motion to the address at which this program receives readings.
+    """Check that the driver's address is not the one at which this program receives readings.
 
     Args:
-        address: Of the driver.
+        address: Address of the driver.
         source: Address of the readings.
 
     Raises:
@@ -49,7 +49,7 @@ def check_not_source(address: str, source: str) -> None:
     try:
         driver = host_and_port(address)
         readings = host_and_port(source, any_free=True)
-    except UsageError:  # no such port, which is reported where the address is used
+    except UsageError:  # invalid port, which is reported where the address is used
         return
     schemes = {urlsplit(address).scheme, urlsplit(source).scheme}
     if len(schemes) > 1 or schemes.isdisjoint({"udp", "zmq"}) or driver[1] != readings[1]:
@@ -66,37 +66,37 @@ def needs_token(source: str) -> bool:
 
 
 def check_readings(source: str, token: str | None) -> None:
-    """Refuse to move a robot by packets that any program on the network or on this computer could have sent.
+    """Check that readings that move a robot cannot come from any program on the network or on this computer.
 
-    A serial port and a file belong to whoever may open them. YARP and ROS 2 have no token: who may publish there is a
+    Access to a serial port or a file is a matter of its permissions. YARP and ROS 2 have no token; access to them is a
     matter of their own network.
 
     Args:
         source: Address of the readings.
-        token: That every packet must carry; None for none.
+        token: Token required in every packet; None for none.
 
     Raises:
-        UsageError: A token is needed and not set, or too short.
+        UsageError: A token is required and missing or too short.
     """
     if not needs_token(source):
         return
     if token is None:
-        remedy = f"Set a token, for example {secrets.token_urlsafe(12)}, and let the sender put it into every packet"
-        problem = "while motion is sent, readings need a token: any program could send them"
+        token = secrets.token_urlsafe(12)
+        remedy = f"Set a token, for example {token}, and configure the sender to include it in every packet"
+        problem = "readings need a token while motion is sent, because any program could send them"
         raise UsageError(problem, value=source, remedy=remedy)
     check_token(token)
 
 
 @contextmanager
 def driver_channel(address: str) -> Iterator[Callable[[bytes], Any]]:
-    """Return what sends a packet to the driver at ``udp://HOST:PORT``, or publishes it at ``zmq://HOST:PORT``.
+    """Yield a function that sends a packet to ``udp://HOST:PORT``, or publishes it at ``zmq://HOST:PORT``.
 
-    A UDP socket is connected: it has the address of the network that leads to the driver, receives from nobody else,
-    and raises ConnectionRefusedError for the packet after one that no program received. A ZeroMQ publisher cannot
-    notice that.
+    A UDP socket is connected: it uses the network that leads to the driver, receives from no other address, and raises
+    ConnectionRefusedError for the packet after one that no program received. A ZeroMQ publisher cannot detect that.
 
     Raises:
-        UsageError: There is no such address.
+        UsageError: The address is invalid.
         LiveError: It cannot be sent to, or another program on this computer sends motion to it.
     """
     host, port = host_and_port(address)
@@ -118,7 +118,8 @@ def driver_channel(address: str) -> Iterator[Callable[[bytes], Any]]:
 
 @contextmanager
 def _claimed(address: str, place: tuple[Any, ...]) -> Iterator[None]:
-    """Hold the right to send to a driver. Only Linux has names that end with their process; elsewhere nothing is held.
+    """Hold the exclusive right to send to a driver. Only Linux has socket names that end with their process; on other
+    systems nothing is held.
 
     Raises:
         LiveError: Another program holds it.

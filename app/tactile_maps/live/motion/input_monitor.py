@@ -1,8 +1,8 @@
-"""Everything that must hold of the readings while motion is sent; the first thing that does not is named.
+"""Conditions on the readings while motion is sent; the first violated one is reported.
 
-Motion depends on every taxel of the skin and every joint of the robot: what is not heard could touch or be anywhere.
-Each of them has the time at which it was measured, which is the arrival of its reading less the age that the reading
-had then (``data_age``). None may be older than ``OLDEST_SECONDS``.
+Motion depends on every taxel of the skin and every joint of the robot: a taxel without data could be touched, and a
+joint without data could have any position. The time at which each was measured is the arrival of its reading minus the
+reading's age on arrival (``data_age``). None may be older than ``OLDEST_SECONDS``.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from tactile_maps.live.session.measured_session import MOST_PRESSURE, MeasuredSe
 
 _RECENT = f"a reading newer than {OLDEST_SECONDS:g} s"
 LEAST_PRESSURE = -1e5
-"""Least plausible pressure after calibration [Pa]: nothing pulls by more than the pressure of the air."""
+"""Lowest plausible calibrated pressure [Pa]: suction is limited by atmospheric pressure."""
 
 
 @dataclass(frozen=True)
@@ -27,9 +27,9 @@ class InputProblem:
     """A reason not to send motion.
 
     Attributes:
-        reason: Why sending stops.
-        detail: Names and figures to it.
-        awaited: What is waited for before sending, without figures that change.
+        reason: Reason to stop.
+        detail: Names and figures.
+        awaited: What is awaited before sending, without figures that change.
     """
 
     reason: StopReason
@@ -41,8 +41,8 @@ class InputMonitor:
     """Checks the readings of a session. Mutable.
 
     Args:
-        session: That readings are taken into.
-        ages: Of its connection.
+        session: Session that uses the readings.
+        ages: Ages of the readings of its connection.
     """
 
     def __init__(self, session: MeasuredSession, ages: DataAge) -> None:
@@ -51,19 +51,19 @@ class InputMonitor:
         self.reset()
 
     def reset(self) -> None:
-        """Disregard what happened so far."""
+        """Disregard earlier events."""
         self._implausible = self._session.implausible.count
         self._jumps = self._ages.jumps
         self._implausible_at = -np.inf
 
     @property
     def measured(self) -> float:
-        """Time of the oldest value or position that is current, by the receiver's clock [s]; -inf if one is unknown."""
+        """Time of the oldest current value or position, by the receiver's clock [s]; -inf if one is unknown."""
         heard = self._session.heard
         return float(min(heard.taxels.min(initial=np.inf), heard.joints.min(initial=np.inf)))
 
     def check(self, now: float, *, starting: bool) -> InputProblem | None:
-        """Return why motion must not be sent; None where it may. Cost: 20 µs.
+        """Return why motion must not be sent; None if it may. Cost: 20 µs.
 
         Args:
             now: Receiver's clock [s].
@@ -78,7 +78,7 @@ class InputMonitor:
             return InputProblem(StopReason.IMPLAUSIBLE, session.implausible.text, "readings that are possible")
         if self._ages.jumps > self._jumps:
             self._jumps = self._ages.jumps
-            return InputProblem(StopReason.CLOCK, "or the sender was started again", "readings of a steady clock")
+            return InputProblem(StopReason.CLOCK, "or the sender was restarted", "readings of a steady clock")
         if old := self.old(now):
             return old
         if impossible := self._impossible_pressure():
@@ -92,7 +92,9 @@ class InputMonitor:
         return None
 
     def _impossible_pressure(self) -> str:
-        """Return which pressure of the newest frame is out of range after calibration; empty for none."""
+        """Return the first pressure of the newest frame that is out of range after calibration, in words; empty for
+        none.
+        """
         frame = self._session.frame
         skin = self._session.prepared.skin
         if frame.units is not ReadingUnits.CALIBRATED:
@@ -103,10 +105,10 @@ class InputMonitor:
         taxel = int((~possible).argmax())
         name = str(skin.taxel_name(taxel)) or f"taxel {taxel}"
         limits = f"From {LEAST_PRESSURE:g} to {MOST_PRESSURE:g} Pa"
-        return f"{name}: {frame.pressures[taxel]:g} Pa by the calibration. {limits}"
+        return f"{name}: {frame.pressures[taxel]:g} Pa after calibration. {limits}"
 
     def old(self, now: float) -> InputProblem | None:
-        """Return which readings are missing or too old; None where none is. Any thread may call it."""
+        """Return which readings are missing or too old; None if none are. Thread-safe."""
         heard = self._session.heard
         session = self._session
         if heard.arrived == -np.inf:
@@ -114,15 +116,13 @@ class InputMonitor:
             return InputProblem(StopReason.STALE, "none came", awaited)
         silent = now - heard.arrived
         if silent > OLDEST_SECONDS:
-            return InputProblem(
-                StopReason.STALE, f"none for {silent:.2f} s", f"a reading newer than {OLDEST_SECONDS:g} s"
-            )
+            return InputProblem(StopReason.STALE, f"none for {silent:.2f} s", _RECENT)
         if not self.measured >= now - OLDEST_SECONDS:
             return self._too_old(now)
         return None
 
     def _too_old(self, now: float) -> InputProblem:
-        """What is too old: all readings, or some joints and taxels."""
+        """Return what is too old: all readings, or some joints and taxels."""
         heard = self._session.heard
         joints = self._session.prepared.robot.joints
         oldest = now - OLDEST_SECONDS

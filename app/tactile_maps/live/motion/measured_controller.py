@@ -1,8 +1,8 @@
-"""What a controller would do with a real robot: measured posture and contacts in, wanted joint velocities out.
+"""The controller on measured data: measured posture and contacts in, desired joint velocities out.
 
-Nothing is sent from here: see ``motion_output``. The controller is the one that moves the simulated arm; its wanted
-posture is followed by nobody here, so it runs ahead of the found one by no more than the controllers themselves allow,
-and is told as being held back then.
+Nothing is sent from here, see ``motion_output``. The controller is the one that moves the simulated arm. Because no
+robot follows its desired posture here, that posture leads the measured one by at most what the controllers themselves
+allow, and the limit is reported then.
 """
 
 from __future__ import annotations
@@ -28,23 +28,23 @@ from tactile_maps.session.frame import Frame
 from tactile_maps.skin.model.skin import Skin
 
 LONGEST_STEP = 0.1
-"""Readings further apart [s] are no stream that a contact is controlled by: the controller starts anew."""
+"""A longer time between readings [s] is too long for contact control: the controller restarts."""
 
 NOISE_DEVIATIONS = 3.0
 """Standard deviations of noise that the force on taxels without a contact must exceed to count."""
 _TIMING_SHARE = 0.05
-"""Of the newest interval between two readings in the period that the controllers are told."""
+"""Weight of the newest interval between two readings in the period that the controllers receive."""
 
 
 @dataclass(frozen=True, eq=False)
 class WantedMotion:
-    """What the joints should do until the next reading.
+    """Joint motion until the next reading.
 
     Attributes:
-        time: Of the reading that it answers, from the session's start [s].
+        time: Time of the reading that it follows from, from the session's start [s].
         velocity: (joints,) [rad/s, or m/s for a slide].
-        force: Of the strongest contact [N]; 0 without one.
-        limits: What bounds the controller, or stopped it.
+        force: Force of the strongest contact [N]; 0 without one.
+        limits: What limits the controller, or stopped it.
     """
 
     time: float
@@ -57,15 +57,15 @@ class WantedMotion:
 
 
 class MeasuredController:
-    """A controller that reads a measured skin. Mutable; ``reset`` forgets the past.
+    """A controller that uses a measured skin. Mutable; ``reset`` discards its state.
 
-    It keeps the posture in which it is started while nothing touches, not the model's home, in which no one may want a
-    real robot to go by itself.
+    Without contact it holds the posture in which it is started instead of the model's home posture, to which a real
+    robot should not move by itself.
 
     Args:
-        robot: As it is measured.
-        map_: Of the skin; ``use`` takes another.
-        settings: Of the controller.
+        robot: The measured robot.
+        map_: Map of the skin; ``use_map`` changes it.
+        settings: Settings of the controller.
 
     Raises:
         SceneError: A setting is out of range.
@@ -81,38 +81,38 @@ class MeasuredController:
 
     @property
     def settings(self) -> ControlSettings:
-        """In force."""
+        """Current settings."""
         return self._manager.settings
 
     def use(self, settings: ControlSettings) -> None:
-        """Take other settings; raises SceneError, and the last good ones stay."""
+        """Change the settings; raises SceneError and keeps the previous ones if they are invalid."""
         self._manager.prepare((settings.task,), self._map)
         self._manager.settings = settings
 
     def use_map(self, map_: TactileMap) -> None:
-        """Take another map of the same skin from the next reading on; nothing for the same."""
+        """Use another map of the same skin from the next reading on."""
         if map_ is not self._map:
             self._map = map_
             self._manager.use(map_)
 
     def reset(self) -> None:
-        """Begin anew at the next reading, in the posture that is found then."""
+        """Restart at the next reading, in its posture."""
         self._manager.reset()
         self._before = None
 
     def command(self, frame: Frame, facts: MeasuredFacts) -> WantedMotion:
-        """The answer to a measured frame; at first, and after a gap, to stand still.
+        """Return the motion that follows from a measured frame; zero at first and after a gap.
 
         Raises:
-            LiveError: The readings are no forces, not all joints are measured, so that the skin's place is not known,
-                or the controller yields by torques and wants no motion.
+            LiveError: The readings are not forces, a joint is not measured, so that the position of the skin is
+                unknown, or the controller works by torques and has no desired motion.
 
         Cost: 1 to 3 ms for 1,000 taxels.
         """
         check_controllable(frame, facts)
         if self.settings.controller == "impedance":
             remedy = "Choose another controller, such as hold_force or hybrid"
-            raise LiveError("impedance yields by torques, and wants no motion", place="controller", remedy=remedy)
+            raise LiveError("impedance control has no desired motion", place="controller", remedy=remedy)
         strongest = strongest_force(frame)
         step = None if self._before is None else frame.time - self._before[0]
         if step == 0 and self._newest is not None:  # another part of the skin, measured at the same time
@@ -136,14 +136,14 @@ class MeasuredController:
         return self._newest
 
     def _timing(self, step: float) -> SensorTiming:
-        """As far as the stream itself tells: the delay of the readings is not known to a receiver."""
+        """Return the period of the stream; the delay of the readings is unknown to a receiver."""
         before = self._manager.readings
         period = step if before is None else before.period + _TIMING_SHARE * (step - before.period)
         return SensorTiming(period)
 
 
 def strongest_force(frame: Frame) -> float:
-    """Largest force of a contact [N]; 0 without one, NaN where one is not a number."""
+    """Return the largest force of a contact [N]; 0 without one, NaN if one is not a number."""
     return float(np.max([region.force for region in frame.regions], initial=0.0))
 
 
@@ -151,9 +151,9 @@ class PatchForce(NamedTuple):
     """Force on one patch.
 
     Attributes:
-        patch: Its name.
-        total: Of its strongest contact, and of its taxels that belong to no contact [N].
-        below: Of the latter [N], less their noise; never negative.
+        patch: Name of the patch.
+        total: Force of its strongest contact plus the force on its taxels outside contacts [N].
+        below: The latter [N], minus its noise; never negative.
     """
 
     patch: str
@@ -162,12 +162,12 @@ class PatchForce(NamedTuple):
 
 
 def strongest_patch(frame: Frame, skin: Skin, noise: TaxelNoise | None) -> PatchForce:
-    """Return the force on the patch that bears most, whatever the contact threshold. Cost: 0.1 ms for 5,000 taxels.
+    """Return the force on the most loaded patch, regardless of the contact threshold. Cost: 0.1 ms for 5,000 taxels.
 
     Args:
-        frame: With calibrated pressures.
-        skin: Whose taxels it has.
-        noise: Of the taxels; the sum over taxels must exceed ``NOISE_DEVIATIONS`` standard deviations of it.
+        frame: Frame with calibrated pressures.
+        skin: Skin of the frame.
+        noise: Noise of the taxels; the sum over taxels must exceed ``NOISE_DEVIATIONS`` standard deviations of it.
     """
     patches = len(skin.patches)
     free = np.ones(len(skin), dtype=bool)
@@ -191,14 +191,14 @@ def strongest_patch(frame: Frame, skin: Skin, noise: TaxelNoise | None) -> Patch
 
 
 def check_controllable(frame: Frame, facts: MeasuredFacts) -> None:
-    """Refuse a measured frame that no contact can be controlled by.
+    """Check that contacts can be controlled with a measured frame.
 
     Raises:
         LiveError: See ``MeasuredController.command``.
     """
     if frame.units is not ReadingUnits.CALIBRATED:
         remedy = "Calibrate the skin and show it in kPa"
-        raise LiveError("without a calibration no force is known to control", value=frame.units.unit, remedy=remedy)
+        raise LiveError("forces cannot be controlled without a calibration", value=frame.units.unit, remedy=remedy)
     if facts.unheard_joints:
         missing = f"{facts.unheard_joints} of {len(frame.posture)} joints"
         raise LiveError("the robot's posture is not known", value=missing, remedy="Send every joint's position")

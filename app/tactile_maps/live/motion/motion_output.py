@@ -1,7 +1,7 @@
-"""The controller on a measured skin: its motion is shown, and sent while a user's action allows it.
+"""The controller on a measured skin: its motion is displayed, and sent while the user allows it.
 
-Before a velocity is computed, the force on the skin and all inputs are checked: a controller that takes long cannot
-delay a stop.
+Before a velocity is computed, the force on the skin and all inputs are checked, so that a slow controller cannot delay
+a stop.
 """
 
 from __future__ import annotations
@@ -30,20 +30,20 @@ _NOT_SENT = SendingState()
 
 
 class MotionOutput:
-    """A controller on a measured skin, and where its motion goes. Mutable.
+    """A controller on a measured skin, and the output of its motion. Mutable.
 
-    ``take`` and ``check`` are for the thread that takes readings; any other may call ``halt`` and ``check_deadline``.
+    ``take`` and ``check`` are for the thread that processes readings; ``halt`` and ``check_deadline`` are thread-safe.
 
     Args:
-        session: That readings are taken into.
-        settings: Of the controller.
-        ages: Of the session's connection.
-        clock: Receiver's clock [s], the same as of the connection.
+        session: Session that uses the readings.
+        settings: Settings of the controller.
+        ages: Ages of the readings of the session's connection.
+        clock: Receiver's clock [s], the same as that of the connection.
 
     Attributes:
-        wanted: By the newest frame; None where no motion follows from it.
-        problem: Why not; None where it does.
-        latency: Times from readings to commands.
+        wanted: Motion that follows from the newest frame; None if there is none.
+        problem: Why there is none; None otherwise.
+        latency: Delays from readings to commands.
 
     Raises:
         SceneError: A setting is out of range.
@@ -74,17 +74,17 @@ class MotionOutput:
 
     @property
     def sending(self) -> SendingState:
-        """How sending goes."""
+        """State of sending."""
         return _NOT_SENT if self._sender is None else self._sender.state
 
     @property
     def active(self) -> bool:
-        """True while motion is sent, or readings are waited for to send it."""
+        """True while motion is sent, or while readings are awaited to send it."""
         return self.sending.active
 
     @property
     def speed_limits(self) -> str:
-        """Largest speeds that are sent, in words; empty before ``start_sending``."""
+        """Maximum speeds that are sent, in words; empty before ``start_sending``."""
         if self._sender is None:
             return ""
         most = self._sender.limits.speed
@@ -97,18 +97,18 @@ class MotionOutput:
         return f"at most {most:g} rad/s (m/s for slides) in each joint{by_model}"
 
     def use(self, settings: ControlSettings) -> None:
-        """Take other settings; raises SceneError, and the last good ones stay."""
+        """Change the settings; raises SceneError and keeps the previous ones if they are invalid."""
         self._controller.use(settings)
 
     def start_sending(self, put: Callable[[bytes], Any], limits: MotionLimits, *, token: str | None = None) -> None:
-        """Send the wanted motion once all readings are there, from the posture that is found then.
+        """Send the desired motion once all readings are available, starting from the posture measured then.
 
-        Call it only for a user's action.
+        Call it only on a user's action.
 
         Args:
             put: Sends a packet.
-            limits: See there.
-            token: That every packet carries.
+            limits: Limits of the motion.
+            token: Token in every packet.
 
         Raises:
             LiveError: No program receives the packets, or they cannot be sent.
@@ -122,26 +122,28 @@ class MotionOutput:
         self._sender.start(self._clock())
 
     def halt(self, reason: StopReason = StopReason.BY_HAND, detail: str = "") -> None:
-        """Send a stop, and nothing after it. Any thread may call it."""
+        """Send a stop, and nothing after it. Thread-safe."""
         if self._sender is not None:
             self._sender.stop(self._clock(), reason, detail)
 
     def check_deadline(self) -> None:
-        """Send a stop where the thread that takes readings did not. For another thread, a few times in 0.05 s."""
+        """Send a stop if the thread that processes readings is late. Call it from another thread, several times in 0.05
+        s.
+        """
         if self._sender is not None:
             now = self._clock()
             problem = self._monitor.old(now)
-            if problem is None or problem.reason is StopReason.STALE:  # no reading was taken: that thread is stuck
+            if problem is None or problem.reason is StopReason.STALE:  # no reading was processed: that thread is stuck
                 self._sender.check(now, StopReason.OVERRUN, "")
             else:
                 self._sender.check(now, problem.reason, problem.detail)
 
     def check(self) -> None:
-        """Stop sending where readings have ceased or are too old. For times without a new frame."""
+        """Stop sending if readings have ceased or are too old. For times without a new frame."""
         self._inputs_good(self._clock())
 
     def take(self) -> None:
-        """Work out the motion that follows from the session's newest frame, and send it or a stop.
+        """Compute the motion that follows from the session's newest frame, and send it or a stop.
 
         Cost: 1 to 3 ms for 1,000 taxels.
         """
@@ -175,14 +177,14 @@ class MotionOutput:
             self.latency.add(self._clock() - self._session.heard.arrived)
 
     def _check_force(self, sender: MotionSender, frame: Frame, now: float) -> None:
-        """Stop where a contact or a patch bears too much. The second check does not depend on the contact threshold."""
+        """Stop if a contact or a patch bears too much. The second check does not depend on the contact threshold."""
         sender.check_force(strongest_force(frame), now)
         patch, total, below = strongest_patch(frame, self._session.prepared.skin, self._session.noise)
         place = f"{below:.1f} N below the contact threshold on patch {patch}"
         sender.check_force(total, now, f"{place}: tare again or lower the threshold")
 
     def _inputs_good(self, now: float) -> bool:
-        """True if motion may be sent; else it stops, or waits for what is missing."""
+        """Return whether motion may be sent; otherwise stop it, or wait for what is missing."""
         sender = self._sender
         if sender is None or not sender.state.active:
             return False

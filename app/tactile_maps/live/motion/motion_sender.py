@@ -1,16 +1,16 @@
-"""Joint velocities to a robot's own driver, and every reason not to send them.
+"""Joint velocities to a robot's own driver, and all reasons not to send them.
 
-Sending begins only with ``start``, which only a user's action calls. It sends two packets that say *stopped*, waits
-until all readings that it needs are there (state *waiting*), sends velocities (*moving*), and ends with three packets
-that say *stopped*, since a packet can be lost. Only a user's action starts it again. Any thread may stop it: nothing is
-sent after a stop.
+Sending begins only with ``start``, which is called only on a user's action. It sends two packets with the state
+*stopped*, waits until all required readings are available (state *waiting*), sends velocities (*moving*), and ends with
+three packets with the state *stopped*, because a packet can be lost. Only a user's action starts it again. Any thread
+may stop it: nothing is sent after a stop.
 
 A velocity is valid for ``VALID_SECONDS``: a driver that receives nothing for longer must stop by itself. The data
-behind a command are never older than ``OLDEST_SECONDS``. The difference is the ``DEADLINE`` of the command loop: a
-contact that became too strong is answered within ``VALID_SECONDS`` in any case.
+behind a command are never older than ``OLDEST_SECONDS``. The difference is the ``DEADLINE`` of the command loop: the
+response to an excessive contact force always takes less than ``VALID_SECONDS``.
 
 A packet is one JSON object: ``v`` 1, ``seq``, ``t`` (the sender's clock [s]), ``state`` (``moving`` or ``stopped``),
-``valid_s``, ``velocities`` by joint [rad/s, or m/s for a slide], and ``token`` where one is set; stopped also ``why``.
+``valid_s``, ``velocities`` by joint [rad/s, or m/s for a slide], and ``token`` if one is set; stopped also ``why``.
 """
 
 from __future__ import annotations
@@ -30,31 +30,31 @@ from tactile_maps.core.errors import LiveError
 from tactile_maps.live.motion.measured_controller import WantedMotion
 
 VALID_SECONDS = 0.2
-"""A driver may follow a velocity for so long [s]."""
+"""Time for which a driver may follow a velocity [s]."""
 OLDEST_SECONDS = 0.15
-"""Largest age [s] of the data behind a velocity; older data stop sending."""
+"""Maximum age of the data behind a velocity [s]; older data stop sending."""
 DEADLINE = VALID_SECONDS - OLDEST_SECONDS
-"""A command must be sent within so long [s] after its newest reading was received; later ones are counted."""
+"""Maximum time between receiving the newest reading and sending its command [s]; later commands are counted."""
 WATCHDOG_SECONDS = OLDEST_SECONDS + 0.02
-"""The watchdog stops sending when the data behind the last velocity are older [s]: the command loop is stuck."""
+"""Age of the data behind the last velocity at which the watchdog stops sending [s]: the command loop is stuck."""
 _STOP_PACKETS = 3
 SPEEDS = (0.001, 1.0)
-"""Fastest joint that may be allowed, lowest and highest [rad/s, or m/s]."""
+"""Range of the maximum joint speed [rad/s, or m/s]."""
 FORCES = (1.0, 200.0)
-"""Strongest contact that may be allowed [N]."""
+"""Range of the maximum contact force [N]."""
 
 
 @dataclass(frozen=True)
 class MotionLimits:
-    """What is sent at most.
+    """Limits of the motion that is sent.
 
     Attributes:
-        speed: Of every joint [rad/s, or m/s for a slide]; faster motion is slowed as a whole, so that its direction
-            stays. The speed limits of the robot's model apply as well.
+        speed: Maximum speed of every joint [rad/s, or m/s for a slide]; faster motion is scaled as a whole, so that its
+            direction stays. The speed limits of the robot's model apply as well.
         force: A stronger contact [N] ends sending.
 
     Raises:
-        LiveError: One is out of range.
+        LiveError: A limit is out of range.
     """
 
     speed: float = 0.2
@@ -72,7 +72,7 @@ class MotionLimits:
 
 
 class StopReason(StrEnum):
-    """Why nothing is sent any more."""
+    """Reason why sending stopped; the value is the field ``why`` of the packets."""
 
     BY_HAND = "switched off"
     FORCE = "a contact passed the limit of force"
@@ -92,15 +92,15 @@ class StopReason(StrEnum):
 
 @dataclass(frozen=True)
 class SendingState:
-    """How sending goes.
+    """State of sending.
 
     Attributes:
         sending: True while velocities are sent.
-        waiting: What it waits for before it sends; None where it does not wait.
-        stopped: Why it ended; None before it did.
-        detail: Figures or the system's words; empty for none.
-        sent: Packets with velocities so far.
-        slowed: Of them, those whose motion was slowed to the limit.
+        waiting: What it waits for before it sends; None if it does not wait.
+        stopped: Why it stopped; None before that.
+        detail: Figures or the system's error message; may be empty.
+        sent: Number of packets with velocities so far.
+        slowed: Number of those whose motion was scaled to the limit.
     """
 
     sending: bool = False
@@ -117,19 +117,19 @@ class SendingState:
 
 
 class MotionSender:
-    """Sends velocities within limits, and stops. Mutable; any thread may call it.
+    """Sends velocities within limits, and stops. Mutable; thread-safe.
 
     Args:
-        joints: Their names, in the order of the posture.
+        joints: Joint names, in the order of the posture.
         put: Sends a packet.
-        limits: See there.
-        model_speeds: Largest speed of each joint by the robot's model [rad/s, or m/s for a slide]; None without limits.
-        token: That every packet carries; None for none.
+        limits: Limits of the motion.
+        model_speeds: Maximum speed of each joint by the robot's model [rad/s, or m/s for a slide]; None without limits.
+        token: Token in every packet; None for none.
 
     Attributes:
-        limits: As above.
-        most: (joints,) largest speed that is sent [rad/s, or m/s for a slide].
-        state: How it goes.
+        limits: As the argument.
+        most: (joints,) maximum speed that is sent [rad/s, or m/s for a slide].
+        state: State of sending.
     """
 
     def __init__(
@@ -153,9 +153,10 @@ class MotionSender:
         self._measured = -math.inf
 
     def start(self, now: float) -> None:
-        """Wait for the readings that are needed; ``begin`` ends the waiting.
+        """Wait for the required readings; ``begin`` ends the waiting.
 
-        Two packets with *stopped* are sent first: the second fails where no program on this computer received the
+        Two packets with the state *stopped* are sent first: the second fails if no program on this computer received
+            the
         first.
 
         Raises:
@@ -172,7 +173,7 @@ class MotionSender:
             self.state = SendingState(waiting="the first reading")
 
     def wait(self, text: str) -> None:
-        """Say what is waited for; nothing where it does not wait."""
+        """State what is awaited; no effect if it does not wait."""
         with self._lock:
             if self.state.waiting is not None:
                 self.state = replace(self.state, waiting=text)
@@ -185,7 +186,7 @@ class MotionSender:
                 self._measured = measured
 
     def stop(self, now: float, reason: StopReason = StopReason.BY_HAND, detail: str = "") -> None:
-        """Send a stop, and nothing after it until ``start``; nothing where it is not active."""
+        """Send a stop, and nothing after it until ``start``; no effect if it is not active."""
         with self._lock:
             if not self.state.active:
                 return
@@ -202,16 +203,16 @@ class MotionSender:
                 self.state = replace(self.state, detail="; ".join(filter(None, said)))
 
     def check_force(self, force: float, now: float, note: str = "") -> None:
-        """Stop where a force [N] is beyond the limit, or not a number; ``note`` goes into the detail."""
+        """Stop if a force [N] exceeds the limit or is not a number; ``note`` is added to the detail."""
         if not force <= self.limits.force:
             figures = f"{force:.1f} N, {self.limits.force:g} N allowed"
             self.stop(now, StopReason.FORCE, "; ".join(filter(None, (figures, note))))
 
     def show(self, wanted: WantedMotion, now: float, *, measured: float) -> bool:
-        """Send a velocity, slowed where it is too fast; or stop. True if it was sent.
+        """Send a velocity, scaled if it is too fast; or stop. Return whether it was sent.
 
         Args:
-            wanted: By the newest readings.
+            wanted: Motion that follows from the newest readings.
             now: Receiver's clock [s].
             measured: Time of the oldest value that it depends on, by the same clock [s].
         """
@@ -227,7 +228,7 @@ class MotionSender:
             return self.state.sending and self._send(wanted.velocity, now)
 
     def check(self, now: float, reason: StopReason, detail: str) -> None:
-        """Stop for ``reason`` where the data behind the last velocity are older than ``WATCHDOG_SECONDS``."""
+        """Stop for ``reason`` if the data behind the last velocity are older than ``WATCHDOG_SECONDS``."""
         with self._lock:
             if self.state.sending and now - self._measured > WATCHDOG_SECONDS:
                 self.stop(now, reason, detail or f"{now - self._measured:.2f} s without a command")
@@ -236,9 +237,8 @@ class MotionSender:
         too_fast = np.abs(velocity) > self.most
         slowed = bool(too_fast.any())
         share = float((self.most[too_fast] / np.abs(velocity[too_fast])).min(initial=1.0))
-        sent = velocity * share if slowed else velocity
         try:
-            self._put(self._packet(now, sent))
+            self._put(self._packet(now, velocity * share))
         except (OSError, LiveError) as error:
             self.stop(now, _reason(error), str(error))
             return False

@@ -1,15 +1,15 @@
-"""Puts readings in the order in which they were sent, and counts what went wrong on the way; nothing of it is fatal.
+"""Restores the order in which readings were sent and counts transmission errors; none of them is fatal.
 
-A packet that is ahead of its turn waits a little for those before it. What has not come by then is lost; if it comes
-later all the same it is late, and no longer shown.
+A packet that arrives early waits a short time for the packets before it. Packets that do not arrive in that time are
+lost; if one arrives later, it is late and is dropped.
 
-A restarted sender counts from anywhere, and its clock may begin again, too. A known number with another time, an old
-number with a new time and a number far ahead do not belong to the count: two such packets in a row, near to each other,
-are a restart; a single one (damaged, or from another program) is handed on and changes nothing. Where numbers and times
-both repeat, as those of a board that counts from its power-up do, the packet looks like a duplicate: ``_PROOF``
-different ones in a row, near to each other and with no packet of the old count between them, are a restart. Packets of
-the old count that are still under way then are dropped. A clock that begins again is a restart, too, once two readings
-in a row are earlier than those before; a single wild time is not.
+A restarted sender may count from any number, and its clock may restart as well. A known number with another time, an
+old number with a new time and a number far ahead do not belong to the current count: two such packets in a row, with
+similar numbers, are a restart. A single one (damaged, or from another program) is passed on and changes nothing.
+Where numbers and times both repeat, as for a board that counts from power-up, the packet looks like a duplicate:
+``_PROOF`` different ones in a row with similar numbers, without a packet of the old count between them, are a restart.
+Packets of the old count that are still in transit are then dropped. A clock that restarts counts as a restart of the
+sender once two readings in a row are earlier than those before; a single outlier does not.
 """
 
 from __future__ import annotations
@@ -24,23 +24,23 @@ import numpy as np
 from tactile_maps.live.readings.readings import Reading
 
 PATIENCE = 0.02
-"""For so long [s] a reading waits for those that were sent before it."""
+"""Time for which a reading waits for readings that were sent before it [s]."""
 MOST_HELD = 256
 _REMEMBERED = 4096
 _PROOF = 5
 _LEFT_SECONDS = 1.0
 _MOST_LEFT = 32
-"""For so long [s] after a restart, and so many, packets of the old count are recognised."""
+"""Packets of the old count are recognised for this time after a restart [s], and up to this number."""
 _CLOCKS_APART = 0.25
-"""Clocks before and after a restart that differ by more [s] than delays do tell whose packet one is."""
+"""Clocks before and after a restart that differ by more than this [s] identify the count of a packet."""
 _FAR = 100_000
-"""A jump ahead by more is a sender that counts anew, not so many losses."""
+"""A larger jump of the number is a restart of the count, not that many losses."""
 _RATE_SECONDS = 2.0
 _CYCLE = 2**32
 
 
 class Arrived(NamedTuple):
-    """A reading in its turn, when it came by the receiver's clock [s], and how old it was then [s]."""
+    """A reading in its order, its arrival by the receiver's clock [s], and its age on arrival [s]."""
 
     reading: Reading
     at: float
@@ -49,19 +49,19 @@ class Arrived(NamedTuple):
 
 @dataclass(frozen=True)
 class ArrivalCounts:
-    """What has come so far.
+    """Numbers of readings by the outcome of their transmission.
 
     Attributes:
-        received: Readings that could be understood, those repeated or late included.
-        malformed: Packets that could not.
-        duplicated: Came again, and were dropped.
-        reordered: Came after one that was sent later, and were put in order.
-        late: Came after their turn had passed, and were dropped.
-        lost: Numbers that never came.
-        restarts: How often the sender was restarted: its numbers or its clock began again.
-        overflowed: Came faster than they were taken, and were dropped.
-        superseded: Replaced by newer readings before they were taken, while motion is sent. Packets are not decoded
-            for it: those that begin as a reading does are counted, also as received.
+        received: Readings that could be decoded, including repeated and late ones.
+        malformed: Packets that could not be decoded.
+        duplicated: Repeated readings, which are dropped.
+        reordered: Readings that arrived after one that was sent later, and were put in order.
+        late: Readings that arrived after their turn, and were dropped.
+        lost: Numbers that never arrived.
+        restarts: Restarts of the sender: its numbers or its clock began again.
+        overflowed: Readings that arrived faster than they were processed, and were dropped.
+        superseded: Readings replaced by newer ones before they were processed, while motion is sent. Their packets are
+            not decoded: those that begin like a reading are counted, also as received.
     """
 
     received: int = 0
@@ -76,16 +76,16 @@ class ArrivalCounts:
 
     @property
     def loss(self) -> float:
-        """Share of the packets sent that never came or came too late, 0 to 1."""
+        """Share of the sent packets that never arrived or arrived too late, 0 to 1."""
         sent = self.received - self.duplicated + self.lost
         return (self.lost + self.late) / sent if sent else 0.0
 
 
 @dataclass(frozen=True)
 class Delay:
-    """How much longer than the quickest of the last readings the others took [s].
+    """Delays of the latest readings relative to the fastest of them [s].
 
-    The clocks of sender and receiver need not agree, so the whole delay cannot be known.
+    The clocks of sender and receiver need not agree, so the absolute delay is unknown.
     """
 
     median: float
@@ -94,14 +94,14 @@ class Delay:
 
 
 class ArrivalTracker:
-    """One sender's readings. Mutable.
+    """Sequence of the readings of one sender. Mutable.
 
     Args:
-        patience: For so long [s] a reading waits for those before it.
+        patience: Time for which a reading waits for those before it [s].
 
     Attributes:
-        counts: So far.
-        patience: As above; it may change at any time.
+        counts: Counts so far.
+        patience: As the argument; it may be changed at any time.
     """
 
     def __init__(self, *, patience: float = PATIENCE) -> None:
@@ -112,7 +112,7 @@ class ArrivalTracker:
         self.forget_sequence()
 
     def forget_sequence(self) -> None:
-        """The connection is another one: any number may come next."""
+        """Accept any number next, for a new connection."""
         self._next: int | None = None
         self._held: dict[int, Arrived] = {}
         self._delivered: dict[int, float] = {}
@@ -120,13 +120,13 @@ class ArrivalTracker:
         self._newest = self._before_newest = -np.inf
         self._set_back: float | None = None  # time of a reading that was earlier than those before it
         self._stray: Reading | None = None  # a packet that may be the first after a restart
-        self._delay = 0.0  # of the packet that was delivered last
+        self._delay = 0.0  # delay of the last delivered packet
         self._behind: list[int] = []
-        self._superseded = 0  # packets that were not decoded: their numbers are not known, and are not lost
+        self._superseded = 0  # number of undecoded packets: their numbers are unknown, but not lost
         self._left: _OldCount | None = None
 
     def take(self, reading: Reading, now: float) -> list[Arrived]:
-        """Give a reading that came ``now`` [s]; those whose turn it is now, in order."""
+        """Add a reading that arrived at ``now`` [s]; return the readings whose turn it is, in order."""
         self._count(received=1)
         self._times.append(now)
         self._delays.append(now - reading.time)
@@ -160,7 +160,7 @@ class ArrivalTracker:
         return self.due(now)
 
     def due(self, now: float) -> list[Arrived]:
-        """Those that have waited long enough for others; what those others are is lost."""
+        """Return the readings that have waited long enough; the numbers missing before them are lost."""
         ready: list[Arrived] = []
         while self._held and (
             len(self._held) > MOST_HELD or now - min(item.at for item in self._held.values()) >= self.patience
@@ -179,15 +179,15 @@ class ArrivalTracker:
         return ready
 
     def flush(self) -> list[Arrived]:
-        """All that still waits: nothing more will come."""
+        """Return all waiting readings, at the end of the stream."""
         return self.due(np.inf)
 
     def malformed(self) -> None:
-        """A packet came that is no reading."""
+        """Count a packet that is not a valid reading."""
         self._count(malformed=1)
 
     def overflowed(self, count: int = 1) -> None:
-        """So many readings were dropped because nobody took them."""
+        """Count readings that were dropped because they were not processed in time."""
         self._count(overflowed=count)
 
     def supersede(self, times: Sequence[float], *, decoded: bool) -> None:
@@ -195,7 +195,7 @@ class ArrivalTracker:
 
         Args:
             times: Arrival of each [s].
-            decoded: True for readings that were counted as received before.
+            decoded: True for readings that are already counted as received.
         """
         self._count(superseded=len(times), received=0 if decoded else len(times))
         if not decoded:
@@ -203,7 +203,7 @@ class ArrivalTracker:
             self._times.extend(times)
 
     def rate(self, now: float) -> float:
-        """Readings a second, over the last two [Hz]."""
+        """Return the rate of readings over the last two seconds [Hz]."""
         recent = [at for at in self._times if at > now - _RATE_SECONDS]
         if len(recent) < 2:
             return 0.0
@@ -211,7 +211,7 @@ class ArrivalTracker:
 
     @property
     def delay(self) -> Delay | None:
-        """Of the last 1000 readings; None before there are two."""
+        """Delay of the last 1000 readings; None before there are two."""
         if len(self._delays) < 2:
             return None
         excess = np.array(self._delays) - min(self._delays)
@@ -219,7 +219,7 @@ class ArrivalTracker:
         return Delay(float(median), float(p95), float(excess.max()))
 
     def _deliver(self, item: Arrived) -> list[Arrived]:
-        """A reading whose turn it is, and those that waited for it."""
+        """Return a reading whose turn it is and those that waited for it."""
         ready = [item]
         while True:
             number = ready[-1].reading.sequence
@@ -238,7 +238,7 @@ class ArrivalTracker:
             del self._delivered[next(iter(self._delivered))]
 
     def _follow_clock(self, time: float) -> None:
-        """Follow the times of readings in order; two in a row that are earlier than those before are a restart."""
+        """Track the times of readings in order; two in a row that are earlier than those before are a restart."""
         if time >= self._newest:
             self._before_newest = self._newest
             self._newest = time
@@ -247,14 +247,14 @@ class ArrivalTracker:
             self._set_back = time
         else:
             begun_again = self._set_back is not None and time >= self._set_back
-            self._count(restarts=int(begun_again))  # else the newest time was wild
+            self._count(restarts=int(begun_again))  # otherwise the newest time was an outlier
             self._delays.clear()
             self._before_newest = time
             self._newest = time
             self._set_back = None
 
     def _repeats(self, number: int) -> bool:
-        """Whether a number from before and those just before it are the count of a sender that was restarted."""
+        """Whether an old number and the numbers just before it are the count of a restarted sender."""
         if number not in self._behind:
             self._behind = [other for other in self._behind if abs(_ahead(number, other)) <= MOST_HELD]
             self._behind.append(number)
@@ -263,11 +263,11 @@ class ArrivalTracker:
         return not (number in self._delivered or number in self._given_up) and _rising(self._behind[-3:])
 
     def _is_stray(self, number: int, time: float) -> bool:
-        """Whether a number from before has a time that it cannot have in the old count."""
+        """Whether an old number has a time that it cannot have in the old count."""
         return self._delivered[number] != time if number in self._delivered else time > self._newest
 
     def _take_stray(self, item: Arrived, now: float) -> list[Arrived]:
-        """Hand on a packet that does not belong to the count; two in a row, near to each other, are a restart."""
+        """Pass on a packet that does not belong to the count; two in a row with similar numbers are a restart."""
         before = self._stray
         self._stray = item.reading
         if before is None:
@@ -288,7 +288,7 @@ class ArrivalTracker:
         return [*ready, item]
 
     def _is_left_over(self, reading: Reading, now: float) -> bool:
-        """Whether a packet is of the count before the restart, by its clock and its number."""
+        """Whether a packet belongs to the count before the restart, by its clock and its number."""
         left = self._left
         delay = now - reading.time
         if left is None or reading.sequence is None:
@@ -304,7 +304,7 @@ class ArrivalTracker:
             self._count(duplicated=1)
         elif number in self._given_up:
             self._given_up.discard(number)
-            self._count(late=1, lost=-min(self.counts.lost, 1))  # a number given up may be one that was superseded
+            self._count(late=1, lost=-min(self.counts.lost, 1))  # a number counted as lost may have been superseded
         else:
             self._count(late=1)
 
@@ -329,10 +329,10 @@ class _OldCount:
     """The count before a restart. Mutable.
 
     Attributes:
-        following: Number that was next.
-        delay: Arrival less the sender's time of its last packet [s].
+        following: Next expected number.
+        delay: Arrival minus the sender's time of its last packet [s].
         since: Receiver's time of the restart [s].
-        seen: Packets of it that came since.
+        seen: Number of its packets that arrived since.
     """
 
     following: int
@@ -341,7 +341,7 @@ class _OldCount:
     seen: int = 0
 
     def holds(self, number: int, now: float) -> bool:
-        """Count a packet that was still under way; False where the number cannot be of the old count."""
+        """Count a packet of the old count that was in transit; return False where the number cannot belong to it."""
         if not -_REMEMBERED <= _ahead(number, self.following) <= MOST_HELD:
             return False
         self.seen += 1
@@ -359,5 +359,5 @@ def _distance(reading: Reading, of: Reading) -> int:
 
 
 def _ahead(number: int, of: int) -> int:
-    """How far ``number`` is ahead, in a cycle of 2³²; negative where it is behind."""
+    """Return the distance of ``number`` from ``of`` in a cycle of 2³²; negative where it is behind."""
     return (number - of + _CYCLE // 2) % _CYCLE - _CYCLE // 2

@@ -1,9 +1,9 @@
 """Age of readings, from the sender's times and the times of arrival.
 
-The two clocks share no zero, so only differences count. The difference between arrival and sender time is smallest for
-the reading with the shortest delay; the age of any other reading is its difference above this floor. One of the clocks
-may run faster: the floor may rise by ``DRIFT``, and it falls at once. A delay that grows more slowly than ``DRIFT``,
-or that is the same for every reading, cannot be told from a difference of the clocks.
+The two clocks have no common zero, so only differences are meaningful. The difference between arrival and sender time
+is smallest for the reading with the shortest delay; the age of any other reading is its difference above this floor.
+One of the clocks may run faster: the floor may rise by ``DRIFT``, and it falls at once. A delay that grows more slowly
+than ``DRIFT``, or that is equal for all readings, cannot be distinguished from a difference of the clocks.
 
 A sender's clock that is set forwards or backwards by more than ``JUMP`` is counted in ``jumps``, and the floor is
 measured again. While motion is sent, a jump stops it (``motion.input_monitor``).
@@ -12,9 +12,9 @@ measured again. While motion is sent, a jump stops it (``motion.input_monitor``)
 from __future__ import annotations
 
 DRIFT = 200e-6
-"""Largest difference in rate between the two clocks that is followed: quartz clocks differ by 100 ppm at most."""
+"""Largest difference in rate between the two clocks that is tracked: quartz clocks differ by at most 100 ppm."""
 JUMP = 0.15
-"""A smaller change [s] of the sender's clock cannot be told from a delay on the way."""
+"""A smaller change of the sender's clock [s] cannot be distinguished from a transmission delay."""
 STEADY = 0.01
 SETTLE_SECONDS = 0.5
 """The floor is settled once it has not fallen by more than ``STEADY`` [s] for this long: no backlog is being read."""
@@ -23,10 +23,10 @@ _REBASE_SECONDS = 1.0
 
 
 class DataAge:
-    """Estimates the age of one sender's readings. Mutable.
+    """Estimator of the age of one sender's readings. Mutable.
 
     Args:
-        live: False for a file, whose times are of the past: its readings have the age 0.
+        live: False for a file, whose times are in the past: its readings have the age 0.
 
     Attributes:
         jumps: Number of jumps of the sender's clock so far.
@@ -38,7 +38,7 @@ class DataAge:
         self.reset()
 
     def reset(self) -> None:
-        """Forget the clocks: the sender may be another one."""
+        """Discard the clocks, for another sender."""
         self._floor: float | None = None
         self._newest = 0.0, 0.0  # sender's time and arrival of the newest reading
         self._settling = 0.0
@@ -46,11 +46,11 @@ class DataAge:
         self._fresh_at = 0.0
 
     def add(self, sent: float, arrived: float) -> float:
-        """Return the age [s] that a reading had when it arrived.
+        """Return the age of a reading on its arrival [s].
 
         Args:
             sent: Sender's clock [s].
-            arrived: Receiver's clock [s], rising.
+            arrived: Receiver's clock [s], increasing.
         """
         if not self._live:
             return 0.0
@@ -77,7 +77,7 @@ class DataAge:
 
     @property
     def settled(self) -> bool:
-        """True once the floor is steady, so that the ages are trustworthy."""
+        """True once the floor is steady, so that the ages are reliable."""
         return not self._live or (self._floor is not None and self._newest[1] - self._settling >= SETTLE_SECONDS)
 
     def _risen_floor(self, now: float) -> float:

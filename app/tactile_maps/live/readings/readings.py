@@ -1,4 +1,4 @@
-"""The one interface that every source of readings speaks: a ``Reading``, and the ``Source`` that has them."""
+"""Interface of all sources of readings: the ``Reading`` data type and the ``Source`` protocol."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ from tactile_maps.core.errors import LiveError
 from tactile_maps.session.inputs import CalibrationUsed
 
 MOST_VALUES = 200_000
-"""In one reading: far above any skin, far below what would exhaust the memory."""
+"""Maximum number of values in one reading: far more than any skin has, far less than would exhaust the memory."""
 
 
 class MalformedReadingError(LiveError):
-    """One reading that cannot be used; it is counted, and the next one is taken."""
+    """A reading that cannot be used; it is counted and skipped."""
 
 
 class Unit(StrEnum):
-    """Of the values of a reading."""
+    """Unit of the values of a reading."""
 
     COUNTS = "counts"
     PASCAL = "Pa"
@@ -32,21 +32,21 @@ class Unit(StrEnum):
 
     @property
     def pascals(self) -> float | None:
-        """Pascals in one of it; None where only a calibration can tell."""
+        """Pascals per unit; None where this depends on a calibration."""
         return {Unit.COUNTS: None, Unit.PASCAL: 1.0, Unit.KILOPASCAL: 1e3}[self]
 
 
 def unit_of(text: object) -> Unit:
-    """The unit of that name.
+    """Return the unit with a given name.
 
     Raises:
-        MalformedReadingError: There is none.
+        MalformedReadingError: The name is unknown.
     """
     try:
         return Unit(str(text))
     except ValueError as error:
         remedy = f"Choose one of: {', '.join(Unit)}"
-        raise MalformedReadingError("there is no such unit", place="unit", value=text, remedy=remedy) from error
+        raise MalformedReadingError("unknown unit", place="unit", value=text, remedy=remedy) from error
 
 
 _NO_JOINTS: Mapping[str, float] = MappingProxyType({})
@@ -54,18 +54,18 @@ _NO_JOINTS: Mapping[str, float] = MappingProxyType({})
 
 @dataclass(frozen=True, eq=False)
 class Reading:
-    """What a skin, or a part of it, said at one time.
+    """Values of a skin, or of a part of it, at one time.
 
     Attributes:
-        time: By the sender's clock [s]; only differences are used.
-        values: (n,) in ``unit``, finite.
-        unit: Of the values.
-        ids: (n,) hardware id of each value's taxel; None where they are not stated.
-        channels: (n, 2) module and channel of each value's taxel; None where they are not stated. With neither, the
-            values are those of all taxels in their order.
-        joints: Positions of joints by name [rad, or m for a slide], as far as the sender knows them.
-        sequence: Running number of the packet, modulo 2³²; None where the sender counts none.
-        recorded: Of the first reading of a recording: by what its readings were shown in the end; None for others.
+        time: Sender's clock [s]; only differences are used.
+        values: (n,) finite values in ``unit``.
+        unit: Unit of the values.
+        ids: (n,) hardware id of each value's taxel; None if not stated.
+        channels: (n, 2) module and channel of each value's taxel; None if not stated. Without ids and channels, the
+            values are those of all taxels in order.
+        joints: Joint positions by name [rad, or m for a slide], as far as the sender knows them.
+        sequence: Running number of the packet, modulo 2³²; None if the sender does not count.
+        recorded: Calibration at the end of a recording, in its first reading; None otherwise.
 
     Raises:
         MalformedReadingError: Lengths differ, or a number is not finite.
@@ -85,11 +85,11 @@ class Reading:
         freeze_arrays(self, "ids", "channels", dtype=np.int64)
         count = len(self.values) if self.values.ndim == 1 else -1
         if not 0 <= count <= MOST_VALUES:
-            raise MalformedReadingError("the values are no list", place="values", value=self.values.shape)
+            raise MalformedReadingError("the values are not a list", place="values", value=self.values.shape)
         if self.ids is not None and self.ids.shape != (count,):
-            raise MalformedReadingError("there is not one id for each value", place="ids", value=self.ids.shape)
+            raise MalformedReadingError("the values need one id each", place="ids", value=self.ids.shape)
         if self.channels is not None and self.channels.shape != (count, 2):
-            problem = "there is not one module and channel for each value"
+            problem = "the values need one module and channel each"
             raise MalformedReadingError(problem, place="channels", value=self.channels.shape)
         if not math.isfinite(self.time):
             raise MalformedReadingError("the time is not finite", place="time", value=self.time)
@@ -102,12 +102,12 @@ class Reading:
 
 
 class Source(Protocol):
-    """Where readings come from. Mutable; not for two threads.
+    """Source of readings. Mutable; not thread-safe.
 
     Attributes:
-        address: For people, and to open it again.
-        finite: Whether it ends by itself, as a file does; then it is not opened again.
-        slow: Whether opening it may take longer than a person notices.
+        address: Address for display and for opening it again.
+        finite: Whether it ends by itself, like a file; it is then not opened again.
+        slow: Whether opening it may take noticeably long.
     """
 
     address: str
@@ -115,47 +115,47 @@ class Source(Protocol):
     slow: bool
 
     def open(self) -> None:
-        """Make it ready; raises LiveError with a remedy where it cannot be."""
+        """Open the source; raises LiveError with a remedy if that fails."""
 
     def receive(self, timeout: float) -> Reading | None:
-        """The next reading, or None where none came within ``timeout`` [s].
+        """Return the next reading, or None if none arrives within ``timeout`` [s].
 
         Raises:
-            MalformedReadingError: Something came that is no reading; the next call goes on behind it.
-            SourceEndedError: There are no more.
+            MalformedReadingError: A packet is not a valid reading; the next call continues after it.
+            SourceEndedError: There are no more readings.
             LiveError: The connection is lost.
         """
 
     def close(self) -> None:
-        """Let go of it; twice does nothing."""
+        """Release the source; calling it again has no effect."""
 
 
 @runtime_checkable
 class PacketSource(Source, Protocol):
-    """A source whose packets can be received first and decoded later: those replaced by newer ones need no decoding.
+    """Source whose packets can be received first and decoded later, so that superseded packets need no decoding.
 
     Attributes:
-        one_sender: True while only the packets of one sender are received, those of others refused; it may be set.
+        one_sender: Whether only the packets of one sender are received and those of others rejected; it may be set.
     """
 
     one_sender: bool
 
     @property
     def refused(self) -> dict[str, int]:
-        """Number of refused packets by the address of their sender."""
+        """Number of rejected packets by the address of their sender."""
 
     def wait_for_packet(self, timeout: float) -> bool:
-        """Wait until a packet can be received, for ``timeout`` [s] at most; True if one can. Any thread may wait."""
+        """Wait until a packet can be received, at most ``timeout`` [s]; return whether one can. Thread-safe."""
 
     def receive_packet(self, timeout: float) -> bytes | None:
-        """Return the next packet as it came, or None; raises LiveError where the connection is lost."""
+        """Return the next raw packet, or None; raises LiveError if the connection is lost."""
 
     def is_plausible_packet(self, packet: bytes) -> bool:
-        """Return False for a packet that is no reading by its first bytes; True says nothing about the rest."""
+        """Return False for a packet that cannot be a reading by its first bytes; the rest is not checked."""
 
     def decode_packet(self, packet: bytes) -> Reading:
         """Return the reading of a packet; raises MalformedReadingError."""
 
 
 class SourceEndedError(LiveError):
-    """A source has no more readings: a file is read to its end."""
+    """A source has no more readings, such as a file at its end."""

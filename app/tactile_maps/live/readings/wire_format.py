@@ -1,18 +1,17 @@
-"""Packets of readings, format 1: JSON for whoever writes one by hand, compact binary for large skins. Stated in the
-guide's page *Live input*.
+"""Packets of readings, format 1: JSON for simple senders, compact binary for large skins. Specified on the guide's page
+*Live input*.
 
-JSON: one object a packet, keys ``v`` (1), ``seq``, ``t`` [s], ``unit``, ``values``, and if known ``ids`` or
-``channels`` (pairs of module and channel), ``joints`` (positions by name) and ``token``. No others.
+JSON: one object per packet, keys ``v`` (1), ``seq``, ``t`` [s], ``unit``, ``values``, and optionally ``ids`` or
+``channels`` (pairs of module and channel), ``joints`` (positions by name) and ``token``. Other keys are rejected.
 
-Binary, little-endian, without padding: ``HEADER``, the token (UTF-8), int32 ids (n) or int32 pairs (n, 2) as ``labels``
-says, float32 values (n), then for each joint a byte with the length of its name, the name (UTF-8) and a float64.
+Binary, little-endian, without padding: ``HEADER``, the token (UTF-8), int32 ids (n) or int32 pairs (n, 2) according to
+``labels``, float32 values (n), then for each joint a byte with the length of its name, the name (UTF-8) and a float64.
 """
 
 from __future__ import annotations
 
 import hmac
 import json
-import math
 import struct
 from typing import Any
 
@@ -33,7 +32,7 @@ LARGEST_PACKET = 4_000_000
 
 
 def encode_json(reading: Reading, *, token: str | None = None) -> bytes:
-    """A packet as one line of JSON, without a line end."""
+    """Return a packet as one line of JSON, without a line end."""
     fields: dict[str, Any] = {"v": VERSION, "t": reading.time, "unit": reading.unit.value}
     if reading.sequence is not None:
         fields["seq"] = reading.sequence
@@ -49,7 +48,7 @@ def encode_json(reading: Reading, *, token: str | None = None) -> bytes:
 
 
 def encode_binary(reading: Reading, *, token: str | None = None) -> bytes:
-    """A compact packet: 26 bytes, and 8 for each value with its id. Values lose what is beyond a float32."""
+    """Return a compact packet: 26 bytes, and 8 for each value with its id. Values are rounded to float32."""
     labels, which = (reading.ids, 1) if reading.ids is not None else (reading.channels, 2)
     secret = (token or "").encode()
     which = 0 if labels is None else which
@@ -69,14 +68,14 @@ def encode_binary(reading: Reading, *, token: str | None = None) -> bytes:
 
 
 def decode(packet: bytes, *, token: str | None = None) -> Reading:
-    """The reading of a packet from anyone, JSON or binary.
+    """Return the reading of an untrusted packet, JSON or binary.
 
     Args:
-        packet: One whole packet.
-        token: That it must carry; None where none is asked for.
+        packet: One complete packet.
+        token: Token that the packet must contain; None if none is required.
 
     Raises:
-        MalformedReadingError: It is no such packet, of another version, or does not carry the token.
+        MalformedReadingError: The packet is invalid, of another version, or does not contain the token.
 
     Cost: 5,000 values with ids 0.1 ms binary, 4 ms JSON.
     """
@@ -86,38 +85,38 @@ def decode(packet: bytes, *, token: str | None = None) -> Reading:
 
 
 def is_plausible(packet: bytes) -> bool:
-    """Return False for a packet that is no reading by its first bytes. Cost: 0.3 µs."""
+    """Return False for a packet that cannot be a reading by its first bytes. Cost: 0.3 µs."""
     if packet.startswith(MAGIC):
         return len(packet) >= HEADER.size and packet[len(MAGIC)] == VERSION
     return packet.lstrip().startswith(b"{")
 
 
-def _check_token(found: object, wanted: str | None) -> None:
-    if wanted is not None and not hmac.compare_digest(str(found or "").encode(), wanted.encode()):
-        remedy = "Let the sender put the token that was set here into every packet"
-        raise MalformedReadingError("the packet does not carry the token", place="token", remedy=remedy)
+def _check_token(found: object, required: str | None) -> None:
+    if required is not None and not hmac.compare_digest(str(found or "").encode(), required.encode()):
+        remedy = "Configure the sender to include this token in every packet"
+        raise MalformedReadingError("the packet does not contain the token", place="token", remedy=remedy)
 
 
 def _check_version(found: object) -> None:
     if found != VERSION or isinstance(found, bool):
-        raise MalformedReadingError("the packet is of another version", place="v", value=found, remedy="Send version 1")
+        raise MalformedReadingError("unknown version of the packet", place="v", value=found, remedy="Send version 1")
 
 
 def _decode_json(packet: bytes, token: str | None) -> Reading:
     try:
         fields = parse_json(packet)
-    except (TactileMapsError, ValueError) as error:
-        raise MalformedReadingError("the packet is no JSON object", value=packet[:40]) from error
+    except (TactileMapsError, ValueError):
+        fields = None
     if not isinstance(fields, dict):
-        raise MalformedReadingError("the packet is no JSON object", value=packet[:40])
+        raise MalformedReadingError("the packet is not a JSON object", value=packet[:40])
     _check_token(fields.get("token"), token)
     _check_version(fields.get("v"))
     if more := fields.keys() - _KEYS:
-        remedy = f"The keys are: {', '.join(sorted(_KEYS))}"
-        raise MalformedReadingError("a key is not known", place=min(more), remedy=remedy)
+        remedy = f"Allowed keys: {', '.join(sorted(_KEYS))}"
+        raise MalformedReadingError("unknown key", place=min(more), remedy=remedy)
     joints = fields.get("joints", {})
     if not isinstance(joints, dict):
-        raise MalformedReadingError("the joints are no object", place="joints", value=joints)
+        raise MalformedReadingError("the joints are not an object", place="joints", value=joints)
     sequence = fields.get("seq")
     return Reading(
         _number(fields.get("t"), "t"),
@@ -146,7 +145,7 @@ def _sequence(value: object) -> int:
 
 
 def _numbers(fields: dict[str, Any], name: str, dtype: Any) -> Any:
-    """A list of numbers, or for channels of pairs; of nothing else, such as strings or true."""
+    """Return a list of numbers, or of pairs for channels; reject anything else, such as strings or booleans."""
     values = fields.get(name)
     try:
         array = np.array(values)
@@ -163,20 +162,19 @@ def _decode_binary(packet: bytes, token: str | None) -> Reading:
         raise MalformedReadingError("the packet ends too early", value=f"{len(packet)} bytes")
     _magic, version, which, unit, secret, sequence, time, count, joints = HEADER.unpack_from(packet)
     _check_version(version)
-    width = {0: 0, 1: 1, 2: 2}.get(which)
-    if width is None or unit >= len(_UNITS) or count > MOST_VALUES:
+    if which > 2 or unit >= len(_UNITS) or count > MOST_VALUES:
         found = f"labels {which}, unit {unit}, {count} values"
-        raise MalformedReadingError("the packet's header is not one of format 1", value=found)
+        raise MalformedReadingError("the packet's header is not of format 1", value=found)
     start = HEADER.size + secret
-    middle = start + 4 * width * count
-    end = start + 4 * (width + 1) * count
+    middle = start + 4 * which * count
+    end = middle + 4 * count
     if end > len(packet):
         raise MalformedReadingError("the packet ends too early", value=f"{len(packet)} bytes")
     _check_token(packet[HEADER.size : start].decode(errors="replace"), token)
     labels = np.frombuffer(packet[start:middle], "<i4").astype(np.int64)
     values = np.frombuffer(packet[middle:end], "<f4").astype(np.float64)
-    ids = labels if width == 1 else None
-    channels = labels.reshape(-1, 2) if width == 2 else None
+    ids = labels if which == 1 else None
+    channels = labels.reshape(-1, 2) if which == 2 else None
     return Reading(time, values, _UNITS[unit], ids, channels, _joints(packet, end, joints), sequence)
 
 
@@ -189,7 +187,5 @@ def _joints(packet: bytes, at: int, count: int) -> dict[str, float]:
         at += 9 + packet[at]
         found[name] = struct.unpack_from("<d", packet, at - 8)[0]
     if at != len(packet):
-        raise MalformedReadingError("there are bytes behind the packet's end", value=len(packet) - at)
-    if not all(map(math.isfinite, found.values())):
-        raise MalformedReadingError("a joint's position is not finite", place="joints")
+        raise MalformedReadingError("extra bytes follow the packet", value=len(packet) - at)
     return found

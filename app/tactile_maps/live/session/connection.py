@@ -1,10 +1,11 @@
-"""A source that is kept open: opened again, with growing pauses, when it breaks; its readings in order and counted.
+"""A source that is kept open: reopened with growing pauses when it breaks; its readings are ordered and counted.
 
-Usually every reading is decoded when it arrives and taken in order. While motion is sent (``keep_newest``) only the
-newest data count: whatever has arrived is taken at once, the newest packet first, and older packets are decoded only
-as far as they contain a taxel or joint that no newer one has. The system keeps the oldest packets of a full buffer, so
-``take_newest`` empties it before it looks for the newest. It does so on the thread that commands: Python runs one
-thread at a time, and a receiving thread that waits for its turn after each packet would fall behind a busy one.
+Normally every reading is decoded on arrival and processed in order. While motion is sent (``keep_newest``), only the
+newest data matter: everything that has arrived is processed at once, the newest packet first, and older packets are
+decoded only as far as they contain a taxel or joint that no newer one has. A full system buffer keeps the oldest
+packets, so ``take_newest`` empties it before it looks for the newest. It does so on the thread that sends commands:
+Python runs one thread at a time, and a receiving thread that waits for the interpreter lock after each packet would
+fall behind a busy one.
 """
 
 from __future__ import annotations
@@ -24,19 +25,19 @@ from tactile_maps.live.readings.readings import MalformedReadingError, PacketSou
 
 FIRST_PAUSE = 0.25
 LONGEST_PAUSE = 5.0
-"""Seconds before a broken source is opened again: each time twice as long, until a reading comes."""
+"""Longest pause before a broken source is reopened [s]; the pause doubles until a reading arrives."""
 MOST_WAITING = 20_000
-"""Readings that wait to be taken; beyond, the oldest is dropped and counted."""
+"""Maximum number of waiting readings; the oldest beyond that are dropped and counted."""
 _MOST_PACKET_BYTES = 64_000_000
-"""Packets that wait to be decoded; beyond, the oldest are dropped and counted."""
+"""Maximum size of packets that wait to be decoded; the oldest beyond that are dropped and counted."""
 _REST = 0.001
-"""Pause [s] between two looks for packets of which only the newest count; it leaves the processor to the commands."""
+"""Pause between two polls for packets while only the newest count [s]; it leaves the processor to the commands."""
 _POLL = 0.005
-"""For so long [s] a source is waited for before those that wait for others are looked at again."""
+"""Maximum time to wait for a source before packets that wait for missing ones are checked again [s]."""
 
 
 class ConnectionState(StrEnum):
-    """What a connection does."""
+    """State of a connection."""
 
     CLOSED = "closed"
     WAITING = "waiting for readings"
@@ -47,24 +48,24 @@ class ConnectionState(StrEnum):
 
 
 SILENT_SECONDS = 1.0
-"""A source that has said nothing for so long [s] is waited for again."""
+"""A source without a reading for this long [s] returns to the state *waiting for readings*."""
 
 
 @dataclass(frozen=True)
 class ConnectionStatus:
-    """How a connection is, at one time.
+    """State and statistics of a connection at one time.
 
     Attributes:
-        state: What it does.
-        address: Of the source.
-        counts: Of what came.
-        rate: Readings a second [Hz].
-        delay: Beyond the quickest reading; None before there are two.
-        reconnects: How often the source was opened again.
+        state: State of the connection.
+        address: Address of the source.
+        counts: Counts of what arrived.
+        rate: Rate of readings [Hz].
+        delay: Delay relative to the fastest reading; None before there are two.
+        reconnects: Number of times the source was reopened.
         problem: Why it is not receiving; None while it is.
-        next_try: Seconds until the source is opened again; None where that is not planned.
-        malformed: What was wrong with the newest packet that could not be understood; None where there was none.
-        refused: Number of packets of a second sender that were refused once motion was sent, by its address.
+        next_try: Time until the source is reopened [s]; None if that is not planned.
+        malformed: Error of the newest packet that could not be decoded; None if there was none.
+        refused: Number of rejected packets of other senders while motion is sent, by address.
     """
 
     state: ConnectionState
@@ -80,20 +81,20 @@ class ConnectionStatus:
 
 
 def refused_text(refused: Mapping[str, int]) -> str:
-    """Refused senders in words."""
+    """Return the rejected senders in words."""
     return ", ".join(f"{number} of {address}" for address, number in refused.items())
 
 
 class Connection:
-    """Keeps a source open. Mutable; ``step`` is for one thread, ``take`` and ``status`` for any.
+    """Keeps a source open. Mutable; ``step`` is for one thread, ``take`` and ``status`` are thread-safe.
 
     Args:
-        source: Which.
-        clock: Wall time [s], of the same kind as the sender's for packets that tell theirs.
-        patience: For so long [s] a reading waits for those sent before it.
+        source: The source.
+        clock: Wall time [s], of the same kind as the sender's for packets with a time.
+        patience: Time for which a reading waits for those sent before it [s].
 
     Attributes:
-        source: As above.
+        source: As the argument.
         ages: Ages of the readings that arrived.
     """
 
@@ -126,18 +127,18 @@ class Connection:
         self._thread: threading.Thread | None = None
 
     def open(self) -> None:
-        """Open the source now, so that what is wrong with it is told at once; raises LiveError."""
+        """Open the source now, so that errors are raised at once; raises LiveError."""
         self.source.open()
         self._open = True
-        self._opened = self._opened + 1
+        self._opened += 1
 
     def start(self) -> None:
-        """Receive on a thread of its own from now on, until ``close``."""
+        """Receive on a separate thread until ``close``."""
         self._thread = threading.Thread(target=self._loop, name="live input", daemon=True)
         self._thread.start()
 
     def close(self) -> None:
-        """Stop and let go of the source; what arrived can still be taken. Twice does nothing."""
+        """Stop and release the source; waiting readings can still be taken. Calling it again has no effect."""
         self._stop.set()
         if self._thread is not None:
             self._thread.join()
@@ -151,13 +152,15 @@ class Connection:
 
     @property
     def ended(self) -> bool:
-        """Whether the source has no more, and nothing waits to be taken."""
+        """Whether the source has no more readings and none are waiting."""
         return self._ended and not (self._waiting or self._packets)
 
     def keep_newest(self, *, on: bool) -> None:
-        """Keep only what ``take_newest`` needs, from one sender; or every reading again. A file is read in order.
+        """Keep only what ``take_newest`` needs, from one sender; or every reading again. A file is always read in
+        order.
 
-        The stream keeps its one sender afterwards: what is shown and recorded after a stop is the robot that was moved.
+        The stream stays with its one sender afterwards: after a stop, the robot that was moved is displayed and
+            recorded.
         """
         on = on and not self.source.finite
         if on is self._newest_only:
@@ -173,7 +176,7 @@ class Connection:
                 self._decode_all()
 
     def step(self, timeout: float = _POLL) -> None:
-        """Receive what there is, for ``timeout`` [s] at most; open the source where it is broken and it is time to."""
+        """Receive for at most ``timeout`` [s]; reopen a broken source when its pause is over."""
         if self._ended or not (self._open or self._reopen(timeout)):
             return
         if self._newest_only and isinstance(self.source, PacketSource):
@@ -183,7 +186,6 @@ class Connection:
             except LiveError as error:
                 self._break(error)
             return
-        now = self._clock
         try:
             reading = self.source.receive(timeout)
         except SourceEndedError:
@@ -195,21 +197,21 @@ class Connection:
             with self._lock:
                 self._tracker.malformed()
                 self._malformed = str(error)
-                self._keep(self._tracker.due(now()))
+                self._keep(self._tracker.due(self._clock()))
             return
         except LiveError as error:
             self._break(error)
             return
         with self._lock:
+            at = self._clock()
             if reading is None:
-                self._keep(self._tracker.due(now()))
+                self._keep(self._tracker.due(at))
             else:
-                at = now()
                 self._received(at)
                 self._keep(self._tracker.take(reading, at))
 
     def take(self) -> Arrived | None:
-        """The next reading in order; None where none waits."""
+        """Return the next reading in order; None if none is waiting."""
         with self._lock:
             if not self._waiting:
                 self._arrived.clear()
@@ -217,14 +219,14 @@ class Connection:
             return self._waiting.popleft()
 
     def take_newest(self, needed: Callable[[Reading], bool]) -> list[Arrived]:
-        """Take all that has arrived, in order, without readings that newer ones have replaced; those are counted.
+        """Return all that has arrived, in order, without readings that newer ones have replaced; those are counted.
 
         Args:
-            needed: Called for each reading from the newest to the oldest; returns False once the readings that it was
-                called for contain all that is needed.
+            needed: Called for each reading from the newest to the oldest; returns False once the readings so far
+                contain all that is needed.
         """
         if self._newest_only and self._open and isinstance(self.source, PacketSource):
-            with suppress(LiveError):  # the receiving thread meets it too, and opens the source again
+            with suppress(LiveError):  # the receiving thread gets the same error and reopens the source
                 self._drain()
         with self._lock:
             self._arrived.clear()
@@ -253,26 +255,24 @@ class Connection:
             return kept
 
     def wait(self, timeout: float) -> bool:
-        """Wait for a reading for at most ``timeout`` [s]; whether there is one."""
+        """Wait for a reading for at most ``timeout`` [s]; return whether there is one."""
         return self._arrived.wait(timeout)
 
     @property
     def status(self) -> ConnectionStatus:
-        """How it is now."""
+        """Current state and statistics."""
         with self._lock:
             now = self._clock()
-            next_try = None if self._open or self._state(now) is not ConnectionState.RECONNECTING else max(
-                self._retry_at - now, 0.0
-            )  # fmt: skip
+            state = self._state(now)
             return ConnectionStatus(
-                self._state(now),
+                state,
                 self.source.address,
                 self._tracker.counts,
                 self._tracker.rate(now),
-                None if self.source.finite else self._tracker.delay,  # a file is taken when it is taken
+                None if self.source.finite else self._tracker.delay,  # readings of a file have no delay
                 self._reconnects,
                 self._problem,
-                next_try,
+                max(self._retry_at - now, 0.0) if state is ConnectionState.RECONNECTING else None,
                 self._malformed,
                 self.source.refused if isinstance(self.source, PacketSource) else {},
             )
@@ -289,14 +289,13 @@ class Connection:
         return ConnectionState.RECEIVING if now - self._last < SILENT_SECONDS else ConnectionState.WAITING
 
     def _drain(self) -> None:
-        """Receive every packet that the system has kept; raises LiveError where the connection is lost."""
+        """Receive every packet in the system's buffer; raises LiveError if the connection is lost."""
         source = self.source
         assert isinstance(source, PacketSource)
         with self._receiving:
             received = []
             size = 0
-            most = _MOST_PACKET_BYTES
-            while size < most and self._open and (packet := source.receive_packet(0.0)) is not None:
+            while size < _MOST_PACKET_BYTES and self._open and (packet := source.receive_packet(0.0)) is not None:
                 received.append(packet)
                 size += len(packet)
             if not received:
@@ -306,10 +305,10 @@ class Connection:
                 self._received(now)
                 self._packets.extend((now, packet) for packet in received)
                 self._packet_bytes += size
-                while self._packet_bytes > most:
+                while self._packet_bytes > _MOST_PACKET_BYTES:
                     self._packet_bytes -= len(self._packets.popleft()[1])
                     self._tracker.overflowed()
-                if not self._newest_only:  # another thread has changed it since: nobody takes packets any more
+                if not self._newest_only:  # changed by another thread since: packets are no longer taken
                     self._decode_all()
                 self._arrived.set()
 
@@ -319,11 +318,11 @@ class Connection:
         self._last = at
 
     def _aged(self, arrived: list[Arrived]) -> list[Arrived]:
-        """Readings whose turn it is, with their ages; those that come too late to be taken measure nothing."""
+        """Add the ages of readings in order; readings that arrive too late to be processed do not affect the ages."""
         return [item._replace(age=self.ages.add(item.reading.time, item.at)) for item in arrived]
 
     def _decode(self, packet: bytes) -> Reading | None:
-        """The reading of a packet; None for a malformed one, which is counted."""
+        """Return the reading of a packet; None for a malformed one, which is counted."""
         assert isinstance(self.source, PacketSource)
         try:
             return self.source.decode_packet(packet)
@@ -333,7 +332,7 @@ class Connection:
             return None
 
     def _plausible(self, packets: Iterable[tuple[float, bytes]]) -> list[float]:
-        """Arrivals of those packets that look like readings; the others are counted as malformed, not decoded."""
+        """Return the arrivals of packets that look like readings; the others are counted as malformed, not decoded."""
         times = []
         for at, packet in packets:
             assert isinstance(self.source, PacketSource)
@@ -341,11 +340,11 @@ class Connection:
                 times.append(at)
             else:
                 self._tracker.malformed()
-                self._malformed = self._malformed or f"it does not begin as a reading (found: {packet[:40]!r})"
+                self._malformed = self._malformed or f"it does not begin like a reading (found: {packet[:40]!r})"
         return times
 
     def drop_waiting(self) -> None:
-        """Drop the readings that wait to be taken, and count them as overflowed."""
+        """Drop the waiting readings and count them as overflowed."""
         with self._lock:
             self._tracker.overflowed(len(self._waiting) + len(self._packets))
             self._waiting.clear()
@@ -353,7 +352,7 @@ class Connection:
             self._packet_bytes = 0
 
     def _decode_all(self) -> None:
-        """Decode the packets that wait, in order."""
+        """Decode the waiting packets in order."""
         while self._packets:
             at, packet = self._packets.popleft()
             reading = self._decode(packet)
@@ -371,7 +370,7 @@ class Connection:
             self._arrived.set()
 
     def _break(self, error: TactileMapsError) -> None:
-        """The source is lost: try again after a pause. A file that cannot be read once cannot be read again."""
+        """Close a lost source and retry after a pause. A file is not retried."""
         with self._receiving:
             self.source.close()
             self._open = False
@@ -405,14 +404,14 @@ class Connection:
         try:
             while not (self._stop.is_set() or self._ended):
                 if self.source.finite and len(self._waiting) >= MOST_WAITING:
-                    self._stop.wait(_POLL)  # a file waits until its readings are taken; nothing of it is dropped
+                    self._stop.wait(_POLL)  # a file waits until its readings are processed; none are dropped
                 else:
                     self.step()
                     if self._newest_only:
                         self._stop.wait(_REST)
         except TactileMapsError as error:
             self._fail(str(error))
-        except Exception as error:  # the thread's last door: beyond it nobody would notice that nothing comes any more
+        except Exception as error:  # an uncaught error would end the thread unnoticed
             self._fail(describe_unexpected_error(error))
 
     def _fail(self, problem: str) -> None:

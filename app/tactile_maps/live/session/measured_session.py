@@ -1,7 +1,7 @@
-"""What a ``Session`` is for a simulation, for readings of a real skin: frames with contacts, events and forces.
+"""The counterpart of ``Session`` for readings of a real skin: frames with contacts, events and forces.
 
-It is driven, recorded and shown as a ``Session`` is, but no input makes its frames: it has the map, the way contacts
-are read and nothing else to change, and a recording of it cannot be simulated again.
+It is operated, recorded and displayed like a ``Session``, but its frames come from readings instead of inputs: only the
+map and the contact detection can be changed, and its recordings cannot be simulated again.
 """
 
 from __future__ import annotations
@@ -45,11 +45,11 @@ from tactile_maps.session.runtime_settings import RuntimeSettings
 from tactile_maps.tactile.sensors.sensor_effects import SensorEffects
 
 MOST_COUNTS = 2.0**32
-"""Largest plausible amount of a value in counts: no converter has more bits."""
+"""Largest plausible absolute value in counts: no converter has more bits."""
 MOST_PRESSURE = 1e7
-"""Largest plausible amount of a pressure [Pa]: ten times what the strongest skins measure."""
+"""Largest plausible absolute pressure [Pa]: ten times the range of the strongest skins."""
 JOINT_TOLERANCE = 0.1
-"""A position may be beyond a joint's limits by so much [rad]: encoders and models differ."""
+"""Tolerance of a position beyond the joint's limits [rad]: encoders and models differ."""
 SLIDE_TOLERANCE = 0.01
 """The same for a slide [m]."""
 MOST_TURNS = 1e4
@@ -57,40 +57,40 @@ MOST_TURNS = 1e4
 LONGEST_SLIDE = 100.0
 """Largest plausible position of a slide without limits [m]."""
 FASTEST_JOINT = 30.0
-"""Largest plausible speed of a joint [rad/s], beyond its tolerance in one step."""
+"""Largest plausible speed of a joint [rad/s], in addition to its tolerance in one step."""
 FASTEST_SLIDE = 10.0
 """The same for a slide [m/s]."""
 _LONGEST_STEP = 10.0
-"""A clock in a file that jumps ahead by more [s] was set: then the time of arrival counts."""
+"""A larger forward step of the clock in a file [s] means that the clock was set; the time of arrival is used then."""
 _AHEAD = 0.25
-"""A live sender's clock may be ahead of the time of arrival by so much more [s] than at the reading before."""
+"""A live sender's clock may gain at most this much [s] on the time of arrival between two readings."""
 _USUAL_TARE = 50
 """Number of readings in a tare, also where a recording does not state it."""
-NOTHING: Callable[[], Arrived | None] = lambda: None  # noqa: E731  the source of a session that is given readings
+NOTHING: Callable[[], Arrived | None] = lambda: None  # noqa: E731  source of a session that uses ``show`` instead
 
 
 @dataclass(frozen=True)
 class MeasuredFacts:
-    """What a person should know of the readings besides their contacts.
+    """Facts about the readings to display to the user, other than contacts.
 
     Attributes:
-        readings: Taken so far.
-        refused: That did not fit the skin; ``problem`` says why the newest did not.
-        problem: Of the newest refused one; None where there was none.
-        unknown: Labels that no taxel has, sorted.
-        unknown_values: How many values had one.
-        unheard: Taxels that no value came for yet.
-        unknown_joints: Joints that the robot does not have, sorted.
-        unheard_joints: How many of its own no position came for yet; they are shown at rest.
+        readings: Number of readings used so far.
+        refused: Number of readings that did not fit the skin.
+        problem: Error of the newest rejected reading; None if there was none.
+        unknown: Sorted labels that belong to no taxel.
+        unknown_values: Number of values with such a label.
+        unheard: Number of taxels without a value so far.
+        unknown_joints: Sorted names of joints that the robot does not have.
+        unheard_joints: Number of the robot's joints without a position so far; they are displayed in the home posture.
         silent: Channels that do not follow the skin.
-        swapped: Channels that stand in each other's place.
-        unit: Of the newest reading.
-        mode: What is shown.
-        calibrated: Whether pressures and forces mean what they say.
-        mistimed: Number of readings whose time does not fit those before; their time of arrival was used instead.
+        swapped: Channels that are exchanged.
+        unit: Unit of the newest reading.
+        mode: Displayed quantity.
+        calibrated: Whether pressures and forces are calibrated.
+        mistimed: Number of readings with an implausible time, for which the time of arrival was used.
         taring: Whether the baseline is being measured.
-        tared: Whether there is one.
-        weighing: How calibrating by a known weight goes.
+        tared: Whether there is a baseline.
+        weighing: Progress of a calibration with a known weight.
     """
 
     readings: int
@@ -117,7 +117,7 @@ class Implausible:
     """Impossible values in the readings.
 
     Attributes:
-        count: How many readings contained one.
+        count: Number of readings with an impossible value.
         text: The newest one: its name, value and range.
     """
 
@@ -126,27 +126,27 @@ class Implausible:
 
 
 class MeasuredSession:
-    """Readings of a skin as frames. Mutable; ``reset`` starts the clock and the contacts again.
+    """Readings of a skin as frames. Mutable; ``reset`` restarts the clock and the contacts.
 
     Args:
         prepared: Robot, skin and map; see ``prepare_measured``.
-        source: The next reading in order, or None where none waits.
-        table: Running number of the taxel by the stream's id, instead of the skin's own ids.
-        calibration: Of the skin; None where nothing is known.
-        mode: What is shown; by default pressure where it is known, else values above the baseline.
-        finite: Whether the readings come from a file: they arrive when they are read, so only their own times count.
-        quiet_seconds: For which a channel may not change before it is suspected.
+        source: Returns the next reading in order, or None if none is waiting.
+        table: Taxel number by the stream's id; replaces the skin's own ids.
+        calibration: Calibration of the skin; None if unknown.
+        mode: Displayed quantity; by default pressure if calibrated, otherwise values above the baseline.
+        finite: Whether the readings come from a file: only their own times count then, not their arrival.
+        quiet_seconds: Time without a change after which a channel is suspect [s].
 
     Attributes:
-        prepared: As above.
+        prepared: As the argument.
         frame: The newest frame.
         inputs: (tick, input) since the reset.
-        map: By which contacts are placed.
+        map: Map on which contacts are located.
         failure: None: readings do not diverge.
         scripted: False.
-        heard: When each taxel and joint was last heard.
+        heard: Time of the newest value of each taxel and joint.
         implausible: Impossible values so far.
-        noise: Of the untouched taxels, in the pressures shown; None where no tare measured it.
+        noise: Noise of the untouched taxels, in the displayed pressures; None if no tare measured it.
     """
 
     failure = None
@@ -211,7 +211,7 @@ class MeasuredSession:
         self.reset()
 
     def reset(self) -> None:
-        """Forget contacts, values and time; calibration, baseline, map and settings stay."""
+        """Discard contacts, values and time; calibration, baseline, map and settings stay."""
         self._contacts.reset()
         self._broken = np.zeros(len(self._baseline), dtype=bool)
         self._changed = np.zeros(len(self._baseline), dtype=bool)
@@ -223,37 +223,37 @@ class MeasuredSession:
         self._sequence: int | None = None
         self._posture = self.prepared.robot.home.copy()
         self._velocity = np.zeros(len(self._posture))
-        self._joint_times = np.full(len(self._posture), -np.inf)  # of the newest positions, in the session's time
-        self._times: tuple[float, float] | None = None  # of the newest reading: the sender's and ours
-        self._time_base: tuple[float, float, float] | None = None  # the same two and the session's, when they agreed
+        self._joint_times = np.full(len(self._posture), -np.inf)  # session time of the newest positions
+        self._times: tuple[float, float] | None = None  # sender's and receiver's time of the newest reading
+        self._time_base: tuple[float, float, float] | None = None  # both and the session time when they last agreed
         self._mistimed = 0
         self._ticks = 0
         self._time = 0.0
         self.inputs: list[tuple[int, SessionInput]] = [
             (0, session_input) for session_input in self.runtime_settings.since(self._start)
         ]
-        self._told: CalibrationUsed | None = None
+        self._recorded_calibration: CalibrationUsed | None = None
         self.frame = self._frame()
 
     @property
     def runtime_settings(self) -> RuntimeSettings:
-        """What a person may change, as it is in force; of it only map and reading mean anything here."""
+        """Current settings that can be changed at run time; only map and reading apply to measured readings."""
         start = self._start
         return RuntimeSettings(start.settings, start.effects, start.behaviours, self._reading, self.map)
 
     @property
     def mode(self) -> ValueMode:
-        """What is shown."""
+        """Displayed quantity."""
         known = self._calibration.known
         if self._wanted is None or (self._wanted is ValueMode.PRESSURE and not known):
             return ValueMode.PRESSURE if known else ValueMode.BASELINE
         return self._wanted
 
     def request_mode(self, mode: ValueMode) -> None:
-        """Show something else from the next reading on.
+        """Change the displayed quantity from the next reading on.
 
         Raises:
-            LiveError: Pressure is wanted of a skin that is not calibrated.
+            LiveError: Pressure is requested for an uncalibrated skin.
         """
         if mode is ValueMode.PRESSURE and not self._calibration.known and self._unit is not None:
             remedy = "Give a calibration file, or calibrate with a known weight"
@@ -263,7 +263,7 @@ class MeasuredSession:
 
     @property
     def units(self) -> ReadingUnits:
-        """What the values that are shown may be called."""
+        """Kind of the displayed values."""
         if self._calibration.known and self.mode is ValueMode.PRESSURE:
             return ReadingUnits.CALIBRATED
         known = self._unit is not None and self._unit.pascals is not None
@@ -276,33 +276,33 @@ class MeasuredSession:
 
     @property
     def mean_rate(self) -> float:
-        """Readings a second by the sender's clock [Hz]; 0 before there are two."""
+        """Mean rate of readings by the sender's clock [Hz]; 0 before there are two."""
         return (self._readings - 1) / self._time if self._readings > 1 and self._time > 0 else 0.0
 
     @property
     def calibration(self) -> Calibration:
-        """In force."""
+        """Current calibration."""
         return self._calibration
 
     def tare(self, frames: int = _USUAL_TARE) -> None:
-        """Take the mean of the next readings as that of the untouched skin, and their spread as noise.
+        """Use the mean of the next readings as the baseline of the untouched skin, and their spread as noise.
 
-        Until then nothing is felt.
+        No contacts are detected meanwhile.
         """
         self._tare = Tare(len(self._values), frames)
         self._weighing = None
 
     def remember(self, seconds: float) -> None:
-        """Keep the readings of so long from now on, for ``weigh``; raises LiveError for what is no time."""
+        """Keep the readings of the last ``seconds`` [s] for ``weigh``; raises LiveError if that is out of range."""
         self._recent = RecentReadings(seconds)
 
     def weigh(self, mass: float) -> Calibration:
-        """Calibrate by a known weight [kg] that lies on the skin now; the calibration, in force from now on.
+        """Calibrate with a known weight [kg] that is on the skin now; return the new calibration.
 
-        By the mean of the readings that are remembered, else by the newest.
+        Uses the mean of the readings kept by ``remember``, otherwise the newest reading.
 
         Raises:
-            LiveError: It is not felt, has not come to rest, or the skin was not tared.
+            LiveError: The readings do not change, the weight is not at rest, or the skin was not tared.
         """
         self._check_tared()
         areas = self.prepared.skin.areas
@@ -311,24 +311,25 @@ class MeasuredSession:
         return self._calibration
 
     def begin_weighing(self, mass: float, seconds: float, *, taxels: IntArray | None = None) -> None:
-        """Calibrate by a known weight that lies on the skin from now on, by the mean of the next readings.
+        """Calibrate with a known weight on the skin, by the mean of the next readings.
 
-        How it goes is among the ``facts``; ``undo_weighing`` takes it back.
+        ``facts`` contains the progress; ``undo_weighing`` restores the previous calibration.
 
         Args:
-            mass: [kg].
-            seconds: Over which readings are averaged, at most 60.
-            taxels: (k,) on which it lies: only their readings count, see ``Calibration.with_weight``; None for any.
+            mass: Mass of the weight [kg].
+            seconds: Time over which readings are averaged [s], at most 60.
+            taxels: (k,) taxels under the weight: only their readings count, see ``Calibration.with_weight``; None for
+                any.
 
         Raises:
-            LiveError: The skin was not tared, or there is no such weight, time or taxel.
+            LiveError: The skin was not tared, or mass, time or taxels are invalid.
         """
         self._check_tared()
         self._weighing = Weighing(mass, seconds, taxels, self._time)
         self._weighed = WeighingState()
 
     def undo_weighing(self) -> None:
-        """Go back to the calibration from before the newest weight, and end one that goes on."""
+        """Restore the calibration before the newest weight, and end a running one."""
         self._weighing = None
         self._weighed = WeighingState()
         if self._before_weights:
@@ -337,11 +338,11 @@ class MeasuredSession:
 
     def _check_tared(self) -> None:
         if not self.tared:
-            raise LiveError("the skin was not tared", remedy="Tare it while nothing touches it, then lay the weight on")
+            raise LiveError("the skin was not tared", remedy="Tare it while nothing touches it, then add the weight")
 
     @property
     def _change(self) -> FloatArray:
-        """(taxels,) values above the untouched skin's, as they are sent."""
+        """(taxels,) values above those of the untouched skin, in the sent unit."""
         return self._values - self._baseline - self._calibration.offset
 
     def _calibrate(self, calibration: Calibration) -> None:
@@ -363,19 +364,15 @@ class MeasuredSession:
             self._weighed = WeighingState(factor=factor)
 
     def adopt(self, used: CalibrationUsed) -> None:
-        """Take over gains, offsets and baseline of a recording, where nothing else was given.
+        """Use gains, offsets and baseline of a recording where no other calibration was given.
 
         Raises:
-            LiveError: It is of another skin.
+            LiveError: They are of another skin.
         """
-        sizes = {
-            values.shape
-            for values in (used.gain, used.offset, used.baseline, used.spread, used.counts)
-            if values is not None
-        }
-        if sizes != {self._values.shape}:
+        arrays = (used.gain, used.offset, used.baseline, used.spread, used.counts)
+        if any(values is not None and values.shape != self._values.shape for values in arrays):
             found = f"{len(used.gain)} taxels for {len(self._values)}"
-            remedy = "Show it on the skin that it was recorded with, or give a calibration of this one"
+            remedy = "Use the skin of the recording, or give a calibration of this skin"
             raise LiveError("the recorded calibration is of another skin", value=found, remedy=remedy)
         if used.known:
             self._given = self._calibration = Calibration(used.gain, used.offset)
@@ -389,7 +386,7 @@ class MeasuredSession:
 
     @property
     def facts(self) -> MeasuredFacts:
-        """What a person should know besides contacts."""
+        """Facts about the readings to display to the user."""
         matcher = self._matcher
         return MeasuredFacts(
             readings=self._readings,
@@ -417,23 +414,23 @@ class MeasuredSession:
         return replace(self._weighed, left=left, undoable=bool(self._before_weights))
 
     def submit(self, session_input: SessionInput) -> None:
-        """Change the map or the way contacts are read, from the next reading on.
+        """Change the map or the contact detection from the next reading on.
 
         Raises:
-            SimulationError: It is something that only a simulation can do.
+            SimulationError: The input applies only to simulations.
         """
         if isinstance(session_input, PokeMoved | PokeReleased):
-            return  # of a poke that was refused
+            return  # follows a poke that was rejected
         if not isinstance(session_input, MapEdited | ReadingChanged):
             remedy = "Disconnect to simulate again"
-            raise SimulationError("a measured skin can be watched, not poked or controlled", remedy=remedy)
+            raise SimulationError("a measured skin cannot be poked or controlled", remedy=remedy)
         self._waiting.append(session_input)
         if self._readings == 0:
             self.apply_inputs()
 
     @contextmanager
     def watched(self, each: Callable[[Frame], None]) -> Iterator[None]:
-        """Tell ``each`` every new frame while the block runs."""
+        """Call ``each`` with every new frame while the block runs."""
         self._watchers.append(each)
         try:
             yield
@@ -441,26 +438,27 @@ class MeasuredSession:
             self._watchers.remove(each)
 
     def tick(self) -> Frame:
-        """Take the next reading, if one waits; the newest frame.
+        """Use the next reading, if one is waiting; return the newest frame.
 
-        Cost: 0.2 ms for 1000 taxels untouched, and what the estimator in force takes.
+        Cost: 0.2 ms for 1000 taxels without contact, plus the time of the force estimator.
         """
         self.apply_inputs()
         item = self._source()
         return self.frame if item is None else self.show(item)
 
     def show(self, item: Arrived) -> Frame:
-        """The frame of a reading; the last one where the reading does not fit the skin, which is counted."""
+        """Return the frame of a reading; the previous frame if the reading does not fit the skin, which is counted."""
         return self.make_frame() if self.apply(item) else self.frame
 
     def apply(self, item: Arrived, *, compare: bool = True) -> bool:
-        """Take the values of a reading without a frame; False where it does not fit the skin, which is counted.
+        """Use the values of a reading without making a frame; return False if it does not fit the skin, which is
+        counted.
 
-        Several readings may be taken before ``make_frame`` shows them as one.
+        ``make_frame`` combines several readings into one frame.
 
         Args:
             item: The reading.
-            compare: False to leave out the search for swapped channels, which takes up to 90 ms for 5,000 taxels.
+            compare: False to skip the search for swapped channels, which takes up to 90 ms for 5,000 taxels.
 
         Cost: 0.02 ms for 100 taxels, 0.1 ms for 5,000.
         """
@@ -474,7 +472,7 @@ class MeasuredSession:
                 if reading.recorded is not None and self._given is None and self._tare is None and not self.tared:
                     self.adopt(reading.recorded)
             except LiveError as error:
-                self._refused = self._refused + 1
+                self._refused += 1
                 self._problem = str(error)
                 return False
             self._advance(reading.time, item.at)
@@ -496,7 +494,7 @@ class MeasuredSession:
         return True
 
     def make_frame(self) -> Frame:
-        """The frame of the values that were taken since the last one."""
+        """Return the frame of the values used since the previous frame."""
         self.frame = self._frame()
         for each in tuple(self._watchers):
             each(self.frame)
@@ -505,11 +503,10 @@ class MeasuredSession:
     def missing(self) -> Callable[[Reading], bool]:
         """Return a function for ``Connection.take_newest``, to call with readings from the newest to the oldest.
 
-        It returns False once they contain a value of every taxel and joint that was heard before.
+        It returns False once they contain a value of every taxel and joint that has ever had one.
         """
         taxels = self.heard.taxels > -np.inf
-        joints = {joint.name for joint, at in zip(self.prepared.robot.joints, self.heard.joints, strict=True)
-                  if at > -np.inf}  # fmt: skip
+        joints = {name for name, number in self._joints.items() if self.heard.joints[number] > -np.inf}
         complete = bool(taxels.any())
 
         def needed(reading: Reading) -> bool:
@@ -523,7 +520,7 @@ class MeasuredSession:
         return needed
 
     def apply_inputs(self) -> None:
-        """Put the inputs that were submitted in force."""
+        """Apply the submitted inputs."""
         while self._waiting:
             session_input = self._waiting.pop(0)
             if isinstance(session_input, MapEdited):
@@ -544,10 +541,10 @@ class MeasuredSession:
             self._calibration = Calibration.plain(len(self._values), unit)
 
     def _advance(self, sent: float, arrived: float) -> None:
-        """Let time pass up to a reading.
+        """Advance the session time to a reading.
 
-        A time that does not fit the reading before is not used: the time of arrival counts. It becomes the base of
-        those after it only where the next reading fits it, as when the sender started again or its clock was set.
+        If its time does not fit the previous readings, the time of arrival is used instead. Such a time becomes the
+        base for later ones only if the next reading fits it, as after a restart of the sender or a change of its clock.
         """
         before = self._times
         self._times = (sent, arrived)
@@ -564,7 +561,7 @@ class MeasuredSession:
         self._ticks = max(round(self._time / self.prepared.scene.tick), self._ticks + 1)
 
     def _follows(self, times: tuple[float, float], before: tuple[float, float]) -> bool:
-        """Return whether the sender's and our time of a reading follow those of one before it."""
+        """Return whether the sender's and the receiver's time of a reading fit those of an earlier one."""
         passed = max(times[1] - before[1], 0.0)
         return 0 <= times[0] - before[0] <= (_LONGEST_STEP if self._finite else passed + _AHEAD)
 
@@ -577,7 +574,7 @@ class MeasuredSession:
             self._refuse("a value is impossible", name, f"{values[row]:g} {unit}", f"At most {most:g} {unit}")
 
     def _known_joints(self, joints: Mapping[str, float]) -> tuple[list[int], list[float]]:
-        """Numbers and positions of the robot's own joints; others are remembered by name."""
+        """Return numbers and positions of the robot's joints; names of unknown joints are kept."""
         numbers = []
         positions = []
         for name, position in joints.items():
@@ -588,8 +585,8 @@ class MeasuredSession:
                 continue
             low, high = self._ranges[number]
             if not low <= position <= high:
-                self._refuse("a joint's position is impossible", f"joint {name}", f"{position:g}",
-                             f"From {low:g} to {high:g}")  # fmt: skip
+                limits = f"From {low:g} to {high:g}"
+                self._refuse("a joint's position is impossible", f"joint {name}", f"{position:g}", limits)
             numbers.append(number)
             positions.append(position)
         return numbers, positions
@@ -599,21 +596,23 @@ class MeasuredSession:
         raise MalformedReadingError(problem, place=place, value=value, remedy=remedy)
 
     def _check_speed(self, joints: list[int], positions: list[float]) -> None:
-        """Remember a position that the joint cannot have reached since it was last heard. It is shown all the same."""
+        """Report a position that the joint cannot have reached since its previous one. It is displayed nevertheless."""
         for number, position in zip(joints, positions, strict=True):
             joint = self.prepared.robot.joints[number]
             fastest, tolerance = (FASTEST_SLIDE, SLIDE_TOLERANCE) if joint.slide else (FASTEST_JOINT, JOINT_TOLERANCE)
-            step = self._time - self._joint_times[number]  # infinite before the first
+            step = self._time - self._joint_times[number]  # infinite for the first position
             moved = abs(position - self._posture[number])
             if moved > fastest * step + tolerance:
                 text = f"joint {joint.name}: moved by {moved:.3g} in {step:.3g} s"
                 self.implausible = Implausible(self.implausible.count + 1, text)
 
     def _move(self, joints: list[int], positions: list[float]) -> None:
-        """Take positions; velocities are since the joint was last heard, also where other readings came between."""
+        """Use joint positions; velocities are relative to the joint's previous position, even with other readings
+        between.
+        """
         if not joints:
             return
-        passed = self._time - self._joint_times[joints]  # infinite before the first: no velocity is known
+        passed = self._time - self._joint_times[joints]  # infinite for the first position: velocity 0
         moved = np.asarray(positions) - self._posture[joints]
         before = self._velocity[joints]
         velocity = self._velocity.copy()
@@ -623,7 +622,7 @@ class MeasuredSession:
         self._joint_times[joints] = self._time
 
     def _notice_changes(self, taxels: IntArray, values: FloatArray) -> None:
-        """Count taxels (k,) as working whose ``values`` (k,) differ from the ones before."""
+        """Count taxels (k,) whose ``values`` (k,) differ from the previous ones as working."""
         before = self._raw[taxels]
         changed = taxels[~np.isnan(before) & (before != values)]
         self._changed[changed] = True
@@ -632,7 +631,7 @@ class MeasuredSession:
     def _notice_silence(self) -> None:
         """Count silent channels as broken where a working one would have changed.
 
-        Without noise a working taxel next to a contact may keep its value. So a silent channel is broken if it has
+        Without noise, a working taxel next to a contact may keep its value. So a silent channel is broken if it has
         never changed, or if it varied in the tare.
         """
         for one in self._health.silent:
@@ -650,7 +649,7 @@ class MeasuredSession:
         self._use_noise()
 
     def _use_noise(self) -> None:
-        """Contacts are read above the noise of the untouched skin, in what is shown."""
+        """Detect contacts above the noise of the untouched skin, in displayed units."""
         if self._spread is None:
             return
         counts = np.full(len(self._spread), _USUAL_TARE) if self._counts is None else self._counts
@@ -659,50 +658,58 @@ class MeasuredSession:
 
     @property
     def _gains(self) -> FloatArray:
-        """(taxels,) pascals that a unit of the readings is shown as."""
+        """(taxels,) displayed pascals per unit of the readings."""
         return self._calibration.gain if self.mode is ValueMode.PRESSURE else np.full(len(self._values), self._scale)
 
     @property
     def _scale(self) -> float:
-        """Pascals that a unit of the readings is shown as where no calibration is used."""
+        """Displayed pascals per unit of the readings where no calibration is used."""
         return float(Calibration.plain(1, self._unit or Unit.COUNTS).gain[0])
 
     def _pressures(self) -> FloatArray:
-        """(taxels,) [Pa], or what is shown as that."""
+        """Displayed pressures (taxels,) [Pa]."""
         calibration = self._calibration
         mode = self.mode
         if self._tare is not None and mode is not ValueMode.RAW:
-            return np.zeros(len(self._values))  # by its meaning nothing touches the skin meanwhile
+            return np.zeros(len(self._values))  # the skin is untouched during a tare
         if mode is ValueMode.PRESSURE:
             return calibration.values(self._values, self._baseline, mode)
         return self._scale * calibration.values(self._values, self._baseline + calibration.offset, mode)
 
-    def _tell_calibration(self) -> None:
-        """By what readings are shown is an input, so that a recording of them can be shown otherwise."""
+    def _record_calibration(self) -> None:
+        """Add the calibration to the inputs when it changes, so that a recording can be displayed with another one."""
         now = self._calibration
-        told = self._told
-        mode = _recorded_mode(self.mode)
+        recorded = self._recorded_calibration
+        mode: Literal["raw", "baseline", "kPa"] = self.mode.value
         broken = np.flatnonzero(self._broken)
-        same = (
-            told is not None
-            and told.gain is now.gain
-            and told.baseline is self._baseline
-            and told.mode == mode
-            and np.array_equal(told.broken, broken)
+        if (
+            recorded is not None
+            and recorded.gain is now.gain
+            and recorded.baseline is self._baseline
+            and recorded.mode == mode
+            and np.array_equal(recorded.broken, broken)
+        ):
+            return
+        used = CalibrationUsed(
+            now.gain,
+            now.offset,
+            self._baseline,
+            self._spread,
+            now.known,
+            mode,
+            self._counts,
+            self._tail.scale,
+            self._tail.heaviness,
+            broken,
         )
-        if not same:
-            used = CalibrationUsed(
-                now.gain, now.offset, self._baseline, self._spread, now.known, mode, self._counts,
-                self._tail.scale, self._tail.heaviness, broken,
-            )  # fmt: skip
-            self._baseline = used.baseline
-            self._told = used
-            self.inputs.append((self._ticks, used))
+        self._baseline = used.baseline
+        self._recorded_calibration = used
+        self.inputs.append((self._ticks, used))
 
     def _frame(self) -> Frame:
         pressures = self._pressures()
         units = self.units
-        self._tell_calibration()
+        self._record_calibration()
         self._contacts.set_broken_taxels(self._broken)
         self._contacts.use_units(units)
         with self._watch.stage("contacts"):
@@ -732,23 +739,13 @@ class MeasuredSession:
 
 
 def _plausible(joint: Joint) -> tuple[float, float]:
-    """Lowest and highest plausible position [rad or m]."""
+    """Return the lowest and highest plausible position of a joint [rad or m]."""
     tolerance, most = (SLIDE_TOLERANCE, LONGEST_SLIDE) if joint.slide else (JOINT_TOLERANCE, MOST_TURNS)
     return max(joint.lower - tolerance, -most), min(joint.upper + tolerance, most)
 
 
-def _recorded_mode(mode: ValueMode) -> Literal["raw", "baseline", "kPa"]:
-    match mode:
-        case ValueMode.RAW:
-            return "raw"
-        case ValueMode.BASELINE:
-            return "baseline"
-        case ValueMode.PRESSURE:
-            return "kPa"
-
-
 def swapped_texts(session: MeasuredSession, swapped: tuple[SwappedChannels, ...]) -> tuple[str, ...]:
-    """Swapped channels in words, module by module, like "module 14: 87012 with 87015"."""
+    """Return swapped channels in words by module, like "module 14: 87012 with 87015"."""
     by_module: dict[int | None, list[str]] = {}
     skin = session.prepared.skin
     for one in swapped:
@@ -760,6 +757,6 @@ def swapped_texts(session: MeasuredSession, swapped: tuple[SwappedChannels, ...]
 
 
 def silent_text(session: MeasuredSession, silent: SilentChannel) -> str:
-    """A silent channel in words: its name, and what it says."""
+    """Return a silent channel in words: its name and value."""
     name = str(session.prepared.skin.taxel_name(silent.taxel)) or f"taxel {silent.taxel}"
     return f"{name}: {'stuck' if silent.stuck else 'dead'} at {silent.value:g}"

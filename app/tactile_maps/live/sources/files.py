@@ -1,8 +1,8 @@
-"""Recorded readings, played again at the speed at which they were made or as fast as they are taken.
+"""Recorded readings, played back at their original speed or as fast as they are processed.
 
-A table has one row a reading. Its columns: ``time`` [s]; if known ``sequence``; for each taxel its hardware id
-(``87012``) or module and channel (``14.3``); ``joint:NAME`` for positions. A first line ``# unit: kPa`` tells the unit.
-An empty cell is a taxel that did not report.
+A table has one row per reading. Its columns: ``time`` [s]; optionally ``sequence``; for each taxel its hardware id
+(``87012``) or module and channel (``14.3``); ``joint:NAME`` for positions. A first line ``# unit: kPa`` states the
+unit. An empty cell means that the taxel sent no value.
 """
 
 from __future__ import annotations
@@ -25,24 +25,24 @@ from tactile_maps.session.inputs import CalibrationUsed
 from tactile_maps.session.measured_values import MeasuredValues
 
 Item = Reading | MalformedReadingError
-"""A row: what it says, or why it cannot be used."""
+"""A row: a reading, or why it cannot be used."""
 _INSTALL = "pip install 'tactile-maps[pyarrow]'"
 
 
 class FileSource:
-    """A file's readings at their times. Mutable.
+    """Readings of a file at their times. Mutable.
 
     Args:
         path: The file.
-        read: Makes readings of it, one after the other.
-        speed: Recorded seconds a second; None for as fast as it goes.
+        read: Reads the file and yields its readings.
+        speed: Playback speed relative to the recording; None for as fast as possible.
         clock: Wall time [s].
-        wait: Lets so many seconds pass.
+        wait: Waits for a number of seconds.
 
     Attributes:
         address: The path.
         finite: True.
-        slow: Whether more than its first lines are read to begin.
+        slow: Whether opening reads more than the first lines.
     """
 
     finite = True
@@ -68,17 +68,17 @@ class FileSource:
         self._start: tuple[float, float] | None = None
 
     def open(self) -> None:
-        """Begin at the first reading; raises LiveError where the file cannot be read."""
+        """Start at the first reading; raises LiveError if the file cannot be read."""
         items = iter(self._read(self._path))
         first = next(items, None)
         if first is None:
-            raise LiveError("the file holds no readings", file=self._path)
+            raise LiveError("the file contains no readings", file=self._path)
         self._items = items
         self._next = first
         self._start = None
 
     def receive(self, timeout: float) -> Reading | None:
-        """The next reading once its time has come."""
+        """Return the next reading when its time has come."""
         if self._items is None:
             raise LiveError("the file is not open", file=self._path)
         item = self._next
@@ -94,11 +94,11 @@ class FileSource:
         return item
 
     def close(self) -> None:
-        """Let go of it."""
+        """Release the file."""
         self._items = self._next = None
 
     def _early(self, at: float) -> float:
-        """Seconds until a reading of that time is due."""
+        """Return the time until a reading is due [s]."""
         if self._speed is None:
             return 0.0
         if self._start is None:
@@ -107,12 +107,12 @@ class FileSource:
 
 
 def read_recording(path: Path) -> Iterator[Item]:
-    """Values and posture of a recording of this program: of a real skin as they were sent, else simulated pressures.
+    """Yield values and posture of a recording of this program: as sent by a real skin, otherwise simulated pressures.
 
-    The first reading of a real skin carries the calibration and baseline that were in force in the end.
+    The first reading of a real skin contains the calibration and baseline at the end of the recording.
 
     Raises:
-        RecordingError: It cannot be read.
+        RecordingError: The recording cannot be read.
     """
     player = RecordingPlayer(path)
     names = [joint.name for joint in player.prepared.robot.joints]
@@ -132,7 +132,7 @@ def read_recording(path: Path) -> Iterator[Item]:
 def _as_sent(
     measured: MeasuredValues, ids: IntArray | None, joints: dict[str, float], recorded: CalibrationUsed | None
 ) -> Item:
-    """A frame's values of the taxels that had any, under the sender's time and number."""
+    """Return the values of a measured frame with the sender's time and number; taxels without a value are left out."""
     there = ~np.isnan(measured.raw)
     labels = np.arange(len(there)) if ids is None else ids
     assert measured.sent is not None
@@ -153,7 +153,16 @@ def _is_id(word: str) -> bool:
 
 @dataclass(frozen=True, eq=False)
 class _Columns:
-    """Of a table, by place: what they are."""
+    """Columns of a table by their index.
+
+    Attributes:
+        time: Column of the time.
+        sequence: Column of the running number; None if there is none.
+        values: Columns of the taxels.
+        ids: Hardware ids of the taxels; None if they are not named by id.
+        channels: Modules and channels of the taxels; None if they are not named so.
+        joints: Columns of joint positions by joint name.
+    """
 
     time: int
     sequence: int | None
@@ -167,7 +176,7 @@ class _Columns:
         words = [name.strip() for name in names]
         lower = [word.lower() for word in words]
         if "time" not in lower:
-            remedy = "Its header needs: time, then one column a taxel"
+            remedy = "The header needs: time, then one column per taxel"
             raise LiveError("a column is missing", file=path, place="header", value="time", remedy=remedy)
         ids: dict[int, int] = {}
         channels: dict[tuple[int, int], int] = {}
@@ -178,7 +187,7 @@ class _Columns:
             module, dot, channel = word.partition(".")
             if not (_is_id(module) and (not dot or _is_id(channel))):
                 remedy = "Columns are time, sequence, joint:NAME, and taxels by id (87012) or module.channel (14.3)"
-                raise LiveError("a column is not known", file=path, place="header", value=word, remedy=remedy)
+                raise LiveError("unknown column", file=path, place="header", value=word, remedy=remedy)
             label = (int(module), int(channel)) if dot else int(module)
             target: dict = channels if dot else ids  # type: ignore[type-arg]
             if target.setdefault(label, at) != at:
@@ -196,7 +205,7 @@ class _Columns:
         )
 
     def reading(self, cells: FloatArray, unit: Unit) -> Reading:
-        """Of a row, NaN where a cell is empty."""
+        """Return the reading of a row (columns,), NaN where a cell is empty."""
         values = cells[self.values]
         there = ~np.isnan(values)
         sequence = None if self.sequence is None else cells[self.sequence]
@@ -217,7 +226,7 @@ class _Columns:
 
 
 def read_table(path: Path) -> Iterator[Item]:
-    """Rows of a CSV or Parquet table.
+    """Yield the rows of a CSV or Parquet table.
 
     Raises:
         LiveError: The file or its header cannot be read.
@@ -235,7 +244,7 @@ def _read_csv(path: Path) -> Iterator[Item]:
                 key, _, value = line[1:].partition(":")
                 unit = unit_of(value.strip()) if key.strip().lower() == "unit" else unit
                 line = stream.readline()
-                number = number + 1
+                number += 1
             rows = csv.reader(chain([line], stream))
             columns = _Columns.of_header(next(rows, []), path)
             width = max([columns.time, *columns.values, *columns.joints.values(), columns.sequence or 0]) + 1
@@ -247,7 +256,7 @@ def _read_csv(path: Path) -> Iterator[Item]:
     except OSError as error:
         raise LiveError("the file cannot be read", file=path, value=error.strerror) from error
     except (UnicodeDecodeError, csv.Error) as error:
-        raise LiveError("the file is no table", file=path, value=error) from error
+        raise LiveError("the file is not a table", file=path, value=error) from error
 
 
 def _item(columns: _Columns, row: Sequence[str], unit: Unit, width: int, place: str) -> Item:
@@ -270,8 +279,7 @@ def _read_parquet(path: Path) -> Iterator[Item]:
     try:
         with pyarrow.parquet.ParquetFile(path) as file:
             columns = _Columns.of_header(file.schema_arrow.names, path)
-            told = (file.schema_arrow.metadata or {}).get(b"unit", b"counts").decode(errors="replace")
-            unit = unit_of(told)
+            unit = unit_of((file.schema_arrow.metadata or {}).get(b"unit", b"counts").decode(errors="replace"))
             for batch in file.iter_batches(1000):
                 cells = np.column_stack([_floats(column, path) for column in batch.columns])
                 for row in cells:
@@ -286,7 +294,7 @@ def _read_parquet(path: Path) -> Iterator[Item]:
 
 
 def _floats(column: object, path: Path) -> FloatArray:
-    """A column as numbers, NaN where it is null."""
+    """Return a column as numbers, NaN where it is null."""
     import pyarrow
     import pyarrow.compute
 
@@ -294,22 +302,22 @@ def _floats(column: object, path: Path) -> FloatArray:
         cast = pyarrow.compute.cast(column, pyarrow.float64())
         return np.asarray(cast.to_numpy(zero_copy_only=False), dtype=np.float64)
     except pyarrow.ArrowException as error:
-        raise LiveError("a column holds no numbers", file=path, value=error) from error
+        raise LiveError("a column does not contain numbers", file=path, value=error) from error
 
 
 def read_text(path: Path) -> Iterator[Item]:
-    """The text files that CySkin's acquisition writes: a line of ids, then on each line a running number, the time [s]
-    and one value for each id, in counts.
+    """Yield the readings of a text file of CySkin's acquisition: a line of ids, then on each line a running number, the
+    time [s] and one value for each id, in counts.
 
     Raises:
-        LiveError: It is none.
+        LiveError: The file has another format.
     """
     try:
         with path.open(encoding="utf8") as stream:
             words = stream.readline().split()
             if not words or not all(map(_is_id, words)):
                 remedy = "Its first line has one hardware id for each value of the lines below"
-                raise LiveError("this is no file of readings", file=path, place="line 1", remedy=remedy)
+                raise LiveError("this is not a file of readings", file=path, place="line 1", remedy=remedy)
             columns = _Columns(1, 0, list(range(2, 2 + len(words))), [int(word) for word in words], None, {})
             for number, line in enumerate(stream, start=2):
                 if cells := line.split():
@@ -317,4 +325,4 @@ def read_text(path: Path) -> Iterator[Item]:
     except OSError as error:
         raise LiveError("the file cannot be read", file=path, value=error.strerror) from error
     except UnicodeDecodeError as error:
-        raise LiveError("the file is no text", file=path) from error
+        raise LiveError("the file is not text", file=path) from error

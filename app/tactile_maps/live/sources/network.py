@@ -1,6 +1,6 @@
-"""Packets from a network: UDP, to which we listen, and ZeroMQ, to whose publisher we connect.
+"""Packets from a network: a UDP port on which we listen, and a ZeroMQ publisher to which we connect.
 
-We listen to this machine alone unless asked, and to others only for packets that carry a token.
+By default only packets from this machine are received; packets from others require a token.
 """
 
 from __future__ import annotations
@@ -18,12 +18,12 @@ from tactile_maps.live.readings.wire_format import decode, is_plausible
 from tactile_maps.live.sources.one_sender import OneSender
 
 _BUFFER = 4_000_000
-"""Bytes that the system may keep for us while we are busy: a second of the largest skins."""
+"""Size of the system's receive buffer [bytes]: one second of the largest skins."""
 _SHORTEST_TOKEN = 8
 
 
 def check_listening(host: str, *, remote: bool, token: str | None) -> None:
-    """Refuse to listen to other machines unless it is asked for, with a token.
+    """Check that listening on ``host`` is requested and protected by a token if other machines can reach it.
 
     Raises:
         UsageError: It is not, or the token is too short.
@@ -37,18 +37,18 @@ def check_listening(host: str, *, remote: bool, token: str | None) -> None:
         raise UsageError("this address is open to other machines", value=host, remedy=remedy)
     if not remote:
         remedy = "Listen on 127.0.0.1, or add --remote"
-        raise UsageError("packets of other machines are not asked for", value=host, remedy=remedy)
+        raise UsageError("receiving packets from other machines is not enabled", value=host, remedy=remedy)
 
 
 def check_token(token: str) -> None:
-    """Refuse a token that is soon guessed; raises UsageError."""
+    """Raise UsageError for a token that is too short."""
     if len(token) < _SHORTEST_TOKEN:
         remedy = f"Choose one of at least {_SHORTEST_TOKEN} characters"
         raise UsageError("the token is too short", place="token", remedy=remedy)
 
 
 def is_this_machine(host: str) -> bool:
-    """Whether a host's name or number means this machine and no other."""
+    """Whether a host name or address refers to this machine only."""
     try:
         return host == "localhost" or ipaddress.ip_address(host).is_loopback
     except ValueError:
@@ -56,7 +56,7 @@ def is_this_machine(host: str) -> bool:
 
 
 def is_group(host: str) -> bool:
-    """Return whether several machines receive at an address: multicast and broadcast."""
+    """Whether an address is a multicast or broadcast address."""
     try:
         number = ipaddress.ip_address(host)
     except ValueError:
@@ -65,33 +65,33 @@ def is_group(host: str) -> bool:
 
 
 def check_single(host: str, address: str) -> None:
-    """Refuse a source at a group of machines: multicast groups are not joined, so nothing would arrive.
+    """Reject a multicast or broadcast address: multicast groups are not joined, so nothing would arrive.
 
     Raises:
         UsageError: The host is a multicast or broadcast address.
     """
     if is_group(host):
-        remedy = "Receive at the address of this computer, to which the sender sends"
+        remedy = "Give the address of this computer to which the sender sends"
         problem = "readings cannot be received at a multicast or broadcast address"
         raise UsageError(problem, place=address, value=host, remedy=remedy)
 
 
 class UdpSource:
-    """Packets that arrive at a UDP port. Mutable.
+    """Packets at a UDP port. Mutable.
 
     Args:
-        host: On which we listen.
-        port: Likewise; 0 for any that is free.
-        token: That every packet must carry.
-        remote: Whether the host may be one that other machines reach.
-        clock: Receiver's clock [s], by which the stream belongs to one sender.
+        host: Address on which to listen.
+        port: Port; 0 for any free one.
+        token: Token required in every packet.
+        remote: Whether the host may be reachable from other machines.
+        clock: Receiver's clock [s], which defines how long a stream belongs to its sender.
 
     Attributes:
-        address: For people.
+        address: Address for display.
         finite: False.
         slow: False.
-        port: That is listened to.
-        one_sender: True while only the packets of one sender are received.
+        port: Port that is in use.
+        one_sender: Whether only the packets of one sender are received.
 
     Raises:
         UsageError: See ``check_listening``.
@@ -121,11 +121,11 @@ class UdpSource:
 
     @property
     def refused(self) -> dict[str, int]:
-        """Number of packets of second senders by address, refused while only one was admitted."""
+        """Number of rejected packets of other senders by address, while only one was admitted."""
         return dict(self._sender.refused)
 
     def open(self) -> None:
-        """Listen."""
+        """Listen on the port."""
         family = socket.AF_INET6 if ":" in self._host else socket.AF_INET
         opened = socket.socket(family, socket.SOCK_DGRAM)
         try:
@@ -143,18 +143,18 @@ class UdpSource:
         self.address = f"udp://{self._host}:{self.port}"
 
     def receive(self, timeout: float) -> Reading | None:
-        """The reading of the next packet."""
+        """Return the reading of the next packet."""
         packet = self.receive_packet(timeout)
         return None if packet is None else self.decode_packet(packet)
 
     def wait_for_packet(self, timeout: float) -> bool:
-        """Wait until a packet can be received, for ``timeout`` [s] at most; True if one can. Any thread may wait."""
+        """Wait until a packet can be received, at most ``timeout`` [s]; return whether one can. Thread-safe."""
         if self._readable is None:
             raise LiveError("the source is not open", place=self.address)
         return bool(self._readable.select(timeout))
 
     def receive_packet(self, timeout: float) -> bytes | None:
-        """Return the next packet as it came, or None where none came within ``timeout`` [s]. Never waits for 0."""
+        """Return the next raw packet, or None if none arrives within ``timeout`` [s]. Does not block for 0."""
         if timeout > 0 and not self.wait_for_packet(timeout):
             return None
         if self._socket is None:
@@ -177,15 +177,12 @@ class UdpSource:
         return True
 
     def is_plausible_packet(self, packet: bytes) -> bool:
-        """Return False for a packet that is no reading by its first bytes."""
         return is_plausible(packet)
 
     def decode_packet(self, packet: bytes) -> Reading:
-        """Return the reading of a packet; raises MalformedReadingError."""
         return decode(packet, token=self._token)
 
     def close(self) -> None:
-        """Stop listening."""
         if self._socket is not None and self._readable is not None:
             self._readable.close()
             self._socket.close()
@@ -196,12 +193,12 @@ class ZmqSource:
     """Packets of a ZeroMQ publisher (PUB), to which we connect (SUB). Mutable.
 
     Args:
-        host: Where it publishes.
-        port: Likewise.
-        token: That every packet must carry.
+        host: Host of the publisher.
+        port: Port of the publisher.
+        token: Token required in every packet.
 
     Attributes:
-        address: For people.
+        address: Address for display.
         finite: False.
         slow: False.
     """
@@ -217,7 +214,7 @@ class ZmqSource:
         self._socket: Any = None
 
     def open(self) -> None:
-        """Connect; a publisher that is not there yet is waited for."""
+        """Connect; the publisher may start later."""
         zmq = import_zmq()
         self._context = zmq.Context()
         self._socket = self._context.socket(zmq.SUB)
@@ -229,10 +226,10 @@ class ZmqSource:
             self._socket.connect(self._endpoint)
         except zmq.ZMQError as error:
             self.close()
-            raise LiveError("there is no such address", place=self.address, value=error) from error
+            raise LiveError("invalid address", place=self.address, value=error) from error
 
     def receive(self, timeout: float) -> Reading | None:
-        """The reading of the next packet; of a message of several parts, the last part."""
+        """Return the reading of the next packet, which is the last part of a multipart message."""
         if self._socket is None:
             raise LiveError("the source is not open", place=self.address)
         zmq = import_zmq()
@@ -245,7 +242,6 @@ class ZmqSource:
         return decode(packet, token=self._token)
 
     def close(self) -> None:
-        """Disconnect."""
         if self._socket is not None:
             self._socket.close()
             self._context.term()
@@ -253,7 +249,7 @@ class ZmqSource:
 
 
 def import_zmq() -> Any:
-    """The library, which is optional.
+    """Return the optional library ``zmq``.
 
     Raises:
         LiveError: It is not installed.

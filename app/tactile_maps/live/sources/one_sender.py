@@ -1,4 +1,4 @@
-"""Admits the packets of one sender at a time, so that nobody else's readings move a robot."""
+"""Admits the packets of one sender at a time, so that only its readings move a robot."""
 
 from __future__ import annotations
 
@@ -7,20 +7,20 @@ from collections.abc import Callable
 from typing import Any
 
 OWNED_SECONDS = 1.0
-"""A stream belongs to its sender until nothing came from it for so long [s]. Motion has stopped long before."""
+"""A stream belongs to its sender until nothing arrives from it for this long [s]. Motion stops much earlier."""
 _MOST_NAMED = 16
-"""Addresses that are counted one by one; those of further senders are counted together."""
+"""Number of addresses that are counted individually; further senders are counted together."""
 
 
 class OneSender:
-    """Owner of a stream: the first address that delivers a valid packet. Mutable.
+    """Owner of a stream: the first address that sends a valid packet. Mutable.
 
     Args:
-        valid: Called with a packet while the stream has no owner; returns True if it is valid and has the token.
+        valid: Called with a packet while the stream has no owner; returns True if it is valid and contains the token.
         clock: Receiver's clock [s].
 
     Attributes:
-        refused: Number of refused packets by address.
+        refused: Number of rejected packets by address.
     """
 
     def __init__(self, valid: Callable[[bytes], bool], *, clock: Callable[[], float] = time.monotonic) -> None:
@@ -31,9 +31,10 @@ class OneSender:
         self.refused: dict[str, int] = {}
 
     def admits(self, packet: bytes, sender: Any) -> bool:
-        """Return True for a packet of the owner, and for any packet while there is none: invalid ones change nothing.
+        """Return True for a packet of the owner. Without an owner, return True for any packet; a valid one sets the
+        owner.
 
-        Cost: 0.3 µs while the stream has an owner; else the packet is decoded.
+        Cost: 0.3 µs while the stream has an owner; otherwise the packet is decoded.
         """
         now = self._clock()
         if sender != self._owner:

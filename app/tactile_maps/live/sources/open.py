@@ -1,4 +1,4 @@
-"""A source by its address."""
+"""Selection of a source by its address."""
 
 from __future__ import annotations
 
@@ -18,20 +18,20 @@ from tactile_maps.live.readings.readings import Reading, Source
 from tactile_maps.skin.formats.identify import kind_of
 
 DEFAULT_PORT = 9870
-"""Of UDP and ZeroMQ, unless the address names another."""
+"""Default port of UDP and ZeroMQ addresses."""
 FILE_SUFFIXES = (".csv", ".txt", ".parquet", ".mcap", ".db3")
 ADDRESSES = "udp://127.0.0.1:9870, zmq://127.0.0.1:9870, serial:///dev/ttyUSB0, yarp://HOST:PORT, ros2: or a file"
 
 
 @dataclass(frozen=True)
 class SourceOptions:
-    """What an address alone does not say.
+    """Options of a source that are not part of its address.
 
     Attributes:
-        token: That every packet must carry; needed to listen beyond this machine.
-        remote: Whether packets from other machines are wanted.
-        mapping: TOML that names the topics and fields of ROS 2 messages.
-        speed: Of a file, recorded seconds a second; None for as fast as it goes.
+        token: Token required in every packet; needed to receive from other machines.
+        remote: Whether to receive packets from other machines.
+        mapping: TOML file with the topics and fields of ROS 2 messages.
+        speed: Playback speed of a file relative to the recording; None for as fast as possible.
         clock: Receiver's clock [s], for ages of readings and commands, and for the time that a sender owns a stream.
     """
 
@@ -50,9 +50,9 @@ class SourceKind:
     """A kind of source that a plug-in adds.
 
     Attributes:
-        name: The scheme of its addresses, before the colon.
-        title: For people.
-        build: The source at an address, not opened yet.
+        name: Scheme of its addresses, before the colon.
+        title: Name for display.
+        build: Returns the source at an address, not opened yet.
     """
 
     name: str
@@ -61,7 +61,7 @@ class SourceKind:
 
 
 class _GuardedSource:
-    """A plug-in's source, whose failures are named."""
+    """Source of a plug-in, whose errors name the plug-in."""
 
     def __init__(self, plugin: Plugin, source: Source) -> None:
         check_members(plugin, source, "address", "finite", "slow", "open", "receive", "close")
@@ -80,7 +80,7 @@ class _GuardedSource:
             found: object = self._source.receive(timeout)
         if found is None or isinstance(found, Reading):
             return found
-        raise self._plugin.error("it gave no Reading", type(found).__name__).at(kind=LiveError)
+        raise self._plugin.error("it did not return a Reading", type(found).__name__).at(kind=LiveError)
 
     def close(self) -> None:
         with self._named():
@@ -88,7 +88,7 @@ class _GuardedSource:
 
     @contextmanager
     def _named(self) -> Iterator[None]:
-        """Failures as of any source, so that it is opened again as others are."""
+        """Convert errors to those of any source, so that it is reopened like others."""
         try:
             with self._plugin.at_work():
                 yield
@@ -109,34 +109,30 @@ def _guarded(plugin: Plugin, kind: SourceKind) -> SourceKind:
 
 _BUILT_IN = ("udp", "zmq", "serial", "yarp", "ros2")
 SOURCE_KINDS: Registry[SourceKind] = Registry("sources", SourceKind, (), _guarded, reserved=_BUILT_IN)
-"""Those of plug-ins by scheme; the built-in ones are ``ADDRESSES``."""
+"""Kinds added by plug-ins, by scheme; ``ADDRESSES`` lists the built-in ones."""
 
 
 def open_source(address: str, options: SourceOptions = _USUAL) -> Source:
-    """The source at ``address``; it is not opened yet.
+    """Return the source at ``address``; it is not opened yet.
 
     Raises:
-        UsageError: There is no such kind of source, or listening beyond this machine is not safe as asked.
+        UsageError: The kind of source is unknown, or receiving from other machines is not protected.
         LiveError: A mapping or a file cannot be read.
     """
     if not address.strip():
         raise UsageError("no source is named", remedy=f"Give one of: {ADDRESSES}")
     scheme, found, rest = address.partition(":")
-    if not found or len(scheme) == 1:  # a drive of Windows is no scheme
+    if not found or len(scheme) == 1:  # a single letter is a drive of Windows
         return _file(address, options)
-    # Imported here: each brings a library of its own, which may not be installed.
-    if scheme == "udp":
-        from tactile_maps.live.sources.network import UdpSource, check_single
+    # Imported here because each needs a library that may not be installed.
+    if scheme in ("udp", "zmq"):
+        from tactile_maps.live.sources.network import UdpSource, ZmqSource, check_single
 
-        host, port = host_and_port(address, any_free=True)
+        host, port = host_and_port(address, any_free=scheme == "udp")
         check_single(host, address)
+        if scheme == "zmq":
+            return ZmqSource(host, port, token=options.token)
         return UdpSource(host, port, token=options.token, remote=options.remote, clock=options.clock)
-    if scheme == "zmq":
-        from tactile_maps.live.sources.network import ZmqSource, check_single
-
-        host, port = host_and_port(address)
-        check_single(host, address)
-        return ZmqSource(host, port, token=options.token)
     if scheme == "serial":
         from tactile_maps.live.sources.serial_port import SerialSource
 
@@ -156,20 +152,20 @@ def open_source(address: str, options: SourceOptions = _USUAL) -> Source:
         return SOURCE_KINDS[scheme].build(address, options)
     added = "".join(f", {name}:" for name in SOURCE_KINDS)
     remedy = f"Give one of: {ADDRESSES}{added}; or install the plug-in that adds it"
-    raise UsageError("there is no such kind of source", value=address, remedy=remedy)
+    raise UsageError("unknown kind of source", value=address, remedy=remedy)
 
 
 def uses_option(address: str, name: str) -> bool:
     """Return whether one of the ``SourceOptions`` has an effect for the source at ``address``.
 
-    Sources of plug-ins may use all of them; a file that does not exist is reported where it is opened.
+    Sources of plug-ins may use all of them; a missing file is reported when it is opened.
 
     Args:
-        address: Of the source.
+        address: Address of the source.
         name: ``token``, ``remote``, ``mapping`` or ``speed``.
 
     Raises:
-        UsageError: The address is not valid.
+        UsageError: The address is invalid.
         LiveError: A recording cannot be read.
     """
     if not is_live(address):
@@ -188,58 +184,56 @@ def uses_option(address: str, name: str) -> bool:
 
 
 def host_and_port(address: str, default: int = DEFAULT_PORT, *, any_free: bool = False) -> tuple[str, int]:
-    """Return the host and port of ``address``: this computer and ``default`` where it states none.
+    """Return the host and port of ``address``: this computer and ``default`` if it states none.
 
     Args:
         address: For example ``udp://HOST:PORT``.
-        default: The port of an address without one.
-        any_free: True where port 0 means any free port, which is possible only for listening.
+        default: Port of an address without one.
+        any_free: Whether port 0 means any free port, which is possible only for listening.
 
     Raises:
-        UsageError: The port is not a whole number up to 65535, or it is 0 where no program can be reached at it, or the
-            address has parameters after a question mark.
+        UsageError: The port is not a whole number up to 65535, or it is 0 without ``any_free``, or the address has
+            parameters after a question mark.
     """
     parts = _split(address)
     _refuse_unknown_parameters(address, parts)
     port = parts.port
     if port == 0 and not any_free:
-        remedy = f"Give the port that the other program uses, 1 to 65535, or none for {default}"
+        remedy = f"Give the port of the other program, 1 to 65535, or none for {default}"
         raise UsageError("no program can be reached at port 0", value=address, remedy=remedy)
     return parts.hostname or "127.0.0.1", default if port is None else port
 
 
 def _split(address: str) -> SplitResult:
-    """Return the parts of ``address``, whose port is valid."""
+    """Return the parts of ``address`` after checking its port."""
     try:
         parts = urlsplit(address)
     except ValueError as error:
-        raise UsageError("the address is not understood", value=address, remedy=f"Give one of: {ADDRESSES}") from error
+        raise UsageError("invalid address", value=address, remedy=f"Give one of: {ADDRESSES}") from error
     try:
         _ = parts.port  # reading it checks it
     except ValueError as error:
         port = parts.netloc.rpartition(":")[2]
         remedy = "Give a whole number from 1 to 65535"
-        raise UsageError("the port number is not valid", place=address, value=port, remedy=remedy) from error
+        raise UsageError("invalid port number", place=address, value=port, remedy=remedy) from error
     return parts
 
 
 def _refuse_unknown_parameters(address: str, parts: SplitResult, *known: str) -> None:
-    """Refuse parameters after the question mark of ``address`` that have no meaning there."""
+    """Reject parameters of ``address`` after its question mark other than the ``known`` ones."""
     unknown = [word for word, _ in parse_qsl(parts.query, keep_blank_values=True) if word not in known]
     if unknown:
         allowed = f"Choose {', '.join(known)}" if known else "Remove the question mark and everything after it"
-        raise UsageError(
-            "the address has an unknown parameter", place=address, value=", ".join(unknown), remedy=allowed
-        )
+        problem = "the address has an unknown parameter"
+        raise UsageError(problem, place=address, value=", ".join(unknown), remedy=allowed)
 
 
 def _baud(address: str, parts: SplitResult) -> int:
     _refuse_unknown_parameters(address, parts, "baud")
     text = parse_qs(parts.query, keep_blank_values=True).get("baud", ["115200"])[0]
     if not text.isdecimal() or len(text) > 8 or not 50 <= int(text) <= 20_000_000:
-        raise UsageError(
-            "the baud rate is not valid", value=address, remedy="Choose 50 to 20000000, for example ?baud=115200"
-        )
+        remedy = "Choose 50 to 20000000, for example ?baud=115200"
+        raise UsageError("invalid baud rate", value=address, remedy=remedy)
     return int(text)
 
 
@@ -249,7 +243,7 @@ def _file(address: str, options: SourceOptions) -> Source:
     path = Path(address)
     if path.exists() and not path.is_dir():
         with open_regular_file(path, error=LiveError):
-            pass  # a pipe or device is refused before anything waits for it
+            pass  # rejects a pipe or device before anything blocks on it
     if _is_bag(path):
         from tactile_maps.live.sources.ros2 import load_topics, read_bag
 
@@ -258,7 +252,7 @@ def _file(address: str, options: SourceOptions) -> Source:
     if path.suffix.lower() == ".mcap":
         return FileSource(path, read_recording, speed=options.speed)
     if path.suffix.lower() not in FILE_SUFFIXES:
-        raise UsageError("there is no such kind of source", value=address, remedy=f"Give one of: {ADDRESSES}")
+        raise UsageError("unknown kind of source", value=address, remedy=f"Give one of: {ADDRESSES}")
     return FileSource(path, read_text if path.suffix.lower() == ".txt" else read_table, speed=options.speed)
 
 
@@ -268,6 +262,6 @@ def _is_bag(path: Path) -> bool:
 
 
 def is_live(address: str) -> bool:
-    """Whether the address is of something that goes on by itself, not of a file."""
+    """Whether the address is of a live source, not of a file."""
     scheme, found, _ = address.partition(":")
     return bool(found) and len(scheme) > 1

@@ -1,27 +1,26 @@
-"""Messages of ROS 2: from a bag (SQLite or MCAP), or live where ``rclpy`` is installed with the system.
+"""Messages of ROS 2: from a bag (SQLite or MCAP), or live if ``rclpy`` is installed with the system.
 
-Which topic and field the values are in, a TOML file says:
+A TOML file defines the topic and field of the values:
 
     [readings]
     topic = "/skin/readings"
     values = "data"            # field of the message: an array of numbers; "parts.*.values" joins those of a list;
                                # ["left.force", "right.force"] joins several fields, also single numbers
-    ids = "ids"                # field with an id for each value, or a list of ids; left out where there are none
-    stamp = "header.stamp"     # field of the time; left out: when the message was received
+    ids = "ids"                # field with an id for each value, or a list of ids; optional
+    stamp = "header.stamp"     # field of the time; default: when the message was received
     unit = "counts"
-    type = "std_msgs/msg/Float32MultiArray"   # needed live only
+    type = "std_msgs/msg/Float32MultiArray"   # required for live messages only
 
-    [joints]                   # left out where the posture is not published
+    [joints]                   # optional
     topic = "/joint_states"    # sensor_msgs/msg/JointState
 
-Messages come as CDR bytes either way, and are read by ``rosbags``.
+Messages are CDR bytes in both cases and are decoded by ``rosbags``.
 """
 
 from __future__ import annotations
 
 import os
 import time
-import tomllib
 from collections import deque
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -32,9 +31,8 @@ from typing import Any
 import numpy as np
 
 from tactile_maps.core.errors import LiveError, UsageError
-from tactile_maps.core.files import read_bounded_text
-from tactile_maps.core.toml import parse_toml
 from tactile_maps.live.readings.readings import MalformedReadingError, Reading, Unit, unit_of
+from tactile_maps.live.readings.tables import read_toml
 from tactile_maps.live.sources.files import Item
 
 _INSTALL = "Install it with: pip install 'tactile-maps[ros]'"
@@ -43,16 +41,16 @@ _JOINT_STATE = "sensor_msgs/msg/JointState"
 
 @dataclass(frozen=True)
 class RosTopics:
-    """Where in ROS messages readings are.
+    """Location of readings in ROS messages.
 
     Attributes:
-        topic: Of the readings.
+        topic: Topic of the readings.
         values: Fields of the values, whose numbers are joined, with dots between parts; ``*`` is each of a list.
-        ids: Field of the ids, or the ids; None where there are none.
-        stamp: Field of the time; None for when the message was received.
-        unit: Of the values.
-        type: Of the message; needed live only.
-        joints: Topic of joint states; None where there is none.
+        ids: Field of the ids, or the ids; None if there are none.
+        stamp: Field of the time; None for the time of reception.
+        unit: Unit of the values.
+        type: Type of the message; required for live messages only.
+        joints: Topic of joint states; None if there is none.
     """
 
     topic: str
@@ -65,30 +63,26 @@ class RosTopics:
 
 
 def load_topics(path: Path | None) -> RosTopics:
-    """The mapping in a TOML file.
+    """Read the mapping in a TOML file.
 
     Raises:
-        UsageError: No file is named.
-        LiveError: It cannot be read, or says what it cannot.
+        UsageError: No file is given.
+        LiveError: The file cannot be read or is invalid.
     """
     if path is None:
-        remedy = "Name a TOML file with [readings] topic and values as the mapping"
+        remedy = "Give a TOML file with [readings] topic and values as the mapping"
         raise UsageError("messages of ROS need a mapping", remedy=remedy)
-    try:
-        text = read_bounded_text(path, error=LiveError)
-        table = parse_toml(text, file=path, error=LiveError)
-    except tomllib.TOMLDecodeError as error:
-        raise LiveError("the file is not TOML", file=path, value=error) from error
+    table = read_toml(path)
     readings = table.pop("readings", None)
     joints = table.pop("joints", {})
     if table or not isinstance(readings, dict) or not isinstance(joints, dict):
-        remedy = "Its tables are: [readings] and, if wanted, [joints]"
-        raise LiveError("this is no mapping", file=path, value=next(iter(table), None), remedy=remedy)
+        remedy = "Its tables are: [readings] and optionally [joints]"
+        raise LiveError("this is not a mapping", file=path, value=next(iter(table), None), remedy=remedy)
     known = {"topic", "values", "ids", "stamp", "unit", "type"}
     for place, found, keys in (("readings", readings, known), ("joints", joints, {"topic"})):
         if more := found.keys() - keys:
-            remedy = f"The keys are: {', '.join(sorted(keys))}"
-            raise LiveError("a key is not known", file=path, place=f"{place}.{min(more)}", remedy=remedy)
+            remedy = f"Allowed keys: {', '.join(sorted(keys))}"
+            raise LiveError("unknown key", file=path, place=f"{place}.{min(more)}", remedy=remedy)
     ids = readings.get("ids")
     if isinstance(ids, list):
         if not all(isinstance(one, int) and not isinstance(one, bool) for one in ids):
@@ -109,27 +103,28 @@ def load_topics(path: Path | None) -> RosTopics:
     except MalformedReadingError as error:
         raise error.at(kind=LiveError, file=path, place="readings.unit") from error
     fields = tuple(values) if isinstance(values, list) else readings["values"]
-    return RosTopics(readings["topic"], fields, ids, readings.get("stamp"), unit, readings.get("type"),
-                     joints.get("topic"))  # fmt: skip
+    return RosTopics(
+        readings["topic"], fields, ids, readings.get("stamp"), unit, readings.get("type"), joints.get("topic")
+    )
 
 
 @dataclass
 class MessageReader:
-    """Turns messages into readings; joints are those told last. Mutable.
+    """Converts messages to readings with the latest joint positions. Mutable.
 
     Attributes:
-        topics: Where in the messages readings are.
-        joints: The last positions by name.
+        topics: Location of readings in the messages.
+        joints: The latest positions by name.
     """
 
     topics: RosTopics
     joints: Mapping[str, float] = field(default_factory=dict)
 
     def read(self, topic: str, message: Any, received: float) -> Reading | None:
-        """The reading of a message; None of one that tells only joints.
+        """Return the reading of a message; None for a message with joints only.
 
         Raises:
-            MalformedReadingError: Its fields are not as the mapping says.
+            MalformedReadingError: Its fields do not match the mapping.
         """
         topics = self.topics
         if topic == topics.joints:
@@ -145,13 +140,13 @@ class MessageReader:
                 stamp = _field(message, topics.stamp)
                 at = stamp.sec + 1e-9 * stamp.nanosec
         except (AttributeError, TypeError, ValueError) as error:
-            raise MalformedReadingError("a message is not as the mapping says", place=topic, value=error) from error
+            raise MalformedReadingError("a message does not match the mapping", place=topic, value=error) from error
         labels = None if ids is None else np.asarray(ids, dtype=np.int64)
         return Reading(at, values, topics.unit, labels, joints=self.joints)
 
 
 def _fields(message: Any, names: Sequence[str]) -> Iterator[Any]:
-    """Yield the values at a path; ``*`` stands for each message of a list."""
+    """Yield the values at a path; ``*`` is each message of a list."""
     if not names:
         yield message
     elif names[0] == "*":
@@ -168,7 +163,7 @@ def _field(message: Any, path: str) -> Any:
 
 
 def import_rosbags() -> Any:
-    """The library, which is optional.
+    """Return the optional library ``rosbags``.
 
     Raises:
         LiveError: It is not installed.
@@ -182,10 +177,10 @@ def import_rosbags() -> Any:
 
 
 def read_bag(path: Path, topics: RosTopics) -> Iterator[Item]:
-    """Readings of a bag: a folder as ROS 2 records it, or its MCAP or SQLite file.
+    """Yield the readings of a bag: a folder recorded by ROS 2, or its MCAP or SQLite file.
 
     Raises:
-        LiveError: It cannot be read, or has no such topic.
+        LiveError: It cannot be read, or does not contain the topic.
     """
     rosbags = import_rosbags()
     store = rosbags.typesys.get_typestore(rosbags.typesys.Stores.ROS2_HUMBLE)
@@ -193,12 +188,12 @@ def read_bag(path: Path, topics: RosTopics) -> Iterator[Item]:
     reader = MessageReader(topics)
     try:
         with rosbags.highlevel.AnyReader([folder], default_typestore=store) as bag:
-            wanted = [connection for connection in bag.connections if connection.topic in (topics.topic, topics.joints)]
-            if not any(connection.topic == topics.topic for connection in wanted):
+            selected = [one for one in bag.connections if one.topic in (topics.topic, topics.joints)]
+            if not any(connection.topic == topics.topic for connection in selected):
                 known = ", ".join(sorted({connection.topic for connection in bag.connections})) or "none"
-                problem = "the bag has no such topic"
+                problem = "the bag does not contain the topic"
                 raise LiveError(problem, file=path, value=topics.topic, remedy=f"Its topics are: {known}")
-            for connection, nanoseconds, raw in bag.messages(connections=wanted):
+            for connection, nanoseconds, raw in bag.messages(connections=selected):
                 try:
                     message = bag.deserialize(raw, connection.msgtype)
                     reading = reader.read(connection.topic, message, 1e-9 * nanoseconds)
@@ -209,8 +204,8 @@ def read_bag(path: Path, topics: RosTopics) -> Iterator[Item]:
                     yield reading
     except LiveError:
         raise
-    except Exception as error:  # whatever a foreign library makes of a foreign file
-        remedy = "Name the folder that ros2 bag record made, with its metadata.yaml"
+    except Exception as error:  # rosbags raises many kinds of errors for invalid files
+        remedy = "Give the folder that ros2 bag record made, with its metadata.yaml"
         raise LiveError("the bag cannot be read", file=path, value=error, remedy=remedy) from error
 
 
@@ -218,15 +213,15 @@ class Ros2Source:
     """Readings of a running ROS 2 system. Mutable.
 
     Args:
-        topics: Where in its messages readings are; the type must be named.
+        topics: Location of readings in its messages, with the type.
 
     Attributes:
-        address: For people.
+        address: Address for display.
         finite: False.
         slow: True.
 
     Raises:
-        LiveError: The mapping names no type.
+        LiveError: The mapping has no type.
     """
 
     finite = False
@@ -234,8 +229,8 @@ class Ros2Source:
 
     def __init__(self, topics: RosTopics) -> None:
         if topics.type is None:
-            remedy = 'Add type = "std_msgs/msg/Float32MultiArray", or whatever it is, to [readings]'
-            raise LiveError("the mapping does not name the type of the messages", place="readings.type", remedy=remedy)
+            remedy = 'Add the type to [readings], for example type = "std_msgs/msg/Float32MultiArray"'
+            raise LiveError("the mapping does not state the type of the messages", place="readings.type", remedy=remedy)
         self.address = f"ros2:{topics.topic}"
         self._topics = topics
         self._reader = MessageReader(topics)
@@ -245,13 +240,13 @@ class Ros2Source:
         self._arrived: deque[tuple[str, bytes]] = deque()
 
     def open(self) -> None:
-        """Subscribe; raises LiveError where ROS 2 is not installed, or does not know the type."""
+        """Subscribe; raises LiveError if ROS 2 is not installed or does not know the type."""
         try:
             import rclpy  # type: ignore[import-not-found,unused-ignore]
             from rosidl_runtime_py.utilities import get_message  # type: ignore[import-not-found,unused-ignore]
         except ImportError as error:
             remedy = "Install ROS 2 and source its setup file before starting, or play a bag of the topic"
-            raise LiveError("there is no ROS 2 on this machine", value=error, remedy=remedy) from error
+            raise LiveError("ROS 2 is not installed", value=error, remedy=remedy) from error
         rosbags = import_rosbags()
         self._store = rosbags.typesys.get_typestore(rosbags.typesys.Stores.ROS2_HUMBLE)
         self._rclpy = rclpy
@@ -274,7 +269,7 @@ class Ros2Source:
         self._arrived.append((topic, bytes(raw)))
 
     def receive(self, timeout: float) -> Reading | None:
-        """The reading of the next message."""
+        """Return the reading of the next message."""
         if self._node is None:
             raise LiveError("the source is not open", place=self.address)
         if not self._arrived:
@@ -284,7 +279,7 @@ class Ros2Source:
         topic, raw = self._arrived.popleft()
         try:
             message = self._store.deserialize_cdr(raw, self._types[topic])
-        except Exception as error:  # whatever a foreign library makes of foreign bytes
+        except Exception as error:  # rosbags raises many kinds of errors for invalid bytes
             raise MalformedReadingError("a message cannot be read", place=topic, value=error) from error
         return self._reader.read(topic, message, time.time())
 

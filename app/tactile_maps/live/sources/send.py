@@ -1,6 +1,6 @@
-"""Example sender of packets, to try a receiver: ``python -m tactile_maps.live.sources.send``.
+"""Example sender of packets, to test a receiver: ``python -m tactile_maps.live.sources.send``.
 
-It plays a file of readings, or makes some up: one contact that wanders over so many taxels.
+It plays back a file of readings, or generates one contact that moves over the taxels.
 """
 
 from __future__ import annotations
@@ -30,10 +30,10 @@ MOST_TAXELS = 100_000
 
 @contextmanager
 def sender(address: str) -> Iterator[Callable[[bytes], Any]]:
-    """What sends a packet to ``udp://HOST:PORT``, or publishes it at ``zmq://HOST:PORT``.
+    """Yield a function that sends a packet to ``udp://HOST:PORT``, or publishes it at ``zmq://HOST:PORT``.
 
     Raises:
-        UsageError: There is no such address.
+        UsageError: The address is invalid.
         LiveError: It cannot be sent to.
     """
     host, port = host_and_port(address)
@@ -59,11 +59,11 @@ def sender(address: str) -> Iterator[Callable[[bytes], Any]]:
             yield publish
     else:
         remedy = "Give udp://HOST:PORT or zmq://HOST:PORT"
-        raise UsageError("there is no such address to send to", value=address, remedy=remedy)
+        raise UsageError("packets cannot be sent to this address", value=address, remedy=remedy)
 
 
 def made_up(taxels: int, rate: float) -> Iterator[Reading]:
-    """Readings of so many taxels in their order, ``rate`` a second: a contact that wanders, above a little noise."""
+    """Yield generated readings, ``rate`` per second: a moving contact on a little noise, in the order of the taxels."""
     random = np.random.default_rng(0)
     places = np.arange(taxels)
     for number in count():
@@ -91,7 +91,7 @@ def _of_file(path: str) -> Iterator[Reading]:
 
 
 def send(arguments: argparse.Namespace) -> int:
-    """Send what was asked for; how many packets that were."""
+    """Send what the arguments request; return the number of packets."""
     sent = 0
     start = time.monotonic()
     encode = encode_json if arguments.json else encode_binary
@@ -106,16 +106,16 @@ def send(arguments: argparse.Namespace) -> int:
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """The command; 0 done, 1 failed, 2 bad usage."""
+    """Run the command; return 0 for success, 1 for an error, 2 for bad usage."""
     parser = argparse.ArgumentParser(
         prog="python -m tactile_maps.live.sources.send", description=__doc__.splitlines()[0]
     )
     parser.add_argument("address", help="udp://127.0.0.1:9870, or zmq://127.0.0.1:9870 to publish there")
-    parser.add_argument("--file", help="readings to send, instead of made-up ones")
-    parser.add_argument("--taxels", type=int, default=100, help="of made-up readings (default 100)")
-    parser.add_argument("--rate", type=float, default=100.0, help="of made-up readings [Hz] (default 100)")
-    parser.add_argument("--count", type=int, help="stop after so many packets")
-    parser.add_argument("--token", help="that every packet carries")
+    parser.add_argument("--file", help="file of readings to send instead of generated ones")
+    parser.add_argument("--taxels", type=int, default=100, help="number of taxels of generated readings (default 100)")
+    parser.add_argument("--rate", type=float, default=100.0, help="rate of generated readings [Hz] (default 100)")
+    parser.add_argument("--count", type=int, help="number of packets after which to stop")
+    parser.add_argument("--token", help="token in every packet")
     parser.add_argument("--json", action="store_true", help="send JSON instead of compact packets")
     arguments = parser.parse_args(argv)
     for name, value, most in (("taxels", arguments.taxels, MOST_TAXELS), ("count", arguments.count, sys.maxsize)):

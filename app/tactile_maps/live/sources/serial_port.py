@@ -1,4 +1,4 @@
-"""Packets from a serial port: JSON, one on each line."""
+"""Packets from a serial port: JSON, one per line."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ class SerialSource:
     """Lines of a serial port. Mutable.
 
     Args:
-        port: Of the system, such as ``/dev/ttyUSB0`` or ``COM3``.
-        baud: Bits a second.
-        token: That every packet must carry.
+        port: Name of the port, such as ``/dev/ttyUSB0`` or ``COM3``.
+        baud: Bits per second.
+        token: Token required in every packet.
 
     Attributes:
-        address: For people.
+        address: Address for display.
         finite: False.
         slow: False.
     """
@@ -38,7 +38,6 @@ class SerialSource:
         self._first = True
 
     def open(self) -> None:
-        """Open the port."""
         try:
             import serial
         except ImportError as error:
@@ -47,13 +46,15 @@ class SerialSource:
         try:
             self._serial = serial.Serial(self._port, self._baud, timeout=0, exclusive=True)
         except (OSError, ValueError) as error:
-            remedy = "Check that the board is plugged in and that you may read the port"
+            remedy = "Check that the board is connected and that you have permission to read the port"
             raise LiveError("the serial port cannot be opened", place=self._port, value=error, remedy=remedy) from error
         self._bytes.clear()
         self._first = True
 
     def receive(self, timeout: float) -> Reading | None:
-        """The reading of the next line. The first one may have begun before we listened: damaged, it is passed over."""
+        """Return the reading of the next line. An invalid first line is skipped, since it may have begun before
+        opening.
+        """
         if self._serial is None:
             raise LiveError("the source is not open", place=self.address)
         if (line := self._line()) is None:
@@ -76,7 +77,7 @@ class SerialSource:
             raise
 
     def _line(self) -> bytes | None:
-        """The next whole line that is not empty."""
+        """Return the next complete line that is not empty."""
         while (end := self._bytes.find(b"\n")) >= 0:
             line = bytes(self._bytes[:end]).strip()
             del self._bytes[: end + 1]
@@ -88,7 +89,6 @@ class SerialSource:
         return None
 
     def close(self) -> None:
-        """Close the port."""
         if self._serial is not None:
             self._serial.close()
             self._serial = None

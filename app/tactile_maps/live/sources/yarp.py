@@ -1,6 +1,6 @@
-"""A port of YARP, by its text-mode protocol over TCP, which needs no library of YARP.
+"""A YARP port, read by its text-mode protocol over TCP, which needs no YARP library.
 
-As its documentation (*YARP without YARP*) has it: ``CONNECT name`` makes a text connection, ``r`` reverses it to a
+Protocol (YARP documentation, *YARP without YARP*): ``CONNECT name`` makes a text connection, ``r`` turns it into a
 reader, and each message is a line ``do [number time]`` and a line of values. The name server answers ``query /port``
 with a line ``registration name /port ip ADDRESS port NUMBER type CARRIER``.
 """
@@ -26,13 +26,13 @@ class YarpSource:
     """Readings of a YARP port: one vector of values, in the order of the taxels. Mutable.
 
     Args:
-        host: Of the port, or of the name server.
-        port: Likewise.
-        name: Of the port, which the name server is asked for; None where host and port are its own.
-        clock: Wall time [s], for messages without one.
+        host: Host of the port, or of the name server.
+        port: Its port number.
+        name: Name of the port, which is resolved by the name server; None if host and port are the port's own.
+        clock: Wall time [s], for messages without a time.
 
     Attributes:
-        address: For people.
+        address: Address for display.
         finite: False.
         slow: True.
     """
@@ -53,26 +53,25 @@ class YarpSource:
         self._envelope: re.Match[str] | None = None
 
     def open(self) -> None:
-        """Ask the name server if need be, and become a reader of the port."""
+        """Resolve the name if there is one, and connect to the port as a reader."""
         host, port = self._query() if self._name else (self._host, self._port)
         self._connect(host, port)
         self._send("r")
 
     def receive(self, timeout: float) -> Reading | None:
-        """The reading of the next message."""
+        """Return the reading of the next message."""
         if self._socket is None:
             raise LiveError("the source is not open", place=self.address)
         while (line := self._line(timeout)) is not None:
             if self._envelope is None:
                 self._envelope = _ENVELOPE.match(line.strip())
-                continue  # whatever is no beginning of a message says nothing to a reader
+                continue  # other lines are not for readers
             envelope = self._envelope
             self._envelope = None
             return self._reading(line, envelope)
         return None
 
     def close(self) -> None:
-        """Disconnect."""
         if self._socket is not None:
             self._socket.close()
             self._socket = None
@@ -99,8 +98,8 @@ class YarpSource:
                     break
         finally:
             self.close()
-        remedy = "Start what publishes it; yarp name list tells which ports there are"
-        raise LiveError("the name server knows no such port", place=self.address, value=self._name, remedy=remedy)
+        remedy = "Start the program that publishes it; yarp name list shows the ports"
+        raise LiveError("the name server does not know the port", place=self.address, value=self._name, remedy=remedy)
 
     def _connect(self, host: str, port: int) -> None:
         self._bytes.clear()
@@ -108,12 +107,13 @@ class YarpSource:
         try:
             self._socket = socket.create_connection((host, port), timeout=_SECONDS)
         except OSError as error:
-            remedy = "Check that it runs, and its host and port"
-            raise LiveError("YARP does not answer", place=f"{host}:{port}", value=error, remedy=remedy) from error
+            remedy = "Check that it is running, and its host and port"
+            raise LiveError("YARP does not respond", place=f"{host}:{port}", value=error, remedy=remedy) from error
         self._send(f"CONNECT {_NAME}")
         if not (self._line(_SECONDS) or "").startswith("Welcome"):
             self.close()
-            raise LiveError("this is no port of YARP", place=f"{host}:{port}", remedy="Name one that takes text mode")
+            remedy = "Give a port that accepts text mode"
+            raise LiveError("this is not a YARP port", place=f"{host}:{port}", remedy=remedy)
 
     def _send(self, text: str) -> None:
         assert self._socket is not None
@@ -123,7 +123,7 @@ class YarpSource:
             raise LiveError("the connection is lost", place=self.address, value=error) from error
 
     def _line(self, timeout: float) -> str | None:
-        """The next whole line, or None where it did not come in time."""
+        """Return the next complete line; None if it does not arrive in time."""
         assert self._socket is not None
         while (end := self._bytes.find(b"\n")) < 0:
             if len(self._bytes) > _LONGEST_LINE:

@@ -1,8 +1,8 @@
-"""What a person says of a recording: moments with a name, episodes with label and instruction, how it ended.
+"""Annotations of a recording: named moments, episodes with label and instruction, and the outcome.
 
-Moments that are marked while recording are messages of the recording itself. What is said afterwards goes into a JSON
-file beside it, ``demo.notes.json`` for ``demo.mcap``: the recording is never touched. Where that file is, it is what
-holds; a recording that was cut out of another has its part of them in its metadata.
+Moments that are marked while recording are messages of the recording itself. Later annotations go into a JSON file next
+to it, ``demo.notes.json`` for ``demo.mcap``, so the recording is never modified. That file takes precedence. A
+recording that was cut out of another one contains its part of the annotations in its metadata.
 """
 
 from __future__ import annotations
@@ -17,9 +17,9 @@ from tactile_maps.core.errors import RecordingError
 from tactile_maps.core.files import read_bounded_file, write_atomically
 
 ANNOTATIONS = "annotations"
-"""Of the metadata of a recording that was cut out of another."""
+"""Key in the metadata of a recording that was cut out of another one."""
 MOST_TEXT = 2000
-"""Characters of a name, label or instruction."""
+"""Maximum number of characters of a name, label or instruction."""
 _MOST_BYTES = 4_000_000
 _REMEDY = "Delete the file to use the recording without its notes"
 
@@ -36,8 +36,8 @@ class Mark:
     """A moment with a name.
 
     Attributes:
-        tick: Of the frame that was shown.
-        name: For people.
+        tick: Tick of the displayed frame.
+        name: Name for display.
     """
 
     tick: int
@@ -52,11 +52,11 @@ class LabelledEpisode:
     """A part of a recording that is one demonstration.
 
     Attributes:
-        first: Its first tick.
-        last: Its last tick.
-        label: What it is, in a word or two.
-        instruction: What was to be done, in words, as a policy is told.
-        outcome: How it ended; None where nobody says.
+        first: First tick.
+        last: Last tick.
+        label: Label of a word or two.
+        instruction: The task in words, as given to a policy.
+        outcome: Outcome; None if it is not set.
     """
 
     first: int
@@ -75,15 +75,15 @@ class LabelledEpisode:
 
 @dataclass(frozen=True)
 class Annotations:
-    """All that is said of one recording.
+    """All annotations of one recording.
 
     Attributes:
-        marks: By tick.
-        episodes: By first tick.
-        label: Of the whole.
-        outcome: Of the whole; None where nobody says.
-        recording: When that began [ns since 1970, in decimal]: a file of its name that was recorded anew is another
-            one. Empty for any.
+        marks: Marks, sorted by tick.
+        episodes: Episodes, sorted by first tick.
+        label: Label of the whole recording.
+        outcome: Outcome of the whole recording; None if it is not set.
+        recording: Start of the recording [ns since 1970, in decimal], which identifies it: a later recording may have
+            the same file name. Empty for any.
     """
 
     marks: tuple[Mark, ...] = ()
@@ -96,25 +96,25 @@ class Annotations:
         _check_text(self.label, "label")
 
     def with_mark(self, mark: Mark) -> Annotations:
-        """With one more; one at the same tick gives way to it."""
+        """Return a copy with ``mark``, which replaces a mark at the same tick."""
         others = [other for other in self.marks if other.tick != mark.tick]
         return replace(self, marks=tuple(sorted([*others, mark], key=lambda one: one.tick)))
 
     def without_mark(self, mark: Mark) -> Annotations:
-        """Without it."""
+        """Return a copy without ``mark``."""
         return replace(self, marks=tuple(other for other in self.marks if other != mark))
 
     def with_episode(self, episode: LabelledEpisode) -> Annotations:
-        """With one more; one of the same ticks gives way to it."""
+        """Return a copy with ``episode``, which replaces an episode of the same ticks."""
         others = [one for one in self.episodes if (one.first, one.last) != (episode.first, episode.last)]
         return replace(self, episodes=tuple(sorted([*others, episode], key=lambda one: (one.first, one.last))))
 
     def without_episode(self, episode: LabelledEpisode) -> Annotations:
-        """Without it."""
+        """Return a copy without ``episode``."""
         return replace(self, episodes=tuple(other for other in self.episodes if other != episode))
 
     def within(self, first: int, last: int) -> Annotations:
-        """Of the ticks ``first`` to ``last`` alone; episodes that reach beyond are cut there."""
+        """Return the annotations of the ticks ``first`` to ``last``; episodes are clipped to them."""
         kept = [one for one in self.episodes if one.first <= last and one.last >= first]
         return replace(
             self,
@@ -123,26 +123,26 @@ class Annotations:
         )
 
 
-def _check_text(text: str, what: str) -> None:
+def _check_text(text: str, name: str) -> None:
     if len(text) > MOST_TEXT:
-        remedy = f"The most is {MOST_TEXT} characters"
-        raise RecordingError("the text is too long", place=what, value=f"{len(text)} characters", remedy=remedy)
+        remedy = f"The maximum is {MOST_TEXT} characters"
+        raise RecordingError("the text is too long", place=name, value=f"{len(text)} characters", remedy=remedy)
 
 
 def annotations_file(recording: str | Path) -> Path:
-    """Where what is said of a recording is kept."""
+    """Return the path of the annotations of a recording."""
     return Path(recording).with_suffix(".notes.json")
 
 
 def load_annotations(recording: str | Path, *, of: str = "") -> Annotations | None:
-    """What was said of a recording after it was made; None where nothing was.
+    """Return the annotations in the file next to a recording; None if there is none.
 
     Args:
-        recording: Its file.
-        of: When it began, as in ``Annotations.recording``; empty not to ask.
+        recording: File of the recording.
+        of: Start of the recording, as in ``Annotations.recording``; empty to skip the check.
 
     Raises:
-        RecordingError: The file with it is damaged, none of ours, or of another recording.
+        RecordingError: The file is damaged, of another format, or of another recording.
     """
     file = annotations_file(recording)
     if not os.path.exists(file):
@@ -150,30 +150,30 @@ def load_annotations(recording: str | Path, *, of: str = "") -> Annotations | No
     data = read_bounded_file(file, error=RecordingError, most=_MOST_BYTES)
     found = load_json(Annotations, data, error=RecordingError, file=file, remedy=_REMEDY)
     if of and found.recording and found.recording != of:
-        raise RecordingError("these notes are of another recording that had this name", file=file, remedy=_REMEDY)
+        raise RecordingError("the notes belong to another recording of this name", file=file, remedy=_REMEDY)
     return found
 
 
 def save_annotations(recording: str | Path, annotations: Annotations, *, of: str = "") -> None:
-    """Keep what is said of a recording beside it, whole or not at all; ``of`` as for ``load_annotations``.
+    """Write the annotations atomically to the file next to a recording; ``of`` as in ``load_annotations``.
 
     Raises:
-        RecordingError: It cannot be written there.
+        RecordingError: The file cannot be written.
     """
     kept = dump_json(replace(annotations, recording=of))
     write_atomically(annotations_file(recording), kept, error=RecordingError)
 
 
 def annotations_entry(annotations: Annotations) -> dict[str, str]:
-    """The same as an entry of a recording's metadata."""
+    """Return annotations as an entry of a recording's metadata."""
     return {ANNOTATIONS: dump_json(annotations).decode()}
 
 
 def annotations_in(metadata: dict[str, str], marks: tuple[Mark, ...], *, file: str) -> Annotations:
-    """What a recording holds itself, with the marks that were set while it was made.
+    """Return the annotations in a recording's metadata, or else the marks that were set while recording.
 
     Raises:
-        RecordingError: The entry of the metadata is none of ours.
+        RecordingError: The entry of the metadata is invalid.
     """
     text = metadata.get(ANNOTATIONS)
     if text is not None:

@@ -1,10 +1,10 @@
-"""Frames as bytes, exact to the last bit; read without trust.
+"""Bit-exact encoding of frames as bytes, decoded without trusting the data.
 
-Numbers that every frame has are binary, by the constants here; the rest, ``FrameText``, is JSON by
+Numbers that every frame has are binary, as defined by the constants here; the rest, ``FrameText``, is JSON by
 ``tactile_maps.core.codec``.
 A message is one field of bytes in Protobuf, see ``frame_schema``. The bytes are little-endian, without padding:
 ``HEADER``, ``ARRAYS``, a ``POKE`` for each finger, a ``REGION`` for each contact region, the regions' taxel numbers one
-region after the other (int32), and the JSON. ``FRAME_LAYOUT`` says the same, and is in the file.
+region after the other (int32), and the JSON. ``FRAME_LAYOUT`` describes this in the file.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ HEADER: Mapping[str, str] = MappingProxyType(
         "text bytes": "i",
     }
 )
-"""Name and type (as in ``struct``) of each number: which frame, when [s], and how many there are of what follows."""
+"""Name and type (as in ``struct``) of each number: tick, time [s], and the sizes of what follows."""
 ARRAYS: Mapping[str, str] = MappingProxyType(
     {
         "posture": "joints",
@@ -66,8 +66,9 @@ ARRAYS: Mapping[str, str] = MappingProxyType(
         "measured.raw": "raw",
     }
 )
-"""By attribute of the frame, how many float64 it has; ``objects`` are 16 each, poses row by row. SI units;
-``measured.raw`` as it was sent, none where the skin is simulated."""
+"""Number of float64 by attribute of the frame; ``objects`` has 16 for each pose, row by row. SI units; ``measured.raw``
+as sent, empty where the skin is simulated.
+"""
 _PLACE: list[tuple[Any, ...]] = [("at.patch", "<i4"), ("at.face", "<i4"), ("at.weights", "<f8", (3,))]
 POKE = np.dtype(
     [
@@ -101,14 +102,15 @@ REGION = np.dtype(
         ("taxels.size", "<i4"),
     ]
 )
-"""Attributes of a ``ContactRegion``; its link follows from its place, and what it merged with stands in the text. An id
-of 0 stands for none: regions count from 1."""
+"""Attributes of a ``ContactRegion``; its link follows from its location, and merged ids are in the text. Id 0 means
+none: regions count from 1.
+"""
 _OPTIONAL_IDS = ("partner", "split_from")
 
 
 @dataclass(frozen=True)
 class MeasuredText:
-    """Of ``MeasuredValues`` all but the values."""
+    """``MeasuredValues`` without the values."""
 
     unit: Literal["counts", "Pa", "kPa"]
     sent: float | None
@@ -118,19 +120,19 @@ class MeasuredText:
 
 @dataclass(frozen=True)
 class FrameText:
-    """What a frame has in words or in varying number, as JSON.
+    """Words and collections of variable size in a frame, as JSON.
 
     Attributes:
         why_limited: As in ``Frame``.
-        notes: The same.
+        notes: As in ``Frame``.
         ms: Milliseconds by stage.
-        merged: By region, the ids that became part of it at this tick; only of those that have any.
+        merged: Ids that became part of a region at this tick, by region; only for regions with any.
         task: As in ``Frame``.
-        estimates: The same.
-        measured: Its facts but the values, which are among the arrays; None where the skin is simulated.
+        estimates: As in ``Frame``.
+        measured: ``MeasuredValues`` without the values, which are among the arrays; None where the skin is simulated.
         touched: Number of touched taxels by region; recordings of earlier versions do not store it.
-        parts: Parts of the force's uncertainty [N] by region and name; only of regions that have any.
-        limits: The same parts for the interval of 95 % [N].
+        parts: Parts of the force's uncertainty [N] by region and name; only for regions with any.
+        limits: The same parts for the 95 % interval [N].
     """
 
     why_limited: tuple[Limit, ...]
@@ -164,12 +166,12 @@ FRAME_LAYOUT = json.dumps(
 )
 
 FRAME_SCHEMA = descriptor("tactile_maps", "Frame", FRAME_LAYOUT)
-"""The message, described for Protobuf, with the layout as its comment."""
+"""Protobuf description of the message, with the layout as its comment."""
 _HEADER = struct.Struct("<" + "".join(HEADER.values()))
 _ARRAYS_AT = PREFIX_BYTES + _HEADER.size
 _POSE = 16
 _FINITE = ("force", "area", "peak", "mean", "map_point", "link_position", "link_normal", "link_axes", "map_axes")
-"""Of a region; its error bars may be infinite."""
+"""Finite attributes of a region; its error bars may be infinite."""
 _COMMAND = ("posture", "stiffness", "damping", "torque")
 _NO_RAW = np.zeros(0)
 _arrays_of = attrgetter(*[name for name in ARRAYS if name != "measured.raw"])
@@ -178,7 +180,7 @@ _region_row = attrgetter(*REGION.names or ())
 
 
 def encode_frame(frame: Frame) -> bytes:
-    """One frame as a message. Cost: 30 µs, 10 µs a region and 10 µs an estimate."""
+    """Return a frame as a message. Cost: 30 µs, 10 µs per region and 10 µs per estimate."""
     regions = frame.regions
     text = FrameText(
         frame.why_limited,
@@ -223,24 +225,24 @@ def _measured_text(measured: MeasuredValues | None) -> MeasuredText | None:
 
 
 def decode_frame(data: bytes, prepared: PreparedScene, *, file: str | None = None) -> Frame:
-    """The frame of a message.
+    """Return the frame of a message.
 
     Args:
-        data: The message, from anyone.
-        prepared: The scene that was recorded.
-        file: Where it came from, for errors.
+        data: The untrusted message.
+        prepared: The recorded scene.
+        file: Its file, for errors.
 
     Raises:
-        RecordingError: It is damaged, or a frame of another scene: the place says which part.
+        RecordingError: The message is damaged or of another scene; the place names the part.
     """
     return _FrameReader(data, prepared, file).frame()
 
 
 def tick_of(data: bytes, *, file: str | None = None) -> int:
-    """The tick of a frame's message, without reading the rest.
+    """Return the tick of a frame's message without decoding the rest.
 
     Raises:
-        RecordingError: There is none.
+        RecordingError: The message has no valid tick.
     """
     if len(data) < _ARRAYS_AT or (tick := int(_HEADER.unpack_from(data, PREFIX_BYTES)[0])) < 0:
         problem = "the frame has no tick"
@@ -249,14 +251,14 @@ def tick_of(data: bytes, *, file: str | None = None) -> int:
 
 
 class FrameNumbers(NamedTuple):
-    """The few numbers of a frame that its curves are made of.
+    """Numbers of a frame that are plotted as curves.
 
     Attributes:
-        tick: Of the frame.
-        force: Of all contacts together [N]; of a real skin what its units say.
+        tick: Tick of the frame.
+        force: Sum of all contact forces [N]; of a real skin in its units.
         peak: Highest reading [Pa].
-        speed: Of the fastest joint [rad/s], or slide [m/s].
-        error: On the map [m]; NaN where no task has one.
+        speed: Speed of the fastest joint [rad/s], or slide [m/s].
+        error: Distance to the target on the map [m]; NaN without a task that has one.
     """
 
     tick: int
@@ -267,15 +269,15 @@ class FrameNumbers(NamedTuple):
 
 
 class FrameArrays(NamedTuple):
-    """What a frame's message has in numbers, as views of it, and its text unread.
+    """Arrays of a frame's message, as views, and its undecoded text.
 
     Attributes:
-        tick: Of the frame.
-        posture: (joints,) [rad], of slides [m].
-        velocity: (joints,) [rad/s], [m/s].
+        tick: Tick of the frame.
+        posture: (joints,) [rad], [m] for slides.
+        velocity: (joints,) [rad/s], [m/s] for slides.
         pressures: (taxels,) [Pa].
-        patches: (k,) of the contacts.
-        forces: (k,) of the contacts [N].
+        patches: (k,) patches of the contacts.
+        forces: (k,) forces of the contacts [N].
         text: ``FrameText`` as JSON.
     """
 
@@ -289,7 +291,7 @@ class FrameArrays(NamedTuple):
 
 
 def frame_arrays(data: bytes) -> FrameArrays | None:
-    """These of a frame's message, without making the frame; None where it is not sound. Cost: 8 µs."""
+    """Return the arrays of a frame's message without decoding the frame; None if it is invalid. Cost: 8 µs."""
     if len(data) < _ARRAYS_AT or not has_prefix(data):
         return None
     tick, _time, *counts = _HEADER.unpack_from(data, PREFIX_BYTES)
@@ -314,7 +316,7 @@ def frame_arrays(data: bytes) -> FrameArrays | None:
 
 
 def frame_numbers(frame: FrameArrays) -> FrameNumbers:
-    """The numbers of a frame that its curves are made of."""
+    """Return the numbers of a frame that are plotted as curves."""
     peak = np.fmax.reduce(frame.pressures, initial=0.0)
     speed = np.abs(frame.velocity).max(initial=0.0)
     return FrameNumbers(frame.tick, float(frame.forces.sum()), float(peak), float(speed), _map_error(frame.text))
@@ -331,7 +333,7 @@ def _map_error(text: bytes) -> float:
 
 
 class _Sizes(NamedTuple):
-    """How many there are, in the order of ``HEADER``."""
+    """Sizes in the order of ``HEADER``."""
 
     joints: int
     taxels: int
@@ -344,7 +346,7 @@ class _Sizes(NamedTuple):
 
 
 class _FrameReader:
-    """Takes a message apart from its beginning to its end; what is not sound is refused with its place."""
+    """Decodes a message from start to end; invalid parts raise an error that names them."""
 
     def __init__(self, data: bytes, prepared: PreparedScene, file: str | None) -> None:
         self._data = data
@@ -358,33 +360,44 @@ class _FrameReader:
         self._sizes = _Sizes(*counts)
         self._at = _ARRAYS_AT
         if self._tick < 0 or not np.isfinite(self._time):
-            raise self._refusal("there is no such time", "header", f"tick {self._tick}, {self._time} s")
+            raise self._refusal("invalid time", "header", f"tick {self._tick}, {self._time} s")
         self._check_sizes(prepared)
 
     def _check_sizes(self, prepared: PreparedScene) -> None:
         sizes = self._sizes
         if min(sizes) < 0:
-            raise self._refusal("a number of parts is negative", "header", tuple(sizes))
+            raise self._refusal("a size is negative", "header", tuple(sizes))
         known = (len(prepared.robot.joints), len(prepared.skin), len(prepared.objects))
         if (sizes.joints, sizes.taxels, sizes.objects) != known:
             raise self._refusal("the frame is of another robot, skin or scene", "header", tuple(sizes))
         if sizes.raw not in (0, sizes.taxels):
-            raise self._refusal("there is not one raw value for each taxel", "header", sizes.raw)
+            raise self._refusal("the number of raw values differs from the number of taxels", "header", sizes.raw)
         floats = sum(self._length(of) for of in ARRAYS.values())
         records = sizes.pokes * POKE.itemsize + sizes.regions * REGION.itemsize
         if self._at + 8 * floats + records + 4 * sizes.members + sizes.text != len(self._data):
             raise self._refusal("the sizes do not add up", "header", f"{len(self._data)} bytes")
 
     def frame(self) -> Frame:
-        """The frame; called once."""
+        """Return the frame; called once."""
         arrays = {name: self._take(np.dtype("<f8"), self._length(of)) for name, of in ARRAYS.items()}
         for name in ("posture", "velocity", "objects"):
             self._check_finite(arrays[name], name)
         pokes = self._take(POKE, self._sizes.pokes)
         regions = self._take(REGION, self._sizes.regions)
         members = self._take(np.dtype("<i4"), self._sizes.members)
-        text = load_json(FrameText, self._data[self._at :], error=RecordingError, place="/frame", file=self._file,
-                         remedy=DAMAGED)  # fmt: skip
+        text = load_json(
+            FrameText,
+            self._data[self._at :],
+            error=RecordingError,
+            place="/frame",
+            file=self._file,
+            remedy=DAMAGED,
+        )
+        if text.task is not None and text.task.target is not None:
+            self._check_place(text.task.target, "task.target")
+        for number, estimate in text.estimates.items():
+            if estimate.at is not None:
+                self._check_place(estimate.at, f"estimates.{number}.at")
         return Frame(
             tick=self._tick,
             time=self._time,
@@ -398,8 +411,8 @@ class _FrameReader:
             timings=Timings(dict(text.ms)),
             objects=arrays["objects"].reshape(-1, 4, 4),
             notes=text.notes,
-            task=self._task(text.task),
-            estimates=self._estimates(text.estimates),
+            task=text.task,
+            estimates=text.estimates,
             measured=self._measured(text.measured, arrays["measured.raw"]),
         )
 
@@ -407,7 +420,7 @@ class _FrameReader:
         return getattr(self._sizes, of) * (_POSE if of == "objects" else 1)
 
     def _take(self, dtype: np.dtype[Any], count: int) -> Any:
-        """(count,) the next values."""
+        """Return the next ``count`` values."""
         values = np.frombuffer(self._data, dtype, count, self._at)
         self._at += values.nbytes
         return values
@@ -423,11 +436,11 @@ class _FrameReader:
     def _regions(self, rows: Any, members: IntArray, text: FrameText) -> tuple[ContactRegion, ...]:
         counts = rows["taxels.size"]
         if (counts < 0).any() or int(counts.sum(dtype=np.int64)) != len(members):
-            raise self._refusal("the regions' taxels do not add up", "regions.taxels.size", counts.tolist())
+            raise self._refusal("the sizes of the regions do not add up", "regions.taxels.size", counts.tolist())
         if not len(rows):
             return ()
         if members.size and not 0 <= members.min() <= members.max() < len(self._skin):
-            raise self._refusal("there is no such taxel", "regions.taxels", f"{members.min()} to {members.max()}")
+            raise self._refusal("unknown taxel", "regions.taxels", f"{members.min()} to {members.max()}")
         if (rows["torn"] > 1).any():
             raise self._refusal("this must be 0 or 1", "regions.torn", rows["torn"].tolist())
         for name in _FINITE:
@@ -456,19 +469,11 @@ class _FrameReader:
         columns = (rows[name].tolist() for name in ("at.patch", "at.face", "at.weights"))
         places = [SurfacePoint(patch, face, (a, b, c)) for patch, face, (a, b, c) in zip(*columns, strict=True)]
         for number, at in enumerate(places):
-            check_place(at, self._skin, place=f"/frame: {part}[{number}].at", file=self._file)
+            self._check_place(at, f"{part}[{number}].at")
         return places
 
-    def _task(self, task: TaskReport | None) -> TaskReport | None:
-        if task is not None and task.target is not None:
-            check_place(task.target, self._skin, place="/frame: task.target", file=self._file)
-        return task
-
-    def _estimates(self, estimates: Mapping[int, ForceEstimate]) -> Mapping[int, ForceEstimate]:
-        for number, estimate in estimates.items():
-            if estimate.at is not None:
-                check_place(estimate.at, self._skin, place=f"/frame: estimates.{number}.at", file=self._file)
-        return estimates
+    def _check_place(self, at: SurfacePoint, part: str) -> None:
+        check_place(at, self._skin, place=f"/frame: {part}", file=self._file)
 
     def _measured(self, text: MeasuredText | None, raw: FloatArray) -> MeasuredValues | None:
         if text is None:
@@ -476,7 +481,8 @@ class _FrameReader:
                 raise self._refusal("raw values have no unit", "measured", None)
             return None
         if len(raw) != self._sizes.taxels or np.isinf(raw).any():
-            raise self._refusal("there is not one raw value for each taxel", "measured.raw", len(raw))
+            problem = "the taxels need one raw value each, NaN or finite"
+            raise self._refusal(problem, "measured.raw", len(raw))
         return MeasuredValues(raw, text.unit, text.sent, text.sequence, text.units)
 
     def _check_finite(self, values: FloatArray, name: str) -> None:
@@ -488,25 +494,25 @@ class _FrameReader:
 
 
 def _fields(rows: Any) -> list[dict[str, Any]]:
-    """Of each row its values by name; without those of a place and of lengths."""
+    """Return the values of each row by name, without locations and sizes."""
     names = [name for name in rows.dtype.names if "." not in name]
     columns = [rows[name] if rows[name].ndim > 1 else rows[name].tolist() for name in names]
     return [dict(zip(names, values, strict=True)) for values in zip(*columns, strict=True)]
 
 
 def check_place(at: SurfacePoint, skin: Skin, *, place: str, file: str | None = None) -> None:
-    """Refuse a place that is not on the skin.
+    """Check that a location is on the skin.
 
     Args:
-        at: Read from a recording.
-        skin: Of its scene.
-        place: Where it stands, for the error.
+        at: Location, read from a recording.
+        skin: Skin of the recorded scene.
+        place: Its place in the message, for the error.
         file: The recording, for the error.
 
     Raises:
-        RecordingError: No such patch or face, or weights that are none.
+        RecordingError: The patch, face or weights are invalid.
     """
     known = 0 <= at.patch < len(skin.patches) and 0 <= at.face < len(skin.patches[at.patch].surface.faces)
     # NaN compares false
     if not (known and min(at.weights) >= -1e-6 and abs(sum(at.weights) - 1) < 1e-6):
-        raise RecordingError("there is no such place on the skin", file=file, place=place, value=at, remedy=DAMAGED)
+        raise RecordingError("the location is not on the skin", file=file, place=place, value=at, remedy=DAMAGED)

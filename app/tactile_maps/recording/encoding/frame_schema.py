@@ -1,7 +1,7 @@
-"""Frames as viewers of other programs see them: a Protobuf message of one field of bytes, described in the file.
+"""Protobuf message that contains a frame as one field of bytes, described in the file.
 
-A viewer refuses a channel whose encoding it does not know and shows an error; Protobuf all of them know, and bytes they
-pass over. The descriptor's comment says what the bytes are.
+Viewers of other programs reject channels with an unknown encoding and report an error. All of them know Protobuf and
+skip fields of bytes. The comment of the descriptor describes the bytes.
 """
 
 from __future__ import annotations
@@ -13,27 +13,27 @@ FIELD = 1
 _LENGTH_DELIMITED = 2
 _TAG = FIELD << 3 | _LENGTH_DELIMITED
 PREFIX_BYTES = 6
-"""Before the data: the field's tag and its length, always in five bytes, which Protobuf allows."""
+"""Size of the prefix: the field's tag, and its length always in five bytes, which Protobuf allows."""
 _PREFIX = struct.Struct("<B5B")
 _SYNTAX = "proto3"
 _MESSAGE = 4
 _OPTIONAL = 1
 _BYTES = 12
-"""Of descriptor.proto: the syntax, the number of FileDescriptorProto.message_type, and a field's label and type."""
+"""Numbers from descriptor.proto: the syntax, FileDescriptorProto.message_type, and a field's label and type."""
 
 
 def prefix(length: int) -> bytes:
-    """What stands before so many bytes of data."""
+    """Return the prefix of ``length`` bytes of data."""
     return _PREFIX.pack(_TAG, *(length >> 7 * place & 0x7F | (0x80 if place < 4 else 0) for place in range(5)))
 
 
 def has_prefix(message: bytes) -> bool:
-    """Whether a message is one field of bytes, whole."""
+    """Whether a message is one complete field of bytes."""
     return message[:PREFIX_BYTES] == prefix(max(len(message) - PREFIX_BYTES, 0))
 
 
 def descriptor(package: str, name: str, comment: str) -> bytes:
-    """A FileDescriptorSet with one message, ``bytes data = 1``, and a comment on it; see descriptor.proto."""
+    """Return a FileDescriptorSet with one message, ``bytes data = 1``, and a comment on it; see descriptor.proto."""
     data = _text(1, "data") + _number(3, FIELD) + _number(4, _OPTIONAL) + _number(5, _BYTES) + _text(10, "data")
     location = _bytes(1, bytes([_MESSAGE, 0])) + _bytes(2, bytes(3)) + _text(3, comment)
     file = (

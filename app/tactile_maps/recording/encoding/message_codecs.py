@@ -1,7 +1,7 @@
-"""Inputs, contact events, marks and failures as JSON messages, readable by all that reads MCAP; the list of topics.
+"""Inputs, contact events, marks and failures as JSON messages, which any MCAP reader can decode; the list of topics.
 
-Each message is one of the dataclasses here. ``tactile_maps.core.codec`` writes them, reads them strictly and makes
-their schemas. Frames have a codec of their own, ``frame_codec``.
+Each message is one of the dataclasses here. ``tactile_maps.core.codec`` writes them, reads them strictly and generates
+their schemas. Frames have their own codec, ``frame_codec``.
 """
 
 from __future__ import annotations
@@ -38,11 +38,11 @@ from tactile_maps.tactile.poke import PokeInput, PokeMoved, PokePressed
 
 @dataclass(frozen=True)
 class MapEdit:
-    """``MapEdited`` without what the recording holds already.
+    """``MapEdited`` without the data that are already in the recording.
 
     Attributes:
-        name: Of the edit, for people.
-        map: How the map differs from the recording's, see ``edit_to_bytes``.
+        name: Name of the edit for display.
+        map: Difference between the map and the recording's own one, see ``edit_to_bytes``.
     """
 
     name: str
@@ -91,11 +91,11 @@ class FailureMessage:
 
 
 def encode_input(tick: int, session_input: SessionInput, base: TactileMap) -> bytes:
-    """One input as a message; ``base``: the recording's own map. Cost: 20 µs; an edit's as ``edit_to_bytes``.
+    """Return an input as a message; ``base`` is the recording's own map. Cost: 20 µs; for an edit as ``edit_to_bytes``.
 
     Raises:
-        RecordingError: The map is of a skin with other triangles than the recording's: those of a map that was learned,
-            between taxels. Places of the one skin are none of the other, so no frame could be read with it.
+        RecordingError: The map belongs to a skin with other triangles than the recording's, such as a map learned
+            between taxels. Locations on the two skins differ, so frames could not be decoded with it.
     """
     if not isinstance(session_input, MapEdited):
         return dump_json(InputMessage(tick, session_input))
@@ -109,23 +109,23 @@ def _check_calibration(found: CalibrationUsed, taxels: int, file: str | None) ->
     for name in ("gain", "offset", "baseline", "spread"):
         values = getattr(found, name)
         if values is not None and values.shape != (taxels,):
-            problem = "a calibration is not of this skin"
+            problem = "the calibration is of another skin"
             raise RecordingError(problem, file=file, place=f"/input: input.{name}", value=values.shape, remedy=DAMAGED)
     if found.broken.ndim != 1 or not ((found.broken >= 0) & (found.broken < taxels)).all():
-        problem = "a broken taxel is not of this skin"
+        problem = "invalid number of a broken taxel"
         raise RecordingError(problem, file=file, place="/input: input.broken", value=found.broken, remedy=DAMAGED)
 
 
 def decode_input(data: bytes, base: TactileMap, *, file: str | None = None) -> tuple[int, SessionInput]:
-    """Tick and input of a message.
+    """Return tick and input of a message.
 
     Args:
-        data: The message, from anyone.
+        data: The untrusted message.
         base: The recording's own map.
         file: The recording, for errors.
 
     Raises:
-        RecordingError: The message is no input, or one of another map or skin.
+        RecordingError: The message is not a valid input for this map and skin.
     """
     message = load_json(InputMessage, data, error=RecordingError, place="/input", file=file, remedy=DAMAGED)
     found = message.input
@@ -143,20 +143,20 @@ def decode_input(data: bytes, base: TactileMap, *, file: str | None = None) -> t
 
 
 def encode_event(event: ContactEvent) -> bytes:
-    """One event as a message. Cost: 20 µs."""
+    """Return an event as a message. Cost: 20 µs."""
     return dump_json(EventMessage(event, event.words))
 
 
 def decode_event(data: bytes, skin: Skin, *, file: str | None = None) -> ContactEvent:
-    """The event of a message.
+    """Return the event of a message.
 
     Args:
-        data: The message, from anyone.
-        skin: On which it happened.
+        data: The untrusted message.
+        skin: Skin of the recording.
         file: The recording, for errors.
 
     Raises:
-        RecordingError: The message is no contact event, or none on this skin.
+        RecordingError: The message is not a valid contact event on this skin.
     """
     message = load_json(EventMessage, data, error=RecordingError, place="/event", file=file, remedy=DAMAGED)
     places: dict[str, SurfacePoint | None] = {"at": message.event.at, "to": message.event.to}
@@ -167,38 +167,38 @@ def decode_event(data: bytes, skin: Skin, *, file: str | None = None) -> Contact
 
 
 def encode_mark(mark: Mark) -> bytes:
-    """A mark as a message."""
+    """Return a mark as a message."""
     return dump_json(mark)
 
 
 def decode_mark(data: bytes, *, file: str | None = None) -> Mark:
-    """The mark of a message.
+    """Return the mark of a message.
 
     Raises:
-        RecordingError: The message is no mark.
+        RecordingError: The message is not a valid mark.
     """
     return load_json(Mark, data, error=RecordingError, place="/mark", file=file, remedy=DAMAGED)
 
 
 def encode_failure(tick: int, error: SimulationError) -> bytes:
-    """Why a session stopped at ``tick``, as a message."""
+    """Return the error that stopped a session at ``tick`` as a message."""
     value = None if error.value is None else str(error.value)
     return dump_json(FailureMessage(tick, "SimulationError", error.problem, error.place, value, error.remedy))
 
 
 def decode_failure(data: bytes, *, file: str | None = None) -> tuple[int, SimulationError]:
-    """Tick and error of a message; the error reads as it did.
+    """Return tick and error of a message; the error has the same text as the original.
 
     Raises:
-        RecordingError: The message is no failure.
+        RecordingError: The message is not a valid failure.
     """
-    told = load_json(FailureMessage, data, error=RecordingError, place="/failure", file=file, remedy=DAMAGED)
-    return told.tick, SimulationError(told.problem, place=told.place, value=told.value, remedy=told.remedy)
+    found = load_json(FailureMessage, data, error=RecordingError, place="/failure", file=file, remedy=DAMAGED)
+    return found.tick, SimulationError(found.problem, place=found.place, value=found.value, remedy=found.remedy)
 
 
 def _schema(kind: type, title: str) -> str:
-    """The schema, its parts in ``allOf``: viewers that know only plain types at the top (Foxglove, Lichtblick) refuse a
-    topic whose schema has choices there, and read this one.
+    """Return the JSON schema of a message, with its exact form in ``allOf``: viewers that support only plain types at
+    the top level (Foxglove, Lichtblick) reject schemas with alternatives there.
     """
     exact = json_schema(kind)
     description = (kind.__doc__ or "").partition("\n")[0]
@@ -212,7 +212,7 @@ _PLAIN = ("boolean", "integer", "number", "string")
 
 
 class Topic(NamedTuple):
-    """What a channel says of its messages: the schema's name, encoding and data, and the messages' own encoding."""
+    """Description of a channel: name, encoding and data of the schema, and encoding of the messages."""
 
     name: str
     schema_encoding: str
@@ -233,4 +233,4 @@ TOPICS: Mapping[str, Topic] = MappingProxyType(
         "/mark": _json_topic(Mark, "tactile_maps.Mark"),
     }
 )
-"""By topic."""
+"""Description of each topic."""

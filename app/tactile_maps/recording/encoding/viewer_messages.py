@@ -1,18 +1,17 @@
-"""A session in the messages that other programs' viewers know: Foxglove, Lichtblick, Rerun.
+"""Messages that viewers of other programs display: Foxglove, Lichtblick, Rerun.
 
-Beside our own exact messages a recording holds these, and the live server sends them: the well-known schemas of
-Foxglove as protobuf, with the schema's text as its SDK gives it. They show the session at a bounded rate, in
-single precision; a replay never reads them.
+A recording contains them in addition to its own exact messages, and the live server sends them. They use Foxglove's
+well-known schemas in Protobuf, with the schema text of its SDK. They show the session at a limited rate in single
+precision; a replay does not read them.
 
-| topic | schema | what |
+| topic | schema | content |
 |---|---|---|
 | ``/tactile_image`` | RawImage | the tactile image in colours, 96 pixels on its longer side |
-| ``/taxels/LINK`` | PointCloud | of each taxel place [m, to 15 µm], pressure [kPa], number, id; the link's frame |
-| ``/tf`` | FrameTransforms | links and objects in ``world`` |
-| ``/joint_states`` | JointStates | position and velocity |
-| ``/contacts`` | SceneUpdate | an ellipse, an arrow (20 mm a newton) and the force of each contact region |
-| ``/robot`` | SceneUpdate | the surfaces of links and objects, once |
-| ``/events`` | Log | contact events, a new colour scale, why a session stopped; each at its tick |
+| ``/taxels/LINK`` | PointCloud | position of each taxel [m, to 15 µm], pressure [kPa], number, id; in the link's frame
+| | ``/tf`` | FrameTransforms | links and objects in ``world`` | | ``/joint_states`` | JointStates | position and
+velocity | | ``/contacts`` | SceneUpdate | an ellipse, an arrow (20 mm per newton) and the force of each contact region
+| | ``/robot`` | SceneUpdate | the surfaces of links and objects, once | | ``/events`` | Log | contact events, a new
+colour scale, why a session stopped; each at its tick |
 """
 
 from __future__ import annotations
@@ -39,9 +38,9 @@ from tactile_maps.session.prepare import PreparedScene
 from tactile_maps.skin.model.skin import Skin
 
 RATE = 20.0
-"""Of everything but events [Hz]."""
+"""Rate of all messages except events [Hz]."""
 _GRID = 2.0**16
-"""Places of taxels are rounded to 1 / this [m], 15 µm: so they pack a quarter smaller."""
+"""Taxel positions are rounded to 1 / this [m], 15 µm, which reduces their compressed size by a quarter."""
 ENCODING = "protobuf"
 IMAGE_WIDTH = 96
 WORLD = "world"
@@ -62,7 +61,7 @@ _OBJECT_COLOUR = fox.Color(r=0.55, g=0.6, b=0.5, a=1.0)
 
 @dataclass(frozen=True)
 class Schema:
-    """What a topic's messages are: the schema's name, its encoding and its text as bytes."""
+    """Schema of a topic: name, encoding and text as bytes."""
 
     name: str
     encoding: str
@@ -74,15 +73,15 @@ Message = tuple[str, bytes]
 
 
 class ViewerMessages:
-    """Makes the messages of one session. Mutable: it knows what it has told. Built once, 20 ms for 1000 taxels.
+    """Messages of one session. Mutable: tracks which events were written. Construction takes 20 ms for 1000 taxels.
 
     Args:
-        prepared: What the session runs on.
+        prepared: The scene of the session.
         started: Wall-clock time of tick 0 [ns since 1970].
-        rate: Of everything but events [Hz]; not more often than ticks.
+        rate: Rate of all messages except events [Hz]; at most one per tick.
 
     Attributes:
-        schemas: By topic.
+        schemas: Schema by topic.
     """
 
     def __init__(self, prepared: PreparedScene, *, started: int, rate: float = RATE) -> None:
@@ -91,20 +90,21 @@ class ViewerMessages:
         self._tick_s = prepared.scene.tick
         self._every = max(round(1.0 / (rate * self._tick_s)), 1)
         self._due = -1
-        self._told = -1
+        self._latest = -1
         self._scale = 0.0
         self._units = ReadingUnits.CALIBRATED
         self._configuration = Configuration(prepared.robot)
-        self._clouds = _clouds(prepared.skin)
+        links = dict.fromkeys(patch.link for patch in prepared.skin.patches)
+        self._clouds = [_Cloud(prepared.skin, link) for link in links]
         self.use_map(prepared.map)
         self.schemas: Mapping[str, Schema] = viewer_schemas(prepared)
 
     def use_map(self, map_: TactileMap) -> None:
-        """Show the tactile image on ``map_`` from now on. Cost: 15 ms for 1000 taxels."""
+        """Use ``map_`` for the tactile image from now on. Cost: 15 ms for 1000 taxels."""
         self._image = TactileImage(map_, width=IMAGE_WIDTH)
 
     def opening(self, tick: int) -> list[Message]:
-        """What is told once: the surfaces of robot and objects. Cost: 20 ms for 30,000 triangles."""
+        """Return the surfaces of robot and objects, which are sent once. Cost: 20 ms for 30,000 triangles."""
         time = self._time(tick)
         entities = [
             _surface(link.name, link.mesh, time, _LINK_COLOUR)
@@ -117,12 +117,12 @@ class ViewerMessages:
         return [(ROBOT_TOPIC, fox.SceneUpdate(entities=entities).encode())]
 
     def of(self, frame: Frame) -> list[Message]:
-        """Of one tick: events that are not told yet, and the rest where its time has come.
+        """Return the messages of a tick: new events, and the rest when it is due.
 
-        Cost: 0.3 ms for 1000 taxels where it has come, 1 µs where it has not; a few µs an event.
+        Cost: 0.3 ms for 1000 taxels when due, otherwise 1 µs; a few µs per event.
         """
-        new = [event for event in frame.recent if event.tick > self._told][::-1] if frame.recent else []
-        self._told = frame.tick
+        new = [event for event in frame.recent if event.tick > self._latest][::-1]
+        self._latest = frame.tick
         messages = [self._log(event.tick, fox.LogLevel.Info, event.words) for event in new]
         if frame.tick < self._due:
             return messages
@@ -142,7 +142,7 @@ class ViewerMessages:
         return messages
 
     def of_failure(self, failure: Failure) -> list[Message]:
-        """Why the session stopped."""
+        """Return the message that states why the session stopped."""
         return [self._log(failure.tick, fox.LogLevel.Fatal, failure.problem)]
 
     def _time(self, tick: int) -> fox.Timestamp:
@@ -154,7 +154,7 @@ class ViewerMessages:
         return _EVENTS, message.encode()
 
     def _pictures(self, frame: Frame, time: fox.Timestamp) -> list[Message]:
-        """The image and the clouds of taxels; before them in words what the colours mean, where that changes."""
+        """Return the image and the taxel clouds, after a message on the colour scale if it changes."""
         messages = []
         scale = rounded_scale(1e-3 * float(np.nanmax(frame.pressures, initial=0.0)))
         if scale > self._scale or frame.units is not self._units:
@@ -195,7 +195,7 @@ class ViewerMessages:
 
 
 def viewer_schemas(prepared: PreparedScene) -> dict[str, Schema]:
-    """The schema of each topic of a scene."""
+    """Return the schema of each topic of a scene."""
     kinds: dict[str, Any] = {
         _IMAGE: fox.RawImage,
         _TF: fox.FrameTransforms,
@@ -210,7 +210,7 @@ def viewer_schemas(prepared: PreparedScene) -> dict[str, Schema]:
 
 
 def object_frame(name: str) -> str:
-    """Of an object of the scene: a link may be called the same."""
+    """Return the frame name of an object of the scene; a link may have the same name."""
     return f"object/{name}"
 
 
@@ -246,7 +246,7 @@ class _Cloud:
         ]
 
     def message(self, pressures: FloatArray, time: fox.Timestamp) -> bytes:
-        """With the pressures (taxels of the skin,) [Pa]."""
+        """Return the message with the pressures (taxels of the skin,) [Pa]."""
         self._elements["pressure"] = 1e-3 * pressures[self._taxels]
         cloud = fox.PointCloud(
             timestamp=time,
@@ -259,17 +259,13 @@ class _Cloud:
         return cloud.encode()
 
 
-def _clouds(skin: Skin) -> list[_Cloud]:
-    return [_Cloud(skin, link) for link in dict.fromkeys(patch.link for patch in skin.patches)]
-
-
 def _pose(at: Sequence[float], turn: Sequence[float] = (0.0, 0.0, 0.0, 1.0)) -> fox.Pose:
     position = fox.Vector3(**dict(zip("xyz", at, strict=True)))
     return fox.Pose(position=position, orientation=fox.Quaternion(**dict(zip("xyzw", turn, strict=True))))
 
 
 def _turn_from_x(direction: Sequence[float]) -> tuple[float, float, float, float]:
-    """The shortest turn from x, along which an arrow points, to a unit vector; of half turns, which are many, one."""
+    """Return the shortest rotation from x, the direction of an arrow, to a unit vector; for half turns one of many."""
     x, y, z = direction
     length = float(np.sqrt(2 * (1 + x))) if x > -1 + 1e-9 else 0.0
     return (0.0, -z / length, y / length, length / 2) if length else (0.0, 0.0, 1.0, 0.0)
@@ -284,13 +280,13 @@ def _surface(frame: str, mesh: Mesh, time: fox.Timestamp, colour: fox.Color) -> 
 
 
 def _contacts(regions: Sequence[ContactRegion], time: fox.Timestamp, units: ReadingUnits) -> bytes:
-    """All contacts of now, instead of those that were shown before."""
+    """Return the message that replaces all displayed contacts."""
     gone = fox.SceneEntityDeletion(timestamp=time, type=fox.SceneEntityDeletionType.All)
     return fox.SceneUpdate(deletions=[gone], entities=[_contact(region, time, units) for region in regions]).encode()
 
 
 def _contact(region: ContactRegion, time: fox.Timestamp, units: ReadingUnits) -> fox.SceneEntity:
-    """An arrow that ends on the skin, the ellipse of the region's second moments, and its force in words."""
+    """Return an arrow that ends on the skin, the ellipse of the region's second moments, and its force in words."""
     centre = region.link_position
     normal = region.link_normal
     length = max(_METRES_A_NEWTON * region.force, 0.002)

@@ -1,4 +1,4 @@
-"""What a recording has lost: found by running numbers and checksums, told with its ticks."""
+"""Losses of a recording, found by running numbers and checksums, with their ticks."""
 
 from __future__ import annotations
 
@@ -13,25 +13,25 @@ from tactile_maps.core.arrays import IntArray
 
 
 class DamageKind(StrEnum):
-    """What is wrong with a recording."""
+    """Kind of damage of a recording."""
 
     CUT_OFF = "cut off"
-    """The file ends before its end: what followed is lost, nobody knows how much."""
+    """The file ends early; the number of lost messages is unknown."""
     BEING_RECORDED = "being recorded"
     """A recorder is still writing the file."""
     TRAILING = "trailing bytes"
-    """Bytes follow the end of the recording, which is whole."""
+    """Bytes follow the end of the complete recording."""
     UNREADABLE_CHUNK = "unreadable chunk"
-    """A chunk of messages does not match its checksum, or its place in the file is not known any more."""
+    """A chunk of messages does not match its checksum, or its location in the file is lost."""
     CHECKSUM = "checksum"
-    """Every part with a checksum of its own is whole, and yet the file is not: its metadata or framing was changed."""
+    """All parts with their own checksum are intact, but the file is not: its metadata or framing was changed."""
     FRAMES_MISSING = "frames missing"
     FRAMES_REPEATED = "frames repeated"
-    """The later ones are left out."""
+    """The later ones are ignored."""
     FRAMES_OUT_OF_ORDER = "frames out of order"
     """They were sorted."""
     INPUTS_MISSING = "inputs missing"
-    """What the session did afterwards cannot be simulated again."""
+    """The session after them cannot be simulated again."""
     INPUTS_REPEATED = "inputs repeated"
     EVENTS_MISSING = "events missing"
     EVENTS_REPEATED = "events repeated"
@@ -39,13 +39,13 @@ class DamageKind(StrEnum):
 
 @dataclass(frozen=True)
 class RecordingDamage:
-    """One thing that a recording has lost.
+    """One loss of a recording.
 
     Attributes:
-        kind: What.
-        count: How many bytes, chunks, frames, inputs or events; None where nobody knows.
-        first: First tick that it can concern; None where it has no place in time.
-        last: The last one; None where it has no place in time, or reaches to an unknown end.
+        kind: Kind of damage.
+        count: Number of bytes, chunks, frames, inputs or events; None if unknown.
+        first: First tick that may be affected; None if it has no place in time.
+        last: Last such tick; None if it has no place in time, or extends to an unknown end.
     """
 
     kind: DamageKind
@@ -71,11 +71,11 @@ _WORDS = {
 
 
 def damage_text(damage: RecordingDamage, tick_seconds: float) -> str:
-    """What is wrong, where and how long, for people: "frames missing: 6, ticks 96 to 101 (0.03 s from 0.48 s on)".
+    """Return a description with place and duration: "frames missing: 6, ticks 96 to 101 (0.03 s from 0.48 s on)".
 
     Args:
-        damage: Which.
-        tick_seconds: Of the recording's scene [s].
+        damage: The damage.
+        tick_seconds: Time step of the recording's scene [s].
     """
     text = _WORDS[damage.kind].format("unknown number" if damage.count is None else damage.count)
     if damage.first is None:
@@ -103,9 +103,9 @@ def find_losses(
     """Return the gaps in the running numbers of a topic's messages.
 
     Args:
-        numbers: (n,) running numbers of the messages, rising.
+        numbers: (n,) running numbers of the messages, increasing.
         ticks: (n,) their ticks.
-        holes: Bytes that could not be read, in the order of the file; neither their ``before`` nor ``after`` falls.
+        holes: Bytes that could not be read, in the order of the file; ``before`` and ``after`` do not decrease.
         at_end: Number of messages missing after the last, see ``lost_at_end``.
         kind: The kind of damage.
     """
@@ -123,8 +123,8 @@ def find_losses(
 def merge_damage(found: Sequence[RecordingDamage], stated: Sequence[RecordingDamage]) -> list[RecordingDamage]:
     """Return the damage found in a copy and the damage of its source that the copy states, each loss once.
 
-    Messages that the source had lost leave a gap in the running numbers of the copy as well. The source knew better
-    when they were lost, unless more of them are missing now.
+    Messages that the source had lost leave a gap in the running numbers of the copy as well. The source states more
+    precisely when they were lost, unless more of them are missing now.
     """
     kept = list(stated)
     for one in found:
@@ -148,7 +148,7 @@ def lost_at_end(numbers: IntArray, written: int | None) -> int:
 
     Args:
         numbers: (n,) running numbers of all messages that were read, including repeated ones.
-        written: Number of messages that were written according to the file; None where that is lost.
+        written: Number of messages that were written according to the file; None if that is lost.
     """
     if written is None:
         return 0
@@ -182,11 +182,11 @@ _NEVER = 2**63
 
 
 def find_lost_frames(numbers: IntArray, ticks: IntArray, at_end: int) -> list[RecordingDamage]:
-    """Return the missing frames: one was written each tick, so their ticks are known.
+    """Return the missing frames: one was written at each tick, so their ticks are known.
 
     Args:
         numbers: (n,) running numbers of the frames.
-        ticks: (n,) their ticks, rising.
+        ticks: (n,) their ticks, increasing.
         at_end: Number of frames missing after the last, see ``lost_at_end``.
     """
     gaps = np.flatnonzero(np.diff(ticks) > 1).tolist()

@@ -1,4 +1,4 @@
-"""The MCAP file of a recording: begun by whoever writes one, and read without trust: complete, cut off, or hostile."""
+"""The MCAP file of a recording: its beginning, and reading without trust: complete, cut off, or hostile."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from mcap.data_stream import ReadDataStream
 from mcap.exceptions import McapError
 from mcap.opcode import Opcode
 from mcap.records import Attachment, Channel, Chunk, DataEnd, Footer, Header, Message, Metadata, Statistics
-from mcap.writer import Writer
+from mcap.writer import CompressionType, Writer
 
 from tactile_maps.core.errors import RecordingError
 from tactile_maps.core.files import is_locked, open_regular_file
@@ -27,32 +27,37 @@ from tactile_maps.recording.encoding.viewer_messages import ENCODING, Schema
 from tactile_maps.session.bundle import DAMAGED, MEDIA_TYPES
 
 FORMAT = "11"
-"""Of the messages; another one is not read."""
+"""Version of the messages; others are not read."""
 _METADATA = _LIBRARY = "tactile-maps"
 STARTED = "started_ns"
-"""Of the metadata: wall-clock time of tick 0 [ns since 1970]."""
+"""Key in the metadata: wall-clock time of tick 0 [ns since 1970]."""
 MEASURED = "measured"
-"""Of the metadata: where the readings of a real skin came from. Such a recording has no frame for every tick."""
+"""Key in the metadata: source of a real skin's readings. Such a recording does not have a frame for every tick."""
 _NUMBERED_TOPICS = tuple(topic for topic in TOPICS if topic != "/mark")
-"""Whose channels have the numbers 1, 2, ... in every file; that of marks is known by its record alone."""
+"""Topics whose channels have the numbers 1, 2, ... in every file; the channel of marks is known only by its record."""
 NO_SPACE = "Free space or choose another folder; what was written so far can be read with recover"
-"""What to do when a file takes no more bytes."""
+"""Remedy for a file that cannot grow."""
 CHANGED = "the recording was changed since it was opened"
 REOPEN = "Open it again; do not change or move a recording while it is open"
+_COPY_CHUNK_BYTES = 1_000_000
 MAX_CHUNK = 128_000_000
-"""Bytes of a chunk, packed and unpacked. This program writes chunks of about a megabyte; the largest contain the
-surfaces of a robot for viewers."""
+"""Maximum size of a chunk, compressed and uncompressed [bytes]. This program writes chunks of about a megabyte; the
+largest contain the surfaces of a robot for viewers.
+"""
 MAX_RECORD = 500_000_000
-"""Bytes of any other record."""
+"""Maximum size of any other record [bytes]."""
 MAX_CHUNK_RECORDS = 200_000
-"""Records in a chunk."""
+"""Maximum number of records in a chunk."""
 _UNPACKED_BASE = 2_000_000_000
 _UNPACKED_RATIO = 1000
-"""All chunks together unpack to at most this many bytes, plus this many for each byte of the file. Idle skin of 10,000
-taxels packs to about 1 : 400."""
+"""All chunks together may unpack to ``_UNPACKED_BASE`` bytes plus this many for each byte of the file. Idle skin of
+10,000 taxels compresses to about 1 : 400.
+"""
 _MESSAGES_BASE = 20_000
 _BYTES_PER_MESSAGE = 32
-"""A file has at most this many messages, plus one for each 32 bytes. The writer spends 16 bytes of index on each."""
+"""A file may contain ``_MESSAGES_BASE`` messages, plus one for each 32 bytes. The writer spends 16 bytes of index on
+each.
+"""
 _DAMAGE = (
     McapError,
     zstandard.ZstdError,
@@ -64,40 +69,61 @@ _DAMAGE = (
     OverflowError,
     MemoryError,
 )
-"""What reading damaged bytes may raise in the MCAP library."""
+"""Errors of the MCAP library for damaged bytes."""
 _MAGIC = b"\x89MCAP0\r\n"
-_UNSURE = "What the recording was made with cannot be trusted; take a copy from before the damage"
+_UNSURE = "The scene of the recording cannot be trusted; use a copy from before the damage"
 
 
 def begin_recording(writer: Writer, metadata: Mapping[str, str], attachments: Mapping[str, bytes]) -> Mapping[str, int]:
-    """Write what goes before the messages.
+    """Write the metadata, attachments and channels, which precede the messages.
 
     Args:
-        writer: Of a new file.
-        metadata: The format and what the numbers depend on.
+        writer: Writer of a new file.
+        metadata: Facts that the numbers depend on; the format is added.
         attachments: Data by name, see ``bundle``.
 
     Returns:
-        Each topic's channel.
+        Channel of each topic.
     """
     writer.start(profile="", library=_LIBRARY)
     writer.add_metadata(_METADATA, {**metadata, "format": FORMAT})
     for name, data in attachments.items():
         writer.add_attachment(0, 0, name, MEDIA_TYPES.get(name, "application/octet-stream"), data)
     channels = {}
-    for topic, said in TOPICS.items():
-        schema = writer.register_schema(said.name, said.schema_encoding, said.schema)
-        channels[topic] = writer.register_channel(topic, said.encoding, schema)
+    for topic, description in TOPICS.items():
+        schema = writer.register_schema(description.name, description.schema_encoding, description.schema)
+        channels[topic] = writer.register_channel(topic, description.encoding, schema)
     return channels
 
 
 def add_viewer_channels(writer: Writer, schemas: Mapping[str, Schema]) -> Mapping[str, int]:
-    """Announce the topics for viewers of other programs, by their schemas; each topic's channel."""
+    """Register the topics for viewers of other programs by their schemas; return the channel of each."""
     numbers = {
         schema: writer.register_schema(schema.name, schema.encoding, schema.data)
         for schema in dict.fromkeys(schemas.values())
     }
     return {topic: writer.register_channel(topic, ENCODING, numbers[schema]) for topic, schema in schemas.items()}
+
+
+def begin_copy(
+    stream: BinaryIO, contents: RecordingContents, metadata: Mapping[str, str], schemas: Mapping[str, Schema]
+) -> tuple[Writer, Mapping[str, int]]:
+    """Begin a copy of a recording, with channels for viewers if it has them.
+
+    Args:
+        stream: The new file.
+        contents: The recording.
+        metadata: Metadata of the copy.
+        schemas: Schemas of the topics for viewers.
+
+    Returns:
+        The writer, and the channel of each topic.
+    """
+    writer = Writer(stream, chunk_size=_COPY_CHUNK_BYTES, compression=CompressionType.ZSTD, enable_data_crcs=True)
+    channels = begin_recording(writer, metadata, contents.attachments)
+    if not schemas.keys().isdisjoint(contents.channels.values()):
+        channels = {**channels, **add_viewer_channels(writer, schemas)}
+    return writer, channels
 
 
 class ChunkPlace(NamedTuple):
@@ -141,10 +167,11 @@ class RecordingContents:
     def no_frame(self) -> RecordingError:
         """Return the error of a recording without a frame."""
         if self.complete or self.chunks:
-            return RecordingError("the recording holds no frame", file=self.path, remedy=DAMAGED)
+            return RecordingError("the recording contains no frame", file=self.path, remedy=DAMAGED)
         if self.being_recorded:
             remedy = "Open it again once the recorder has written more"
-            return RecordingError("the recording has just begun and holds no frame yet", file=self.path, remedy=remedy)
+            problem = "the recording has just begun and contains no frame yet"
+            return RecordingError(problem, file=self.path, remedy=remedy)
         problem = "the recording was cut off before its first complete frame"
         return RecordingError(problem, file=self.path, remedy="Nothing can be recovered from it; record again")
 
@@ -169,7 +196,7 @@ class RecordingContents:
         """Yield ``messages`` of each chunk in order, one chunk in memory at a time.
 
         Raises:
-            RecordingError: As ``messages``, or the file holds more messages than its size allows.
+            RecordingError: As ``messages``, or the file contains more messages than its size allows.
         """
         total = 0
         with open_regular_file(self.path, error=RecordingError) as stream:
@@ -178,10 +205,9 @@ class RecordingContents:
                 messages = chunk_messages(self._read_chunk(stream, number), self.channels, file=self.path)
                 total += len(messages or ())
                 if total > most:
-                    raise RecordingError(
-                        "the recording holds more messages than its size allows", file=self.path,
-                        place=f"chunk {number}", value=total, remedy=f"The most for a file of this size is {most}",
-                    )  # fmt: skip
+                    problem = "the recording contains more messages than its size allows"
+                    remedy = f"The maximum for a file of this size is {most}"
+                    raise RecordingError(problem, file=self.path, place=f"chunk {number}", value=total, remedy=remedy)
                 yield messages
 
     def _read_chunk(self, stream: BinaryIO, number: int) -> Chunk | None:
@@ -214,7 +240,7 @@ def read_recording(path: str | Path) -> RecordingContents:
         if start != _MAGIC and _MAGIC.startswith(start):
             raise contents.no_frame()
         if start != _MAGIC:
-            raise RecordingError("this is not a recording", file=path, remedy="Recordings are .mcap files")
+            raise RecordingError("this is not a recording (no MCAP header)", file=path, remedy="Give an .mcap file")
         size = os.fstat(stream.fileno()).st_size
         most = _UNPACKED_BASE + _UNPACKED_RATIO * size
         for record in _Records(stream, size):
@@ -222,10 +248,10 @@ def read_recording(path: str | Path) -> RecordingContents:
             if record is not None and record.opcode == _END:
                 contents.trailing = size - record.offset - len(_MAGIC)
             if unpacked > most:
-                remedy = f"The most for a file of this size is {most} bytes"
-                raise RecordingError("the recording would unpack to an implausible size", file=path,
-                                     place=f"chunk {len(contents.chunks) - 1}", value=f"{unpacked} bytes",
-                                     remedy=remedy)  # fmt: skip
+                problem = "the recording would unpack to an implausible size"
+                place = f"chunk {len(contents.chunks) - 1}"
+                remedy = f"The maximum for a file of this size is {most} bytes"
+                raise RecordingError(problem, file=path, place=place, value=f"{unpacked} bytes", remedy=remedy)
     found = contents.metadata.get("format", FORMAT)
     if found != FORMAT:
         remedy = f"This program reads format {FORMAT}; replay it with the version that made it"
@@ -424,10 +450,9 @@ def chunk_messages(
     try:
         records = list(islice(_split(data), MAX_CHUNK_RECORDS + 1))
         if len(records) > MAX_CHUNK_RECORDS:
-            raise RecordingError(
-                "a chunk of the recording holds too many messages", file=file, value=f"more than {MAX_CHUNK_RECORDS}",
-                remedy=f"The most is {MAX_CHUNK_RECORDS}",
-            )  # fmt: skip
+            problem = "a chunk of the recording contains too many messages"
+            remedy = f"The maximum is {MAX_CHUNK_RECORDS}"
+            raise RecordingError(problem, file=file, value=f"more than {MAX_CHUNK_RECORDS}", remedy=remedy)
         found = []
         for opcode, start, end in records:
             if opcode == Opcode.CHANNEL:

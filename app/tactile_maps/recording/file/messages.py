@@ -1,7 +1,7 @@
-"""All messages of a recording: which frames there are and where, every input and event, and what has been lost.
+"""All messages of a recording: locations of the frames, inputs, events, and what has been lost.
 
-Each topic's messages carry a running number (MCAP's ``sequence``), and frames a tick each: what is missing, repeated or
-out of order shows in them, whatever became of the file.
+The messages of each topic have running numbers (MCAP's ``sequence``) and each frame has a tick, which show what is
+missing, repeated or out of order regardless of how the file was damaged.
 """
 
 from __future__ import annotations
@@ -36,20 +36,20 @@ from tactile_maps.session.inputs import SessionInput
 from tactile_maps.session.prepare import PreparedScene
 
 _DAMAGE = "damage"
-"""Of the metadata of a recovered recording: what its source had lost."""
+"""Key in the metadata of a copy: damage of its source."""
 _CHUNKS_A_STEP = 50
-"""Chunks between two calls of ``progress``: some tenths of a second."""
+"""Number of chunks between two calls of ``progress``: some tenths of a second."""
 _T = TypeVar("_T")
 
 
 @dataclass(frozen=True, eq=False)
 class FramePlaces:
-    """Frames of a recording by tick, none twice; as arrays, since there may be millions.
+    """Locations of the frames of a recording by tick, without repetitions; as arrays, since there may be millions.
 
     Attributes:
         numbers: (n,) running numbers.
-        ticks: (n,) rising.
-        chunks: (n,) number of the chunk that holds each frame.
+        ticks: (n,) ticks, increasing.
+        chunks: (n,) number of the chunk that contains each frame.
         places: (n,) index of each frame among the messages of its chunk.
     """
 
@@ -74,9 +74,9 @@ class RecordedMessages:
     Attributes:
         frames: Locations of the frames.
         inputs: (tick, input), in the order they were given.
-        events: Oldest first.
-        marks: Set while it was recorded, in that order.
-        failure: The tick at which the session stopped by itself, and why; None when it did not.
+        events: Contact events, oldest first.
+        marks: Marks set while recording, in that order.
+        failure: Tick and error at which the session stopped by itself; None if it did not.
         damage: What is missing, repeated or out of order.
     """
 
@@ -97,18 +97,18 @@ class _Numbered(NamedTuple, Generic[_T]):
 def read_messages(
     contents: mcap_file.RecordingContents, prepared: PreparedScene, *, file: str, progress: Progress = no_progress
 ) -> RecordedMessages:
-    """Read every message but the frames, whose places are enough, and find what has been lost.
+    """Read all messages except the frames, of which only the locations are kept, and find losses.
 
     Args:
-        contents: Of the file.
-        prepared: The scene that was recorded.
-        file: Its name, for errors.
-        progress: Told how far it is, 0 to 1.
+        contents: Contents of the file.
+        prepared: The recorded scene.
+        file: Name of the file, for errors.
+        progress: Receives a description and the progress, 0 to 1.
 
     Raises:
-        RecordingError: A message matches its checksum and is still none of ours.
+        RecordingError: A message matches its checksum but is invalid.
     """
-    found = array("q")  # number, tick, chunk and place of each frame: 32 bytes each where tuples take 200
+    found = array("q")  # number, tick, chunk and place of each frame: 32 bytes per frame, while tuples take 200
     inputs: list[_Numbered[tuple[int, SessionInput]]] = []
     events: list[_Numbered[ContactEvent]] = []
     marks: list[Mark] = []
@@ -129,7 +129,7 @@ def read_messages(
                 tick = tick_of(message.data, file=file)
                 found.extend((message.sequence, tick, number, place))
                 after = tick if latest is None else max(latest, tick)
-                if open_hole:  # several in a row are one
+                if open_hole:  # adjacent unreadable chunks are one hole
                     holes.append(Hole(latest, after))
                 latest = after
                 open_hole = False
@@ -149,18 +149,22 @@ def read_messages(
     rows = np.array(found, dtype=np.int64).reshape(-1, 4)
     frames, damage = _in_order(rows)
     at_end = lost_at_end(rows[:, 0], written.get("/frame"))
-    if mcap_file.MEASURED in contents.metadata:  # readings come when they come: only their numbers tell what is gone
+    if mcap_file.MEASURED in contents.metadata:  # readings arrive at any tick: only their numbers show losses
         damage += find_losses(frames.numbers, frames.ticks, holes, at_end, DamageKind.FRAMES_MISSING)
     else:
         damage += find_lost_frames(frames.numbers, frames.ticks, at_end)
-    acts, more = _numbered(inputs, holes, written.get("/input"), DamageKind.INPUTS_MISSING, DamageKind.INPUTS_REPEATED)
-    told, most = _numbered(events, holes, written.get("/event"), DamageKind.EVENTS_MISSING, DamageKind.EVENTS_REPEATED)
-    lost = merge_damage([*damage, *more, *most], _told_damage(contents, file))
+    kept_inputs, input_damage = _numbered(
+        inputs, holes, written.get("/input"), DamageKind.INPUTS_MISSING, DamageKind.INPUTS_REPEATED
+    )
+    kept_events, event_damage = _numbered(
+        events, holes, written.get("/event"), DamageKind.EVENTS_MISSING, DamageKind.EVENTS_REPEATED
+    )
+    lost = merge_damage([*damage, *input_damage, *event_damage], _stated_damage(contents, file))
     damage = [*_damage_of_file(contents, unreadable, frames), *lost]
     ordered = sorted(set(damage), key=lambda one: (-1 if one.first is None else one.first, one.kind))
     if contents.checksum_fails and not ordered:
         ordered = [RecordingDamage(DamageKind.CHECKSUM)]
-    return RecordedMessages(frames, acts, told, tuple(marks), failure, tuple(ordered))
+    return RecordedMessages(frames, kept_inputs, kept_events, tuple(marks), failure, tuple(ordered))
 
 
 def _damage_of_file(
@@ -179,7 +183,7 @@ def _damage_of_file(
 
 
 def _in_order(rows: IntArray) -> tuple[FramePlaces, list[RecordingDamage]]:
-    """Sort frames by tick, the first of each.
+    """Sort frames by tick and keep the first of each tick.
 
     Args:
         rows: (n, 4) number, tick, chunk and place, in the order of the file.
@@ -209,7 +213,7 @@ def _numbered(
     missing: DamageKind,
     repeated: DamageKind,
 ) -> tuple[list[_T], list[RecordingDamage]]:
-    """Messages by their running numbers, none twice; and what is not there."""
+    """Return messages by their running numbers without repetitions, and their damage."""
     found: dict[int, _Numbered[_T]] = {}
     twice = [message.tick for message in messages if found.setdefault(message.number, message) is not message]
     kept = [found[number] for number in sorted(found)]
@@ -226,8 +230,8 @@ class _DamageEntry:
     damage: tuple[RecordingDamage, ...]
 
 
-def _told_damage(contents: mcap_file.RecordingContents, file: str) -> tuple[RecordingDamage, ...]:
-    """What the recording it was recovered from had lost."""
+def _stated_damage(contents: mcap_file.RecordingContents, file: str) -> tuple[RecordingDamage, ...]:
+    """Return the damage of the source of a copy."""
     text = contents.metadata.get(_DAMAGE)
     if text is None:
         return ()
@@ -235,7 +239,7 @@ def _told_damage(contents: mcap_file.RecordingContents, file: str) -> tuple[Reco
 
 
 def damage_entry(damage: tuple[RecordingDamage, ...]) -> dict[str, str]:
-    """Return the damage of a recording as an entry of its copy's metadata; empty where nothing is lost in the copy."""
+    """Return the damage of a recording as an entry of its copy's metadata; empty if nothing is lost in the copy."""
     lost = tuple(
         replace(one, kind=DamageKind.CUT_OFF) if one.kind == DamageKind.BEING_RECORDED else one
         for one in damage

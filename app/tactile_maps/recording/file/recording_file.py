@@ -1,4 +1,4 @@
-"""The file that a recording is written to: locked while it is written, and replaced only by a complete one."""
+"""The file of a recording in progress: locked while written; only a complete one replaces an existing file."""
 
 from __future__ import annotations
 
@@ -17,10 +17,9 @@ _FOLDER = "Choose a folder you may write to, with space left"
 class RecordingFile:
     """A file being written, locked against other recorders until it is completed, discarded or abandoned.
 
-    A new recording is written in place, so that a killed program loses nothing. An existing file that is replaced stays
-    until the new one is complete, and where the new one ends with an error; the new one is then ``NAME.new.mcap`` (or
-    ``NAME.new-2.mcap``, ... where there is one) in the same folder. The operating system removes the lock of a killed
-    program.
+    A new recording is written in place, so that a killed program loses nothing. An existing file that is to be replaced
+    stays until the new one is complete, and if the new one ends with an error; the new one is then ``NAME.new.mcap``
+    (or ``NAME.new-2.mcap``, ...) in the same folder. The operating system removes the lock of a killed program.
 
     Attributes:
         path: Name of the recording.
@@ -43,14 +42,13 @@ class RecordingFile:
         self._replaced: int | None = None
         try:
             self.stream: BinaryIO = self._create(overwrite)
-            if not lock_file(self.stream.fileno()):  # another program opened it to replace it at this instant
+            if not lock_file(self.stream.fileno()):  # another program has just opened it to replace it
                 self.abandon()
                 raise RecordingError(IN_USE, file=path, remedy="Choose another name")
         except OSError as error:
             self._release()
             problem = "the recording cannot be written"
-            value = error.strerror
-            raise RecordingError(problem, file=path, value=value, remedy=_FOLDER) from error
+            raise RecordingError(problem, file=path, value=error.strerror, remedy=_FOLDER) from error
 
     def _create(self, overwrite: bool) -> BinaryIO:
         try:
@@ -82,7 +80,7 @@ class RecordingFile:
             return False
 
     def complete(self, *, replace: bool) -> None:
-        """Close the file, and let it replace the existing one if ``replace``.
+        """Close the file, and replace the existing one if ``replace``.
 
         Raises:
             OSError: The last bytes cannot be written.
@@ -110,7 +108,7 @@ class RecordingFile:
             self.written.unlink(missing_ok=True)
 
     def abandon(self) -> None:
-        """Close a file that takes no more bytes; what was written stays."""
+        """Close a file that cannot grow; what was written stays."""
         with suppress(OSError):  # reported before: closing tries to write what did not fit
             self.stream.close()
         self._release()

@@ -1,4 +1,4 @@
-"""Curves over a whole recording, without replaying it: a few numbers of each frame."""
+"""Curves over a whole recording without replaying it: a few numbers of each frame."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ _CHUNKS_A_PIECE = 40
 
 
 class QuantityKind(Enum):
-    """Which number of a frame."""
+    """Kind of a number of a frame."""
 
     JOINT_POSITION = "joint position"
-    """[rad] or, of a slide, [m]."""
+    """[rad], or [m] for a slide."""
     JOINT_SPEED = "joint speed"
     """[rad/s] or [m/s]."""
     PEAK_PRESSURE = "peak pressure"
-    """Highest of some taxels [Pa]."""
+    """Maximum over some taxels [Pa]."""
     SKIN_FORCE = "skin force"
     """Sum of pressure times area over some taxels [N]."""
     CONTACT_FORCE = "contact force"
@@ -37,12 +37,12 @@ class QuantityKind(Enum):
 
 @dataclass(frozen=True)
 class FrameQuantity:
-    """A number of each frame that a person wants to see over the whole recording.
+    """A number of each frame that a user selects for a curve.
 
     Attributes:
-        kind: Which.
-        members: The joint's number, or those of the taxels or patches; at least one.
-        areas: Of the taxels [m^2], for ``SKIN_FORCE``.
+        kind: Kind of the number.
+        members: Number of the joint, or of the taxels or patches; at least one.
+        areas: Areas of the taxels [m^2], for ``SKIN_FORCE``.
     """
 
     kind: QuantityKind
@@ -50,7 +50,7 @@ class FrameQuantity:
     areas: tuple[float, ...] = ()
 
     def of(self, frame: FrameArrays) -> float:
-        """The number; NaN where the frame has no such joint or taxel. Cost: 3 µs, and 50 ns a taxel."""
+        """Return the number; NaN if the frame has no such joint or taxel. Cost: 3 µs, and 50 ns per taxel."""
         if self.kind is QuantityKind.CONTACT_FORCE:
             return float(frame.forces[np.isin(frame.patches, self.members)].sum())
         values = {
@@ -68,8 +68,8 @@ class Curves:
     """Numbers of frames over time.
 
     Attributes:
-        ticks: (n,) of the frames, rising.
-        values: (n, len(CURVES) and one for each chosen quantity) SI; NaN where there is none.
+        ticks: (n,) ticks of the frames, increasing.
+        values: (n, len(CURVES) + number of selected quantities) in SI units; NaN for missing ones.
     """
 
     ticks: NDArray[np.int64]
@@ -83,16 +83,16 @@ NO_CURVES = Curves(np.zeros(0, dtype=np.int64), np.zeros((0, len(CURVES))))
 
 
 def read_curves(path: str | Path, chosen: Sequence[FrameQuantity] = ()) -> Iterator[tuple[float, Curves]]:
-    """The curves of a recording, a piece of some hundred frames at a time, each with the share that is read then.
+    """Yield the curves of a recording in pieces of some hundred frames, each with the share that has been read.
 
     Args:
         path: The recording.
-        chosen: What is read beside ``CURVES``; a column each, behind those.
+        chosen: Quantities in addition to ``CURVES``, one column each, after those.
 
-    Cost: 0.1 ms a frame of 1000 taxels, to unpack it.
+    Cost: 0.1 ms per frame of 1000 taxels, to unpack it.
 
     Raises:
-        RecordingError: The file cannot be read or is not ours; damaged frames are left out.
+        RecordingError: The file cannot be read or is not a recording; damaged frames are skipped.
     """
     contents = mcap_file.read_recording(path)
     count = len(contents.chunks)
@@ -110,7 +110,7 @@ def read_curves(path: str | Path, chosen: Sequence[FrameQuantity] = ()) -> Itera
 
 
 def joined(pieces: list[Curves]) -> Curves:
-    """Pieces as one, by tick; of a tick that occurs again the first."""
+    """Concatenate pieces by tick; the first of a repeated tick counts."""
     if not pieces:
         return NO_CURVES
     ticks, first = np.unique(np.concatenate([piece.ticks for piece in pieces]), return_index=True)
@@ -118,22 +118,22 @@ def joined(pieces: list[Curves]) -> Curves:
 
 
 def envelope(times: FloatArray, values: FloatArray, edges: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Least and largest of the values in each bin: what is drawn when there are more than pixels, so no peak is lost.
+    """Return minimum and maximum of the values in each bin, to draw more values than pixels without losing peaks.
 
     Args:
-        times: (n,) rising [s].
-        values: (n,) of them; NaN is passed over.
-        edges: (k + 1,) of the bins, rising [s]; a bin holds its first edge and not its last.
+        times: (n,) times, increasing [s].
+        values: (n,) values; NaN is skipped.
+        edges: (k + 1,) edges of the bins, increasing [s]; a bin includes its first edge and excludes its last.
 
     Returns:
-        (k,) and (k,); NaN for an empty bin.
+        (k,) minima and (k,) maxima; NaN for an empty bin.
     """
     at = np.searchsorted(times, edges, side="left")
     low = np.full(len(edges) - 1, np.nan)
     high = np.full(len(edges) - 1, np.nan)
     full = np.flatnonzero(at[1:] > at[:-1])
     if len(full):
-        inside = values[: at[full[-1] + 1]]  # the last bin ends there; empty bins between hold nothing
+        inside = values[: at[full[-1] + 1]]  # up to the end of the last non-empty bin
         low[full] = np.fmin.reduceat(inside, at[full])
         high[full] = np.fmax.reduceat(inside, at[full])
     return low, high

@@ -1,8 +1,8 @@
-"""What a recording is, for a list of recordings: its facts and a small picture, from a few frames of the file."""
+"""Summary of a recording for a list: its facts and a small picture, from a few frames of the file."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -20,25 +20,25 @@ from tactile_maps.session.prepare import PreparedScene
 
 THUMBNAIL_WIDTH = 96
 _LOOKED_AT = 12
-"""Chunks of a recording that its summary looks into."""
+"""Number of chunks from which a summary reads a frame."""
 MOST_SUMMARISED_BYTES = 2_000_000_000
 
 
 @dataclass(frozen=True, eq=False)
 class RecordingSummary:
-    """What a list of recordings shows of one.
+    """Summary of a recording for a list.
 
     Attributes:
         path: The file.
-        size: Bytes.
-        modified: When it was written [s since 1970].
-        seconds: From its first frame to its last; None where it could not be read.
-        robot: Its name; empty where it could not be read.
-        scene: Its name for people.
-        taxels: How many.
-        annotations: What is said of it, but for marks that were set while it was recorded.
-        picture: (h, w, 3) uint8, the tactile image at the strongest touch that was looked at; None for none.
-        problem: What is wrong with it, for people; empty for nothing.
+        size: Size in bytes.
+        modified: Time of the last change [s since 1970].
+        seconds: Time from its first frame to its last [s]; None if it cannot be read.
+        robot: Name of the robot; empty if it cannot be read.
+        scene: Name of the scene for display.
+        taxels: Number of taxels.
+        annotations: Annotations, except marks that were set while recording.
+        picture: (h, w, 3) uint8, the tactile image at the strongest touch among the read frames; None for none.
+        problem: What is wrong with it; empty for nothing.
     """
 
     path: Path
@@ -54,7 +54,7 @@ class RecordingSummary:
 
 
 def summarise(path: str | Path) -> RecordingSummary:
-    """Look into a recording; one that cannot be read says why. Cost: 0.3 s, and to read the file once."""
+    """Return the summary of a recording; it states why one cannot be read. Cost: 0.3 s, and to read the file once."""
     path = Path(path)
     try:
         known = path.stat()
@@ -62,11 +62,11 @@ def summarise(path: str | Path) -> RecordingSummary:
         return RecordingSummary(path, 0, 0.0, problem=f"The file cannot be read: {error.strerror}")
     blank = RecordingSummary(path, known.st_size, known.st_mtime)
     if known.st_size > MOST_SUMMARISED_BYTES:
-        return RecordingSummary(path, known.st_size, known.st_mtime, problem="Too large to be looked into here")
+        return replace(blank, problem="Too large for a summary")
     try:
         return _summary(blank)
     except TactileMapsError as error:
-        return RecordingSummary(path, known.st_size, known.st_mtime, problem=str(error))
+        return replace(blank, problem=str(error))
 
 
 def _summary(blank: RecordingSummary) -> RecordingSummary:
@@ -78,33 +78,31 @@ def _summary(blank: RecordingSummary) -> RecordingSummary:
     if not frames:
         raise contents.no_frame()
     problem = ""
-    said = annotations_in(contents.metadata, (), file=file)
+    annotations = annotations_in(contents.metadata, (), file=file)
     if contents.being_recorded and not contents.complete:
         problem = "It is being recorded"
     elif not contents.complete or contents.checksum_fails or None in contents.chunks:
         problem = "Damaged: it was cut off, or parts of it cannot be read. Open it to see what is lost"
     try:
-        said = load_annotations(path, of=contents.metadata.get(mcap_file.STARTED, "")) or said
+        annotations = load_annotations(path, of=contents.metadata.get(mcap_file.STARTED, "")) or annotations
     except RecordingError as error:
         problem = str(error)
-    return RecordingSummary(
-        path,
-        blank.size,
-        blank.modified,
-        (frames[-1].tick - frames[0].tick) * prepared.scene.tick,
-        prepared.robot.name,
-        prepared.scene.title or prepared.scene.name,
-        len(prepared.skin),
-        said,
-        _picture(frames, prepared),
-        problem,
+    return replace(
+        blank,
+        seconds=(frames[-1].tick - frames[0].tick) * prepared.scene.tick,
+        robot=prepared.robot.name,
+        scene=prepared.scene.title or prepared.scene.name,
+        taxels=len(prepared.skin),
+        annotations=annotations,
+        picture=_picture(frames, prepared),
+        problem=problem,
     )
 
 
 def _some_frames(contents: mcap_file.RecordingContents, prepared: PreparedScene, file: str) -> list[Frame]:
-    """The recording's first frame, its last, and one of each chunk between that is looked into."""
+    """Return the recording's first and last frame, and one of each selected chunk between."""
     count = len(contents.chunks)
-    # Before the first frame and behind the last there may be chunks of other messages.
+    # Chunks of other messages may precede the first frame and follow the last.
     first = next((at for at in range(count) if _frame_data(contents, at)), None)
     last = next((at for at in reversed(range(count)) if _frame_data(contents, at)), None)
     if first is None or last is None:
@@ -116,7 +114,7 @@ def _some_frames(contents: mcap_file.RecordingContents, prepared: PreparedScene,
 
 
 def _frame_data(contents: mcap_file.RecordingContents, chunk: int) -> list[bytes]:
-    """The frames' messages of a chunk."""
+    """Return the messages of the frames in a chunk."""
     return [message.data for topic, message in contents.messages(chunk) or () if topic == "/frame"]
 
 

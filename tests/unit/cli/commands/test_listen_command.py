@@ -80,7 +80,7 @@ def test_a_weight_calibrates_and_is_kept(readings, skin, capsys, tmp_path):
     kept = str(tmp_path / "gains.csv")
     weigh = ["--tare", "10", "--weight", "0.30591", "--save-calibration", kept]
     assert main(["listen", readings, "--skin", skin, *weigh]) == 1
-    assert "has not come to rest" in capsys.readouterr().err
+    assert "is not at rest" in capsys.readouterr().err
     weigh += ["--weight-seconds", "0.08"]
     assert main(["listen", readings, "--skin", skin, *weigh]) == 0
     assert "forces unknown" in capsys.readouterr().out
@@ -97,7 +97,7 @@ def test_failed_weighing_does_not_replace_a_recording(readings, skin, capsys, tm
     words = ["listen", readings, "--skin", skin, "--tare", "10", "-o", str(target), "--overwrite"]
     assert main([*words, "--weight", "0.30591"]) == 1
     said = capsys.readouterr().err
-    assert "has not come to rest" in said
+    assert "is not at rest" in said
     assert f"{target} is unchanged; the new recording up to here is {new}" in said
     assert target.read_bytes() == b"precious"
     assert len(open_recording(new)) == 29
@@ -138,7 +138,7 @@ def test_packets_of_a_port_are_received_for_so_long(skin, capsys):
 @pytest.mark.parametrize(
     ("words", "code", "said"),
     [
-        (["nothing://here"], 2, "no such kind of source"),
+        (["nothing://here"], 2, "unknown kind of source"),
         (["udp://0.0.0.0:9870"], 2, "set a token"),
         (["udp://0.0.0.0:9870", "--token", "long enough"], 2, "--remote"),
         (["none.csv"], 1, "none.csv"),
@@ -147,7 +147,7 @@ def test_packets_of_a_port_are_received_for_so_long(skin, capsys):
         (["udp:", "--send", "udp://127.0.0.1:9"], 2, "Add --controller hold_force, hybrid or another that gives veloc"),
         (["udp:", "--send", "udp://127.0.0.1:9"], 2, "and --token, which the sender must put into every packet"),
         (["udp://239.1.1.1:9870"], 2, "readings cannot be received at a multicast or broadcast address"),
-        (["udp://127.0.0.1:99999"], 2, "the port number is not valid (found: 99999). Give a whole number from 1 to"),
+        (["udp://127.0.0.1:99999"], 2, "invalid port number (found: 99999). Give a whole number from 1 to"),
     ],
 )
 def test_what_cannot_be_is_one_message(words, code, said, skin, capsys):
@@ -310,9 +310,9 @@ def test_sending_waits_for_a_sender_that_starts_later_and_records_meanwhile(skin
         (["--send", "udp://192.0.2.1:9"], 2, "--remote"),
         (["--send", "carrier-pigeon://127.0.0.1"], 2, "udp://HOST:PORT"),
         (["--send", "http://127.0.0.1"], 2, "motion cannot be sent to such an address (found: http://127.0.0.1)"),
-        (["--send", "udp://224.0.0.1:9", "--remote"], 2, "to one driver, not to a group (found: 224.0.0.1)"),
-        (["--send", "udp://255.255.255.255:9", "--remote"], 2, "to one driver, not to a group"),
-        (["--send", "udp://[ff02::1]:9", "--remote"], 2, "to one driver, not to a group"),
+        (["--send", "udp://224.0.0.1:9", "--remote"], 2, "motion can only be sent to one driver (found: 224.0.0.1)"),
+        (["--send", "udp://255.255.255.255:9", "--remote"], 2, "motion can only be sent to one driver"),
+        (["--send", "udp://[ff02::1]:9", "--remote"], 2, "motion can only be sent to one driver"),
         (["--send", "udp://127.0.0.1:9?key=1"], 2, "the address has an unknown parameter (found: key)"),
         (["--send", "udp://no.such.host.invalid:9", "--remote", "--controller", "hybrid"], 1, "cannot be used"),
         (["--send", "udp://127.0.0.1:9"], 2, "this controller gives no motion to send (found: impedance)"),

@@ -32,7 +32,7 @@ def test_a_weight_calibrates_and_is_taken_back(window, tmp_path, monkeypatch):
     dialog.measure.click()
     assert "2.0\u202fs left" in state.text()
     send(2.5, 10.0)
-    assert "not felt" in state.text()
+    assert "under the weight" in state.text()
     dialog.measure.click()
     send(5.0, 30.0)
     assert "gains ×" in state.text()

@@ -80,7 +80,7 @@ def press(panel):
 
 
 def test_what_is_wanted_is_shown_and_not_sent(panel, driver):
-    assert "impedance yields" in text(panel, "told")
+    assert "no desired motion" in text(panel, "told")
     choose(panel, "Hold force")
     panel.read(15)
     assert text(panel, "joints").startswith("hinge +0.0")
@@ -137,7 +137,7 @@ def test_another_machine_is_refused_in_words(panel):
     panel.findChild(QLineEdit, "motion-address").setText("udp://192.0.2.1:9900")
     choose(panel, "Hold force")
     press(panel)
-    assert "not asked for" in text(panel, "told")
+    assert "not enabled" in text(panel, "told")
     assert not panel.findChild(QPushButton, "motion-send").isChecked()
 
 
