@@ -16,7 +16,6 @@ from tactile_maps.editing.arrange import (
     repack,
     rotate,
     scale,
-    snap_angle,
     snap_move,
     true_size,
 )
@@ -180,14 +179,3 @@ def test_hidden_patches_and_those_that_move_along_are_not_met(document):
     assert snap_move(only, [1], by, reach=0.002).by == tuple(by)
     assert snap_move(document, [0, 1, 2], by, reach=0.002).by == tuple(by)
     assert snap_move(document, [], by, reach=0.002).by == tuple(by)
-
-
-@pytest.mark.parametrize(
-    ("turned", "angle", "degrees"), [(0.0, 0.3, 15), (0.1, 0.3, 30), (0.2, -0.1, 0), (3.0, 0.2, 180)]
-)
-def test_a_turn_ends_at_a_multiple_of_15_degrees(document, turned, angle, degrees):
-    start = rotate(document, [1], turned)
-    by = snap_angle(start, 1, angle)
-    assert abs(by - angle) <= np.radians(7.5) + 1e-12
-    after = rotate(start, [1], by).layout.placements[1].angle
-    assert np.cos(after - np.radians(degrees)) == pytest.approx(1)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from dataclasses import replace
 
 import numpy as np
@@ -160,12 +159,6 @@ def kept(document, tmp_path):
     return file
 
 
-def _later(path, seconds):
-    """The file's time set relative to now, so that no test needs to wait."""
-    now = path.stat().st_mtime
-    os.utime(path, (now + seconds, now + seconds))
-
-
 def test_what_was_undone_to_is_saved(document, kept):
     history = History(document)
     assert not kept.unsaved(history.present)
@@ -181,7 +174,6 @@ def test_a_new_document_has_no_file_yet(document):
     file = DocumentFile(None, None)
     assert file.unsaved(document)
     assert not file.autosave(document)
-    assert file.recovery() is None
     with pytest.raises(MapError, match="no file yet"):
         file.save(document)
 
@@ -190,28 +182,6 @@ def test_an_opened_document_is_saved(document, kept):
     file, opened = DocumentFile.open(kept.path)
     assert not file.unsaved(opened)
     assert document_to_bytes(opened) == document_to_bytes(document)
-
-
-def test_a_crash_leaves_a_recovery_that_is_the_last_autosave(document, kept):
-    moved = move(document, [0], (0.1, 0.0))
-    assert kept.autosave(moved)
-    _later(kept.autosave_file, 7)
-    file, opened = DocumentFile.open(kept.path)
-    found = file.recovery()
-    assert found.newer == pytest.approx(7, abs=2)
-    back = load_document(found.file)
-    assert document_to_bytes(back) == document_to_bytes(moved)
-    assert file.unsaved(back)
-    assert not file.unsaved(opened)
-    file.save(back)
-    assert file.recovery() is None
-    assert not found.file.exists()
-
-
-def test_an_autosave_older_than_the_file_is_no_recovery(document, kept):
-    kept.autosave(move(document, [0], (0.1, 0.0)))
-    _later(kept.path, 60)
-    assert DocumentFile.open(kept.path)[0].recovery() is None
 
 
 def test_only_what_changed_is_autosaved(document, kept):
@@ -227,8 +197,7 @@ def test_only_what_changed_is_autosaved(document, kept):
 def test_a_document_without_a_file_is_autosaved_in_a_folder(document, tmp_path):
     file = DocumentFile(None, None, folder=tmp_path)
     assert file.autosave(document)
-    found = DocumentFile(None, None, folder=tmp_path).recovery()
-    assert found.newer == float("inf")
+    assert document_to_bytes(load_document(file.autosave_file)) == document_to_bytes(document)
     file.save_as(document, tmp_path / "named.npz")
     assert sorted(path.name for path in tmp_path.iterdir()) == ["named.npz"]
 

@@ -23,7 +23,6 @@ from tactile_maps.editing.arrange import (
     repack,
     rotate,
     scale,
-    snap_angle,
     snap_move,
     true_size,
 )
@@ -127,10 +126,6 @@ class RestlessHand(RuleBasedStateMachine):
     @rule(numbers=several, angle=angles)
     def turns(self, numbers, angle):
         self._do("Rotate", lambda d: rotate(d, numbers, angle))
-
-    @rule(number=patches, angle=angles)
-    def turns_and_snaps(self, number, angle):
-        self._do("Rotate", lambda d: rotate(d, [number], snap_angle(d, number, angle)))
 
     @rule(numbers=several, factor=st.one_of(st.none(), st.floats(0.3, 3)))
     def scales(self, numbers, factor):

@@ -127,7 +127,7 @@ def test_a_method_without_slider_refuses_it_and_takes_it_back(document, reflatte
         set_lengths(reflattened, [1], 0.5)
     slid = apply_result(document, reflatten(set_lengths(document, [0], 0.5)))
     assert set_method(slid, [0], "tutte").jobs[0].wanted.lengths == 1.0
-    with pytest.raises(MapError, match="no such method"):
+    with pytest.raises(MapError, match="unknown method"):
         set_method(document, [0], "by magic")
 
 

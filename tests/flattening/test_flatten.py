@@ -98,7 +98,7 @@ def test_progress_hears_every_round_and_may_stop_it():
 
 
 def test_an_unknown_method_names_the_known_ones():
-    with pytest.raises(MapError, match=r"no such method.*magic.*symmetric-dirichlet.*tutte"):
+    with pytest.raises(MapError, match=r"unknown method.*magic.*symmetric-dirichlet.*tutte"):
         flatten(sheet(), method="magic")
 
 

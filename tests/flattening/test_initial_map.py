@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tactile_maps.flattening.cut import SeamPlan, cut_as_planned, cut_to_disk
+from tactile_maps.flattening.cut import SeamPlan, cut_to_disk, planned_cuts
 from tactile_maps.flattening.flatten import flatten
 from tactile_maps.flattening.initial_map import Disk, projection
 from tactile_maps.geometry.remesh.refine import subdivide
@@ -41,7 +41,9 @@ def test_a_needle_is_pulled_straight_and_lies_nowhere_on_itself() -> None:
 
 def test_a_slender_patch_starts_as_wide_as_its_border_is_long() -> None:
     surface = needle()
-    disk = Disk.of(surface, cut_as_planned(surface, SeamPlan(), 1))
+    cuts = planned_cuts(surface, SeamPlan())
+    next(cuts)
+    disk = Disk.of(surface, next(cuts))
     border = disk.positions[disk.loop]
     length = np.linalg.norm(border - np.roll(border, 1, axis=0), axis=1).sum()
     assert np.ptp(disk.taut, axis=0).max() == pytest.approx(length)

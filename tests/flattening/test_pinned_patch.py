@@ -386,14 +386,14 @@ class TestWhatIsRefused:
         patch, _, _ = pinned(surface, chart)
         vertex = far_points(chart.plane, 1)[0]
         for face in np.flatnonzero((chart.faces == vertex).any(axis=1)):
-            with pytest.raises(MapError, match="a pin already"):
+            with pytest.raises(MapError, match="pin is already"):
                 patch.add(SurfacePoint(0, int(face), tuple((chart.faces[face] == vertex).astype(float))))
 
     def test_a_pin_that_is_not_there(self):
         patch = PinnedPatch(*dome())
-        with pytest.raises(MapError, match="no such pin"):
+        with pytest.raises(MapError, match="unknown pin"):
             patch.move(0, (0.0, 0.0))
-        with pytest.raises(MapError, match="no such pin"):
+        with pytest.raises(MapError, match="unknown pin"):
             patch.remove(3)
 
     def test_a_slider_past_its_end(self):

@@ -174,5 +174,5 @@ _SLIT = ((0.06, 0.0, 0.0), (0.06, 0.05, 0.0))
 def test_what_cannot_be_thinned_out_is_refused():
     strip = sheet(300, 1, width=1.0, height=0.001)
     chart = Chart(strip.faces, strip.vertices[:, :2], np.arange(len(strip.vertices)), np.zeros((0, 2)), "by hand")
-    with pytest.raises(MapError, match="no sound coarse cage"):
+    with pytest.raises(MapError, match="no valid coarse cage"):
         build_coarse_cage(strip, chart, faces=50, name="strip")

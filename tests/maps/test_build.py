@@ -71,7 +71,7 @@ def test_one_patch_laid_flat_anew_leaves_the_others_alone(three_patches):
 
 
 def test_a_plan_for_a_patch_that_is_not_there_is_refused():
-    with pytest.raises(MapError, match=r"no such patch.*elbow"):
+    with pytest.raises(MapError, match=r"unknown patch.*elbow"):
         build_map(skin_of(sheet()), seams={"elbow": SeamPlan()})
 
 

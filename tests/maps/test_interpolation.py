@@ -63,11 +63,11 @@ def test_located_points_are_their_corners_weighted(triangles):
     np.testing.assert_allclose(back, points[held], atol=1e-15)
 
 
-def test_beside_is_the_nearest_place_of_the_border(triangles):
+def test_weights_beyond_the_border_are_those_of_its_closest_point(triangles):
     """Against very many points along every border side."""
     points = triangles.sites.mean(axis=0) + 0.11 * np.array([[1, 0.2], [-1, 0.3], [0.1, 1], [0.3, -1], [-1, -1]])
     assert (triangles.locate(points)[0] < 0).all()
-    found = triangles.beside(points) @ triangles.sites
+    found = triangles.beyond_border(points) @ triangles.sites
     face, side = np.nonzero(triangles.beyond < 0)
     start, end = (triangles.sites[triangles.faces[face, (side + turn) % 3]] for turn in (1, 2))
     places = (start + np.linspace(0, 1, 2001)[:, None, None] * (end - start)).reshape(-1, 2)
@@ -79,12 +79,12 @@ def test_beside_is_the_nearest_place_of_the_border(triangles):
 def test_too_few_taxels_or_all_in_line_have_no_triangles_but_still_a_border(sites):
     triangles = TaxelTriangles(0.01 * np.array(sites, dtype=float))
     assert len(triangles.faces) == 0
-    np.testing.assert_allclose(triangles.beside(np.array([[0.003, 0.004], [5, 5]])).sum(axis=1), 1)
+    np.testing.assert_allclose(triangles.beyond_border(np.array([[0.003, 0.004], [5, 5]])).sum(axis=1), 1)
 
 
 def test_coincident_taxels_do_no_harm():
     sites = np.concatenate([jittered(), jittered()[:3]])
-    weights = TaxelTriangles(sites).beside(np.array([[-0.01, -0.01]]))
+    weights = TaxelTriangles(sites).beyond_border(np.array([[-0.01, -0.01]]))
     assert weights.sum() == pytest.approx(1)
 
 

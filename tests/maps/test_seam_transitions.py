@@ -5,13 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tactile_maps.maps.build import build_map
-from tactile_maps.maps.evaluation.topography import BodyDistances
 from tactile_maps.maps.model.layout import MapLayout, Placement
 from tactile_maps.maps.model.seam_transitions import SeamTransitions, line_crossing
 from tactile_maps.maps.model.tactile_map import TactileMap
 from tests.support.references import unrolled
-from tests.support.surfaces import frustum, named, sheet, skin_of
+from tests.support.surfaces import frustum
 
 TUBES = {
     "tube": lambda: frustum(0.03, 0.03, length=0.1, around=30, along=12),
@@ -22,6 +20,11 @@ TUBES = {
 @pytest.fixture(scope="module", params=sorted(TUBES))
 def rolled(request):
     return unrolled(TUBES[request.param](), taxels=60, angle=0.7)
+
+
+def across(borders, segment, points):
+    """Return points (k, 2) beyond segments (k,) behind the other side of their seams."""
+    return np.einsum("kij,kj->ki", borders.linear[segment], points) + borders.offset[segment]
 
 
 def test_every_seam_segment_has_a_partner_and_true_borders_have_none(three_patches):
@@ -40,19 +43,18 @@ def test_every_seam_segment_has_a_partner_and_true_borders_have_none(three_patch
 
 
 def test_a_transition_puts_edge_on_edge(three_patches):
-    transitions = SeamTransitions(three_patches)
-    borders = transitions.borders
+    borders = SeamTransitions(three_patches).borders
     glued = np.flatnonzero(borders.partner >= 0)
     for end in (0, 1):
-        met = transitions.across(glued, borders.ends[glued, end])
+        met = across(borders, glued, borders.ends[glued, end])
         np.testing.assert_allclose(met, borders.ends[borders.partner[glued], 1 - end], atol=1e-15)
 
 
 def test_there_and_back_is_nowhere(three_patches):
-    transitions = SeamTransitions(three_patches)
-    glued = np.flatnonzero(transitions.borders.partner >= 0)
+    borders = SeamTransitions(three_patches).borders
+    glued = np.flatnonzero(borders.partner >= 0)
     points = np.random.default_rng(0).normal(size=(len(glued), 2))
-    back = transitions.across(transitions.borders.partner[glued], transitions.across(glued, points))
+    back = across(borders, borders.partner[glued], across(borders, glued, points))
     np.testing.assert_allclose(back, points, atol=1e-12)
 
 
@@ -76,40 +78,6 @@ def test_a_stretched_map_keeps_directions_on_the_body(rolled):
     )
     expected = stretch @ SeamTransitions(plain).borders.linear @ np.linalg.inv(stretch)
     np.testing.assert_allclose(SeamTransitions(changed).borders.linear, expected, atol=1e-9)
-
-
-@pytest.mark.parametrize("mirrored", [False, True])
-def test_neighbours_are_seen_over_the_seam_where_they_are_on_the_body(rolled, mirrored):
-    placed = TactileMap(rolled.skin, rolled.charts, MapLayout((Placement(0.4, (0.1, 0.0), mirrored),)))
-    body = BodyDistances(rolled.skin)
-    here, there = body.pairs.T
-    exact = body.patches[0].from_sources[here, there]
-    apart = np.linalg.norm(placed.taxel_points[here] - placed.taxel_points[there], axis=1)
-    assert (apart > 2 * exact).sum() > 3, "some must be torn, or the test says nothing"
-    transitions = SeamTransitions(placed)
-    np.testing.assert_allclose(
-        np.linalg.norm(transitions.seen(here, there) - placed.taxel_points[here], axis=1), exact, atol=1e-5
-    )
-    np.testing.assert_allclose(
-        np.linalg.norm(transitions.seen(there, here) - placed.taxel_points[there], axis=1), exact, atol=1e-5
-    )
-
-
-def test_nothing_is_seen_through_a_true_border():
-    map_ = build_map(skin_of(sheet(), named("saddle"), taxels=20))
-    here = np.array([0, 3, 25, 5])
-    there = np.array([7, 30, 2, 5])
-    transitions = SeamTransitions(map_)
-    assert (transitions.borders.partner == -1).all()
-    np.testing.assert_array_equal(transitions.seen(here, there), map_.taxel_points[there])
-
-
-def test_many_pairs_are_asked_in_parts(rolled, monkeypatch):
-    transitions = SeamTransitions(rolled)
-    pairs = rolled.skin.neighbours.T
-    whole = transitions.seen(*pairs)
-    monkeypatch.setattr("tactile_maps.maps.model.seam_transitions._AT_ONCE", 100)
-    np.testing.assert_array_equal(transitions.seen(*pairs), whole)
 
 
 def test_crossings_of_lines():

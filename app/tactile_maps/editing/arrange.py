@@ -218,9 +218,3 @@ def _snapped(own: FloatArray, others: FloatArray, by: float, reach: float) -> tu
     if not abs(gaps[mark, line]) < reach:
         return by, ()
     return by + float(gaps[mark, line]), (float(lines[line]),)
-
-
-def snap_angle(document: MapDocument, number: int, angle: float, *, step: float = SNAP_ANGLE) -> float:
-    """A turn by ``angle``, changed so that patch ``number`` ends at a multiple of ``step`` from upright [rad]."""
-    start = document.layout.placements[document.chosen([number])[0]].angle
-    return step * round((start + angle) / step) - start

@@ -6,9 +6,7 @@ outlives a crash.
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -209,19 +207,6 @@ AUTOSAVE_NAME = f"{UNTITLED}{AUTOSAVE_ENDING}"
 """Name of an autosave in a folder of its own."""
 
 
-@dataclass(frozen=True)
-class Recovery:
-    """An autosave that is newer than what was saved: the program did not end normally.
-
-    Attributes:
-        file: The autosave; ``load_document`` reads it.
-        newer: By how much [s]; inf if nothing was ever saved.
-    """
-
-    file: Path
-    newer: float
-
-
 def _signature(path: Path | None) -> tuple[int, ...] | None:
     """What changes when a file is written anew; None where there is none."""
     try:
@@ -252,7 +237,7 @@ class DocumentFile:
 
     @classmethod
     def open(cls, path: str | Path) -> tuple[DocumentFile, MapDocument]:
-        """A document and its file. Ask ``recovery`` before working on.
+        """A document and its file.
 
         Raises:
             MapError: As ``load_document``.
@@ -336,23 +321,6 @@ class DocumentFile:
         write_atomically(file, document_to_bytes(document, about=about), error=MapError)
         self._autosaved = document
         return True
-
-    def recovery(self) -> Recovery | None:
-        """What an earlier run left; None if it ended well, or saved later than it autosaved.
-
-        Raises:
-            MapError: The folder cannot be read.
-        """
-        file = self.autosave_file
-        try:
-            if file is None or not os.path.exists(file):
-                return None
-            if self.path is None or not os.path.exists(self.path):
-                return Recovery(file, float("inf"))
-            newer = file.stat().st_mtime - self.path.stat().st_mtime
-        except OSError as error:
-            raise MapError("the autosave cannot be read", file=file, value=error) from error
-        return Recovery(file, newer) if newer > 0 else None
 
     def drop_autosave(self) -> None:
         """Forget the autosave, as a person does who does not want it back.

@@ -52,7 +52,7 @@ def add_pin(document: MapDocument, at: SurfacePoint) -> MapDocument:
         raise MapError("a pin is not on the patch", place=patch.name, value=f"face {at.face}, weights {at.weights}")
     here = _chart_point(document, at)
     if any(np.abs(_chart_point(document, pin.at) - here).max() < _SAME for pin in patch.pins):
-        raise MapError("there is a pin already", place=patch.name, remedy="Drag that one")
+        raise MapError("a pin is already at this point", place=patch.name, remedy="Drag that one")
     a, b, c = map(float, weights)
     pin = Pin(SurfacePoint(number, int(at.face), (a, b, c)), (float(here[0]), float(here[1])))
     return document.with_patch(number, replace(patch, pins=(*patch.pins, pin)))
@@ -136,7 +136,7 @@ def _check_pins(document: MapDocument, number: int, wanted: Iterable[int]) -> No
     pins = document.patches[number].pins
     for pin in wanted:
         if not 0 <= pin < len(pins):
-            raise MapError("there is no such pin", place=document.patches[number].name, value=pin)
+            raise MapError("unknown pin number", place=document.patches[number].name, value=pin)
 
 
 def _chart_point(document: MapDocument, at: SurfacePoint) -> FloatArray:

@@ -1,11 +1,11 @@
-"""Whether a flat map is one-to-one, and a barrier that keeps it so.
+"""Validity check of a flat map, and a barrier that keeps a map valid.
 
-One-to-one is: no triangle flipped, and a border that never touches itself. Both together are enough for a disk: without
-flips the map is locally one-to-one, and with a simple border its degree is one everywhere.
+A map of a disk is one-to-one if no triangle is flipped and its border does not touch itself: without flips it is
+locally one-to-one, and with a simple border its degree is one everywhere.
 
-The barrier keeps a map from lying on itself: the border's parts push each other away when they come close. Barrier
-(Smith and Schaefer 2015) for border vertex and border side nearer than ``reach``: (reach / distance - 1)². Where the
-border crosses itself it is infinite, so a descent that starts without a crossing never gets one.
+The barrier keeps a map from overlapping itself: parts of the border repel each other at close distance. Barrier (Smith
+and Schaefer 2015) for a border vertex and a border side closer than ``reach``: (reach / distance - 1)². It is infinite
+where the border crosses itself, so a descent that starts without a crossing never gets one.
 """
 
 from __future__ import annotations
@@ -25,27 +25,27 @@ _ROUNDING = 4e-16
 
 
 def signed_areas(plane: FloatArray, faces: IntArray) -> FloatArray:
-    """(m,) positive for counter-clockwise faces [plane units²]."""
+    """Return the areas (m,) of faces, positive for counter-clockwise ones [plane units²]."""
     a, b, c = (plane[faces[:, k]] for k in range(3))
     return 0.5 * ((b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0]))
 
 
 def flipped(plane: FloatArray, faces: IntArray) -> BoolArray:
-    """(m,) faces without positive area."""
+    """Return a mask (m,) of faces without positive area."""
     return ~(signed_areas(plane, faces) > 0)
 
 
 def crossings(*loops: FloatArray) -> int:
-    """How many pairs of sides of closed polygons (n, 2) meet, within one or between two; touching counts.
+    """Return how many pairs of sides of closed polygons (n, 2) meet, within one or between two; touching counts.
 
-    Sides that follow each other share a corner and are left out. Only sides in the same cell of a grid are compared;
+    Consecutive sides share a corner and are excluded. Only sides in the same cell of a grid are compared;
     1 ms for 500 sides.
     """
     return len(crossing_sides(*loops)[0])
 
 
 def crossing_sides(*loops: FloatArray) -> tuple[IntArray, IntArray]:
-    """The pairs (i, j), i < j, of sides that meet, numbered through the loops by the corner each begins with."""
+    """Return the pairs (i, j), i < j, of sides that meet. Side numbers continue through the loops."""
     start = np.concatenate(loops) if loops else np.zeros((0, 2))
     if len(start) < 2:
         return np.zeros(0, np.int64), np.zeros(0, np.int64)
@@ -66,14 +66,14 @@ def crossing_sides(*loops: FloatArray) -> tuple[IntArray, IntArray]:
 
 
 def _next(loops: Sequence[FloatArray]) -> IntArray:
-    """Number of the corner that follows each, with the loops' corners numbered through."""
+    """Return the next corner of each, with corner numbers continuing through the loops."""
     firsts = np.cumsum([0, *(len(loop) for loop in loops)])
     rings = [np.roll(np.arange(a, b), -1) for a, b in pairwise(firsts)]
     return np.concatenate(rings)
 
 
 def _side(a: FloatArray, b: FloatArray, p: FloatArray) -> FloatArray:
-    """Which side of the line a-b each p lies on: -1, 0 or 1; within rounding is 0, which counts as touching."""
+    """Return the side of the line a-b of each p: -1, 0 or 1; 0 is within rounding and counts as touching."""
     u = b - a
     v = p - a
     left = u[:, 0] * v[:, 1]
@@ -84,16 +84,16 @@ def _side(a: FloatArray, b: FloatArray, p: FloatArray) -> FloatArray:
 _WEIGHT = 1e-3
 _REACH = 0.25
 _TOUCHING = 1e-6
-"""Nearer than this share of the reach counts as met: the two sides of a slit in a flat sheet do exactly that."""
+"""Distances below this share of the reach count as contact, as for the two sides of a slit in a flat sheet."""
 
 
 class BoundaryBarrier:
-    """An energy of maps and the border's barrier, to be minimised in its place.
+    """Sum of an energy and the border's barrier.
 
     Args:
-        problem: The energy without it: of stretching alone, or with pins.
+        problem: The energy without the barrier: of stretching alone, or with pins.
         loop: (b,) border vertices in order.
-        plane: (k, 2) a map without overlap, from which the reach is taken: a quarter of a mean border side.
+        plane: (k, 2) a map without overlap; the reach is a quarter of its mean border side.
     """
 
     def __init__(self, problem: Energy, loop: IntArray, plane: FloatArray) -> None:
@@ -103,28 +103,28 @@ class BoundaryBarrier:
         self._reach = _REACH * float(np.linalg.norm(plane[self._next] - plane[loop], axis=1).mean())
 
     def energy(self, plane: FloatArray) -> float:
-        """Mean energy by area plus the barrier; inf where a face has no area or the border meets itself."""
+        """Return the mean energy by area plus the barrier; inf if a face has no area or the border meets itself."""
         energy = self._problem.energy(plane)
         if not np.isfinite(energy) or crossings(plane[self._loop]):
             return float("inf")
         _, distance, _ = self._close(plane)
         if not distance.all():
-            return float("inf")  # a corner that misses a side by the last bit does not cross it
+            return float("inf")  # a corner that misses a side by one bit does not cross it
         return energy + _WEIGHT * float(((self._reach / distance - 1) ** 2).sum())
 
     def touches(self, plane: FloatArray) -> bool:
-        """Whether the border meets itself, or would if the plane were turned and rounded anew."""
+        """Return whether the border meets itself, or would after a rotation with rounding."""
         return bool(crossings(plane[self._loop])) or bool((self._close(plane)[1] < _TOUCHING * self._reach).any())
 
     def gradient(self, plane: FloatArray) -> FloatArray:
-        """(2k,) of the energy and the barrier."""
+        """Return the gradient (2k,) of the sum."""
         vertices, distance, direction = self._close(plane)
         return self._problem.gradient(plane) + self._push(vertices, distance, direction, plane.size)
 
     def derivatives(self, plane: FloatArray) -> tuple[FloatArray, csc_matrix]:
-        """Gradient (2k,) and the upper triangle of a positive semidefinite Hessian (2k, 2k).
+        """Return the gradient (2k,) and the upper triangle of a positive semidefinite Hessian (2k, 2k).
 
-        The barrier's part of the Hessian is that of a distance whose direction stays.
+        The Hessian of the barrier treats the direction of each distance as constant.
         """
         gradient, hessian = self._problem.derivatives(plane)
         vertices, distance, direction = self._close(plane)
@@ -142,7 +142,7 @@ class BoundaryBarrier:
         return gradient, total
 
     def _push(self, vertices: IntArray, distance: FloatArray, direction: FloatArray, size: int) -> FloatArray:
-        """The barrier's gradient (size,)."""
+        """Return the barrier's gradient (size,)."""
         ratio = self._reach / distance
         slope = -2 * _WEIGHT * (ratio - 1) * ratio / distance
         entries = (slope[:, None] * direction).ravel()
@@ -151,14 +151,14 @@ class BoundaryBarrier:
         )  # of none: whole numbers
 
     def largest_step(self, plane: FloatArray, step: FloatArray) -> float:
-        """How far along ``step`` (k, 2) the first face loses its area; inf if none does."""
+        """Return the step length at which the first face loses its area; inf if none does."""
         return self._problem.largest_step(plane, step)
 
     def _close(self, plane: FloatArray) -> tuple[IntArray, FloatArray, FloatArray]:
-        """Close pairs of a vertex and a side.
+        """Find close pairs of a vertex and a side.
 
         Returns:
-            (p, 3) the vertex and the side's start and end, (p,) their distance, (p, 6) its gradient.
+            (p, 3) the vertex and the start and end of the side, (p,) their distance, (p, 6) its gradient.
         """
         start = plane[self._loop]
         end = plane[self._next]
@@ -181,5 +181,5 @@ class BoundaryBarrier:
 
 
 def _dofs(vertices: IntArray) -> IntArray:
-    """(p, 6) coordinates of (p, 3) vertices."""
+    """Return the coordinate numbers (p, 6) of vertices (p, 3)."""
     return (2 * vertices[:, :, None] + np.arange(2)).reshape(-1, 6)

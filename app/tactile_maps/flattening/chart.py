@@ -1,4 +1,4 @@
-"""A chart: one patch flattened, in its own coordinates; and a pin, which holds a place of the body at a place of a
+"""A chart, one flattened patch in its own coordinates; and a pin, which holds a point of the body at a point of a
 chart.
 """
 
@@ -19,11 +19,11 @@ from tactile_maps.geometry.surface.point_location import PointLocator
 
 @dataclass(frozen=True)
 class Pin:
-    """A place of the body held at a place of the plane.
+    """A point of the body held at a point of the plane.
 
     Attributes:
-        at: On the body.
-        place: (x, y) in the chart's own frame [m], so that pins move with their patch.
+        at: Point on the body.
+        place: (x, y) in the chart's frame [m], so that pins move with their patch.
     """
 
     at: SurfacePoint
@@ -36,13 +36,13 @@ class Chart:
 
     Attributes:
         faces: (m, 3) into ``plane``; face numbers are those of the patch's surface.
-        plane: (k, 2) [m], true total area, body's long direction up, first corner of its box at the origin.
-        vertex_of: (k,) the surface's vertex behind each point.
+        plane: (k, 2) [m], of true total area, the body's long direction up, lower-left corner of its box at the origin.
+        vertex_of: (k,) vertex of the surface for each point.
         seams: (s, 2) cut edges as pairs of the surface's vertices.
-        method: How it was flattened.
+        method: Name of the flattening method.
         energies: Mean symmetric Dirichlet energy after each round, at its best scale; 4 is an isometry.
         seconds: Wall time at the end of each round.
-        findings: What had to be done besides.
+        findings: Repairs and limitations.
     """
 
     faces: IntArray
@@ -60,17 +60,17 @@ class Chart:
 
     @cached_property
     def connectivity(self) -> Connectivity:
-        """Which faces, edges and points of the chart meet; computed once."""
+        """Adjacency of faces, edges and points of the chart, computed once."""
         return Connectivity(self.faces)
 
     @cached_property
     def border(self) -> IntArray:
-        """(b,) the points around the chart, counter-clockwise; the first is not repeated."""
+        """(b,) border points, counter-clockwise; the first is not repeated."""
         return self.connectivity.boundary_loops[0]
 
     @cached_property
     def seam_edges(self) -> IntArray:
-        """(t, 2) sides of the border that are joined to another side on the body."""
+        """(t, 2) sides of the border that coincide with another side on the body."""
         sides = np.stack([self.border, np.roll(self.border, -1)], axis=1)
         base = [len(self.vertex_of), 1]
         cut = np.isin(np.sort(self.vertex_of[sides], axis=1) @ base, np.sort(self.seams, axis=1) @ base)
@@ -78,18 +78,18 @@ class Chart:
 
     @cached_property
     def locator(self) -> PointLocator:
-        """Which face holds a point of the plane. Here, so that it outlives every other arrangement of the charts."""
+        """Point location in the plane. Cached here so that it is kept when charts are rearranged."""
         return PointLocator(self.plane[self.faces])
 
     def __getstate__(self) -> dict[str, Any]:
-        """What was computed from a chart does not travel with it."""
+        """Return the fields without cached properties, which are not pickled."""
         return {part.name: getattr(self, part.name) for part in fields(self)}
 
 
 def canonical_pose(plane: FloatArray, positions: FloatArray) -> FloatArray:
-    """``plane`` (k, 2) turned so that the body's long direction, away from the link's origin (its joint), points up.
+    """Rotate ``plane`` (k, 2) so that the body's long direction, away from the link's origin (its joint), points up.
 
-    The box's first corner comes to the origin. ``positions`` (k, 3) are those of the same points on the body.
+    The lower-left corner of the box moves to the origin. ``positions`` (k, 3) are those of the same points on the body.
     """
     centred = positions - positions.mean(axis=0)
     _, _, axes = np.linalg.svd(centred, full_matrices=False)

@@ -1,14 +1,13 @@
 """Cutting a patch along seams until it is a disk that can be flattened.
 
 A weighted tree-cotree cut (Eppstein 2003; Erickson and Whittlesey 2005) with each boundary loop contracted to one node:
-a shortest-path tree from the longest loop, a spanning tree of the faces beside it, and the edges that neither uses.
-What hangs loose is pruned, so that a tube is cut along one shortest path, a closed ball between two far points, and a
-surface with handles through each of them.
+a shortest-path tree from the longest loop, a spanning tree of the faces that avoids it, and the edges in neither.
+Dangling edges are pruned. The result cuts a tube along one shortest path, a closed ball between two distant points, and
+a surface with handles through each of them.
 
-``SeamPlan`` says where a person wants seams and where not, and how many more. A seam lets a deep patch lie flatter and
-takes neighbours apart. Further seams go where they help most: a tube is cut along the shortest path between its ends, a
-closed body between two far points, and each one more reaches the place farthest from the border and the seams so far;
-all keep out of areas of interest where they can.
+``SeamPlan`` specifies where seams are drawn, where they should not go, and how many more to add. A seam lets a deep
+patch flatten with less stretch but separates neighbours. Additional seams go where they help most: each reaches the
+point farthest from the border and the existing seams. All avoid areas of interest where possible.
 """
 
 from __future__ import annotations
@@ -16,7 +15,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from itertools import islice, pairwise
+from itertools import pairwise
 
 import numpy as np
 from scipy.sparse.csgraph import minimum_spanning_tree
@@ -24,17 +23,17 @@ from scipy.sparse.csgraph import minimum_spanning_tree
 from tactile_maps.core.arrays import BoolArray, FloatArray, IntArray, freeze_arrays
 from tactile_maps.core.errors import MapError
 from tactile_maps.geometry.geodesics import distances_from, edge_graph, path_in_tree, shortest_path_tree
-from tactile_maps.geometry.surface.connectivity import Connectivity, corner_fans, side_ends
+from tactile_maps.geometry.surface.connectivity import Connectivity, corner_fans, run_starts, side_ends
 from tactile_maps.geometry.surface.mesh import Mesh
 
 
 @dataclass(frozen=True, eq=False)
 class CutSurface:
-    """A surface cut to a disk; its faces keep their numbers.
+    """A surface cut to a disk; face numbers are unchanged.
 
     Attributes:
-        faces: (m, 3) into the cut's own vertices.
-        vertex_of: (k,) the surface's vertex behind each of them; a seam's vertex has several copies.
+        faces: (m, 3) over the vertices of the cut.
+        vertex_of: (k,) vertex of the surface for each; a vertex on a seam has several copies.
         seams: (s, 2) cut edges as pairs of the surface's vertices.
     """
 
@@ -47,25 +46,25 @@ class CutSurface:
 
     @cached_property
     def connectivity(self) -> Connectivity:
-        """Which faces, edges and vertices of the cut surface meet; computed once."""
+        """Adjacency of faces, edges and vertices of the cut surface, computed once."""
         return Connectivity(self.faces)
 
 
 def cut_to_disk(
     surface: Mesh, *, terminals: Sequence[int] = (), importance: FloatArray | None = None, drawn: IntArray | None = None
 ) -> CutSurface:
-    """Cut a connected, manifold, oriented surface to a disk with the shortest seams that do it.
+    """Cut a connected, manifold, oriented surface to a disk with the shortest possible seams.
 
     Args:
         surface: Any number of boundary loops, any genus; closed is allowed.
-        terminals: Vertices that a seam must also reach.
-        importance: (n,) by vertex, not negative: a seam counts as 1 + importance times as long there, so that it goes
-            around areas of interest where it can.
-        drawn: (s, 2) edges, as pairs of vertices, that are cut whatever else is.
+        terminals: Vertices that a seam must reach.
+        importance: (n,) per vertex, >= 0. Seam length counts 1 + importance times, so that seams avoid areas of
+            interest.
+        drawn: (s, 2) edges, as pairs of vertices, that are always cut.
 
     Raises:
-        MapError: The surface is empty, not connected, not manifold, its faces disagree about the outside, a drawn pair
-            is not an edge of it, or the drawn seams cut it in two.
+        MapError: The surface is empty, not connected, not manifold or not consistently oriented; a drawn pair is not an
+            edge; or the drawn seams separate the surface.
 
     Cost: three sorts and one Dijkstra; 30 ms for 20,000 faces.
     """
@@ -85,7 +84,7 @@ def cut_to_disk(
 
 
 def _drawn_edges(connectivity: Connectivity, drawn: IntArray) -> BoolArray:
-    """(e,) which edges are drawn; those of the border are cut already."""
+    """Return a mask (e,) of drawn edges; edges of the border are open already."""
     known = {tuple(edge): number for number, edge in enumerate(connectivity.edges.tolist())}
     chosen = np.zeros(len(connectivity.edges), dtype=bool)
     for pair in np.sort(drawn, axis=1).tolist():
@@ -100,7 +99,7 @@ def _drawn_edges(connectivity: Connectivity, drawn: IntArray) -> BoolArray:
 
 
 def _seams(surface: Connectivity, faces: IntArray) -> IntArray:
-    """(s, 2) the surface's inner edges that the two faces beside them no longer share in ``faces``."""
+    """Return the inner edges (s, 2) of the surface whose two faces no longer share them in ``faces``."""
     sides = surface.twins
     corners = faces.ravel()
     after = side_ends(sides)
@@ -113,7 +112,7 @@ def _shortest_cut(surface: Mesh, terminals: Sequence[int], importance: FloatArra
     loops = connectivity.boundary_loops
     ends = list(terminals)
     if not loops and not ends and connectivity.euler_characteristic == 2:
-        ends = far_points(surface, importance=importance)  # a ball: nothing but two far points says where to open it
+        ends = far_points(surface, importance=importance)  # a ball has no border to start from
     nodes, marked, root = _contract(surface, loops, ends)
     cut = _cut_edges(connectivity, _edge_costs(surface, importance), nodes, marked, root)
     faces, vertex_of = _open(surface, cut)
@@ -128,7 +127,7 @@ def _shortest_cut(surface: Mesh, terminals: Sequence[int], importance: FloatArra
 
 
 def far_points(surface: Mesh, *, importance: FloatArray | None = None) -> list[int]:
-    """The vertex farthest from the middle, and the one farthest from it along the edges; unimportant if possible."""
+    """Return the vertex farthest from the centre and the one farthest from it along edges, unimportant if possible."""
     used = _unimportant(np.unique(surface.faces), importance)
     away = np.linalg.norm(surface.vertices[used] - surface.vertices[used].mean(axis=0), axis=1)
     first = int(used[away.argmax()])
@@ -136,7 +135,7 @@ def far_points(surface: Mesh, *, importance: FloatArray | None = None) -> list[i
 
 
 def farthest_from_border(surface: Mesh, cut: CutSurface, *, importance: FloatArray | None = None) -> int:
-    """The vertex farthest, along the edges, from the border and the seams: where one more seam helps most."""
+    """Return the vertex farthest, along edges, from border and seams, where an additional seam helps most."""
     return _farthest(surface, np.unique(cut.vertex_of[cut.connectivity.boundary_loops[0]]), importance)
 
 
@@ -147,14 +146,14 @@ def _farthest(surface: Mesh, sources: IntArray, importance: FloatArray | None) -
 
 
 def _unimportant(vertices: IntArray, importance: FloatArray | None) -> IntArray:
-    """Those of ``vertices`` outside areas of interest; all where nothing is outside."""
+    """Return the ``vertices`` outside areas of interest, or all if none is outside."""
     if importance is None or (importance[vertices] > 0).all():
         return vertices
     return vertices[importance[vertices] == 0]
 
 
 def _check(surface: Mesh) -> None:
-    """Refuse what no cut can turn into a disk."""
+    """Raise MapError for a surface that cannot be cut to a disk."""
     if not len(surface.faces):
         raise MapError("the surface has no faces to flatten")
     connectivity = surface.connectivity
@@ -162,7 +161,7 @@ def _check(surface: Mesh) -> None:
         raise MapError(
             "an edge of the surface has more than two faces",
             value=int(connectivity.face_count.max()),
-            remedy="Cover the link anew, or clean the mesh",
+            remedy="Cover the link again, or clean the mesh",
         )
     if not connectivity.agrees_in_direction:
         raise MapError("neighbouring faces are oriented inconsistently", remedy="Orient the faces alike")
@@ -172,14 +171,14 @@ def _check(surface: Mesh) -> None:
 
 
 def _edge_costs(surface: Mesh, importance: FloatArray | None) -> FloatArray:
-    """(e,) the length of each edge [m] as a seam counts it."""
+    """Return the weighted length (e,) of each edge as part of a seam [m]."""
     if importance is None:
         return surface.edge_lengths
     return surface.edge_lengths * (1 + importance[surface.edges].mean(axis=1))
 
 
 def _contract(surface: Mesh, loops: Sequence[IntArray], ends: Sequence[int]) -> tuple[IntArray, BoolArray, int]:
-    """Node of each vertex (a loop is one node), which nodes seams must reach, and the tree's root."""
+    """Return the node of each vertex (a loop is one node), a mask of nodes to be reached, and the tree's root."""
     nodes = np.arange(len(surface.vertices))
     lengths = []
     for loop in loops:
@@ -195,7 +194,7 @@ def _contract(surface: Mesh, loops: Sequence[IntArray], ends: Sequence[int]) -> 
 def _cut_edges(
     connectivity: Connectivity, lengths: FloatArray, nodes: IntArray, marked: BoolArray, root: int
 ) -> BoolArray:
-    """(e,) which edges are seams; ``lengths`` (e,) as they count."""
+    """Return a mask (e,) of seam edges; ``lengths`` (e,) are weighted."""
     ends = nodes[connectivity.edges]
     shared = connectivity.face_count == 2
     tree, distance = _shortest_tree(ends, lengths, shared & (ends[:, 0] != ends[:, 1]), root, len(nodes))
@@ -207,8 +206,8 @@ def _cut_edges(
 def _shortest_tree(
     ends: IntArray, lengths: FloatArray, usable: BoolArray, root: int, count: int
 ) -> tuple[BoolArray, FloatArray]:
-    """Edges of a shortest-path tree from ``root``, and each node's distance."""
-    # Of parallel edges between two nodes only the shortest may be in the tree.
+    """Return the edges of a shortest-path tree from ``root``, and the distance of each node."""
+    # Only the shortest of parallel edges between two nodes may be in the tree.
     numbers = np.flatnonzero(usable)
     low = ends[numbers].min(axis=1)
     high = ends[numbers].max(axis=1)
@@ -216,8 +215,7 @@ def _shortest_tree(
     numbers = numbers[order]
     low = low[order]
     high = high[order]
-    first = np.ones(len(numbers), dtype=bool)
-    first[1:] = (low[1:] != low[:-1]) | (high[1:] != high[:-1])
+    first = run_starts(low, high)
     numbers = numbers[first]
     low = low[first]
     high = high[first]
@@ -231,16 +229,16 @@ def _shortest_tree(
 
 
 def _face_tree(connectivity: Connectivity, tree: BoolArray, weight: FloatArray) -> BoolArray:
-    """Edges crossed by a spanning tree of the faces that avoids ``tree`` and prefers far, long edges."""
+    """Return the edges crossed by a spanning tree of the faces that avoids ``tree`` and prefers distant, long edges."""
     free = ~tree[connectivity.twin_edges]
     pairs = connectivity.face_pairs[free]
     crossed = connectivity.twin_edges[free]
     cost = weight.max() - weight[crossed] + 1e-9 * (weight.max() or 1.0)
     count = len(connectivity.faces)
-    # Faces that share two edges would have their costs added up by the matrix: keep the cheaper crossing only.
+    # The matrix would add the costs of faces that share two edges: keep only the cheaper crossing.
     key = pairs.min(axis=1) * count + pairs.max(axis=1)
     best = np.lexsort((cost, key))
-    best = best[np.r_[True, key[best][1:] != key[best][:-1]]] if len(best) else best
+    best = best[run_starts(key[best])]
     pairs = pairs[best]
     crossed = crossed[best]
     cost = cost[best]
@@ -254,14 +252,14 @@ def _face_tree(connectivity: Connectivity, tree: BoolArray, weight: FloatArray) 
 
 
 def _pruned(ends: IntArray, cut: BoolArray, marked: BoolArray) -> BoolArray:
-    """Drop cut edges that end at an unmarked node, until none does.
+    """Remove cut edges that end at an unmarked node until there are none.
 
-    Cost: 1 µs for each edge of ``cut``, however long the chains that hang loose.
+    Cost: 1 µs for each edge of ``cut``, whatever the lengths of the dangling chains.
     """
     chosen = np.flatnonzero(cut)
     near, far = ends[chosen].T
     degree = np.bincount(ends[chosen].ravel(), minlength=len(marked))
-    # The sum of a node's edges, and of their other ends, tells the last one that is left.
+    # When one edge of a node is left, the sums of its edge numbers and of their other ends identify it.
     edges = np.zeros_like(degree)
     others = np.zeros_like(degree)
     for here, there in ((near, far), (far, near)):
@@ -273,7 +271,7 @@ def _pruned(ends: IntArray, cut: BoolArray, marked: BoolArray) -> BoolArray:
     other = others.tolist()
     kept = marked.tolist()
     dropped = []
-    for node in loose:  # grows while it is read
+    for node in loose:  # extended during iteration
         if left[node] != 1:
             continue
         edge = last[node]
@@ -291,7 +289,7 @@ def _pruned(ends: IntArray, cut: BoolArray, marked: BoolArray) -> BoolArray:
 
 
 def _open(surface: Mesh, cut: BoolArray) -> tuple[IntArray, IntArray]:
-    """Give each fan of faces between seams its own copy of the vertex: (faces, surface vertex of each copy)."""
+    """Give each fan of faces between seams its own copy of the vertex; return faces and the vertex of each copy."""
     connectivity = surface.connectivity
     whole = connectivity.twins[~cut[connectivity.twin_edges]]
     _, first, faces = np.unique(corner_fans(surface.faces, whole), return_index=True, return_inverse=True)
@@ -303,17 +301,17 @@ def _none_drawn() -> IntArray:
 
 
 MOST_SEAMS = 100
-"""Extra seams of one patch; each takes a pass over the surface."""
+"""Largest number of extra seams of one patch; each takes a pass over the surface."""
 
 
 @dataclass(frozen=True, eq=False)
 class SeamPlan:
-    """What is wanted of one patch's seams.
+    """Requested seams of one patch.
 
     Attributes:
-        extra: Seams besides the drawn ones and those that the topology asks for; None for as many as are worth it.
-        drawn: (s, 2) edges to be cut, as pairs of the surface's vertices.
-        importance: (n,) by vertex, 0 or more: seams avoid what is important; None where nothing is.
+        extra: Number of seams in addition to drawn ones and those that the topology requires; None for automatic.
+        drawn: (s, 2) edges to cut, as pairs of the surface's vertices.
+        importance: (n,) per vertex, >= 0; seams avoid important vertices. None for no areas of interest.
     """
 
     extra: int | None = None
@@ -328,24 +326,19 @@ class SeamPlan:
         if self.importance is not None:
             freeze_arrays(self, "importance")
             if not (np.isfinite(self.importance) & (self.importance >= 0)).all():
-                raise MapError("an importance is not a number from 0 up", place="importance")
-
-
-def cut_as_planned(surface: Mesh, plan: SeamPlan, extra: int) -> CutSurface:
-    """The patch cut as planned, with ``extra`` seams more; errors as ``planned_cuts``."""
-    return next(islice(planned_cuts(surface, plan), extra, None))
+                raise MapError("an importance is negative or not finite", place="importance")
 
 
 def planned_cuts(surface: Mesh, plan: SeamPlan) -> Iterator[CutSurface]:
-    """The patch cut as planned, then with one seam more each time, each to the place farthest from all before.
+    """Yield the patch cut as planned, then repeatedly with one more seam, each to the point farthest from all before.
 
     Raises:
-        MapError: See ``cut_to_disk``; or the plan is for another surface.
+        MapError: As ``cut_to_disk``; or the plan is for another surface.
 
-    Cost: a cut each, see ``cut_to_disk``, and as much again to find the farthest place.
+    Cost: per cut twice that of ``cut_to_disk``, half of it to find the farthest point.
     """
     if plan.importance is not None and len(plan.importance) != len(surface.vertices):
-        raise MapError("the areas of interest are another surface's", value=len(plan.importance))
+        raise MapError("the areas of interest belong to another surface", value=len(plan.importance))
     ends: list[int] = []
     while True:
         cut = _cut_with_ends(surface, plan, ends)
@@ -354,19 +347,19 @@ def planned_cuts(surface: Mesh, plan: SeamPlan) -> Iterator[CutSurface]:
 
 
 def _cut_with_ends(surface: Mesh, plan: SeamPlan, ends: Sequence[int]) -> CutSurface:
-    # A closed surface is cut between two points anyway; those stay when more are added.
+    # A closed surface is always cut between two points; these do not change when others are added.
     closed = len(ends) > 0 and not len(plan.drawn) and not surface.connectivity.boundary_loops
     first = far_points(surface, importance=plan.importance) if closed else []
     return cut_to_disk(surface, terminals=[*first, *ends], importance=plan.importance, drawn=plan.drawn)
 
 
 def shortest_edge_path(surface: Mesh, through: Sequence[int], *, importance: FloatArray | None = None) -> IntArray:
-    """The shortest path along edges from vertex to vertex of ``through``: (s, 2) edges, a seam as drawn by hand.
+    """Return the shortest path along edges through the vertices ``through`` as edges (s, 2), like a drawn seam.
 
     Raises:
-        MapError: Fewer than two vertices, or no way between two of them.
+        MapError: Fewer than two vertices, or two that are not connected.
 
-    Cost: one Dijkstra a piece; 5 ms for 10,000 vertices.
+    Cost: one Dijkstra per part; 5 ms for 10,000 vertices.
     """
     if len(through) < 2:
         raise MapError("a seam needs two ends", value=len(through), remedy="Mark at least two places")

@@ -1,13 +1,10 @@
-"""One patch from the body to the plane: cut, flattened by any method, mended where not one-to-one, and proved.
-
-``seam_curve`` shows how much each further seam would gain: the curve by which a person chooses how many.
-"""
+"""Flattening of one patch: cut, flattened by any method, repaired if not one-to-one, and verified."""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass, replace
+from collections.abc import Iterable
+from dataclasses import replace
 
 import numpy as np
 
@@ -25,24 +22,24 @@ from tactile_maps.geometry.surface.mesh import Mesh
 WORTH_A_SEAM = 4.6
 """Mean energy above which one more seam is tried (a hemisphere has 4.14)."""
 EASY_ENERGY = 1e6
-"""Mean energy of a first map from which a good one is reached soon. Above it further seams are tried."""
+"""Mean energy of a first map up to which no further seams are tried."""
 GIVEN_UP_ENERGY = 1e7
-"""Mean energy of a first map from which one more seam is the last one tried if it does not help."""
+"""Mean energy of a first map below which the search stops after a seam that does not help."""
 HARDEST_ENERGY = 1e10
-"""Mean energy of a first map that is tried at last: 20,000 faces with 81 handles begin at 7e6 and take 30 CPU s."""
+"""Largest mean energy of a first map: 20,000 faces with 81 handles begin at 7e6 and take 30 CPU s."""
 TAUTEST_ENERGY = 1e12
-"""Mean energy up to which a patch pulled taut is tried. Needles of 10,000 radii in rungs for 1000 taxels begin at 7e10
-and reach 4.2; those of 100,000 begin at 1.7e12, fold, and end nowhere near in a minute."""
+"""Largest mean energy of a stretched slender patch. Needles of 10,000 radii in rungs for 1000 taxels begin at 7e10
+and reach 4.2; those of 100,000 begin at 1.7e12, fold, and do not converge within a minute."""
 MOST_FACE_ROUNDS = 60_000_000
-"""Faces times rounds that a patch's descents take together: about 30 CPU s. Counted, not timed: the map stays the same
-on a slower machine."""
+"""Largest product of faces and rounds of a patch's descents: about 30 CPU s. Counted instead of timed, so that the map
+does not depend on the speed of the machine."""
 _LEAST_ROUNDS = 100
-"""Rounds that any patch may take, however many its faces."""
+"""Rounds that any patch may take, regardless of its number of faces."""
 _BARRIER_COST = 8
-"""Times as long as a round without the border's barrier."""
+"""Cost of a round with the border's barrier relative to one without."""
 _MOST_SEAMS = 3
 _SEAMS_TO_OPEN = (0, 1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64)
-"""Extra seams that are tried for an initial map: a body with limbs takes one into each."""
+"""Numbers of extra seams tried for an initial map: a body with limbs needs one into each."""
 _WORTH_KEEPING = 0.1
 
 
@@ -55,16 +52,16 @@ def flatten(
     name: str = "patch",
     on_round: OnRound | None = None,
 ) -> Chart:
-    """Flatten one connected, manifold surface one-to-one: a bijective parameterization of it.
+    """Flatten one connected, manifold surface one-to-one, as a bijective parameterization.
 
     Args:
-        surface: With any topology; it is cut to a disk first.
-        method: A name in ``flattening.methods``. Where its map would flip or overlap, our own minimiser makes the one
-            nearest to its intent, and a finding says so.
-        lengths: From 1, keep lengths, to 0, keep angles; for methods that can.
-        seams: What is wanted of seams; by default those that the topology asks for and those that are worth it.
+        surface: Any topology; it is cut to a disk first.
+        method: A name in ``flattening.methods``. Where its map would flip or overlap, the built-in minimiser computes
+            the closest valid one, reported as a finding.
+        lengths: 1 keeps lengths, 0 keeps angles; for methods with this parameter.
+        seams: Requested seams; by default those that the topology requires and those that are worth it.
         name: The patch's name, for findings and errors.
-        on_round: Told each round; may raise to cancel.
+        on_round: Called after each round; may raise to cancel.
 
     Raises:
         MapError: An unknown method, or a surface that cannot be cut or opened.
@@ -95,7 +92,7 @@ def flatten(
 
 
 class _FlatteningJob:
-    """One surface to be flattened in one way, with as many seams as it takes."""
+    """Flattening of one surface by one method with as many seams as necessary."""
 
     def __init__(
         self, surface: Mesh, how: Method, lengths: float, plan: SeamPlan, name: str, on_round: OnRound | None
@@ -109,25 +106,25 @@ class _FlatteningJob:
         self._further_cuts = planned_cuts(surface, plan)
         self._rounds = 0
         self._most_rounds = max(MOST_FACE_ROUNDS / len(surface.faces), _LEAST_ROUNDS)
-        self._converged = True  # the descent last told
+        self._converged = True  # whether the last descent converged
         self._cuts: list[CutSurface] = []
         self._disks: dict[int, tuple[CutSurface, Disk]] = {}
 
     @property
     def seeks_seams(self) -> bool:
-        """Whether seams that nobody asked for may be added; a method to be compared gets the topology's only."""
+        """Whether seams may be added automatically; other methods use only those that the topology requires."""
         return self._how.name == "symmetric-dirichlet" and self._plan.extra is None
 
     @property
     def spent(self) -> bool:
-        """Whether the descents have taken all rounds that they may."""
+        """Whether the descents have used all allowed rounds."""
         return self._rounds >= self._most_rounds
 
     def openable(self) -> int:
-        """How many extra seams it takes for a first map that a descent gets anywhere from.
+        """Return the number of extra seams with which a descent from the first map succeeds.
 
         Raises:
-            MapError: No number does.
+            MapError: There is no such number.
         """
         extra = self._least_hopeless()
         _, disk = self._cut(extra)
@@ -145,19 +142,19 @@ class _FlatteningJob:
     def _least_hopeless(self) -> int:
         """Return the number of extra seams with which the first map has a moderate energy, or the least energy.
 
-        On a long, deep cup the initial map shrinks the bottom towards the smallest number; a seam into it lets it open.
-        A body with limbs needs a seam into almost each of them: one limb without a seam is lost in rounding.
+        On a long, deep cup the initial map shrinks the bottom towards the smallest number; a seam into it opens it. A
+        body with limbs needs a seam into almost each of them: a limb without a seam is lost in rounding.
         """
-        asked = self._plan.extra or 0
-        best = asked
+        requested = self._plan.extra or 0
+        best = requested
         least = np.inf
-        for extra in sorted({asked, *(count for count in _SEAMS_TO_OPEN if count > asked)}):
+        for extra in sorted({requested, *(count for count in _SEAMS_TO_OPEN if count > requested)}):
             _, disk = self._cut(extra)
             energy = disk.energy.energy(disk.start)
             if energy < EASY_ENERGY:
                 return extra
-            # Stop where seams do not help, as on a surface with many handles. A larger energy is decided by the limb
-            # that is nearest to being lost in rounding and says nothing about the next seam.
+            # Stop where seams do not help, as on a surface with many handles. Larger energies are dominated by the limb
+            # closest to being lost in rounding and say nothing about the next seam.
             settled = least < GIVEN_UP_ENERGY and energy > 0.1 * least
             if energy < least:
                 best = extra
@@ -181,7 +178,7 @@ class _FlatteningJob:
         return self._disks[extra]
 
     def flatten(self, extra: int) -> tuple[Chart, float]:
-        """The chart with so many extra seams, and the energy that the method or the slider asks to be small."""
+        """Return the chart with ``extra`` more seams, and the energy that the method or the slider minimises."""
         cut, disk = self._cut(extra)
         rounds, findings = self._valid(disk)
         best = rounds[-1].plane
@@ -201,13 +198,13 @@ class _FlatteningJob:
         )
 
     def _valid(self, disk: Disk) -> tuple[list[Iterate], list[Finding]]:
-        """Rounds that end in a map without flips and overlaps, and what it took."""
+        """Return rounds that end in a map without flips and overlaps, and the findings."""
         findings = list[Finding]()
-        clock = _Clock()
+        begin = time.perf_counter()
         rounds: list[Iterate] = []
         try:
-            rounds += self._told(disk, clock, self._how.run(disk, self._lengths))
-        except RuntimeError as error:  # libigl's only way to say that a system is singular
+            rounds += self._recorded(disk, begin, self._how.run(disk, self._lengths))
+        except RuntimeError as error:  # how libigl reports a singular system
             findings.append(
                 Finding("method-failed", self._name, f"{self._how.name}: {error}; the built-in method was used instead")
             )
@@ -217,11 +214,11 @@ class _FlatteningJob:
                 findings.append(
                     Finding("flips-mended", self._name, f"{self._how.name} flips triangles on this surface")
                 )
-            rounds += self._told(disk, clock, (r.plane for r in minimise(target, disk.taut)))
+            rounds += self._recorded(disk, begin, (r.plane for r in minimise(target, disk.taut)))
         apart = BoundaryBarrier(target, disk.loop, rounds[-1].plane)
         if apart.touches(rounds[-1].plane):
-            # The first map does not overlap, and a barrier between the border's parts keeps it so.
-            rounds += self._told(disk, clock, (r.plane for r in minimise(apart, disk.taut)), cost=_BARRIER_COST)
+            # The first map does not overlap, and a barrier between parts of the border preserves this.
+            rounds += self._recorded(disk, begin, (r.plane for r in minimise(apart, disk.taut)), cost=_BARRIER_COST)
             note = f"boundary barrier, distortion {rounds[-1].energy:.2f}"
             findings.append(Finding("overlap-avoided", self._name, note))
         if not self._converged:
@@ -229,16 +226,16 @@ class _FlatteningJob:
             findings.append(Finding("descent-stopped", self._name, note))
         return rounds, findings
 
-    def _told(
-        self, disk: Disk, clock: Callable[[], float], planes: Iterable[FloatArray], *, cost: int = 1
-    ) -> list[Iterate]:
-        """Each plane at unit area, with its energy and the time it came; at least one, then while rounds are left."""
+    def _recorded(self, disk: Disk, begin: float, planes: Iterable[FloatArray], *, cost: int = 1) -> list[Iterate]:
+        """Return each plane at unit area with its energy and time: at least one, then while rounds are left."""
         rounds = list[Iterate]()
         try:
             for plane in planes:
                 self._rounds += cost
                 scaled = disk.scaled(plane)
-                rounds.append(Iterate(scaled, disk.energy.energy_at_best_scale(scaled), clock(), 1.0))
+                rounds.append(
+                    Iterate(scaled, disk.energy.energy_at_best_scale(scaled), time.perf_counter() - begin, 1.0)
+                )
                 if self._on_round is not None:
                     self._on_round(rounds[-1])
                 if self.spent:
@@ -247,52 +244,3 @@ class _FlatteningJob:
         except DescentStopped:
             self._converged = False
         return rounds
-
-
-class _Clock:
-    """Seconds since it was made."""
-
-    def __init__(self) -> None:
-        self._start = time.perf_counter()
-
-    def __call__(self) -> float:
-        return time.perf_counter() - self._start
-
-
-@dataclass(frozen=True, eq=False)
-class SeamStep:
-    """A patch with some number of extra seams.
-
-    Attributes:
-        extra: How many.
-        energy: Mean symmetric Dirichlet energy; 4 is an isometry.
-        length: Of all seams on the body [m].
-        chart: The patch, cut and flattened.
-    """
-
-    extra: int
-    energy: float
-    length: float
-    chart: Chart
-
-
-def seam_curve(
-    surface: Mesh, *, most: int = 5, plan: SeamPlan | None = None, method: str = "symmetric-dirichlet"
-) -> Iterator[SeamStep]:
-    """The patch with 0, 1, ... ``most`` extra seams: number of cuts against distortion, told as it is computed.
-
-    Args:
-        surface: As for ``flatten``.
-        most: Extra seams at the end of the curve.
-        plan: Drawn seams and areas of interest that hold throughout; its ``extra`` does not matter.
-        method: See ``flattening.methods``.
-
-    Raises:
-        MapError: The surface cannot be flattened with any of these.
-    """
-    given = plan or SeamPlan()
-    for extra in range(most + 1):
-        chart = flatten(surface, method=method, seams=SeamPlan(extra, given.drawn, given.importance))
-        ends = surface.vertices[chart.seams]
-        length = float(np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1).sum())
-        yield SeamStep(extra, chart.energies[-1], length, chart)

@@ -1,13 +1,14 @@
-"""A patch cut to a disk and made ready for any method: unit area, centred, with its first one-to-one map.
+"""The disk of a cut patch, normalised to unit area and centred, with its first one-to-one map.
 
-The first map is Tutte's (1963): border on a circle, every inner vertex at its neighbours' mean. Uniform weights, never
-cotangents: with positive weights, and only with them, no triangle can flip whatever its shape. Cost: one sparse
-factorisation, 5 ms for 10,000 faces. Loses: a deep body's tip shrinks towards a point, up to where numbers end.
+The first map is Tutte's (1963): border on a circle, every inner vertex at the mean of its neighbours. Weights are
+uniform, never cotangents: only with positive weights can no triangle flip, whatever its shape. Cost: one sparse
+factorisation, 5 ms for 10,000 faces. Limits: the tip of a deep body shrinks towards a point, down to the smallest
+number.
 
-Where Tutte's map is very uneven three more are tried: Tutte's evened out once (Yoshizawa, Belyaev and Seidel 2004), the
-least squares conformal map (Lévy et al. 2002; libigl), which keeps angles and leaves the border free, and the
-projection along the mean normal. Cost of that: one factorisation, 26 ms for 10,000 faces. Loses: areas; flips and
-overlaps on deep bodies, which ``flatten`` then mends.
+Where Tutte's map is very uneven, three more are tried: Tutte's balanced once (Yoshizawa, Belyaev and Seidel 2004); the
+least squares conformal map (Lévy et al. 2002; libigl), which keeps angles and leaves the border free; and the
+projection along the mean normal. Cost: one factorisation, 26 ms for 10,000 faces. Limits: areas; flips and overlaps on
+deep bodies, which ``flatten`` then repairs.
 """
 
 from __future__ import annotations
@@ -32,7 +33,7 @@ from tactile_maps.geometry.surface.plane import cross
 
 
 def flatten_by_tutte(disk: Disk) -> Iterator[FloatArray]:
-    """The one round of the method ``tutte``."""
+    """Yield the map of the method ``tutte``."""
     yield tutte(disk.rest)
 
 
@@ -40,18 +41,18 @@ def tutte(disk: Mesh) -> FloatArray:
     """Map a disk to the unit circle.
 
     Args:
-        disk: With one boundary loop; only border lengths are used.
+        disk: Mesh with one boundary loop; only border lengths are used.
 
     Returns:
-        (k, 2), counter-clockwise faces positive.
+        (k, 2) positions; faces are counter-clockwise.
     """
     return _solve_interior(boundary_on_circle(disk), np.ones(len(disk.edges)), disk.connectivity)
 
 
 def stretch_balanced(disk: Mesh, plane: FloatArray) -> FloatArray:
-    """A map with the same border on which edges that were drawn too short are longer: valid as well.
+    """Return a valid map with the same border and longer edges where they were too short.
 
-    Each edge pulls in proportion to how much too long it was (Yoshizawa, Belyaev and Seidel 2004, made symmetric).
+    The weight of each edge is proportional to its relative length (Yoshizawa et al. 2004, made symmetric).
     """
     on_body = disk.edge_lengths
     on_map = edge_lengths(plane, disk.edges)
@@ -61,10 +62,10 @@ def stretch_balanced(disk: Mesh, plane: FloatArray) -> FloatArray:
 
 
 def boundary_on_circle(disk: Mesh) -> FloatArray:
-    """(k, 2) the border on the unit circle, arcs as long as on the body; inner vertices at the origin."""
+    """Return (k, 2) with the border on the unit circle, arcs as long as on the body; inner vertices at the origin."""
     (loop,), positions = disk.connectivity.boundary_loops, disk.vertices
     steps = np.linalg.norm(positions[np.roll(loop, -1)] - positions[loop], axis=1)
-    # Corners at one place would share a point of the circle; a hint of the mean step keeps them apart.
+    # Coinciding corners would share a point of the circle; a small share of the mean step separates them.
     steps = np.maximum(steps, 1e-6 * steps.mean())
     angle = 2 * np.pi * np.concatenate([[0.0], np.cumsum(steps)[:-1]]) / steps.sum()
     plane = np.zeros((len(positions), 2))
@@ -73,7 +74,7 @@ def boundary_on_circle(disk: Mesh) -> FloatArray:
 
 
 def _solve_interior(plane: FloatArray, pull: FloatArray, connectivity: Connectivity) -> FloatArray:
-    """Inner vertices where the pulls of their edges are in balance; the border stays."""
+    """Return the equilibrium of the inner vertices for edge weights ``pull``; the border is fixed."""
     count = len(plane)
     inner = np.ones(count, dtype=bool)
     inner[connectivity.boundary_loops[0]] = False
@@ -106,12 +107,12 @@ def _solve_interior(plane: FloatArray, pull: FloatArray, connectivity: Connectiv
 
 
 def flatten_by_lscm(disk: Disk) -> Iterator[FloatArray]:
-    """The one round of the method ``lscm``."""
+    """Yield the map of the method ``lscm``."""
     yield lscm(disk.rest)
 
 
 def lscm(disk: Mesh) -> FloatArray:
-    """(k, 2) the map; two border vertices far from each other are held, which fixes the scale.
+    """Return the conformal map (k, 2); two distant border vertices are fixed, which determines the scale.
 
     Raises:
         RuntimeError: libigl could not solve it.
@@ -127,7 +128,7 @@ def lscm(disk: Mesh) -> FloatArray:
 
 
 def projection(disk: Mesh) -> FloatArray:
-    """(k, 2) the disk seen along its mean normal; all at the origin where there is none, as on half a closed tube."""
+    """Return the disk (k, 2) projected along its mean normal; the origin without one, as on half a closed tube."""
     normal = disk.face_areas @ disk.face_normals
     size = float(np.linalg.norm(normal))
     if not size > 0:
@@ -138,9 +139,9 @@ def projection(disk: Mesh) -> FloatArray:
 
 
 _STRAINED = 100.0
-"""Mean energy of Tutte's map above which looking for a better start pays."""
+"""Mean energy of Tutte's map above which other initial maps are tried."""
 _SLENDER = 30.0
-"""How many times longer than the first map is wide a border is at least where a patch counts as slender."""
+"""Ratio of border length to diameter of the first map above which a patch counts as slender."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,15 +149,15 @@ class Disk:
     """A triangulated disk in space.
 
     Attributes:
-        rest: The cut's own vertices, scaled to unit area, so that no tolerance depends on the unit of length, and
-            centred; its faces are alike oriented, and every vertex is used.
+        rest: Vertices of the cut, centred and scaled to unit area, so that tolerances do not depend on the unit of
+            length; consistently oriented, without unused vertices.
     """
 
     rest: Mesh
 
     @property
     def positions(self) -> FloatArray:
-        """(k, 3) of the vertices."""
+        """(k, 3) vertex positions."""
         return self.rest.vertices
 
     @property
@@ -166,28 +167,28 @@ class Disk:
 
     @staticmethod
     def of(surface: Mesh, cut: CutSurface) -> Disk:
-        """The disk that ``cut`` makes of ``surface``, which has an area."""
+        """Return the disk that ``cut`` makes of ``surface``, which must have an area."""
         positions = surface.vertices[cut.vertex_of]
         return Disk(Mesh.of(cut.connectivity, (positions - positions.mean(axis=0)) / np.sqrt(surface.area)))
 
     @cached_property
     def loop(self) -> IntArray:
-        """(b,) the border's vertices in order."""
+        """(b,) border vertices in order."""
         (loop,) = self.rest.connectivity.boundary_loops
         return loop
 
     @cached_property
     def energy(self) -> SymmetricDirichlet:
-        """What maps of it are judged by."""
+        """Symmetric Dirichlet energy of maps of the disk."""
         return SymmetricDirichlet(self.rest)
 
     @cached_property
     def start(self) -> FloatArray:
-        """(k, 2) a one-to-one map of unit area: Tutte's, or where that is very uneven the best of four.
+        """(k, 2) a one-to-one map of unit area: Tutte's, or the best of four where that is very uneven.
 
-        Tutte's evened out once helps deep cups; on strips a thousand times longer than wide, which a circle can only
-        press together, the conformal map is nearly the best already, and where even that is lost in rounding the
-        projection of what is nearly flat is. Both count only where they are one-to-one.
+        Balancing Tutte's map helps on deep cups. On strips a thousand times longer than wide, which a circle can only
+        compress, the conformal map is nearly the best already; where even that is lost in rounding, the projection of a
+        nearly flat surface is. Both count only if they are one-to-one.
         """
         first = self.scaled(tutte(self.rest))
         if self.energy.energy(first) < _STRAINED:
@@ -200,10 +201,10 @@ class Disk:
 
     @cached_property
     def taut(self) -> FloatArray:
-        """(k, 2) ``start``, of slender patches enlarged until its diameter is the border's length on the body.
+        """(k, 2) ``start``, enlarged for slender patches until its diameter is the border's length on the body.
 
-        A needle pressed into a small circle that has to grow buckles, as a rod under pressure does; its folds cost so
-        little that they stay, and they lie on each other. Pulled too long it shrinks straight, and in fewer rounds.
+        A needle compressed into a small circle buckles when it grows, as a rod under pressure does; its folds cost so
+        little that they remain and overlap. Starting too long it shrinks straight, and in fewer rounds.
         """
         border = self.positions[self.loop]
         length = float(np.linalg.norm(border - np.roll(border, 1, axis=0), axis=1).sum())
@@ -213,23 +214,23 @@ class Disk:
     def _conformal(self) -> list[FloatArray]:
         try:
             return self._one_to_one(lscm(self.rest))
-        except RuntimeError:  # libigl's only way to say that a system is singular
+        except RuntimeError:  # how libigl reports a singular system
             return []
 
     def _one_to_one(self, plane: FloatArray) -> list[FloatArray]:
-        """``plane`` at unit area, if it is one-to-one."""
+        """Return ``plane`` at unit area if it is one-to-one, otherwise nothing."""
         scaled = self.scaled(plane)
         sound = np.isfinite(self.energy.energy(scaled)) and not crossings(scaled[self.loop])
         return [scaled] if sound else []
 
     def scaled(self, plane: FloatArray) -> FloatArray:
-        """``plane`` (k, 2) enlarged to unit area, seen from the front."""
+        """Return ``plane`` (k, 2) scaled to unit area, seen from the front."""
         area = self.area(plane)
         seen = plane * [1.0, -1.0] if area < 0 else plane
         return seen / np.sqrt(abs(area)) if area else plane
 
     def area(self, plane: FloatArray) -> float:
-        """Signed area inside the border on ``plane`` (k, 2)."""
+        """Return the signed area inside the border on ``plane`` (k, 2)."""
         here = plane[self.loop]
         after = np.roll(here, -1, axis=0)
         return float(0.5 * cross(here, after).sum())

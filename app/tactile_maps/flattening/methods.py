@@ -1,21 +1,23 @@
-"""Ways of flattening a disk, all called alike, and the table that names them.
+"""Methods of flattening a disk, with one signature, and the table of their names.
 
-Each takes a ``Disk`` and yields ever better maps of it; ``flatten`` checks whether the last one is one-to-one, and
-mends it. Tutte's map and the conformal one (LSCM) are in ``initial_map``, since they are the start of the others.
+Each takes a ``Disk`` and yields successively better maps of it; ``flatten`` checks whether the last one is one-to-one
+and repairs it. Tutte's map and the conformal one (LSCM) are in ``initial_map``, since the other methods start from
+them.
 
-- harmonic: onto a disk of the border's own arc lengths (libigl, cotangent weights). Cost: one factorisation, 12 ms for
-  10,000 faces. Loses: areas, as the border is pressed onto a circle; obtuse triangles may flip.
-- arap: as rigid as possible (Liu et al. 2008; libigl), each triangle turned at best, then all stitched together. Cost:
-  one factorisation, then 4 ms a round for 10,000 faces. Loses: nothing on developable patches; flips on deep bodies.
-- slim: scalable locally injective maps (Rabinovich et al. 2017; libigl), the same energy as our own, reweighted. Cost:
-  40 ms a round for 10,000 faces, ten to forty rounds. Loses: time; the peer that our own is measured against.
-- unroll: exact on planes, cylinders and cones, at the cost of one pass over the faces. The surface's normals make one
-  angle with the axis of a cylinder or cone, so the axis is the direction in which they vary least. Around it every
-  point has a distance from the apex and an angle, which the cone's opening makes smaller on the map (a cylinder is a
-  cone with its apex far away). Loses: all that is not such a surface.
-- symmetric-dirichlet, our own and the default: the map that stretches and squeezes least, by projected Newton on the
-  symmetric Dirichlet energy. Cost: 4 µs a face and factorisation, four to eight of these. Loses: as little as any map
-  can; the slider ``lengths`` trades lengths for angles.
+- harmonic: onto a disk with the border's arc lengths (libigl, cotangent weights). Cost: one factorisation, 12 ms for
+  10,000 faces. Limits: areas are distorted, as the border is pressed onto a circle; obtuse triangles may flip.
+- arap: as rigid as possible (Liu et al. 2008; libigl); alternates the best rotation of each triangle with a global fit.
+  Cost: one factorisation, then 4 ms a round for 10,000 faces. Limits: exact on developable patches; flips on deep
+  bodies.
+- slim: scalable locally injective maps (Rabinovich et al. 2017; libigl), the same energy as our default, reweighted.
+  Cost: 40 ms a round for 10,000 faces, ten to forty rounds. Limits: slow; it is the reference for the default method.
+- unroll: exact on planes, cylinders and cones, in one pass over the faces. The normals of a cylinder or cone make one
+  angle with its axis, so the axis is the direction in which they vary least. Each point has a distance from the apex
+  and an angle around the axis, which the cone's opening scales on the map (a cylinder is a cone with its apex far
+  away). Limits: all other surfaces.
+- symmetric-dirichlet, the default: the map with the least stretch, by projected Newton on the symmetric Dirichlet
+  energy. Cost: 4 µs a face and factorisation, four to eight of these. The parameter ``lengths`` trades lengths for
+  angles.
 """
 
 from __future__ import annotations
@@ -39,7 +41,7 @@ from tactile_maps.geometry.surface.mesh import Mesh
 
 
 def flatten_by_harmonic(disk: Disk) -> Iterator[FloatArray]:
-    """The one round of the method ``harmonic``."""
+    """Yield the map of the method ``harmonic``."""
     border = boundary_on_circle(disk.rest)[disk.loop]
     yield np.asarray(igl.harmonic(disk.positions, disk.faces, disk.loop, np.ascontiguousarray(border), 1))
 
@@ -50,10 +52,10 @@ _ARAP_TOLERANCE = 1e-5
 
 
 def flatten_by_arap(disk: Disk) -> Iterator[FloatArray]:
-    """Rounds of ten iterations from Tutte's map, until nothing moves by more than 1e-5 of the map's side."""
+    """Yield rounds of ten iterations from Tutte's map until no point moves by more than 1e-5 of the map's side."""
     data = igl.ARAPData()
     data.max_iter = _ARAP_INNER_ROUNDS
-    # With nothing held the system is singular: one border vertex stays.
+    # Without a fixed vertex the system is singular.
     held = disk.loop[:1].copy()
     igl.arap_precomputation(disk.positions, disk.faces, 2, held, data)
     plane = disk.start
@@ -70,7 +72,7 @@ _SLIM_TOLERANCE = 1e-4
 
 
 def flatten_by_slim(disk: Disk) -> Iterator[FloatArray]:
-    """Rounds from Tutte's map until one gains less than 1e-4 of what could be gained."""
+    """Yield rounds from Tutte's map until one reduces (energy - 4) by less than a share of 1e-4."""
     none = np.zeros(0, dtype=np.int64)
     nowhere = np.zeros((0, 2))
     energy = igl.MappingEnergyType.SYMMETRIC_DIRICHLET
@@ -87,13 +89,13 @@ def flatten_by_slim(disk: Disk) -> Iterator[FloatArray]:
 
 
 _FLAT = 1e-3
-"""Normals that vary by less than this are a plane's."""
+"""Variance of the normals below which a surface counts as a plane."""
 _PARALLEL = 1e-4
-"""Sine of the half opening under which a cone counts as a cylinder."""
+"""Sine of half the opening angle below which a cone counts as a cylinder."""
 
 
 def flatten_by_unrolling(disk: Disk) -> Iterator[FloatArray]:
-    """The one round of the method ``unroll``."""
+    """Yield the map of the method ``unroll``."""
     surface = Mesh(disk.positions, disk.faces)
     normals = surface.face_normals
     weights = surface.face_areas / surface.area
@@ -109,14 +111,14 @@ def flatten_by_unrolling(disk: Disk) -> Iterator[FloatArray]:
 
 
 def _rolled_off(disk: Disk, surface: Mesh, axis: FloatArray, sine: float) -> FloatArray:
-    """A cone's points by distance from the apex and angle around the axis; a cylinder's by arc and height."""
+    """Return a cone's points by distance from the apex and angle around the axis; a cylinder's by arc and height."""
     along = np.cross(axis, np.eye(3)[np.abs(axis).argmin()])
     along /= np.linalg.norm(along)
     across = np.cross(axis, along)
     centres = surface.vertices[surface.faces].mean(axis=1)
     normals = surface.face_normals
     flat = np.stack([normals @ along, normals @ across], axis=1)
-    # The normals' lines all meet the axis: least squares for where it crosses the plane through the origin.
+    # The lines along all normals meet the axis: least squares for its intersection with the plane through the origin.
     away = np.stack([-flat[:, 1], flat[:, 0]], axis=1)
     level = np.stack([centres @ along, centres @ across], axis=1)
     middle, *_ = np.linalg.lstsq(away, (away * level).sum(axis=1), rcond=None)
@@ -127,7 +129,7 @@ def _rolled_off(disk: Disk, surface: Mesh, axis: FloatArray, sine: float) -> Flo
     angle = _unwrapped_angles(np.arctan2(y, x), disk.rest.edges)
     if sine < _PARALLEL:
         return np.stack([angle * radius.mean(), height], axis=1)
-    # Seen from outside the radius falls along the axis, seen from inside it grows.
+    # With outward normals the radius decreases along the axis, with inward normals it increases.
     outside = (level - middle) * flat
     apex = height + np.sign(outside.sum()) * radius * np.sqrt(1 - sine**2) / sine
     far = np.hypot(radius, apex.mean() - height)
@@ -135,7 +137,7 @@ def _rolled_off(disk: Disk, surface: Mesh, axis: FloatArray, sine: float) -> Flo
 
 
 def _unwrapped_angles(angle: FloatArray, edges: IntArray) -> FloatArray:
-    """Angles without jumps from vertex to vertex over the cut surface."""
+    """Return angles without jumps between adjacent vertices of the cut surface."""
     both = np.concatenate([edges, edges[:, ::-1]])
     graph = coo_matrix((np.ones(len(both)), (both[:, 0], both[:, 1])), shape=(len(angle),) * 2).tocsr()
     order, before = breadth_first_order(graph, 0)
@@ -147,17 +149,17 @@ def _unwrapped_angles(angle: FloatArray, edges: IntArray) -> FloatArray:
 
 
 LEAST_LENGTHS = 0.02
-"""Angles alone leave the scale of every place free; so much of the energy of lengths holds it."""
+"""Least share of the energy of lengths: angles alone leave the local scale undetermined."""
 
 
 def flatten_by_newton(disk: Disk, *, lengths: float = 1.0) -> Iterator[FloatArray]:
-    """Rounds from the first map to the optimum."""
+    """Yield rounds from the first map to the optimum."""
     for iterate in minimise(blended_energy(disk, lengths), disk.taut):
         yield iterate.plane
 
 
 def blended_energy(disk: Disk, lengths: float) -> SymmetricDirichlet:
-    """What is minimised at a place of the slider: 1 keeps lengths, 0 keeps angles."""
+    """Return the energy for a value of the slider: 1 keeps lengths, 0 keeps angles."""
     if lengths >= 1.0:
         return disk.energy
     return SymmetricDirichlet(disk.rest, lengths=max(lengths, LEAST_LENGTHS))
@@ -165,14 +167,14 @@ def blended_energy(disk: Disk, lengths: float) -> SymmetricDirichlet:
 
 @dataclass(frozen=True)
 class Method:
-    """One way of flattening a disk.
+    """A method of flattening a disk.
 
     Attributes:
-        name: As the user writes it.
-        title: What it keeps, in a few words.
-        run: Yields ever better planes (k, 2) of a disk for a place of the slider between angles (0) and lengths (1).
-        lengths: What our own minimiser keeps instead where the method's map is not one-to-one: 1 lengths, 0 angles.
-        slides: Whether the slider does anything.
+        name: Name for users.
+        title: The property it preserves, in a few words.
+        run: Yields successively better planes (k, 2) of a disk, for a slider value between angles (0) and lengths (1).
+        lengths: Slider value of the built-in minimiser where the map of this method is not one-to-one.
+        slides: Whether the method uses the slider.
     """
 
     name: str
@@ -183,7 +185,7 @@ class Method:
 
 
 def _guarded(plugin: Plugin, method: Method) -> Method:
-    """A plug-in's method, whose planes are looked at before anybody takes them."""
+    """Return a plug-in's method with validation of its planes."""
     check_call(plugin, method.run, "disk", "lengths")
 
     def run(disk: Disk, lengths: float) -> Iterator[FloatArray]:
@@ -196,7 +198,7 @@ def _guarded(plugin: Plugin, method: Method) -> Method:
                     return
                 plane = np.array(plane, dtype=np.float64)
             if plane.shape != disk.start.shape or not np.isfinite(plane).all():
-                raise plugin.error("it gave no finite place for each vertex", f"shape {plane.shape}")
+                raise plugin.error("the method did not return finite vertex positions", f"shape {plane.shape}")
             yield plane
 
     return replace(method, run=run)
@@ -221,15 +223,15 @@ METHODS: Registry[Method] = Registry(
     ),
     _guarded,
 )
-"""By name."""
+"""Methods by name."""
 
 
 def find_method(name: str) -> Method:
-    """The method called ``name``.
+    """Return the method ``name``.
 
     Raises:
-        MapError: There is none.
+        MapError: The name is unknown.
     """
     if name not in METHODS:
-        raise MapError("there is no such method", place="method", value=name, remedy=METHODS.remedy(name))
+        raise MapError("unknown method", place="method", value=name, remedy=METHODS.remedy(name))
     return METHODS[name]

@@ -1,8 +1,8 @@
-"""From a valid map to the best one: Newton's steps, each factorisation used for several, downhill all the way.
+"""Newton minimiser from a valid map to the optimum; each factorisation serves several steps.
 
-A factorisation costs ten times a gradient. After a Newton step its Hessian stays the metric of a few limited-memory
-quasi-Newton steps (BFGS, Nocedal 1980; with the last Hessian as the first metric, Liu et al. 2017), as long as each
-brings a fair share of the gain. Every step is limited to 0.9 of the way to the first triangle without area.
+A factorisation costs ten times a gradient. After a Newton step its Hessian remains the metric of a few limited-memory
+quasi-Newton steps (BFGS, Nocedal 1980; with the last Hessian as the initial metric, Liu et al. 2017), as long as each
+contributes a fair share of the gain. Every step is limited to 0.9 of the way to the first triangle without area.
 """
 
 from __future__ import annotations
@@ -22,13 +22,13 @@ from tactile_maps.core.sparse_ldl import SparseLDL
 _ARMIJO = 1e-4
 _SAFE = 0.9
 _STEPS = 7
-"""At most so many steps from one factorisation."""
+"""Largest number of steps per factorisation."""
 _FAIR_SHARE = 0.2
-"""A step that gains less than this share of the steps before it calls for a new factorisation."""
+"""A step that gains less than this share of the mean gain so far triggers a new factorisation."""
 
 
 class DescentStopped(MapError):
-    """A descent was ended before it had converged; the last map is the best so far."""
+    """A descent ended before convergence; the last map is the best so far."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,23 +49,23 @@ class Iterate:
 
 
 OnRound: TypeAlias = Callable[[Iterate], None]
-"""Told each round of a minimiser; may raise to cancel."""
+"""Called after each round of a minimiser; may raise to cancel."""
 
 
 class Energy(Protocol):
-    """What ``minimise`` asks of an energy."""
+    """Energy that ``minimise`` accepts."""
 
     def energy(self, plane: FloatArray, /) -> float:
-        """At a map; inf where the map is not allowed."""
+        """Return the energy of a map; inf where the map is not valid."""
 
     def gradient(self, plane: FloatArray, /) -> FloatArray:
-        """(2k,) at a map, x and y of a vertex side by side."""
+        """Return the gradient (2k,) at a map; x and y of a vertex are adjacent."""
 
     def derivatives(self, plane: FloatArray, /) -> tuple[FloatArray, csc_matrix]:
-        """Gradient and the upper triangle of a positive semidefinite Hessian."""
+        """Return the gradient and the upper triangle of a positive semidefinite Hessian."""
 
     def largest_step(self, plane: FloatArray, step: FloatArray, /) -> float:
-        """How far the energy is finite along a step, or more."""
+        """Return an upper bound of the step length up to which the energy is finite."""
 
 
 def minimise(
@@ -79,15 +79,15 @@ def minimise(
     """Yield ever better maps, from a valid one until a factorisation gains less than ``tolerance`` of what could be.
 
     Args:
-        problem: What to make small; 4 is the least possible.
+        problem: The energy; 4 is the least possible.
         plane: (k, 2) a map without flips.
         tolerance: Relative decrease of (energy - 4) that still counts as progress.
-        rounds: At most so many factorisations.
-        clock: Seconds.
+        rounds: Largest number of factorisations.
+        clock: Returns the time [s].
 
     Raises:
-        MapError: The start has flips, or the numbers are too far apart to solve for a step.
-        DescentStopped: After so many factorisations each still gains; all maps have been yielded.
+        MapError: The start has flips, or the system is too ill-conditioned to solve.
+        DescentStopped: The last factorisation still reduced the energy; all maps have been yielded.
 
     Cost: about 4 µs a face and factorisation; four to eight of these from Tutte's map, up to twenty on deep cups.
     """
@@ -111,7 +111,7 @@ def minimise(
 def _steps(
     problem: Energy, factor: SparseLDL, plane: FloatArray, energy: float, tolerance: float
 ) -> Iterator[tuple[FloatArray, float, float]]:
-    """Maps, their energies and the steps' lengths, from one factorisation."""
+    """Yield maps, their energies and step lengths from one factorisation."""
     gradient, hessian = problem.derivatives(plane)
     factorise(factor, hessian)
     steps: list[tuple[FloatArray, FloatArray]] = []
@@ -125,19 +125,19 @@ def _steps(
             return
         new = problem.gradient(after)
         moved = (after - plane).ravel()
-        turned = new - gradient
-        if dot(moved, turned) > 0:
-            steps.append((moved, turned))
+        change = new - gradient
+        if dot(moved, change) > 0:
+            steps.append((moved, change))
         plane = after
         energy = reached
         gradient = new
 
 
 def factorise(factor: SparseLDL, hessian: csc_matrix) -> None:
-    """Factor ``hessian`` (upper triangle, changed): rigid motions, which cost nothing, are held by a small diagonal.
+    """Factor ``hessian`` (upper triangle, modified in place); a small diagonal fixes rigid motions, which cost nothing.
 
     Raises:
-        MapError: The numbers are too far apart.
+        MapError: The system is too ill-conditioned to solve.
     """
     diagonal = hessian.indptr[1:] - 1  # the last entry of each column of an upper triangle
     hessian.data[diagonal] += 1e-9 * hessian.data[diagonal].mean()
@@ -148,31 +148,31 @@ def factorise(factor: SparseLDL, hessian: csc_matrix) -> None:
 
 
 def quasi_newton(factor: SparseLDL, steps: list[tuple[FloatArray, FloatArray]], gradient: FloatArray) -> FloatArray:
-    """The inverse Hessian's estimate times ``gradient``: Nocedal's two loops around the factored Hessian.
+    """Return the inverse Hessian estimate times ``gradient``: Nocedal's two loops around the factored Hessian.
 
-    ``steps`` are the (moved, turned) pairs, each (2k,), since the factorisation.
+    ``steps`` are the pairs (step, change of the gradient), each (2k,), since the factorisation.
 
     Raises:
-        MapError: The numbers are too far apart.
+        MapError: The system is too ill-conditioned to solve.
     """
     q = gradient
     shares = []
-    for moved, turned in reversed(steps):
-        shares.append(dot(moved, q) / dot(moved, turned))
-        q = q - shares[-1] * turned
+    for moved, change in reversed(steps):
+        shares.append(dot(moved, q) / dot(moved, change))
+        q = q - shares[-1] * change
     try:
         result = factor.solve(q)
     except ArithmeticError as error:
         raise MapError("the map is too distorted to be improved", value=error, remedy="Use method tutte") from error
-    for (moved, turned), share in zip(steps, reversed(shares), strict=True):
-        result = result + moved * (share - dot(turned, result) / dot(moved, turned))
+    for (moved, change), share in zip(steps, reversed(shares), strict=True):
+        result = result + moved * (share - dot(change, result) / dot(moved, change))
     return result
 
 
 def line_search(
     problem: Energy, plane: FloatArray, step: FloatArray, energy: float, slope: float
 ) -> tuple[FloatArray, float, float]:
-    """The accepted map, its energy and the step's length: 0 where none along ``step`` (k, 2) goes downhill enough."""
+    """Return the accepted map, its energy and the step length; 0 if no step along ``step`` (k, 2) decreases enough."""
     length = min(1.0, _SAFE * problem.largest_step(plane, step))
     while length > 1e-10:
         candidate = plane + length * step

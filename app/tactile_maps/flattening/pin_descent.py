@@ -1,29 +1,27 @@
-"""Rounds of a descent after moving pins: each short enough for a frame, never uphill, never over a flip.
+"""Descent rounds that follow moving pins: each fits in a frame, never increases the energy and never flips a face.
 
-The energy of a map that is held by pins: each is a spring from a place of the body to where it is wanted. A pin inside
-a face pulls at its three corners, by their weights. Springs between corners of one face are entries that the Hessian
-has anyway, so that a changed set of pins costs no new analysis, and a moved pin changes the gradient alone.
+The map is held by pins: springs from points of the body to their targets. A pin inside a face pulls at its three
+corners, by their weights. Springs connect corners of one face, whose entries the Hessian has anyway, so a changed set
+of pins needs no new symbolic analysis, and a moved pin changes only the gradient.
 
-Why soft springs at points and not rigid handles of a ring of faces: handles are no clear gain. A circle of a quarter of
-the map in 60 frames of one Newton step, most above the least energy, points and handles: bump of 968 faces 0.5 and
-0.1 %, bump of 10,000 0.4 and 13 % (a handle's turn lags a step behind), torso of 10,000 8.8 and 5.0 %; no flips by
-either. Points can be anywhere on the body, and with the move spread over the map (``shepard_warp``) they stay within
-0.5 % on all three; handles were not tried with it.
+Decision: soft springs at points instead of rigid handles of a ring of faces, which are not clearly better. Measured on
+a circle of a quarter of the map in 60 frames of one Newton step, largest excess over the least energy, points and
+handles: bump of 968 faces 0.5 and 0.1 %, bump of 10,000 0.4 and 13 % (the rotation of a handle lags a step behind),
+torso of 10,000 8.8 and 5.0 %; no flips with either. Points can be anywhere on the body, and with the move spread over
+the map (``shepard_warp``) they stay within 0.5 % on all three; handles were not tested with it.
 
-Three things keep a frame short and the map healthy.
+Three things keep a frame short and the map valid:
 
-Pins are followed in reaches: a far goal is approached by a nearer one, so that no face is crushed on the way to it; the
-reach grows and shrinks with the steps that are possible.
-
-The first part of a move is spread smoothly over the whole map before any face is asked. One Newton step answers a pull
-on a point like a needle: the faces around the pin take nearly all of it, and collapse. Here every place moves by the
-mean of the pins' moves, weighed by 1 / distance⁴ (Shepard 1968): rigid near each pin, smooth between them. Measured on
-a circle of a quarter of the map in 60 frames, one Newton step each: on two of three meshes of 10,000 faces the farthest
-that a pin was left behind falls from 1 % to 0.02 % of the map, on the third it was small and stays so. And the Hessian
-stays good for longer: 2 to 27 of the 60 frames need a new one, not each.
-
-And a factored Hessian serves for several frames: a moved pin does not change it, and quasi-Newton steps follow what the
-map's own change does, until their gain or their length says that it has aged.
+- Limited reach. A distant target is approached through nearer ones, so that no face is crushed on the way. The reach
+  adapts to the steps that are possible.
+- Spread moves. A Newton step responds to a pull on a point like a needle: the faces around the pin take nearly all of
+  it and collapse. So each move is first distributed over the map: every point moves by the mean of the pins' moves,
+  weighted by 1 / distance⁴ (Shepard 1968), rigid near each pin and smooth between them. Measured on a circle of a
+  quarter of the map in 60 frames with one Newton step each: on two of three meshes of 10,000 faces the largest lag of a
+  pin drops from 1 % to 0.02 % of the map; on the third it was small already. The Hessian also remains usable for
+  longer: 2 to 27 of the 60 frames need a new one, instead of all.
+- Reused factorisations. A moved pin does not change the Hessian, and quasi-Newton steps follow the change of the map
+  until their gain or length shows that it is outdated.
 """
 
 from __future__ import annotations
@@ -40,14 +38,14 @@ from tactile_maps.core.sparse_ldl import SparseLDL
 from tactile_maps.flattening.newton import Energy, factorise, line_search, quasi_newton
 
 STIFFNESS = 1e4
-"""Of a pin, for maps of unit area: a pull that doubles the energy of a map leaves its pin a hundredth of it behind."""
+"""Stiffness of a pin for maps of unit area. A pull that doubles the energy of a map leaves a lag of 1 % of the map."""
 
 
 class Springs:
-    """Where pins hold a map. Built once for a set of pins; where they are wanted is no part of it.
+    """Springs at the pins of a map. Built once for a set of pins, independent of their targets.
 
     Args:
-        corners: (p, 3) vertices of the faces that hold the pins.
+        corners: (p, 3) vertices of the faces that contain the pins.
         weights: (p, 3) of the pins in them; they sum to one.
     """
 
@@ -57,18 +55,18 @@ class Springs:
         self._slots: IntArray | None = None
 
     def add_to(self, hessian: csc_matrix) -> None:
-        """Add the springs' part to the upper triangle of a Hessian (2k, 2k); always to one of the same pattern."""
+        """Add the springs to the upper triangle of a Hessian (2k, 2k), which must always have the same pattern."""
         first, second, stiffness = self._pairs
         if self._slots is None:  # 1 ms for 10,000 faces
             size = hessian.shape[0]
             keys = np.repeat(np.arange(size), np.diff(hessian.indptr)) * size + hessian.indices
-            asked = np.concatenate([(2 * second + axis) * size + 2 * first + axis for axis in range(2)])
-            self._slots = np.searchsorted(keys, asked)
+            entries = np.concatenate([(2 * second + axis) * size + 2 * first + axis for axis in range(2)])
+            self._slots = np.searchsorted(keys, entries)
         np.add.at(hessian.data, self._slots, np.tile(stiffness, 2))
 
     @cached_property
     def _pairs(self) -> tuple[IntArray, IntArray, FloatArray]:
-        """Vertices i <= j of every two corners of each pin's face, and the spring between them."""
+        """Vertices i <= j of each pair of corners of a pin's face, and the stiffness between them."""
         first = np.repeat(self.corners, 3, axis=1).ravel()
         second = np.tile(self.corners, (1, 3)).ravel()
         value = (2 * STIFFNESS * self.weights[:, :, None] * self.weights[:, None, :]).ravel()
@@ -77,12 +75,12 @@ class Springs:
 
 
 class PinnedEnergy:
-    """The energy of a map and of springs, to be minimised in the former's place.
+    """Sum of the energies of a map and of springs.
 
     Args:
         problem: The energy of stretching, of a map of about unit area.
-        springs: Where pins hold it.
-        goals: (p, 2) where on the plane they are wanted.
+        springs: Springs at the pins.
+        goals: (p, 2) target positions on the plane.
     """
 
     def __init__(self, problem: Energy, springs: Springs, goals: FloatArray) -> None:
@@ -91,29 +89,29 @@ class PinnedEnergy:
         self.goals = goals
 
     def towards(self, goals: FloatArray) -> PinnedEnergy:
-        """The same with other ``goals`` (p, 2)."""
+        """Return the energy with other ``goals`` (p, 2)."""
         return PinnedEnergy(self._problem, self._springs, goals)
 
     def places(self, plane: FloatArray) -> FloatArray:
-        """(p, 2) where the pins are on ``plane`` (k, 2)."""
+        """Return the positions (p, 2) of the pins on ``plane`` (k, 2)."""
         return np.einsum("pc,pcd->pd", self._springs.weights, plane[self._springs.corners])
 
     def energy(self, plane: FloatArray) -> float:
-        """Mean energy by area plus the springs; inf where a face has no positive area."""
+        """Return the mean energy by area plus the springs; inf if a face has no positive area."""
         return self._problem.energy(plane) + STIFFNESS * float(((self.places(plane) - self.goals) ** 2).sum())
 
     def gradient(self, plane: FloatArray) -> FloatArray:
-        """(2k,) of the energy; x and y of a vertex side by side."""
+        """Return the gradient (2k,); x and y of a vertex are adjacent."""
         return self._pulled(self._problem.gradient(plane), plane)
 
     def derivatives(self, plane: FloatArray) -> tuple[FloatArray, csc_matrix]:
-        """Gradient (2k,) and the projected Hessian's upper triangle (2k, 2k), in the pattern of the energy's own."""
+        """Return the gradient (2k,) and upper triangle (2k, 2k) of the Hessian, in the pattern of ``problem``."""
         gradient, hessian = self._problem.derivatives(plane)
         self._springs.add_to(hessian)
         return self._pulled(gradient, plane), hessian
 
     def largest_step(self, plane: FloatArray, step: FloatArray) -> float:
-        """How far along ``step`` (k, 2) the first face loses its area; inf if none does."""
+        """Return the step length at which the first face loses its area; inf if none does."""
         return self._problem.largest_step(plane, step)
 
     def _pulled(self, gradient: FloatArray, plane: FloatArray) -> FloatArray:
@@ -123,9 +121,9 @@ class PinnedEnergy:
 
 
 def shepard_warp(plane: FloatArray, places: FloatArray, moves: FloatArray) -> FloatArray:
-    """How far each point of ``plane`` (k, 2) goes along when ``places`` (p, 2), at least one, make ``moves`` (p, 2).
+    """Return the displacement (k, 2) of ``plane`` (k, 2) for ``moves`` (p, 2) of at least one of ``places`` (p, 2).
 
-    For maps of about unit area: within a millionth a place counts as the pin's own.
+    For maps of about unit area: points within a millionth of a place move with it.
 
     Cost: 0.1 ms for 5,000 points and a pin.
     """
@@ -137,15 +135,16 @@ def shepard_warp(plane: FloatArray, places: FloatArray, moves: FloatArray) -> Fl
 
 _FARTHEST = 0.05
 _NEAREST = 1e-3
-"""Reach, in shares of the map's size: about four edges of 10,000 faces; where pins are in each other's way, less."""
+"""Largest and smallest reach, in shares of the map's size: from about four edges of 10,000 faces down to pins that
+obstruct each other."""
 _STEPS = 2
 _REMEMBERED = 6
 _AGED = 1e-3
-"""A last step that still gains so much of the energy wants a new Hessian."""
+"""Relative gain of a last step above which the Hessian is renewed."""
 _NEGLIGIBLE = 1e-4
-"""Pulls and gains below this are left to the next round."""
+"""Pulls and relative gains below this are left to the next round."""
 _ROUNDING = 1e-13
-"""Steps that promise less of the energy are lost in its rounding: how far they get says nothing about the reach."""
+"""Steps with a smaller predicted relative gain are lost in rounding; their length says nothing about the reach."""
 
 Barrier = Callable[[PinnedEnergy], Energy]
 
@@ -155,11 +154,11 @@ def _no_barrier(energy: PinnedEnergy) -> Energy:
 
 
 class PinDescent:
-    """A map on its way. Mutable: ``plane`` (k, 2) is its present state, of about unit area and without flips.
+    """Descent of a map that follows pins. Mutable: ``plane`` (k, 2) is the current map, of unit area and without flips.
 
     Args:
-        plane: (k, 2) where to begin.
-        barrier: What to add to the energy; nothing by default.
+        plane: (k, 2) initial map.
+        barrier: Returns the energy with a barrier; none by default.
     """
 
     def __init__(self, plane: FloatArray, *, barrier: Barrier = _no_barrier) -> None:
@@ -173,30 +172,30 @@ class PinDescent:
 
     @property
     def reach(self) -> float:
-        """How far a round lets a pin pull."""
+        """Largest move of a pin in a round."""
         return self._reach
 
     def forget(self) -> None:
-        """The next round makes a new Hessian: other pins, or another energy."""
+        """Discard the Hessian, after a change of pins or energy."""
         self._aged = True
 
-    def round(self, wanted: PinnedEnergy) -> float:
-        """One round towards ``wanted``; how much its energy fell, 0 where no step was possible.
+    def round(self, target: PinnedEnergy) -> float:
+        """Run one round towards ``target``; return the decrease of its energy, 0 if no step was possible.
 
         Cost: at 10,000 faces 7 ms, with a new Hessian 18 ms.
         """
-        places = wanted.places(self.plane)
-        moves = wanted.goals - places
+        places = target.places(self.plane)
+        moves = target.goals - places
         lengths = np.linalg.norm(moves, axis=1, keepdims=True)
         moves = moves * np.minimum(1.0, self._reach / np.maximum(lengths, 1e-12))
-        near = self._barrier(wanted.towards(places + moves))
-        whole = self._barrier(wanted)
+        near = self._barrier(target.towards(places + moves))
+        whole = self._barrier(target)
         before = whole.energy(self.plane)
         fresh = self._aged
         self._shortest = 1.0
         try:
             plane = self._descended(near, *self._pulled(near, places, moves))
-        except MapError:  # a face is too thin for a step: the map stays as it is, and how far pins are behind is told
+        except MapError:  # a face is too thin for a step: the map is unchanged, and the lag of the pins is reported
             self._aged = True
             self._reach = max(_NEAREST, 0.5 * self._reach)
             return 0.0
@@ -208,7 +207,7 @@ class PinDescent:
         return gain
 
     def _pulled(self, near: Energy, places: FloatArray, moves: FloatArray) -> tuple[FloatArray, float]:
-        """The map with the pins' moves spread over it, and its energy; as it was where that would not be lower."""
+        """Return the map with the pins' moves spread over it, and its energy; unchanged if that is not lower."""
         energy = near.energy(self.plane)
         if not np.abs(moves).max(initial=0.0) > _NEGLIGIBLE:
             return self.plane, energy
@@ -218,7 +217,7 @@ class PinDescent:
         return (moved, reached) if reached < energy else (self.plane, energy)
 
     def _descended(self, near: Energy, plane: FloatArray, energy: float) -> FloatArray:
-        """A step of Newton's where the Hessian has aged, else a few with the last one."""
+        """Return the map after one Newton step with a new Hessian, or a few steps with the previous one."""
         gradient, count = self._prepared(near, plane)
         gain = 0.0
         for _ in range(count):
@@ -242,7 +241,7 @@ class PinDescent:
         return plane
 
     def _prepared(self, near: Energy, plane: FloatArray) -> tuple[FloatArray, int]:
-        """The gradient, and how many steps the Hessian is good for."""
+        """Return the gradient and the number of steps for this Hessian."""
         if not self._aged:
             return near.gradient(plane), _STEPS
         gradient, hessian = near.derivatives(plane)
@@ -256,9 +255,9 @@ class PinDescent:
             self._steps = [*self._steps, (moved, turned)][-_REMEMBERED:]
 
     def _adapt(self, gain: float, fresh: bool) -> None:
-        """A longer reach after easy steps, a shorter one after hard ones."""
+        """Increase the reach after long steps, decrease it after short ones."""
         if not gain > 0:
-            # With a fresh Hessian nothing is left to gain, or the pins pull too far; else the Hessian was too old.
+            # With a new Hessian nothing is left to gain, or the pins pull too far; otherwise the Hessian was outdated.
             self._aged = not fresh
         if self._shortest < 0.25 or (fresh and not gain > 0):
             self._reach = max(_NEAREST, 0.5 * self._reach)

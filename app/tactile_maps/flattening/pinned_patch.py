@@ -1,8 +1,9 @@
-"""A patch that is edited interactively: pins are put in, dragged and taken out, and the map follows within a frame.
+"""Interactive editing of a patch: pins are added, dragged and removed, and the map follows within a frame.
 
-``PinFollower`` is a map that follows its pins: with all its faces, or, where those are too many for a frame, carried by
-the coarse cage of ``reduced_model``. ``converge`` finishes such a map: converged, kept off itself, proved one-to-one,
-and told where pins could not get. ``PinnedPatch`` is both together, in metres, as an editor uses it.
+``PinFollower`` is a map that follows its pins, with all its faces or, if those are too many for a frame, through the
+coarse cage of ``reduced_model``. ``converge`` finishes such a map: converged, without overlap, verified to be
+one-to-one, with findings for pins that do not reach their targets. ``PinnedPatch`` combines both, in metres, for an
+editor.
 """
 
 from __future__ import annotations
@@ -27,20 +28,20 @@ from tactile_maps.flattening.symmetric_dirichlet import SymmetricDirichlet
 from tactile_maps.geometry.surface.mesh import Mesh, SurfacePoint
 
 _A_FRAME = 8000
-"""Faces for which there is time for one round a frame; smaller patches take more rounds to catch up with far pins."""
+"""Number of faces that can be moved once per frame; smaller patches take more rounds to reach distant targets."""
 _MOST_ROUNDS = 6
 _STILL = 1e-6
 _THERE = 1e-3
-"""Nearer, in shares of the map's size, a pin is where it is wanted to the eye."""
+"""Distance, in shares of the map's size, below which a pin is visually at its target."""
 
 
 class PinFollower:
-    """Mutable: the map and its pins. Planes and goals are in units in which the map's area is about one.
+    """A map that follows its pins. Mutable. Planes and goals are in units in which the map's area is about one.
 
     Args:
         problem: The energy of stretching.
         plane: (k, 2) a map without flips.
-        cage: A coarse cage made from that map, to follow by; None to follow with all faces.
+        cage: Coarse cage built from that map, or None to move all faces.
     """
 
     def __init__(self, problem: SymmetricDirichlet, plane: FloatArray, *, cage: CoarseCage | None = None) -> None:
@@ -53,13 +54,13 @@ class PinFollower:
 
     @property
     def plane(self) -> FloatArray:
-        """(k, 2) the present map, without flips."""
+        """(k, 2) the current map, without flips."""
         moved = self._descent.plane
         return moved if self._cage is None else np.asarray(self._cage.carried @ moved)
 
     @property
     def energy(self) -> float:
-        """Of stretching and of the springs."""
+        """Energy of stretching and of the springs."""
         return self._pinned.energy(self._descent.plane)
 
     @property
@@ -68,7 +69,7 @@ class PinFollower:
         return self._still
 
     def pin(self, corners: IntArray, weights: FloatArray, goals: FloatArray) -> None:
-        """Be held there from now on: (p, 3) vertices of faces, (p, 3) weights in them, (p, 2) where on the plane."""
+        """Replace the pins: (p, 3) vertices of faces, (p, 3) weights in them, (p, 2) targets on the plane."""
         if self._cage is not None:
             corners, weights = self._cage.held(corners, weights)
         self._pinned = PinnedEnergy(self._energy, Springs(corners, weights), goals)
@@ -76,12 +77,12 @@ class PinFollower:
         self._descent.forget()
 
     def aim(self, goals: FloatArray) -> None:
-        """Want the pins at ``goals`` (p, 2)."""
+        """Set the targets (p, 2) of the pins."""
         self._pinned = self._pinned.towards(goals)
         self._still = False
 
     def frame(self) -> None:
-        """Follow the pins for about a frame's time; ``energy`` never rises."""
+        """Follow the pins for about the time of a frame; ``energy`` never increases."""
         for _ in range(max(1, min(_MOST_ROUNDS, _A_FRAME // self._faces))):
             gain = self._descent.round(self._pinned)
             self._still = gain <= _STILL * self.energy
@@ -91,26 +92,26 @@ class PinFollower:
 
 
 LAG_TOLERANCE = 1e-3
-"""Farther from where it is wanted, in shares of the map's size, a pin is told to be behind."""
+"""Distance from its target, in shares of the map's size, above which a pin is reported."""
 _APPROACH = 120
-"""At most so many rounds after far pins before the last ones, at full strength."""
+"""Largest number of rounds towards distant targets before the final descent at full strength."""
 _APPROACH_GAIN = 1e-3
 _TOLERANCE = 1e-5
-"""Relative gain at which a map is at rest; kept apart by a barrier, at ten times that."""
+"""Relative gain at convergence; with a barrier, ten times that."""
 
 
 @dataclass(frozen=True, eq=False)
 class ConvergenceJob:
-    """What is to be brought to rest.
+    """Input of ``converge``.
 
     Attributes:
         disk: The patch, of unit area.
         energy: Its energy with pins.
-        start: (k, 2) a map of it without flips, where to begin.
-        apart: (k, 2) a map that does not lie on itself, where to begin if need be; without flips.
-        chart: What is to be replaced.
-        unit: Metres for a unit of the planes.
-        name: The patch's, for findings and errors.
+        start: (k, 2) initial map, without flips.
+        apart: (k, 2) initial map for the descent with a barrier, without flips and overlap.
+        chart: Chart to be replaced.
+        unit: Length of a unit of the planes [m].
+        name: Name of the patch, for findings and errors.
     """
 
     disk: Disk
@@ -123,17 +124,17 @@ class ConvergenceJob:
 
 
 def converge(job: ConvergenceJob, *, on_round: OnRound | None = None) -> Chart:
-    """The chart at rest, in the same frame, so that pins are where they were put.
+    """Return the converged chart in the same frame, so that pins remain where they were placed.
 
     Args:
-        job: What to bring to rest.
-        on_round: Told each round; may raise to cancel.
+        job: The patch, its pins and the initial maps.
+        on_round: Called after each round; may raise to cancel.
 
     Raises:
         MapError: No one-to-one map was found.
 
-    Cost: 0.1 s for 10,000 faces; a second or three where the border has to be kept apart, up to half a minute at 20,000
-    where pins were swapped. A round, after which ``on_round`` is told, takes 0.1 s.
+    Cost: 0.1 s for 10,000 faces; one to three seconds where overlap has to be avoided, up to half a minute at 20,000
+    faces where pins were exchanged. A round, after which ``on_round`` is called, takes 0.1 s.
     """
     rounds, notes = _rounds(job, on_round)
     plane = rounds[-1].plane
@@ -151,7 +152,7 @@ def converge(job: ConvergenceJob, *, on_round: OnRound | None = None) -> Chart:
 
 
 _OF_THE_DESCENT = ("pin-behind", "overlap-avoided", "descent-stopped")
-"""Kinds of findings that are of a chart's last descent, not of its surface."""
+"""Kinds of findings that describe a chart's last descent, not its surface."""
 
 
 def _rounds(job: ConvergenceJob, on_round: OnRound | None) -> tuple[list[Iterate], list[Finding]]:
@@ -173,7 +174,7 @@ def _rounds(job: ConvergenceJob, on_round: OnRound | None) -> tuple[list[Iterate
     notes = follow(_descent(job, job.start, lambda energy: energy, _TOLERANCE))
     if not BoundaryBarrier(job.energy, job.disk.loop, rounds[-1].plane).touches(rounds[-1].plane):
         return rounds, notes
-    # A barrier keeps apart what is apart, so it starts from a map that is.
+    # A barrier preserves a map without overlap, so the descent starts from one.
     planes = _descent(job, job.apart, lambda energy: BoundaryBarrier(energy, job.disk.loop, job.apart), 10 * _TOLERANCE)
     notes = follow(planes)
     avoided = Finding("overlap-avoided", job.name, f"boundary barrier, distortion {rounds[-1].energy:.2f}")
@@ -181,7 +182,7 @@ def _rounds(job: ConvergenceJob, on_round: OnRound | None) -> tuple[list[Iterate
 
 
 def _descent(job: ConvergenceJob, start: FloatArray, barrier: Barrier, tolerance: float) -> Iterator[FloatArray]:
-    """Planes from ``start``: in reaches while pins are far, then by Newton's steps at full strength."""
+    """Yield planes from ``start``: with limited reach while pins are far, then Newton steps at full strength."""
     descent = PinDescent(start, barrier=barrier)
     yield start
     for _ in range(_APPROACH):
@@ -194,28 +195,28 @@ def _descent(job: ConvergenceJob, start: FloatArray, barrier: Barrier, tolerance
 
 
 WHOLE = 12_000
-"""Faces up to which a patch follows with all of them; larger ones by a coarse cage, and in full when settled."""
+"""Number of faces up to which all faces are moved; larger patches use a coarse cage until they converge."""
 _FARTHEST_PLACE = 100.0
-"""In shares of the map's size: farther out no window shows a place."""
+"""Largest distance of a pin target, in shares of the map's size; no window shows points farther out."""
 
 
 class PinnedPatch:
-    """One patch that follows its pins. Mutable: the pins and the present map change; surface and seams stay.
+    """A patch that follows its pins. Mutable: pins and map change; surface and seams do not.
 
-    All planes and places are in the chart's own frame [m]; nothing is turned or moved back at the end, so that pins
-    stay where they were put. Between ``converge``s the map is without flips, but its border may come to lie on itself.
+    All planes and places are in the chart's frame [m], and nothing is rotated or moved back at the end, so that pins
+    remain where they were placed. Between calls of ``converge`` the map has no flips, but its border may overlap.
 
     Args:
-        surface: The patch's.
-        chart: Its map, by any method, without flips.
+        surface: Surface of the patch.
+        chart: Its chart, by any method, without flips.
         lengths: 1 to keep lengths, 0 to keep angles, or between.
-        pins: From the beginning.
-        plane: (k, 2) [m] a map without flips to begin with instead of the chart's.
-        whole: With more faces it follows by a coarse cage, where one can be made.
+        pins: Initial pins.
+        plane: (k, 2) [m] initial map without flips, by default that of the chart.
+        whole: Number of faces above which a coarse cage is used, if one can be built.
         name: The patch's name, for findings and errors.
 
     Raises:
-        MapError: The chart is another surface's or has flips, or a pin is refused; see ``add``.
+        MapError: The chart belongs to another surface or has flips, or a pin is invalid; see ``add``.
 
     Cost: 10 ms for 10,000 faces, and a first frame of 25 ms; 0.1 s for 50,000.
     """
@@ -249,29 +250,29 @@ class PinnedPatch:
 
     @property
     def plane(self) -> FloatArray:
-        """(k, 2) [m] the present map."""
+        """(k, 2) [m] the current map."""
         return readonly(self._follower.plane * self._unit)
 
     @property
     def pins(self) -> Mapping[int, Pin]:
-        """By number, in the order they were added."""
+        """Pins by number, in the order they were added."""
         return MappingProxyType(self._pins)
 
     @property
     def lags(self) -> FloatArray:
-        """(p,) [m] how far each pin is from where it is wanted, in the order of ``pins``."""
+        """(p,) distance of each pin from its target [m], in the order of ``pins``."""
         corners, weights, goals = self._held()
         there = np.einsum("pc,pcd->pd", weights, self._follower.plane[corners])
         return np.linalg.norm(there - goals, axis=1) * self._unit
 
     @property
     def lag(self) -> float:
-        """How far the farthest pin is from where it is wanted [m]."""
+        """Largest distance of a pin from its target [m]."""
         return float(self.lags.max(initial=0.0))
 
     @property
     def energy(self) -> float:
-        """Of stretching, at the place of the slider, and of the springs; 4 is an isometry with all pins in place."""
+        """Energy of stretching, for the slider's value, and of the springs; 4 is an isometry with all pins in place."""
         return self._follower.energy
 
     @property
@@ -281,19 +282,19 @@ class PinnedPatch:
 
     @property
     def uses_coarse_cage(self) -> bool:
-        """Whether the frames follow by a coarse cage; ``converge`` never does."""
+        """Whether frames use a coarse cage; ``converge`` never does."""
         return self._uses_coarse_cage
 
     def add(self, at: SurfacePoint, place: tuple[float, float] | FloatArray | None = None) -> int:
-        """Put in a pin; its number.
+        """Add a pin and return its number.
 
         Args:
-            at: Where on the body; which patch it names is not looked at.
-            place: (x, y) where it is wanted [m]; where it is now if not given.
+            at: Point on the body; its patch number is ignored.
+            place: (x, y) target [m]; by default its current position.
 
         Raises:
-            MapError: There is no such place on the body, a pin is there already, or the place on the plane is no number
-                or more than a hundred maps away.
+            MapError: The point is not on the body, a pin is already there, or the target is not finite or more than a
+                hundred map sizes away.
         """
         weights = np.asarray(at.weights, dtype=np.float64)
         sound = np.isfinite(weights).all() and (weights > -1e-9).all() and abs(weights.sum() - 1) < 1e-6
@@ -303,39 +304,39 @@ class PinnedPatch:
         corners, others, _ = self._held()
         places = np.einsum("pc,pcd->pd", others, self._follower.plane[corners])
         if (np.abs(places - here).max(axis=1, initial=0.0) < 1e-9).any():
-            raise MapError("there is a pin already", place=self._name, remedy="Drag that one")
-        wanted = self._checked(here * self._unit if place is None else place)
+            raise MapError("a pin is already at this point", place=self._name, remedy="Drag that one")
+        target = self._checked(here * self._unit if place is None else place)
         number = self._next
         self._next = self._next + 1
-        self._pins[number] = Pin(at, wanted)
+        self._pins[number] = Pin(at, target)
         self._follower.pin(*self._held())
         return number
 
     def move(self, pin: int, place: tuple[float, float] | FloatArray) -> None:
-        """Want pin number ``pin`` at ``place`` (x, y) [m]; the next frames follow.
+        """Set the target of pin number ``pin`` to ``place`` (x, y) [m]; the next frames follow.
 
         Raises:
-            MapError: No such pin, or no such place; see ``add``. All stays as it was.
+            MapError: Unknown pin or invalid target, see ``add``. Nothing changes then.
         """
         self._known(pin)
         self._pins[pin] = Pin(self._pins[pin].at, self._checked(place))
         self._follower.aim(self._held()[2])
 
     def remove(self, pin: int) -> None:
-        """Take out pin number ``pin``.
+        """Remove pin number ``pin``.
 
         Raises:
-            MapError: There is no such pin.
+            MapError: Unknown pin number.
         """
         self._known(pin)
         del self._pins[pin]
         self._follower.pin(*self._held())
 
     def frame(self) -> FloatArray:
-        """Follow the pins for about a frame's time: the present map (k, 2) [m], never with a flip.
+        """Follow the pins for about the time of a frame and return the current map (k, 2) [m], without flips.
 
-        While the pins stay, ``energy`` never rises. Pins that cannot all have their way stop where the map would fold;
-        ``lag`` tells how far.
+        While the targets stay, ``energy`` never increases. Pins with conflicting targets stop before the map would
+        fold; ``lag`` is their distance.
 
         Cost: at 10,000 faces 8 ms in the median, 18 ms with a new Hessian.
         """
@@ -343,15 +344,15 @@ class PinnedPatch:
         return self.plane
 
     def converge(self, *, on_round: OnRound | None = None) -> Chart:
-        """The map at rest: converged, and with its border kept apart where it would lie on itself.
+        """Return the converged map, with overlap of its border avoided.
 
         Args:
-            on_round: Told each round; may raise to cancel, and all stays as it was.
+            on_round: Called after each round; may raise to cancel, and nothing changes then.
 
         Raises:
             MapError: No one-to-one map was found.
 
-        Cost: see ``converge``; above a few thousand faces for a worker, to which ``pins`` and ``plane`` are given.
+        Cost: see ``converge``; above a few thousand faces use a worker, with ``pins`` and ``plane``.
         """
         start = self._follower.plane
         job = ConvergenceJob(self._disk, self._pinned(), start, self._apart(start), self._chart, self._unit, self._name)
@@ -361,25 +362,25 @@ class PinnedPatch:
         return chart
 
     def _apart(self, start: FloatArray) -> FloatArray:
-        """A map that does not lie on itself, as near to ``start`` as there is one."""
+        """Return a map without overlap as close to ``start`` as available."""
         for plane in (start, self._chart.plane / self._unit):
             if not BoundaryBarrier(self._objective, self._disk.loop, plane).touches(plane):
                 return plane
         return _laid_over(self._disk.start, start)
 
     def _following(self, start: Chart) -> tuple[PinFollower, bool]:
-        """What follows from ``start``, and whether by a coarse cage."""
+        """Return a follower from ``start``, and whether it uses a coarse cage."""
         plane = start.plane / self._unit
         if len(start.faces) > self._whole:
             try:
                 cage = build_coarse_cage(self._surface, replace(start, plane=plane), name=self._name)
             except MapError:
-                return PinFollower(self._objective, plane), False  # slower, and as good: ``uses_coarse_cage`` tells
+                return PinFollower(self._objective, plane), False  # slower but as accurate; see ``uses_coarse_cage``
             return PinFollower(self._objective, plane, cage=cage), True
         return PinFollower(self._objective, plane), False
 
     def _held(self) -> tuple[IntArray, FloatArray, FloatArray]:
-        """Corners (p, 3), weights (p, 3) and goals (p, 2), in units."""
+        """Return corners (p, 3), weights (p, 3) and goals (p, 2), in units."""
         pins = self._pins.values()
         corners = self._chart.faces[[pin.at.face for pin in pins]].reshape(-1, 3)
         weights = np.array([pin.at.weights for pin in pins], dtype=np.float64).reshape(-1, 3)
@@ -391,7 +392,7 @@ class PinnedPatch:
 
     def _known(self, pin: int) -> None:
         if pin not in self._pins:
-            raise MapError("there is no such pin", place=self._name, value=pin)
+            raise MapError("unknown pin number", place=self._name, value=pin)
 
     def _checked(self, place: tuple[float, float] | FloatArray) -> tuple[float, float]:
         x, y = (float(value) for value in place)
@@ -407,13 +408,13 @@ def _check(surface: Mesh, chart: Chart, lengths: float, name: str) -> None:
     same = chart.faces.shape == surface.faces.shape and chart.vertex_of.max(initial=-1) < len(surface.vertices)
     sized = len(chart.plane) == len(chart.vertex_of)
     if not (same and sized and (chart.vertex_of[chart.faces] == surface.faces).all()):
-        raise MapError("the chart is another surface's", place=name)
+        raise MapError("the chart belongs to another surface", place=name)
     if flips := int(flipped(chart.plane, chart.faces).sum()):
         raise MapError("the map has flipped triangles", place=name, value=flips, remedy="Flatten the patch first")
 
 
 def _laid_over(plane: FloatArray, other: FloatArray) -> FloatArray:
-    """``plane`` (k, 2) turned and moved to lie as ``other`` (k, 2) does."""
+    """Return ``plane`` (k, 2) rotated and moved onto ``other`` (k, 2)."""
     flat = plane - plane.mean(axis=0)
     there = other - other.mean(axis=0)
     (a, b), (c, d) = np.einsum("ki,kj->ij", flat, there)

@@ -1,16 +1,17 @@
-"""A reduced model of a large patch's map: a coarse cage of few vertices that carries all others, all faces judged.
+"""Reduced model of a large patch's map: a coarse cage of few vertices that carries all others.
 
-The cage: the chosen vertices lie on a regular lattice of the map and evenly along its border. Each other vertex belongs
-to the one nearest along the mesh's edges, so that the two sides of a slit never mix; three that meet in a face make a
-triangle (the dual of their Voronoi cells). Every vertex keeps its weights in a triangle of its owner. Moving the few
-carries the many piecewise affinely: where no coarse triangle flips, no fine one inside it can.
+The cage: its vertices are chosen on a regular lattice of the map and evenly along its border. Every other vertex
+belongs to the nearest one along the mesh's edges, so that the two sides of a slit never mix. Three owners that meet in
+a face form a triangle (the dual of their Voronoi cells). Every vertex keeps its weights in a triangle of its owner, so
+the cage carries the vertices piecewise affinely: while no coarse triangle flips, no fine one inside it does.
 
-The reduced energy: value, gradient and Hessian are the whole map's, seen from the few: none of its faces flips, energy
-falls as it does and a converged map stays as it is. What costs most, factoring the Hessian, has the cage's size.
+The reduced energy: value, gradient and Hessian are those of the whole map as functions of the cage. No face of the map
+flips, its energy decreases, and a converged map does not change. The most expensive step, the factorisation of the
+Hessian, has the size of the cage.
 
-The reduced Hessian: with sparse weights W (k, c) it is W' H W (Galerkin's projection): every 2 x 2 block of H goes,
-weighed, into at most nine of the small matrix. Which and by how much never changes, so it is one sparse product with
-H's numbers.
+The reduced Hessian: with sparse weights W (k, c) it is W' H W (Galerkin projection). Every 2 x 2 block of H goes,
+weighted, into at most nine blocks of the small matrix. The pattern and the weights never change, so the projection is
+one sparse product with the entries of H.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ from tactile_maps.flattening.bijectivity import flipped, signed_areas
 from tactile_maps.flattening.chart import Chart
 from tactile_maps.flattening.newton import Energy
 from tactile_maps.geometry.geodesics import edge_graph, nearest_sources
-from tactile_maps.geometry.surface.connectivity import Connectivity
+from tactile_maps.geometry.surface.connectivity import Connectivity, run_starts
 from tactile_maps.geometry.surface.mesh import Mesh, edge_lengths
 from tactile_maps.geometry.surface.point_location import owner_and_rank
 
@@ -35,11 +36,11 @@ _COMPONENTS = ((0, 0), (0, 1), (1, 0), (1, 1))
 
 
 class GalerkinProjection:
-    """Projects upper triangles (2k, 2k) of one pattern of 2 x 2 blocks to upper triangles (2c, 2c). Built once.
+    """Projection of upper triangles (2k, 2k) with one pattern of 2 x 2 blocks to upper triangles (2c, 2c). Built once.
 
     Args:
         carried: Sparse (k, c), three weights a row.
-        hessian: Any matrix of the pattern: each column's rows ascending, diagonal blocks present.
+        hessian: Any matrix of the pattern, rows of each column ascending, with all diagonal blocks.
 
     Cost: 26 ms for 20,000 faces; to project, 1.2 ms.
     """
@@ -59,7 +60,7 @@ class GalerkinProjection:
         self._size = size
 
     def project(self, hessian: csc_matrix) -> csc_matrix:
-        """The small matrix's upper triangle for a ``hessian`` of the pattern."""
+        """Return the upper triangle of the small matrix for a ``hessian`` of the pattern."""
         blocks = hessian.data[self._components]
         total = self._spread @ blocks + self._turned @ blocks[:, [0, 2, 1, 3]]
         data = total.T.ravel()[self._places]
@@ -67,7 +68,7 @@ class GalerkinProjection:
 
 
 def _blocks(hessian: csc_matrix) -> tuple[IntArray, IntArray, IntArray]:
-    """Vertices i <= j (b,) of every block and where its components xx, xy, yx, yy (b, 4) are in the matrix's data."""
+    """Return vertices i <= j (b,) of each block and the data indices (b, 4) of its entries xx, xy, yx, yy."""
     size = hessian.shape[0]
     columns = np.repeat(np.arange(size), np.diff(hessian.indptr))
     keys = columns * size + hessian.indices
@@ -78,7 +79,7 @@ def _blocks(hessian: csc_matrix) -> tuple[IntArray, IntArray, IntArray]:
     for d, e in _COMPONENTS:
         row = 2 * i + d
         column = 2 * j + e
-        # a diagonal block holds yx as xy
+        # a diagonal block stores yx as xy
         low = np.minimum(row, column)
         high = np.maximum(row, column)
         parts.append(np.searchsorted(keys, high * size + low))
@@ -86,7 +87,7 @@ def _blocks(hessian: csc_matrix) -> tuple[IntArray, IntArray, IntArray]:
 
 
 def _sums(carried: csr_matrix, i: IntArray, j: IntArray) -> tuple[IntArray, IntArray, csr_matrix, csr_matrix]:
-    """Small blocks (low, high), and which large blocks go into each: as they are, and with xy and yx exchanged."""
+    """Return small blocks (low, high) and matrices that sum large blocks into them, as is and with xy, yx swapped."""
     corners = carried.indices.reshape(-1, 3).astype(np.int64)
     weights = carried.data.reshape(-1, 3)
     a = np.repeat(corners[i], 3, axis=1).ravel()
@@ -94,7 +95,7 @@ def _sums(carried: csr_matrix, i: IntArray, j: IntArray) -> tuple[IntArray, IntA
     share = (weights[i][:, :, None] * weights[j][:, None, :]).ravel()
     block = np.repeat(np.arange(len(i)), 9)
     off = np.repeat(i != j, 9)
-    # Off the diagonal each block stands for its mirror image too; on it the mirrored pairs are among the nine.
+    # Off the diagonal each block also represents its transpose; on it the transposed pairs are among the nine.
     straight = (share != 0) & (a <= b)
     mirrored = (share != 0) & (a >= b) & off
     count = carried.shape[1]
@@ -108,7 +109,7 @@ def _sums(carried: csr_matrix, i: IntArray, j: IntArray) -> tuple[IntArray, IntA
 
 
 class ReducedEnergy:
-    """The energy of ``problem`` at the planes that a coarse cage carries. Built once; asked about the cage's planes.
+    """Energy of ``problem`` as a function of the plane of a coarse cage.
 
     Args:
         problem: The energy of the whole map.
@@ -122,44 +123,44 @@ class ReducedEnergy:
         self._subspace: GalerkinProjection | None = None
 
     def energy(self, plane: FloatArray) -> float:
-        """Mean energy of the whole map by area; inf where a face has no positive area."""
+        """Return the mean energy of the whole map by area; inf if a face has no positive area."""
         return self._problem.energy(self._carried @ plane)
 
     def gradient(self, plane: FloatArray) -> FloatArray:
-        """(2c,) of it; x and y of a vertex side by side."""
-        return self._seen(self._problem.gradient(self._carried @ plane))
+        """Return the gradient (2c,); x and y of a vertex are adjacent."""
+        return self._reduced(self._problem.gradient(self._carried @ plane))
 
     def derivatives(self, plane: FloatArray) -> tuple[FloatArray, csc_matrix]:
-        """Gradient (2c,) and the upper triangle of a positive semidefinite Hessian (2c, 2c), always of one pattern."""
+        """Return gradient (2c,) and upper triangle (2c, 2c) of a positive semidefinite Hessian of constant pattern."""
         gradient, hessian = self._problem.derivatives(self._carried @ plane)
         if self._subspace is None:
             self._subspace = GalerkinProjection(self._carried, hessian)
-        return self._seen(gradient), self._subspace.project(hessian)
+        return self._reduced(gradient), self._subspace.project(hessian)
 
     def largest_step(self, plane: FloatArray, step: FloatArray) -> float:
-        """How far along ``step`` (c, 2) the first face loses its area; inf if none does."""
+        """Return the step length at which the first face loses its area; inf if none does."""
         return self._problem.largest_step(self._carried @ plane, self._carried @ step)
 
-    def _seen(self, gradient: FloatArray) -> FloatArray:
+    def _reduced(self, gradient: FloatArray) -> FloatArray:
         return np.asarray(self._back @ gradient.reshape(-1, 2)).ravel()
 
 
 CAGE_FACES = 4000
-"""Of a coarse cage: its Hessian is factored in 4 ms."""
+"""Number of faces of a coarse cage; its Hessian is factored in 4 ms."""
 _TRIES = 10
-"""Vertices that lead to a flip are left out; after so many times the map is too uneven."""
+"""Largest number of attempts, each without the vertices that caused flips in the last one."""
 
 
 @dataclass(frozen=True, eq=False)
 class CoarseCage:
-    """A coarse patch and how it carries the fine one.
+    """A coarse patch and the weights by which it carries the fine one.
 
     Attributes:
-        surface: The coarse triangles on the body.
-        plane: (c, 2) the same on the map from which it was made, without flips.
-        chosen: (c,) the fine vertices that are the coarse ones.
-        carried: Sparse (k, c): the fine plane from the coarse one; exact for the map it was made from.
-        owners: (k,) the coarse vertex that each fine one belongs to.
+        surface: Coarse triangles on the body.
+        plane: (c, 2) their vertices on the map from which the cage was built, without flips.
+        chosen: (c,) fine vertices used as coarse ones.
+        carried: Sparse (k, c): fine plane from coarse plane, exact for the map from which it was built.
+        owners: (k,) coarse vertex that owns each fine one.
     """
 
     surface: Mesh
@@ -169,9 +170,9 @@ class CoarseCage:
     owners: IntArray
 
     def held(self, corners: IntArray, weights: FloatArray) -> tuple[IntArray, FloatArray]:
-        """Points (q,) with ``weights`` (q, 3) in fine faces with ``corners`` (q, 3), the same way in coarse faces.
+        """Convert points (q,) with ``weights`` (q, 3) in fine faces with ``corners`` (q, 3) to coarse faces.
 
-        Just outside the coarse border a weight is below zero.
+        Just outside the coarse border a weight is negative.
         """
         nearest = np.take_along_axis(corners, weights.argmax(axis=1)[:, None], axis=1)[:, 0]
         points = np.einsum("qc,qcd->qd", weights, (self.carried @ self.plane)[corners])
@@ -180,16 +181,16 @@ class CoarseCage:
 
 
 def build_coarse_cage(surface: Mesh, chart: Chart, *, faces: int = CAGE_FACES, name: str = "patch") -> CoarseCage:
-    """The coarse cage of a patch for its present map.
+    """Build the coarse cage of a patch for its current map.
 
     Args:
-        surface: The patch's.
-        chart: Its map, without flips.
-        faces: About so many triangles.
+        surface: Surface of the patch.
+        chart: Its chart, without flips.
+        faces: Approximate number of triangles.
         name: The patch's name, for errors.
 
     Raises:
-        MapError: No sound one was found: the patch is better edited whole.
+        MapError: No valid cage was found; the patch should be edited with all faces.
 
     Cost: 0.1 s for 50,000 faces.
     """
@@ -203,7 +204,7 @@ def build_coarse_cage(surface: Mesh, chart: Chart, *, faces: int = CAGE_FACES, n
                 break
             return _coarse_cage(surface, chart, chosen, owners, coarse)
         chosen = chosen[~unfit]
-    raise MapError("there is no sound coarse cage for the map", place=name, value=f"{len(chart.faces)} faces")
+    raise MapError("no valid coarse cage was found", place=name, value=f"{len(chart.faces)} faces")
 
 
 def _coarse_cage(surface: Mesh, chart: Chart, chosen: IntArray, owners: IntArray, coarse: Connectivity) -> CoarseCage:
@@ -216,7 +217,7 @@ def _coarse_cage(surface: Mesh, chart: Chart, chosen: IntArray, owners: IntArray
 
 
 def _chosen(chart: Chart, faces: int) -> IntArray:
-    """Fine vertices on a hexagonal lattice inside and evenly along the border, for about so many ``faces``."""
+    """Return fine vertices on a hexagonal lattice inside and evenly along the border, for about ``faces`` triangles."""
     spacing = float(np.sqrt(4 * signed_areas(chart.plane, chart.faces).sum() / (np.sqrt(3) * faces)))
     border = chart.border
     along = np.linalg.norm(np.roll(chart.plane[border], -1, axis=0) - chart.plane[border], axis=1).cumsum()
@@ -228,28 +229,27 @@ def _chosen(chart: Chart, faces: int) -> IntArray:
     centres = np.stack([(column + 0.5 * (row % 2)) * spacing, row * spacing * np.sqrt(0.75)], axis=1)
     off = np.linalg.norm(chart.plane[inside] - centres, axis=1)
     order = np.lexsort((off, column, row))
-    first = np.ones(len(order), dtype=bool)
-    first[1:] = (np.diff(row[order]) != 0) | (np.diff(column[order]) != 0)
-    # A cell that the border cuts off may hold none near its middle.
+    first = run_starts(row[order], column[order])
+    # A cell cut off by the border may have no vertex near its centre.
     middle = first & (off[order] < 0.5 * spacing)
     return np.concatenate([corners, inside[order[middle]]])
 
 
 def _distances(chart: Chart, sources: IntArray) -> tuple[FloatArray, IntArray]:
-    """(k,) how far each vertex is from the nearest of ``sources``, along edges on the plane, and which that is."""
+    """Return the distance (k,) of each vertex to the nearest of ``sources`` along map edges, and that source."""
     edges = chart.connectivity.edges
     return nearest_sources(edge_graph(edges, edge_lengths(chart.plane, edges), len(chart.plane)), sources)
 
 
 def _owners(chart: Chart, chosen: IntArray) -> IntArray:
-    """(k,) number in ``chosen`` of the vertex that each belongs to."""
+    """Return the index in ``chosen`` (k,) of the owner of each vertex."""
     number = np.zeros(len(chart.plane), dtype=np.int64)
     number[chosen] = np.arange(len(chosen))
     return number[_distances(chart, chosen)[1]]
 
 
 def _dual(faces: IntArray, owners: IntArray) -> IntArray:
-    """(t, 3) triangles of owners that meet in a face, oriented as it is."""
+    """Return triangles (t, 3) of owners that meet in a face, with its orientation."""
     met = owners[faces]
     three = met[(met[:, 0] != met[:, 1]) & (met[:, 1] != met[:, 2]) & (met[:, 2] != met[:, 0])]
     first = three.argmin(axis=1)[:, None]
@@ -257,7 +257,7 @@ def _dual(faces: IntArray, owners: IntArray) -> IntArray:
 
 
 def _unfit(coarse: Connectivity, plane: FloatArray) -> BoolArray:
-    """(c,) vertices to do without: of no triangle, or one of each that is flipped, inside rather than on the border."""
+    """Return a mask (c,) of vertices to drop: unused ones, and one per flipped triangle, preferably inner."""
     faces = coarse.faces
     unfit = np.ones(len(plane), dtype=bool)
     unfit[faces] = False
@@ -274,24 +274,24 @@ def _is_disk(coarse: Connectivity) -> bool:
 
 
 def _weights(faces: IntArray, plane: FloatArray, owners: IntArray, points: FloatArray) -> tuple[IntArray, FloatArray]:
-    """For each of ``points`` (q, 2) the face at its owner that holds it best (q,), and its weights there (q, 3)."""
+    """Return the face (q,) at the owner of each of ``points`` (q, 2) that contains it best, and its weights (q, 3)."""
     order = np.argsort(faces.ravel(), kind="stable")
     start = np.searchsorted(faces.ravel()[order], np.arange(len(plane) + 1))
-    asked, step = owner_and_rank(start[owners + 1] - start[owners])
-    face = order[start[owners][asked] + step] // 3
+    query, step = owner_and_rank(start[owners + 1] - start[owners])
+    face = order[start[owners][query] + step] // 3
     a, b, c = (plane[faces[face, k]] for k in range(3))
     u = b - a
     v = c - a
-    p = points[asked] - a
+    p = points[query] - a
     area = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
     second = (p[:, 0] * v[:, 1] - p[:, 1] * v[:, 0]) / area
     third = (u[:, 0] * p[:, 1] - u[:, 1] * p[:, 0]) / area
     weights = np.stack([1 - second - third, second, third], axis=1)
-    best = _last_of_each(asked, np.lexsort((weights.min(axis=1), asked)))
+    best = _last_of_each(query, np.lexsort((weights.min(axis=1), query)))
     return face[best], weights[best]
 
 
 def _last_of_each(groups: IntArray, order: IntArray) -> IntArray:
-    """Of ``order``, sorted by ``groups``, the last of each group."""
+    """Return the last element of each group of ``order``, which is sorted by ``groups``."""
     last: BoolArray = np.append(np.diff(groups[order]) != 0, True)[: len(order)]
     return order[last]

@@ -1,13 +1,13 @@
-"""How much a map stretches and shrinks: the symmetric Dirichlet energy, mixed with an energy of angles alone.
+"""Distortion energies: the symmetric Dirichlet energy, mixed with an energy of angles alone.
 
-By face, with singular values s1 >= s2 of the map's differential, per unit of area:
+Per face, with singular values s1 >= s2 of the map's differential, per unit of area:
     lengths: s1² + s2² + 1/s1² + 1/s2² (Smith and Schaefer 2015),
     angles:  2 (s1/s2 + s2/s1) (twice MIPS, Hormann and Greiner 2000).
-Both are 4 where nothing is distorted and infinite before a triangle can flip. Hessian: the analytic eigensystem of
-isotropic energies (Smith, de Goes and Kim 2019), negative modes set to zero, so that every step goes downhill.
+Both are 4 without distortion and infinite before a triangle can flip. Hessian: the analytic eigensystem of isotropic
+energies (Smith, de Goes and Kim 2019) with negative modes set to zero, so that every step goes downhill.
 
-First the rest shapes: each face in a plane of its own, faces without area made fit first. Then the pattern of the
-Hessian: where the 2 x 2 blocks of a mesh's faces go in a sparse matrix is the same at every step, so found out once.
+The rest shapes come first: each face in its own plane, faces without area adjusted. Then the pattern of the Hessian:
+the positions of the 2 x 2 blocks of a mesh's faces in a sparse matrix, which are the same at every step.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from tactile_maps.geometry.surface.mesh import Mesh
 from tactile_maps.geometry.surface.point_location import owner_and_rank
 
 MOLLIFICATION = 1e-5
-"""By how much of the mean edge length two sides must together exceed the third."""
+"""Share of the mean edge length by which two sides of a face must exceed the third."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,7 +37,7 @@ class RestTriangles:
         base: (m,) > 0.
         along: (m,).
         across: (m,) > 0.
-        mollified: How many faces had no area and were given a little.
+        mollified: Number of faces without area, which were enlarged a little.
     """
 
     base: FloatArray
@@ -47,14 +47,14 @@ class RestTriangles:
 
     @property
     def areas(self) -> FloatArray:
-        """(m,) in the square of the positions' unit."""
+        """(m,) face areas, in the squared unit of the positions."""
         return 0.5 * self.base * self.across
 
 
 def rest_triangles(positions: FloatArray, faces: IntArray) -> RestTriangles:
     """Lay each face of ``positions`` (k, 3), ``faces`` (m, 3) in a plane of its own.
 
-    A face that is a line or a point has no shape to compare a map with. Its sides are lengthened by the same amount
+    A face that is a line or a point has no shape to compare a map with. Its sides are lengthened by an equal amount
     until they form a triangle (local intrinsic mollification, Sharp and Crane 2020); no vertex moves.
     """
     a, b, c = (np.ascontiguousarray(positions[corner].T) for corner in faces.T)
@@ -76,13 +76,13 @@ def rest_triangles(positions: FloatArray, faces: IntArray) -> RestTriangles:
 
 
 def _length(vectors: FloatArray) -> FloatArray:
-    """(m,) of ``vectors`` (3, m): by columns, which takes a third of the time of norms of rows."""
+    """Return the lengths (m,) of ``vectors`` (3, m); three times faster than norms of rows."""
     x, y, z = vectors
     return np.asarray(np.sqrt(x * x + y * y + z * z))
 
 
 def _triangle_from_sides(sides: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Base, along and across of triangles with ``sides`` (t, 3) from corner k to k + 1; Kahan's stable area."""
+    """Return base, along and across of triangles with ``sides`` (t, 3) from corner k to k + 1; Kahan's stable area."""
     c, b, a = np.sort(sides, axis=1).T
     square = (a + (b + c)) * (c - (a - b)) * (c + (a - b)) * (a + (b - c))
     base = sides[:, 0]
@@ -94,7 +94,7 @@ _PAIRS = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2))
 
 
 class HessianPattern:
-    """The upper triangle of matrices (2k, 2k) with a 2 x 2 block for each vertex and each edge of a mesh.
+    """Pattern of upper triangles (2k, 2k) with a 2 x 2 block for each vertex and each edge of a mesh.
 
     Args:
         connectivity: Of the mesh.
@@ -116,7 +116,7 @@ class HessianPattern:
         self._edges = edges
         self._edge_of = connectivity.edge_of
         self._sorted = edges[order, 0]
-        # A vertex's columns hold two entries an edge, and one and two of its diagonal block.
+        # The two columns of a vertex have two entries per edge, and one and two of its diagonal block.
         lengths = np.stack([2 * self._lower + 1, 2 * self._lower + 2], axis=1).ravel()
         self.columns = np.concatenate([[0], np.cumsum(lengths)]).astype(np.int32)
 
@@ -136,7 +136,7 @@ class HessianPattern:
 
     @cached_property
     def _slots(self) -> IntArray:
-        """Place of every entry of every block, in the order in which ``matrix`` lists them."""
+        """Data index of every entry of every block, in the order in which ``matrix`` lists them."""
         starts = self.columns.astype(np.int64)
         parts = []
         for k, other in _PAIRS:
@@ -154,7 +154,7 @@ class HessianPattern:
         return np.concatenate(parts)
 
     def matrix(self, blocks: Mapping[tuple[int, int], tuple[FloatArray, ...]]) -> csc_matrix:
-        """The sum over the faces of ``blocks``: for corners (k, l) the entries (xx, xy, yx, yy), each (m,)."""
+        """Return the sum over the faces of ``blocks``: for corners (k, l) the entries (xx, xy, yx, yy), each (m,)."""
         values: list[FloatArray] = []
         for pair in _PAIRS:
             xx, xy, yx, yy = blocks[pair]
@@ -165,16 +165,16 @@ class HessianPattern:
 
 
 class SymmetricDirichlet:
-    """The energy of maps of one triangulated disk. Built once from the rest shape; all questions are about a plane.
+    """Energy of maps of one triangulated disk. Built once from the rest shape, evaluated for planes.
 
     Args:
-        rest: The disk at rest; scale it to about unit area.
-        lengths: 1 to keep lengths (symmetric Dirichlet), 0 to keep angles whatever the areas, or between.
+        rest: The disk at rest, scaled to about unit area.
+        lengths: 1 keeps lengths (symmetric Dirichlet), 0 keeps angles whatever the areas; values between mix both.
 
     Attributes:
         faces: (m, 3) of the disk.
         areas: (m,) of the faces at rest.
-        mollified: How many faces had no area and were given a little, see ``rest_triangles``.
+        mollified: Number of faces without area, which were enlarged a little, see ``rest_triangles``.
     """
 
     def __init__(self, rest: Mesh, *, lengths: float = 1.0) -> None:
@@ -193,11 +193,11 @@ class SymmetricDirichlet:
         self._pattern: HessianPattern | None = None
 
     def jacobians(self, plane: FloatArray) -> FloatArray:
-        """(m, 2, 2) differential of the map on each face, rest frame to plane."""
+        """Return the differential (m, 2, 2) of the map on each face, from the rest frame to the plane."""
         return np.stack(self._jacobian(plane), axis=1).reshape(-1, 2, 2)
 
     def _jacobian(self, plane: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-        """Entries xx, xy, yx, yy, each (m,): one array an entry is several times faster than small matrices."""
+        """Return entries xx, xy, yx, yy, each (m,): one array per entry is several times faster than small matrices."""
         x, y = self._at_corners(plane)
         xx = (x[1] - x[0]) * self._base
         yx = (y[1] - y[0]) * self._base
@@ -206,24 +206,24 @@ class SymmetricDirichlet:
         return xx, xy, yx, yy
 
     def _at_corners(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """(3, m) each, x and y of ``points`` (k, 2) at the faces' corners."""
+        """Return x and y, each (3, m), of ``points`` (k, 2) at the faces' corners."""
         return points[:, 0].take(self._corners), points[:, 1].take(self._corners)
 
     def energy(self, plane: FloatArray) -> float:
-        """Mean energy by area; inf where a face has no positive area."""
+        """Return the mean energy by area; inf if a face has no positive area."""
         xx, xy, yx, yy = self._jacobian(plane)
         determinant = xx * yy - xy * yx
         if not (determinant > 0).all():
             return float("inf")
         squares = xx * xx + xy * xy + yx * yx + yy * yy
-        with np.errstate(over="ignore"):  # a face of almost no area costs more than the largest number: inf is right
+        with np.errstate(over="ignore"):  # the energy of a face of almost no area may overflow to inf
             inverse = 1 / determinant
             lengths = 1 + inverse * inverse
             angles = 2 * inverse
             return dot(self._weight, squares * (self._lengths * lengths + (1 - self._lengths) * angles))
 
     def energy_at_best_scale(self, plane: FloatArray) -> float:
-        """Least mean energy of lengths over all enlargements of ``plane``; inf where a face has no positive area.
+        """Return the least mean energy of lengths over all scales of ``plane``; inf if a face has no positive area.
 
         With a = mean(s1² + s2²) and b = mean(1/s1² + 1/s2²), a c² + b / c² is least at 2 sqrt(a b).
         """
@@ -238,12 +238,12 @@ class SymmetricDirichlet:
             return float(2 * np.sqrt(stretched) * np.sqrt(squeezed))
 
     def gradient(self, plane: FloatArray) -> FloatArray:
-        """(2k,) of the mean energy; x and y of a vertex side by side."""
+        """Return the gradient (2k,) of the mean energy; x and y of a vertex are adjacent."""
         u, s, v = _rotations_and_values(*self._jacobian(plane))
         return self._gradient(u, self._slopes(*s), self._hats(v))
 
     def derivatives(self, plane: FloatArray) -> tuple[FloatArray, csc_matrix]:
-        """Gradient (2k,) and the projected Hessian's upper triangle (2k, 2k); x and y of a vertex side by side."""
+        """Return the gradient (2k,) and the upper triangle of the projected Hessian (2k, 2k)."""
         u, s, v = _rotations_and_values(*self._jacobian(plane))
         hats = self._hats(v)
         gradient = self._gradient(u, self._slopes(*s), hats)
@@ -253,14 +253,14 @@ class SymmetricDirichlet:
         return gradient, self._pattern.matrix(_blocks(u, curvatures, hats))
 
     def _hats(self, v: tuple[FloatArray, FloatArray]) -> tuple[tuple[FloatArray, FloatArray], ...]:
-        """Gradients of the hat functions of corners 1 and 2 in the frame of the right singular vectors."""
+        """Return the gradients of the hat functions of corners 1 and 2 in the frame of the right singular vectors."""
         cosine, sine = v
         x = self._base
         y = -self._along * self._base * self._across
         return (cosine * x + sine * y, cosine * y - sine * x), (sine * self._across, cosine * self._across)
 
     def _slopes(self, s1: FloatArray, s2: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """By face, weighted, along s1 and s2."""
+        """Return weighted derivatives per face along s1 and s2."""
         long = self._lengths * self._weight
         round_ = (1 - self._lengths) * self._weight
         i1 = 1 / s1
@@ -269,7 +269,7 @@ class SymmetricDirichlet:
         return first, 2 * long * (s2 - i2 * i2 * i2) + 2 * round_ * (i1 - s1 * i2 * i2)
 
     def _curvatures(self, s1: FloatArray, s2: FloatArray) -> tuple[FloatArray, ...]:
-        """By face, weighted, not negative: 11, 12 and 22 of stretching, and of the modes twist and flip."""
+        """Return weighted curvatures >= 0 per face: 11, 12 and 22 of stretching, then the modes twist and flip."""
         long = self._lengths * self._weight
         round_ = (1 - self._lengths) * self._weight
         i1 = 1 / s1
@@ -302,7 +302,7 @@ class SymmetricDirichlet:
         return result.ravel()
 
     def largest_step(self, plane: FloatArray, step: FloatArray) -> float:
-        """How far along ``step`` (k, 2) the first face loses its area; inf if none does."""
+        """Return the step length at which the first face loses its area; inf if none does."""
         (x, y), (dx, dy) = self._at_corners(plane), self._at_corners(step)
         x1 = x[1] - x[0]
         y1 = y[1] - y[0]
@@ -319,16 +319,16 @@ class SymmetricDirichlet:
         # The stable form of the smaller positive root of a t² + b t + c with c > 0.
         denominator = -b + np.sqrt(np.maximum(under, 0.0))
         real = (under >= 0) & (denominator > 0)
-        # A root past the largest number is infinity: a step of 1e-280 takes no face's area.
+        # A root beyond the largest number is infinity: a step of 1e-280 does not collapse a face.
         with np.errstate(over="ignore"):
             times = 2 * c[real] / denominator[real]
         return float(times.min()) if len(times) else float("inf")
 
 
 def rotation_svd(matrices: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Rotations u (m, 2, 2), values s (m, 2) and rotations vt with u diag(s) vt = ``matrices`` (m, 2, 2).
+    """Return rotations u (m, 2, 2), values s (m, 2) and rotations vt with u diag(s) vt = ``matrices`` (m, 2, 2).
 
-    The values are s1 >= |s2|, and s2 has the determinant's sign. In closed form (Blinn 1996); no loop, no library.
+    The values are s1 >= |s2|, and s2 has the sign of the determinant. Closed form (Blinn 1996), vectorised.
     """
     (xx, xy), (yx, yy) = np.moveaxis(matrices, 0, -1)
     u, s, v = _rotations_and_values(xx, xy, yx, yy)
@@ -338,24 +338,24 @@ def rotation_svd(matrices: FloatArray) -> tuple[FloatArray, FloatArray, FloatArr
 def _rotations_and_values(
     xx: FloatArray, xy: FloatArray, yx: FloatArray, yy: FloatArray
 ) -> tuple[tuple[FloatArray, FloatArray], tuple[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]:
-    """Cosine and sine of u, the two values, cosine and sine of v, each (m,), with u diag(s) v' the matrix.
+    """Return cosine and sine of u, the two values, cosine and sine of v, each (m,), with u diag(s) v' the matrix.
 
     The matrix is a scaled rotation by u - v plus a scaled reflection by u + v. Both directions are unit vectors, and
-    half of their sum comes by the half-angle formulas: arcs and their sines take twice the time.
+    half of their sum follows from the half-angle formulas; arc functions take twice the time.
     """
     spun = np.hypot(xx + yy, yx - xy)
     flipped = np.hypot(xx - yy, xy + yx)
     c, s = _directions(xx + yy, yx - xy, spun)
     d, t = _directions(xx - yy, xy + yx, flipped)
     largest = (spun + flipped) / 2
-    # The smaller value by the determinant: the difference of the two would lose its digits.
+    # The smaller value follows from the determinant: the difference of the two would lose its digits.
     smallest = (xx * yy - xy * yx) / np.where(largest > 0, largest, 1.0)
     cosine, sine = _halved(c * d - s * t, s * d + c * t)
     return (cosine, sine), (largest, smallest), (cosine * c + sine * s, sine * c - cosine * s)
 
 
 def _directions(x: FloatArray, y: FloatArray, length: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Cosine and sine, each (m,), of vectors of these lengths; those of the x axis where there is no length."""
+    """Return cosine and sine, each (m,), of vectors with known lengths; those of the x axis for zero length."""
     held = length > np.finfo(float).tiny
     if not held.all():
         x = np.where(held, x, 1.0)
@@ -365,7 +365,7 @@ def _directions(x: FloatArray, y: FloatArray, length: FloatArray) -> tuple[Float
 
 
 def _halved(cosine: FloatArray, sine: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Cosine and sine of half the angles; each by the formula that cancels no digits."""
+    """Return cosine and sine of half the angles, each by the formula without cancellation."""
     larger = np.sqrt(0.5 * (1 + np.abs(cosine)))
     smaller = 0.5 * sine / larger
     ahead = cosine >= 0
@@ -378,12 +378,12 @@ def _matrices(rotation: tuple[FloatArray, FloatArray]) -> FloatArray:
 
 
 def _curvature(s: FloatArray, inverse: FloatArray) -> FloatArray:
-    """Of s² + 1/s² [per unit area]: the true one where a face is stretched, a gentler one where it is squeezed.
+    """Return the curvature of s² + 1/s² per unit area, reduced for compressed faces.
 
-    From far below one, Newton's steps on 1/s² grow s by a third only. The chord to s = 1 has the curvature
-    2 (1 + s) (1 + s²) / s³ and would jump there in one step, too far where its neighbours hold a face squeezed. Their
-    geometric mean takes half the rounds of Newton's (measured: 14 -> 7 on a bump, 13 -> 6 on a waved tube, 21 -> 14 on
-    a deep cup) and the same optimum, since only the gradient says where that is.
+    From far below one, Newton steps on 1/s² increase s by only a third. The chord to s = 1 has the curvature
+    2 (1 + s) (1 + s²) / s³ and would jump there in one step, too far if the neighbours of a face keep it compressed.
+    The geometric mean of both takes half the rounds of Newton's (measured: 14 -> 7 on a bump, 13 -> 6 on a waved tube,
+    21 -> 14 on a deep cup). The optimum is the same, since it depends only on the gradient.
     """
     square = inverse * inverse
     true = 2 + 6 * square * square
@@ -391,7 +391,7 @@ def _curvature(s: FloatArray, inverse: FloatArray) -> FloatArray:
 
 
 def _without_negative(a: FloatArray, b: FloatArray, c: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Symmetric [[a, b], [b, c]] with a negative eigenvalue set to zero; a + c > 0, so that there is at most one."""
+    """Set a negative eigenvalue of symmetric [[a, b], [b, c]] to zero; with a + c > 0 there is at most one."""
     bad = a * c < b * b
     if not bad.any():
         return a, b, c
@@ -413,7 +413,7 @@ def _blocks(
     curvatures: tuple[FloatArray, ...],
     hats: tuple[tuple[FloatArray, FloatArray], ...],
 ) -> dict[tuple[int, int], tuple[FloatArray, ...]]:
-    """The 2 x 2 blocks (xx, xy, yx, yy), each entry (m,), of corners (k, l), k <= l, of every face."""
+    """Return the 2 x 2 blocks (xx, xy, yx, yy), each entry (m,), of corners (k, l), k <= l, of every face."""
     first, mixed, second, twist, flip = curvatures
     spin = 0.5 * (flip + twist)
     swap = 0.5 * (flip - twist)
@@ -441,7 +441,7 @@ def _blocks(
 def _turned(
     u: tuple[FloatArray, FloatArray], xx: FloatArray, xy: FloatArray, yx: FloatArray, yy: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """u [[xx, xy], [yx, yy]] u'."""
+    """Return the entries of u [[xx, xy], [yx, yy]] u'."""
     c, s = u
     ax = c * xx - s * yx
     ay = c * xy - s * yy

@@ -1,4 +1,4 @@
-"""From a skin to its tactile map in one call; and one patch of a map flattened again, the others left as they are."""
+"""Building the tactile map of a skin, and replacing the chart of one patch."""
 
 from __future__ import annotations
 
@@ -27,17 +27,17 @@ def build_map(
     seams: Mapping[str, SeamPlan] | None = None,
     progress: Progress = no_progress,
 ) -> TactileMap:
-    """Cut, flatten and lay out every patch.
+    """Cut, flatten and arrange every patch.
 
     Args:
         skin: At least one patch.
         method: A name in ``flattening.methods``.
-        lengths: From 1, keep lengths, to 0, keep angles; for methods that can.
-        seams: What is wanted of the seams of patches, by the patch's name.
-        progress: Told what is being done and how far it is, 0 to 1, at least once a round; may raise to cancel.
+        lengths: 1 keeps lengths, 0 keeps angles; for methods with this parameter.
+        seams: Requested seams by patch name.
+        progress: Receives the current step and the fraction done, at least once a round; may raise to cancel.
 
     Raises:
-        MapError: No patches, a seam plan for no patch, or a patch that cannot be flattened.
+        MapError: No patches, a seam plan for an unknown patch, or a patch that cannot be flattened.
 
     Example:
         >>> tactile_map = tm.build_map(skin)
@@ -46,7 +46,14 @@ def build_map(
 
     Cost: about 30 µs a face; 0.7 s for 1000 taxels on 27,000 faces.
     """
-    plans = _checked(skin, method, seams or {})
+    plans = seams or {}
+    if not skin.patches:
+        raise MapError("the skin has no patches to map", remedy="Cover at least one link")
+    find_method(method)
+    unknown = sorted(set(plans) - {patch.name for patch in skin.patches})
+    if unknown:
+        names = ", ".join(patch.name for patch in skin.patches)
+        raise MapError("seams for an unknown patch", value=unknown[0], remedy=f"Choose among: {names}")
     total = sum(len(patch.surface.faces) for patch in skin.patches)
     charts = []
     done = 0
@@ -65,18 +72,6 @@ def build_map(
     return TactileMap(skin, tuple(charts), pack_charts(charts, links=[patch.link for patch in skin.patches]))
 
 
-def _checked(skin: Skin, method: str, seams: Mapping[str, SeamPlan]) -> Mapping[str, SeamPlan]:
-    """The seam plans, once it is sure that there is something to do for each."""
-    if not skin.patches:
-        raise MapError("the skin has no patches to map", remedy="Cover at least one link")
-    find_method(method)
-    unknown = sorted(set(seams) - {patch.name for patch in skin.patches})
-    if unknown:
-        names = ", ".join(patch.name for patch in skin.patches)
-        raise MapError("there is no such patch to cut", value=unknown[0], remedy=f"Choose among: {names}")
-    return seams
-
-
 def flatten_patch(
     patch: Patch,
     *,
@@ -85,7 +80,7 @@ def flatten_patch(
     seams: SeamPlan | None = None,
     on_round: OnRound | None = None,
 ) -> Chart:
-    """One patch's chart; see ``flatten``. Errors name the patch."""
+    """Return the chart of one patch; see ``flatten``. Errors name the patch."""
     try:
         return flatten(patch.surface, method=method, lengths=lengths, seams=seams, name=patch.name, on_round=on_round)
     except (MapError, MeshError) as error:
@@ -93,13 +88,13 @@ def flatten_patch(
 
 
 def with_chart(map_: TactileMap, number: int, chart: Chart) -> TactileMap:
-    """``map_`` with another chart for patch ``number``, put where the old one lay; nothing else is touched.
+    """Return ``map_`` with another chart for patch ``number`` at the position of the old one.
 
-    The new chart's middle comes where the old one's was, turned alike. It may then overlap a neighbour, which
-    ``measure`` tells and ``pack_charts`` mends.
+    The centres of both charts coincide, with the same rotation. The new chart may overlap a neighbour, which
+    ``measure`` reports and ``pack_charts`` fixes.
 
     Raises:
-        MapError: The chart is of another surface.
+        MapError: The chart belongs to another surface.
     """
     old = map_.charts[number]
     placement = map_.layout.placements[number]

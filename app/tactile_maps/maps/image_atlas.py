@@ -1,7 +1,7 @@
-"""The image of a map that is shown live: a tile for each patch, all tiles in one atlas.
+"""Image of a map for continuous display: a tile for each patch, all tiles in one atlas.
 
-A tile is in its chart's own frame, so moving, turning, mirroring or scaling a patch changes nothing here; another chart
-rebuilds its own tile only.
+A tile is in the frame of its chart, so moving, rotating, mirroring or scaling a patch changes nothing here; another
+chart rebuilds only its own tile.
 """
 
 from __future__ import annotations
@@ -24,26 +24,27 @@ from tactile_maps.maps.model.tactile_map import TactileMap
 from tactile_maps.skin.model.skin import Patch, Skin
 
 HALO_PX = 3.0
-"""How far the rim's colours are carried outwards, so that a smoothly drawn patch border never blends with nothing."""
+"""Width of the halo around a patch that repeats its border colours, so that smooth drawing never blends with the
+background."""
 PAD = 4
-"""Free pixels around the patch: room for the halo, and for contours to close in."""
+"""Free pixels around the patch, for the halo and for closed contours."""
 
 
 @dataclass(frozen=True, eq=False)
 class AtlasTile:
-    """The pixels of one patch; row 0 is at the top. Flat numbers are row * width + column.
+    """Pixels of one patch; row 0 is at the top. Flat indices are row * width + column.
 
     Attributes:
-        chart: What it shows.
+        chart: The chart of the patch.
         resolution: Side of a pixel [m].
-        corner: (2,) the chart's point at the upper left corner of the first pixel [m].
-        inside: (h, w) pixels whose centre is on the chart.
-        pixels: (k,) flat numbers of the pixels that show touch: those inside, and their neighbours.
-        weights: Sparse (k, taxels of the patch): what each of them shows of each taxel.
-        halo: (j,) flat numbers of pixels just outside.
-        source: (j,) flat number of the pixel that each of them copies.
-        face: (h, w) the chart's face behind each pixel; -1 outside.
-        bary: (h, w, 3) weights of its corners.
+        corner: (2,) chart point at the upper left corner of the first pixel [m].
+        inside: (h, w) whether a pixel's centre is on the chart.
+        pixels: (k,) flat indices of pixels that show touch: those inside and their neighbours.
+        weights: Sparse (k, taxels of the patch): interpolation weights of these pixels.
+        halo: (j,) flat indices of pixels just outside.
+        source: (j,) flat index of the pixel that each of them copies.
+        face: (h, w) face of the chart at each pixel; -1 outside.
+        bary: (h, w, 3) barycentric weights in it.
     """
 
     chart: Chart
@@ -59,7 +60,7 @@ class AtlasTile:
 
     @classmethod
     def of(cls, patch: Patch, chart: Chart, resolution: float, interpolation: str = "barycentric") -> AtlasTile:
-        """Build it. Cost: 60 ms for 10,000 faces, 500 taxels and 300² pixels.
+        """Build the tile of a patch. Cost: 60 ms for 10,000 faces, 500 taxels and 300² pixels.
 
         Raises:
             MapError: As ``TactileImage``.
@@ -90,12 +91,12 @@ class AtlasTile:
         return height, width
 
     def chart_points(self, places: FloatArray) -> FloatArray:
-        """Chart points (..., 2) [m] of places (..., 2) as column and row, the first pixel's centre being (0, 0)."""
+        """Return chart points (..., 2) [m] of pixel positions (column, row), counted from the first pixel's centre."""
         return self.corner + (places + 0.5) * self.resolution * [1.0, -1.0]
 
 
 def halo_of(inside: BoolArray) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Flat numbers of the pixels just outside, and of the inside pixel nearest to each."""
+    """Return flat indices of the pixels just outside, and of the inside pixel nearest to each."""
     if inside.all() or not inside.any():
         return np.zeros(0, np.intp), np.zeros(0, np.intp)
     distance, nearest = distance_transform_edt(~inside, return_indices=True)
@@ -107,18 +108,18 @@ def halo_of(inside: BoolArray) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
 
 _SPARE = 8
 _FEW = 0.25
-"""Up to this share of all weights, writing only the pixels that change is the faster way."""
+"""Share of all weights up to which writing only the changed pixels is faster."""
 _MAX_GROWTH = 4.0
-"""As many times the pixels of the map as it was first packed, and they become larger."""
+"""Growth of the number of pixels since the first packing above which pixels become larger."""
 
 
 @dataclass(frozen=True)
 class ImageSettings:
-    """How the live image is made.
+    """Settings of the displayed image.
 
     Attributes:
-        interpolation: What lies between taxels; a name in ``INTERPOLATIONS``.
-        pixels: Side of a square with as many pixels as the image has for a map as it was first packed.
+        interpolation: Method between taxels; a name in ``INTERPOLATIONS``.
+        pixels: Side of a square with as many pixels as the image of the map has when first packed.
     """
 
     interpolation: str = "barycentric"
@@ -126,18 +127,19 @@ class ImageSettings:
 
 
 class ImageAtlas:
-    """All tiles in one image, row 0 at the top. Built for charts, whatever their layout; asked every frame.
+    """All tiles in one image, row 0 at the top. Built for charts, independent of their layout; rendered every frame.
 
     Args:
-        map_: Its charts are shown; its bounds give the size of a pixel.
-        known: An atlas of the same skin: tiles of charts that are the same are taken from there, and the pixel's size.
-        look: How it is made; a known one of another look is no help.
+        map_: The map; its bounds determine the size of a pixel.
+        known: An earlier atlas of the same skin, from which the tiles of unchanged charts and the pixel size are
+            reused.
+        look: Settings; an earlier atlas with other settings is ignored.
 
     Attributes:
         skin: Whose map it shows.
-        look: As above.
-        tiles: One for each patch.
-        spare: A few of the atlases before, for a person who undoes.
+        look: Settings.
+        tiles: One tile per patch.
+        spare: A few tiles of earlier atlases, for undo.
         shape: Rows and columns.
         resolution: Side of a pixel [m].
 
@@ -165,24 +167,24 @@ class ImageAtlas:
 
     @property
     def charts(self) -> tuple[Chart, ...]:
-        """What the tiles show."""
+        """Charts of the tiles."""
         return tuple(tile.chart for tile in self.tiles)
 
     @property
     def halo(self) -> tuple[IntArray, IntArray]:
-        """Flat numbers of the pixels around the patches, and of those that they copy."""
+        """Flat indices of the pixels around the patches, and of those that they copy."""
         return self._through([tile.halo for tile in self.tiles]), self._through([tile.source for tile in self.tiles])
 
     def render(
         self, pressures: FloatArray, out: NDArray[np.float32], *, changed: IntArray | None = None
     ) -> IntArray | None:
-        """Write the pressures (taxels,) [Pa] into ``out`` (rows, columns) [kPa]; the flat numbers of what was written.
+        """Write the pressures (taxels,) [Pa] into ``out`` (rows, columns) [kPa]; return the written flat indices.
 
         Args:
             pressures: Of all taxels.
-            out: Where to.
-            changed: (k,) taxels whose pressure may not be the one that ``out`` shows; None for all of them, and where
-                so many show in much of the image, all is written, and None returned.
+            out: Target image.
+            changed: (k,) taxels whose pressure may differ from ``out``; None for all. If they affect much of the image,
+                all of it is written and None is returned.
 
         Cost: 0.3 ms; 0.05 ms for a touch of a few taxels.
         """
@@ -199,31 +201,31 @@ class ImageAtlas:
 
     @cached_property
     def _taxel_rows(self) -> csc_matrix:
-        """Which rows of the weights each taxel has a part in."""
+        """The weights by column, to find the rows that each taxel affects."""
         return self._weights.tocsc()
 
     def window(self, number: int) -> tuple[slice, slice]:
-        """Rows and columns of a patch's tile."""
+        """Return the rows and columns of a patch's tile."""
         (row, column), (height, width) = self._corners[number], self.tiles[number].shape
         return slice(row, row + height), slice(column, column + width)
 
     @property
     def extent(self) -> FloatArray:
-        """(2, 2) lower-left and upper-right corner of the image in its own plane [m]."""
+        """(2, 2) lower-left and upper-right corner of the image in its plane [m]."""
         rows, columns = self.shape
         return np.array([[0.0, 0.0], [columns, rows]]) * self.resolution
 
     def plane(self, number: int) -> FloatArray:
-        """(k, 2) where the points of a patch's chart lie in the image's own plane [m]."""
+        """Return the points (k, 2) of a patch's chart in the plane of the image [m]."""
         tile, (row, column) = self.tiles[number], self._corners[number]
         corner = np.array([column, self.shape[0] - row]) * self.resolution
         return tile.chart.plane - tile.corner + corner
 
-    # For grounds: what is behind each pixel.
+    # For base layers: the skin at each pixel.
 
     @cached_property
     def places(self) -> tuple[IntArray, IntArray, FloatArray]:
-        """Patch and face (pixels,) and weights (pixels, 3) behind each pixel's centre; -1 off the skin."""
+        """Patch and face (pixels,) and weights (pixels, 3) at each pixel's centre; -1 off the skin."""
         patch, face = np.full((2, *self.shape), -1, dtype=np.int64)
         weights = np.zeros((*self.shape, 3))
         for number, tile in enumerate(self.tiles):
@@ -234,7 +236,7 @@ class ImageAtlas:
         return patch.ravel(), face.ravel(), weights.reshape(-1, 3)
 
     def centres(self) -> FloatArray:
-        """(pixels, 2) chart points of the pixels' centres, each in its own tile's chart [m]; 0 off the tiles."""
+        """Return the pixel centres (pixels, 2) in the charts of their tiles [m]; 0 off the tiles."""
         result = np.zeros((*self.shape, 2))
         for number, tile in enumerate(self.tiles):
             rows, columns = np.indices(tile.shape)
@@ -248,13 +250,13 @@ class ImageAtlas:
 
     @property
     def shown(self) -> BoolArray:
-        """(rows, columns) the same grown by a pixel."""
+        """(rows, columns) the same, dilated by a pixel."""
         shown = np.zeros(self.shape, bool)
         shown.reshape(-1)[self._pixels] = True
         return shown
 
     def _through(self, numbers: Sequence[IntArray]) -> IntArray:
-        """Flat numbers of the tiles as those of the image, one tile after the other."""
+        """Convert flat indices of the tiles to those of the image, one tile after the other."""
         parts = [np.zeros(0, np.int64)]
         for tile, own, (row, column) in zip(self.tiles, numbers, self._corners, strict=True):
             y, x = np.divmod(own, tile.shape[1])
@@ -263,7 +265,7 @@ class ImageAtlas:
 
 
 def _resolution(map_: TactileMap, known: ImageAtlas | None, pixels: int) -> float:
-    """Side of a pixel [m]; the known one while that does not make far too many."""
+    """Return the side of a pixel [m]: the known one unless that gives far too many pixels."""
     if known is not None:
         area = sum(float(np.prod(np.ptp(chart.plane, axis=0))) for chart in map_.charts)
         if area <= _MAX_GROWTH * (pixels * known.resolution) ** 2:
@@ -273,7 +275,7 @@ def _resolution(map_: TactileMap, known: ImageAtlas | None, pixels: int) -> floa
 
 
 def _shelf_packing(shapes: Sequence[tuple[int, int]]) -> tuple[list[tuple[int, int]], tuple[int, int]]:
-    """Row and column of each tile's first pixel, in rows of falling height, and the size of it all."""
+    """Return row and column of each tile's first pixel, in rows of decreasing height, and the total size."""
     widest = max([*(width for _, width in shapes), round(1.1 * sum(h * w for h, w in shapes) ** 0.5), 1])
     corners: dict[int, tuple[int, int]] = {}
     top = column = tall = right = 0
@@ -291,7 +293,7 @@ def _shelf_packing(shapes: Sequence[tuple[int, int]]) -> tuple[list[tuple[int, i
 
 
 def _stacked_weights(weights: Sequence[csr_matrix], skin: Skin) -> csr_matrix:
-    """One matrix for all taxels, the tiles' pixels one below the other."""
+    """Return one matrix for all taxels, with the pixels of the tiles stacked."""
     count = len(skin)
     blocks = [
         csr_matrix((part.data, part.indices + first, part.indptr), shape=(part.shape[0], count))

@@ -1,13 +1,13 @@
-"""Paths on the map: traced straight over seams, drawn from a few points, and laid on the skin piece by piece.
+"""Paths on the map: traced straight across seams, drawn from a few points, and projected on the skin in segments.
 
-``trace`` follows a straight path that goes on over seams, so that a stroke is in one piece on the body. ``MapPath`` is
-a polygon drawn on the map, walked by arc length: polyline, spline, lemniscate or raster. ``split_at_borders`` cuts it
-where it comes into patches and where it leaves them, and ``PathProjection`` lays it, as it is seen, on the skin.
+``trace_path`` follows a straight path that continues across seams, so that a stroke is continuous on the body.
+``MapPath`` is a polygon drawn on the map, parameterised by arc length: polyline, spline, lemniscate or raster.
+``split_at_borders`` divides it where it enters and leaves patches, and ``PathProjection`` projects it on the skin.
 
-A person draws over the plain ground between patches too. Inside a patch the path lies where it was drawn. Where it
-leaves a patch over a seam it goes on behind the seam, if from there it comes back to where it was drawn, or comes into
-no patch any more. Where it comes in elsewhere it crosses: from the place where it left to the one where it comes in,
-however far apart these are on the body. Where there is no seam and no patch to come, it ends.
+A path may be drawn over the background between patches. Inside a patch the path is where it was drawn. Where it leaves
+a patch over a seam, it continues across the seam if that leads back to where it was drawn, or if it enters no other
+patch. Where it enters elsewhere it jumps: from the point where it left to the one where it enters, however far apart
+these are on the body. Where there is neither a seam nor another patch, it ends.
 """
 
 from __future__ import annotations
@@ -29,23 +29,23 @@ from tactile_maps.maps.model.seam_transitions import SeamTransitions, line_cross
 from tactile_maps.maps.model.tactile_map import TactileMap
 
 PathKind: TypeAlias = Literal["polyline", "spline", "lemniscate", "raster"]
-"""How drawn points are meant: corners of a polyline or spline, ends of a lemniscate, two corners of a raster."""
+"""Interpretation of drawn points: corners of a polyline or spline, ends of a lemniscate, two corners of a raster."""
 _MOST_PIECES = 10_000
 _INSIDE = 1e-12
 _BACK = 1e-9
 _STEPS_AT_ONCE = 64
-"""As many steps are looked at together; those behind the next seam are looked at again."""
+"""Number of steps processed together; those beyond the next seam are processed again."""
 
 
 @dataclass(frozen=True, eq=False)
 class PathSegment:
-    """A straight part of a path, within one chart.
+    """Straight part of a path within one chart.
 
     Attributes:
         patch: The chart's patch.
-        points: (2, 2) from and to on the map [m].
-        start: The place on the body where it starts.
-        end: And where it ends.
+        points: (2, 2) start and end on the map [m].
+        start: Start on the body.
+        end: End on the body.
     """
 
     patch: int
@@ -59,12 +59,12 @@ class PathSegment:
 
 @dataclass(frozen=True, eq=False)
 class TracedPath:
-    """A path in pieces; between two of them it crosses a seam, or turns.
+    """A path in segments, separated by seams and corners.
 
     Attributes:
-        pieces: In order; each starts on the body where the one before ended.
-        remaining: (2,) what was not walked of the step in hand [m], in the last chart, because the skin ended; zero if
-            all was walked.
+        pieces: Segments in order; each starts on the body where the previous one ended.
+        remaining: (2,) remainder of the current step [m] in the last chart, if the skin ended; zero if the path was
+            completed.
     """
 
     pieces: tuple[PathSegment, ...]
@@ -75,23 +75,23 @@ class TracedPath:
 
     @property
     def arrived(self) -> bool:
-        """Whether the path was walked to its end."""
+        """Whether the path was completed."""
         return not self.remaining.any()
 
 
 def trace_path(transitions: SeamTransitions, start: SurfacePoint, path: FloatArray) -> TracedPath:
-    """Walk ``path`` from ``start``, over seams, up to its end or the skin's.
+    """Trace ``path`` from ``start`` across seams to its end or to the border of the skin.
 
     Args:
-        transitions: Of the map.
-        start: On the skin.
-        path: (k, 2) map points to go to one after the other [m], or (2,) one, as if the chart of ``start`` had no
-            border: what lies beyond a seam is found behind its other side, and so is the rest of the path.
+        transitions: Seam transitions of the map.
+        start: Point on the skin.
+        path: (k, 2) map points to visit in order [m], or (2,) one point, as if the chart of ``start`` had no border:
+            points beyond a seam are mapped behind its other side, and so is the rest of the path.
 
     Raises:
-        MapError: The path is not finite, or circles a corner of the skin without end.
+        MapError: The path is not finite, or circles a corner of the skin endlessly.
 
-    Cost: 10 µs for each piece, 0.5 ms for each seam.
+    Cost: 10 µs per segment, 0.5 ms per seam.
     """
     targets = np.asarray(path, dtype=np.float64).reshape(-1, 2)
     if not np.isfinite(targets).all():
@@ -103,7 +103,7 @@ def trace_path(transitions: SeamTransitions, start: SurfacePoint, path: FloatArr
 
 
 class _Tracer:
-    """Where the walker is: on the map, on the body, and on which border segment if just over a seam."""
+    """State of a trace: position on the map and the body, and the border segment just entered."""
 
     def __init__(self, transitions: SeamTransitions, at: SurfacePoint, point: FloatArray) -> None:
         self._transitions = transitions
@@ -113,7 +113,7 @@ class _Tracer:
         self.pieces: list[PathSegment] = []
 
     def go(self, steps: FloatArray) -> FloatArray:
-        """Walk ``steps`` (k, 2), directions where it starts; what is left (2,) of the one on which the skin ended."""
+        """Follow ``steps`` (k, 2), given in the first chart; return the remainder (2,) of the last step, if any."""
         linear = np.eye(2)
         borders = self._transitions.borders
         while len(steps := steps[steps.any(axis=1)]):
@@ -134,9 +134,10 @@ class _Tracer:
         return np.zeros(2)
 
     def _exit(self, starts: FloatArray, steps: FloatArray) -> tuple[int, int, float, float]:
-        """How many of the steps (k, 2) from ``starts`` (k, 2) stay in the chart, and where the next one leaves it.
+        """Return how many steps (k, 2) from ``starts`` (k, 2) stay in the chart, and where the next one leaves it.
 
-        That is the border segment, how far along the step, and where on the segment; segment -1 where all stay.
+        The exit is given by the border segment (-1 if all steps stay), the share of the step, and the share of the
+        segment.
         """
         borders = self._transitions.borders
         own = np.flatnonzero(borders.patch == self._at.patch)
@@ -155,7 +156,7 @@ class _Tracer:
         return number, int(own[first]), max(share, 0.0), where
 
     def _facing(self) -> float:
-        """1 where charts are drawn as they are, -1 where they are mirrored: their inside is on the other side then."""
+        """Return 1 for a chart that is not mirrored and -1 for a mirrored one, whose inside is on the other side."""
         return -1.0 if self._transitions.map.layout.placements[self._at.patch].mirrored else 1.0
 
     def _enter(self, segment: int, partner: int, at: float) -> None:
@@ -168,18 +169,18 @@ class _Tracer:
             raise MapError("the path runs in a loop around a vertex of the skin", place=f"patch {self._at.patch}")
 
     def _arrive(self, points: FloatArray) -> None:
-        """Come to points (k, 2) of this chart, one after the other."""
+        """Move to points (k, 2) of this chart in order."""
         patch, face, weights = self._transitions.map.to_body_many(points)
         for k, point in enumerate(points):
             if patch[k] == self._at.patch:
                 a, b, c = weights[k].tolist()
                 self._move(point, SurfacePoint(self._at.patch, int(face[k]), (a, b, c)))
                 continue
-            # Rounding put the point just over a border that the path did not cross.
+            # Rounding moved the point just over a border that the path does not cross.
             at = self._transitions.map.to_body(point + _BACK * (self._point - point))
             if at is None:
                 raise MapError(
-                    "the path ended off the map", value=point.tolist(), remedy="The map covers a place twice"
+                    "the path ended off the map", value=point.tolist(), remedy="Remove overlaps from the map"
                 )
             self._move(point, at)
 
@@ -200,24 +201,24 @@ class _Tracer:
 
 
 RASTER_STEP = 0.008
-"""Between two lines of a raster [m]: a taxel's width."""
+"""Distance between lines of a raster [m]: the width of a taxel."""
 _FINE = 0.001
 """Longest side of a curve's polygon [m]."""
 _MOST_SIDES = 2000
 
 
 class MapPath:
-    """A polygon on the map, asked by the length walked along it.
+    """A polygon on the map, parameterised by arc length.
 
     Args:
-        points: (k, 2) [m], k >= 1; points that repeat are left out.
+        points: (k, 2) [m], k >= 1; repeated points are dropped.
 
     Attributes:
         points: (k, 2) [m].
-        closed: Whether it ends where it starts, so that it can be walked round and round.
+        closed: Whether it ends where it starts, so that it can be followed repeatedly.
 
     Raises:
-        MapError: A point is not finite or far off every map, or there is none.
+        MapError: No points, or one is not finite or too far from the origin.
     """
 
     def __init__(self, points: FloatArray) -> None:
@@ -231,13 +232,13 @@ class MapPath:
 
     @property
     def length(self) -> float:
-        """[m]."""
+        """Total length [m]."""
         return float(self._ends[-1])
 
     def at(self, way: float) -> tuple[FloatArray, FloatArray]:
-        """The point (2,) [m] and the direction (2,) after ``way`` metres; beyond its ends none.
+        """Return the point (2,) [m] and the unit direction (2,) at arc length ``way`` [m].
 
-        Beyond an end it is the end. A path of one point has no direction anywhere.
+        Beyond an end the point is that end and the direction zero, as for a path of one point.
         """
         if not 0 <= way < self.length:
             return self.points[-1 if way > 0 else 0].copy(), np.zeros(2)
@@ -247,10 +248,10 @@ class MapPath:
 
 
 def draw_path(kind: PathKind, points: Sequence[Sequence[float]] | FloatArray) -> MapPath:
-    """The path that ``points`` (k, 2) [m] on the map mean as ``kind``.
+    """Return the path defined by ``points`` (k, 2) [m] on the map.
 
     Raises:
-        MapError: Too few points, or one is not finite or far off every map.
+        MapError: Too few points, or one is not finite or too far from the origin.
     """
     given = _checked(points, 2)
     if kind == "polyline":
@@ -265,7 +266,7 @@ def draw_path(kind: PathKind, points: Sequence[Sequence[float]] | FloatArray) ->
 
 
 def path_about(kind: PathKind, centre: FloatArray, size: float) -> MapPath:
-    """A path of about ``size`` [m] around a point (2,) of the map, for when nobody drew one."""
+    """Return a default path of about ``size`` [m] around a point (2,) of the map."""
     reach = np.array([size / 2, 0.0])
     if kind == "raster":
         reach = np.array([size / 2, size / 2])
@@ -276,7 +277,7 @@ def path_about(kind: PathKind, centre: FloatArray, size: float) -> MapPath:
 
 
 def _checked(points: Sequence[Sequence[float]] | FloatArray, least: int) -> FloatArray:
-    """(k, 2) to the picometre, so that no difference of two points is a number too small to divide by."""
+    """Return points (k, 2) rounded to the picometre, so that differences are zero or large enough to divide by."""
     given = np.asarray(points, dtype=np.float64).reshape(-1, 2)
     if len(given) < least or not np.isfinite(given).all():
         needs = "at least one point" if least == 1 else "two points or more"
@@ -287,7 +288,7 @@ def _checked(points: Sequence[Sequence[float]] | FloatArray, least: int) -> Floa
 
 
 def _spline(points: FloatArray) -> FloatArray:
-    """Through all points, smooth, by chord length; closed if the last is the first."""
+    """Interpolate all points by chord length; closed if the last equals the first."""
     chords = np.linalg.norm(np.diff(points, axis=0), axis=1)
     keep = np.concatenate([[True], chords > 1e-9])
     points = points[keep]
@@ -301,7 +302,7 @@ def _spline(points: FloatArray) -> FloatArray:
 
 
 def _lemniscate(first: FloatArray, second: FloatArray) -> FloatArray:
-    """Gerono's figure of eight between two ends, half as wide as long; it starts in its middle."""
+    """Return Gerono's figure of eight between two ends, half as wide as long; it starts at its centre."""
     axis = (second - first) / 2
     across = np.array([-axis[1], axis[0]])
     turn = np.linspace(0, 2 * np.pi, _sides_for(6 * float(np.linalg.norm(axis))))[:, None]
@@ -311,7 +312,7 @@ def _lemniscate(first: FloatArray, second: FloatArray) -> FloatArray:
 
 
 def _raster(low: FloatArray, high: FloatArray) -> FloatArray:
-    """Lines along x from corner to corner, there and back, no farther apart than ``RASTER_STEP``."""
+    """Return lines along x in alternating direction, at most ``RASTER_STEP`` apart."""
     lines = min(int(np.ceil((high[1] - low[1]) / RASTER_STEP)) + 1, _MOST_SIDES)
     rows = np.linspace(low[1], high[1], lines)
     corners = [[(low[0], y), (high[0], y)][:: 1 if k % 2 == 0 else -1] for k, y in enumerate(rows)]
@@ -323,18 +324,18 @@ def _sides_for(length: float) -> int:
 
 
 _EDGE = 1e-9
-"""How far past its end a border segment still counts, as a share of it."""
+"""Tolerance beyond the ends of a border segment, as a share of its length."""
 _SHORT = 1e-9
-"""What is shorter [m] is rounding."""
+"""Lengths below this [m] are rounding errors."""
 _AT_ONCE = 500_000
 
 
 @dataclass(frozen=True, eq=False)
 class PathRun:
-    """A part of a polygon within one patch, or outside of all.
+    """Part of a polygon within one patch, or outside all of them.
 
     Attributes:
-        patch: Of the map; None outside.
+        patch: Index of the patch; None outside.
         points: (k, 2) on the map [m], k >= 2.
     """
 
@@ -346,11 +347,11 @@ class PathRun:
 
 
 def split_at_borders(points: FloatArray, transitions: SeamTransitions) -> tuple[PathRun, ...]:
-    """The runs of a polygon in order, each from where the one before ended; none for a point alone.
+    """Return the runs of a polygon in order, each from the end of the previous one; none for a single point.
 
     Args:
-        points: (k, 2) on the map [m], no two that follow each other alike.
-        transitions: Of the map.
+        points: (k, 2) on the map [m]; consecutive points differ.
+        transitions: Seam transitions of the map.
 
     Cost: 1 ms for a small path of 100 sides, 60 ms for 2000 sides all over a map.
     """
@@ -373,9 +374,9 @@ def split_at_borders(points: FloatArray, transitions: SeamTransitions) -> tuple[
 
 
 def _met(points: FloatArray, ends: FloatArray) -> tuple[IntArray, FloatArray]:
-    """Where sides of a polygon (k, 2) meet border segments (b, 2, 2): the side, and the share of it walked until there.
+    """Return the sides of a polygon (k, 2) that meet border segments (b, 2, 2), and the share of each side up to there.
 
-    Only segments in the polygon's box are looked at: most paths are small.
+    Only segments in the box of the polygon are tested: most paths are small.
     """
     low = points.min(axis=0) - _SHORT
     high = points.max(axis=0) + _SHORT
@@ -391,26 +392,26 @@ def _met(points: FloatArray, ends: FloatArray) -> tuple[IntArray, FloatArray]:
 
 
 NEAR_PITCHES = 1.5
-"""Places this many pitches apart on the body are near: a contact is led straight over from one to the other."""
+"""Distance on the body, in pitches, up to which a contact is moved directly from one point to another."""
 _INWARD = (0.0, 1e-9, 1e-6, 1e-3)
-"""Shares of the way inwards by which a point on a border is moved until rounding leaves it inside."""
+"""Inward shifts, as shares, tried for a point on a border until rounding leaves it inside."""
 _ROUNDING = 1e-6
-"""Pieces behind a seam that are shorter [m] come of points moved inwards."""
+"""Length below which segments behind a seam are artefacts of points moved inwards [m]."""
 
 
 class PathProjection:
-    """The pieces of a path.
+    """Projection of a path on the skin in segments.
 
     Args:
-        transitions: Of the map.
-        start: The place of the first point.
-        points: (k, 2) the path on the map [m].
-        drawn: Whether a person drew it as the map is seen. Else it never crosses.
+        transitions: Seam transitions of the map.
+        start: Point on the body of the first point.
+        points: (k, 2) path on the map [m].
+        drawn: Whether the path was drawn on the displayed map. Other paths never jump.
 
     Attributes:
-        pieces: In order.
-        jumps: Numbers of the pieces before which it crosses.
-        whole: Whether all of the path that should lie behind seams does.
+        pieces: Segments in order.
+        jumps: Indices of segments before which the path jumps.
+        whole: Whether the part of the path behind seams is complete.
     """
 
     def __init__(self, transitions: SeamTransitions, start: SurfacePoint, points: FloatArray, *, drawn: bool) -> None:
@@ -428,7 +429,7 @@ class PathProjection:
                 return
 
     def _lay_drawn(self, runs: tuple[PathRun, ...], begun: bool) -> bool:
-        """Lay the first of the runs; false where nothing of them comes into a patch any more."""
+        """Project the first of the runs; return False if none of them enters a patch any more."""
         run = runs[0]
         if run.patch is not None:
             self._stay(run.patch, run.points, crosses=begun and self._elsewhere(run))
@@ -438,7 +439,7 @@ class PathProjection:
         return len(runs) > 1
 
     def _lay_on(self, runs: tuple[PathRun, ...]) -> bool:
-        """The same for a path that never crosses: false where it has to go on behind a seam or to end."""
+        """Project the first run of a path without jumps; return False where it continues behind a seam or ends."""
         run = runs[0]
         if run.patch is not None and not (self.pieces and self._elsewhere(run)):
             self._stay(run.patch, run.points, crosses=False)
@@ -446,11 +447,11 @@ class PathProjection:
         return run.patch is None and len(runs) > 1 and self._come_back(run, runs[1])
 
     def _elsewhere(self, run: PathRun) -> bool:
-        """Whether a run starts at another place of the body than where the path is."""
+        """Return whether a run starts at another point of the body than the end of the path."""
         return bool(self.pieces) and not self._near(self.pieces[-1].end, run)
 
     def _stay(self, patch: int, points: FloatArray, *, crosses: bool) -> None:
-        """Lay points (k, 2) inside a patch where they were drawn."""
+        """Append points (k, 2) inside a patch where they were drawn."""
         if crosses:
             self.jumps.append(len(self.pieces))
         inward = points.copy()
@@ -467,7 +468,7 @@ class PathProjection:
             self.pieces.append(PathSegment(patch, points[k : k + 2], places[k], places[k + 1]))
 
     def _come_back(self, gap: PathRun, after: PathRun) -> bool:
-        """Lay a gap behind a seam if it leads to where it comes in on the map."""
+        """Append a gap behind a seam if it leads to the point where the next run enters."""
         walk = self._walk(gap.points)
         if walk is None or not walk.arrived or not walk.pieces or not self._near(walk.pieces[-1].end, after):
             return False
@@ -475,7 +476,7 @@ class PathProjection:
         return True
 
     def _near(self, here: SurfacePoint, run: PathRun) -> bool:
-        """Whether a run of the same patch starts about ``here`` on the body."""
+        """Return whether a run of the same patch starts near ``here`` on the body."""
         if run.patch is None:
             return False
         skin = self._map.skin
@@ -484,34 +485,34 @@ class PathProjection:
         return here.patch == there.patch and bool(away <= NEAR_PITCHES * np.sqrt(skin.areas.mean()))
 
     def _go_behind(self, points: FloatArray) -> None:
-        """Lay what comes into no patch any more behind the seam, as far as there is skin."""
+        """Continue behind the seam, as far as there is skin, a part that enters no patch any more."""
         walk = self._walk(points)
         self.pieces += walk.pieces if walk else ()
         self.whole = walk is not None and walk.arrived
 
     def _walk(self, points: FloatArray) -> TracedPath | None:
-        """From where the path is now along ``points`` (k, 2), the first of which is there; None if it cannot be."""
+        """Trace ``points`` (k, 2), which start at the end of the path; return None if that is not possible."""
         here = self.pieces[-1].end if self.pieces else self._start
         try:
             walk = trace_path(self._transitions, here, points[1:])
         except MapError:
-            return None  # round and round a corner of the skin, or off a map that covers a place twice
+            return None  # circles a corner of the skin, or leaves a map with overlaps
         return TracedPath(
             tuple(piece for piece in walk.pieces if np.ptp(piece.points, axis=0).max() > _ROUNDING), walk.remaining
         )
 
 
 def back_project_inside(map_: TactileMap, patch: int, inner: FloatArray, point: FloatArray) -> SurfacePoint:
-    """The place behind a map point (2,) of a patch, though rounding may put it just outside.
+    """Return the point on the body of a map point (2,) of a patch, even if rounding moved it just outside.
 
     Args:
         map_: The map.
-        patch: Of it.
-        inner: (2,) a point well inside of it [m].
-        point: (2,) the one that is meant [m].
+        patch: Index of the patch.
+        inner: (2,) a point well inside it [m].
+        point: (2,) map point [m].
 
     Raises:
-        MapError: None is anywhere near.
+        MapError: There is no skin nearby.
     """
     for share in (*_INWARD, 1.0):
         at = map_.to_body(point + share * (inner - point))

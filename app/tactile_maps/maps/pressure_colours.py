@@ -1,6 +1,6 @@
-"""Pressures as colours, without Qt: what files and viewers of other programs show of a tactile image.
+"""Pressure colours without Qt, for files and viewers of other programs.
 
-The colours are those of ``plot``: ColorBrewer's YlOrRd, pale yellow for nothing to dark red for the full scale.
+The colours are those of ``plot``: ColorBrewer's YlOrRd, pale yellow for zero to dark red for the full scale.
 """
 
 from __future__ import annotations
@@ -24,16 +24,16 @@ def _table() -> NDArray[np.uint8]:
 
 
 COLOURS = _table()
-"""(256, 3) red, green, blue from nothing to the full scale."""
+"""(256, 3) red, green, blue from zero to the full scale."""
 
 
 def colour_image(image: TactileImage, pressures: FloatArray, full_scale: float) -> NDArray[np.uint8]:
-    """(rows, columns, 3) the tactile image in colours, white beside the skin, grey where a taxel reads no number.
+    """Return the tactile image (rows, columns, 3) in colours: white off the skin, grey where a taxel has no reading.
 
     Args:
-        image: Of the map.
-        pressures: (taxels,) [Pa]; NaN for a taxel that gave nothing.
-        full_scale: Pressure of the darkest red [kPa], above zero; what is above has that colour too.
+        image: Tactile image of the map.
+        pressures: (taxels,) [Pa]; NaN for a taxel without reading.
+        full_scale: Pressure of the darkest red [kPa], above zero; higher pressures have the same colour.
 
     Cost: 40 µs at 96 pixels across.
     """
@@ -47,7 +47,7 @@ def colour_image(image: TactileImage, pressures: FloatArray, full_scale: float) 
 
 
 def rounded_scale(largest: float) -> float:
-    """The least of 1, 2, 5, 10, 20, ... that is not below ``largest``, and not below 1: a scale people can read."""
+    """Return the least of 1, 2, 5, 10, 20, ... not below ``largest``: a readable full scale."""
     if not largest > 1.0:
         return 1.0
     power = 10.0 ** np.floor(np.log10(largest))

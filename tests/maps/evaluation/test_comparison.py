@@ -83,7 +83,7 @@ def test_the_table_is_json(automatic, body):
     [
         (np.zeros((3, 2)), None, "same taxels"),
         (np.zeros((60, 2)), np.zeros(60), "each taxel once"),
-        (np.full((60, 2), np.nan), None, "no finite place"),
+        (np.full((60, 2), np.nan), None, "not finite"),
     ],
 )
 def test_other_taxels_cannot_be_compared(automatic, body, points, numbers, problem):

@@ -246,7 +246,7 @@ def test_other_seams_are_found_in_the_file(one, tmp_path):
             {"change": lambda uv, k: np.abs(uv - uv[0] * 0)[::-1] if uv[0, 0] > 0.1 else uv},
             "flipped|several pieces",
         ),
-        ({"change": lambda uv, k: uv + (uv[:, :1].mean() > 0.1) * 5}, "lies in several pieces.*Join"),
+        ({"change": lambda uv, k: uv + (uv[:, :1].mean() > 0.1) * 5}, "is in several pieces.*Join"),
     ],
 )
 def test_what_is_no_map_of_the_skin_is_refused(one, tmp_path, options, problem):

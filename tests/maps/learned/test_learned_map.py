@@ -19,5 +19,5 @@ def test_it_keeps_its_own_arrays():
 
 @pytest.mark.parametrize(("points", "placed"), [(np.full((3, 2), np.nan), 3), (np.zeros((3, 2)), 4)])
 def test_no_place_is_missing(points, placed):
-    with pytest.raises(MapError, match="finite place"):
+    with pytest.raises(MapError, match="finite position"):
         LearnedMap(points, np.ones(placed, dtype=bool), "by hand", 0.0, 0.0)

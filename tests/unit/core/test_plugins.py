@@ -241,7 +241,7 @@ def test_one_that_fails_at_work_is_named(installed):
     surface = arm.skin.patches[0].surface
     with pytest.raises(PluginError, match=r"plug-in failing of tactile-maps-broken 0\.1.*ZeroDivisionError.*uninstall"):
         flatten(surface, method="failing")
-    with pytest.raises(PluginError, match="no finite place for each vertex"):
+    with pytest.raises(PluginError, match="did not return finite vertex positions"):
         flatten(surface, method="short")
     for change, problem in (
         ({"overrides": {"deaf": "on"}}, r"plug-in deaf.*no finite reading for each taxel"),

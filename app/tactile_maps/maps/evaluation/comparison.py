@@ -1,6 +1,6 @@
-"""Two maps of the same taxels side by side: say, an automatic one and one drawn by hand.
+"""Comparison of two maps of the same taxels, such as an automatic and a hand-drawn one.
 
-A drawing is told in the taxels of a skin (``drawn_layout``), so that it can be compared with the skin's own map.
+A drawing is expressed in the taxels of a skin (``drawn_layout``), so that it can be compared with the skin's own map.
 """
 
 from __future__ import annotations
@@ -45,17 +45,17 @@ IDEALS: dict[str, float] = {
     "force_error": 0.0,
     "seam_mm": 0.0,
 }
-"""What each measure is for a map that loses nothing; of a spread the 95th percentile counts."""
+"""Ideal value of each measure; for distributions the 95th percentile is compared."""
 _ALIKE = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
 class TaxelLayout:
-    """A map known only by where its taxels are, such as one drawn by hand.
+    """A map given only by the positions of its taxels, such as a hand-drawn one.
 
     Attributes:
-        points: (n, 2) [m], in the taxels' order.
-        numbers: (n,) which taxel of the other map each is; by default they are the same in the same order.
+        points: (n, 2) [m], in the order of the taxels.
+        numbers: (n,) taxel number of each in the other map; by default the same order.
     """
 
     points: FloatArray
@@ -64,19 +64,19 @@ class TaxelLayout:
     def __post_init__(self) -> None:
         freeze_arrays(self, "points", columns=2)
         if not np.isfinite(self.points).all():
-            raise MapError("a taxel of the layout has no finite place", value=int((~np.isfinite(self.points)).sum()))
+            raise MapError("a taxel position of the layout is not finite", value=int((~np.isfinite(self.points)).sum()))
         freeze_arrays(self, "numbers", dtype=np.int64)
 
 
 @dataclass(frozen=True)
 class ComparedMeasure:
-    """One measure of both maps; None where a map does not have it, or it cannot be known.
+    """One measure of both maps; None if a map does not have it or it is unknown.
 
     Attributes:
         name: A key of ``MapQuality``.
-        first: Of the initial map.
-        second: Of the second.
-        better: Which is nearer to the ideal.
+        first: Value of the first map.
+        second: Value of the second map.
+        better: The map closer to the ideal.
     """
 
     name: str
@@ -87,14 +87,14 @@ class ComparedMeasure:
 
 @dataclass(frozen=True)
 class Comparison:
-    """Both maps, measured alike.
+    """Measures of two maps.
 
     Attributes:
-        first: All that is known of the initial map.
-        second: Likewise.
-        measures: Side by side.
-        procrustes_mm: Rms distance between the maps' taxels after the best rigid motion, mirroring and scale, patch by
-            patch [mm of the initial map]. Says how alike they are, not which is better.
+        first: Measures of the first map.
+        second: Measures of the second map.
+        measures: The measures side by side.
+        procrustes_mm: Rms distance between the maps' taxels after the best rigid motion, mirroring and scale of each
+            patch [mm of the first map]. It measures similarity, not quality.
     """
 
     first: Topography
@@ -103,7 +103,7 @@ class Comparison:
     procrustes_mm: float
 
     def to_json(self) -> dict[str, Any]:
-        """As plain values."""
+        """Return plain values for JSON."""
         return {key: json_value(value) for key, value in asdict(self).items()}
 
 
@@ -117,13 +117,13 @@ def compare_maps(
     """Measure two maps of the same taxels.
 
     Args:
-        first: A map, or only its taxels' points.
-        second: Likewise; taxels correspond by number.
-        distances: Of the body; by default of the skin of the first that is a map.
-        modules: (n,) the module that carries each taxel.
+        first: A map, or only the points of its taxels.
+        second: The same; taxels correspond by number.
+        distances: Body distances; by default of the skin of the first argument that is a map.
+        modules: (n,) module of each taxel.
 
     Raises:
-        MapError: Different taxels, or two layouts and no distances.
+        MapError: Different taxels, or two layouts without distances.
 
     Example:
         >>> conformal = tm.build_map(skin, method="lscm")
@@ -143,12 +143,12 @@ def compare_maps(
 
 
 def procrustes(first: FloatArray, second: FloatArray, starts: IntArray) -> float:
-    """Rms distance of points (n, 2) after the best similarity, maybe mirrored, of each part of the second (Gower 1975).
+    """Return the rms distance of points (n, 2) after the best similarity of each part, maybe mirrored (Gower 1975).
 
     Args:
         first: (n, 2).
         second: (n, 2).
-        starts: (parts + 1,) number of each part's first point, and n.
+        starts: (parts + 1,) index of each part's first point, and n.
     """
     squares = 0.0
     for a, b in pairwise(starts):
@@ -200,7 +200,7 @@ def _value(quality: Topography, name: str) -> float | None:
 
 
 def _better(a: float | None, b: float | None, ideal: float) -> Better:
-    """Which is nearer to the ideal; what is infinite is no more to be compared than what is unknown."""
+    """Return the map closer to the ideal; unknown or infinite values are not compared."""
     if a is None or b is None or not (math.isfinite(a) and math.isfinite(b)):
         return "neither"
     here = abs(a - ideal)
@@ -211,14 +211,14 @@ def _better(a: float | None, b: float | None, ideal: float) -> Better:
 
 
 FARTHEST_TAXEL = 0.02
-"""A taxel of the drawing farther than this [m] from every taxel of the skin is another skin's."""
+"""Median distance [m] between taxels of a drawing and those of the skin above which the drawing is of another skin."""
 
 
 def drawn_layout(taxels: TaxelSet, skin: Skin) -> TaxelLayout:
-    """The map points of ``taxels``, each given to the taxel of ``skin`` that is nearest to it on the body.
+    """Return the map points of ``taxels``, each assigned to the taxel of ``skin`` closest on the body.
 
     Raises:
-        MapError: The taxels have no map points, or most lie on another body.
+        MapError: The taxels have no map points, or most are on another body.
     """
     if taxels.points is None or not taxels.mapped.any():
         raise MapError(
@@ -234,7 +234,7 @@ def drawn_layout(taxels: TaxelSet, skin: Skin) -> TaxelLayout:
             value=f"taxels {1e3 * np.median(away):.0f} mm from the skin's in the median",
             remedy="Compare maps of the same taxels, in the same frame",
         )
-    # Of several at one place, the nearest speaks for all.
+    # Of several taxels assigned to one, the closest is used.
     order = np.argsort(away, kind="stable")
     _, first = np.unique(nearest[order], return_index=True)
     chosen = np.sort(order[first])

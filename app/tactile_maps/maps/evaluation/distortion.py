@@ -1,9 +1,9 @@
-"""What flattening does to each face, and how to show it, as plain numbers: no colours here.
+"""Distortion of each face, and patterns that visualise it, as plain numbers without colours.
 
-``distortion`` tells how each face changes angles, areas and lengths; ``stretch`` is one measure of it over a map;
-``nested_patches`` are those that lie in another. Two textures make stretch visible: a checkerboard is regular on the
-map, so the body shows how the map stretches it; circles are round on the body, so the map shows what it makes of them
-(Tissot 1881).
+``distortion`` computes the change of angles, areas and lengths of each face; ``stretch`` is one measure of it over a
+map; ``nested_patches`` finds patches inside another. Two textures visualise stretch: a checkerboard is regular on the
+map, so the body shows how the map stretches it; circles are round on the body, so the map shows their images (Tissot
+1881).
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from tactile_maps.skin.model.skin import Patch
 
 @dataclass(frozen=True)
 class DistortionSummary:
-    """A measure over the skin's area."""
+    """Distribution of a measure over the skin's area."""
 
     median: float
     p95: float
@@ -35,12 +35,12 @@ class DistortionSummary:
 
 @dataclass(frozen=True, eq=False)
 class Distortion:
-    """Of every face of a map, numbered through the patches.
+    """Distortion of every face of a map, numbered through the patches.
 
     Attributes:
         stretch: (t, 2) singular values s1 >= s2 >= 0 of the map's differential.
         flipped: (t,) faces without positive area on the map.
-        areas: (t,) of the faces on the body [m²].
+        areas: (t,) face areas on the body [m²].
     """
 
     stretch: FloatArray
@@ -53,18 +53,18 @@ class Distortion:
 
     @property
     def angle(self) -> FloatArray:
-        """(t,) s1 / s2: how much longer one direction is shown than the one across; 1 keeps angles, inf is a line."""
+        """(t,) s1 / s2: ratio of the stretches; 1 preserves angles, inf is a line."""
         with np.errstate(divide="ignore", invalid="ignore"):
             return np.nan_to_num(self.stretch[:, 0] / self.stretch[:, 1], nan=np.inf, posinf=np.inf)
 
     @property
     def area(self) -> FloatArray:
-        """(t,) s1 s2: how many times larger the area is shown, whichever way round the face lies."""
+        """(t,) s1 s2: ratio of areas, regardless of orientation."""
         return self.stretch.prod(axis=1)
 
     @property
     def isometry(self) -> FloatArray:
-        """(t,) max(s1, 1 / s2): the worst change of any length; 1 keeps lengths."""
+        """(t,) max(s1, 1 / s2): largest change of length; 1 preserves lengths."""
         with np.errstate(divide="ignore"):
             return np.maximum(self.stretch[:, 0], 1 / self.stretch[:, 1])
 
@@ -76,12 +76,12 @@ class Distortion:
 
     @property
     def mean_energy(self) -> float:
-        """By area; what the flattening makes small. ``MapError`` where there are no faces."""
+        """Mean by area, which flattening minimises. Raises ``MapError`` without faces."""
         self._check_faces()
         return float(np.average(self.energy, weights=self.areas))
 
     def spread(self, values: FloatArray) -> DistortionSummary:
-        """Median, 95th percentile and maximum of face values (t,), by the area they hold on.
+        """Return median, 95th percentile and maximum of face values (t,), weighted by area.
 
         Raises:
             MapError: There are no faces.
@@ -89,17 +89,17 @@ class Distortion:
         self._check_faces()
         order = np.argsort(values)
         share = (np.cumsum(self.areas[order]) - 0.5 * self.areas[order]) / self.areas.sum()
-        # Picked, not blended: beside an infinite value a blend would be nan.
+        # Selected, not interpolated: next to an infinite value interpolation would give nan.
         median, p95 = values[order[np.minimum(np.searchsorted(share, [0.5, 0.95]), len(order) - 1)]]
         return DistortionSummary(float(median), float(p95), float(values.max()))
 
     def _check_faces(self) -> None:
         if not len(self.areas):
-            raise MapError("without faces there is no distortion to summarise", remedy="Measure a map of some patch")
+            raise MapError("a map without faces has no distortion", remedy="Measure a map of some patch")
 
 
 def distortion(map_: TactileMap) -> Distortion:
-    """Compare every face on the map with itself on the body. Cost: 15 ms for 20,000 faces."""
+    """Compare every face on the map with the same face on the body. Cost: 15 ms for 20,000 faces."""
     stretch = []
     turned = []
     areas = []
@@ -117,18 +117,18 @@ def distortion(map_: TactileMap) -> Distortion:
 
 
 DistortionMeasure: TypeAlias = Literal["angle", "area", "isometry"]
-"""Of ``Distortion``: s1 / s2, s1 s2, or max(s1, 1 / s2)."""
+"""Property of ``Distortion``: s1 / s2, s1 s2, or max(s1, 1 / s2)."""
 
 
 @dataclass(frozen=True, eq=False)
 class Stretch:
-    """One measure of stretch over a map; 1 means kept.
+    """One measure of stretch over a map; 1 is no change.
 
     Attributes:
-        measure: Which.
-        faces: (t,) of every face, numbered through the patches; of areas, below 1 is shown smaller.
-        flipped: (t,) faces that lie upside down.
-        spread: By area, of how far from 1 either way: what the quality card calls by the same name.
+        measure: Name of the measure.
+        faces: (t,) value of every face, numbered through the patches; areas below 1 are smaller on the map.
+        flipped: (t,) faces that are upside down.
+        spread: Distribution by area of the larger of value and inverse, as in the quality report.
     """
 
     measure: DistortionMeasure
@@ -158,14 +158,14 @@ def stretch(map_: TactileMap, measure: DistortionMeasure, *, known: Distortion |
 
 
 def nested_patches(borders: Sequence[Sequence[FloatArray]], insides: Sequence[FloatArray]) -> FloatArray:
-    """Where one patch lies in another; their borders need not meet for that, and a hole is not inside.
+    """Find patches inside another; borders need not meet, and holes are not inside.
 
     Args:
-        borders: For each patch its closed borders (n, 2) [m].
-        insides: For each patch a place (2,) within it [m].
+        borders: Closed borders (n, 2) [m] of each patch.
+        insides: A point (2,) inside each patch [m].
 
     Returns:
-        (k, 2) the inner patch's place, once for each patch around it.
+        (k, 2) the point of the inner patch, once for each patch around it.
     """
     places = np.reshape(insides, (-1, 2))
     found = [np.zeros((0, 2))]
@@ -177,12 +177,12 @@ def nested_patches(borders: Sequence[Sequence[FloatArray]], insides: Sequence[Fl
 
 
 def checkerboard(points: FloatArray, *, side: float, blur: float) -> FloatArray:
-    """How dark a checker-board on the map is at map points (k, 2), from 0 to 1.
+    """Return the darkness (k,) of a checkerboard on the map at map points (k, 2), from 0 to 1.
 
     Args:
-        points: [m]; the board's origin is the map's, so that it stays still while patches move over it.
-        side: Of a square [m].
-        blur: Width over which its edges fade [m]; a pixel, so that they are not ragged.
+        points: [m]; the board has the map's origin, so that it does not move with the patches.
+        side: Side of a square [m].
+        blur: Width of the transition at its edges [m]; a pixel, against aliasing.
     """
     _check_size(side, "side of a square")
     phase = (points / side) % 2.0
@@ -193,12 +193,12 @@ def checkerboard(points: FloatArray, *, side: float, blur: float) -> FloatArray:
 
 
 class TissotCircles:
-    """Equal circles spread over the skin, round on the body. Built once for a skin, asked for any places.
+    """Equal circles distributed over the skin, round on the body. Built once for a skin.
 
     Args:
-        patches: Of the skin.
-        radius: Of a circle [m].
-        spacing: Between the middles of neighbours, at least [m].
+        patches: Patches of the skin.
+        radius: Radius of a circle [m].
+        spacing: Least distance between centres [m].
 
     Cost: 40 ms for 10,000 vertices.
     """
@@ -209,31 +209,31 @@ class TissotCircles:
         self._radius = radius
         chosen = [spaced_subset(patch.surface.vertices, spacing) for patch in patches]
         self.middles = tuple(readonly(patch.surface.vertices[c]) for patch, c in zip(patches, chosen, strict=True))
-        """For each patch (c, 3) the circles' middles [m], link frame."""
+        """Centres (c, 3) of the circles of each patch [m], link frame."""
         self._normals = [patch.surface.vertex_normals[c] for patch, c in zip(patches, chosen, strict=True)]
         self._trees = [cKDTree(middles) for middles in self.middles]
 
     def cover(self, patch: IntArray, face: IntArray, weights: FloatArray, *, blur: float) -> FloatArray:
-        """How dark the circles are at places of the skin, from 0 to 1; 0 where ``patch`` is negative.
+        """Return the darkness (k,) of the circles at points of the skin, from 0 to 1; 0 where ``patch`` is negative.
 
         Args:
-            patch: (k,).
-            face: (k,) of the patch's surface.
+            patch: (k,) patch of each point.
+            face: (k,) face of the patch's surface.
             weights: (k, 3) barycentric.
-            blur: Width over which a circle's edge fades [m], on the body.
+            blur: Width of the transition at a circle's edge [m], on the body.
         """
         result = np.zeros(len(patch))
         for number, surface in enumerate(part.surface for part in self._patches):
             own = np.flatnonzero(patch == number)
             away, nearest = self._trees[number].query(surface.points(face[own], weights[own]))
-            # Not through a thin wall: the far side looks the other way.
+            # Not through a thin wall: the far side faces the other way.
             same_side = np.einsum("kd,kd->k", surface.face_normals[face[own]], self._normals[number][nearest]) > 0
             result[own] = np.clip(0.5 + (self._radius - away) / blur, 0, 1) * same_side
         return result
 
 
 def spaced_subset(points: FloatArray, spacing: float) -> IntArray:
-    """Numbers of as many ``points`` (k, d) as fit with this distance between any two: greedily, in their order."""
+    """Select ``points`` (k, d) greedily in order, with at least ``spacing`` between any two; return their indices."""
     _check_size(spacing, "spacing")
     free = np.ones(len(points), bool)
     chosen = []
@@ -247,4 +247,4 @@ def spaced_subset(points: FloatArray, spacing: float) -> IntArray:
 
 def _check_size(size: float, name: str) -> None:
     if not 0 < size < np.inf:
-        raise MapError("a pattern must have a size above zero", place=name, value=f"{size} m")
+        raise MapError("the size of a pattern must be above zero", place=name, value=f"{size} m")

@@ -1,4 +1,4 @@
-"""How good a tactile map is, in numbers a user can compare."""
+"""Quality report of a tactile map."""
 
 from __future__ import annotations
 
@@ -18,27 +18,27 @@ from tactile_maps.maps.model.tactile_map import TactileMap
 
 @dataclass(frozen=True, kw_only=True)
 class MapQuality(Topography):
-    """What a map keeps and what it loses: the taxels' topography, and this. None where it cannot be known.
+    """Quality of a map: the topography of its taxels, and the measures below. None where a value is unknown.
 
     Attributes:
         patches: Number of patches.
         taxels: Number of taxels.
         coverage: Share of the requested surface that has taxels, 0 to 1.
         faces: Number of triangles.
-        flips: Triangles turned over on the map; 0 in a valid map.
-        overlaps: Pairs of border segments that meet, and patches that lie on another; 0 in a valid map.
-        bijective: No flips and no overlaps: every map point has one body point.
+        flips: Triangles flipped on the map; 0 in a valid map.
+        overlaps: Pairs of border segments that meet, and patches inside another; 0 in a valid map.
+        bijective: True without flips and overlaps: every map point has one body point.
         symmetric_dirichlet: Mean over the area of s1² + s2² + 1/s1² + 1/s2²; 4 is an isometry.
-        energy: The same, face by face.
-        angle: s1 / s2: how much longer one direction is shown than the one across.
-        area: The larger of s1 s2 and its inverse: how much larger or smaller an area is shown.
-        isometry: The larger of s1 and 1 / s2: the worst change of a length.
-        round_trip_mm: 95th percentile over the taxels of body -> map -> pixel's centre -> body; None where each centre
-            is off its taxel's patch.
-        force_error: Largest relative error of the force that the image shows, over touches of single taxels.
-        seam_mm: Length of all seams on the body.
-        seconds: Spent on flattening.
-        findings: What was repaired, added or could not be measured.
+        energy: The same per face.
+        angle: s1 / s2: ratio of the largest to the smallest stretch.
+        area: The larger of s1 s2 and its inverse: change of area.
+        isometry: The larger of s1 and 1 / s2: largest change of length.
+        round_trip_mm: 95th percentile over the taxels of the error of body -> map -> pixel centre -> body; None if all
+            centres are off their taxels' patches.
+        force_error: Largest relative error of the image's force over touches of single taxels.
+        seam_mm: Total length of seams on the body.
+        seconds: Time of flattening.
+        findings: Repairs, additions and quantities that could not be measured.
     """
 
     patches: int
@@ -69,23 +69,24 @@ def measure(
     sources: int | None = None,
     seed: int = 0,
 ) -> MapQuality:
-    """Measure ``map_``.
+    """Measure the quality of a map.
 
     Args:
         map_: At least one patch.
-        distances: Of ``map_.skin``; made anew by default, which is nearly all of the cost. Keep them between edits.
-        images: That together show all of ``map_``'s charts, in any layout, for what an image keeps of a map; by default
-            one of the map, made anew at 512 pixels.
-        modules: (taxels,) the module that carries each taxel, to be told about neighbours of different modules.
-        sources: See ``BodyDistances``, where they are made here.
-        seed: Likewise.
+        distances: Body distances of ``map_.skin``, by default computed here at nearly all of the cost. Reuse them
+            between edits.
+        images: Images that together show all charts of ``map_``, in any layout; by default one image of the map at 512
+            pixels.
+        modules: (taxels,) module of each taxel, for separate scores between modules.
+        sources: See ``BodyDistances``, if computed here.
+        seed: See ``BodyDistances``.
 
     Example:
         >>> quality = tm.measure(tactile_map)
         >>> quality.flips, quality.overlaps, quality.trustworthiness > 0.9
         (0, 0, True)
 
-    Cost: 1.2 s for 1000 taxels on 18,000 faces; 40 ms with distances and images at hand.
+    Cost: 1.2 s for 1000 taxels on 18,000 faces; 40 ms with given distances and images.
     """
     body = BodyDistances(map_.skin, sources=sources, seed=seed) if distances is None else distances
     return _measured(map_, body, (TactileImage(map_),) if images is None else images, modules)
@@ -120,7 +121,7 @@ def _measured(
 
 
 def overlaps(map_: TactileMap) -> int:
-    """Pairs of border segments that meet, and patches that lie within another; 0 where no place is covered twice."""
+    """Return the number of pairs of border segments that meet, plus patches inside another; 0 without overlap."""
     pairs = zip(map_.charts, map_.uv, strict=True)
     borders = [[uv[loop] for loop in chart.connectivity.boundary_loops] for chart, uv in pairs]
     insides = [uv[chart.faces[0]].mean(axis=0) for chart, uv in zip(map_.charts, map_.uv, strict=True)]
@@ -128,7 +129,7 @@ def overlaps(map_: TactileMap) -> int:
 
 
 def _either_way(ratio: FloatArray) -> FloatArray:
-    """Ratio or its inverse, whichever is larger."""
+    """Return the larger of each ratio and its inverse."""
     with np.errstate(divide="ignore"):
         return np.maximum(ratio, 1 / ratio)
 
@@ -140,6 +141,6 @@ def _seam_mm(map_: TactileMap) -> float:
 
 
 def _percentile(values: FloatArray, share: float) -> float | None:
-    """Of the finite ones; None if there are none."""
+    """Return the percentile of the finite values; None if there are none."""
     known = values[np.isfinite(values)]
     return float(np.percentile(known, share)) if len(known) else None

@@ -1,8 +1,7 @@
-"""How well a map keeps the body's neighbourhoods and distances: what makes it topographic.
+"""Topography: how well a map preserves neighbourhoods and distances of the body.
 
-``BodyDistances`` says how far the taxels are from each other on the body: what every map is compared with, and no map
-changes. ``measure_topography`` compares: pure functions of where the taxels lie on the map, so that a map drawn by hand
-is judged like our own.
+``BodyDistances`` are the distances between the taxels on the body, the reference for all maps of a skin.
+``measure_topography`` depends only on the map points of the taxels, so a hand-drawn map is evaluated like any other.
 """
 
 from __future__ import annotations
@@ -24,33 +23,34 @@ from tactile_maps.maps.model.tactile_map import SEAM_RATIO
 from tactile_maps.skin.model.skin import Patch, Skin, Taxels
 
 NEAR_PAIR = 0.008
-"""Taxels closer than this [m] in space are a pair, where nothing is known about the surface between them."""
+"""Distance in space [m] below which taxels are neighbours if nothing is known about the surface between them."""
 _ALL_EXACT = 60_000
-"""Up to so many faces times taxels all distances are exact; 0.2 s."""
+"""Number of faces times taxels up to which all distances are exact; 0.2 s."""
 _PAIRS_EXACT = 40_000_000
-"""Up to so many faces times taxels those between neighbours are; 0.7 s for 1000 taxels."""
+"""Number of faces times taxels up to which distances between neighbours are exact; 0.7 s for 1000 taxels."""
 _ROWS = 250
-"""Taxels of a patch from which distances to all others are taken. On real links of 1000 taxels, against all rows, so
-many spread evenly give stress within 2 % of its value and continuity within 0.003; 12 at random gave 14 %."""
+"""Number of taxels of a patch from which distances to all others are computed. On real links of 1000 taxels, compared
+with all rows, this many evenly distributed ones give stress within 2 % and continuity within 0.003; 12 random ones gave
+an error of 14 %."""
 _FACES_EXACT = 100_000
 _FACES_QUICK = 20_000_000
-"""So many faces are looked at for a patch's exact distances from afar, and for those by the heat method."""
+"""Limits of rows times faces of a patch for exact distances over the whole patch, and for the heat method."""
 _MOST = 10_000_000
-"""Largest number of distances kept for one patch; beyond, fewer rows are taken."""
+"""Largest number of distances stored for one patch; beyond, fewer rows are used."""
 _REACH = 1.2
 _LONGER = 1.05
-"""Within so many pitches, and as far as a taxel's neighbours by their arcs and a little more, distances are exact."""
+"""Distances are exact within ``_REACH`` pitches and within ``_LONGER`` times the arcs to a taxel's neighbours."""
 
 
 @dataclass(frozen=True, eq=False)
 class PatchDistances:
-    """Of one patch with n taxels, numbered within it.
+    """Distances of one patch with n taxels, numbered within it.
 
     Attributes:
-        sources: (s,) taxels whose distances to all are compared with those on the map.
-        from_sources: (s, n) [m] exact where that was asked for or the patch is small; else the near ones.
-        rows: (r,) taxels whose neighbourhoods are looked at: all of a small patch, else some spread evenly.
-        near: (r, n) [m] exact for near taxels, within about 1 % (rms 1 to 2 %) for far ones.
+        sources: (s,) taxels from which distances to all others are compared with those on the map.
+        from_sources: (s, n) [m] exact if requested or if the patch is small; else the ``near`` ones.
+        rows: (r,) taxels whose neighbourhoods are compared: all of a small patch, else some, evenly distributed.
+        near: (r, n) [m] exact for close taxels, within about 1 % (rms 1 to 2 %) for distant ones.
     """
 
     sources: IntArray
@@ -64,25 +64,25 @@ class PatchDistances:
 
 
 class BodyDistances:
-    """Distances between the taxels of each patch over the uncut body. Built once for a skin, asked for each map.
+    """Distances between the taxels of each patch over the uncut body. Built once for a skin, used for each map.
 
     Args:
-        skin: The body.
-        sources: How many taxels of the whole skin exact distances to all others are taken from for stress and rank
-            correlation, where all would take too long; at least two of each patch. None: from ``rows``, by the heat
-            method. On a real link, where stress is 0.14 and 0.30, five exact sources miss it by 0.04 and 0.05, as so
-            few are chance; the rows by 0.003. A stress below 0.01 is then not told from none.
-        seed: Chooses the first row, and the sources.
+        skin: The skin.
+        sources: Number of taxels of the whole skin from which exact distances to all others are computed for stress and
+            rank correlation, where all would take too long; at least two per patch. None: from ``rows``, by the heat
+            method. On a real link with a stress of 0.14 and 0.30, five exact sources have random errors of 0.04 and
+            0.05, the rows of 0.003. A stress below 0.01 cannot then be distinguished from zero.
+        seed: Seed for the first row and the sources.
 
     Attributes:
-        patches: One for each patch with taxels.
-        first: (patches + 1,) number of each patch's first taxel.
+        patches: Distances of each patch with taxels.
+        first: (patches + 1,) index of each patch's first taxel.
         pairs: (e, 2) taxels that are neighbours on the body.
-        lengths: (e,) [m] exact distance of each pair; where there are none, that of the arc between the two.
-        findings: Where the distances are not exact.
+        lengths: (e,) [m] exact distance of each pair, or that of the arc between the two if not available.
+        findings: Patches whose distances are not exact.
 
-    Cost: 1 s for 1000 taxels on 18,000 faces; an exact source takes 0.3 s there. On fine meshes fewer sources and
-    fewer rows are asked, at least two of each patch.
+    Cost: 1 s for 1000 taxels on 18,000 faces; an exact source takes 0.3 s there. Fine meshes use fewer sources and
+    rows, at least two per patch.
     """
 
     def __init__(self, skin: Skin, *, sources: int | None = None, seed: int = 0) -> None:
@@ -91,9 +91,9 @@ class BodyDistances:
         patches = []
         lengths = [np.zeros(0)]
         for patch in skin.patches:
-            wanted = None if sources is None else max(2, round(sources * len(patch.taxels) / max(len(skin), 1)))
+            exact_sources = None if sources is None else max(2, round(sources * len(patch.taxels) / max(len(skin), 1)))
             surface = _PatchSurface(patch)
-            made = surface.distances(wanted, generator)
+            made = surface.distances(exact_sources, generator)
             patches.append(made)
             lengths.append(surface.lengths(made))
             if not surface.exact:
@@ -108,12 +108,12 @@ class BodyDistances:
     def straight(
         cls, positions: FloatArray, *, first: Sequence[int] | None = None, pair: float = NEAR_PAIR
     ) -> BodyDistances:
-        """From taxel positions alone: straight through space, which is too short around a body.
+        """Return straight distances from taxel positions alone, which are too short around a body.
 
         Args:
             positions: (n, 3) [m].
-            first: Number of each patch's first taxel, and n; by default all are one patch.
-            pair: Taxels of a patch closer than this [m] are neighbours.
+            first: Index of each patch's first taxel, and n; by default all are one patch.
+            pair: Distance below which taxels of a patch are neighbours [m].
         """
         made = cls.__new__(cls)
         starts = np.array([0, len(positions)] if first is None else first, dtype=np.int64)
@@ -129,7 +129,7 @@ class BodyDistances:
 
 
 class _PatchSurface:
-    """A patch with its taxels as vertices, asked for distances between them."""
+    """A patch with its taxels as vertices, for distances between them."""
 
     def __init__(self, patch: Patch) -> None:
         taxels = patch.taxels
@@ -143,11 +143,11 @@ class _PatchSurface:
 
     @property
     def exact(self) -> bool:
-        """Whether exact distances can be had at all."""
+        """Whether exact distances are available."""
         return self._geodesics.exact
 
     def distances(self, sources: int | None, generator: np.random.Generator) -> PatchDistances:
-        """With exact ones from so many ``sources``; None for the near ones in their place. All where they are few."""
+        """Return distances, exact from ``sources`` taxels or None of them; all exact for a small patch."""
         count = len(self._taxels)
         positions = self._taxels.positions
         if count * self._faces <= _ALL_EXACT:
@@ -155,8 +155,8 @@ class _PatchSurface:
             exact = self._afar(every)
             return PatchDistances(every, exact, every, exact)
         pitch = float(np.median(cKDTree(positions).query(positions, 2)[0][:, 1]))
-        wanted = max(1, min(_ROWS, _MOST // count, _FACES_QUICK // self._faces))
-        rows = _spread(positions, wanted, generator)
+        most = max(1, min(_ROWS, _MOST // count, _FACES_QUICK // self._faces))
+        rows = _spread(positions, most, generator)
         every = np.arange(count)
         near = _rows([self._near(k, every, max(_REACH * pitch, self._reach[k])) for k in rows.tolist()], count)
         if sources is None:
@@ -165,10 +165,10 @@ class _PatchSurface:
         return PatchDistances(chosen, self._afar(chosen), rows, near)
 
     def lengths(self, known: PatchDistances) -> FloatArray:
-        """(e,) between neighbours [m]: exact, or of arcs where that is not possible or would take too long.
+        """Return lengths (e,) between neighbours [m]: exact, or of arcs if that is impossible or would take too long.
 
         Args:
-            known: Of the patch; its near ones are exact within each taxel's reach.
+            known: Distances of the patch; the near ones are exact within each taxel's reach.
         """
         pairs = self._taxels.neighbours
         if not self.exact or len(self._taxels) * self._faces > _PAIRS_EXACT:
@@ -183,20 +183,20 @@ class _PatchSurface:
         order = order[open_[order]]
         for mine in np.split(order, np.flatnonzero(np.diff(source[order])) + 1):
             if len(mine):
-                asked = int(source[mine[0]])
-                result[mine] = self._near(asked, target[mine], self._reach[asked])
-                far = mine[result[mine] >= self._reach[asked]]  # where the skin turns more sharply than its arc
+                start = int(source[mine[0]])
+                result[mine] = self._near(start, target[mine], self._reach[start])
+                far = mine[result[mine] >= self._reach[start]]  # the skin is bent more than its arc
                 if len(far):
-                    result[far] = self._near(asked, target[far], 2 * self._reach[asked])
+                    result[far] = self._near(start, target[far], 2 * self._reach[start])
         return result
 
     def _afar(self, taxels: IntArray) -> FloatArray:
-        """(t, n) exact ones."""
-        asked = self._vertices[taxels].tolist()
-        return _rows([self._geodesics.from_vertex(k, self._vertices) for k in asked], len(self._vertices))
+        """Return exact distances (t, n)."""
+        starts = self._vertices[taxels].tolist()
+        return _rows([self._geodesics.from_vertex(k, self._vertices) for k in starts], len(self._vertices))
 
     def _near(self, taxel: int, others: IntArray, reach: float) -> FloatArray:
-        """(t,) exact within ``reach``; beyond it the quick ones, which are then known to be longer than it."""
+        """Return distances (t,) that are exact within ``reach`` and approximate but longer than it beyond."""
         source = int(self._vertices[taxel])
         targets = self._vertices[others]
         found = self._geodesics.from_vertex_within(source, targets, reach)
@@ -206,9 +206,9 @@ class _PatchSurface:
 
 
 def _covering_ends(pairs: IntArray, taken: BoolArray) -> IntArray:
-    """(e,) an end of each of ``pairs`` (e, 2): of those ``taken`` (n,) where one is, else of few others.
+    """Return one end (e,) of each of ``pairs`` (e, 2): one of those ``taken`` (n,) if possible, else of few others.
 
-    These are the taxels outside a set without neighbours in it.
+    The others are the taxels outside a set without neighbours in it.
     """
     alone = ~taken
     for low, high in sorted(np.sort(pairs, axis=1).tolist()):
@@ -229,9 +229,9 @@ def _closer_than(positions: FloatArray, reach: float) -> IntArray:
 
 
 def _arcs(taxels: Taxels) -> FloatArray:
-    """(e,) lengths of the circular arcs between neighbouring taxels that turn by the angle of their normals [m].
+    """Return the lengths (e,) of circular arcs between neighbours that turn by the angle of their normals [m].
 
-    Exact on a sphere and straight around a tube, where the straight line is too short.
+    Exact on a sphere and around a tube, where the straight line is too short.
     """
     if not len(taxels.neighbours):
         return np.zeros(0)
@@ -241,21 +241,21 @@ def _arcs(taxels: Taxels) -> FloatArray:
     return np.linalg.norm(positions[:, 0] - positions[:, 1], axis=1) / np.sinc(half / np.pi)
 
 
-def _some(count: int, wanted: int, generator: np.random.Generator) -> IntArray:
-    """All, or ``wanted`` of them, in order."""
-    if wanted >= count:
+def _some(count: int, most: int, generator: np.random.Generator) -> IntArray:
+    """Return ``most`` random indices in order, or all."""
+    if most >= count:
         return np.arange(count)
-    return np.sort(generator.choice(count, wanted, replace=False))
+    return np.sort(generator.choice(count, most, replace=False))
 
 
-def _spread(positions: FloatArray, wanted: int, generator: np.random.Generator) -> IntArray:
-    """All of ``positions`` (n, 3), or ``wanted`` of them, each farthest from those before (Gonzalez 1985), in order."""
+def _spread(positions: FloatArray, most: int, generator: np.random.Generator) -> IntArray:
+    """Return indices of ``most`` positions in order, each farthest from those before (Gonzalez 1985), or all."""
     count = len(positions)
-    if wanted >= count:
+    if most >= count:
         return np.arange(count)
     chosen = [int(generator.integers(count))]
     distance = np.full(count, np.inf)
-    while len(chosen) < wanted:
+    while len(chosen) < most:
         distance = np.minimum(distance, np.linalg.norm(positions - positions[chosen[-1]], axis=1))
         chosen.append(int(distance.argmax()))
     return np.sort(np.array(chosen))
@@ -267,26 +267,26 @@ def _rows(rows: list[FloatArray], count: int) -> FloatArray:
 
 NEIGHBOURS = 6
 _ALIKE = 1e-6
-"""Distances that differ by less than this share are equal: on a regular skin only rounding orders them."""
+"""Relative difference below which distances are equal: on a regular skin only rounding would order them."""
 
 
 @dataclass(frozen=True)
 class Topography:
-    """What a map keeps of the body. None where it cannot be known: too few taxels, or no modules.
+    """Topography measures of a map. None where unknown: too few taxels, or no modules.
 
     Attributes:
-        edge_error: Rms relative error of the lengths between neighbouring taxels at the best scale, without torn ones.
-        pairs: Neighbouring taxels on the body.
-        torn_pairs: How many of them are more than twice as far apart on the map.
+        edge_error: Rms relative error of lengths between neighbouring taxels at the best scale, without torn pairs.
+        pairs: Number of neighbouring taxels on the body.
+        torn_pairs: Number of pairs more than twice as far apart on the map.
         torn: Their share.
         stress: Kruskal's stress-1 against distances over the uncut body, at the best scale, within patches.
-        spearman: Rank correlation of the same distances; 1 if the map orders them alike.
-        trustworthiness: 1 if the six nearest taxels on the map are so on the body.
-        continuity: 1 if the six nearest taxels on the body are so on the map.
-        pairs_between_modules: Neighbours that belong to different modules.
-        torn_between_modules: How many of these are torn apart; None without modules.
-        trustworthiness_between_modules: As above, counting only taxels of other modules than one's own.
-        continuity_between_modules: Likewise.
+        spearman: Rank correlation of the same distances; 1 if the map preserves their order.
+        trustworthiness: 1 if the six nearest taxels on the map are the nearest on the body.
+        continuity: 1 if the six nearest taxels on the body are the nearest on the map.
+        pairs_between_modules: Number of neighbours on different modules.
+        torn_between_modules: Number of these that are torn; None without modules.
+        trustworthiness_between_modules: Trustworthiness over taxels of other modules than one's own.
+        continuity_between_modules: Continuity over taxels of other modules than one's own.
     """
 
     edge_error: float | None
@@ -303,18 +303,18 @@ class Topography:
     continuity_between_modules: float | None = None
 
     def to_json(self) -> dict[str, Any]:
-        """The same as plain values; null is unknown, or infinite, as the angle of a face that the map makes a line."""
+        """Return plain values for JSON; null is unknown or infinite, as the angle of a face collapsed to a line."""
         return {key: json_value(value) for key, value in asdict(self).items()}
 
 
 def measure_topography(points: FloatArray, distances: BodyDistances, *, modules: IntArray | None = None) -> Topography:
-    """Compare distances on map and body, patch by patch; patches count by their taxels.
+    """Compare distances on map and body, patch by patch, weighted by the patches' taxels.
 
     Args:
-        points: (n, 2) each taxel on the map [m].
-        distances: The body's.
-        modules: (n,) the module that carries each taxel. A module is rigid, so that pairs within one can hardly go
-            wrong and flatter every score; with modules the scores between them are told apart.
+        points: (n, 2) map points of the taxels [m].
+        distances: Body distances.
+        modules: (n,) module of each taxel. A module is rigid, so pairs within one are hardly ever wrong and improve
+            every score; with modules, scores between modules are computed as well.
 
     Cost: 25 ms for 1000 taxels.
     """
@@ -329,7 +329,7 @@ def measure_topography(points: FloatArray, distances: BodyDistances, *, modules:
 
 
 def json_value(value: Any) -> Any:
-    """``value`` for JSON, in which there is no infinity."""
+    """Return ``value`` for JSON, with None for non-finite numbers."""
     if isinstance(value, dict):
         return {key: json_value(entry) for key, entry in value.items()}
     if isinstance(value, list | tuple):
@@ -338,9 +338,9 @@ def json_value(value: Any) -> Any:
 
 
 def edge_lengths(points: FloatArray, distances: BodyDistances) -> tuple[float | None, BoolArray]:
-    """Rms relative error of the lengths between neighbours at the best common scale, and which (e,) are torn apart.
+    """Return the rms relative error of neighbours' distances at the best common scale, and a mask (e,) of torn pairs.
 
-    The error is None where all are torn apart or the map is one point.
+    The error is None if all are torn or the map is one point.
     """
     ends = points[distances.pairs]
     on_map = np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1)
@@ -358,19 +358,19 @@ def edge_lengths(points: FloatArray, distances: BodyDistances) -> tuple[float | 
 def neighbourhoods(
     points: FloatArray, body: PatchDistances, *, module: IntArray | None = None, k: int = NEIGHBOURS
 ) -> tuple[float, float] | tuple[None, None]:
-    """Trustworthiness (no false neighbours on the map) and continuity (none lost); Venna and Kaski 2001.
+    """Return trustworthiness (no false neighbours on the map) and continuity (none lost); Venna and Kaski 2001.
 
-    Both are 1 - sum of how far the k nearest here are beyond place k there / the largest such sum. Taxels equally far
-    share the better place, so that a regular skin is not judged by rounding.
+    Both are 1 - sum(ranks beyond k there of the k nearest here) / largest such sum. Equal distances share the better
+    rank, so that rounding on a regular skin does not matter.
 
     Args:
-        points: (n, 2) the patch's taxels on the map.
-        body: Their distances.
-        module: (n,) if given, a taxel's own module is left out of its row.
-        k: Neighbours looked at.
+        points: (n, 2) map points of the patch's taxels.
+        body: Their distances on the body.
+        module: (n,) if given, taxels of the same module are excluded.
+        k: Number of neighbours.
 
     Returns:
-        Both; None where every taxel has fewer than 3 k - 1 others to be ranked.
+        Both values; None if every taxel has fewer than 3 k - 1 others to rank.
     """
     flat = np.linalg.norm(points[body.rows, None] - points[None], axis=2)
     shut = body.rows[:, None] == np.arange(len(points)) if module is None else module[body.rows, None] == module
@@ -385,7 +385,7 @@ def neighbourhoods(
 
 
 def _beyond(here: FloatArray, there: FloatArray, k: int) -> float:
-    """Sum over rows of how far the k nearest by ``here`` are beyond place k by ``there``."""
+    """Return the sum over rows of the ranks beyond k by ``there`` of the k nearest by ``here``."""
     nearest = np.argpartition(here, k - 1, axis=1)[:, :k]
     limits = np.take_along_axis(there, nearest, axis=1) * (1 - _ALIKE)
     places = np.stack([(there < limits[:, c, None]).sum(axis=1) for c in range(k)]) + 1
@@ -393,7 +393,7 @@ def _beyond(here: FloatArray, there: FloatArray, k: int) -> float:
 
 
 def _agreement(points: FloatArray, body: PatchDistances) -> tuple[float | None, float | None]:
-    """Kruskal's stress-1 at the best scale and Spearman's rank correlation, of map and body distances."""
+    """Return Kruskal's stress-1 at the best scale and Spearman's rank correlation of map and body distances."""
     if len(points) < 2:
         return 0.0, None
     on_map = np.linalg.norm(points[body.sources, None] - points[None], axis=2)
@@ -408,7 +408,7 @@ def _agreement(points: FloatArray, body: PatchDistances) -> tuple[float | None, 
 
 
 def _spearman(a: FloatArray, b: FloatArray) -> float | None:
-    """Pearson's correlation of the ranks; equal values share their mean rank."""
+    """Return Pearson's correlation of the ranks; equal values share their mean rank."""
     first = _ranks(a)
     second = _ranks(b)
     first = first - first.mean()
@@ -418,7 +418,7 @@ def _spearman(a: FloatArray, b: FloatArray) -> float | None:
 
 
 def _ranks(values: FloatArray) -> FloatArray:
-    """Places in ascending order. Not by ``scipy.stats``, which takes 0.2 s to import and is used for nothing else."""
+    """Return ascending ranks. ``scipy.stats`` is not used because it takes 0.2 s to import."""
     _, place, counts = np.unique(values, return_inverse=True, return_counts=True)
     middle: FloatArray = np.cumsum(counts) - 0.5 * (counts - 1)
     return middle[place]
@@ -442,6 +442,6 @@ def _by_patch(parts: list[FloatArray], distances: BodyDistances) -> list[tuple[F
 
 
 def _mean(values: Sequence[float | None], weights: FloatArray) -> float | None:
-    """Weighted mean of what could be measured; None where nothing could."""
+    """Return the weighted mean of the known values; None if there are none."""
     known = [(value, weight) for value, weight in zip(values, weights, strict=True) if value is not None and weight > 0]
     return float(np.average([v for v, _ in known], weights=[w for _, w in known])) if known else None

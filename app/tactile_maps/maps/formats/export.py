@@ -1,4 +1,4 @@
-"""A map written as whatever its file's ending says."""
+"""Export of a map in the format of the file extension."""
 
 from __future__ import annotations
 
@@ -26,12 +26,14 @@ ENDINGS = tuple(_WRITERS)
 
 
 def write_map(map_: TactileMap, path: str | Path) -> None:
-    """Write ``map_``: all of it (.npz), the mesh with UV (.obj), a drawing (.svg), a picture of its distortion (.png),
-    Genoa's skin and map (.json), or the taxels' places on body and map (.csv).
+    """Write ``map_`` in the format of the file extension.
+
+    The formats are the complete map (.npz), the mesh with UV coordinates (.obj), a drawing (.svg), a picture of the
+    distortion (.png), Genoa's skin and map (.json), and the taxels' positions on body and map (.csv).
 
     Raises:
-        MapError: An unknown ending, or the file cannot be written.
-        SkinError: Likewise, of taxels.
+        MapError: The file extension is unknown, or the file cannot be written.
+        SkinError: The taxels cannot be written.
     """
     target = Path(path)
     writer = _WRITERS.get(target.suffix.lower())

@@ -1,8 +1,8 @@
-"""Maps as files: one npz with skin, charts and layout, checked when read; and the edit of a map as bytes.
+"""Map files: one npz with skin, charts and layout, validated when read; and edits of a map as bytes.
 
-First the charts and the layout, in and out of named arrays: a recording keeps the edits of a map without the map. An
-edit is what changed against another map of the same skin, so that moving a patch is small; of a skin whose taxels are
-believed to lie elsewhere it is a whole map.
+Charts and layout are converted to and from named arrays first: a recording stores the edits of a map without the map.
+An edit is the difference from another map of the same skin, so that moving a patch is small. If the assumed taxel
+positions of the skin differ, the edit is a whole map.
 """
 
 from __future__ import annotations
@@ -42,12 +42,12 @@ _ARRAYS = {
 
 
 def chart_arrays(number: int, chart: Chart) -> dict[str, NDArray[Any]]:
-    """The arrays of patch ``number``'s chart, by name."""
+    """Return the arrays of patch ``number``'s chart by name."""
     return {f"{number}_{name}": np.asarray(getattr(chart, name)) for name in _ARRAYS}
 
 
 def charts_header(charts: Sequence[Chart]) -> dict[str, Any]:
-    """What is not an array in ``charts``, for a JSON header."""
+    """Return the fields of ``charts`` that are not arrays, for a JSON header."""
     return {
         "methods": [chart.method for chart in charts],
         "findings": [[[f.kind, f.where, f.action, f.count] for f in chart.findings] for chart in charts],
@@ -55,13 +55,13 @@ def charts_header(charts: Sequence[Chart]) -> dict[str, Any]:
 
 
 def layout_header(layout: MapLayout) -> dict[str, Any]:
-    """A layout, for a JSON header."""
+    """Return a layout for a JSON header."""
     rows = [[float(p.angle), *map(float, p.offset), p.mirrored, float(p.scale)] for p in layout.placements]
     return {"placements": rows}
 
 
 def read_layout(header: Mapping[str, Any], count: int, file: str | Path | None) -> MapLayout:
-    """The layout of ``count`` patches that ``layout_header`` wrote. Raises MapError when it is broken."""
+    """Read the layout of ``count`` patches from ``layout_header``. Raises MapError if it is invalid."""
     rows = _list(header, "placements", count, _is_placement, file)
     return MapLayout(tuple(Placement(a, (x, y), *rest) for a, x, y, *rest in rows))
 
@@ -72,10 +72,10 @@ def read_charts(
     patches: Mapping[int, Patch],
     file: str | Path | None,
 ) -> dict[int, Chart]:
-    """The charts of these patches by number, whose header's lists are in the same order.
+    """Read the charts of these patches by number; the header's lists are in the same order.
 
     Raises:
-        MapError: Anything is missing, broken, or not a sound chart of its patch.
+        MapError: Data are missing, damaged, or not a valid chart of their patch.
     """
     methods = _list(header, "methods", len(patches), _is_method, file)
     notes = _list(header, "findings", len(patches), _is_findings, file)
@@ -111,7 +111,7 @@ def _is_placement(value: object) -> bool:
 
 
 class _ChartReader:
-    """Takes one patch's chart out of the file and lets only a sound one in."""
+    """Reads and validates the chart of one patch."""
 
     def __init__(self, arrays: Mapping[str, NDArray[Any]], i: int, patch: Patch, file: str | Path | None) -> None:
         self._arrays = arrays
@@ -120,7 +120,7 @@ class _ChartReader:
         self._file = file
 
     def chart(self, method: str, findings: tuple[Finding, ...]) -> Chart:
-        """The chart; every promise that the rest of the program builds on is checked."""
+        """Return the chart, with every property checked that the rest of the program relies on."""
         take = {name: self._take(name, columns, kinds) for name, (columns, kinds) in _ARRAYS.items()}
         faces = take["faces"]
         vertex_of = take["vertex_of"]
@@ -168,11 +168,11 @@ class _ChartReader:
 
 MAP_VERSION = 2
 _READS = (1, MAP_VERSION)
-"""Version 1 had no scale in a placement."""
+"""Supported versions; version 1 has no scale in a placement."""
 
 
 def save_map(map_: TactileMap, path: str | Path) -> None:
-    """Write ``map_`` with its skin to ``path`` (usually ``.npz``), whole or not at all.
+    """Write ``map_`` with its skin to ``path`` (usually ``.npz``) atomically.
 
     Raises:
         MapError: The file cannot be written.
@@ -184,11 +184,11 @@ def save_map(map_: TactileMap, path: str | Path) -> None:
 
 
 def load_map(path: str | Path) -> TactileMap:
-    """The map that ``save_map`` wrote to ``path``.
+    """Load the map that ``save_map`` wrote to ``path``.
 
     Raises:
-        MapError: There is no such file, or it is not a sound map.
-        SkinError: The skin in it is not sound.
+        MapError: The file does not exist or is not a valid map.
+        SkinError: Its skin is not valid.
 
     Example:
         >>> tm.save_map(tactile_map, "hand.npz")
@@ -199,7 +199,7 @@ def load_map(path: str | Path) -> TactileMap:
 
 
 def map_to_bytes(map_: TactileMap) -> bytes:
-    """``map_`` in the file's format; the same map gives the same bytes."""
+    """Return ``map_`` in the file format; equal maps give equal bytes."""
     arrays: dict[str, NDArray[Any]] = {"skin": np.frombuffer(skin_to_bytes(map_.skin), np.uint8)}
     for i, chart in enumerate(map_.charts):
         arrays |= chart_arrays(i, chart)
@@ -208,15 +208,15 @@ def map_to_bytes(map_: TactileMap) -> bytes:
 
 
 def map_from_bytes(data: bytes, *, file: str | Path | None = None) -> TactileMap:
-    """The map in ``data``.
+    """Return the map in ``data``.
 
     Args:
-        data: From ``map_to_bytes``, or from anyone.
-        file: Where it came from, for errors.
+        data: Bytes of ``map_to_bytes``, or untrusted ones.
+        file: Origin of the data, for errors.
 
     Raises:
-        MapError: Damaged, hostile, of another format or a later version, or not a sound map.
-        SkinError: The skin in it is not sound.
+        MapError: The data are damaged, malicious, of another format or version, or not a valid map.
+        SkinError: Its skin is not valid.
     """
     header, arrays = unpack_arrays(data, file=file, error=MapError)
     if header.get("format") != MAP_FORMAT:
@@ -242,10 +242,12 @@ EDIT_FORMAT = "tactile-maps-edit"
 
 
 def edit_to_bytes(map_: TactileMap, base: TactileMap) -> bytes:
-    """``map_`` as a difference from ``base``: its layout, and those charts that are other objects; whole, with its
-    skin, where that is not the skin of ``base``.
+    """Return ``map_`` as a difference from ``base``: its layout and the charts that are other objects.
 
-    Cost: 0.2 ms, and 40 ms for each 10,000 faces of other charts, nearly all of it compression; whole about 0.1 s for
+    With another skin than that of ``base``, the whole map is returned.
+
+    Cost: 0.2 ms, and 40 ms per 10,000 faces of changed charts, nearly all of it compression; a whole map about 0.1 s
+        for
     1,000 taxels.
     """
     if not _same_skin(map_.skin, base.skin):
@@ -260,7 +262,7 @@ def edit_to_bytes(map_: TactileMap, base: TactileMap) -> bytes:
 
 
 def _same_skin(one: Skin, other: Skin) -> bool:
-    """Whether two skins of the same patches have the same surfaces, and the same taxels in the same places."""
+    """Return whether two skins of the same patches have equal surfaces and taxels in equal positions."""
     return one is other or all(map(_same_patch, one.patches, other.patches))
 
 
@@ -273,15 +275,15 @@ def _same_patch(one: Patch, other: Patch) -> bool:
 
 
 def edit_from_bytes(data: bytes, base: TactileMap) -> TactileMap:
-    """The map of ``edit_to_bytes``.
+    """Return the map of ``edit_to_bytes``.
 
     Args:
-        data: The bytes, from anyone.
-        base: The map it was made against.
+        data: The bytes, possibly untrusted.
+        base: The map from which the edit is a difference.
 
     Raises:
-        MapError: Damaged, hostile, or not an edit of this map.
-        SkinError: It holds a skin, which is not sound.
+        MapError: The data are damaged, malicious, or not an edit of this map.
+        SkinError: It contains an invalid skin.
     """
     header, arrays = unpack_arrays(data, error=MapError)
     if header.get("format") == MAP_FORMAT:
@@ -298,7 +300,7 @@ def edit_from_bytes(data: bytes, base: TactileMap) -> TactileMap:
 
 
 def _whole_map(data: bytes, base: TactileMap) -> TactileMap:
-    """Of a skin with the patches, triangles and taxels of the skin of ``base``."""
+    """Return the map of a skin with the patches, triangles and taxels of the skin of ``base``."""
     map_ = map_from_bytes(data)
     mine, expected = ([(patch.name, patch.link, len(patch.taxels)) for patch in m.skin.patches] for m in (map_, base))
     if mine != expected or not all(map(same_triangles, map_.skin.patches, base.skin.patches)):

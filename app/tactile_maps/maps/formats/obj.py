@@ -1,8 +1,8 @@
-"""A map as the texture coordinates of a mesh: out to any unwrapping tool, and back as a map of the same skin.
+"""A map as the texture coordinates of a mesh: export to unwrapping tools, and import as a map of the same skin.
 
-Wavefront OBJ files with texture coordinates are read line by line. What comes back may be moved, scaled, mirrored, cut
-elsewhere and in another order: only the skin's triangles must be there. They are found again by where their corners lie
-on the body.
+Wavefront OBJ files with texture coordinates are read line by line. An imported map may be moved, scaled, mirrored, cut
+elsewhere and in another order; only the triangles of the skin must be present. They are identified by the positions of
+their corners on the body.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ class ObjUv:
     """A surface with texture coordinates.
 
     Attributes:
-        surface: In the file's own units and order.
+        surface: Surface in the file's units and order.
         uv: (k, 2) texture coordinates.
         corners: (m, 3) into ``uv``, for each corner of each face.
         groups: Names of the file's groups or objects.
@@ -60,12 +60,12 @@ class ObjUv:
 
 
 def read_obj(path: str | Path) -> ObjUv:
-    """The surface and the texture coordinates in the OBJ file at ``path``.
+    """Read the surface and the texture coordinates of the OBJ file at ``path``.
 
     Faces with more than three corners are split into triangles, and counted.
 
     Raises:
-        MapError: It cannot be read, a line is broken, or a face has no texture coordinates; names the line.
+        MapError: The file cannot be read, a line is invalid, or a face has no texture coordinates; names the line.
 
     Cost: about 5 µs a line.
     """
@@ -80,7 +80,7 @@ def read_obj(path: str | Path) -> ObjUv:
 
 
 class _ObjParser:
-    """What has been read so far."""
+    """Parser state of an OBJ file."""
 
     def __init__(self, path: Path) -> None:
         self._path = path
@@ -95,7 +95,7 @@ class _ObjParser:
         self._polygons = 0
 
     def take(self, line: str, number: int) -> None:
-        """One line of the file."""
+        """Parse one line of the file."""
         words = line.split()
         kind = words[0] if words else ""
         if kind == "v":
@@ -111,7 +111,7 @@ class _ObjParser:
             self._square = (x, y, side) if side > 0 else None
 
     def result(self) -> ObjUv:
-        """The whole file."""
+        """Return the contents of the whole file."""
         if not self._faces:
             raise MapError("the file has no faces", file=self._path, remedy="Export the mesh with its faces")
         findings: list[Finding] = []
@@ -135,7 +135,7 @@ class _ObjParser:
             self._group_of.append(self._group)
 
     def _corner(self, word: str, line: int) -> tuple[int, int]:
-        """Numbers, from zero, of a corner's vertex and texture coordinate; negative ones count from the last."""
+        """Return a corner's vertex and texture index, from zero; negative numbers count from the last."""
         parts = word.split("/")
         if len(parts) < 2 or not parts[1]:
             remedy = "Unwrap the mesh, and export it with UV coordinates"
@@ -166,16 +166,16 @@ class _ObjParser:
 
 OBJ_METHOD = "from OBJ"
 _SAME_PLACE = 1e-4
-"""Corners this near, as a share of the patch's size, are one: tools write six digits."""
+"""Distance, as a share of the patch's size, below which corners are equal: tools write six digits."""
 _SAME_UV = 1e-7
 _SAME_SCALE = 0.01
 _TRUE_SCALE = 1e-4
 
 
 def write_map_obj(map_: TactileMap, path: str | Path) -> None:
-    """Write the skin as OBJ with the map as texture coordinates, one group a patch, each in its link's frame.
+    """Write the skin as OBJ with the map as texture coordinates, one group per patch, each in the frame of its link.
 
-    The texture square is filled by the map's larger side; a remark says how to get metres back.
+    The larger side of the map fills the texture square; a comment in the file gives the conversion to metres.
 
     Raises:
         MapError: The file cannot be written.
@@ -201,13 +201,13 @@ def write_map_obj(map_: TactileMap, path: str | Path) -> None:
 
 
 def read_map_obj(path: str | Path, skin: Skin) -> TactileMap:
-    """The map of ``skin`` that the texture coordinates in the OBJ file at ``path`` are.
+    """Read the map of ``skin`` from the texture coordinates of the OBJ file at ``path``.
 
-    Each chart is scaled to its patch's true area. The patches keep their places where they have one scale and do not
-    lie on each other; else they are arranged anew. Both are told as findings of the charts.
+    Each chart is scaled to its patch's true area. The patches keep their positions if they have one scale and do not
+    overlap; otherwise they are packed again. Findings of the charts report both.
 
     Raises:
-        MapError: It cannot be read, does not hold the skin's triangles, or is not one flat, one-to-one piece a patch.
+        MapError: The file cannot be read, lacks triangles of the skin, or a patch is not one flat, one-to-one piece.
     """
     path = Path(path)
     obj = read_obj(path)
@@ -222,22 +222,22 @@ def read_map_obj(path: str | Path, skin: Skin) -> TactileMap:
 
 
 def group_name(patch: str) -> str:
-    """What a patch is called in an OBJ file, where names have no blanks."""
+    """Return the name of a patch in an OBJ file, without blanks."""
     return "_".join(patch.split()) or "patch"
 
 
 @dataclass(frozen=True, eq=False)
 class _Island:
-    """One patch as the file lays it out, turned face up; the chart is already of true size."""
+    """One patch as laid out in the file, face up; the chart has its true size."""
 
     chart: Chart
-    corner: FloatArray  # (2,) of its box, which the chart has at the origin [file units]
-    scale: float  # metres of the chart for one unit of the file
+    corner: FloatArray  # (2,) of its box, which is the origin of the chart [file units]
+    scale: float  # [m per unit of the file]
     mirrored: bool
 
 
 def _faces_by_patch(obj: ObjUv, skin: Skin) -> list[IntArray]:
-    """For each patch the file's faces to look among: those of its group, else those in its turn."""
+    """Return the candidate faces of the file for each patch: those of its group, or else by order."""
     names = [group_name(patch.name) for patch in skin.patches]
     known = {name: k for k, name in enumerate(obj.groups)}
     if len(set(names)) == len(names) and all(name in known for name in names):
@@ -254,7 +254,7 @@ def _faces_by_patch(obj: ObjUv, skin: Skin) -> list[IntArray]:
 
 
 def _corner_uv(obj: ObjUv, chosen: IntArray, surface: Mesh, name: str) -> FloatArray:
-    """(m, 3, 2) texture coordinates of the corners of ``surface``, found among the file's faces ``chosen``."""
+    """Return texture coordinates (m, 3, 2) of the corners of ``surface``, found among the file's faces ``chosen``."""
     tolerance = _SAME_PLACE * surface.size
     body = obj.surface.vertices[obj.surface.faces[chosen]]
     uv = obj.uv[obj.corners[chosen]]
@@ -269,15 +269,15 @@ def _corner_uv(obj: ObjUv, chosen: IntArray, surface: Mesh, name: str) -> FloatA
             "the file does not have the skin's faces",
             place=f"patch {name}",
             value=f"{int((place < 0).sum())} of {len(place)} are missing",
-            remedy="Export the mesh in triangles, in metres, with its vertices where they were",
+            remedy="Export the mesh in triangles, in metres, without moving its vertices",
         )
     corner = (vertex[place][:, None, :] == surface.faces[:, :, None]).argmax(axis=2)
     return np.take_along_axis(uv[place], corner[:, :, None], axis=1)
 
 
-def _find_rows(rows: IntArray, wanted: IntArray) -> IntArray:
-    """(w,) where each row of ``wanted`` stands in ``rows``; -1 where it does not."""
-    _, number = np.unique(np.concatenate([rows, wanted]), axis=0, return_inverse=True)
+def _find_rows(rows: IntArray, targets: IntArray) -> IntArray:
+    """Return the index (w,) in ``rows`` of each row of ``targets``; -1 if it is missing."""
+    _, number = np.unique(np.concatenate([rows, targets]), axis=0, return_inverse=True)
     number = number.ravel()
     place = np.full(number.max(initial=-1) + 1, -1)
     place[number[: len(rows)]] = np.arange(len(rows))
@@ -285,7 +285,7 @@ def _find_rows(rows: IntArray, wanted: IntArray) -> IntArray:
 
 
 def _island(name: str, surface: Mesh, corner_uv: FloatArray) -> _Island:
-    """The patch's chart, once it is known to be one."""
+    """Validate and return the chart of a patch."""
     faces, points, vertex_of = _joined_corners(surface, corner_uv)
     areas = signed_areas(points, faces)
     mirrored = bool((areas < 0).all())
@@ -305,7 +305,7 @@ def _island(name: str, surface: Mesh, corner_uv: FloatArray) -> _Island:
 
 
 def _joined_corners(surface: Mesh, corner_uv: FloatArray) -> tuple[IntArray, FloatArray, IntArray]:
-    """Faces (m, 3), points (k, 2) and vertices (k,): corners at one vertex and one place on the map are one point."""
+    """Return faces (m, 3), points (k, 2) and vertices (k,), merging corners at one vertex and one map point."""
     uv = corner_uv.reshape(-1, 2)
     vertex = surface.faces.reshape(-1, 1)
     step = _SAME_UV * max(float(np.ptp(uv, axis=0).max()), 1e-300)
@@ -317,7 +317,7 @@ def _joined_corners(surface: Mesh, corner_uv: FloatArray) -> tuple[IntArray, Flo
 def _require_disk(name: str, flat: Connectivity, points: FloatArray) -> None:
     pieces = int(flat.components.max()) + 1
     if pieces > 1:
-        raise _unfit(name, "the patch lies in several pieces", pieces, "Join its islands in the unwrapping tool")
+        raise _unfit(name, "the patch is in several pieces", pieces, "Join its islands in the unwrapping tool")
     try:
         loops = flat.boundary_loops
     except MeshError as error:
@@ -334,13 +334,13 @@ def _unfit(name: str, problem: str, value: object, remedy: str) -> MapError:
 
 
 def _seams(body: Connectivity, flat: Connectivity) -> IntArray:
-    """(s, 2) edges of the surface with a face on both sides that are two edges on the map."""
+    """Return the edges (s, 2) of the surface with two faces that are two edges on the map."""
     border = flat.face_count[flat.edge_of] == 1
     return body.edges[np.unique(body.edge_of[border & (body.face_count[body.edge_of] == 2)])]
 
 
 def _arranged(skin: Skin, islands: Sequence[_Island], obj: ObjUv) -> TactileMap:
-    """The map, its patches where the file has them if they can stay there."""
+    """Return the map, with the patches where the file has them if possible."""
     scales = np.array([island.scale for island in islands])
     common = float(np.median(scales))
     origin = np.zeros(2)
@@ -358,10 +358,10 @@ def _arranged(skin: Skin, islands: Sequence[_Island], obj: ObjUv) -> TactileMap:
         layout = pack_charts(charts)
         findings.append(Finding("rearranged", OBJ_METHOD, "the patches had different scales or overlapped"))
     first = charts[0]
-    told = Chart(
+    reported = Chart(
         first.faces, first.plane, first.vertex_of, first.seams, OBJ_METHOD, findings=(*first.findings, *findings)
     )
-    return TactileMap(skin, (told, *charts[1:]), layout)
+    return TactileMap(skin, (reported, *charts[1:]), layout)
 
 
 def _placement(island: _Island, scale: float, origin: FloatArray) -> Placement:
@@ -371,7 +371,7 @@ def _placement(island: _Island, scale: float, origin: FloatArray) -> Placement:
 
 
 def _apart(outlines: Sequence[FloatArray]) -> bool:
-    """Whether no two outlines cross or lie within each other."""
+    """Return whether no two outlines cross or contain each other."""
     if crossings(*outlines):
         return False
     starts = np.array([outline[0] for outline in outlines])

@@ -1,6 +1,6 @@
-"""The map as a drawing in millimetres: outlines, seams, taxels with their numbers, names of the patches.
+"""The map as an SVG drawing in millimetres: outlines, seams, numbered taxels and names of the patches.
 
-One group a patch, with one group for each kind of thing in it, so that a drawing program can hide or restyle each.
+Each patch is a group with one subgroup per kind of element, so that a drawing program can hide or restyle each.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from tactile_maps.core.files import write_atomically
 from tactile_maps.maps.model.tactile_map import TactileMap
 
 MARGIN = 5.0
-"""Around everything, room for the names [mm]."""
+"""Margin around the drawing, with space for names [mm]."""
 _STYLE = """
 .outline { fill: #eef2f5; stroke: #33414e; stroke-width: 0.35; stroke-linejoin: round }
 .seam { fill: none; stroke: #c0392b; stroke-width: 0.5; stroke-linecap: round }
@@ -27,18 +27,18 @@ _STYLE = """
 """
 _RADIUS = 0.08
 _DIGIT = 0.25
-"""Of a taxel, and the height of its number, as shares of the distance between taxels."""
+"""Radius of a taxel and height of its number, as shares of the distance between taxels."""
 _DIGITS = 3
 
 
 def write_svg(map_: TactileMap, path: str | Path, *, numbers: bool = True) -> None:
-    """Draw the map at its true size; up on the map is up on the page.
+    """Write the map at its true size, with the same upward direction.
 
     Args:
         map_: At least one patch.
         path: Usually ``.svg``.
-        numbers: Whether taxels are numbered: by their hardware ids where known, else through the skin. The shapes' own
-            names (``taxel-13``) are always numbered through the skin.
+        numbers: Whether taxels are numbered, by hardware id if known, else through the skin. Element ids
+            (``taxel-13``) are always numbered through the skin.
 
     Raises:
         MapError: The file cannot be written.
@@ -47,7 +47,7 @@ def write_svg(map_: TactileMap, path: str | Path, *, numbers: bool = True) -> No
 
 
 def svg(map_: TactileMap, *, numbers: bool = True) -> bytes:
-    """The drawing itself; the same map gives the same bytes."""
+    """Return the drawing; equal maps give equal bytes."""
     page = _Page(map_.bounds)
     width, height = page.size
     root = Element(
@@ -63,7 +63,7 @@ def svg(map_: TactileMap, *, numbers: bool = True) -> bytes:
 
 
 class _Page:
-    """Millimetres from the page's upper left corner, of map points in metres."""
+    """Conversion of map points in metres to millimetres from the page's upper left corner."""
 
     def __init__(self, bounds: FloatArray) -> None:
         self._left = bounds[0, 0]
@@ -75,7 +75,7 @@ class _Page:
 
 
 def _draw_patch(root: Element, map_: TactileMap, k: int, page: _Page) -> Element:
-    """The patch's group, with its outline, seams and name."""
+    """Add the patch's group with outline, seams and name."""
     patch = map_.skin.patches[k]
     name = "".join(c for c in patch.name if c.isprintable())
     group = SubElement(root, "g", {"class": "patch"}, id=f"patch-{k}")
@@ -95,7 +95,7 @@ def _draw_patch(root: Element, map_: TactileMap, k: int, page: _Page) -> Element
 
 def _draw_taxels(group: Element, map_: TactileMap, k: int, page: _Page, *, numbers: bool) -> None:
     first, end = map_.skin.first[k : k + 2].tolist()
-    # As much room as the patch gives each taxel, whether it feels all of that or not.
+    # By the area of the patch per taxel, regardless of the area that a taxel senses.
     pitch = 1e3 * np.sqrt(map_.skin.patches[k].surface.area / max(end - first, 1))
     radius = _text(_RADIUS * pitch)
     height = _DIGIT * pitch

@@ -1,7 +1,7 @@
-"""A tactile map in the JSON of the University of Genoa's robot skin library, whose meshes have the taxels for vertices.
+"""A tactile map in the JSON format of the University of Genoa's robot skin library, whose mesh vertices are taxels.
 
-Our maps lie on finer surfaces, so the triangles over the taxels are made here: on the body by their neighbourhoods, and
-on the map by leaving out those that a seam cuts.
+Maps of this program use finer surfaces, so triangles over the taxels are created here: on the body from neighbourhoods,
+and on the map by dropping those across a seam.
 """
 
 from __future__ import annotations
@@ -22,16 +22,16 @@ from tactile_maps.skin.reconstruction.triangulation import triangulate
 
 
 def write_unige_map(map_: TactileMap, path: str | Path, *, name: str = "tactile map") -> None:
-    """Write the taxels of ``map_`` with their places on it.
+    """Write the taxels of ``map_`` with their map points.
 
     Args:
-        map_: Of a skin on one link: the format knows one rigid body a file.
+        map_: Map of a skin on one link: a file contains one rigid body.
         path: Usually ``.json``.
-        name: Of the map, for people.
+        name: Name of the map for users.
 
     Raises:
-        MapError: The skin lies on several links.
-        SkinError: Two taxels are at one place, or the file cannot be written.
+        MapError: The skin covers several links.
+        SkinError: Two taxels coincide, or the file cannot be written.
     """
     with errors_in_file(path):
         file = unige_file_of(map_, name=name)
@@ -39,7 +39,7 @@ def write_unige_map(map_: TactileMap, path: str | Path, *, name: str = "tactile 
 
 
 def unige_file_of(map_: TactileMap, *, name: str = "tactile map") -> UnigeFile:
-    """The skin and its map in Genoa's form; errors as ``write_unige_map``."""
+    """Return the skin and its map in Genoa's format; errors as ``write_unige_map``."""
     sets = taxel_sets(map_.skin)
     if len(sets) != 1:
         links = ", ".join(str(taxels.link) for taxels in sets)
@@ -58,7 +58,7 @@ def _triangles(taxels: TaxelSet) -> IntArray:
 
 
 def _uncut(positions: FloatArray, points: FloatArray, faces: IntArray) -> np.ndarray:
-    """(f,) faces that lie on the map as on the body: face up, no side stretched across a seam."""
+    """Return a mask (f,) of faces that are face up on the map without a side stretched across a seam."""
     body = positions[faces]
     flat = points[faces]
     true = np.linalg.norm(body - np.roll(body, 1, axis=1), axis=2)

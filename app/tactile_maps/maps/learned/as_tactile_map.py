@@ -1,28 +1,28 @@
-"""A learned map made a tactile map, so that image, contact regions and control work on it as on any other.
+"""Conversion of a learned map to a tactile map, for images, contact regions and control.
 
-What a learned map lacks is a surface. Its taxels have places on the body and places in the plane, and nothing says
-what lies between them; so triangles over the taxels are drawn in the plane, and the same triangles between the taxels'
-places on the body are the surface behind the map. It is coarse (one corner a taxel), and where learning went wrong it
-is crumpled or turned inside out, as it should be: a point of the map is back-projected to where the learned map says
-it lies.
+A learned map has no surface: its taxels have positions on the body and in the plane, with nothing between them. So the
+taxels are triangulated in the plane, and the same triangles between the taxels' positions on the body are the surface
+of the map. It is coarse (one corner per taxel), and where learning failed it is crumpled or turned inside out, as it
+should be: a point of the map is back-projected to where the learned map places it.
 
-Decided, and why:
+Decisions:
 
-- One chart for each patch, as on every map, though learning knows no patches. A place on the body belongs to one link
-  and moves with it, so a triangle between taxels of two links lies nowhere. Such triangles are not made; a finding
-  counts those that the learned plane would have had, which is what it learned of the robot touching itself. Charts are
-  arranged side by side like any others, so nothing overlaps even where learning put two patches on the same place.
-- The border is the characteristic shape of the patch's taxels (``characteristic_shape``: their triangulation with the
-  sides that are too long taken away from outside): one piece, no holes, every taxel a corner, nothing turned over. Gaps
-  open to the outside are not bridged. Those inside must be, and a finding counts them.
-- The scale makes the median side of a triangle as long as on the body: a patch has an area of its own only if the
-  map is right, and a few wild triangles would spoil it, but not the median.
-- Touch cannot tell a map from its mirror image: the one is taken whose triangles look outwards on the body, by area.
-- Taxels learned to lie on the very same place are moved apart by a thousandth of their spacing; a finding counts them.
-- A taxel that never felt anything is no corner. Pressure needs a place, should it wake up: it lies on the triangle
-  nearest to it on the body, and a finding names it.
-- Areas, normals, neighbours and quadrature of the taxels are the skin's own. The map's skin can be pressed like the
-  original and reads the same, bit for bit; its surface points are not the original's, for the triangles are others.
+- One chart per patch, as on every map, though learning does not know patches. A point on the body belongs to one link
+  and moves with it, so a triangle between taxels of two links has no position. Such triangles are not created; a
+  finding counts those that the learned plane would have had, which is what it learned of the robot touching itself.
+  Charts are packed side by side like any others, so nothing overlaps even if learning placed two patches at one
+  position.
+- The border is the characteristic shape of the patch's taxels (``characteristic_shape``: their triangulation without
+  sides that are too long, removed from outside): one component, no holes, every taxel a corner, nothing flipped. Gaps
+  open to the outside are not bridged. Gaps inside must be, and a finding counts them.
+- The scale makes the median side of a triangle as long as on the body. The area of a patch is meaningful only if the
+  map is correct, and a few wild triangles would change it, but not the median.
+- Touch does not distinguish a map from its mirror image: the one with more area facing outward on the body is used.
+- Taxels learned at exactly the same position are separated by a thousandth of their spacing; a finding counts them.
+- A taxel that was never touched is not a corner. In case it responds later, it is placed on the closest triangle on the
+  body, and a finding names it.
+- Areas, normals, neighbours and quadrature of the taxels are those of the skin. The skin of the map can be pressed like
+  the original and has the same readings, bit for bit; its surface points differ, because its triangles do.
 """
 
 from __future__ import annotations
@@ -46,16 +46,16 @@ from tactile_maps.maps.model.tactile_map import TactileMap
 from tactile_maps.skin.model.skin import Patch, Skin, Taxels
 
 _THINNEST = 1e-9
-"""A triangle with less area for its longest side's square is a line by rounding."""
+"""Area over squared longest side below which a triangle is a line by rounding."""
 
 
 @dataclass(frozen=True, eq=False)
 class CharacteristicShape:
-    """Triangles over points.
+    """Triangulation of points.
 
     Attributes:
-        faces: (m, 3) counter-clockwise; together a disk with one simple border.
-        bridging: How many have a side that is too long, yet hold the disk together or span a hole inside.
+        faces: (m, 3) counter-clockwise; a disk with one simple border.
+        bridging: Number of triangles with a side that is too long but needed for connection or for a hole inside.
     """
 
     faces: IntArray
@@ -63,18 +63,18 @@ class CharacteristicShape:
 
 
 def characteristic_shape(points: FloatArray) -> CharacteristicShape:
-    """The characteristic shape of ``points`` (n, 2): Duckham, Kulik, Worboys and Galton 2008.
+    """Compute the characteristic shape of ``points`` (n, 2): Duckham, Kulik, Worboys and Galton 2008.
 
-    From the convex hull's Delaunay triangles, those at the border whose outer side is longer than ``LONGEST_SIDE``
-    spacings are taken off, the longest first, as long as what is left is one piece with a simple border through all of
-    its corners. So every point stays a corner, nothing is folded, and gaps open to the outside are not bridged; a gap
-    inside, and what ties two far groups together, must be.
+    Starting from the Delaunay triangulation, triangles at the border whose outer side is longer than ``LONGEST_SIDE``
+    spacings are removed, longest first, as long as the rest is one component with a simple border through all of its
+    corners. So every point remains a corner, nothing is folded, and gaps open to the outside are not bridged. Gaps
+    inside and connections between two distant groups are.
 
     Args:
-        points: (n, 2), no two the same.
+        points: (n, 2), all different.
 
     Raises:
-        MapError: Fewer than three points, or all in one line.
+        MapError: Fewer than three points, or all collinear.
 
     Cost: 15 ms for 1000 points.
     """
@@ -96,22 +96,22 @@ def characteristic_shape(points: FloatArray) -> CharacteristicShape:
 
 
 def longest_side(points: FloatArray) -> float:
-    """Triangles over ``points`` (n, 2) with a longer side bridge a gap."""
+    """Return the length above which sides of triangles over ``points`` (n, 2) bridge a gap."""
     return LONGEST_SIDE * float(np.median(cKDTree(points).query(points, 2)[0][:, 1]))
 
 
 def _peeled(faces: IntArray, sides: FloatArray, limit: float) -> IntArray:
-    """Numbers of the faces (m,) that stay.
+    """Return the indices of the faces that remain.
 
     Args:
         faces: (m, 3).
         sides: (m, 3) length from corner k to corner k + 1.
-        limit: Longer sides go.
+        limit: Length above which border sides are removed.
     """
-    beside = {(int(face[k]), int(face[(k + 1) % 3])): (n, k) for n, face in enumerate(faces) for k in range(3)}
-    border = {start for start, end in beside if (end, start) not in beside}
-    border |= {end for start, end in beside if (end, start) not in beside}
-    queue = [(-sides[n, k], n, k) for (start, end), (n, k) in beside.items() if (end, start) not in beside]
+    halfedges = {(int(face[k]), int(face[(k + 1) % 3])): (n, k) for n, face in enumerate(faces) for k in range(3)}
+    border = {start for start, end in halfedges if (end, start) not in halfedges}
+    border |= {end for start, end in halfedges if (end, start) not in halfedges}
+    queue = [(-sides[n, k], n, k) for (start, end), (n, k) in halfedges.items() if (end, start) not in halfedges]
     queue = [item for item in queue if -item[0] > limit]
     heapq.heapify(queue)
     gone: set[int] = set()
@@ -119,13 +119,13 @@ def _peeled(faces: IntArray, sides: FloatArray, limit: float) -> IntArray:
         _, number, k = heapq.heappop(queue)
         corner = int(faces[number, (k + 2) % 3])
         if corner in border:
-            continue  # taking it off would cut the piece in two, or leave a corner without a face
+            continue  # its removal would split the shape, or leave a corner without a face
         gone.add(number)
         border.add(corner)
         for turn in (1, 2):
             start = int(faces[number, (k + turn) % 3])
             end = int(faces[number, (k + turn + 1) % 3])
-            other, side = beside[end, start]
+            other, side = halfedges[end, start]
             if sides[other, side] > limit:
                 heapq.heappush(queue, (-sides[other, side], other, side))
     return np.setdiff1d(np.arange(len(faces)), np.array(sorted(gone), dtype=np.int64))
@@ -136,21 +136,22 @@ _GOLDEN_ANGLE = np.pi * (3 - np.sqrt(5))
 
 
 def learned_tactile_map(skin: Skin, learned: LearnedMap) -> TactileMap:
-    """A tactile map with the taxels where ``learned`` puts them; see this file's text for what was decided.
+    """Return a tactile map with the taxels at their ``learned`` positions; see the module's decisions.
 
     Args:
-        skin: Whose taxels were learned; their numbers are kept.
-        learned: A place for each of them.
+        skin: Skin of the taxels; their numbers are kept.
+        learned: A position for each taxel.
 
     Raises:
-        MapError: Not as many places as taxels, or a patch with fewer than three placed taxels not in one line.
+        MapError: The numbers of positions and taxels differ, or a patch has fewer than three placed taxels, or
+            collinear ones.
 
     Cost: 70 ms for 1000 taxels.
     """
     if len(learned.points) != len(skin):
         raise MapError(
-            "the learned map is of another skin",
-            value=f"{len(learned.points)} places for {len(skin)} taxels",
+            "the learned map belongs to another skin",
+            value=f"{len(learned.points)} positions for {len(skin)} taxels",
             remedy="Learn from readings of this skin",
         )
     between = _between_patches(skin, learned)
@@ -166,7 +167,7 @@ def learned_tactile_map(skin: Skin, learned: LearnedMap) -> TactileMap:
 
 
 def _mapped(patch: Patch, points: FloatArray, placed: BoolArray) -> tuple[Patch, Chart]:
-    """The patch over the learned triangles, and its chart."""
+    """Return the patch over the learned triangles, and its chart."""
     corners = np.flatnonzero(placed)
     if len(corners) < 3:
         raise MapError(
@@ -193,7 +194,7 @@ def _mapped(patch: Patch, points: FloatArray, placed: BoolArray) -> tuple[Patch,
 
 
 def _on(surface: Mesh, taxels: Taxels, corners: IntArray) -> Taxels:
-    """The taxels, told where they sit on the new surface: ``corners`` (k,) at its vertices, others nearest."""
+    """Return the taxels on the new surface: ``corners`` (k,) at its vertices, others at the closest point."""
     faces, weights, _ = ClosestPoint(surface).query(taxels.positions)
     order = np.argsort(surface.faces.ravel(), kind="stable")
     at = order[np.searchsorted(surface.faces.ravel()[order], np.arange(len(corners)))]
@@ -205,7 +206,7 @@ def _on(surface: Mesh, taxels: Taxels, corners: IntArray) -> Taxels:
 
 
 def _distinct(points: FloatArray) -> tuple[FloatArray, int]:
-    """Points moved on small spirals where several lie on the same place, and how many were."""
+    """Return the points with coinciding ones moved on small spirals, and their number."""
     spacing = float(np.median(cKDTree(points).query(points, 2)[0][:, 1])) or float(np.ptp(points, axis=0).max())
     near = _APART * spacing
     _, place, count = np.unique(np.rint(points / (near or 1.0)), axis=0, return_inverse=True, return_counts=True)
@@ -219,7 +220,7 @@ def _distinct(points: FloatArray) -> tuple[FloatArray, int]:
 def _facing_outwards(
     plane: FloatArray, faces: IntArray, positions: FloatArray, normals: FloatArray
 ) -> tuple[FloatArray, IntArray]:
-    """Plane and faces as they are or mirrored, whichever has more area look along the taxels' normals."""
+    """Return plane and faces, mirrored if more area then faces along the taxels' normals."""
     a, b, c = (positions[faces[:, k]] for k in range(3))
     if (np.cross(b - a, c - a) * normals[faces].sum(axis=1)).sum() >= 0:
         return plane, faces
@@ -227,13 +228,13 @@ def _facing_outwards(
 
 
 def _scale(plane: FloatArray, faces: IntArray, positions: FloatArray) -> float:
-    """How many metres of the body the median side of a triangle has for its length in the plane."""
+    """Return the ratio of the median side of a triangle on the body to that in the plane."""
     on_body, in_plane = (np.linalg.norm(x[faces] - np.roll(x[faces], 1, axis=1), axis=2) for x in (positions, plane))
     return float(np.median(on_body) / np.median(in_plane))
 
 
 def _between_patches(skin: Skin, learned: LearnedMap) -> tuple[Finding, ...]:
-    """How many triangles of the whole learned plane would have corners on two patches."""
+    """Return a finding with the number of triangles of the whole learned plane between patches."""
     taxels = np.flatnonzero(learned.placed)
     if len(skin.patches) < 2 or len(taxels) < 3:
         return ()

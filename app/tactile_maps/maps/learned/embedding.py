@@ -1,9 +1,9 @@
-"""From how unlike taxels are to where they lie: near neighbours, paths between the rest, places that fit.
+"""Embedding of dissimilarities: near neighbours, paths between the rest, and positions that fit.
 
-Classical multidimensional scaling gives places whose scalar products are those that the distances ask for. SMACOF moves
-them until their distances fit the wanted ones best, by a majorant that never overshoots. The neighbour graph keeps the
-distances that can be trusted, those between near neighbours, and gives the rest as paths along them. ``embed`` does all
-of it in a row, island by island.
+Classical multidimensional scaling computes positions whose scalar products match the distances. SMACOF moves them until
+their distances fit the target distances best, by a majorant that never overshoots. The neighbour graph keeps only
+reliable distances, those between near neighbours, and replaces the rest by path lengths. ``embed`` combines all steps,
+island by island.
 """
 
 from __future__ import annotations
@@ -24,14 +24,14 @@ from tactile_maps.geometry.geodesics import all_path_lengths
 
 
 def classical_mds(distances: FloatArray, *, dimensions: int = 2) -> FloatArray:
-    """(n, dimensions) centred points along their principal axes; exact for distances of points in so few dimensions.
+    """Return centred points (n, dimensions) along their principal axes; exact for distances in that dimension.
 
-    Torgerson 1952. Each axis points to where the points reach farther from their mean (by the third moment), so that
-    the same distances give the same points however they are numbered.
+    Torgerson 1952. Each axis points to the side where the points extend farther from their mean (by the third moment),
+    so that the result does not depend on the order of the points.
 
     Args:
         distances: (n, n) symmetric, finite.
-        dimensions: How many; axes that the distances do not fill are zero.
+        dimensions: Number of dimensions; axes that the distances do not fill are zero.
 
     Cost: 0.2 s for 1000 points.
     """
@@ -39,77 +39,66 @@ def classical_mds(distances: FloatArray, *, dimensions: int = 2) -> FloatArray:
     products = -0.5 * distances**2
     products -= products.mean(axis=0)
     products -= products.mean(axis=1, keepdims=True)
-    wanted = min(dimensions, count)
-    values, axes = eigh(products, subset_by_index=[count - wanted, count - 1])
+    used = min(dimensions, count)
+    values, axes = eigh(products, subset_by_index=[count - used, count - 1])
     points = np.zeros((count, dimensions))
-    points[:, :wanted] = (axes * np.sqrt(np.maximum(values, 0.0)))[:, ::-1]
+    points[:, :used] = (axes * np.sqrt(np.maximum(values, 0.0)))[:, ::-1]
     return points * np.where((points**3).sum(axis=0) < 0, -1.0, 1.0)
 
 
-@dataclass(frozen=True, eq=False)
-class SmacofResult:
-    """Points (n, d) and the weighted sum of squared misfits after each round, falling."""
-
-    points: FloatArray
-    losses: tuple[float, ...]
-
-
 def smacof(
-    wanted: FloatArray,
+    distances: FloatArray,
     start: FloatArray,
     *,
     rounds: int = 300,
     tolerance: float = 1e-6,
     progress: Progress = no_progress,
-) -> SmacofResult:
+) -> FloatArray:
     """Minimise  sum_ij w_ij (|x_i - x_j| - d_ij)²  with  w = 1 / d², so that relative errors count alike.
 
     De Leeuw 1977; Borg and Groenen, Modern Multidimensional Scaling, 8.6. Each round is the exact minimum of a
-    quadratic that touches the loss and nowhere lies below it, so the loss never rises. Without the weights the many
-    long distances, which are the least certain, would decide where neighbours lie.
+    quadratic majorant of the loss, so the loss never increases. Without the weights the many long distances, which are
+    the least certain, would dominate the positions of neighbours.
 
     Args:
-        wanted: (n, n) symmetric, > 0 off the diagonal.
-        start: (n, d).
-        rounds: At most.
-        tolerance: Stop when a round lowers the loss by less than this share.
-        progress: Told the share of ``rounds`` done.
+        distances: (n, n) symmetric, > 0 off the diagonal.
+        start: (n, d) initial points.
+        rounds: Largest number of rounds.
+        tolerance: Relative decrease of the loss below which iteration stops.
+        progress: Receives the share of ``rounds`` done.
 
     Cost: 0.1 s once and 20 ms a round for 1000 points.
     """
-    weights = _weights(wanted)
+    weights = np.divide(1.0, distances**2, out=np.zeros_like(distances), where=distances > 0)
     laplacian = np.diag(weights.sum(axis=1)) - weights
-    # Adding a constant to all entries fixes the one direction it leaves free, all points moved alike.
-    inverse = np.linalg.inv(laplacian + laplacian.trace() / len(wanted) ** 2)
+    # A constant added to all entries fixes the remaining degree of freedom, the common translation.
+    inverse = np.linalg.inv(laplacian + laplacian.trace() / len(distances) ** 2)
     points = start - start.mean(axis=0)
-    losses = [np.inf]
+    last = np.inf
     for number in range(rounds):
         apart = cdist(points, points)
-        losses.append(0.5 * float((weights * (apart - wanted) ** 2).sum()))
-        if losses[-2] - losses[-1] <= tolerance * losses[-1]:
+        loss = 0.5 * float((weights * (apart - distances) ** 2).sum())
+        if last - loss <= tolerance * loss:
             break
+        last = loss
         progress("Fitting distances", number / rounds)
-        pull = -weights * np.divide(wanted, apart, out=np.zeros_like(apart), where=apart > 0)
+        pull = -weights * np.divide(distances, apart, out=np.zeros_like(apart), where=apart > 0)
         pull[np.diag_indices_from(pull)] -= pull.sum(axis=1)
         points = inverse @ (pull @ points)
-    return SmacofResult(points, tuple(losses[1:]))
+    return points
 
 
-def _weights(wanted: FloatArray) -> FloatArray:
-    return np.divide(1.0, wanted**2, out=np.zeros_like(wanted), where=wanted > 0)
+def kruskal_stress(points: FloatArray, distances: FloatArray) -> float | None:
+    """Return Kruskal's stress-1 of the points' distances against ``distances`` (n, n), at the best common scale.
 
-
-def kruskal_stress(points: FloatArray, wanted: FloatArray) -> float | None:
-    """Kruskal's stress-1 of the points' distances against ``wanted`` (n, n), at the best common scale.
-
-    None where all points are one: no scale makes that another.
+    None if all points coincide, where no scale exists.
     """
     apart = cdist(points, points)
     square = (apart**2).sum()
     if square == 0:
         return None
-    scale = (apart * wanted).sum() / square
-    return float(np.sqrt(((scale * apart - wanted) ** 2).sum() / (wanted**2).sum()))
+    scale = (apart * distances).sum() / square
+    return float(np.sqrt(((scale * apart - distances) ** 2).sum() / (distances**2).sum()))
 
 
 NEIGHBOURS = 6
@@ -117,9 +106,9 @@ _TIE = 1e-9
 
 
 def knn_graph(distances: FloatArray, *, neighbours: int = NEIGHBOURS) -> csr_matrix:
-    """Sparse symmetric (n, n): each node joined to its nearest ``neighbours``, whichever of the two found the other.
+    """Return a sparse symmetric graph (n, n) that joins each node to its nearest ``neighbours``, in either direction.
 
-    Ties are all taken, so that the graph does not depend on how the nodes are numbered.
+    All ties are included, so that the graph does not depend on the order of the nodes.
 
     Args:
         distances: (n, n) symmetric, >= 0; inf for a pair that must not be joined.
@@ -132,13 +121,13 @@ def knn_graph(distances: FloatArray, *, neighbours: int = NEIGHBOURS) -> csr_mat
     reach = np.partition(apart, place, axis=1)[:, place] if count > 1 else np.full(count, np.inf)
     near = np.isfinite(apart) & (apart <= reach[:, None] * (1 + _TIE))
     i, j = np.nonzero(near | near.T)
-    # A path may not be free: two taxels that always read the same still are two.
+    # Edge lengths must be positive: two taxels with equal readings are still distinct.
     least = _TIE * float(np.max(apart[i, j], initial=0.0)) or _TIE
     return csr_matrix((np.maximum(apart[i, j], least), (i, j)), shape=apart.shape)
 
 
 def connected_islands(graph: csr_matrix) -> list[IntArray]:
-    """Nodes of each connected part, the largest first."""
+    """Return the nodes of each connected component, the largest first."""
     _, label = connected_components(graph, directed=False)
     parts = [np.flatnonzero(label == number) for number in range(label.max(initial=-1) + 1)]
     return sorted(parts, key=lambda part: (-len(part), int(part[0])))
@@ -149,7 +138,7 @@ _GAP = 3.0
 
 @dataclass(frozen=True, eq=False)
 class Embedding:
-    """Points (k, 2), Kruskal's stress-1 against the completed distances, and what was noticed."""
+    """Points (k, 2), Kruskal's stress-1 against the completed distances, and findings."""
 
     points: FloatArray
     stress: float | None
@@ -157,13 +146,13 @@ class Embedding:
 
 
 Embedder = Callable[[FloatArray, Progress], tuple[FloatArray, tuple[Finding, ...]]]
-"""Points (m, 2) for distances (m, m) that all are known, and what was noticed."""
+"""Function from complete distances (m, m) to points (m, 2) and findings."""
 
 
-def embed_in_plane(wanted: FloatArray, progress: Progress) -> tuple[FloatArray, tuple[Finding, ...]]:
-    """Classical scaling to the plane, improved by SMACOF."""
-    start = classical_mds(wanted)
-    return (smacof(wanted, start, progress=progress).points if len(wanted) > 2 else start), ()
+def embed_in_plane(distances: FloatArray, progress: Progress) -> tuple[FloatArray, tuple[Finding, ...]]:
+    """Embed by classical scaling to the plane, improved by SMACOF."""
+    start = classical_mds(distances)
+    return (smacof(distances, start, progress=progress) if len(distances) > 2 else start), ()
 
 
 def embed(
@@ -173,17 +162,17 @@ def embed(
     lay: Embedder = embed_in_plane,
     progress: Progress = no_progress,
 ) -> Embedding:
-    """Isomap's way (Tenenbaum, de Silva and Langford 2000), with SMACOF in the place of its last step.
+    """Embed taxels like Isomap (Tenenbaum, de Silva and Langford 2000), with SMACOF instead of its last step.
 
-    Two taxels that are never touched together are equally unlike whether near or far, so only near neighbours are
-    believed; longer distances are paths between them. Taxels with no path between them, as those of two hands that
-    never touch, are islands: nothing is known of their distance, so they are laid side by side, and a finding says so.
+    Two taxels that are never touched together are equally dissimilar whether near or far, so only near neighbours are
+    used; longer distances are paths between them. Taxels without a path between them, as those of two hands that never
+    touch, are islands: their distance is unknown, so they are placed side by side, and a finding reports it.
 
     Args:
-        unlike: (k, k) symmetric, >= 0; inf for a pair of which nothing is known.
-        neighbours: How many each taxel is believed to have.
-        lay: How an island is flattened once all its distances are known.
-        progress: Told how far it is.
+        unlike: (k, k) dissimilarities, symmetric, >= 0; inf if unknown.
+        neighbours: Number of near neighbours of each taxel.
+        lay: Embeds an island once all its distances are known.
+        progress: Receives the progress.
 
     Cost: 30 ms for 250 taxels, 0.5 s for 1000, with an idle processor.
     """
@@ -195,10 +184,10 @@ def embed(
     findings = island_findings(parts)
     losses: list[float | None] = []
     for part in parts:
-        wanted = lengths[np.ix_(part, part)]
-        points[part], notes = lay(wanted, progress)
+        distances = lengths[np.ix_(part, part)]
+        points[part], notes = lay(distances, progress)
         findings += notes
-        losses.append(kruskal_stress(points[part], wanted) if len(part) > 2 else 0.0)
+        losses.append(kruskal_stress(points[part], distances) if len(part) > 2 else 0.0)
     known = [loss for loss in losses if loss is not None]
     weights = [len(part) for part in parts]
     stress = float(np.average(known, weights=weights)) if len(known) == len(losses) else None
@@ -206,7 +195,7 @@ def embed(
 
 
 def lay_side_by_side(points: FloatArray, parts: list[IntArray], gap: float) -> FloatArray:
-    """Each part moved to the right of those before."""
+    """Move each part to the right of the previous ones."""
     moved = points.copy()
     right = 0.0
     for part in parts:

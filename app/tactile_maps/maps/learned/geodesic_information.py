@@ -1,16 +1,15 @@
-"""The geodesic information map: taxels placed in space first, as a body is, and flattened from there.
+"""Geodesic information map: taxels are embedded in three dimensions, like a body, and flattened from there.
 
 McGregor, Polani and Dautenhahn's ANISOMAP (PLoS ONE 6(11), 2011) reconstructs a tactile surface in three dimensions
-from information alone, by a scaling of Isomap's kind that withstands sensor failure. Its exact steps are not known
-here; this is a map of the same kind, not a copy of theirs: (1) information distance between taxels; (2) near neighbours
-joined, each distance in units of what is near for its two ends, so that a taxel which tells little (touched less, at a
-border, on a coarse part) is not pushed away; (3) paths; (4) scaling to three dimensions. Ours is the last step: (5) a
-surface through the points, cut where it must be and flattened as a body's is.
+from information alone, by a scaling like Isomap's that tolerates sensor failure. Its exact steps are not known here, so
+this is a similar method, not a copy: (1) information distance between taxels; (2) edges between near neighbours, each
+distance relative to the local spacing of its two ends, so that a taxel with little information (touched less, at a
+border, on a coarse part) is not pushed away; (3) paths; (4) scaling to three dimensions. The last step is new: (5) a
+surface through the points, cut where necessary and flattened like that of a body.
 
-Three dimensions first, because bodies are closed: in the plane a tube must be crushed at once. In space it is a tube,
-which can be cut and unrolled. Distances alone cannot open it: they say that both sides of a seam are neighbours, and a
-plane has no room for that. A surface says where it is closed, and the geometric maps know how to cut it. Of 250 taxels
-on a tube the plane keeps half of the neighbours, this way four fifths.
+Three dimensions are needed because bodies are closed: the plane has no room for a tube, whose two sides of a seam are
+neighbours. In space the surface is a tube, which can be cut and unrolled like a geometric map. Of 250 taxels on a tube
+the direct embedding in the plane keeps half of the neighbours, this method four fifths.
 """
 
 from __future__ import annotations
@@ -35,27 +34,27 @@ from tactile_maps.maps.learned.readings import detect_touch
 from tactile_maps.skin.reconstruction.triangulation import triangulate
 
 _LARGEST_HOLE = 8
-"""A hole with no more sides is an accident of the triangles, not an end of the body."""
+"""Number of sides up to which a hole is an artefact of the triangulation, not an end of the body."""
 _LEAST_COVERED = 0.8
 _AROUND = 3
 
 
 @dataclass(frozen=True, eq=False)
 class FlattenedCloud:
-    """Points (m, 2) in the unit of the cloud, and what was noticed."""
+    """Flattened points (m, 2) in the unit of the cloud, and findings."""
 
     points: FloatArray
     findings: tuple[Finding, ...]
 
 
 def flatten_point_cloud(cloud: FloatArray) -> FlattenedCloud:
-    """Lay a cloud flat; a point on a seam takes one of its two places.
+    """Flatten a point cloud; a point on a seam gets one of its two positions.
 
     Args:
-        cloud: (m, 3) points on something like a surface.
+        cloud: (m, 3) points close to a surface.
 
     Raises:
-        MapError: No surface goes through four fifths of the points, or it cannot be flattened.
+        MapError: No surface contains four fifths of the points, or it cannot be flattened.
 
     Cost: 0.1 s for 250 points.
     """
@@ -69,18 +68,18 @@ def flatten_point_cloud(cloud: FloatArray) -> FlattenedCloud:
         action = "closed surface; cut along an additional seam"
         notes.append(Finding("opened", "learned surface", action, len(chart.seams)))
     points = np.zeros((len(cloud), 2))
-    # Backwards, so that of two places the first is written last, and stays.
+    # In reverse order, so that the first of two positions is kept.
     points[on_surface[chart.vertex_of[::-1]]] = chart.plane[::-1]
-    beside = np.setdiff1d(np.arange(len(cloud)), on_surface)
-    if beside.size:
-        points[beside] = _means_of_nearest(cloud[beside], cloud[on_surface], points[on_surface])
+    remaining = np.setdiff1d(np.arange(len(cloud)), on_surface)
+    if remaining.size:
+        points[remaining] = _means_of_nearest(cloud[remaining], cloud[on_surface], points[on_surface])
         action = "placed between their nearest neighbours on the surface"
-        notes.append(Finding("taxels-beside-surface", "learned surface", action, int(beside.size)))
+        notes.append(Finding("taxels-beside-surface", "learned surface", action, int(remaining.size)))
     return FlattenedCloud(points, tuple(notes))
 
 
 def _surface(cloud: FloatArray) -> tuple[IntArray, IntArray]:
-    """The largest piece of a surface through the cloud: faces (f, 3) into the points (k,) that are on it."""
+    """Return the largest component of a surface through the cloud: faces (f, 3) over points (k,), and these points."""
     faces = triangulate(cloud, where="learned surface").mesh.faces
     piece = Connectivity(faces).components if len(faces) else np.zeros(0, dtype=np.int64)
     largest = faces[piece == np.bincount(piece).argmax()] if len(faces) else faces
@@ -93,9 +92,9 @@ def _surface(cloud: FloatArray) -> tuple[IntArray, IntArray]:
 
 
 def without_small_holes(faces: IntArray) -> IntArray:
-    """The faces with each hole of few sides closed by a fan, where one fits; the longest border is no hole.
+    """Close each hole of few sides by a fan if one fits; the longest border is not a hole.
 
-    A cut goes to every hole, and each would tear neighbours apart for nothing.
+    A cut would go to every hole and separate neighbours unnecessarily.
 
     Args:
         faces: (m, 3) manifold and oriented.
@@ -124,7 +123,7 @@ NAME = "geodesic-information"
 
 
 def build(readings: FloatArray, *, seed: int = 0, progress: Progress = no_progress) -> LearnedMap:
-    """See ``Builder``. There is no chance in it. Cost: 0.2 s for 250 taxels and 3000 touches, 2 s for 1000."""
+    """Build a map, see ``Builder``; deterministic. Cost: 0.2 s for 250 taxels and 3000 touches, 2 s for 1000."""
     started = time.perf_counter()
     progress("Comparing taxels", 0.0)
     touch = detect_touch(readings)
@@ -134,26 +133,26 @@ def build(readings: FloatArray, *, seed: int = 0, progress: Progress = no_progre
     return LearnedMap(points, known, NAME, time.perf_counter() - started, placed.stress, findings)
 
 
-def embed_through_space(wanted: FloatArray, progress: Progress) -> tuple[FloatArray, tuple[Finding, ...]]:
-    """Places (m, 2) for distances (m, m) by way of space; straight in the plane where no surface shows there."""
+def embed_through_space(distances: FloatArray, progress: Progress) -> tuple[FloatArray, tuple[Finding, ...]]:
+    """Embed distances (m, m) through three dimensions, or directly in the plane if no surface is found."""
     try:
-        opened = flatten_point_cloud(embed_in_space(wanted, progress=progress))
+        opened = flatten_point_cloud(embed_in_space(distances, progress=progress))
     except MapError as error:
-        points, _ = embed_in_plane(wanted, progress)
+        points, _ = embed_in_plane(distances, progress)
         return points, (Finding("no-learned-surface", NAME, f"{error.problem}; embedded in the plane directly"),)
     return opened.points, opened.findings
 
 
-def embed_in_space(wanted: FloatArray, *, progress: Progress = no_progress) -> FloatArray:
-    """(m, 3) points for distances (m, m) that all are known."""
-    return smacof(wanted, classical_mds(wanted, dimensions=3), progress=progress).points
+def embed_in_space(distances: FloatArray, *, progress: Progress = no_progress) -> FloatArray:
+    """Return points (m, 3) for complete distances (m, m)."""
+    return smacof(distances, classical_mds(distances, dimensions=3), progress=progress)
 
 
 def locally_scaled(unlike: FloatArray, *, neighbours: int = NEIGHBOURS) -> FloatArray:
-    """(k, k) each distance divided by the geometric mean of what its two ends have for near.
+    """Divide each distance (k, k) by the geometric mean of the local spacings of its two ends.
 
-    Zelnik-Manor and Perona 2004. Near is the distance to the neighbour of rank ``neighbours``, or the
-    farthest known where a taxel has fewer.
+    Zelnik-Manor and Perona 2004. The local spacing is the distance to the neighbour of rank ``neighbours``, or the
+    largest known distance of a taxel with fewer.
     """
     known = np.where(np.isfinite(unlike), unlike, np.nan)
     np.fill_diagonal(known, np.nan)

@@ -1,10 +1,10 @@
-"""Taxels placed by correlation over recorded human touch.
+"""Human touch map: taxels are placed by correlation over recorded human touch.
 
 After Noda, Miyashita, Ishiguro and Hagita (Robotics: Science and Systems 2008), whose robot with a soft skin is stroked
 and patted by people: the cross-correlation of all pairs of sensors gives a somatosensory map by multidimensional
-scaling. A stroke reaches a taxel's neighbour a moment later, so the highest correlation within a few readings counts,
-at once or with one ahead of the other. Scaled directly, all pairs beyond a contact's reach would be equally far; so
-distances are completed along paths first.
+scaling. A stroke reaches a taxel's neighbour a moment later, so the highest correlation within a few readings is used,
+simultaneous or with either one ahead. Scaled directly, all pairs beyond the reach of a contact would be equally
+distant, so distances are completed along paths first.
 """
 
 from __future__ import annotations
@@ -24,10 +24,10 @@ _ROUNDING = 1e-12
 
 
 def cross_correlation(first: csr_matrix, second: csr_matrix, *, lag: int = 0) -> FloatArray:
-    """(n, n) Pearson correlation of each column of ``first`` with each of ``second``, ``lag`` rows later.
+    """Return the Pearson correlation (n, n) of each column of ``first`` with each of ``second``, ``lag`` rows later.
 
-    Means and deviations are those of all rows, so a lag loses nothing but its ``lag`` products. A column that never
-    changes correlates with nothing: 0.
+    Means and deviations are those of all rows, so a lag only drops ``lag`` products. A constant column has correlation
+    0.
 
     Args:
         first: Sparse (t, n).
@@ -45,23 +45,23 @@ def cross_correlation(first: csr_matrix, second: csr_matrix, *, lag: int = 0) ->
 def _moments(values: csr_matrix) -> tuple[FloatArray, FloatArray]:
     mean = np.asarray(values.mean(axis=0)).ravel()
     variance = np.asarray(values.multiply(values).mean(axis=0)).ravel() - mean**2
-    # What rounding leaves of a column that never changes is no deviation.
+    # The rounding error of a constant column is not a deviation.
     return mean, np.sqrt(np.where(variance > _ROUNDING * mean**2, variance, 0.0))
 
 
 NAME = "human-touch"
 LAGS = 2
-"""Readings by which one taxel may be ahead of another."""
+"""Largest lag between two taxels, in readings."""
 
 
 def build(readings: FloatArray, *, seed: int = 0, progress: Progress = no_progress, lags: int = LAGS) -> LearnedMap:
-    """See ``Builder``; made for strokes, evenly sampled in time. There is no chance in it.
+    """Build a map, see ``Builder``; for strokes, evenly sampled in time. Deterministic.
 
     Args:
-        readings: As in ``Builder``.
-        seed: As in ``Builder``.
-        progress: As in ``Builder``.
-        lags: Readings by which one taxel may be ahead of another, >= 0.
+        readings: See ``Builder``.
+        seed: See ``Builder``.
+        progress: See ``Builder``.
+        lags: Largest lag between two taxels, in readings, >= 0.
     """
     started = time.perf_counter()
     progress("Comparing taxels", 0.0)
@@ -73,12 +73,12 @@ def build(readings: FloatArray, *, seed: int = 0, progress: Progress = no_progre
 
 
 def dissimilarity(touch: TouchReadings, *, lags: int) -> FloatArray:
-    """(k, k) root of 2 (1 - correlation), the distance of normed signals; inf for pairs never touched together."""
+    """Return the root (k, k) of 2 (1 - correlation), the distance of normalised signals; inf if unknown."""
     pressures = touch.pressures
     likeness = np.zeros((len(touch.taxels),) * 2)
     for lag in range(lags + 1):
         ahead = cross_correlation(pressures, pressures, lag=lag)
         likeness = np.maximum(likeness, np.maximum(ahead, ahead.T))
     unlike = np.sqrt(2 * np.maximum(1 - likeness, 0.0))
-    # Of 300 pokes some pairs coincide with a lag by chance and on no other ground.
+    # With 300 pokes some pairs coincide at a lag by pure chance.
     return np.where(touch.together, unlike, np.inf)

@@ -1,8 +1,8 @@
-"""Sensoritopic maps: taxels placed by the information distance, by how much each tells of the other.
+"""Sensoritopic maps: taxels are placed by their information distance.
 
 Olsson, Nehaniv and Polani (Connection Science 2006) place sensors by relaxing springs as long as their information
-distances. Two taxels that no contact reaches together tell each other nothing, whether near or far: their distances are
-all the same, and relaxation crowds the taxels on a ball. Here distances beyond the near neighbours are completed along
+distances. Two taxels that no contact reaches together have no mutual information, whether near or far: their distances
+are all equal, and relaxation crowds the taxels on a ball. Here distances beyond the near neighbours are completed along
 paths, and the relaxation is SMACOF, which finds the same equilibrium without a step size.
 """
 
@@ -21,15 +21,15 @@ from tactile_maps.maps.learned.readings import TouchReadings, detect_touch
 
 
 def adaptive_levels(pressures: csr_matrix, *, bins: int) -> csr_matrix:
-    """Sparse (t, n) integers: each taxel's readings in ``bins`` levels, 0 at rest, touches equally often 1, 2, ...
+    """Return sparse levels (t, n) of ``bins``: 0 at rest, then equally frequent levels 1, 2, ... of touches.
 
-    Equally frequent levels are Olsson, Polani and Nehaniv's adaptive binning (2006), which fits the levels to what a
-    sensor meets. A taxel is at rest nearly always, and equal frequency over everything would spend nearly all levels
-    on noise; so rest is a level of its own, and only touches are divided. The window is the whole recording.
+    Equally frequent levels are Olsson, Polani and Nehaniv's adaptive binning (2006), which adapts the levels to a
+    sensor's inputs. A taxel is at rest nearly always, so equal frequency over everything would use nearly all levels
+    for noise. Rest is therefore a level of its own, and only touches are divided. The window is the whole recording.
 
     Args:
         pressures: Sparse (t, n) [Pa], zero at rest.
-        bins: Levels in all, at least 2.
+        bins: Number of levels, at least 2.
     """
     columns = pressures.tocsc()
     columns.sort_indices()
@@ -44,16 +44,16 @@ def adaptive_levels(pressures: csr_matrix, *, bins: int) -> csr_matrix:
 
 
 def information_distance(levels: csr_matrix, *, bins: int) -> FloatArray:
-    """(n, n) in [0, 1]: (H(X|Y) + H(Y|X)) / H(X, Y), the normed information metric (Crutchfield 1990).
+    """Return (n, n) in [0, 1]: (H(X|Y) + H(Y|X)) / H(X, Y), the normalised information metric (Crutchfield 1990).
 
-    Zero if each tells all of the other, one if they tell nothing. Normed, since a taxel that is touched less often has
-    less entropy and would seem near to everything.
+    Zero if each determines the other, one if they are independent. Normalised because a taxel that is touched less
+    often has less entropy and would seem close to everything.
 
     Args:
         levels: Sparse (t, n) with levels 0 (not stored) to ``bins`` - 1.
-        bins: Levels in all.
+        bins: Number of levels.
 
-    Cost: counts are sparse products; 3000 touches of 1000 taxels take 0.5 s.
+    Cost: counts are sparse products; 0.5 s for 3000 touches of 1000 taxels.
     """
     moments, count = levels.shape
     one_hot = [csr_matrix(levels == level, dtype=np.float64) for level in range(1, bins)]
@@ -78,7 +78,7 @@ def information_distance(levels: csr_matrix, *, bins: int) -> FloatArray:
 
 
 def _information(counts: FloatArray, total: int) -> FloatArray:
-    """-p log2 p of p = counts / total [bit]."""
+    """Return -p log2 p for p = counts / total [bit]."""
     share = np.asarray(counts, dtype=np.float64) / total
     return -share * np.log2(np.where(share > 0, share, 1.0))
 
@@ -88,7 +88,7 @@ BINS = 5
 
 
 def build(readings: FloatArray, *, seed: int = 0, progress: Progress = no_progress) -> LearnedMap:
-    """See ``Builder``. There is no chance in it. Cost: 0.05 s for 250 taxels and 3000 touches, 1 s for 1000."""
+    """Build a map, see ``Builder``; deterministic. Cost: 0.05 s for 250 taxels and 3000 touches, 1 s for 1000."""
     started = time.perf_counter()
     progress("Comparing taxels", 0.0)
     touch = detect_touch(readings)
@@ -99,6 +99,6 @@ def build(readings: FloatArray, *, seed: int = 0, progress: Progress = no_progre
 
 
 def dissimilarity(touch: TouchReadings) -> FloatArray:
-    """(k, k) information distance; inf for pairs never touched at the same time, of which nothing is known."""
+    """Return the information distance (k, k); inf for pairs never touched at the same time."""
     distance = information_distance(adaptive_levels(touch.pressures, bins=BINS), bins=BINS)
     return np.where(touch.together, distance, np.inf)

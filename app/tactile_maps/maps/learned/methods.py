@@ -1,4 +1,4 @@
-"""The builders by name."""
+"""Table of the builders."""
 
 from __future__ import annotations
 
@@ -15,4 +15,4 @@ LEARNING_METHODS: dict[str, Builder] = {
     module.NAME: module.build
     for module in (information_distance, geodesic_information, temporal_correlation, human_touch, self_organising)
 }
-"""All ways to learn a map from touch; each takes readings and gives a ``LearnedMap``."""
+"""Methods of learning a map from touch; each takes readings and returns a ``LearnedMap``."""

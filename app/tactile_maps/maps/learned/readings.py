@@ -1,4 +1,4 @@
-"""Readings made fit to learn from: noise told from touch, taxels that felt nothing named."""
+"""Preparation of readings for learning: noise is separated from touch, and taxels never touched are reported."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ from tactile_maps.core.arrays import BoolArray, FloatArray, IntArray, freeze_arr
 from tactile_maps.core.errors import Finding, MapError
 
 _SIGMAS = 5.0
-"""Touch begins so many standard deviations above rest: noise alone gets there 3 times in ten million readings."""
+"""Threshold of touch in standard deviations above rest: noise exceeds it 3 times in ten million readings."""
 _NAMED = 12
 
 
 @dataclass(frozen=True, eq=False)
 class TouchReadings:
-    """What was felt.
+    """Readings of touched taxels.
 
     Attributes:
-        pressures: Sparse (t, k) [Pa]: readings that are touch, of the taxels that felt any.
-        taxels: (k,) which taxels they are.
-        count: How many taxels there are in all.
-        findings: Names those that felt nothing.
+        pressures: Sparse (t, k) [Pa]: readings above the noise, of taxels that were touched.
+        taxels: (k,) numbers of these taxels.
+        count: Number of all taxels.
+        findings: Names taxels that were never touched.
     """
 
     pressures: csr_matrix
@@ -38,15 +38,15 @@ class TouchReadings:
     def together(self) -> BoolArray:
         """(k, k) whether two taxels are touched at the same time more often than by chance.
 
-        Only of such pairs can nearness be learned: two that keep out of each other's way, as the ends of a small sheet
-        under a large finger do, tell much of each other and are far.
+        Proximity can be learned only for such pairs. Two taxels that are never touched together, like the ends of a
+        small sheet under a large finger, have much mutual information and are distant.
         """
         touched = (self.pressures > 0).astype(np.float64)
         alone = np.asarray(touched.sum(axis=0)).ravel()
         return (touched.T @ touched).toarray() * touched.shape[0] > np.outer(alone, alone)
 
     def everywhere(self, points: FloatArray) -> tuple[FloatArray, BoolArray]:
-        """Points (n, 2) of all taxels from those (k, 2) of the felt, the others in the middle; and which are placed."""
+        """Return points (n, 2) of all taxels from those (k, 2) of touched ones, others at the mean, and a mask (n,)."""
         full = np.tile(points.mean(axis=0), (self.count, 1))
         placed = np.zeros(self.count, dtype=bool)
         full[self.taxels] = points
@@ -55,24 +55,24 @@ class TouchReadings:
 
 
 def detect_touch(readings: FloatArray) -> TouchReadings:
-    """Tell touch from rest.
+    """Separate touch from rest.
 
-    Pressure is never negative, so what lies below zero is noise alone; its mean square is the noise's. This holds
-    however often a taxel is touched, which a median does not.
+    Pressure is never negative, so readings below zero are noise, and their mean square is that of the noise. Unlike a
+    median, this holds however often a taxel is touched.
 
     Args:
         readings: (t, n) [Pa].
 
     Raises:
-        MapError: Not such an array, not finite, or fewer than three taxels felt anything.
+        MapError: The readings are not a finite table, or fewer than three taxels were touched.
     """
     values = np.asarray(readings, dtype=np.float64)
     if values.ndim != 2 or not np.isfinite(values).all():
-        raise MapError("readings must be a table of finite numbers, one row a moment", value=values.shape)
+        raise MapError("readings must be a table of finite numbers with one row per time", value=values.shape)
     below = values[values < 0]
     threshold = _SIGMAS * float(np.sqrt(np.mean(below**2))) if below.size else 0.0
     touch = np.where(values > threshold, values, 0.0)
-    # A reading that exceeds the noise once in the whole recording is what noise does; more than once it does not.
+    # Noise can exceed the threshold once in a recording, but hardly more than once.
     alive = (touch > 0).sum(axis=0) > (1 if threshold else 0)
     taxels = np.flatnonzero(alive)
     if len(taxels) < 3:

@@ -1,9 +1,10 @@
-"""Taxels placed on a sheet of units that organises itself (Kohonen 1982).
+"""Self-organising map: taxels are placed on a sheet of units (Kohonen 1982).
 
-Each unit of a square sheet has a wanted contact, one number a taxel. Each touch is claimed by the unit that wants it
-most, and pulls it and its neighbours on the sheet towards itself; the neighbourhood shrinks from a good part of the
-sheet to one unit. A taxel then lies where the units that want it are. All touches of a round pull at once (Kohonen's
-batch map, 2013): a few dozen rounds instead of many thousand steps, and no learning rate to choose.
+Each unit of a square sheet has a prototype contact, one number per taxel. Each touch is assigned to the unit with the
+most similar prototype and pulls the prototypes of that unit and its neighbours on the sheet towards itself; the
+neighbourhood shrinks from a large part of the sheet to one unit. The position of a taxel is the mean of the units
+weighted by their prototypes. All touches of a round are applied at once (Kohonen's batch map, 2013): a few dozen rounds
+instead of many thousand steps, and no learning rate.
 """
 
 from __future__ import annotations
@@ -31,12 +32,12 @@ _GAP = 2.0
 
 
 def build(readings: FloatArray, *, seed: int = 0, progress: Progress = no_progress, side: int = SIDE) -> LearnedMap:
-    """See ``Builder``; there is no chance in it.
+    """Build a map, see ``Builder``; deterministic.
 
     Args:
-        readings: As in ``Builder``.
-        seed: As in ``Builder``.
-        progress: As in ``Builder``.
+        readings: See ``Builder``.
+        seed: See ``Builder``.
+        progress: See ``Builder``.
         side: Units along each side of the sheet.
 
     Cost: 0.4 s for 3000 touches of 250 taxels.
@@ -54,19 +55,19 @@ def build(readings: FloatArray, *, seed: int = 0, progress: Progress = no_progre
 
 
 def _islands(touch: TouchReadings) -> list[IntArray]:
-    """Taxels that touch joins, each part for a sheet of its own: on one sheet a small part is pushed into a corner."""
+    """Return connected taxels, one sheet for each part: on a common sheet a small part is pushed into a corner."""
     likeness = _likeness(touch.pressures)
     return connected_islands(knn_graph(np.where(touch.together, 1 - likeness, np.inf)))
 
 
 def _likeness(pressures: csr_matrix) -> FloatArray:
-    """(k, k) cosine between taxels."""
+    """Return the cosine similarity (k, k) between taxels."""
     products = (pressures.T @ pressures).toarray()
     return products / np.sqrt(np.outer(products.diagonal(), products.diagonal()))
 
 
 def _placed(contacts: csr_matrix, side: int, progress: Progress) -> FloatArray:
-    """(m, 2) where the units that want each taxel are, in the mean."""
+    """Return the mean position (m, 2) of the units weighted by their prototype of each taxel."""
     count = contacts.shape[1]
     if count < 3:
         return np.stack([np.arange(count), np.zeros(count)], axis=1)
@@ -75,12 +76,12 @@ def _placed(contacts: csr_matrix, side: int, progress: Progress) -> FloatArray:
 
 
 def train_batch_som(contacts: csr_matrix, *, side: int, progress: Progress = no_progress) -> FloatArray:
-    """(side², k) what each unit wants after all rounds, >= 0.
+    """Return the prototypes (side², k) of all units after training, >= 0.
 
     Args:
         contacts: Sparse (t, k) with rows of length 1.
         side: Units along each side.
-        progress: Told the share of rounds done.
+        progress: Receives the share of rounds done.
     """
     sheet = _sheet(side)
     squared = ((sheet[:, None] - sheet[None]) ** 2).sum(axis=-1)
@@ -97,11 +98,11 @@ def train_batch_som(contacts: csr_matrix, *, side: int, progress: Progress = no_
 
 
 def _initial_units(contacts: csr_matrix, sheet: FloatArray) -> FloatArray:
-    """(side², k) where all want nearly the same, but lean along the two slowest modes of touch spreading over taxels.
+    """Return initial prototypes (side², k): nearly equal, graded along the two slowest modes of touch diffusion.
 
-    From random weights the sheet often folds for good (of 250 taxels after 3000 touches 0.6 to 0.8 of the neighbours
-    are kept, instead of 0.86). The modes are those of a random walk from taxel to taxel by co-activation, Belkin and
-    Niyogi's eigenmaps (2003): low waves over the skin, which a plane sheet can follow.
+    From random weights the sheet often stays folded (of 250 taxels after 3000 touches 0.6 to 0.8 of the neighbours are
+    kept, instead of 0.86). The modes are those of a random walk between taxels by co-activation, Belkin and Niyogi's
+    eigenmaps (2003): low-frequency waves over the skin, which a flat sheet can follow.
     """
     likeness = _likeness(contacts)
     root = np.sqrt(likeness.sum(axis=1))
@@ -113,13 +114,13 @@ def _initial_units(contacts: csr_matrix, sheet: FloatArray) -> FloatArray:
 
 
 def _sheet(side: int) -> FloatArray:
-    """(side², 2) where the units are, their spacing 1, their middle at zero."""
+    """Return the positions (side², 2) of the units, centred, with a spacing of 1."""
     along = np.arange(side) - 0.5 * (side - 1)
     return np.stack(np.meshgrid(along, along, indexing="ij"), axis=-1).reshape(-1, 2)
 
 
 def _normed(pressures: csr_matrix) -> csr_matrix:
-    """Rows with a touch, each of length 1: how hard it was does not matter."""
+    """Return rows with a touch, normalised to length 1 so that the pressure does not matter."""
     length = np.sqrt(np.asarray(pressures.multiply(pressures).sum(axis=1)).ravel())
     touched = length > 0
     return (diags(1 / length[touched]) @ pressures[touched]).tocsr()

@@ -1,9 +1,9 @@
-"""Taxels placed by coincidence in time: those that feel the same shortly after each other lie near each other.
+"""Temporal correlation map: taxels that are touched shortly after each other are placed close together.
 
-After Kuniyoshi and colleagues, whose simulated infants grow body maps from such coincidences. Each taxel leaves a trace
-that fades, z <- (1 - 1/T) z + y; what fires while a trace lasts is coupled to it, c_ij <- c_ij + r (y_i z_j - c_ij).
-Over a recording with a slow rate r that is the mean of y_i z_j, which is computed here at once. For blurred contacts
-the coupling falls with distance like a Gaussian, so the root of minus its logarithm is taken for the distance.
+After Kuniyoshi and colleagues, whose simulated infants develop body maps from such coincidences. Each taxel leaves a
+trace that fades, z <- (1 - 1/T) z + y; activity during a trace is coupled to it, c_ij <- c_ij + r (y_i z_j - c_ij).
+Over a recording with a small rate r this is the mean of y_i z_j, which is computed here at once. For blurred contacts
+the coupling decreases with distance like a Gaussian, so the root of minus its logarithm is used as the distance.
 """
 
 from __future__ import annotations
@@ -21,20 +21,20 @@ from tactile_maps.maps.learned.readings import TouchReadings, detect_touch
 
 NAME = "temporal-correlation"
 FADING = 3.0
-"""Readings in which a trace fades to a third."""
+"""Number of readings in which a trace fades to 1/e."""
 _FORGOTTEN = 1e-3
 
 
 def build(
     readings: FloatArray, *, seed: int = 0, progress: Progress = no_progress, fading: float = FADING
 ) -> LearnedMap:
-    """See ``Builder``; readings must be evenly spaced in time. There is no chance in it.
+    """Build a map, see ``Builder``; readings must be evenly spaced in time. Deterministic.
 
     Args:
-        readings: As in ``Builder``.
-        seed: As in ``Builder``.
-        progress: As in ``Builder``.
-        fading: Readings in which a trace falls to 1/e, >= 1; 1 is no memory.
+        readings: See ``Builder``.
+        seed: See ``Builder``.
+        progress: See ``Builder``.
+        fading: Number of readings in which a trace fades to 1/e, >= 1; 1 is no memory.
     """
     started = time.perf_counter()
     progress("Comparing taxels", 0.0)
@@ -46,7 +46,7 @@ def build(
 
 
 def dissimilarity(touch: TouchReadings, *, fading: float) -> FloatArray:
-    """(k, k) root of minus the logarithm of the coupling, normed to 1 with oneself; inf where there is none."""
+    """Return the root (k, k) of minus the logarithm of the normalised coupling; inf without coupling."""
     pressures = touch.pressures
     coupling = (pressures.T @ traces(pressures, fading=fading)).toarray()
     coupling = 0.5 * (coupling + coupling.T)
@@ -57,7 +57,7 @@ def dissimilarity(touch: TouchReadings, *, fading: float) -> FloatArray:
 
 
 def traces(pressures: csr_matrix, *, fading: float) -> csr_matrix:
-    """Sparse (t, k): what is left of each taxel's readings; what has faded to a thousandth of its peak is forgotten."""
+    """Return sparse traces (t, k) of each taxel's readings, cut off at a thousandth of their peak."""
     from scipy.signal import lfilter  # with scipy.stats 0.3 s to import, and few learn a map
 
     left = np.exp(-1.0 / fading) if fading > 1 else 0.0

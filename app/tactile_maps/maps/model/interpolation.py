@@ -1,10 +1,10 @@
-"""Pressure between taxels: four ways from the taxels of a patch to any point of its map, each one sparse matrix.
+"""Interpolation of pressure between taxels: four methods, each a sparse matrix from the taxels of a patch to points.
 
-``TaxelTriangles`` is what they share: the taxels of a patch joined by triangles, without those that would bridge a gap,
-and what holds beyond their border. Then the methods, all with the same signature: ``barycentric`` (linear between the
-three taxels around a point; the default), ``nearest``, ``natural_neighbour`` (each taxel counts by the area that a
-point would take from the taxel's Voronoi cell) and ``thin_plate`` (around each taxel the smoothest surface through its
-neighbours, blended from taxel to taxel). ``interpolation_weights`` applies one of them to a whole map, patch by patch.
+``TaxelTriangles`` is shared by all: the triangulated taxels of a patch, without triangles that would bridge a gap, and
+the extrapolation beyond their border. The methods have one signature: ``barycentric`` (linear between the three taxels
+around a point; the default), ``nearest``, ``natural_neighbour`` (a taxel is weighted by the area that the point would
+take from its Voronoi cell) and ``thin_plate`` (around each taxel the smoothest surface through its neighbours, blended
+between taxels). ``interpolation_weights`` applies one of them to a whole map, patch by patch.
 """
 
 from __future__ import annotations
@@ -24,22 +24,23 @@ from tactile_maps.geometry.surface.point_location import PointLocator
 from tactile_maps.maps.model.tactile_map import TactileMap
 
 LONGEST_SIDE = 2.5
-"""Triangles with a side longer than so many median spacings bridge a gap and are left out."""
+"""Longest side of a triangle, in median spacings; longer triangles bridge a gap and are dropped."""
 _THINNEST_TRIANGLE = 1e-4
-"""A triangle with less height for its longest side counts as a line: what lies in it is taken from beside it."""
+"""Height over longest side below which a triangle counts as a line; points in it are extrapolated from its
+neighbours."""
 _NEAR_SIDES = 6
 _CHUNK = 32768
 
 
 class TaxelTriangles:
-    """Delaunay triangles of a patch's taxels, without those that bridge a gap. Built once, asked often.
+    """Delaunay triangles of a patch's taxels, without those that bridge a gap. Built once, queried often.
 
     Args:
         sites: (n, 2) map points of the taxels, at least one [m].
 
     Attributes:
-        sites: The same.
-        faces: (t, 3) taxels, counter-clockwise; none where all lie in one line.
+        sites: (n, 2) map points of the taxels [m].
+        faces: (t, 3) taxels, counter-clockwise; none if all are collinear.
         beyond: (t, 3) the triangle across the side opposite each corner, or -1 at the border.
 
     Cost: 5 ms for 1000 taxels.
@@ -57,13 +58,13 @@ class TaxelTriangles:
         self._middles = cKDTree(self.sites[self._sides].mean(axis=1))
 
     def locate(self, points: FloatArray) -> tuple[IntArray, FloatArray]:
-        """The triangle (k,) that holds each of ``points`` (k, 2), or -1, and the weights (k, 3) of its corners."""
+        """Return the triangle (k,) that contains each of ``points`` (k, 2), or -1, and the weights (k, 3) in it."""
         return self._locator.query(points)
 
-    def beside(self, points: FloatArray) -> csr_matrix:
-        """Sparse (k, n): the value at the nearest place on the border, between the two taxels of its side.
+    def beyond_border(self, points: FloatArray) -> csr_matrix:
+        """Return sparse weights (k, n) of the closest border point, between the two taxels of its side.
 
-        Beyond the triangles (a patch's rim, a gap too wide to bridge) no taxel lies around a point to tell more.
+        Used outside the triangles (the rim of a patch, a gap too wide to bridge), where taxels are on one side only.
         """
         near = min(_NEAR_SIDES, len(self._sides))
         sides = self._middles.query(points, near)[1].reshape(len(points), near)
@@ -78,7 +79,7 @@ class TaxelTriangles:
 
 
 def sparse_rows(taxels: IntArray, weights: FloatArray, count: int) -> csr_matrix:
-    """Sparse (k, count) from ``taxels`` (k, c) and their ``weights`` (k, c)."""
+    """Return a sparse matrix (k, count) from ``taxels`` (k, c) and their ``weights`` (k, c)."""
     starts = np.arange(len(taxels) + 1) * taxels.shape[1]
     matrix = csr_matrix((weights.ravel(), taxels.ravel(), starts), shape=(len(taxels), count))
     matrix.sum_duplicates()
@@ -86,20 +87,20 @@ def sparse_rows(taxels: IntArray, weights: FloatArray, count: int) -> csr_matrix
 
 
 def merge_rows(held: IntArray, inner: csr_matrix, outer: csr_matrix) -> csr_matrix:
-    """Rows of ``inner`` where ``held`` (k,) is not negative, of ``outer`` elsewhere, each in their order."""
+    """Return rows of ``inner`` where ``held`` (k,) is not negative and of ``outer`` elsewhere, each in order."""
     inside = held >= 0
     order = np.where(inside, np.cumsum(inside) - 1, inner.shape[0] + np.cumsum(~inside) - 1)
     return stack_rows([inner, outer])[order]
 
 
 def in_chunks(held: BoolArray) -> list[IntArray]:
-    """Numbers of the points that are ``held`` (k,), a part at a time, so that what is computed of each stays small."""
+    """Return the indices of ``held`` points (k,) in chunks, to limit the memory of intermediate results."""
     numbers = np.flatnonzero(held)
     return [numbers[start : start + _CHUNK] for start in range(0, max(len(numbers), 1), _CHUNK)]
 
 
 def stack_rows(blocks: list[csr_matrix]) -> csr_matrix:
-    """Blocks of as many columns, one below the other."""
+    """Stack blocks with equal numbers of columns vertically."""
     counts = np.concatenate([np.diff(block.indptr) for block in blocks])
     data, columns = (np.concatenate([getattr(block, name) for block in blocks]) for name in ("data", "indices"))
     shape = len(counts), blocks[0].shape[1]
@@ -107,7 +108,7 @@ def stack_rows(blocks: list[csr_matrix]) -> csr_matrix:
 
 
 def _triangulated(sites: FloatArray) -> tuple[IntArray, IntArray]:
-    """Triangles (t, 3) and their neighbours (t, 3)."""
+    """Return triangles (t, 3) and their neighbours (t, 3)."""
     none = np.zeros((0, 3), dtype=np.int64)
     if len(sites) < 3:
         return none, none
@@ -128,7 +129,7 @@ def _triangulated(sites: FloatArray) -> tuple[IntArray, IntArray]:
 
 
 def barycentric(triangles: TaxelTriangles, points: FloatArray) -> csr_matrix:
-    """Sparse (k, n): three weights a point, none negative; continuous, and exact for a linear field.
+    """Return sparse weights (k, n): three per point, >= 0; continuous, and exact for a linear field.
 
     Error (rms, of a field from 0 to 1, from 1000 taxels): 0.0043 on smooth waves, 0.020 under a ball, steep at its rim.
 
@@ -137,11 +138,11 @@ def barycentric(triangles: TaxelTriangles, points: FloatArray) -> csr_matrix:
     face, weights = triangles.locate(points)
     held = face >= 0
     inner = sparse_rows(triangles.faces[face[held]], weights[held], len(triangles.sites))
-    return merge_rows(face, inner, triangles.beside(points[~held]))
+    return merge_rows(face, inner, triangles.beyond_border(points[~held]))
 
 
 def nearest(triangles: TaxelTriangles, points: FloatArray) -> csr_matrix:
-    """Sparse (k, n): one weight a point; shows what was measured and nothing else, in cells with hard borders.
+    """Return sparse weights (k, n): one per point; shows only measured values, in cells with sharp borders.
 
     Error (rms, of a field from 0 to 1, from 1000 taxels): 0.031 on smooth waves, 0.037 under a ball, steep at its rim.
 
@@ -152,17 +153,17 @@ def nearest(triangles: TaxelTriangles, points: FloatArray) -> csr_matrix:
 
 
 _FLAT = 1e-7
-"""A point so near to a taxel or to the border, as a share of the triangle, is interpolated in its triangle."""
+"""Distance from a taxel or the border, as a share of the triangle, below which interpolation is linear."""
 _LINE = 1e-14
 _ROUNDING = 1e-6
 
 
 def natural_neighbour(triangles: TaxelTriangles, points: FloatArray) -> csr_matrix:
-    """Sparse (k, n): about five weights a point, none negative; smooth but at the taxels, exact for a linear field.
+    """Return sparse weights (k, n): about five per point, >= 0; smooth except at taxels, exact for a linear field.
 
-    Sibson's weights (1981), exactly, not by counting pixels. Laplace's (the length of the common border instead of the
-    area taken) were tried: they cost the same, their error is 10 % larger, and they crease along every circumcircle.
-    Of the four it lets least of the taxels' noise through: 0.65 of it, where barycentric lets 0.71.
+    Sibson's weights (1981), computed exactly, not by counting pixels. Laplace's weights (the length of the common
+    border instead of the area) were tried: equal cost, 10 % larger error, and creases along every circumcircle. Of the
+    four methods this one passes the least noise of the taxels: 0.65 of it, barycentric 0.71.
 
     Error (rms, of a field from 0 to 1, from 1000 taxels): 0.0041 on smooth waves, 0.020 under a ball, steep at its rim.
 
@@ -171,16 +172,16 @@ def natural_neighbour(triangles: TaxelTriangles, points: FloatArray) -> csr_matr
     face, linear = triangles.locate(points)
     held = face >= 0
     inner = [_sibson(triangles, points[part], face[part], linear[part]) for part in in_chunks(held)]
-    return merge_rows(face, stack_rows(inner), triangles.beside(points[~held]))
+    return merge_rows(face, stack_rows(inner), triangles.beyond_border(points[~held]))
 
 
 def _sibson(triangles: TaxelTriangles, points: FloatArray, face: IntArray, linear: FloatArray) -> csr_matrix:
-    """Areas taken, all points at once, by the shoelace formula with the point as origin.
+    """Return areas taken from Voronoi cells, for all points at once, by the shoelace formula about each point.
 
-    The piece that a point takes from a cell is bounded by old Voronoi vertices (circumcentres of the triangles that
-    inserting the point would dissolve, its star) and new ones (circumcentres of the point with a side of the star).
-    Every edge of a piece belongs to one side of those triangles, so each side adds to its two ends, and no polygon need
-    be put in order.
+    The part that a point takes from a cell is bounded by old Voronoi vertices (circumcentres of the triangles that
+    inserting the point would dissolve, its star) and new ones (circumcentres of the point and a side of the star).
+    Every edge of a part belongs to one side of those triangles, so each side contributes to its two ends and no polygon
+    has to be sorted.
     """
     centres = _circumcentres(*np.swapaxes(triangles.sites[triangles.faces], 0, 1))
     shape = len(points), len(triangles.sites)
@@ -194,15 +195,15 @@ def _sibson(triangles: TaxelTriangles, points: FloatArray, face: IntArray, linea
         flat[owner[rim & (cross(a, b) <= _FLAT * ((a - b) ** 2).sum(axis=1))]] = True
         vertex = np.where(rim[:, None], _circumcentres(np.zeros_like(a), a, b), centres[after] - origin)
         between = cross(centres[here] - origin, vertex)
-        # The new edge between a point and its neighbour lies on their bisector, and has one end on each side of it.
+        # The new edge between a point and its neighbour is on their bisector, with one end on each side of it.
         areas = 0.5 * rim * cross(a, vertex) - between, between - 0.5 * rim * cross(b, vertex)
         places = np.concatenate([owner, owner]), np.concatenate([start, end])
         taken = taken + coo_matrix((np.concatenate(areas), places), shape=shape).tocsr()
     total = np.asarray(taken.sum(axis=1)).ravel()
     row = np.repeat(np.arange(len(points)), np.diff(taken.indptr))
-    # Among needles rounding may take the wrong triangles for the star, which shows as areas below zero.
+    # Rounding may select wrong triangles among needles, which shows as negative areas.
     flat[row[taken.data < -_ROUNDING * np.abs(total[row])]] = True
-    # On the border the areas grow without bound, and the weights towards those of the triangle.
+    # Towards the border areas grow without bound, and the weights approach those of the triangle.
     scale = np.divide(1.0, total, out=np.zeros(len(points)), where=~flat)
     return (diags(scale) @ taken + sparse_rows(triangles.faces[face], linear * flat[:, None], shape[1])).tocsr()
 
@@ -213,11 +214,11 @@ Sides = tuple[IntArray, IntArray, IntArray, IntArray, IntArray]
 def _sides(
     triangles: TaxelTriangles, centres: FloatArray, points: FloatArray, face: IntArray, asked: IntArray
 ) -> Iterator[Sides]:
-    """The sides of each point's star, triangle by triangle outwards from the one that holds it.
+    """Yield the sides of each point's star, triangle by triangle outwards from the one that contains it.
 
     Yields:
-        Point, its triangle, the triangle beyond if that belongs to the star as well (then the side comes once, from
-        within) or else -1, and the side's two ends, counter-clockwise around the triangle.
+        Point, triangle, the triangle beyond if that is in the star as well (the side then comes once, from within) or
+        -1, and the two ends of the side, counter-clockwise around the triangle.
     """
     corner = triangles.sites[triangles.faces[:, 0]]
     centre = centres - corner
@@ -240,12 +241,12 @@ def _sides(
 
 
 def _ahead(points: FloatArray, start: FloatArray, end: FloatArray) -> BoolArray:
-    """Whether going over a side leads away from the point; only so no walk can go around a taxel."""
+    """Return whether crossing a side leads away from the point, so that no walk circles a taxel."""
     return cross(start - points, end - points) > -_FLAT * ((start - end) ** 2).sum(axis=1)
 
 
 def _circumcentres(a: FloatArray, b: FloatArray, c: FloatArray) -> FloatArray:
-    """(t, 2) of triangles with corners (t, 2) each; the first corner of one that is a line by rounding."""
+    """Return the circumcentres (t, 2) of triangles, or the first corner of a triangle that is a line by rounding."""
     b = b - a
     c = c - a
     doubled = 2 * cross(b, c)
@@ -256,19 +257,19 @@ def _circumcentres(a: FloatArray, b: FloatArray, c: FloatArray) -> FloatArray:
 
 
 STENCIL = 16
-"""Taxels in each plate."""
+"""Number of taxels in each plate."""
 _THINNEST_PLATE = 1e-3
-"""A plate whose taxels lie so nearly in one line, or so close to each other, as a share of its size, is not solved."""
+"""Width or spacing of a plate's taxels, as a share of its size, below which the plate is not solved."""
 _PLATES_AT_ONCE = 4096
 
 
 def thin_plate(triangles: TaxelTriangles, points: FloatArray) -> csr_matrix:
-    """Sparse (k, n): about 25 weights a point, some negative; the most exact where the field is smooth.
+    """Return sparse weights (k, n): about 25 per point, some negative; the most accurate method for smooth fields.
 
     A thin plate spline (Duchon 1977) through each taxel's 16 nearest along the triangles is one small linear system,
-    solved once; the plates of a triangle's three corners are blended by barycentric weights. So the field is
-    continuous, goes through every reading, is exact for a linear field, and stays a sparse matrix.
-    It overshoots beside a steep edge, and lets 0.83 of the taxels' noise through, where barycentric lets 0.71.
+    solved once; the plates of a triangle's three corners are blended by barycentric weights. The field is therefore
+    continuous, interpolates every reading, is exact for a linear field, and remains a sparse matrix.
+    It overshoots next to a steep edge and passes 0.83 of the taxels' noise, barycentric 0.71.
 
     Error (rms, of a field from 0 to 1, from 1000 taxels): 0.0005 on smooth waves, 0.017 under a ball, steep at its rim.
 
@@ -278,7 +279,7 @@ def thin_plate(triangles: TaxelTriangles, points: FloatArray) -> csr_matrix:
     held = face >= 0
     plates = _Plates(triangles)
     inner = [_blended(plates, points[part], triangles.faces[face[part]], linear[part]) for part in in_chunks(held)]
-    return merge_rows(face, stack_rows(inner), triangles.beside(points[~held]))
+    return merge_rows(face, stack_rows(inner), triangles.beyond_border(points[~held]))
 
 
 def _blended(plates: _Plates, points: FloatArray, corners: IntArray, linear: FloatArray) -> csr_matrix:
@@ -330,7 +331,7 @@ class _Plates:
             self._solutions[chunk], self.sound[chunk] = _solved(self._places[chunk], used[chunk])
 
     def weights(self, plate: int, points: FloatArray) -> FloatArray:
-        """(k, STENCIL) of the plate's taxels at ``points`` (k, 2)."""
+        """Return weights (k, STENCIL) of the plate's taxels at ``points`` (k, 2)."""
         asked = (points - self._middle[plate]) / self._reach[plate]
         bending = _kernel(asked[:, None] - self._places[plate])
         solution = self._solutions[plate]
@@ -338,9 +339,9 @@ class _Plates:
 
 
 def _stencils(triangles: TaxelTriangles) -> IntArray:
-    """(n, STENCIL) each taxel's nearest within three rings of triangles, itself first and again where there are fewer.
+    """Return each taxel's nearest (n, STENCIL) within three rings of triangles, itself first and as padding.
 
-    Along the triangles, so that no plate reaches over a gap.
+    Neighbours are found along triangles, so that no plate bridges a gap.
     """
     count = len(triangles.sites)
     pairs = triangles.faces[:, [0, 1, 1, 2, 2, 0, 1, 0, 2, 1, 0, 2]].reshape(-1, 2)
@@ -359,9 +360,9 @@ def _stencils(triangles: TaxelTriangles) -> IntArray:
 
 
 def _solved(places: FloatArray, used: BoolArray) -> tuple[FloatArray, BoolArray]:
-    """(n, STENCIL + 3, STENCIL) what turns bending, one and place into weights, and (n,) which plates have that.
+    """Return matrices (n, STENCIL + 3, STENCIL) from (bending, 1, position) to weights, and solved plates (n,).
 
-    A place that no taxel fills is an unknown of its own, so that all systems are of one size.
+    A padded entry is an unknown of its own, so that all systems have one size.
     """
     both = used[:, :, None] & used[:, None]
     own = np.eye(STENCIL, dtype=bool)
@@ -378,13 +379,13 @@ def _solved(places: FloatArray, used: BoolArray) -> tuple[FloatArray, BoolArray]
 
 
 def _width(places: FloatArray) -> FloatArray:
-    """(n,) the smaller singular value of ``places`` (n, c, 2): how far they are from lying in one line."""
+    """Return the smaller singular value (n,) of ``places`` (n, c, 2): their deviation from a line."""
     (xx, xy), (_, yy) = np.moveaxis(places.swapaxes(1, 2) @ places, 0, -1)
     return np.asarray(np.sqrt(np.maximum(0.5 * (xx + yy) - np.hypot(0.5 * (xx - yy), xy), 0.0)))
 
 
 def _kernel(apart: FloatArray) -> FloatArray:
-    """r² log r for ``apart`` (..., 2): how a thin plate bends under a point load."""
+    """Return r² log r for ``apart`` (..., 2), the deflection of a thin plate under a point load."""
     square = (apart**2).sum(axis=-1)
     return np.asarray(0.5 * xlogy(square, square))
 
@@ -402,11 +403,11 @@ INTERPOLATIONS: Mapping[str, Interpolation] = {
 def interpolation_weights(
     map_: TactileMap, patch: IntArray, points: FloatArray, *, interpolation: str = "barycentric"
 ) -> csr_matrix:
-    """Sparse (k, taxels): each row sums to one for a point on a patch, and is empty for patch -1.
+    """Return sparse weights (k, taxels): each row sums to one for a point on a patch, and is empty for patch -1.
 
-    Between the taxels of the point's own patch, as the method says. Outside their triangles (the patch's rim, and gaps
-    too wide to bridge) the value at the nearest place on their border: continuous, never taken from another patch and
-    never beyond the values of the taxels there.
+    Interpolates between the taxels of the point's patch by the given method. Outside their triangles (the rim of the
+    patch, and gaps too wide to bridge) the value of the closest border point is used: continuous, never from another
+    patch and within the range of the taxels there.
 
     Args:
         map_: The map.
@@ -415,14 +416,14 @@ def interpolation_weights(
         interpolation: A name in ``INTERPOLATIONS``.
 
     Raises:
-        MapError: There is no such interpolation.
+        MapError: Unknown interpolation.
 
-    Cost: see each method; using the matrix costs half a nanosecond for each of its entries.
+    Cost: see each method; applying the matrix costs half a nanosecond per entry.
     """
     if interpolation not in INTERPOLATIONS:
         choice = f"Choose {', '.join(INTERPOLATIONS)}"
-        raise MapError("there is no such interpolation", place="interpolation", value=interpolation, remedy=choice)
-    # The last row, an empty one, is that of the points on no patch.
+        raise MapError("unknown interpolation", place="interpolation", value=interpolation, remedy=choice)
+    # The last, empty row is for points on no patch.
     blocks = []
     row_of = np.full(len(points), -1, dtype=np.int64)
     rows = 0

@@ -1,8 +1,8 @@
-"""The map's Jacobian: how the map point of a place moves with it, as its triangle says or its neighbourhood.
+"""The map's Jacobian, per triangle or fitted to a neighbourhood of taxels.
 
-The triangles' own Jacobian is exact for the map that was made, and as wrong as that map: where taxels are believed 2 mm
-from where they are, some triangles are flipped, and a loop closed through them runs away. The affine map fitted to
-a taxel and its two rings forgets the single taxel's error (at 8 mm pitch it survives 7 mm), so control uses that one.
+The Jacobian of a triangle is exact for the map as built, and as inaccurate as that map: with taxels 2 mm from their
+assumed positions some triangles are flipped, and a controller using them diverges. The affine map fitted to a taxel and
+its two rings averages out the errors of single taxels (at 8 mm pitch it tolerates 7 mm), so control uses that one.
 """
 
 from __future__ import annotations
@@ -21,25 +21,26 @@ from tactile_maps.maps.model.tactile_map import SEAM_RATIO, TactileMap
 
 JacobianKind: TypeAlias = Literal["smoothed", "raw", "isometric"]
 _BLENDED = 3
-"""Taxels whose fits are blended between them."""
+"""Number of taxels whose fits are blended."""
 _LEAST = 4
-"""Taxels, below which a fit says less than the triangle."""
+"""Number of taxels below which a fit is less accurate than the triangle."""
 _BENT = 0.75
-"""A normal that turns by more from a taxel to the rim of its second ring [rad] is fitted over one ring: there a linear
-fit is wrong by more (5 degrees, measured at a pitch of 16 mm on a forearm of 36 mm) than misplaced taxels spoil."""
+"""Rotation of the normal from a taxel to the rim of its second ring [rad] above which it is fitted over one ring. There
+the error of a linear fit (5 degrees, measured at a pitch of 16 mm on a forearm of 36 mm) exceeds that of misplaced
+taxels."""
 _FLAT = 1e-3
-"""A smaller singular value below this share of the larger carries nothing."""
+"""Ratio of the singular values below which the smaller one is ignored."""
 
 
 class _Near(NamedTuple):
-    """Taxels (k,) that can be nearest to a point of one triangle, and where they are on the map (k, 2) [m]."""
+    """Taxels (k,) that can be nearest to a point of one triangle, and their map points (k, 2) [m]."""
 
     taxels: IntArray
     points: FloatArray
 
 
 class _Weighted(NamedTuple):
-    """A taxel whose fit counts: its number, the way from it to the point on the map (2,) [m], and its weight."""
+    """A taxel of the blend: its number, the offset from it to the point on the map (2,) [m], and its weight."""
 
     taxel: int
     offset: FloatArray
@@ -47,12 +48,12 @@ class _Weighted(NamedTuple):
 
 
 class MapJacobian:
-    """Answers for points on the body. Built once for a map; the rest is made when first asked for, and kept.
+    """Jacobian of a map at points on the body. Built once for a map; fits are computed at first use and kept.
 
     Args:
-        map_: The map. A patch drawn larger has a larger Jacobian.
+        map_: The map. The Jacobian of an enlarged patch is larger.
 
-    Cost: 1 ms to build for 1000 taxels; 15 µs a question, 0.2 ms more where nobody asked before.
+    Cost: 1 ms to build for 1000 taxels; 15 µs per query, 0.2 ms more in a new region.
     """
 
     def __init__(self, map_: TactileMap) -> None:
@@ -65,16 +66,16 @@ class MapJacobian:
         self._fits: dict[int, FloatArray | None] = {}
         self._faces: dict[tuple[int, int], FloatArray] = {}
         self._slopes: dict[int, FloatArray | None] = {}
-        self._asked: tuple[SurfacePoint, list[_Weighted]] | None = None
+        self._last: tuple[SurfacePoint, list[_Weighted]] | None = None
 
     def at(self, point: SurfacePoint, *, kind: JacobianKind = "smoothed") -> FloatArray:
-        """(2, 3) map velocity per velocity along the surface (link frame); none for motion along the normal.
+        """Return the Jacobian (2, 3): map velocity per velocity along the surface (link frame); zero along the normal.
 
         Args:
-            point: Where on the body.
-            kind: ``smoothed`` blends the fits of the nearest taxels, ``raw`` is the triangle's own, and so is the
-                answer where none of those has enough neighbours for a fit; ``isometric`` turns as the smoothed one
-                and takes a step on the map for as long as on the body, as if the map distorted nothing.
+            point: Point on the body.
+            kind: ``smoothed`` blends the fits of the nearest taxels; ``raw`` is that of the triangle, also used where
+                none of those taxels has enough neighbours; ``isometric`` rotates like the smoothed one and maps steps
+                on the body to steps of equal length, as if the map had no distortion.
         """
         if kind == "isometric":
             return self._layout_scale(point) * nearest_isometry(self.at(point))
@@ -93,11 +94,12 @@ class MapJacobian:
         return self._map.layout.placements[point.patch].scale
 
     def normal(self, point: SurfacePoint) -> FloatArray | None:
-        """(3,) outward unit normal as the taxels' two rings around have it, link frame; None where they are too few.
+        """Return the outward unit normal (3,) fitted to two rings of taxels, link frame; None if there are too few.
 
-        Their normals, fitted linearly over the map: right on planes and cylinders, and of a calibration's error only
-        that is left which is common to all of them, while a single triangle's normal is as wrong as the triangle.
+        The normals are fitted linearly over the map: exact on planes and cylinders. Of a calibration error only the
+        part common to all taxels remains, while the normal of a single triangle is as inaccurate as the triangle.
         """
+
         if len(self._map.skin.patches[point.patch].taxels) < _LEAST:
             return None
         blend = np.zeros(3)
@@ -109,11 +111,11 @@ class MapJacobian:
         return blend / length if length else None
 
     def _nearest(self, point: SurfacePoint) -> list[_Weighted]:
-        """The taxels whose fits count; of the point asked last they are known."""
-        asked = self._asked
-        if asked is None or asked[0] is not point:
-            asked = self._asked = point, self._found_nearest(point)
-        return asked[1]
+        """Return the taxels of the blend, cached for the last point."""
+        last = self._last
+        if last is None or last[0] is not point:
+            last = self._last = point, self._found_nearest(point)
+        return last[1]
 
     def _found_nearest(self, point: SurfacePoint) -> list[_Weighted]:
         near = self._around(point.patch, point.face)
@@ -123,7 +125,10 @@ class MapJacobian:
         return [_Weighted(int(near.taxels[k]), offsets[k], 1 / (float(away[k]) + 1e-12)) for k in places]
 
     def _around(self, patch: int, face: int) -> _Near:
-        """The nearest of a point are no farther from the middle of its triangle than from the point and that way."""
+        """Return candidates for the nearest taxels of any point in a triangle.
+
+        They are at most as far from its centroid as the nearest of the centroid plus twice the radius of the triangle.
+        """
         near = self._near.get((patch, face))
         if near is None:
             corners = self._map.uv[patch][self._map.charts[patch].faces[face]]
@@ -146,7 +151,7 @@ class MapJacobian:
         return own
 
     def _of_taxel(self, taxel: int) -> FloatArray | None:
-        """The fit to a taxel's neighbourhood; None where that is too small for one."""
+        """Return the fit to a taxel's neighbourhood; None if that is too small."""
         if taxel not in self._fits:
             ring = self.two_rings(taxel)
             body = self._body[ring] - self._body[taxel]
@@ -155,7 +160,7 @@ class MapJacobian:
         return self._fits[taxel]
 
     def _slope(self, taxel: int) -> FloatArray | None:
-        """(3, 3) the normal at a taxel and its change per metre along both axes of the map; None of too few."""
+        """Return (3, 3) the normal at a taxel and its change per metre along both map axes; None if unknown."""
         if taxel not in self._slopes:
             fit = self._fit_normals(taxel, self.two_rings(taxel))
             if fit is not None and fit[1] > _BENT:
@@ -164,7 +169,7 @@ class MapJacobian:
         return self._slopes[taxel]
 
     def _fit_normals(self, taxel: int, ring: IntArray) -> tuple[FloatArray, float] | None:
-        """The fit in the mean square, and how far the normal turns from the taxel to the rim, about [rad]."""
+        """Return the least squares fit and the approximate rotation of the normal from the taxel to the rim [rad]."""
         if len(ring) < _LEAST:
             return None
         offsets = self._map.taxel_points[ring] - self._map.taxel_points[taxel]
@@ -173,18 +178,18 @@ class MapJacobian:
         return fit, reach * float(np.linalg.norm(fit[1:], 2))
 
     def one_ring(self, taxel: int) -> IntArray:
-        """The taxel and its neighbours, as far as no seam lies between."""
+        """Return the taxel and its neighbours, without those across a seam."""
         first = self._graph.indices[self._graph.indptr[taxel] : self._graph.indptr[taxel + 1]]
         return np.unique(np.concatenate([[taxel], first]))
 
     def two_rings(self, taxel: int) -> IntArray:
-        """The taxel, its neighbours and theirs, as far as no seam lies between; 19 where the lattice is whole."""
+        """Return the taxel, its neighbours and theirs, without those across a seam; 19 in a complete lattice."""
         first = self.one_ring(taxel)
         return np.unique(np.concatenate([first, self._graph[first].indices]))
 
     @cached_property
     def _graph(self) -> csr_matrix:
-        """Which taxels are neighbours on the map too."""
+        """Graph of taxels that are neighbours on body and map."""
         pairs = self._map.skin.neighbours
         skin = self._map.skin
         on_body = np.linalg.norm(np.diff(self._body[pairs], axis=1)[:, 0], axis=1)
@@ -196,14 +201,14 @@ class MapJacobian:
 
 
 def affine_fit(body: FloatArray, plane: FloatArray, normal: FloatArray) -> FloatArray:
-    """The linear part (2, 3) of the affine map that fits best, in the mean square, from the tangent plane to the map.
+    """Return the linear part (2, 3) of the least squares affine map from the tangent plane to the map.
 
     Args:
-        body: (k, 3) points from the one in the middle [m]; each is laid into the tangent plane at its true distance.
-        plane: (k, 2) where they are on the map [m].
-        normal: (3,) unit normal in the middle.
+        body: (k, 3) points relative to the central one [m]; each is moved into the tangent plane at its true distance.
+        plane: (k, 2) their map points [m].
+        normal: (3,) unit normal at the centre.
 
-    Points on one line say nothing across it; the answer is zero there.
+    For collinear points the result is zero across their line.
     """
     flat = body - np.outer(body @ normal, normal)
     length = np.linalg.norm(flat, axis=1)
@@ -215,7 +220,7 @@ def affine_fit(body: FloatArray, plane: FloatArray, normal: FloatArray) -> Float
 
 
 def nearest_isometry(jacobian: FloatArray) -> FloatArray:
-    """(2, 3) the orthogonal factor of the polar decomposition: the nearest in the mean square that stretches nothing.
+    """Return the orthogonal factor (2, 3) of the polar decomposition: the nearest isometry in the mean square.
 
     Args:
         jacobian: (2, 3) of the map.
@@ -225,13 +230,13 @@ def nearest_isometry(jacobian: FloatArray) -> FloatArray:
 
 
 def least_norm_motion(jacobian: FloatArray, velocity: FloatArray) -> FloatArray:
-    """(3,) the least velocity along the skin with a ``velocity`` (2,) on the map: the answer of the pseudo-inverse.
+    """Return the smallest velocity (3,) along the skin with a ``velocity`` (2,) on the map, by the pseudo-inverse.
 
-    By the normal equations, two by two, in 2 µs; a map squeezed flat (``_FLAT``) says nothing across.
+    Uses the 2 x 2 normal equations (2 µs); the direction in which the map is nearly flat (``_FLAT``) is ignored.
 
     Args:
         jacobian: (2, 3) of the map.
-        velocity: (2,) wanted.
+        velocity: (2,) requested.
     """
     (xx, xy), (_, yy) = jacobian.dot(jacobian.T).tolist()
     determinant = xx * yy - xy * xy

@@ -1,9 +1,9 @@
-"""Where the patches lie on the map: one placement each, the only thing that arranging changes; and their packing.
+"""Layout of the patches on the map: one placement per patch, and their packing.
 
-Charts are packed as they sit on the body: from the base outwards, left limbs left and right limbs right. Rows are read
-like text. In the middle of a row are the charts that have no twin, from left to right; the twins of a pair (``l_hand``
-and ``r_hand``) lie at the same distance left and right of them, outer ones farther out. Charts are neither turned nor
-mirrored, so each stays upright, its far end up, and seen from outside.
+Charts are packed in the order of the body: from the base outwards, left limbs left and right limbs right. Rows are read
+like text. The middle of a row has the charts without a counterpart, from left to right; the charts of a pair
+(``l_hand`` and ``r_hand``) are at equal distances left and right of them, outer pairs farther out. Charts are neither
+rotated nor mirrored, so each stays upright, its far end up, and seen from outside.
 """
 
 from __future__ import annotations
@@ -22,24 +22,24 @@ from tactile_maps.flattening.chart import Chart
 from tactile_maps.geometry.surface.plane import cross
 
 FARTHEST_OFFSET = 1e6
-"""No patch lies farther from the map's origin [m]."""
+"""Largest distance of a patch from the map's origin [m]."""
 SMALLEST_SCALE = 0.1
 LARGEST_SCALE = 10.0
-"""A patch is drawn no smaller and no larger than so many times its true size."""
+"""Smallest and largest scale of a patch relative to its true size."""
 
 
 @dataclass(frozen=True)
 class Placement:
-    """How one chart is put on the map: mirrored (if so), then scaled, turned and moved.
+    """Placement of a chart on the map: mirrored (if so), then scaled, rotated and moved.
 
-    Angles stay true, and lengths at scale 1, which everything automatic uses; only a person enlarges a patch, to see a
-    small one better, and ``distortion`` then counts the enlargement as what it is.
+    Angles are preserved, and lengths at scale 1, which everything automatic uses. Only a user enlarges a patch, to see
+    a small one better; ``distortion`` then includes the enlargement.
 
     Attributes:
         angle: Counter-clockwise [rad].
         offset: (x, y) [m].
         mirrored: Whether x is negated first.
-        scale: How many times longer lengths are on the map than on the chart.
+        scale: Ratio of lengths on the map to lengths on the chart.
     """
 
     angle: float = 0.0
@@ -48,15 +48,15 @@ class Placement:
     scale: float = 1.0
 
     def apply(self, plane: FloatArray) -> FloatArray:
-        """Map coordinates (k, 2) of chart coordinates (k, 2) [m]."""
+        """Return map coordinates (k, 2) of chart coordinates (k, 2) [m]."""
         return (plane * self._stretch) @ self._turn + np.asarray(self.offset)
 
     def back(self, points: FloatArray) -> FloatArray:
-        """Chart coordinates (k, 2) of map coordinates (k, 2) [m]."""
+        """Return chart coordinates (k, 2) of map coordinates (k, 2) [m]."""
         return ((points - np.asarray(self.offset)) @ self._turn.T) / self._stretch
 
     def after(self, first: Placement) -> Placement:
-        """The placement that does what ``first`` does, and then what this one does."""
+        """Return the composition: ``first``, then this placement."""
         x, y = self.apply(np.array([first.offset]))[0]
         angle = self.angle + (-first.angle if self.mirrored else first.angle)
         mirrored = self.mirrored ^ first.mirrored
@@ -75,15 +75,15 @@ class Placement:
 
 
 def fit_placement(plane: FloatArray, points: FloatArray, *, rigid: bool = False) -> Placement:
-    """The placement that brings ``plane`` nearest to ``points`` by least squares (orthogonal Procrustes analysis).
+    """Return the placement of ``plane`` closest to ``points`` by least squares (orthogonal Procrustes analysis).
 
-    In closed form for the plane, where the best rotation is an angle (Schönemann 1966; Umeyama 1991).
+    Closed form in the plane, where the best rotation is an angle (Schönemann 1966; Umeyama 1991).
 
     Args:
-        plane: (k, 2) at least one chart coordinate [m].
-        points: (k, 2) where each should be [m].
-        rigid: Only turned and moved; by default also scaled, and mirrored where that is nearer. The scale is 0 where
-            all of ``plane`` is one point.
+        plane: (k, 2) chart coordinates, at least one [m].
+        points: (k, 2) target of each [m].
+        rigid: Only rotate and move. By default also scale, and mirror if that is closer; the scale is 0 if all of
+            ``plane`` is one point.
     """
     goals = points - points.mean(axis=0)
     tried = []
@@ -122,7 +122,7 @@ class MapLayout:
 
 
 PACKING_ASPECT = 0.85
-"""Wanted width over height of the whole map: that of the window's map pane, which stands beside the body's."""
+"""Target aspect ratio (width over height) of the map: that of the window's map pane, next to the body's."""
 PACKING_MARGIN = 0.09
 """Free space around a chart, as a share of the median chart size."""
 _TRIED = 12
@@ -131,21 +131,21 @@ _SIDES = {"l": "left", "left": "left", "r": "right", "right": "right"}
 _OPPOSITE = {"left": "right", "right": "left"}
 
 Unit = tuple[int, ...]
-"""One chart, or the left and the right chart of a pair."""
+"""One chart, or the left and right chart of a pair."""
 
 
 def pack_charts(charts: Sequence[Chart], *, links: Sequence[str] | None = None) -> MapLayout:
-    """Place charts in rows, none overlapping, in the body's order.
+    """Arrange charts in rows without overlap, in the body's order.
 
-    All ways to break the order into rows are tried for up to twelve charts or pairs; the one closest to the wanted
-    shape wins. The charts' boxes are kept apart, and so are the charts.
+    All ways to break the order into rows are tried for up to twelve charts or pairs; the one closest to the target
+    aspect ratio is chosen. The boxes of the charts do not overlap.
 
     Args:
-        charts: In the skin's order, each with its box's first corner at the origin.
-        links: Name of each chart's link or patch, to find left and right; without, no chart has a twin.
+        charts: In the skin's order, each with the lower-left corner of its box at the origin.
+        links: Name of each chart's link or patch, to find left and right; without names there are no pairs.
 
     Raises:
-        MapError: Not one name for each chart.
+        MapError: The number of names differs from the number of charts.
     """
     if links is not None and len(links) != len(charts):
         raise MapError("each chart needs the name of its link", value=f"{len(links)} names for {len(charts)} charts")
@@ -161,10 +161,10 @@ def pack_charts(charts: Sequence[Chart], *, links: Sequence[str] | None = None) 
 
 
 def pair_up(links: Sequence[str]) -> list[Unit]:
-    """Charts and (left, right) pairs of charts in the body's order; a pair comes where its first chart does.
+    """Return charts and (left, right) pairs of charts in the body's order; a pair has the position of its first chart.
 
-    Two names are a pair if one says left (``l``, ``left``) and the other right in the same place, and they are alike
-    otherwise; of several patches on such a link the first goes with the first, and so on.
+    Two names form a pair if one contains left (``l``, ``left``) and the other right in the same place and they are
+    equal apart from that. Several patches on such a link are paired in order.
     """
     waiting: dict[tuple[tuple[str, ...], str], list[int]] = {}
     twin: dict[int, int] = {}
@@ -183,7 +183,7 @@ def pair_up(links: Sequence[str]) -> list[Unit]:
 
 
 def _side(name: str) -> tuple[tuple[str, ...], str]:
-    """The words of a name without that for its side, and the side; empty if there is none, or more than one."""
+    """Return the words of a name without the side, and the side; empty if there is none or more than one."""
     words = [word.lower() for word in _WORDS.findall(name)]
     sides = [_SIDES[word] for word in words if word in _SIDES]
     if len(sides) != 1:
@@ -192,7 +192,7 @@ def _side(name: str) -> tuple[tuple[str, ...], str]:
 
 
 def _breaks(count: int) -> list[list[tuple[int, int]]]:
-    """Ways to break units into rows [a, b): every one for few units, rows of equal length for many."""
+    """Return ways to break units into rows [a, b): all for few units, rows of equal length for many."""
     if count > _TRIED:
         starts = [list(range(0, count, step)) for step in range(1, count + 1)]
     else:
@@ -201,7 +201,7 @@ def _breaks(count: int) -> list[list[tuple[int, int]]]:
 
 
 def _rows(sizes: FloatArray, rows: Sequence[Sequence[Unit]], margin: float) -> FloatArray:
-    """(n, 2) lower-left corners, rows from the top, all centred on one line."""
+    """Return lower-left corners (n, 2), rows from the top, all centred on one line."""
     corners = np.zeros_like(sizes)
     top = 0.0
     for row in rows:
@@ -214,7 +214,7 @@ def _rows(sizes: FloatArray, rows: Sequence[Sequence[Unit]], margin: float) -> F
 
 
 def _along_row(widths: FloatArray, row: Sequence[Unit], margin: float) -> dict[int, float]:
-    """Where the middle of each chart of a row is, left or right of the row's own: singles inside, pairs around them."""
+    """Return the centre of each chart of a row relative to the row's: single charts inside, pairs around them."""
     singles = [unit[0] for unit in row if len(unit) == 1]
     middles = {}
     inner = sum(widths[k] + margin for k in singles)
@@ -232,6 +232,6 @@ def _along_row(widths: FloatArray, row: Sequence[Unit], margin: float) -> dict[i
 
 
 def _misfit(corners: FloatArray, sizes: FloatArray) -> tuple[float, float]:
-    """How large a window of the wanted shape must be to show it all, then how far from that shape it is."""
+    """Return the size of a window of the target aspect ratio that contains everything, then the deviation from it."""
     width, height = (corners + sizes).max(axis=0) - corners.min(axis=0)
     return max(width, PACKING_ASPECT * height), abs(width - PACKING_ASPECT * height)

@@ -1,7 +1,7 @@
 """The tactile image: pressures on the map as a regular grid, by one sparse matrix built once.
 
-First, how much of the body each pixel stands for, so that the image keeps the force; then the image; last, what it
-keeps of the map: where a touch is, and how strong it is.
+First the body area of each pixel, so that the image preserves the force; then the image; last the errors of position
+and force.
 """
 
 from __future__ import annotations
@@ -25,9 +25,9 @@ _ROUNDS = 400
 
 
 def body_area_of_pixels(map_: TactileMap, patch: IntArray, face: IntArray, resolution: float) -> FloatArray:
-    """(k,) area on the body behind pixels of side ``resolution`` [m] whose centres lie in faces (k,); 0 for face -1.
+    """Return the body area (k,) of pixels of side ``resolution`` [m] with centres in faces (k,); 0 for face -1.
 
-    Exactly ``resolution² / (s1 s2)``: over a face the map stretches areas by the ratio of the face's two areas.
+    It is exactly ``resolution² / (s1 s2)``: on a face the map scales areas by the ratio of the face's two areas.
     """
     areas = np.zeros(len(face))
     for number, (own, chart, uv) in enumerate(zip(map_.skin.patches, map_.charts, map_.uv, strict=True)):
@@ -39,23 +39,23 @@ def body_area_of_pixels(map_: TactileMap, patch: IntArray, face: IntArray, resol
 
 
 def force_areas(weights: csr_matrix, areas: FloatArray, taxel_areas: FloatArray) -> FloatArray:
-    """(k,) [m²] areas of the pixels near ``areas``, with which the image has exactly the force of the taxels.
+    """Return pixel areas (k,) [m²] close to ``areas`` with which the image has exactly the force of the taxels.
 
-    Pixels cut the skin into squares, taxels into cells, and interpolation spreads each reading over its neighbours; so
-    the areas behind the pixels, times the image, miss the force by some per cent. The image being W y, its force is
-    right for every y if and only if Wᵀ A = a. Of all such A we take the one nearest to the geometric areas D (least
+    Pixels divide the skin into squares, taxels into cells, and interpolation distributes each reading over its
+    neighbours. So the pixel areas times the image miss the force by some per cent. The image is W y, and its force is
+    correct for every y if and only if Wᵀ A = a. Of all such A the one nearest to the geometric areas D is used (least
     sum of (A - D)² / D), which is A = D (W f): each pixel's area times a factor, interpolated like the pressure itself
-    from one factor f for each taxel, found from (Wᵀ D W) f = a. It is 1 where cells, squares and map agree.
+    from one factor f per taxel, the solution of (Wᵀ D W) f = a. It is 1 where cells, squares and map agree.
 
     Args:
-        weights: (k, n) W, taken at its own precision.
-        areas: (k,) D [m²]; 0 for pixels that are not on the skin, and they stay so.
+        weights: (k, n) W, in its own precision.
+        areas: (k,) D [m²]; 0 for pixels off the skin, which remain 0.
         taxel_areas: (n,) a [m²].
 
-    From about six pixels a taxel on, 98 % of the factors lie between 0.3 and 2.3, those far from 1 at the rim; with two
-    or fewer they swing by tens: the whole force is still right, but not that of a part of the image. A taxel that no
-    pixel shows has no part in the image and none in its force; where there are fewer pixels than taxels the areas are
-    the nearest in the sense of least squares.
+    With at least about six pixels per taxel, 98 % of the factors are between 0.3 and 2.3, those far from 1 at the rim.
+    With two or fewer they vary by tens: the total force is still correct, but not that of a part of the image. A taxel
+    that no pixel shows contributes neither to the image nor to its force. With fewer pixels than taxels the areas are
+    the least squares solution.
     """
     exact = weights.astype(np.float64)
     mass = (exact.T @ diags(areas) @ exact).tocsr()
@@ -63,9 +63,9 @@ def force_areas(weights: csr_matrix, areas: FloatArray, taxel_areas: FloatArray)
     if not shown.any():
         return np.zeros(len(areas))
     mass = mass[shown][:, shown]
-    wanted = taxel_areas[shown]
+    targets = taxel_areas[shown]
     scale = 1 / np.sqrt(mass.diagonal())
-    factors = scale * cg(diags(scale) @ mass @ diags(scale), scale * wanted, rtol=_PRECISION, maxiter=_ROUNDS)[0]
+    factors = scale * cg(diags(scale) @ mass @ diags(scale), scale * targets, rtol=_PRECISION, maxiter=_ROUNDS)[0]
     return np.asarray(areas * (exact[:, shown] @ factors))
 
 
@@ -73,26 +73,25 @@ MOST_PIXELS = 2**24
 
 
 class TactileImage:
-    """Pixels of a map; row 0 is at the top. Built once for a map and a resolution, then asked every frame.
+    """Image of a map; row 0 is at the top. Built once for a map and a resolution, then rendered every frame.
 
     Args:
         map_: The map.
-        resolution: Pixel size [m]; by default such that the image's longer side has ``width`` pixels.
+        resolution: Pixel size [m]; by default the longer side of the image has ``width`` pixels.
         width: Pixels along the longer side when no resolution is given.
-        interpolation: How to show what lies between taxels: ``barycentric``, ``nearest``, ``natural-neighbour`` or
+        interpolation: Method between taxels: ``barycentric``, ``nearest``, ``natural-neighbour`` or
             ``thin-plate``; see each for its cost and error.
 
     Attributes:
-        map: What it shows.
+        map: The map.
         shape: Rows and columns.
         extent: (2, 2) lower-left and upper-right corner on the map [m].
         weights: Sparse (rows * columns, taxels) float32: the image of pressures is ``weights @ pressures``.
         inside: (rows, columns) whether a pixel's centre is on the skin.
-        shown: (rows, columns) the same grown by a pixel.
+        shown: (rows, columns) the same, dilated by a pixel.
 
     Raises:
-        MapError: A resolution that is not above zero, or so fine that the image would have more than 2^24 pixels; an
-            interpolation that does not exist.
+        MapError: The resolution is not above zero or gives more than 2^24 pixels, or the interpolation is unknown.
 
     Example:
         >>> image = tm.TactileImage(tactile_map, width=128)
@@ -123,14 +122,14 @@ class TactileImage:
         self.map = map_
         self._patch, self._face, self._weights = map_.to_body_many(centres)
         self.inside = readonly((self._face >= 0).reshape(self.shape), bool)
-        # Border pixels whose centre is just outside are shown too, so that a patch's edge is not ragged.
+        # Border pixels whose centre is just outside are shown too, which smooths the edge of a patch.
         shown = _padded(self._patch, self.shape)
         weights = interpolation_weights(map_, shown, centres, interpolation=interpolation)
         self.weights = weights.astype(np.float32)
         self.shown = readonly((shown >= 0).reshape(self.shape), bool)
 
     def centres(self) -> FloatArray:
-        """(rows * columns, 2) map points of the pixels' centres [m]."""
+        """Return map points (rows * columns, 2) of the pixels' centres [m]."""
         rows, columns = self.shape
         x = self.extent[0, 0] + (np.arange(columns) + 0.5) * self.resolution
         y = self.extent[1, 1] - (np.arange(rows) + 0.5) * self.resolution
@@ -138,11 +137,11 @@ class TactileImage:
 
     @property
     def places(self) -> tuple[IntArray, IntArray, FloatArray]:
-        """Patch and face (rows * columns,) and weights (rows * columns, 3) behind each pixel's centre; -1 off skin."""
+        """Patch and face (rows * columns,) and weights (rows * columns, 3) at each pixel's centre; -1 off the skin."""
         return self._patch, self._face, self._weights
 
     def render(self, pressures: FloatArray) -> np.ndarray[tuple[int, int], np.dtype[np.float32]]:
-        """(rows, columns) [kPa] from pressures (taxels,) [Pa]; 0 outside the skin."""
+        """Return the image (rows, columns) [kPa] of pressures (taxels,) [Pa]; 0 outside the skin."""
         image: np.ndarray[tuple[int, int], np.dtype[np.float32]] = (
             self.weights @ (1e-3 * np.asarray(pressures)).astype(np.float32)
         ).reshape(self.shape)
@@ -150,12 +149,12 @@ class TactileImage:
 
     @property
     def taxel_areas(self) -> FloatArray:
-        """(taxels,) on the body [m²]."""
+        """(taxels,) taxel areas on the body [m²]."""
         return self.map.skin.areas
 
     @cached_property
     def pixel_areas(self) -> FloatArray:
-        """(rows, columns) on the body [m²], such that the image shows exactly the force that the skin feels.
+        """(rows, columns) pixel areas [m²] with which the image has exactly the force on the skin.
 
         See ``force_areas``. Cost: 20 ms at 512 pixels across, once; 100 ms with thin plates.
         """
@@ -165,20 +164,21 @@ class TactileImage:
         return readonly(areas.reshape(self.shape))
 
     def force(self, image: FloatArray) -> float:
-        """The force [N] normal to the skin that an image (rows, columns) [kPa] shows, or a part of one.
+        """Return the normal force [N] shown by an image (rows, columns) [kPa], or by a part of one.
 
-        Of a rendered image that is sum(pressure * area) over the taxels to 1e-7, the precision of its pixels; of one
-        in double precision (``weights @ pressures``) to 1e-12. Blank all pixels but a region's to get that region's.
+        For a rendered image it equals sum(pressure * area) over the taxels to 1e-7, the precision of its pixels; for
+        one in double precision (``weights @ pressures``) to 1e-12. Set all pixels outside a region to zero for its
+        force.
         """
         return 1e3 * float(np.vdot(self.pixel_areas, np.asarray(image, dtype=np.float64)))
 
     def pixel(self, point: FloatArray) -> tuple[int, int]:
-        """Row and column of the pixel that holds a map point (2,) [m]; it may lie outside the image."""
+        """Return row and column of the pixel that contains a map point (2,) [m]; it may be outside the image."""
         column, up = np.floor((np.asarray(point) - self.extent[0]) / self.resolution).astype(int)
         return self.shape[0] - 1 - int(up), int(column)
 
     def back_project(self, row: int, column: int) -> SurfacePoint | None:
-        """The place on the body behind a pixel's centre, from a table; None where the pixel is not on the skin."""
+        """Return the point on the body at a pixel's centre, by look-up; None if the pixel is not on the skin."""
         pixel = row * self.shape[1] + column
         if not (0 <= row < self.shape[0] and 0 <= column < self.shape[1]) or self._face[pixel] < 0:
             return None
@@ -187,10 +187,10 @@ class TactileImage:
 
 
 def _pixels(size: FloatArray, resolution: float) -> tuple[int, int]:
-    """Columns and rows that hold ``size`` (2,) [m]."""
+    """Return columns and rows that cover ``size`` (2,) [m]."""
     if not 0 < resolution < np.inf:
-        raise MapError("a pixel must have a size above zero", place="resolution", value=f"{resolution} m")
-    # The hint less keeps a side that is a whole number of pixels from getting one more by rounding.
+        raise MapError("the pixel size must be above zero", place="resolution", value=f"{resolution} m")
+    # The small tolerance prevents an extra pixel by rounding if a side is a whole number of pixels.
     counts = np.maximum(np.ceil(size / resolution - 1e-9), 1)
     if not counts.prod() <= MOST_PIXELS:
         raise MapError(
@@ -203,9 +203,9 @@ def _pixels(size: FloatArray, resolution: float) -> tuple[int, int]:
 
 
 def vertex_weights(map_: TactileMap, *, interpolation: str = "barycentric") -> list[csr_matrix]:
-    """For each patch sparse (surface vertices, taxels): the image's interpolation, for colouring the body.
+    """Return for each patch sparse weights (surface vertices, taxels) of the image's interpolation, to colour the body.
 
-    A vertex on a seam has several places on the map; it takes the mean of them, so that no seam shows in touch.
+    A vertex on a seam has several map points; their mean is used, so that seams are not visible in the pressure.
     """
     result = []
     for number, (patch, chart, uv) in enumerate(zip(map_.skin.patches, map_.charts, map_.uv, strict=True)):
@@ -218,19 +218,19 @@ def vertex_weights(map_: TactileMap, *, interpolation: str = "barycentric") -> l
 
 
 def _padded(patch: IntArray, shape: tuple[int, int]) -> IntArray:
-    """Patch of each pixel, each patch grown by one pixel all around."""
+    """Return the patch of each pixel, each patch dilated by one pixel."""
     grid = np.pad(patch.reshape(shape), 1, constant_values=-1)
     grown = grid[1:-1, 1:-1].copy()
     for row, column in ((0, 1), (2, 1), (1, 0), (1, 2), (0, 0), (0, 2), (2, 0), (2, 2)):
-        beside = grid[row : row + shape[0], column : column + shape[1]]
-        grown = np.where(grown >= 0, grown, beside)
+        neighbour = grid[row : row + shape[0], column : column + shape[1]]
+        grown = np.where(grown >= 0, grown, neighbour)
     return grown.ravel()
 
 
 def round_trip_mm(map_: TactileMap, image: TactileImage) -> FloatArray:
-    """(n,) how far body -> map -> centre of the pixel -> body leads from each taxel [mm].
+    """Return the distance (n,) between each taxel and its round trip body -> map -> centre of the pixel -> body [mm].
 
-    inf where the pixel's centre is off the taxel's patch. Cost: 2 ms for 1000 taxels.
+    It is inf where the pixel's centre is off the taxel's patch. Cost: 2 ms for 1000 taxels.
     """
     low = image.extent[0]
     steps = np.floor((map_.taxel_points - low) / image.resolution)
@@ -243,17 +243,17 @@ def round_trip_mm(map_: TactileMap, image: TactileImage) -> FloatArray:
 
 
 def force_error(image: TactileImage) -> FloatArray:
-    """(n,) relative error of the force that the image shows when one taxel alone is touched; -1 where it shows none.
+    """Return the relative error (n,) of the force in the image when one taxel alone is loaded; -1 if it shows none.
 
-    Shown force: sum over the pixels of pressure times area; true force: pressure times the taxel's area. The largest
-    of them bounds the error of any touch. Cost: 3 ms beside the pixels' areas.
+    Force in the image: sum over the pixels of pressure times area; true force: pressure times the taxel's area. The
+    largest error bounds that of any touch. Cost: 3 ms, plus the pixel areas.
     """
     shown = image.weights.T.astype(np.float64) @ image.pixel_areas.ravel()
     return np.asarray(shown) / image.taxel_areas - 1
 
 
 def surface_positions(skin: Skin, patch: IntArray, face: IntArray, weights: FloatArray) -> FloatArray:
-    """(k, 3) [m], link frames, of places given by patch (k,), face (k,) and weights (k, 3); NaN for patch -1."""
+    """Return positions (k, 3) [m], link frames, of patch (k,), face (k,) and weights (k, 3); NaN for patch -1."""
     result = np.full((len(patch), 3), np.nan)
     for number, own in enumerate(skin.patches):
         here = patch == number

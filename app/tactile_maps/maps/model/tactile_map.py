@@ -1,4 +1,4 @@
-"""The tactile map: a one-to-one correspondence between the skin and the plane, asked in both directions."""
+"""The tactile map: a one-to-one correspondence between the skin and the plane, evaluated in both directions."""
 
 from __future__ import annotations
 
@@ -15,19 +15,19 @@ from tactile_maps.maps.model.layout import MapLayout
 from tactile_maps.skin.model.skin import Skin
 
 SEAM_RATIO = 2.0
-"""Places of the skin that lie so many times farther apart on the map than on the body have a seam between them."""
+"""Ratio of map distance to body distance above which two points of the skin are separated by a seam."""
 _SLACK = 1e-9
-"""Share of a patch's size by which a point may miss its box and still lie on its side, for rounding."""
+"""Tolerance of a patch's box for points on its side, as a share of the patch's size."""
 
 
 @dataclass(frozen=True, eq=False)
 class TactileMap:
-    """Skin, charts and layout, and what follows from them.
+    """Skin, charts and layout of a tactile map, with derived quantities.
 
     Attributes:
-        skin: What is mapped.
-        charts: One for each patch, in order.
-        layout: Where they lie.
+        skin: The mapped skin.
+        charts: One per patch, in order.
+        layout: Placements of the charts.
 
     Example:
         >>> at = tactile_map.to_body(tactile_map.taxel_points[30])
@@ -49,18 +49,18 @@ class TactileMap:
                 raise MapError("a chart does not have its surface's faces", place=patch.name, value=len(chart.faces))
 
     def without_caches(self) -> TactileMap:
-        """The same map; what follows from it is worked out again when asked. For who keeps many, such as every edit."""
+        """Return the same map without cached values, for callers that keep many maps, such as every edit."""
         return TactileMap(self.skin, self.charts, self.layout)
 
     @cached_property
     def uv(self) -> tuple[FloatArray, ...]:
-        """For each patch the map coordinates (k, 2) [m] of its chart's points."""
+        """Map coordinates (k, 2) [m] of the chart points of each patch."""
         pairs = zip(self.charts, self.layout.placements, strict=True)
         return tuple(readonly(placement.apply(chart.plane)) for chart, placement in pairs)
 
     @cached_property
     def taxel_points(self) -> FloatArray:
-        """(taxels, 2) [m] where each taxel lies on the map."""
+        """(taxels, 2) map points of the taxels [m]."""
         parts = [
             np.einsum("kc,kcd->kd", patch.taxels.weights, uv[chart.faces[patch.taxels.faces]])
             for patch, chart, uv in zip(self.skin.patches, self.charts, self.uv, strict=True)
@@ -69,7 +69,7 @@ class TactileMap:
 
     @cached_property
     def bounds(self) -> FloatArray:
-        """(2, 2) lower-left and upper-right corner of everything on the map [m]."""
+        """(2, 2) lower-left and upper-right corner of the map [m]."""
         if not len(self.boxes):
             return readonly(np.zeros((2, 2)))
         return readonly(np.stack([self.boxes[:, 0].min(axis=0), self.boxes[:, 1].max(axis=0)]))
@@ -81,27 +81,27 @@ class TactileMap:
 
     @cached_property
     def outlines(self) -> tuple[FloatArray, ...]:
-        """For each patch its border (b, 2) [m], closed (the first point is not repeated)."""
+        """Closed border (b, 2) [m] of each patch; the first point is not repeated."""
         return tuple(readonly(uv[chart.border]) for chart, uv in zip(self.charts, self.uv, strict=True))
 
     @cached_property
     def seams(self) -> tuple[FloatArray, ...]:
-        """For each patch the border segments (s, 2, 2) [m] that are joined to another border segment on the body."""
+        """Border segments (s, 2, 2) [m] of each patch that coincide with another one on the body."""
         return tuple(readonly(uv[chart.seam_edges]) for chart, uv in zip(self.charts, self.uv, strict=True))
 
     def to_map(self, at: SurfacePoint) -> FloatArray:
-        """The map point (2,) [m] of a place on the body; on a seam, that of the copy its face belongs to."""
+        """Return the map point (2,) [m] of a point on the body; on a seam, that of its face's copy."""
         return np.array(at.weights).dot(self.uv[at.patch].take(self.charts[at.patch].faces[at.face], axis=0))
 
     def to_map_many(self, patch: IntArray, face: IntArray, weights: FloatArray) -> FloatArray:
-        """Map points (k, 2) [m] of places given by patch (k,), face (k,) and weights (k, 3)."""
+        """Return map points (k, 2) [m] of patch (k,), face (k,) and weights (k, 3)."""
         return np.einsum("kc,kcd->kd", weights, self._triangles[self._starts[patch] + face])
 
     def to_body(self, point: FloatArray) -> SurfacePoint | None:
-        """The place on the body behind a map point (2,) [m]; None outside all patches.
+        """Return the point on the body at a map point (2,) [m]; None outside all patches.
 
-        Exact: the containing triangle, not the nearest taxels. Cost: about 80 µs, of 100,000 at once 0.6 µs each.
-        Moving patches costs nothing here.
+        Exact: by the containing triangle, not by the nearest taxels. Cost: about 80 µs; for 100,000 points 0.6 µs each.
+        Moving patches needs no recomputation.
         """
         patch, face, weights = self.to_body_many(np.asarray(point, dtype=np.float64).reshape(1, 2))
         if face[0] < 0:
@@ -110,7 +110,7 @@ class TactileMap:
         return SurfacePoint(int(patch[0]), int(face[0]), (float(a), float(b), float(c)))
 
     def to_body_many(self, points: FloatArray) -> tuple[IntArray, IntArray, FloatArray]:
-        """Patch (k,), face (k,) and weights (k, 3) behind map points (k, 2) [m]; patch and face are -1 outside."""
+        """Return patch (k,), face (k,) and weights (k, 3) at map points (k, 2) [m]; patch and face are -1 outside."""
         patch, face = np.full((2, len(points)), -1, dtype=np.int64)
         weights = np.zeros((len(points), 3))
         for number, (chart, placement) in enumerate(zip(self.charts, self.layout.placements, strict=True)):
@@ -127,7 +127,7 @@ class TactileMap:
 
     @cached_property
     def _starts(self) -> IntArray:
-        """(patches + 1,) number of each patch's first triangle when all are numbered through."""
+        """(patches + 1,) index of each patch's first triangle among all."""
         return np.cumsum([0, *(len(chart.faces) for chart in self.charts)])
 
     @cached_property
@@ -139,11 +139,11 @@ class TactileMap:
 
 @dataclass(frozen=True, eq=False)
 class BodyPoint:
-    """A place of the body behind a map point.
+    """A point of the body at a map point.
 
     Attributes:
-        at: Patch, face and weights: what presses, targets and pins are given by.
-        link: Name of the link that the skin covers there.
+        at: Patch, face and weights, as used for contacts, targets and pins.
+        link: Name of the covered link.
         link_position: (3,) [m], frame of the link.
         link_normal: (3,) outward unit normal, frame of the link.
     """
@@ -155,21 +155,21 @@ class BodyPoint:
 
 
 def back_project(map_: TactileMap, point: FloatArray) -> BodyPoint:
-    """From a map point to the body. For world coordinates, ``Configuration.pose(link)`` moves it there.
+    """Return the point of the body at a map point. ``Configuration.pose(link)`` transforms it to world coordinates.
 
     Args:
         map_: The map.
-        point: (2,) on it [m].
+        point: (2,) map point [m].
 
     Raises:
-        MapError: It lies outside all patches.
+        MapError: The point is outside all patches.
 
     Example:
         >>> place = tm.back_project(tactile_map, tactile_map.taxel_points[30])
         >>> place.link, place.link_position.shape
         ('hand', (3,))
 
-    Cost: 0.1 ms; ``TactileMap.to_body_many`` asks for many at once.
+    Cost: 0.1 ms; ``TactileMap.to_body_many`` is faster for many points.
     """
     at = map_.to_body(point)
     if at is None:
