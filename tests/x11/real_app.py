@@ -22,7 +22,7 @@ from PySide6.QtCore import QPoint, QPointF, QTimer
 from tactile_maps.scene.scene_file import load_scene
 from tactile_widgets.window import application
 from tactile_widgets.common.colours import THEMES
-from tactile_widgets.theme.application_theme import apply_theme
+from tactile_widgets.common.application_theme import apply_theme
 from tactile_widgets.window.main_window import MainWindow
 from tactile_widgets.common.settings import Settings
 

@@ -6,7 +6,7 @@ import pytest
 
 # The window records two seconds, replays them, and tells where times lie on the screen and what became of each act.
 SCRIPT = """
-from tactile_widgets.timeline.scrub_bar import ScrubBar
+from tactile_widgets.plots.timeline.scrub_bar import ScrubBar
 
 window = open_window()
 bar, plots = window.timeline.findChild(ScrubBar), window.recording_plots

@@ -39,7 +39,8 @@ def test_an_unknown_study_is_named_with_those_there_are():
 
 def test_one_study_loads_no_other():
     code = (
-        "import sys; from tactile_maps.studies import load_study; load_study('image-cost'); print(sorted(sys.modules))"
+        "import sys; from tactile_maps.studies.catalogue import load_study; "
+        "load_study('image-cost'); print(sorted(sys.modules))"
     )
     loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
     assert "'tactile_maps.studies.sweeps.image_cost'" in loaded
