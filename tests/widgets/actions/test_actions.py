@@ -5,9 +5,8 @@ from __future__ import annotations
 import pytest
 from PySide6.QtWidgets import QMainWindow, QMenu, QToolButton, QWidget
 
-from tactile_widgets.actions.menus import build_menus
 from tactile_widgets.actions.mnemonics import without_mnemonic
-from tactile_widgets.actions.registry import LINE, ActionRegistry, ActionSpec, Menu, MenuList, specs_in
+from tactile_widgets.actions.registry import LINE, ActionRegistry, ActionSpec, Menu, MenuList, build_menus, specs_in
 from tactile_widgets.actions.state import WindowState, running
 from tactile_widgets.common.colours import DARK
 from tactile_widgets.common.mode import Mode

@@ -7,9 +7,7 @@ from dataclasses import replace
 import pytest
 
 from tactile_maps.core.errors import Finding
-from tactile_widgets.panels.findings_panel import FindingsPanel, note_of
-from tactile_widgets.panels.messages_panel import MessagesPanel
-from tactile_widgets.panels.note_list import Note
+from tactile_widgets.panels.note_list import FindingsPanel, MessagesPanel, Note, note_of
 
 MISSING = Finding("missing-mesh", "link_3.stl", "a small box stands in; choose the package root", 2)
 

@@ -21,7 +21,7 @@ from tactile_widgets.presenters.pointing_presenter import POINTED_ACTIONS
 from tactile_widgets.tools.map_editing.mesh_picking import present_seams, seam_runs
 from tactile_widgets.tools.map_editing.pin_tool import with_pins
 from tactile_widgets.tools.map_editing.seam_tool import SeamTool
-from tactile_widgets.views.interaction.pointed_at import PointedAt
+from tactile_widgets.views.interaction.view_tool import PointedAt
 from tests.widgets.support.window_driver import press_map, run, visible_skin
 
 RIGHT = Qt.MouseButton.RightButton

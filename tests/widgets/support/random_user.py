@@ -48,10 +48,10 @@ from PySide6.QtWidgets import (
 )
 
 from tactile_widgets.actions.keys_sheet import KeysSheet
-from tactile_widgets.actions.palette import CommandPalette
 from tactile_widgets.actions.registry import specs_in
 from tactile_widgets.common.colour_bar import ColourBar
 from tactile_widgets.common.mode import Mode
+from tactile_widgets.dialogs.palette import CommandPalette
 from tactile_widgets.plots.study_plot import StudyPlot
 from tactile_widgets.plots.timeline.recording_plots import RecordingPlots
 from tactile_widgets.plots.timeline.scrub_bar import ScrubBar

@@ -6,8 +6,7 @@ import pytest
 
 from tactile_maps.core.reading_units import ReadingUnits
 from tactile_maps.recording.overview.curves import FrameQuantity, QuantityKind
-from tactile_widgets.plots.choice.plot_choice import STANDARD, PlotKey, PlotKind
-from tactile_widgets.plots.choice.taxel_group_text import TaxelGroup
+from tactile_widgets.plots.choice.plot_choice import STANDARD, PlotKey, PlotKind, TaxelGroup
 from tactile_widgets.plots.timeline.lanes import added_lanes
 
 GROUP = TaxelGroup("palm", (3, 4, 5)).text

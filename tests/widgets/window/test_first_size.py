@@ -6,7 +6,7 @@ import pytest
 from PySide6.QtCore import QMargins, QRect, QSize
 from PySide6.QtWidgets import QApplication
 
-from tactile_widgets.window.first_size import WANTED, first_rectangle
+from tactile_widgets.window.main_window import WANTED, first_rectangle
 
 
 @pytest.mark.parametrize(

@@ -8,8 +8,8 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
 from tactile_widgets.actions.keys_sheet import KeysSheet
-from tactile_widgets.actions.palette import Command, matching
 from tactile_widgets.common.mode import Mode
+from tactile_widgets.dialogs.palette import Command, matching
 
 KEY = Qt.Key
 CTRL = Qt.KeyboardModifier.ControlModifier

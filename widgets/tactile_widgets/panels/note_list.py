@@ -1,4 +1,4 @@
-"""A list of notes for people: each wraps, can be selected and copied."""
+"""Lists of notes that wrap and can be selected and copied: findings from opening a scene, and the message log."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from math import ceil
 from typing import NamedTuple
 
-from PySide6.QtCore import QEvent, QModelIndex, QPersistentModelIndex, QPointF, QRect, QSize, Qt
+from PySide6.QtCore import QEvent, QModelIndex, QPersistentModelIndex, QPointF, QRect, QSize, Qt, QTime
 from PySide6.QtGui import (
     QFont,
     QFontMetrics,
@@ -29,8 +29,16 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from tactile_widgets.common.panel import SLIM_SCROLL_BAR
+from tactile_maps.core.errors import Finding
+from tactile_maps.session.prepare import PreparedScene, findings_of
+from tactile_widgets.common.panel import SLIM_SCROLL_BAR, Panel
 
+_HEIGHT = 120
+_NO_FINDINGS = "What opening a robot, skin or scene noticed or repaired is listed here."
+_FAULTS = ("missing-mesh", "scene-warning")
+"""Kinds after which what is shown is not what was meant."""
+_MOST = 200
+_NO_MESSAGES = "Messages and errors are listed here; Ctrl+C copies them."
 _TEXT_PX = 11
 _MARGIN = 4
 _NOTE = int(Qt.ItemDataRole.UserRole)
@@ -198,3 +206,43 @@ class NoteList(QListWidget):
             _wrapped(self._empty, painter.font(), inner.width()).draw(painter, QPointF(inner.topLeft()))
             painter.end()
         return done
+
+
+def note_of(finding: Finding) -> Note:
+    """``Missing mesh, link_3.stl: a small box stands in``."""
+    kind = finding.kind.replace("-", " ").replace("_", " ")
+    times = f"{finding.count} × " if finding.count > 1 else ""
+    head = f"{times}{kind}, {finding.where}" if finding.where else f"{times}{kind}"
+    action = f"{finding.action[:1].upper()}{finding.action[1:]}"
+    return Note(f"{head[:1].upper()}{head[1:]}", action, fault=finding.kind in _FAULTS)
+
+
+class FindingsPanel(Panel):
+    """Lists them; its heading says how many there are."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__("Findings", "findings-panel", parent)
+        self.list = NoteList("findings-list", _NO_FINDINGS, _HEIGHT, self)
+        self.list.setAccessibleName("Findings")
+        self.column.addWidget(self.list)
+
+    def show_prepared(self, prepared: PreparedScene) -> None:
+        """Another scene."""
+        found = findings_of(prepared)
+        self.list.show_notes([note_of(finding) for finding in found])
+        self.set_heading(f"Findings, {len(found)}" if found else "Findings")
+
+
+class MessagesPanel(Panel):
+    """Lists them, the newest on top."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__("Messages", "messages-panel", parent)
+        self.list = NoteList("messages-list", _NO_MESSAGES, _HEIGHT, self)
+        self.list.setAccessibleName("Messages, the newest first")
+        self.column.addWidget(self.list)
+
+    def add(self, text: str, fault: bool) -> None:
+        """The window said ``text`` now; ``fault`` where something failed."""
+        kind = "Error" if fault else "Message"
+        self.list.put_first(Note(f"{kind}, {QTime.currentTime().toString('HH:mm:ss')}", text, fault), most=_MOST)

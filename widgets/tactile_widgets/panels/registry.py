@@ -17,15 +17,14 @@ from tactile_widgets.document.taxel_selection import TaxelSelection
 from tactile_widgets.panels.control.behaviours_panel import BehavioursPanel
 from tactile_widgets.panels.control.controller_panel import ControllerPanel
 from tactile_widgets.panels.control.posture_panel import PosturePanel
-from tactile_widgets.panels.findings_panel import FindingsPanel
 from tactile_widgets.panels.history_panel import HistoryPanel
 from tactile_widgets.panels.maps.compare_panel import ComparePanel
 from tactile_widgets.panels.maps.patches_panel import PatchesPanel
 from tactile_widgets.panels.maps.quality_panel import QualityPanel
-from tactile_widgets.panels.messages_panel import MessagesPanel
 from tactile_widgets.panels.model.accuracy_panel import AccuracyPanel
 from tactile_widgets.panels.model.effects_panel import EffectsPanel
 from tactile_widgets.panels.model.timing_panel import TimingPanel
+from tactile_widgets.panels.note_list import FindingsPanel, MessagesPanel
 from tactile_widgets.panels.touch.contacts_panel import ContactsPanel
 from tactile_widgets.panels.touch.events_panel import EventsPanel
 from tactile_widgets.panels.touch.live_input_panel import LiveInputPanel

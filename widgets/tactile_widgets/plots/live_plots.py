@@ -29,8 +29,7 @@ from tactile_maps.session.frame import Frame
 from tactile_maps.session.prepare import PreparedScene
 from tactile_widgets.common.colours import Theme
 from tactile_widgets.document.taxel_selection import TaxelSelection
-from tactile_widgets.plots.choice.plot_choice import OF_GROUPS, STANDARD, PlotChoice, PlotKey, PlotKind
-from tactile_widgets.plots.choice.taxel_group_text import TaxelGroup
+from tactile_widgets.plots.choice.plot_choice import OF_GROUPS, STANDARD, PlotChoice, PlotKey, PlotKind, TaxelGroup
 from tactile_widgets.plots.plot_board import PlotBoard, PlotCell
 from tactile_widgets.plots.traces.chosen_traces import SourcedTrace, StageAreas, TraceSource
 from tactile_widgets.plots.traces.group_traces import GroupPressure, GroupSamples

@@ -10,7 +10,7 @@ from PySide6.QtGui import QDesktopServices
 from tactile_maps.robots.files.model_files import PACKAGE_ROOT_OPTION
 from tactile_maps.session.prepare import PreparedScene
 from tactile_widgets.context.app_context import AppContext
-from tactile_widgets.panels.messages_panel import MessagesPanel
+from tactile_widgets.panels.note_list import MessagesPanel
 from tactile_widgets.presenters.touch_presenter import TouchPresenter
 from tactile_widgets.session.recording_writer import DiskSpace
 

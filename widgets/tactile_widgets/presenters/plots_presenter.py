@@ -13,11 +13,10 @@ from PySide6.QtWidgets import QWidget
 from tactile_maps.core.errors import ExportError, SkinError, TactileMapsError
 from tactile_maps.core.files import write_atomically
 from tactile_widgets.context.app_context import AppContext
+from tactile_widgets.dialogs.plot_chooser import PlotChooser
 from tactile_widgets.document.taxel_search import find_taxels
 from tactile_widgets.panels.touch.events_panel import EventsPanel
-from tactile_widgets.plots.choice.plot_choice import PlotChoice, PlotKey, PlotKind
-from tactile_widgets.plots.choice.taxel_group_text import TaxelGroup
-from tactile_widgets.plots.plot_chooser import PlotChooser
+from tactile_widgets.plots.choice.plot_choice import PlotChoice, PlotKey, PlotKind, TaxelGroup
 from tactile_widgets.plots.timeline.lanes import OVER_A_RECORDING
 
 _MOST_TAXELS = 20

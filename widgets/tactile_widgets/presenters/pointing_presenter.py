@@ -38,7 +38,7 @@ from tactile_widgets.tools.map_editing.mesh_picking import as_edges, on_map
 from tactile_widgets.tools.map_editing.pin_tool import PinTool, pins_by_point
 from tactile_widgets.tools.map_editing.seam_tool import SeamTool
 from tactile_widgets.tools.registry import PATH, Tools
-from tactile_widgets.views.interaction.pointed_at import PointedAt
+from tactile_widgets.views.interaction.view_tool import PointedAt
 from tactile_widgets.views.map.items.map_coordinates import nearest_taxel
 
 NEAR = 0.012

@@ -24,9 +24,8 @@ from tactile_widgets.common.tool_kinds import BRUSH, POKE, SelectionMode, ToolKi
 from tactile_widgets.document.taxel_search import taxel_words
 from tactile_widgets.document.taxel_selection import SelectionUpdate, TaxelSelection
 from tactile_widgets.overlays.taxel_faults import NO_FAULTS, TaxelFaults
-from tactile_widgets.views.interaction.pointed_at import PointedAt
 from tactile_widgets.views.interaction.view_interaction import ViewInteraction
-from tactile_widgets.views.interaction.view_tool import ViewTool
+from tactile_widgets.views.interaction.view_tool import PointedAt, ViewTool
 from tactile_widgets.views.layers import LAYERS, LayerSpec, at_first, body_layers, map_layers
 from tactile_widgets.views.map.map_view import MapView
 from tactile_widgets.views.overlays.task_overlay_builder import TaskOverlayBuilder

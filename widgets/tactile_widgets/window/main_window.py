@@ -5,13 +5,20 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import partial
 
-from PySide6.QtCore import Qt
-from PySide6.QtGui import QAction, QCloseEvent, QDragEnterEvent, QDropEvent, QKeyEvent, QResizeEvent
+from PySide6.QtCore import QRect, QSize, Qt
+from PySide6.QtGui import (
+    QAction,
+    QCloseEvent,
+    QDragEnterEvent,
+    QDropEvent,
+    QGuiApplication,
+    QKeyEvent,
+    QResizeEvent,
+)
 from PySide6.QtWidgets import QApplication, QDockWidget, QMainWindow, QVBoxLayout, QWidget
 
 from tactile_widgets.actions.focused_keys import FocusedKeys
-from tactile_widgets.actions.menus import build_menus
-from tactile_widgets.actions.registry import ActionRegistry
+from tactile_widgets.actions.registry import ActionRegistry, build_menus
 from tactile_widgets.actions.table import REMEDIES, menu_bar
 from tactile_widgets.common.colour_bar import ColourBar
 from tactile_widgets.common.colours import PressureScale, Theme
@@ -33,7 +40,6 @@ from tactile_widgets.presenters.composition import build
 from tactile_widgets.session.backends import BACKGROUND, INLINE, Backends
 from tactile_widgets.session.live_session import LiveSession
 from tactile_widgets.views.linked_views import LinkedViews
-from tactile_widgets.window.first_size import fit_screen
 from tactile_widgets.window.more_views import MoreViews
 from tactile_widgets.window.panel_docks import PanelDocks
 from tactile_widgets.window.status_line import StatusLine
@@ -41,6 +47,10 @@ from tactile_widgets.window.toolbar import SessionToolbar
 from tactile_widgets.window.window_commands import WindowCommands
 from tactile_widgets.workers.map_quality_worker import InlineMapQualityWorker
 
+WANTED = QSize(1400, 900)
+"""Preferred size of the window [px]."""
+_FRAME = QSize(16, 48)
+"""Estimated size of the window frame and title bar, unknown before the window is shown [px]."""
 _LOW_WINDOW = 700
 """A window is low under this height [px]."""
 
@@ -287,3 +297,28 @@ class MainWindow(QMainWindow):
 
     def createPopupMenu(self) -> None:
         """Qt: no menu for hiding bars by accident; View has it."""
+
+
+def first_rectangle(room: QRect) -> QRect:
+    """Return the first geometry of the window without its frame.
+
+    Args:
+        room: Available part of the screen [logical px].
+
+    Returns:
+        The preferred size, or as much of it as fits with a frame, in the middle of ``room``.
+    """
+    size = WANTED.boundedTo(room.size() - _FRAME)
+    place = QRect(room.topLeft(), size)
+    place.moveCenter(room.center())
+    place.moveTop(max(place.top(), room.top() + _FRAME.height() - _FRAME.width() // 2))
+    return place
+
+
+def fit_screen(window: QMainWindow) -> None:
+    """Give the window its first size and position; the preferred size if there is no screen."""
+    screen = window.screen() or QGuiApplication.primaryScreen()
+    if screen is None or QGuiApplication.platformName() == "offscreen":
+        window.resize(WANTED)
+    else:
+        window.setGeometry(first_rectangle(screen.availableGeometry()))

@@ -9,9 +9,9 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QAbstractSlider, QAbstractSpinBox, QComboBox, QMenu, QWidget
 
 from tactile_widgets.actions.mnemonics import without_mnemonic
-from tactile_widgets.actions.palette import Command
 from tactile_widgets.actions.registry import ActionRegistry, ActionSpec, Menu, key_text
 from tactile_widgets.common.panel import Panel
+from tactile_widgets.dialogs.palette import Command
 from tactile_widgets.panels.panel_column import PanelColumn
 
 ListFiller = Callable[[QMenu], None]

@@ -12,11 +12,11 @@ from tactile_maps.cli.commands.guide import find_page
 from tactile_maps.core.errors import DisplayError
 from tactile_widgets.actions.keymap import RESERVED, KeyMap
 from tactile_widgets.actions.keys_sheet import KeysSheet
-from tactile_widgets.actions.palette import CommandPalette
 from tactile_widgets.actions.registry import key_rows, taken_by_menus
 from tactile_widgets.actions.table import MOUSE_GESTURES
 from tactile_widgets.common.guide_window import GuidePlace, GuideWindow
 from tactile_widgets.context.app_context import AppContext
+from tactile_widgets.dialogs.palette import CommandPalette
 from tactile_widgets.plots.choice.plot_choice import PlotChoice
 from tactile_widgets.window.palette_commands import ListFiller, action_commands, listed_commands, setting_commands
 from tactile_widgets.window.panel_docks import PanelDocks

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from tactile_widgets.plots.choice.plot_choice import PlotKey
-from tactile_widgets.plots.choice.taxel_group_text import TaxelGroup
+from tactile_widgets.plots.choice.plot_choice import PlotKey, TaxelGroup
 
 
 def test_a_group_is_read_again_whatever_its_name_has():

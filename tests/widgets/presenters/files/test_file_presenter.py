@@ -28,7 +28,7 @@ from tactile_maps.skin.formats.taxel_files import write_taxels
 from tactile_widgets.common.mode import Mode
 from tactile_widgets.presenters.files.file_presenter import scene_words
 from tactile_widgets.session.backends import INLINE
-from tactile_widgets.views.interaction.pointed_at import PointedAt
+from tactile_widgets.views.interaction.view_tool import PointedAt
 from tactile_widgets.workers.scene_worker import SceneWorker
 from tests.support.taxel_formats import FORMATS, cylinder_taxels, write_formats
 from tests.widgets.support.window_driver import press_map, run

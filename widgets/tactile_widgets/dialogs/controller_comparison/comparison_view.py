@@ -7,6 +7,7 @@ from functools import partial
 
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import (
+    QDialog,
     QHBoxLayout,
     QLabel,
     QProgressBar,
@@ -284,3 +285,17 @@ def _heading(text: str, parent: QWidget) -> QLabel:
 
 def _last(trace: ControllerTrace) -> float:
     return float(trace.time[-1]) if len(trace) else 0.0
+
+
+class ComparisonDialog(QDialog):
+    """Separate window for the comparison."""
+
+    def __init__(self, theme: Theme, parent: QWidget) -> None:
+        super().__init__(parent)
+        self.setObjectName("controller-comparison")
+        self.setWindowTitle("Compare controllers")
+        self.resize(1120, 720)
+        self.board = ComparisonView(theme, self)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.addWidget(self.board)

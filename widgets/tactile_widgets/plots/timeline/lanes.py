@@ -8,8 +8,7 @@ from dataclasses import dataclass
 from tactile_maps.core.reading_units import ReadingUnits
 from tactile_maps.recording.overview.curves import CURVES, FrameQuantity, QuantityKind
 from tactile_maps.session.prepare import PreparedScene
-from tactile_widgets.plots.choice.plot_choice import PlotKey, PlotKind
-from tactile_widgets.plots.choice.taxel_group_text import TaxelGroup
+from tactile_widgets.plots.choice.plot_choice import PlotKey, PlotKind, TaxelGroup
 from tactile_widgets.plots.traces.trace_plots import peak_title
 
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from PySide6.QtCore import QObject
-from PySide6.QtWidgets import QDialog, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QWidget
 
 from tactile_maps.control.controller_registry import has_task
 from tactile_maps.control.motion.command import ControlSettings
@@ -16,7 +16,7 @@ from tactile_maps.studies.controller_comparison import ControllerTrace, trace_cs
 from tactile_widgets.common.colours import Theme
 from tactile_widgets.common.controller_settings import GAIN_SETTINGS
 from tactile_widgets.context.app_context import AppContext
-from tactile_widgets.dialogs.controller_comparison.comparison_view import ComparisonView
+from tactile_widgets.dialogs.controller_comparison.comparison_view import ComparisonDialog, ComparisonView
 from tactile_widgets.jobs.executor import Job
 from tactile_widgets.panels.control.controller_panel import ControllerPanel
 from tactile_widgets.presenters.session.effects_presenter import EffectsPresenter
@@ -161,20 +161,6 @@ class ComparisonPresenter(QObject):
         self.executor.close()
         if self.board is not None:
             self.board.rest()
-
-
-class ComparisonDialog(QDialog):
-    """A window beside the main one."""
-
-    def __init__(self, theme: Theme, parent: QWidget) -> None:
-        super().__init__(parent)
-        self.setObjectName("controller-comparison")
-        self.setWindowTitle("Compare controllers")
-        self.resize(1120, 720)
-        self.board = ComparisonView(theme, self)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.addWidget(self.board)
 
 
 def with_controller(settings: ControlSettings, controller: ControlSettings) -> ControlSettings:

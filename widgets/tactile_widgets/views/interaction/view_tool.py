@@ -23,6 +23,19 @@ ToPixels = Callable[[FloatArray], FloatArray]
 """From map points (k, 2) [m] to pixels of the viewport (k, 2)."""
 
 
+@dataclass(frozen=True)
+class PointedAt:
+    """Skin location or body under the pointer.
+
+    Attributes:
+        at: Skin location; None next to the skin.
+        body: Index of the link, or of the object after the links, where there is no skin; None for neither.
+    """
+
+    at: SurfacePoint | None = None
+    body: int | None = None
+
+
 @dataclass(frozen=True, eq=False)
 class BodyHit:
     """The place of a link or an object under the pointer, skin or not, in the world.

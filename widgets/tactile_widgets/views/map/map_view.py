@@ -39,11 +39,10 @@ from tactile_widgets.common.placeholder_card import CardTexts, PlaceholderCard
 from tactile_widgets.common.settings import OverlayOptions
 from tactile_widgets.common.tool_kinds import ToolKind
 from tactile_widgets.overlays.taxel_faults import NO_FAULTS, TaxelFaults
-from tactile_widgets.views.interaction.pointed_at import PointedAt
 from tactile_widgets.views.interaction.poke_gesture import Panned
 from tactile_widgets.views.interaction.select_gesture import Pixel, paint_rubber_band
 from tactile_widgets.views.interaction.view_interaction import ViewInteraction
-from tactile_widgets.views.interaction.view_tool import PointerHit, ViewTool
+from tactile_widgets.views.interaction.view_tool import PointedAt, PointerHit, ViewTool
 from tactile_widgets.views.map.items.map_coordinates import MapCamera, SceneTransform, nearest_taxel, readout_text
 from tactile_widgets.views.map.items.map_scene import MapLayerFactory, MapScene
 from tactile_widgets.views.map.painting.map_painter import MapMarks, MapPainter, outlines

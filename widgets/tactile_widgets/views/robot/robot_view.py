@@ -18,11 +18,10 @@ from tactile_maps.session.prepare import PreparedScene
 from tactile_widgets.common.colours import PressureScale, Theme
 from tactile_widgets.common.placeholder_card import CardTexts, PlaceholderCard
 from tactile_widgets.common.tool_kinds import ToolKind
-from tactile_widgets.views.interaction.pointed_at import PointedAt
 from tactile_widgets.views.interaction.poke_gesture import Panned
 from tactile_widgets.views.interaction.select_gesture import Pixel
 from tactile_widgets.views.interaction.view_interaction import ViewInteraction
-from tactile_widgets.views.interaction.view_tool import BodyHit, PointerHit, ViewTool
+from tactile_widgets.views.interaction.view_tool import BodyHit, PointedAt, PointerHit, ViewTool
 from tactile_widgets.views.overlays.body_overlays import NO_MARKS
 from tactile_widgets.views.robot.caption_overlay import CubeFace
 from tactile_widgets.views.robot.picking import BodyTaxels, SkinPicker, facing_pixels
