@@ -42,7 +42,7 @@ def test_a_move_moves_what_was_chosen(document):
         np.testing.assert_allclose(moved.map.uv[number], document.map.uv[number] + step, atol=1e-15)
 
 
-def test_what_changes_nothing_gives_the_document_itself(document):
+def test_edit_without_change_returns_the_same_document(document):
     assert move(document, [1], (0.0, 0.0)) is document
     assert move(document, [], (1.0, 0.0)) is document
     assert rotate(document, [], 1.0) is document
@@ -89,13 +89,13 @@ def test_scaling_is_seen_in_the_numbers_and_taken_back_to_the_last_bit(document)
 
 
 @pytest.mark.parametrize("factor", [0.0, -1.0, 0.01, 11.0, np.nan, np.inf])
-def test_an_absurd_scale_is_refused(document, factor):
+def test_an_absurd_scale_is_rejected(document, factor):
     with pytest.raises(MapError, match=r"too small or too large|not finite"):
         scale(document, [0], factor)
 
 
 @pytest.mark.parametrize("by", [(1e7, 0.0), (0.0, np.nan), (np.inf, 0.0)])
-def test_an_absurd_move_is_refused(document, by):
+def test_an_absurd_move_is_rejected(document, by):
     with pytest.raises(MapError, match=r"too far from the origin|not finite"):
         move(document, [0], by)
 
@@ -120,7 +120,7 @@ def _heap(document):
     return document.with_layout(MapLayout(placements))
 
 
-def test_repacking_all_parts_a_heap_and_keeps_each_as_it_is(document):
+def test_repacking_all_separates_patches_and_keeps_their_rotation_and_scale(document):
     heap = _heap(document)
     assert overlaps(heap.map) > 0
     packed = repack(heap)
@@ -149,7 +149,7 @@ def test_repacking_some_that_are_free_leaves_one_alone_where_it_is(document):
     _same(repack(away, [2]), away)
 
 
-def test_repacking_none_is_nothing(document):
+def test_repacking_no_patches_changes_nothing(document):
     assert repack(document, []) is document
 
 
@@ -167,7 +167,7 @@ def test_a_side_snaps_to_a_side_and_says_where(document):
     assert (snap.by[1], snap.y) == (1.0, ()), "one coordinate snaps without the other"
 
 
-def test_what_is_not_near_is_left_alone(document):
+def test_distant_edges_do_not_snap(document):
     by = _near(document, 0.001)
     assert snap_move(document, [1], by, reach=0.0).by == tuple(by)
     assert snap_move(document, [1], (3.0, 3.0), reach=0.002).by == (3.0, 3.0)

@@ -11,7 +11,7 @@ from tactile_maps.editing.arrange import move
 from tactile_maps.editing.document import LONGEST_NAME, MapDocument, rename_patch, reorder_patch, show_patches
 
 
-def test_a_first_document_wants_what_the_map_is(document):
+def test_first_document_has_the_settings_of_the_map(document):
     assert [patch.method for patch in document.patches] == [chart.method for chart in document.charts]
     assert [patch.name for patch in document.patches] == [patch.name for patch in document.skin.patches]
     assert document.order == (0, 1, 2)
@@ -29,7 +29,7 @@ def test_an_edit_of_the_tree_shares_the_whole_map(document):
     assert rename_patch(document, 0, "Forearm").map is document.map
 
 
-def test_a_tree_of_other_patches_is_refused(document):
+def test_a_tree_of_other_patches_is_rejected(document):
     for change in ({"order": (0, 1)}, {"order": (0, 1, 1)}, {"patches": document.patches[:2]}):
         with pytest.raises(MapError, match="patch tree"):
             replace(document, **change)
@@ -38,7 +38,7 @@ def test_a_tree_of_other_patches_is_refused(document):
 def test_only_patches_that_exist_can_be_chosen(document):
     assert document.chosen([2, 0, 2]) == [0, 2]
     for number in (-1, 3):
-        with pytest.raises(MapError, match="no such patch"):
+        with pytest.raises(MapError, match="unknown patch"):
             document.chosen([number])
 
 
@@ -53,7 +53,7 @@ def test_a_resting_document_keeps_its_fields_and_computes_the_rest_again(documen
     assert (other.map.taxel_points == before).all()
 
 
-def test_resting_beside_itself_forgets_nothing(document):
+def test_release_caches_keeps_values_of_the_shared_map(document):
     points = document.map.taxel_points
     document.release_caches(rename_patch(document, 0, "Forearm"))
     assert document.map.taxel_points is points
@@ -71,7 +71,7 @@ def test_a_name_is_given_without_its_spaces(document):
 
 
 @pytest.mark.parametrize("name", ["", "   ", "two\nlines", "x" * (LONGEST_NAME + 1), "\ud800"])
-def test_what_is_no_name_is_refused(document, name):
+def test_invalid_patch_name_is_rejected(document, name):
     with pytest.raises(MapError, match="not a valid patch name"):
         rename_patch(document, 0, name)
 
@@ -96,5 +96,5 @@ def test_a_patch_moves_in_the_tree(document, number, to, order):
 
 def test_there_is_no_place_outside_the_tree(document):
     for to in (-1, 3):
-        with pytest.raises(MapError, match="no such place"):
+        with pytest.raises(MapError, match="invalid position"):
             reorder_patch(document, 0, to)

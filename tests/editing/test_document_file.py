@@ -48,7 +48,7 @@ def _changed(document, *, header=None, patch=None, **arrays):
     return pack_arrays(old_header | (header or {}), {k: v for k, v in merged.items() if v is not None})
 
 
-def test_what_is_saved_comes_back(edited, tmp_path):
+def test_saved_data_are_restored(edited, tmp_path):
     save_document(edited, tmp_path / "map.npz")
     back = load_document(tmp_path / "map.npz")
     assert document_to_bytes(back) == document_to_bytes(edited)
@@ -90,7 +90,7 @@ def test_a_chart_from_elsewhere_survives(document):
         ({"patches": [1, 2, 3]}, "patch 0, name"),
     ],
 )
-def test_a_broken_header_is_refused(edited, header, says):
+def test_a_broken_header_is_rejected(edited, header, says):
     with pytest.raises(MapError, match=says):
         document_from_bytes(_changed(edited, header=header), file="x.npz")
 
@@ -105,7 +105,7 @@ def test_a_broken_header_is_refused(edited, header, says):
         ("pins", [[True, 1.0, 0.0, 0.0, 0.0, 0.0]]),
     ],
 )  # fmt: skip
-def test_a_broken_patch_is_refused_by_name(edited, key, value):
+def test_a_broken_patch_is_rejected_by_name(edited, key, value):
     with pytest.raises(MapError, match=f"x.npz, patch patch 1, {key}"):
         document_from_bytes(_changed(edited, patch={key: value}), file="x.npz")
 
@@ -119,13 +119,13 @@ def test_a_broken_patch_is_refused_by_name(edited, key, value):
         ("importance", -np.ones(63)),
     ],
 )  # fmt: skip
-def test_a_broken_array_is_refused_by_name(edited, name, values):
+def test_a_broken_array_is_rejected_by_name(edited, name, values):
     assert len(edited.skin.patches[1].surface.vertices) == 63
     with pytest.raises(MapError, match=f"x.npz, patch patch 1, {name}"):
         document_from_bytes(_changed(edited, **{f"_1_{name}": values}), file="x.npz")
 
 
-def test_a_document_without_a_map_is_refused(edited):
+def test_a_document_without_a_map_is_rejected(edited):
     for values in (None, np.zeros(3)):
         with pytest.raises(MapError, match="no map"):
             document_from_bytes(_changed(edited, _map=values))
@@ -136,7 +136,7 @@ def test_a_document_without_a_map_is_refused(edited):
             document_from_bytes(data)
 
 
-def test_what_cannot_be_read_or_written_says_so(edited, tmp_path):
+def test_unreadable_and_unwritable_files_are_errors(edited, tmp_path):
     with pytest.raises(MapError, match="cannot be read"):
         load_document(tmp_path / "nothing.npz")
     (tmp_path / "file").write_bytes(b"")
@@ -159,7 +159,7 @@ def kept(document, tmp_path):
     return file
 
 
-def test_what_was_undone_to_is_saved(document, kept):
+def test_undo_to_the_saved_document_has_no_unsaved_changes(document, kept):
     history = History(document)
     assert not kept.unsaved(history.present)
     history.do("Move", move(document, [0], (0.1, 0.0)))
@@ -222,7 +222,7 @@ def test_a_failed_save_changes_nothing(document, kept, tmp_path):
     assert kept.unsaved(moved)
 
 
-def test_an_autosave_that_cannot_be_removed_says_so(document, kept):
+def test_autosave_that_cannot_be_removed_is_an_error(document, kept):
     kept.autosave_file.mkdir()
     with pytest.raises(MapError, match="cannot be removed"):
         kept.drop_autosave()

@@ -48,7 +48,7 @@ def test_the_list_has_all_names_and_leads_to_each(history):
     assert history.position == 2
     assert len(history.names) == 6, "what could be redone is listed"
     for position in (-1, 6):
-        with pytest.raises(MapError, match="no such step"):
+        with pytest.raises(MapError, match="unknown step"):
             history.go(position)
 
 
@@ -61,7 +61,7 @@ def test_a_new_edit_forgets_what_was_undone(history):
     assert history.undo() is documents[2]
 
 
-def test_nothing_done_is_no_step(history):
+def test_unchanged_document_adds_no_step(history):
     history.do("Nothing", history.present)
     assert history.names == ("Open",)
 
@@ -115,7 +115,7 @@ def test_gestures_do_not_nest_and_nothing_else_happens_in_them(history):
         history.refine(history.present)
 
 
-def test_ending_or_cancelling_nothing_is_nothing(history):
+def test_end_and_cancel_without_gesture_do_nothing(history):
     history.end()
     history.cancel()
     assert history.names == ("Open",)
@@ -179,6 +179,6 @@ def test_steps_that_are_not_shown_hold_nothing_that_can_be_computed(history):
     assert "taxel_points" not in vars(documents[0].map)
 
 
-def test_a_history_of_no_steps_is_refused(document):
+def test_a_history_of_no_steps_is_rejected(document):
     with pytest.raises(MapError, match="at least one"):
         History(document, most_steps=0)

@@ -101,7 +101,7 @@ def test_an_icub_layout_is_read_along_with_its_positions(tmp_path):
     np.testing.assert_allclose(drawn.points, layout.points, atol=1e-5)
 
 
-def test_what_is_no_layout_of_this_skin_is_refused(document, tmp_path):
+def test_layout_of_another_skin_is_rejected(document, tmp_path):
     sheet = replace(document.map, skin=_skin_with(document.skin, 1, link="other"))
     save_map(sheet, tmp_path / "other.npz")
     (tmp_path / "broken.npz").write_bytes(b"PK nothing")
@@ -178,12 +178,12 @@ def test_a_drawing_of_the_map_itself_changes_nothing(document):
 def test_pins_are_few_and_apart(document):
     _, drawing = _drawn(document)
     jobs = pin_as_drawn(document, drawing, most=5).jobs
-    assert [len(job.wanted.pins) for job in jobs] == [5, 5, 5]
-    faces = {(pin.at.face, pin.at.weights) for pin in jobs[0].wanted.pins}
+    assert [len(job.edit.pins) for job in jobs] == [5, 5, 5]
+    faces = {(pin.at.face, pin.at.weights) for pin in jobs[0].edit.pins}
     assert len(faces) == 5
 
 
-def test_a_drawing_of_nothing_is_refused(document):
+def test_a_drawing_of_nothing_is_rejected(document):
     nowhere = TaxelLayout(np.zeros((len(document.skin), 2)))
     for act in (arrange_as_drawn, pin_as_drawn):
         with pytest.raises(MapError, match="the drawing has no taxel of this skin"):

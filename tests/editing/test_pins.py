@@ -59,7 +59,7 @@ def test_a_place_is_pinned_once_and_only_on_the_patch(pinned):
     for at in (replace(FIRST, face=-1), replace(FIRST, face=10_000), replace(FIRST, weights=(1.0, 1.0, -1.0))):
         with pytest.raises(MapError, match="not on the patch"):
             add_pin(pinned, at)
-    with pytest.raises(MapError, match="no such patch"):
+    with pytest.raises(MapError, match="unknown patch"):
         add_pin(pinned, replace(FIRST, patch=7))
 
 
@@ -99,7 +99,7 @@ def test_without_pins_the_map_is_what_its_method_makes(document, pinned):
     np.testing.assert_array_equal(none.charts[1].plane, document.charts[1].plane)
 
 
-def test_pins_that_are_not_there_and_places_that_are_none_are_refused(pinned):
+def test_unknown_pins_and_invalid_places_are_rejected(pinned):
     for act in (lambda k: nudge_pins(pinned, {1: [k]}, (0.0, 0.0)), lambda k: remove_pins(pinned, 1, [k])):
         for number in (-1, 2):
             with pytest.raises(MapError, match="unknown pin"):

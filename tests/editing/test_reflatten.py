@@ -41,7 +41,7 @@ def test_a_chart_is_what_its_edit_says_whatever_came_before(document, reflattene
     assert chart_fingerprint(back, 1) == chart_fingerprint(document, 1)
 
 
-def test_the_new_chart_lies_where_the_old_one_did(document):
+def test_new_chart_is_at_the_position_of_the_old_one(document):
     turned = mirror(rotate(move(document, [1], (0.3, 0.1)), [1], 0.7), [1])
     new = apply_result(turned, reflatten(set_method(turned, [1], "harmonic")))
     np.testing.assert_allclose(new.map.boxes[1].mean(axis=0), turned.map.boxes[1].mean(axis=0), atol=0.02)
@@ -56,7 +56,7 @@ def test_several_patches_are_one_step(document):
     assert [patch.lengths for patch in new.patches] == [0.25, 1.0, 0.25]
 
 
-def test_what_is_wanted_already_needs_nothing(document):
+def test_unchanged_settings_need_no_job(document):
     asked = set_method(document, [0, 1, 2], "symmetric-dirichlet")
     assert asked.jobs == ()
     assert apply_result(document, reflatten(asked)) is document
@@ -71,7 +71,7 @@ def test_a_request_and_its_result_cross_processes(document):
     )
 
 
-def test_a_result_for_what_has_changed_meanwhile_is_refused(document, reflattened):
+def test_result_for_changed_patch_is_rejected(document, reflattened):
     late = reflatten(set_lengths(document, [1], 0.5))
     with pytest.raises(StaleEdit, match="changed meanwhile"):
         apply_result(reflattened, late)
@@ -94,7 +94,7 @@ def test_undone_and_redone_a_document_is_what_it_was(document):
     assert apply_result(MapDocument.of(document.map), result).charts[1].method == "tutte"
 
 
-def test_the_gain_is_told_before_anything_is_accepted(document, reflattened):
+def test_gain_is_known_before_the_result_is_applied(document, reflattened):
     (gain,) = reflatten(set_method(reflattened, [1], "symmetric-dirichlet")).gains
     assert gain == pytest.approx(reflattened.charts[1].energies[-1] - document.charts[1].energies[-1])
     assert gain > 0
@@ -103,7 +103,7 @@ def test_the_gain_is_told_before_anything_is_accepted(document, reflattened):
     assert reflatten(replace(set_method(document, [1], "tutte"), jobs=(job,))).gains == (None,)
 
 
-def test_progress_is_told_and_may_cancel(document):
+def test_progress_is_reported_and_may_cancel(document):
     told = []
     reflatten(set_lengths(document, [0, 2], 0.5), progress=lambda text, share: told.append((text, share)))
     assert {text for text, _ in told} == {"Flattening patch 0", "Flattening patch 2"}
@@ -126,7 +126,7 @@ def test_a_method_without_slider_refuses_it_and_takes_it_back(document, reflatte
     with pytest.raises(MapError, match="no slider"):
         set_lengths(reflattened, [1], 0.5)
     slid = apply_result(document, reflatten(set_lengths(document, [0], 0.5)))
-    assert set_method(slid, [0], "tutte").jobs[0].wanted.lengths == 1.0
+    assert set_method(slid, [0], "tutte").jobs[0].edit.lengths == 1.0
     with pytest.raises(MapError, match="unknown method"):
         set_method(document, [0], "by magic")
 
@@ -147,7 +147,7 @@ def test_a_chart_from_elsewhere_is_kept_until_a_method_is_chosen(document):
     assert new.charts[1].method == "tutte"
 
 
-def test_a_pinned_patch_cut_otherwise_still_lies_where_it_was(document):
+def test_pinned_patch_with_new_cuts_keeps_its_position(document):
     pinned = add_pin(add_pin(document, SurfacePoint(2, 3, (1.0, 0.0, 0.0))), SurfacePoint(2, 90, (0.2, 0.3, 0.5)))
     turned = rotate(pinned, [2], 0.8)
     held = [turned.map.to_map(pin.at) for pin in turned.patches[2].pins]
@@ -164,7 +164,7 @@ def test_a_chart_is_laid_over_another_of_its_surface(document):
     assert _laid_over(chart, chart) is chart
 
 
-def test_what_cannot_be_laid_flat_says_which_patch(document):
+def test_error_names_the_patch_that_cannot_be_reflattened(document):
     job = set_method(document, [1], "tutte").jobs[0]
     flat = replace(job.patch, surface=replace(job.patch.surface, vertices=job.patch.surface.vertices * 0))
     asked = replace(set_method(document, [1], "tutte"), jobs=(replace(job, patch=flat),))

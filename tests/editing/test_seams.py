@@ -54,7 +54,7 @@ def test_seams_add_up(document):
     assert len(new.charts[1].seams) == 6
 
 
-def test_a_seam_that_would_cut_the_patch_in_two_is_refused(document):
+def test_a_seam_that_would_cut_the_patch_in_two_is_rejected(document):
     with pytest.raises(SeamCutsPatch, match="in two"):
         draw_seam(document, 1, [_vertex(4, 0), _vertex(4, 6)])
     half = _done(document, draw_seam(document, 1, [_vertex(4, 0), _vertex(4, 3)]))
@@ -64,14 +64,14 @@ def test_a_seam_that_would_cut_the_patch_in_two_is_refused(document):
         draw_seam(document, 1, [_vertex(*c) for c in ((2, 2), (5, 2), (5, 4), (2, 4), (2, 2))])
 
 
-def test_what_is_no_seam_is_refused(document):
+def test_erasing_an_edge_without_seam_is_rejected(document):
     for through in ([_vertex(4, 0)], [], [3, 3]):
         with pytest.raises(MapError, match="two ends"):
             draw_seam(document, 1, through)
     for vertex in (-1, 10_000):
         with pytest.raises(MapError, match="no such vertex"):
             draw_seam(document, 1, [0, vertex])
-    with pytest.raises(MapError, match="no such patch"):
+    with pytest.raises(MapError, match="unknown patch"):
         draw_seam(document, 9, [0, 1])
 
 
@@ -85,7 +85,7 @@ def test_an_erased_seam_is_closed_and_the_others_stay(document):
     np.testing.assert_allclose(back.charts[1].plane, document.charts[1].plane, atol=1e-12)
 
 
-def test_a_tube_does_not_open_without_a_seam_and_that_is_told(document):
+def test_tube_keeps_one_seam_with_a_finding(document):
     new = _done(document, erase_seams(document, 0, document.charts[0].seams))
     assert len(new.charts[0].seams) == len(document.charts[0].seams)
     assert [found.kind for found in new.charts[0].findings] == ["seam-needed"]
@@ -102,7 +102,7 @@ def deep():
     return MapDocument.of(build_map(skin_of(named("nearly closed"))))
 
 
-def test_a_proposal_tells_its_gain_and_accepted_is_as_shown(deep):
+def test_proposal_has_a_gain_and_is_accepted_unchanged(deep):
     before = extra_seams(deep, 0)
     assert before == sum(found.count for found in deep.charts[0].findings if found.kind == "seam-added") > 0
     shown = reflatten(propose_seam(deep, 0))
@@ -118,7 +118,7 @@ def test_a_proposal_tells_its_gain_and_accepted_is_as_shown(deep):
 def test_a_seam_goes_around_an_area_of_interest(document):
     inside = [_vertex(column, row) for column in (3, 4, 5) for row in (0, 1, 2, 3)]
     painted = _done(document, paint_interest(document, 1, inside))
-    drawn = draw_seam(painted, 1, [_vertex(2, 0), _vertex(6, 1)]).jobs[0].wanted.seams.drawn
+    drawn = draw_seam(painted, 1, [_vertex(2, 0), _vertex(6, 1)]).jobs[0].edit.seams.drawn
     assert not set(drawn.ravel().tolist()) & set(inside)
     with pytest.raises(SeamInInterest, match="area of interest"):
         draw_seam(painted, 1, [_vertex(4, 0), _vertex(4, 3)])
@@ -135,11 +135,11 @@ def test_a_tube_is_cut_where_nothing_is_of_interest(document):
     assert [found.kind for found in whole.charts[0].findings] == ["seam-in-interest"]
 
 
-def test_what_cannot_be_painted_is_refused(document):
+def test_invalid_area_of_interest_is_rejected(document):
     for vertices in ([-1], [10_000]):
         with pytest.raises(MapError, match="no such vertex"):
             paint_interest(document, 1, vertices)
-    with pytest.raises(MapError, match="from 0 up"):
+    with pytest.raises(MapError, match="negative or not finite"):
         paint_interest(document, 1, [1], importance=np.nan)
     assert paint_interest(document, 1, []).jobs == ()
 
@@ -147,7 +147,7 @@ def test_what_cannot_be_painted_is_refused(document):
 def test_a_plan_of_a_person_is_what_proposals_count_from(document):
     planned = document.with_patch(1, replace(document.patches[1], seams=replace(document.patches[1].seams, extra=2)))
     assert extra_seams(planned, 1) == 2
-    assert propose_seam(planned, 1).jobs[0].wanted.seams.extra == 3
+    assert propose_seam(planned, 1).jobs[0].edit.seams.extra == 3
 
 
 def test_areas_of_several_patches_are_painted_in_one_step(document):

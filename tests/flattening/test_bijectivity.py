@@ -21,7 +21,7 @@ def test_areas_have_a_sign():
     assert flipped(SQUARE, faces).tolist() == [False, True, True]
 
 
-def test_a_number_that_is_none_counts_as_flipped():
+def test_nan_counts_as_flipped():
     assert flipped(np.full((3, 2), np.nan), np.array([[0, 1, 2]])).all()
 
 

@@ -96,7 +96,7 @@ def child() -> Iterator[Child]:
     breaks=st.lists(st.sampled_from(BREAKS[:-2]), max_size=5, unique=True).map(tuple),
     seed=st.integers(0, 10_000),
 )
-def test_a_broken_mesh_is_mapped_or_refused_by_name(
+def test_broken_mesh_is_mapped_or_rejected_by_name(
     child: Child, shape: str, breaks: tuple[str, ...], seed: int
 ) -> None:
     event(child.call(outcome, shape, breaks, seed, seconds=SECONDS))
@@ -110,7 +110,7 @@ def test_one_kind_of_damage_alone_is_always_mapped(child: Child, shape: str, how
 
 
 @pytest.mark.parametrize("how", BREAKS[-2:])
-def test_what_is_no_mesh_is_refused(child: Child, how: str) -> None:
+def test_invalid_mesh_is_rejected(child: Child, how: str) -> None:
     answer = child.call(outcome, "tube", (how,), 1, seconds=SECONDS)
     assert answer.startswith("refused: a ")
 

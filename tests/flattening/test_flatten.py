@@ -49,7 +49,7 @@ def test_a_map_is_never_seen_from_behind():
     assert not flipped(chart.plane, chart.faces).any()
 
 
-def test_a_deep_patch_gets_a_seam_and_says_so():
+def test_deep_patch_gets_a_seam_with_a_finding():
     chart = flatten(named("nearly closed"), name="head")
     (note,) = chart.findings
     assert (note.kind, note.where) == ("seam-added", "head")
@@ -70,14 +70,14 @@ def test_the_simple_method_adds_no_seam():
 
 
 @pytest.mark.parametrize("name", ["spiral", "sieve"])
-def test_what_would_overlap_is_kept_apart_and_said(name):
+def test_overlap_is_avoided_with_a_finding(name):
     chart = flatten(named(name))
     assert "overlap-avoided" in _kinds(chart)
     assert crossings(chart.plane[chart.connectivity.boundary_loops[0]]) == 0
     assert chart.energies[-1] < 4.05
 
 
-def test_faces_without_area_are_told():
+def test_faces_without_area_are_reported():
     (note,) = flatten(named("thin faces")).findings
     assert (note.kind, note.count) == ("thin-face", 6)
 
@@ -158,7 +158,7 @@ def test_seams_are_added_until_each_limb_of_a_body_opens(name, most):
     assert chart.energies[-1] < most
 
 
-def test_a_surface_without_any_first_map_is_refused_with_the_seams_that_were_tried(monkeypatch):
+def test_a_surface_without_any_first_map_is_rejected_with_the_seams_that_were_tried(monkeypatch):
     monkeypatch.setattr("tactile_maps.flattening.flatten.EASY_ENERGY", 4.0)
     monkeypatch.setattr("tactile_maps.flattening.flatten.HARDEST_ENERGY", 4.0)
     monkeypatch.setattr("tactile_maps.flattening.flatten._SEAMS_TO_OPEN", (0, 1))

@@ -55,19 +55,19 @@ def test_so_does_its_outer_surface_alone(name: str, child: Child) -> None:
 
 
 @pytest.mark.parametrize("name", HOPELESS)
-def test_what_cannot_wear_a_taxel_is_refused_by_name(name: str) -> None:
+def test_mesh_without_room_for_a_taxel_is_rejected_by_name(name: str) -> None:
     with pytest.raises(MeshError, match=name):
         skin_of_mesh(HOPELESS[name], name=name)
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
-def test_numbers_that_are_none_are_refused_with_their_place(bad: float) -> None:
+def test_vertices_that_are_not_finite_are_rejected_with_their_place(bad: float) -> None:
     with pytest.raises(MeshError, match="vertex 1: a vertex is not a finite number"):
         Mesh([[0, 0, 0], [bad, 0, 0], [0, 1, 0]], [[0, 1, 2]])
 
 
 @pytest.mark.parametrize("index", [-1, 3, 2**40])
-def test_corners_that_do_not_exist_are_refused_with_their_place(index: int) -> None:
+def test_corners_that_do_not_exist_are_rejected_with_their_place(index: int) -> None:
     with pytest.raises(MeshError, match="face 0: a face names a vertex that does not exist"):
         Mesh(np.eye(3), [[0, 1, index]])
 
@@ -83,7 +83,7 @@ def read_all(folder: str) -> dict[str, str]:
     return answers
 
 
-def test_empty_files_and_files_of_garbage_are_refused_by_name(child: Child, tmp_path: Path) -> None:
+def test_empty_files_and_files_of_garbage_are_rejected_by_name(child: Child, tmp_path: Path) -> None:
     rng = np.random.default_rng(0)
     for suffix in MESH_SUFFIXES:
         (tmp_path / f"empty{suffix}").write_bytes(b"")
@@ -105,7 +105,7 @@ def test_one_taxel_is_enough() -> None:
     [[[0.02, 0.04, 0.0]] * 3, [[x, 0.04, 0.0] for x in (0.02, 0.04, 0.06)], [[0.02, 0.04, 0.0], [0.02, 0.04, 1e-15]]],
     ids=["coincident", "collinear", "nearly coincident"],
 )
-def test_taxels_may_lie_in_one_place_or_on_one_line(points: list[list[float]]) -> None:
+def test_taxels_may_coincide_or_be_collinear(points: list[list[float]]) -> None:
     surface = sheet()
     owner = np.arange(len(surface.faces)) % len(points)
     map_ = build_map(Skin((Patch("sheet", "link", surface, taxels_at_points(surface, np.array(points), owner)),)))
@@ -144,7 +144,7 @@ def scanned() -> Skin:
 
 
 @pytest.mark.long
-def test_a_scan_of_two_hundred_thousand_faces_is_mapped_as_it_is(scanned: Skin) -> None:
+def test_scan_of_two_hundred_thousand_faces_is_mapped_at_full_resolution(scanned: Skin) -> None:
     assert len(scanned.patches[0].surface.faces) == 200_000
     told: list[float] = []
     map_ = build_map(scanned, progress=lambda _text, fraction: told.append(fraction))
@@ -178,7 +178,7 @@ def test_wearing_can_be_cancelled_too() -> None:
         skin_of_mesh(hard_mesh("soup"), progress=progress)
 
 
-def test_a_cloud_of_loose_triangles_is_refused_in_time() -> None:
+def test_a_cloud_of_loose_triangles_is_rejected_in_time() -> None:
     rng = np.random.default_rng(2)
     corners = rng.normal(size=(45_000, 1, 3)) + 1e-3 * rng.normal(size=(45_000, 3, 3))
     cloud = Mesh(corners.reshape(-1, 3), np.arange(135_000).reshape(-1, 3))
@@ -186,6 +186,6 @@ def test_a_cloud_of_loose_triangles_is_refused_in_time() -> None:
         skin_of_mesh(cloud, PlacementSpec(taxels=1000))
 
 
-def test_what_is_left_bare_is_told() -> None:
+def test_uncovered_surface_is_reported() -> None:
     told = {finding.kind: finding.count for finding in skin_of_mesh(loose_pieces(), PlacementSpec(taxels=40)).findings}
     assert told["small-piece"] > 0

@@ -29,7 +29,7 @@ def turned(mesh: Mesh, by: float) -> Mesh:
     return Mesh(mesh.vertices @ turn.T, mesh.faces)
 
 
-def test_a_needle_is_pulled_straight_and_lies_nowhere_on_itself() -> None:
+def test_needle_becomes_straight_without_overlap() -> None:
     surface = needle()
     chart = flatten(surface)
     assert "overlap-avoided" not in {finding.kind for finding in chart.findings}
@@ -51,7 +51,7 @@ def test_a_slender_patch_starts_as_wide_as_its_border_is_long() -> None:
 
 
 @pytest.mark.parametrize("surface", [sheet(), cap(2.8), sphere(), frustum()], ids=["sheet", "cap", "ball", "tube"])
-def test_any_other_patch_starts_as_it_is(surface: Mesh) -> None:
+def test_other_patches_start_with_the_unscaled_first_map(surface: Mesh) -> None:
     disk = disk_of(surface)
     assert disk.taut is disk.start
 
@@ -72,7 +72,7 @@ def test_a_projection_is_seen_from_the_front_and_of_true_size() -> None:
     assert disk.energy.energy(plane) == pytest.approx(4)
 
 
-def test_what_has_no_mean_normal_has_no_projection() -> None:
+def test_surface_without_mean_normal_projects_to_the_origin() -> None:
     ball = sphere()
     assert np.ptp(projection(ball)) < 2.1 * 0.05
     both = Mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 1]])

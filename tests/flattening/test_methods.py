@@ -99,7 +99,7 @@ def test_slim_and_ours_agree_on_the_optimum():
     assert energies[0] == pytest.approx(energies[1], rel=1e-4)
 
 
-def test_methods_are_what_their_titles_say():
+def test_methods_have_the_properties_in_their_titles():
     surface = cap(np.pi / 2, rings=12)
     angles = {name: _angle(surface, flatten(surface, method=name)) for name in ("tutte", "lscm", "arap")}
     assert angles["lscm"] < 1.06
@@ -124,16 +124,16 @@ def test_the_slider_trades_lengths_for_angles_all_the_way():
     assert angles[-1] < 1.1 < 1.3 < angles[0]
 
 
-def test_a_place_beyond_the_slider_is_refused():
+def test_value_beyond_the_slider_is_rejected():
     with pytest.raises(MapError, match="0 to 1"):
         flatten(sheet(), lengths=1.5)
 
 
-def test_a_method_that_turns_triangles_over_is_mended_and_says_so():
+def test_method_with_flips_is_repaired_with_a_finding():
     chart = flatten(cap(2.8, rings=10), method="unroll")
     assert _kinds(chart) == {"flips-mended"}
 
 
-def test_an_unknown_method_is_refused_with_the_known_ones():
+def test_an_unknown_method_is_rejected_with_the_known_ones():
     with pytest.raises(MapError, match=r"magic.*tutte"):
         find_method("magic")

@@ -22,7 +22,7 @@ def posed(request):
     return problem, tutte(surface)
 
 
-def test_energy_falls_every_round_and_time_is_told(posed):
+def test_energy_falls_every_round_and_time_is_recorded(posed):
     problem, plane = posed
     ticks = iter(range(1000))
     rounds = list(minimise(problem, 0.3 * plane, clock=lambda: next(ticks)))
@@ -33,13 +33,13 @@ def test_energy_falls_every_round_and_time_is_told(posed):
     assert np.abs(problem.derivatives(rounds[-1].plane)[0]).max() < 1e-4
 
 
-def test_a_start_with_flips_is_refused(posed):
+def test_a_start_with_flips_is_rejected(posed):
     problem, plane = posed
     with pytest.raises(MapError, match="flipped"):
         next(minimise(problem, plane * [-1, 1]))
 
 
-def test_a_descent_that_has_not_converged_says_so_after_its_last_map(posed):
+def test_descent_without_convergence_raises_after_its_last_map(posed):
     problem, plane = posed
     short = minimise(problem, 0.3 * plane, rounds=1)
     rounds = []

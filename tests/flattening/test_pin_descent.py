@@ -26,14 +26,14 @@ def pinned():
     return problem, PinnedEnergy(problem, springs, here + [[0.01, 0.0], [0.0, -0.02], [0.03, 0.01]]), plane
 
 
-def test_in_its_place_a_pin_costs_nothing(pinned):
+def test_pin_at_its_target_has_zero_energy(pinned):
     problem, energy, plane = pinned
     home = energy.towards(energy.places(plane))
     assert home.energy(plane) == problem.energy(plane)
     np.testing.assert_array_equal(home.gradient(plane), problem.gradient(plane))
 
 
-def test_a_spring_costs_the_square_of_how_far_it_is_drawn(pinned):
+def test_spring_energy_is_quadratic_in_its_length(pinned):
     problem, energy, plane = pinned
     drawn = STIFFNESS * (0.01**2 + 0.02**2 + 0.03**2 + 0.01**2)
     assert energy.energy(plane) - problem.energy(plane) == pytest.approx(drawn)
@@ -67,7 +67,7 @@ def test_the_hessian_gains_the_springs_and_no_entry(pinned):
     np.testing.assert_allclose((held - alone).toarray(), triu(expected).toarray(), atol=1e-9)
 
 
-def test_where_pins_are_wanted_changes_no_hessian(pinned):
+def test_hessian_is_independent_of_pin_targets(pinned):
     _, energy, plane = pinned
     elsewhere = energy.towards(energy.goals + 0.1)
     np.testing.assert_array_equal(energy.derivatives(plane)[1].data, elsewhere.derivatives(plane)[1].data)
@@ -81,7 +81,7 @@ def test_at_the_least_energy_pins_are_close_to_their_goals(pinned):
     assert np.abs(energy.places(plane) - energy.goals).max() > 1e-2
 
 
-def test_without_pins_it_is_the_energy_alone(pinned):
+def test_pinned_energy_without_pins_equals_the_energy(pinned):
     problem, _, plane = pinned
     none = PinnedEnergy(problem, Springs(np.zeros((0, 3), dtype=int), np.zeros((0, 3))), np.zeros((0, 2)))
     assert none.energy(plane) == problem.energy(plane)
@@ -98,11 +98,11 @@ def test_each_pin_makes_its_own_move():
     np.testing.assert_allclose(shepard_warp(PLANE, places, moves)[[3, 50, 120]], moves, atol=1e-9)
 
 
-def test_what_all_pins_do_everything_does():
+def test_common_move_of_all_pins_moves_every_point():
     np.testing.assert_allclose(shepard_warp(PLANE, PLANE[:4], np.full((4, 2), 0.3)), 0.3)
 
 
-def test_nothing_goes_farther_than_the_farthest_pin():
+def test_no_point_moves_farther_than_the_farthest_pin():
     moves = np.random.default_rng(1).normal(size=(5, 2))
     gone = shepard_warp(PLANE, PLANE[:5], moves)
     assert (gone <= moves.max(axis=0) + 1e-12).all()
@@ -144,7 +144,7 @@ def wanted(rest, *moves):
 
 
 @pytest.mark.parametrize("far", [0.01, 0.1, 0.4, 5.0])
-def test_every_round_goes_downhill_and_flips_nothing(rest, far):
+def test_every_round_lowers_the_energy_without_flips(rest, far):
     energy = wanted(rest, (far, 0.0), (0.0, 0.0), (0.0, 0.0))
     descent = PinDescent(rest[1])
     before = energy.energy(descent.plane)
@@ -209,7 +209,7 @@ def test_one_factorisation_serves_several_rounds(rest):
     assert len(asked) == known + 1
 
 
-def test_where_no_step_is_possible_the_map_stays(rest):
+def test_map_is_unchanged_if_no_step_is_possible(rest):
     class Singular(SymmetricDirichlet):
         def derivatives(self, plane):
             gradient, hessian = super().derivatives(plane)

@@ -110,7 +110,7 @@ def test_the_map_is_where_its_pins_are_and_one_to_one():
     np.testing.assert_array_equal(settled.faces, chart.faces)
 
 
-def test_progress_is_told_and_may_cancel_with_all_as_it_was():
+def test_progress_is_reported_and_may_cancel_without_effect():
     surface, chart = dome()
     patch, numbers, places = pinned(surface, chart)
     patch.move(numbers[0], places[0] + 0.01)
@@ -129,7 +129,7 @@ def test_progress_is_told_and_may_cancel_with_all_as_it_was():
     assert patch.converge(on_round=lambda _: None).energies[-1] < 5
 
 
-def test_a_descent_that_is_ended_early_says_so_until_it_has_converged(monkeypatch):
+def test_descent_ended_early_has_a_finding_until_it_converges(monkeypatch):
     surface, chart = dome()
     patch, numbers, places = pinned(surface, chart)
     patch.move(numbers[0], places[0] + [0.012, 0.006])
@@ -143,7 +143,7 @@ def test_a_descent_that_is_ended_early_says_so_until_it_has_converged(monkeypatc
     assert "descent-stopped" not in [note.kind for note in again.converge().findings]
 
 
-def test_a_border_that_would_lie_on_itself_is_kept_apart():
+def test_overlap_of_the_border_is_avoided():
     strip = sheet(60, 3, width=0.6, height=0.03)
     patch = PinnedPatch(strip, _flat(strip))
     left, right, middle = (
@@ -166,7 +166,7 @@ def test_a_border_that_would_lie_on_itself_is_kept_apart():
     assert "overlap-avoided" in [note.kind for note in settled.findings]
 
 
-def test_pins_that_cannot_get_where_they_are_wanted_are_told_once():
+def test_pins_behind_their_targets_are_reported_once():
     surface, chart = dome()
     patch, numbers, places = pinned(surface, chart, 3)
     patch.move(numbers[0], places[1])
@@ -264,7 +264,7 @@ def test_after_a_few_still_frames_the_energy_is_within_a_hundredth_of_the_least(
         assert least.energy <= patch.energy <= 1.01 * least.energy
 
 
-def test_back_where_it_was_the_energy_is_what_it_was():
+def test_energy_returns_with_the_pin():
     surface, chart = dome()
     patch, numbers, places = pinned(surface, chart)
     for _ in range(20):
@@ -363,7 +363,7 @@ class TestWhatIsRefused:
     """By name, with all as it was."""
 
     @pytest.mark.parametrize("place", [(np.nan, 0.0), (0.0, np.inf), (1e3, 0.0), (-1e300, 1.0)])
-    def test_a_place_that_is_none(self, place):
+    def test_invalid_pin_place_is_rejected(self, place):
         surface, chart = dome()
         patch, numbers, places = pinned(surface, chart)
         with pytest.raises(MapError, match="too far from the map"):
@@ -423,7 +423,7 @@ def test_pins_and_plane_of_before_can_be_given():
 class TestLargePatches:
     """Followed by a coarse cage, settled in full."""
 
-    def test_they_are_followed_and_settled_as_small_ones_are(self):
+    def test_large_patches_follow_and_converge_like_small_ones(self):
         surface, chart = waves()
         small, numbers, places = pinned(surface, chart)
         large, _, _ = pinned(surface, chart, whole=1000)
@@ -438,7 +438,7 @@ class TestLargePatches:
         assert large.uses_coarse_cage
         assert large.lag < 1e-3 * np.sqrt(surface.area)
 
-    def test_where_no_stand_in_can_be_made_they_are_followed_whole(self):
+    def test_patch_without_valid_cage_moves_all_faces(self):
         strip = sheet(7000, 1, width=1.0, height=0.0001)
         none = np.zeros((0, 2), dtype=np.int64)
         chart = Chart(strip.faces, strip.vertices[:, :2], np.arange(len(strip.vertices)), none, "by hand")

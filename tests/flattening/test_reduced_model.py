@@ -47,7 +47,7 @@ def test_any_weights(seed):
         assert small.has_sorted_indices
 
 
-def test_a_stand_ins_weights():
+def test_cage_weights():
     surface = sheet(24, 18, shape=lambda x, y: 0.02 * np.sin(40 * x))
     chart = flatten(surface)
     carried = build_coarse_cage(surface, chart, faces=120).carried
@@ -67,7 +67,7 @@ def carried():
     return problem, cage, ReducedEnergy(problem, cage.carried), cage.plane * [1.1, 0.95]
 
 
-def test_it_is_the_whole_maps(carried):
+def test_reduced_energy_equals_that_of_the_whole_map(carried):
     problem, cage, energy, plane = carried
     step = 0.3 * plane[::-1]
     assert energy.energy(plane) == problem.energy(cage.carried @ plane)
@@ -120,7 +120,7 @@ def made(request):
     return surface, chart, build_coarse_cage(surface, chart, faces=400, name=request.param)
 
 
-def test_it_is_a_coarse_disk_without_flips(made):
+def test_cage_is_a_coarse_disk_without_flips(made):
     _, chart, cage = made
     assert 200 < len(cage.surface.faces) < 600 < len(chart.faces)
     assert cage.surface.connectivity.euler_characteristic == len(cage.surface.connectivity.boundary_loops) == 1
@@ -171,7 +171,7 @@ def test_the_two_sides_of_a_slit_are_carried_apart():
 _SLIT = ((0.06, 0.0, 0.0), (0.06, 0.05, 0.0))
 
 
-def test_what_cannot_be_thinned_out_is_refused():
+def test_map_without_valid_cage_is_rejected():
     strip = sheet(300, 1, width=1.0, height=0.001)
     chart = Chart(strip.faces, strip.vertices[:, :2], np.arange(len(strip.vertices)), np.zeros((0, 2)), "by hand")
     with pytest.raises(MapError, match="no valid coarse cage"):

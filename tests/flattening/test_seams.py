@@ -35,13 +35,13 @@ def test_a_drawn_slit_inside_is_joined_to_the_border():
     np.testing.assert_array_equal(cut.vertex_of[cut.faces], plate.faces)
 
 
-def test_a_seam_that_parts_the_patch_is_refused():
+def test_seam_that_separates_the_patch_is_rejected():
     plate = sheet(12, 8)
     with pytest.raises(MapError, match="in two"):
         cut_to_disk(plate, drawn=shortest_edge_path(plate, [6 * 9, 6 * 9 + 8]))
 
 
-def test_a_seam_off_the_edges_is_refused(tube):
+def test_a_seam_off_the_edges_is_rejected(tube):
     with pytest.raises(MapError, match=r"leaves the edges.*vertices 0 and 100"):
         cut_to_disk(tube, drawn=np.array([[0, 100]]))
 
@@ -80,7 +80,7 @@ def test_a_path_takes_the_places_in_their_order(tube):
     assert _pairs(whole) == _pairs(shortest_edge_path(tube, [0, 4])) | _pairs(shortest_edge_path(tube, [4, 28]))
 
 
-def test_plans_that_mean_nothing_are_refused(tube):
+def test_invalid_seam_plans_are_rejected(tube):
     with pytest.raises(MapError, match="two ends"):
         shortest_edge_path(tube, [3])
     with pytest.raises(MapError, match="out of range"):

@@ -18,19 +18,19 @@ def test_inside_on_an_edge_and_at_a_corner() -> None:
     assert away == pytest.approx([2, 1, 5])
 
 
-def test_no_points_no_answers() -> None:
+def test_query_without_points_returns_empty_arrays() -> None:
     faces, weights, away = ClosestPoint(TRIANGLE).query(np.zeros((0, 3)))
     assert (len(faces), weights.shape, len(away)) == (0, (0, 3), 0)
 
 
-def test_what_would_crash_native_code_is_refused() -> None:
+def test_input_that_would_crash_native_code_is_rejected() -> None:
     with pytest.raises(MeshError, match="no faces"):
         ClosestPoint(HOPELESS_MESHES["empty"])
     with pytest.raises(MeshError, match="not finite"):
         ClosestPoint(TRIANGLE).query(np.array([[np.nan, 0, 0]]))
 
 
-def test_weights_in_a_triangle_without_area_lie_on_its_nearest_side() -> None:
+def test_weights_in_triangle_without_area_are_on_its_nearest_side() -> None:
     line = np.array([[[0, 0, 0], [1, 0, 0], [3, 0, 0.0]], [[2, 2, 2], [2, 2, 2], [2, 2, 2.0]]])
     weights = barycentric(line, np.array([[2.5, 0, 0], [2, 2, 2.0]]))
     assert np.einsum("kc,kcd->kd", weights, line) == pytest.approx(np.array([[2.5, 0, 0], [2, 2, 2]]))

@@ -27,7 +27,7 @@ SQUARE = np.array([[0, 1, 2], [0, 2, 3]])
 BOW_TIE = np.array([[0, 1, 2], [0, 3, 4]])
 
 
-def test_edges_are_numbered_and_know_how_many_faces_are_beside_them() -> None:
+def test_edges_are_numbered_with_their_face_counts() -> None:
     table = Connectivity(SQUARE)
     assert table.edges.tolist() == [[0, 1], [0, 2], [0, 3], [1, 2], [2, 3]]
     assert table.face_count.tolist() == [1, 2, 1, 1, 1]
@@ -77,7 +77,7 @@ def test_two_fans_at_a_vertex_are_found_and_refused() -> None:
         _ = Connectivity(BOW_TIE).boundary_loops
 
 
-def test_faces_that_disagree_in_direction_are_refused() -> None:
+def test_faces_that_disagree_in_direction_are_rejected() -> None:
     with pytest.raises(MeshError, match="simple loops"):
         _ = Connectivity(np.array([[0, 1, 2], [0, 3, 2]])).boundary_loops
 
@@ -226,7 +226,7 @@ def test_a_sound_mesh_keeps_its_numbers() -> None:
     assert np.array_equal(vertex_of, np.arange(len(mesh.vertices)))
 
 
-def test_a_fin_leaves_the_box_whole_and_stands_alone() -> None:
+def test_fin_becomes_a_component_and_box_stays_connected() -> None:
     _, twins, faces, _ = taken_apart(hard_mesh("fin"))
     component = components_of(twins, len(faces))
     assert np.array_equal(np.bincount(component), [12, 1])

@@ -72,7 +72,7 @@ def test_many_thin_faces_are_measured_along_edges(sides, exact):
     assert needle.from_vertex(sides, np.array([0]))[0] == pytest.approx(np.hypot(1.0, width))
 
 
-def test_loose_vertices_do_no_harm():
+def test_geodesics_ignore_unreferenced_vertices():
     surface = named("loose vertices")
     assert Geodesics(surface).from_vertex(3, np.array([3, 4])).tolist() == pytest.approx([0, 0.01])
 

@@ -42,7 +42,7 @@ def test_the_inner_wall_of_a_tube_is_found_in_any_unit(scale: float) -> None:
     assert np.array_equal(inner, distances(mesh, slice(2)) < 0.0275)
 
 
-def test_of_nested_walls_only_the_outermost_side_stays() -> None:
+def test_only_outermost_side_of_nested_walls_remains() -> None:
     sheets = joined(frustum(0.05, 0.05, length=0.2), frustum(0.046, 0.046, length=0.2))
     assert np.array_equal(found(sheets), distances(sheets, slice(2)) < 0.048)
     walls = joined(walled_tube(0.03), walled_tube(0.026))

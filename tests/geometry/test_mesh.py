@@ -62,14 +62,14 @@ def test_a_face_out_of_range_is_named(index: int) -> None:
         Mesh(np.eye(3), [[0, 1, 2], [0, 1, index]])
 
 
-def test_it_is_a_frozen_value_that_can_be_a_key() -> None:
+def test_surface_point_is_frozen_and_hashable() -> None:
     at = SurfacePoint(0, 7, (0.2, 0.3, 0.5))
     assert {at: 1}[SurfacePoint(0, 7, (0.2, 0.3, 0.5))] == 1
     with pytest.raises(dataclasses.FrozenInstanceError):
         at.face = 3  # type: ignore[misc]
 
 
-def test_what_meets_is_worked_out_once_and_handed_on() -> None:
+def test_connectivity_is_computed_once_and_reused() -> None:
     mesh = sheet()
     assert mesh.connectivity is mesh.connectivity
     moved = Mesh.of(mesh.connectivity, 2 * mesh.vertices)
@@ -78,7 +78,7 @@ def test_what_meets_is_worked_out_once_and_handed_on() -> None:
     assert mesh.edge_lengths.shape == (len(mesh.edges),)
 
 
-def test_what_was_computed_does_not_travel() -> None:
+def test_cached_values_of_mesh_are_not_pickled() -> None:
     mesh = sheet()
     bare = len(pickle.dumps(mesh))
     assert mesh.connectivity.boundary_loops
@@ -87,7 +87,7 @@ def test_what_was_computed_does_not_travel() -> None:
     np.testing.assert_array_equal(pickle.loads(pickle.dumps(mesh)).edges, mesh.edges)
 
 
-def test_solid_is_what_is_closed_with_its_faces_outward() -> None:
+def test_mesh_is_solid_if_closed_with_faces_outward() -> None:
     corners = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
     outward = np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
     far = np.array(corners) + 1e3

@@ -119,13 +119,13 @@ def test_it_agrees_with_trying_every_triangle(triangles):
     np.testing.assert_array_equal(face >= 0, expected.any(axis=1))
 
 
-def test_points_that_are_nowhere_are_in_no_triangle(triangles):
+def test_points_outside_or_not_finite_are_in_no_triangle(triangles):
     face, weights = PointLocator(triangles).query(np.array([[np.nan, 0], [np.inf, 0], [1e300, -1e300], [-1, -1]]))
     assert (face == -1).all()
     assert (weights == 0).all()
 
 
-def test_nothing_holds_nothing():
+def test_locator_without_area_or_points_finds_nothing():
     assert PointLocator(np.zeros((0, 3, 2))).query(np.zeros((2, 2)))[0].tolist() == [-1, -1]
     assert PointLocator(np.zeros((1, 3, 2))).query(np.zeros((2, 2)))[0].tolist() == [-1, -1]
     assert len(PointLocator(np.eye(3)[None, :, :2]).query(np.zeros((0, 2)))[0]) == 0

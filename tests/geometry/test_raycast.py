@@ -44,12 +44,12 @@ def test_a_miss_is_none(origin: tuple[float, ...], direction: tuple[float, ...])
 
 
 @pytest.mark.parametrize("direction", [np.zeros(3), np.array([np.nan, 0, 1])])
-def test_a_ray_without_direction_is_refused(direction: np.ndarray) -> None:
+def test_a_ray_without_direction_is_rejected(direction: np.ndarray) -> None:
     with pytest.raises(MeshError, match="ray"):
         RayCaster(CUBE).first_hit(np.zeros(3), direction)
 
 
-def test_a_mesh_without_faces_is_refused() -> None:
+def test_a_mesh_without_faces_is_rejected() -> None:
     with pytest.raises(MeshError, match="no faces"):
         RayCaster(HOPELESS_MESHES["no faces"])
 
@@ -153,7 +153,7 @@ def test_directions_are_units_spread_evenly() -> None:
 
 
 @pytest.mark.parametrize("name", ["empty", "no faces", "one point"])
-def test_nothing_to_look_at_is_an_error(name: str) -> None:
+def test_outer_faces_of_empty_mesh_raise_an_error(name: str) -> None:
     with pytest.raises(MeshError, match="no faces to look at"):
         outer_faces(HOPELESS_MESHES[name])
 
@@ -169,7 +169,7 @@ def test_small_holes_are_filled_and_small_islands_dropped() -> None:
     assert np.array_equal(without_islands(mesh, chosen, 0.0), chosen)
 
 
-def test_whole_pieces_stay_as_they_were_chosen_however_small() -> None:
+def test_components_chosen_as_a_whole_are_unchanged_by_size_limit() -> None:
     mesh = loose_pieces(50)
     chosen = np.zeros(len(mesh.faces), dtype=bool)
     chosen[-20:] = True

@@ -63,7 +63,7 @@ def test_there_and_back_is_where_it_began():
     np.testing.assert_allclose(back.ahead, -start.ahead, atol=1e-9)
 
 
-def test_a_walk_over_the_border_says_so_and_goes_on_in_the_plane():
+def test_walk_over_border_is_marked_and_continues_in_the_plane():
     walks, start = walkers(sheet(), [0.11, 0.04, 0], [1.0, 0.0, 0.0])
     end = walks.go(start, np.array([0.03]))
     assert not end.on.any()
@@ -125,7 +125,7 @@ def test_on_a_sphere_columns_are_exact_and_rows_close_in_as_great_circles_do():
     assert np.linalg.norm(grid.points[-1, -1] - tip) < 30e-6
 
 
-def test_what_lies_over_an_edge_is_not_on():
+def test_points_beyond_a_sharp_edge_are_not_on_the_grid():
     def roof(x, y):
         return -5.0 * np.maximum(x - 0.08, 0)
 
@@ -140,7 +140,7 @@ def test_what_lies_over_an_edge_is_not_on():
     assert not over.on[0, -1]
 
 
-def test_corners_without_a_grid_are_refused():
+def test_corners_without_a_grid_are_rejected():
     point = np.array([0.03, 0.03, 0])
     with pytest.raises(MeshError, match="two different corners"):
         surface_grid(sheet(), point, point, 3, 3)

@@ -51,7 +51,7 @@ def test_a_skin_without_patches_is_a_named_error():
         build_map(Skin(()))
 
 
-def test_a_patch_that_cannot_be_laid_flat_is_named():
+def test_error_names_the_patch_that_cannot_be_flattened():
     whole = sheet()
     broken = type(whole)(whole.vertices, [*whole.faces.tolist(), [0, 10, 60]])
     skin = Skin((Patch("shin", "leg", broken, taxels_on(whole, 10)),))
@@ -70,12 +70,12 @@ def test_one_patch_laid_flat_anew_leaves_the_others_alone(three_patches):
     np.testing.assert_allclose(after, before, atol=1e-12)
 
 
-def test_a_plan_for_a_patch_that_is_not_there_is_refused():
+def test_seam_plan_for_unknown_patch_is_rejected():
     with pytest.raises(MapError, match=r"unknown patch.*elbow"):
         build_map(skin_of(sheet()), seams={"elbow": SeamPlan()})
 
 
-def test_seams_are_cut_where_they_were_asked_for():
+def test_requested_seams_are_cut():
     skin = skin_of(sheet(), frustum())
     surface = skin.patches[1].surface
     up = np.lexsort((surface.vertices[:, 2], np.round(np.arctan2(*surface.vertices[:, :2].T), 6)))

@@ -82,13 +82,13 @@ def test_too_few_taxels_or_all_in_line_have_no_triangles_but_still_a_border(site
     np.testing.assert_allclose(triangles.beyond_border(np.array([[0.003, 0.004], [5, 5]])).sum(axis=1), 1)
 
 
-def test_coincident_taxels_do_no_harm():
+def test_coincident_taxels_keep_weights_valid():
     sites = np.concatenate([jittered(), jittered()[:3]])
     weights = TaxelTriangles(sites).beyond_border(np.array([[-0.01, -0.01]]))
     assert weights.sum() == pytest.approx(1)
 
 
-def test_sparse_rows_adds_what_comes_twice():
+def test_sparse_rows_adds_repeated_entries():
     rows = sparse_rows(np.array([[2, 0], [1, 1]]), np.array([[0.3, 0.7], [0.4, 0.6]]), 3)
     np.testing.assert_allclose(rows.toarray(), [[0.7, 0, 0.3], [0, 1, 0]])
 
@@ -116,7 +116,7 @@ def test_it_agrees_with_scipy_between_the_taxels():
     np.testing.assert_allclose(barycentric(triangles, points) @ values, expected, atol=1e-12)
 
 
-def test_it_is_the_nearest_of_all():
+def test_nearest_interpolation_uses_the_nearest_taxel():
     triangles = TaxelTriangles(jittered())
     points = np.random.default_rng(2).uniform(-0.02, 0.11, (800, 2))
     expected = np.linalg.norm(points[:, None] - triangles.sites, axis=2).argmin(axis=1)
@@ -182,7 +182,7 @@ def test_the_field_has_no_creases():
 
 
 @pytest.mark.parametrize("sites", [jittered(), horseshoe()], ids=["square", "horseshoe"])
-def test_beside_a_border_or_a_gap_weights_stay_positive_and_exact(sites):
+def test_weights_near_a_border_or_gap_are_positive_and_exact(sites):
     triangles = TaxelTriangles(sites)
     face, side = np.nonzero(triangles.beyond < 0)
     start, end = (triangles.sites[triangles.faces[face, (side + turn) % 3]] for turn in (1, 2))
@@ -418,7 +418,7 @@ def test_taxels_in_one_line_are_shown_along_it(method):
 
 
 @EVERY
-def test_asking_for_nothing_gives_nothing(three_patches, method):
+def test_interpolation_without_points_is_empty(three_patches, method):
     weights = interpolation_weights(three_patches, np.zeros(0, dtype=int), np.zeros((0, 2)), interpolation=method)
     assert weights.shape == (0, 120)
 

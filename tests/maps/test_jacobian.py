@@ -227,7 +227,7 @@ def test_it_is_of_length_one():
         assert np.linalg.norm(jacobian.normal(map_.skin.taxel_point(taxel))) == pytest.approx(1.0, abs=1e-12)
 
 
-def test_too_few_taxels_tell_none():
+def test_too_few_taxels_give_no_normal():
     skin = bar_skin(3)
     assert len(skin) < 4
     assert MapJacobian(build_map(Skin(skin.patches))).normal(SurfacePoint(0, 0, (1.0, 0.0, 0.0))) is None

@@ -59,13 +59,13 @@ def test_one_after_another_is_both(first, second):
 @pytest.mark.parametrize(
     ("change", "says"), [({"offset": (1e6, 0.0)}, "too far from the origin"), ({"scale": 20.0}, "too large")]
 )
-def test_a_placement_out_of_bounds_is_refused(change, says):
+def test_a_placement_out_of_bounds_is_rejected(change, says):
     with pytest.raises(MapError, match=says):
         MapLayout((Placement(), Placement(**change)))
 
 
 @pytest.mark.parametrize("placement", [Placement(np.nan), Placement(0.0, (np.inf, 0.0)), Placement(scale=np.nan)])
-def test_a_placement_that_is_no_place_is_refused(placement):
+def test_placement_that_is_not_finite_is_rejected(placement):
     with pytest.raises(MapError, match="not finite"):
         MapLayout((placement,))
 
@@ -129,7 +129,7 @@ def test_order_is_that_of_reading():
     assert order == list(range(6))
 
 
-def test_twins_lie_like_mirror_images():
+def test_pairs_are_placed_symmetrically():
     links = ["torso", "l_upper_arm", "l_forearm", "r_upper_arm", "r_forearm", "l_foot", "r_foot"]
     sizes = np.array([(0.3, 0.4), (0.1, 0.2), (0.1, 0.2), (0.12, 0.2), (0.1, 0.2), (0.1, 0.2), (0.1, 0.2)])
     middle = _boxes(_charts(sizes), links).mean(axis=1)

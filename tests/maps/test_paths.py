@@ -146,7 +146,7 @@ def test_no_step_is_no_piece():
     assert (path.pieces, path.arrived) == ((), True)
 
 
-def test_a_path_that_is_not_finite_is_refused():
+def test_a_path_that_is_not_finite_is_rejected():
     map_ = unrolled(sheet())
     with pytest.raises(MapError, match="finite"):
         trace_path(SeamTransitions(map_), SurfacePoint(0, 0, (1.0, 0.0, 0.0)), np.array([np.nan, 0]))
@@ -253,7 +253,7 @@ def test_one_is_laid_about_a_place(kind):
 
 
 @pytest.mark.parametrize("bad", [[], [[0.0, 0.0]], [[0.0, 0.0], [np.nan, 0.0]], [[0.0, 0.0], [np.inf, 1.0]]])
-def test_what_is_no_path_is_refused(bad):
+def test_invalid_path_is_rejected(bad):
     with pytest.raises(MapError, match="path needs"):
         draw_path("polyline", bad)
     with pytest.raises(MapError, match="too far from the origin"):

@@ -107,7 +107,7 @@ def test_any_layout_can_be_asked_both_ways(angle, offset, mirrored):
 
 @examples(60)
 @given(st.integers(0, len(DATA) - 1), st.integers(1, 255))
-def test_a_file_with_any_byte_changed_opens_whole_or_is_refused_by_name(place, change):
+def test_a_file_with_any_byte_changed_opens_whole_or_is_rejected_by_name(place, change):
     damaged = bytearray(DATA)
     damaged[place] ^= change
     try:

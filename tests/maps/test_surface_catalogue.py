@@ -58,7 +58,7 @@ def test_the_map_is_finite_one_to_one_and_better_than_the_first(name):
 
 
 @pytest.mark.parametrize("name", EVERY)
-def test_what_was_done_besides_is_told(name):
+def test_repairs_are_reported(name):
     told = {finding.kind for finding in _chart(name).findings}
     expected = {
         "deep cup": {"seam-added"}, "cup": {"seam-added"}, "nearly closed": {"seam-added"},
@@ -110,7 +110,7 @@ def test_round_trips_of_the_map_are_exact(name):
 
 
 @pytest.mark.parametrize("name", SMALL)
-def test_every_taxel_lies_in_its_patch(name):
+def test_every_taxel_is_in_its_patch(name):
     map_ = _map(name)
     assert (map_.to_body_many(map_.taxel_points)[0] == map_.skin.patch_of).all()
 
@@ -282,7 +282,7 @@ def test_size_changes_no_ratio(scale):
 
 
 @pytest.mark.parametrize("name", ["tube", "cone"])
-def test_what_can_be_laid_flat_loses_nothing_but_the_seam(name):
+def test_developable_surface_is_unrolled_without_distortion(name):
     map_ = unrolled(named(name), taxels=25)
     faces = distortion(map_)
     assert faces.isometry.max() < 1 + 1e-9

@@ -80,7 +80,7 @@ def image(three_patches):
     return TactileImage(three_patches, width=200)
 
 
-def test_it_has_the_wanted_width_and_holds_the_map(three_patches, image):
+def test_image_has_the_requested_width_and_contains_the_map(three_patches, image):
     low, high = three_patches.bounds
     assert max(image.shape) == 200
     assert (image.extent[0] <= low + 1e-12).all()
@@ -267,7 +267,7 @@ def test_the_force_of_every_taxel_is_kept(three_patches):
     assert shown == pytest.approx(pressures @ three_patches.skin.areas, rel=1e-12)
 
 
-def test_what_no_pixel_shows_is_lost(three_patches):
+def test_taxel_without_pixel_has_no_force(three_patches):
     lost = force_error(TactileImage(three_patches, width=6)) == -1
     assert lost.any()
 

@@ -48,7 +48,7 @@ def test_every_vertex_of_the_body_has_its_place(three_patches):
         np.testing.assert_allclose(surface.points(face, weights), expected, atol=1e-9)
 
 
-def test_outside_all_patches_is_nowhere(three_patches):
+def test_points_outside_all_patches_have_no_body_point(three_patches):
     low, high = three_patches.bounds
     assert three_patches.to_body(low - 0.01) is None
     assert three_patches.to_body(high + 0.01) is None
@@ -88,7 +88,7 @@ def test_bounds_hold_everything(three_patches):
     assert (three_patches.taxel_points <= high).all()
 
 
-def test_a_mirrored_and_turned_patch_still_answers(three_patches):
+def test_mirrored_and_rotated_patch_is_inverted(three_patches):
     places = (Placement(1.0, (2.0, 0.0), mirrored=True), *three_patches.layout.placements[1:])
     moved = TactileMap(three_patches.skin, three_patches.charts, MapLayout(places))
     asked = _places(moved, 100)
@@ -104,14 +104,14 @@ def test_moving_patches_shares_all_that_is_slow(three_patches):
     assert [chart.locator for chart in moved.charts] == known
 
 
-def test_where_patches_lie_on_one_another_one_of_them_answers(three_patches):
+def test_point_on_overlapping_patches_belongs_to_one_of_them(three_patches):
     heap = TactileMap(three_patches.skin, three_patches.charts, MapLayout((Placement(),) * 3))
     asked = _places(heap, 100)
     points = heap.to_map_many(*asked)
     np.testing.assert_allclose(heap.to_map_many(*heap.to_body_many(points)), points, atol=1e-12)
 
 
-def test_parts_that_do_not_belong_together_are_refused(three_patches):
+def test_parts_that_do_not_belong_together_are_rejected(three_patches):
     skin = three_patches.skin
     charts = three_patches.charts
     layout = three_patches.layout
@@ -131,6 +131,6 @@ def test_a_map_point_is_taken_back_to_its_link(three_patches):
         assert np.linalg.norm(place.link_normal) == pytest.approx(1.0)
 
 
-def test_a_point_beside_the_map_is_refused(three_patches):
+def test_point_off_the_map_is_rejected(three_patches):
     with pytest.raises(MapError, match="outside all patches.*taxel_points"):
         back_project(three_patches, three_patches.bounds[1] + 1.0)

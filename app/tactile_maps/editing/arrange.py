@@ -1,9 +1,9 @@
-"""Arranging: patches moved, turned, mirrored, scaled, lined up and packed; no chart changes.
+"""Arranging: patches are moved, rotated, mirrored, scaled, aligned and packed without a change of their charts.
 
-Every edit is one placement put after those that were there, so that it can be undone, repeated and mixed freely. All
-take the numbers of the patches to be edited, and give the same document back where there is nothing to do.
+Every edit composes one placement with the previous ones, so that edits can be undone, repeated and combined freely. All
+take the numbers of the patches to edit, and return the same document if nothing changes.
 
-Snapping brings a gesture's move or turn to what it nearly met.
+Snapping adjusts a drag so that patches line up.
 """
 
 from __future__ import annotations
@@ -33,10 +33,10 @@ EDGES: tuple[Edge, ...] = tuple(_EDGES)
 
 
 def move(document: MapDocument, numbers: Iterable[int], by: FloatArray | tuple[float, float]) -> MapDocument:
-    """The patches moved by (x, y) [m].
+    """Move patches by (x, y) [m].
 
     Raises:
-        MapError: Here and in all that follow: no such patch, or one would come to lie beyond ``FARTHEST_OFFSET``.
+        MapError: For this and the following functions: unknown patch, or one would be beyond ``FARTHEST_OFFSET``.
     """
     x, y = map(float, by)
     return _placed(document, numbers, Placement(offset=(x, y)))
@@ -45,28 +45,28 @@ def move(document: MapDocument, numbers: Iterable[int], by: FloatArray | tuple[f
 def rotate(
     document: MapDocument, numbers: Iterable[int], angle: float, *, about: FloatArray | None = None
 ) -> MapDocument:
-    """The patches turned together, counter-clockwise [rad], ``about`` a map point, by default their box's middle."""
+    """Rotate patches together counter-clockwise [rad] ``about`` a map point, by default the centre of their box."""
     return _about(document, numbers, Placement(angle=angle), about)
 
 
 def mirror(document: MapDocument, numbers: Iterable[int], *, about: FloatArray | None = None) -> MapDocument:
-    """Left and right of the patches exchanged, in the upright line through ``about``, by default their box's middle."""
+    """Mirror patches left to right in the vertical line through ``about``, by default the centre of their box."""
     return _about(document, numbers, Placement(mirrored=True), about)
 
 
 def scale(
     document: MapDocument, numbers: Iterable[int], factor: float, *, about: FloatArray | None = None
 ) -> MapDocument:
-    """The patches drawn ``factor`` times larger, away from ``about``, by default their box's middle.
+    """Scale patches by ``factor`` away from ``about``, by default the centre of their box.
 
     Raises:
-        MapError: As ``move``; or one would be drawn outside ``SMALLEST_SCALE`` to ``LARGEST_SCALE``.
+        MapError: As ``move``; or a scale would be outside ``SMALLEST_SCALE`` to ``LARGEST_SCALE``.
     """
     return _about(document, numbers, Placement(scale=factor), about)
 
 
 def true_size(document: MapDocument, numbers: Iterable[int]) -> MapDocument:
-    """Each patch at its true size again, its middle where it is."""
+    """Restore the true size of each patch about its centre."""
     for number in document.chosen(numbers):
         current = document.layout.placements[number].scale
         if current != 1:
@@ -75,7 +75,7 @@ def true_size(document: MapDocument, numbers: Iterable[int]) -> MapDocument:
 
 
 def align(document: MapDocument, numbers: Iterable[int], edge: Edge) -> MapDocument:
-    """Each patch moved so that its ``edge`` is in line with that of the box around all of them.
+    """Align the ``edge`` of each patch with that of the box around all of them.
 
     Raises:
         MapError: As ``move``; or fewer than two patches.
@@ -92,11 +92,11 @@ def align(document: MapDocument, numbers: Iterable[int], edge: Edge) -> MapDocum
 
 
 def repack(document: MapDocument, numbers: Iterable[int] | None = None) -> MapDocument:
-    """The patches packed anew as they sit on the body, without overlaps; each keeps its turn, mirroring and scale.
+    """Pack patches in the order of the body without overlaps; each keeps its rotation, mirroring and scale.
 
     Args:
-        document: What to arrange.
-        numbers: Only these; they then come as one block to the free place nearest to where they were.
+        document: The document.
+        numbers: Patches to pack, by default all. Some patches are moved as one block to the nearest free space.
     """
     chosen = document.chosen(range(len(document.patches)) if numbers is None else numbers)
     placements = [document.layout.placements[k] for k in chosen]
@@ -120,15 +120,15 @@ def repack(document: MapDocument, numbers: Iterable[int] | None = None) -> MapDo
 
 
 def _around(boxes: FloatArray) -> FloatArray:
-    """(2, 2) the box around boxes (k, 2, 2)."""
+    """Return the box (2, 2) around boxes (k, 2, 2)."""
     return np.stack([boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)])
 
 
 def _nearest_free(block: FloatArray, others: FloatArray, middle: FloatArray, margin: float) -> FloatArray:
-    """(2,) the step that brings ``block`` clear of ``others`` with its middle as near as can be to ``middle``.
+    """Return the step (2,) that moves ``block`` clear of ``others`` with its centre as close as possible to ``middle``.
 
-    The middle must stay out of the other boxes grown by half the block; the nearest such point has each coordinate
-    either as wished or on the side of a grown box.
+    The centre must be outside the other boxes enlarged by half the block; each coordinate of the closest such point is
+    either unchanged or on the side of an enlarged box.
     """
     reach = 0.5 * np.ptp(block, axis=0) + margin
     low = others[:, 0] - reach
@@ -140,7 +140,7 @@ def _nearest_free(block: FloatArray, others: FloatArray, middle: FloatArray, mar
 
 
 def _about(document: MapDocument, numbers: Iterable[int], act: Placement, about: FloatArray | None) -> MapDocument:
-    """``act`` around a point that it leaves where it is."""
+    """Apply ``act`` about a fixed point."""
     chosen = document.chosen(numbers)
     if not chosen:
         return document
@@ -161,7 +161,7 @@ def _placed(document: MapDocument, numbers: Iterable[int], act: Placement) -> Ma
 
 
 def _exactly_true(document: MapDocument, number: int) -> MapDocument:
-    """Scale 1 to the last bit, after it has been divided out."""
+    """Set the scale to exactly 1, without rounding errors."""
     placements = list(document.layout.placements)
     placements[number] = replace(placements[number], scale=1.0)
     return document.with_layout(MapLayout(tuple(placements)))
@@ -172,12 +172,12 @@ SNAP_ANGLE = math.radians(15)
 
 @dataclass(frozen=True)
 class Snap:
-    """A move that lines up with something.
+    """Result of snapping a move.
 
     Attributes:
         by: (x, y) to move [m].
-        x: The upright lines met, by their x on the map [m], to be drawn as guides.
-        y: The level lines met.
+        x: The x of aligned vertical lines on the map [m], to be drawn as guides.
+        y: The y of aligned horizontal lines on the map [m].
     """
 
     by: tuple[float, float]
@@ -188,16 +188,16 @@ class Snap:
 def snap_move(
     document: MapDocument, numbers: Iterable[int], by: FloatArray | tuple[float, float], *, reach: float
 ) -> Snap:
-    """A move of the patches ``by`` (x, y), changed by less than ``reach`` so that edges or middles line up [m].
+    """Adjust a move of patches ``by`` (x, y) by less than ``reach`` so that edges or centres line up [m].
 
-    What lines up are the sides and the middle of the moved patches' common box with those of every other visible
-    patch, in x and in y each for itself.
+    The sides and the centre of the moved patches' common box are aligned with those of every other visible patch,
+    independently in x and y.
 
     Args:
-        document: As it was before the gesture.
-        numbers: The patches that are moved.
-        by: The move as it was dragged [m].
-        reach: How near counts, usually some pixels in metres; 0 for no snapping.
+        document: The document before the gesture.
+        numbers: Moved patches.
+        by: The dragged move [m].
+        reach: Largest adjustment, usually some pixels in metres; 0 for no snapping.
     """
     chosen = document.chosen(numbers)
     others = [k for k, patch in enumerate(document.patches) if patch.visible and k not in chosen]
@@ -210,7 +210,7 @@ def snap_move(
 
 
 def _snapped(own: FloatArray, others: FloatArray, by: float, reach: float) -> tuple[float, tuple[float, ...]]:
-    """One coordinate's step, and where the line is that was met."""
+    """Return the step of one coordinate and the aligned line."""
     marks = np.array([own[0], own.mean(), own[1]]) + by
     lines = np.concatenate([others, others.mean(axis=1, keepdims=True)], axis=1).ravel()
     gaps = lines[None] - marks[:, None]

@@ -1,6 +1,6 @@
-"""A map as a person edits it: the map, how each patch of it came about, and how the patch tree shows it.
+"""The edited document: a map, the settings of its patches, and the state of the patch tree.
 
-The edits of the patch tree are here too: names, what is shown, and in which order. The map itself stays as it is.
+The edits of the patch tree are here too: names, visibility and order. They do not change the map.
 """
 
 from __future__ import annotations
@@ -21,14 +21,14 @@ from tactile_maps.skin.model.skin import Skin
 
 @dataclass(frozen=True, eq=False)
 class PatchEdit:
-    """What a person wants of one patch. The first four make its chart, the others are for the patch tree.
+    """Settings of one patch. The first four determine its chart, the others the patch tree.
 
     Attributes:
-        method: A name in ``flattening.methods``, or how a chart that came from elsewhere was made.
-        lengths: From 1, keep lengths, to 0, keep angles.
-        seams: Drawn and further seams, and areas of interest.
-        pins: Places of the body held at places of the plane, in the chart's own frame, so that they move with it.
-        name: Shown to people; the skin's own name for the patch never changes.
+        method: A name in ``flattening.methods``, or the origin of an imported chart.
+        lengths: 1 keeps lengths, 0 keeps angles.
+        seams: Drawn and additional seams, and areas of interest.
+        pins: Points of the body held at points of the chart, so that they move with it.
+        name: Displayed name; the skin's name of the patch never changes.
         visible: Whether the map view shows it.
     """
 
@@ -42,11 +42,11 @@ class PatchEdit:
 
 @dataclass(frozen=True, eq=False)
 class MapDocument:
-    """All that a person can edit and save. Edits give new documents, which share whatever they did not change.
+    """Everything a user can edit and save. Edits return new documents, which share unchanged parts.
 
     Attributes:
-        map: Skin, charts and layout; the very same object in documents that show the same map.
-        patches: What is wanted of each patch, in the skin's order.
+        map: Skin, charts and layout; the same object in documents with the same map.
+        patches: Settings of each patch, in the skin's order.
         order: Patch numbers in the order of the patch tree.
     """
 
@@ -57,53 +57,53 @@ class MapDocument:
     def __post_init__(self) -> None:
         count = len(self.map.charts)
         if len(self.patches) != count or sorted(self.order) != list(range(count)):
-            raise MapError("the patch tree is not that of the map", value=f"{len(self.patches)} for {count} patches")
+            raise MapError("the patch tree does not match the map", value=f"{len(self.patches)} for {count} patches")
 
     @classmethod
     def of(cls, map_: TactileMap) -> MapDocument:
-        """A first document around a map, however it was made."""
+        """Return a new document for a map of any origin."""
         pairs = zip(map_.skin.patches, map_.charts, strict=True)
         patches = tuple(PatchEdit(chart.method, name=patch.name) for patch, chart in pairs)
         return cls(map_, patches, tuple(range(len(patches))))
 
     @property
     def skin(self) -> Skin:
-        """What is mapped; the same in all documents of a history."""
+        """The mapped skin; the same in all documents of a history."""
         return self.map.skin
 
     @property
     def charts(self) -> tuple[Chart, ...]:
-        """Each patch, flattened."""
+        """Chart of each patch."""
         return self.map.charts
 
     @property
     def layout(self) -> MapLayout:
-        """Where the charts lie."""
+        """Placements of the charts."""
         return self.map.layout
 
     def chosen(self, numbers: Iterable[int]) -> list[int]:
-        """Patch numbers in order, each once.
+        """Return sorted unique patch numbers.
 
         Raises:
-            MapError: There is no such patch.
+            MapError: Unknown patch number.
         """
         known = range(len(self.patches))
-        wanted = sorted(set(numbers))
-        for number in wanted:
+        result = sorted(set(numbers))
+        for number in result:
             if number not in known:
-                raise MapError("there is no such patch", value=number, remedy=f"The map has {len(known)}, from 0")
-        return wanted
+                raise MapError("unknown patch number", value=number, remedy=f"The map has {len(known)}, from 0")
+        return result
 
     def with_layout(self, layout: MapLayout) -> MapDocument:
-        """The same charts, arranged otherwise."""
+        """Return the document with another layout."""
         return replace(self, map=replace(self.map, layout=layout))
 
     def with_patch(self, number: int, edit: PatchEdit) -> MapDocument:
-        """Another name or visibility for a patch, its chart being as it was."""
+        """Return the document with other settings of a patch and an unchanged chart."""
         return replace(self, patches=(*self.patches[:number], edit, *self.patches[number + 1 :]))
 
     def arrays(self) -> Iterator[NDArray[Any]]:
-        """The arrays that edits change, shared ones too, for counting what a history holds."""
+        """Yield the arrays that edits change, shared ones included, to measure the memory of a history."""
         for chart in self.charts:
             yield from (chart.faces, chart.plane, chart.vertex_of, chart.seams)
         for patch in self.patches:
@@ -112,9 +112,9 @@ class MapDocument:
                 yield patch.seams.importance
 
     def release_caches(self, present: MapDocument) -> None:
-        """Let go of what was computed from map and charts that ``present`` does not share.
+        """Delete cached values of map and charts that ``present`` does not share.
 
-        Whoever asks again has it computed again.
+        They are recomputed when needed.
         """
         mine: tuple[TactileMap | Chart, ...] = (self.map, *self.charts)
         for value in mine:
@@ -124,27 +124,28 @@ class MapDocument:
 
 
 LONGEST_NAME = 100
-"""Characters of a name."""
+"""Largest number of characters of a name."""
 
 
 def rename_patch(document: MapDocument, number: int, name: str) -> MapDocument:
-    """Patch ``number`` called ``name``; spaces at the ends do not count.
+    """Rename patch ``number``; leading and trailing spaces are dropped.
 
     Raises:
-        MapError: No such patch, or a name that is empty, too long, of more than one line, or another patch's.
+        MapError: Unknown patch, or a name that is empty, too long, not printable on one line, or used by another patch.
     """
-    (number,), wanted = document.chosen([number]), name.strip()
-    if not wanted or len(wanted) > LONGEST_NAME or not wanted.isprintable():
+    (number,) = document.chosen([number])
+    name = name.strip()
+    if not name or len(name) > LONGEST_NAME or not name.isprintable():
         raise MapError("this is not a valid patch name", value=name, remedy=f"Write 1 to {LONGEST_NAME} characters")
-    if any(patch.name == wanted for k, patch in enumerate(document.patches) if k != number):
-        raise MapError("another patch has this name", value=wanted, remedy="Choose another name")
-    if wanted == document.patches[number].name:
+    if any(patch.name == name for k, patch in enumerate(document.patches) if k != number):
+        raise MapError("another patch has this name", value=name, remedy="Choose another name")
+    if name == document.patches[number].name:
         return document
-    return document.with_patch(number, replace(document.patches[number], name=wanted))
+    return document.with_patch(number, replace(document.patches[number], name=name))
 
 
 def show_patches(document: MapDocument, numbers: Iterable[int], *, visible: bool = True) -> MapDocument:
-    """The patches shown, or hidden: they feel and are controlled all the same."""
+    """Show or hide patches; hidden ones are simulated and controlled as before."""
     for number in document.chosen(numbers):
         if document.patches[number].visible != visible:
             document = document.with_patch(number, replace(document.patches[number], visible=visible))
@@ -152,14 +153,14 @@ def show_patches(document: MapDocument, numbers: Iterable[int], *, visible: bool
 
 
 def reorder_patch(document: MapDocument, number: int, to: int) -> MapDocument:
-    """Patch ``number`` at place ``to`` of the tree, 0 first; the others keep their order.
+    """Move patch ``number`` to position ``to`` of the tree, from 0; the others keep their order.
 
     Raises:
-        MapError: No such patch or no such place.
+        MapError: Unknown patch or position.
     """
     (number,) = document.chosen([number])
     if not 0 <= to < len(document.order):
-        raise MapError("there is no such place in the tree", value=to, remedy=f"0 to {len(document.order) - 1}")
+        raise MapError("invalid position in the patch tree", value=to, remedy=f"0 to {len(document.order) - 1}")
     rest = [k for k in document.order if k != number]
     order = (*rest[:to], number, *rest[to:])
     return document if order == document.order else replace(document, order=order)

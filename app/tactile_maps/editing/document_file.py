@@ -1,7 +1,6 @@
-"""Documents as files: the map's own file inside, and what the person wants of each patch; checked when read.
+"""Document files: a map file with the settings of each patch, validated when read.
 
-``DocumentFile`` knows where a document is kept and what has not been saved, and keeps a copy beside the file that
-outlives a crash.
+``DocumentFile`` tracks where a document is stored and what is unsaved, and keeps an autosave that survives a crash.
 """
 
 from __future__ import annotations
@@ -37,32 +36,32 @@ _ROUNDING = 1e-6
 
 
 def save_document(document: MapDocument, path: str | Path) -> None:
-    """Write ``document`` with its map and skin to ``path`` (usually ``.npz``), whole or not at all.
+    """Write ``document`` with its map and skin to ``path`` (usually ``.npz``) atomically.
 
     Raises:
-        MapError: The file cannot be written; what was there before is untouched.
+        MapError: The file cannot be written; an existing one is unchanged.
 
-    Cost: 0.2 s for 1000 taxels on 27,000 faces, nearly all of it compression, which lets other threads run.
+    Cost: 0.2 s for 1000 taxels on 27,000 faces, nearly all of it compression, which releases the GIL.
     """
     write_atomically(Path(path), document_to_bytes(document), error=MapError)
 
 
 def load_document(path: str | Path) -> MapDocument:
-    """The document that ``save_document`` wrote to ``path``, or a new one around the map that ``save_map`` wrote.
+    """Load the document that ``save_document`` wrote to ``path``, or a new one for a map of ``save_map``.
 
     Raises:
-        MapError: There is no such file, or it is not a sound document or map.
-        SkinError: The skin in it is not sound.
+        MapError: The file does not exist or is not a valid document or map.
+        SkinError: Its skin is not valid.
     """
     return document_from_bytes(read_bounded_file(Path(path), error=MapError, most=MAX_UNPACKED_BYTES), file=path)
 
 
 def document_to_bytes(document: MapDocument, *, about: Mapping[str, str] | None = None) -> bytes:
-    """Return ``document`` in the file's format; the same input gives the same bytes.
+    """Return ``document`` in the file format; equal inputs give equal bytes.
 
     Args:
         document: The document.
-        about: Further texts for ``about_from_bytes``, which readers of the document ignore.
+        about: Additional texts for ``about_from_bytes``, ignored when the document is read.
     """
     arrays: dict[str, NDArray[Any]] = {"map": np.frombuffer(map_to_bytes(document.map), np.uint8)}
     for i, patch in enumerate(document.patches):
@@ -84,15 +83,15 @@ def document_to_bytes(document: MapDocument, *, about: Mapping[str, str] | None 
 
 
 def document_from_bytes(data: bytes, *, file: str | Path | None = None) -> MapDocument:
-    """The document in ``data``, from ``document_to_bytes`` or ``map_to_bytes``, or from anyone.
+    """Return the document in ``data``, from ``document_to_bytes``, ``map_to_bytes`` or an untrusted source.
 
     Args:
         data: The file's bytes.
-        file: Where they came from, for errors.
+        file: Origin of the data, for errors.
 
     Raises:
-        MapError: Damaged, hostile, of another format or a later version, or not a sound document.
-        SkinError: The skin in it is not sound.
+        MapError: The data are damaged, malicious, of another format or version, or not a valid document.
+        SkinError: Its skin is not valid.
     """
     header, arrays = unpack_arrays(data, file=file, error=MapError)
     if header.get("format") == MAP_FORMAT:
@@ -137,7 +136,7 @@ def _patches(
 
 
 class _PatchReader:
-    """Takes what is wanted of one patch out of the file and lets only what is sound in."""
+    """Reads and validates the settings of one patch."""
 
     def __init__(
         self, entry: object, arrays: Mapping[str, NDArray[Any]], i: int, patch: Patch, file: str | Path | None
@@ -150,7 +149,7 @@ class _PatchReader:
         self._importance = arrays.get(f"{i}_importance")
 
     def edit(self) -> PatchEdit:
-        """Checked, so that whatever is done with it later meets only what an edit could have made."""
+        """Return settings that an edit could have produced, so that later code need not check them."""
         name = self._take("name", lambda value: type(value) is str)
         method = self._take("method", lambda value: type(value) is str)
         lengths = self._take("lengths", lambda value: type(value) is float and 0 <= value <= 1)
@@ -208,7 +207,7 @@ AUTOSAVE_NAME = f"{UNTITLED}{AUTOSAVE_ENDING}"
 
 
 def _signature(path: Path | None) -> tuple[int, ...] | None:
-    """What changes when a file is written anew; None where there is none."""
+    """Return inode, size and time of a file, which change when it is written; None if it does not exist."""
     try:
         found = None if path is None else path.stat()
     except OSError:
@@ -217,15 +216,15 @@ def _signature(path: Path | None) -> tuple[int, ...] | None:
 
 
 class DocumentFile:
-    """The file of one document. Mutable: knows which document is on the disk.
+    """File of one document. Mutable: tracks which document is on the disk.
 
     Args:
         path: Where ``save`` writes; None for a document that has no file yet, then with ``folder``.
-        saved: The document that is on the disk; None if there is none.
-        folder: Where the document is autosaved; by default next to its file.
+        saved: The document on the disk; None if there is none.
+        folder: Folder of the autosave; by default next to the file.
 
     Attributes:
-        path: As above.
+        path: File that ``save`` writes.
     """
 
     def __init__(self, path: Path | None, saved: MapDocument | None, *, folder: Path | None = None) -> None:
@@ -237,7 +236,7 @@ class DocumentFile:
 
     @classmethod
     def open(cls, path: str | Path) -> tuple[DocumentFile, MapDocument]:
-        """A document and its file.
+        """Load a document and return it with its file.
 
         Raises:
             MapError: As ``load_document``.
@@ -247,19 +246,19 @@ class DocumentFile:
 
     @property
     def saved(self) -> MapDocument | None:
-        """The document that is on the disk; None if there is none."""
+        """The document on the disk; None if there is none."""
         return self._saved
 
     def mark_saved(self, document: MapDocument) -> None:
-        """Record that ``document`` can be made again from another file, such as its scene."""
+        """Record that ``document`` can be recreated from another file, such as its scene."""
         self._saved = document
 
     def resume(self) -> None:
-        """Write the next autosave in any case, because another document used the folder meanwhile."""
+        """Write the next autosave even without a change, because another document used the folder meanwhile."""
         self._autosaved = None
 
     def unsaved(self, document: MapDocument) -> bool:
-        """Whether closing now would lose something: ``document`` is not the one on the disk. Undone to it, it is."""
+        """Return whether closing now would lose changes: whether ``document`` is not the one on the disk."""
         return document is not self._saved
 
     @property
@@ -268,10 +267,10 @@ class DocumentFile:
         return _signature(self.path) != self._signature
 
     def save(self, document: MapDocument) -> None:
-        """Write to ``path``, whatever is there; the autosave is then no longer needed. See ``changed_elsewhere``.
+        """Write to ``path``, replacing any file, and delete the autosave. See ``changed_elsewhere``.
 
         Raises:
-            MapError: There is no path yet, or it cannot be written; nothing is lost then.
+            MapError: There is no path yet, or it cannot be written; nothing is lost.
         """
         if self.path is None:
             raise MapError("the map has no file yet", remedy="Save it under a name")
@@ -281,10 +280,10 @@ class DocumentFile:
         self.drop_autosave()
 
     def save_as(self, document: MapDocument, path: str | Path) -> None:
-        """Write to ``path``, which is the document's file from now on.
+        """Write to ``path``, which becomes the document's file.
 
         Raises:
-            MapError: It cannot be written; the document keeps its old file.
+            MapError: The file cannot be written; the document keeps its old file.
         """
         save_document(document, path)
         self.drop_autosave()
@@ -304,9 +303,9 @@ class DocumentFile:
 
         Args:
             document: The document.
-            scene: Text of the scene that its skin needs, where that is not saved either.
+            scene: Text of the scene that its skin requires, if that is not saved either.
 
-        May run in another thread, in order with ``save``: compressing lets the window go on.
+        May run in another thread, in order with ``save``; compression does not block the window.
 
         Raises:
             MapError: It cannot be written.
@@ -323,7 +322,7 @@ class DocumentFile:
         return True
 
     def drop_autosave(self) -> None:
-        """Forget the autosave, as a person does who does not want it back.
+        """Delete the autosave.
 
         Raises:
             MapError: It cannot be removed.

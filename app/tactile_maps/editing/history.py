@@ -1,4 +1,4 @@
-"""Undo and redo: a list of immutable documents with names, and where in it we are."""
+"""Undo and redo: a list of named immutable documents with a current position."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from tactile_maps.editing.document import MapDocument
 MOST_STEPS = 1000
 MOST_BYTES = 2**28
 _STEP_BYTES = 4096
-"""What a step takes besides arrays, rounded up."""
+"""Memory of a step besides arrays, rounded up [bytes]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,21 +21,21 @@ class _Step:
 
 
 class History:
-    """The documents so far. Mutable; nothing in a document is ever copied, and undone documents come back themselves.
+    """Undo history of a document. Mutable; documents are never copied, so undo returns the same objects.
 
-    A gesture (a drag, a slider) is one step however often it changes the document: ``begin``, ``change`` at each move
-    of the mouse, then ``end`` or ``cancel``. Documents that are not the present let go of all that can be computed
-    again, so that a step costs what it changed.
+    A gesture (a drag, a slider) is one step regardless of the number of changes: ``begin``, ``change`` at each mouse
+    move, then ``end`` or ``cancel``. Documents other than the current one drop cached values, so that a step only takes
+    the memory of its changes.
 
     Args:
-        first: Where it starts; everything undone, it is the present again.
-        name: What the first step is called in a list.
-        most_steps: More are forgotten, the oldest first; at least 1.
-        most_bytes: Likewise, for the arrays that all steps hold together [bytes]. The present is always kept.
+        first: Initial document.
+        name: Name of the first step.
+        most_steps: Largest number of steps, at least 1; the oldest are dropped first.
+        most_bytes: Largest memory of the arrays of all steps [bytes]. The current document is always kept.
 
     Attributes:
-        present: The document as it is now, in a gesture as far as it has gone.
-        gesture: The name of the gesture that is going on; empty if there is none.
+        present: The current document, including an unfinished gesture.
+        gesture: Name of the unfinished gesture; empty without one.
     """
 
     def __init__(
@@ -55,12 +55,12 @@ class History:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Of all steps, oldest first, those that could be redone too; ``position`` is the present's."""
+        """Names of all steps, oldest first, including undone ones; ``position`` is the index of the current step."""
         return tuple(step.name for step in self._steps)
 
     @property
     def bytes(self) -> int:
-        """That all steps take together; what steps share counts once."""
+        """Memory of all steps; shared arrays count once."""
         return self._bytes
 
     @property
@@ -74,10 +74,10 @@ class History:
         return not self.gesture and self.position < len(self._steps) - 1
 
     def do(self, name: str, document: MapDocument) -> None:
-        """``document`` is the present from now on; what was undone is forgotten. Nothing if it is the present already.
+        """Add ``document`` as a step and drop undone steps. Does nothing if it is the current document.
 
         Raises:
-            MapError: A gesture is going on.
+            MapError: A gesture is in progress.
         """
         if self.gesture:
             raise MapError("an edit is in progress", value=self.gesture, remedy="Finish or cancel it first")
@@ -92,10 +92,10 @@ class History:
         self._show(document)
 
     def refine(self, document: MapDocument) -> None:
-        """A better version of what the present step did, as a worker's exact result after a drag: no step of its own.
+        """Replace the document of the current step, for example by a worker's exact result after a drag.
 
         Raises:
-            MapError: A gesture is going on.
+            MapError: A gesture is in progress.
         """
         if self.gesture:
             raise MapError("an edit is in progress", value=self.gesture, remedy="Finish or cancel it first")
@@ -105,27 +105,27 @@ class History:
         self._show(document)
 
     def begin(self, name: str) -> None:
-        """A gesture starts.
+        """Start a gesture.
 
         Raises:
-            MapError: One is going on already.
+            MapError: Another gesture is in progress.
         """
         if self.gesture:
             raise MapError("an edit is in progress", value=self.gesture, remedy="Finish or cancel it first")
         self.gesture = name
 
     def change(self, document: MapDocument) -> None:
-        """The gesture's document so far.
+        """Set the current document of the gesture.
 
         Raises:
-            MapError: There is no gesture.
+            MapError: No gesture is in progress.
         """
         if not self.gesture:
             raise MapError("no edit is in progress", remedy="Begin one first")
         self.present = document
 
     def end(self) -> None:
-        """The gesture is done: one step, or none if it changed nothing. Nothing without a gesture."""
+        """Finish the gesture as one step, or none without a change. Does nothing without a gesture."""
         name = self.gesture
         document = self.present
         self.cancel()
@@ -133,26 +133,26 @@ class History:
             self.do(name, document)
 
     def cancel(self) -> None:
-        """The gesture never was. Nothing without a gesture."""
+        """Discard the gesture. Does nothing without one."""
         self.gesture = ""
         self.present = self._steps[self.position].document
 
     def undo(self) -> MapDocument:
-        """One step back, or out of the gesture that is going on; the present."""
+        """Undo a step or the unfinished gesture; return the current document."""
         return self.go(self.position - 1) if not self.gesture and self.can_undo else self._cancelled()
 
     def redo(self) -> MapDocument:
-        """One step on, if there is one; the present."""
+        """Redo a step if possible; return the current document."""
         return self.go(self.position + 1) if self.can_redo else self.present
 
     def go(self, position: int) -> MapDocument:
-        """To any step of ``names``, a gesture being cancelled; the present.
+        """Go to any step of ``names`` and cancel a gesture; return the current document.
 
         Raises:
-            MapError: There is no such step.
+            MapError: Unknown step.
         """
         if not 0 <= position < len(self._steps):
-            raise MapError("there is no such step", value=position, remedy=f"0 to {len(self._steps) - 1}")
+            raise MapError("unknown step of the history", value=position, remedy=f"0 to {len(self._steps) - 1}")
         self.cancel()
         self.position = position
         self._show(self._steps[position].document)

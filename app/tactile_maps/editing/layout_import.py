@@ -1,8 +1,8 @@
-"""Another layout of the same skin: read from a file to be compared with the document, and taken over as an edit.
+"""Import of another layout of the same skin, for comparison with the document or as an edit.
 
-A saved map is taken over as it is. A drawing says only where taxels lie, nothing of what lies between them, and may put
-two of them on one place; so the map is brought as near to it as it goes, in two edits that a person can undo and mend:
-``arrange_as_drawn`` lays each patch over its drawing, and ``pin_as_drawn`` then pins taxels to where they were drawn.
+A saved map is adopted unchanged. A drawing has only the positions of taxels, nothing between them, and may have two of
+them at one position. The map is therefore fitted to it in two edits that can be undone and corrected:
+``arrange_as_drawn`` places each patch over its drawing, and ``pin_as_drawn`` pins taxels to their drawn positions.
 """
 
 from __future__ import annotations
@@ -29,14 +29,14 @@ from tactile_maps.skin.model.taxel_set import TaxelSet
 from tactile_maps.skin.taxel_placement.sampling import farthest_points
 
 ImportedLayout = MapDocument | TaxelLayout
-"""Another layout: a whole map, or only where the taxels lie."""
+"""Another layout: a whole map, or only the positions of the taxels."""
 
 MOST_PINS = 60
-"""Pins on one patch for a drawing: more hardly improve the fit and are hard to edit."""
+"""Number of pins per patch for a drawing; more hardly improve the fit and are hard to edit."""
 
 
 def same_skin(first: Skin, second: Skin) -> bool:
-    """Whether both have the same patches on the same links, with the same surfaces and taxels; names do not count."""
+    """Return whether two skins have the same patches on the same links, with equal surfaces and taxels, names aside."""
     if first is second:
         return True
     if len(first.patches) != len(second.patches):
@@ -51,10 +51,10 @@ def same_skin(first: Skin, second: Skin) -> bool:
 
 
 def adopt_document(document: MapDocument, other: MapDocument) -> MapDocument:
-    """The document with everything of ``other``: charts, layout, what is wanted of each patch; the skin stays.
+    """Return the document with charts, layout and settings of ``other``; the skin is unchanged.
 
     Raises:
-        MapError: The other is of another skin.
+        MapError: The other document has another skin.
     """
     if not same_skin(document.skin, other.skin):
         raise _another_skin(other.skin, document.skin)
@@ -105,15 +105,15 @@ def _same_surface(first: Patch, second: Patch) -> bool:
 
 
 def read_other_layout(paths: Sequence[str | Path], document: MapDocument) -> ImportedLayout:
-    """Another layout of the document's skin: one file, or an iCub layout (.ini) along with its positions file.
+    """Read another layout of the document's skin: one file, or an iCub layout (.ini) with its positions file.
 
     Args:
-        paths: A document or map that this program saved, or a drawing: taxels with map points in any format we read.
-        document: Whose skin it must be.
+        paths: A document or map saved by this program, or a drawing: taxels with map points in any supported format.
+        document: Document of the same skin.
 
     Raises:
-        MapError: It cannot be read, is of another skin, or has no map points.
-        SkinError: The taxels in it are not sound.
+        MapError: The file cannot be read, is for another skin, or has no map points.
+        SkinError: Its taxels are not valid.
     """
     files = sorted((Path(path) for path in paths), key=lambda path: path.suffix.lower() != ".ini")
     if len(files) == 2 and files[0].suffix.lower() == ".ini":
@@ -127,7 +127,7 @@ def read_other_layout(paths: Sequence[str | Path], document: MapDocument) -> Imp
 
 
 def drawing_from_taxels(sets: Sequence[TaxelSet], skin: Skin) -> TaxelLayout:
-    """The map points of ``sets``, each given to the taxels of the link that it names, or else to the nearest of all.
+    """Return the map points of ``sets``, each assigned to the taxels of its link, or to the nearest of all.
 
     Raises:
         MapError: As ``drawn_layout``.
@@ -147,13 +147,13 @@ def drawing_from_taxels(sets: Sequence[TaxelSet], skin: Skin) -> TaxelLayout:
 
 
 def arrange_as_drawn(document: MapDocument, drawing: TaxelLayout) -> MapDocument:
-    """Each patch laid over its drawing as well as its chart allows: moved, turned and mirrored, at its true size.
+    """Place each patch over its drawing as well as its chart allows: moved, rotated and mirrored, at true size.
 
-    The drawing is enlarged as a whole until the patch that is drawn smallest has its true size, so that patches that
-    are apart on it come to lie apart. Patches that are not on it stay.
+    The whole drawing is enlarged until its smallest patch has its true size, so that separate patches remain separate.
+    Patches that are not drawn are unchanged.
 
     Raises:
-        MapError: No taxel is drawn, or a patch would come to lie beyond ``FARTHEST_OFFSET``.
+        MapError: No taxel is drawn, or a patch would be beyond ``FARTHEST_OFFSET``.
     """
     fits = _fits(document, drawing)
     enlarged = 1 / min(fit.scale for fit in fits.values())
@@ -168,19 +168,19 @@ def arrange_as_drawn(document: MapDocument, drawing: TaxelLayout) -> MapDocument
 
 
 def pin_as_drawn(document: MapDocument, drawing: TaxelLayout, *, most: int = MOST_PINS) -> ReflattenRequest:
-    """Taxels pinned to where they are drawn, evenly chosen, in place of the pins that were there.
+    """Pin evenly distributed taxels to their drawn positions, in place of existing pins.
 
-    Each patch keeps its cut; where the drawing is cut elsewhere its pins end short of their goals.
+    Each patch keeps its cuts; where the drawing is cut elsewhere, its pins do not reach their targets.
 
     Args:
-        document: To be pinned; where its patches lie does not matter.
-        drawing: Of its taxels.
-        most: Pins on one patch.
+        document: The document; placements do not matter.
+        drawing: Drawn taxel positions.
+        most: Largest number of pins per patch.
 
     Raises:
         MapError: No taxel is drawn.
     """
-    wanted = []
+    edits = []
     for number, fit in _fits(document, drawing).items():
         points, _ = _drawn(document, drawing, number)
         goals = fit.back(points)
@@ -189,12 +189,12 @@ def pin_as_drawn(document: MapDocument, drawing: TaxelLayout, *, most: int = MOS
         pins = tuple(
             Pin(document.skin.taxel_point(int(taxels[k])), (float(goals[k, 0]), float(goals[k, 1]))) for k in chosen
         )
-        wanted.append((number, replace(document.patches[number], pins=pins)))
-    return request_reflatten(document, "Pin as in the drawing", wanted)
+        edits.append((number, replace(document.patches[number], pins=pins)))
+    return request_reflatten(document, "Pin as in the drawing", edits)
 
 
 def _saved_or_drawn(path: Path, document: MapDocument) -> ImportedLayout:
-    """What an npz holds, which may be either."""
+    """Read an npz file, which may contain either kind of layout."""
     try:
         other = load_document(path)
     except MapError as refused:
@@ -216,14 +216,14 @@ def _another_skin(other: Skin, own: Skin, *, file: Path | None = None) -> MapErr
 
 
 def _taxels(document: MapDocument, drawing: TaxelLayout, number: int) -> IntArray:
-    """(k,) the drawn taxels of a patch."""
+    """Return the drawn taxels (k,) of a patch."""
     numbers = np.arange(len(drawing.points)) if drawing.numbers is None else drawing.numbers
     first, end = document.skin.first[number : number + 2]
     return numbers[(numbers >= first) & (numbers < end)]
 
 
 def _drawn(document: MapDocument, drawing: TaxelLayout, number: int) -> tuple[FloatArray, FloatArray]:
-    """(k, 2) where a patch's taxels are drawn, and (k, 2) where they are on its chart."""
+    """Return the drawn positions (k, 2) of a patch's taxels, and their chart points (k, 2)."""
     numbers = np.arange(len(drawing.points)) if drawing.numbers is None else drawing.numbers
     taxels = _taxels(document, drawing, number)
     row = np.argsort(numbers)[np.searchsorted(np.sort(numbers), taxels)]
@@ -232,7 +232,7 @@ def _drawn(document: MapDocument, drawing: TaxelLayout, number: int) -> tuple[Fl
 
 
 def _fits(document: MapDocument, drawing: TaxelLayout) -> dict[int, Placement]:
-    """For each patch with at least two drawn places, the placement that lays its chart over them, drawing's scale."""
+    """Return for each patch with two drawn positions or more the placement of its chart over them, at drawing scale."""
     fits = {}
     for number in range(len(document.patches)):
         points, plane = _drawn(document, drawing, number)
@@ -244,6 +244,6 @@ def _fits(document: MapDocument, drawing: TaxelLayout) -> dict[int, Placement]:
 
 
 def _spread_out(points: FloatArray, most: int) -> IntArray:
-    """Numbers of at most so many of ``points`` (k, 2), each as far as can be from those before; no two on one place."""
+    """Return indices of at most ``most`` different points (k, 2), each as far as possible from the previous ones."""
     start = np.linalg.norm(points - points.mean(axis=0), axis=1).argmax()
     return farthest_points(points, min(most, len(np.unique(points, axis=0))), np.array([start]))

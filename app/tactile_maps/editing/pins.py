@@ -1,8 +1,8 @@
-"""Pins: put in, dragged, typed and taken out. The map between them is solved anew.
+"""Pins: added, dragged, nudged and removed. The map between them is recomputed.
 
-A drag goes so: ``begin_pin_drag`` at the press, ``PinnedPatch.move`` and ``frame`` at each move of the mouse,
-``with_dragged_patch`` for the document to be shown (always from the document in which the drag began), and at the
-release ``finish_pin_drag``, whose exact result ``History.refine`` puts in place of what the drag left.
+A drag consists of ``begin_pin_drag`` at the press; ``PinnedPatch.move``, ``frame`` and ``with_dragged_patch`` at each
+mouse move, the last always from the document in which the drag began; and ``finish_pin_drag`` at the release, whose
+exact result ``History.refine`` puts in place of the document left by the drag.
 """
 
 from __future__ import annotations
@@ -25,24 +25,24 @@ _ROUNDING = 1e-6
 
 
 def pin_places(document: MapDocument, number: int) -> FloatArray:
-    """(p, 2) map points [m] at which the pins of a patch are wanted; where they are, unless they hinder each other."""
+    """Return the targets (p, 2) of a patch's pins as map points [m]."""
     document.chosen([number])
     places = np.array([pin.place for pin in document.patches[number].pins]).reshape(-1, 2)
     return document.layout.placements[number].apply(places)
 
 
 def chart_place(document: MapDocument, number: int, point: FloatArray | tuple[float, float]) -> tuple[float, float]:
-    """A map point (2,) [m] in the chart's own frame, in which pins are kept."""
+    """Convert a map point (2,) [m] to the chart's frame, in which pins are stored."""
     document.chosen([number])
     x, y = document.layout.placements[number].back(np.asarray(point, dtype=np.float64).reshape(1, 2))[0]
     return float(x), float(y)
 
 
 def add_pin(document: MapDocument, at: SurfacePoint) -> MapDocument:
-    """A pin that holds a place of the body where it is on the map now, so that nothing moves.
+    """Add a pin that holds a point of the body at its current map point, so that nothing moves.
 
     Raises:
-        MapError: No such patch or place on it, or a pin is there already.
+        MapError: Unknown patch, invalid point, or a pin at the same point.
     """
     (number,) = document.chosen([at.patch])
     patch = document.patches[number]
@@ -59,7 +59,7 @@ def add_pin(document: MapDocument, at: SurfacePoint) -> MapDocument:
 
 
 def begin_pin_drag(document: MapDocument, number: int) -> PinnedPatch:
-    """A patch being dragged, with its pins numbered from 0 in their order. Cost: 30 ms for 10,000 faces."""
+    """Return a patch for dragging, with its pins numbered from 0 in order. Cost: 30 ms for 10,000 faces."""
     document.chosen([number])
     patch = document.patches[number]
     surface = document.skin.patches[number].surface
@@ -67,12 +67,12 @@ def begin_pin_drag(document: MapDocument, number: int) -> PinnedPatch:
 
 
 def with_dragged_patch(document: MapDocument, number: int, gripped: PinnedPatch) -> MapDocument:
-    """The document with the patch as it is dragged now.
+    """Return the document with the current state of the dragged patch.
 
     Args:
-        document: The one that was gripped; not what ``with_dragged_patch`` gave before, whose frame moved along.
-        number: Of the patch.
-        gripped: From ``begin_pin_drag``, moved since.
+        document: The document at the start of the drag, not an earlier result, whose frame has moved.
+        number: Number of the patch.
+        gripped: The patch of ``begin_pin_drag``, moved since.
     """
     chart = replace(document.charts[number], plane=gripped.plane)
     return with_chart_in_frame(
@@ -81,16 +81,16 @@ def with_dragged_patch(document: MapDocument, number: int, gripped: PinnedPatch)
 
 
 def finish_pin_drag(document: MapDocument, number: int) -> ReflattenRequest:
-    """The exact map for the pins of a patch, after ``with_dragged_patch`` left one that only looks like it."""
+    """Request the exact map for the pins of a patch, which ``with_dragged_patch`` only approximates."""
     document.chosen([number])
     return request_reflatten(document, "Drag a pin", [(number, document.patches[number])], anyway=True)
 
 
 def remove_pins(document: MapDocument, number: int, pins: Iterable[int]) -> ReflattenRequest:
-    """Pins taken out by their numbers; without the last the map is what its method makes of it.
+    """Remove pins by their numbers; without pins the map is that of its method.
 
     Raises:
-        MapError: No such patch or pin.
+        MapError: Unknown patch or pin.
     """
     out = set(pins)
     _check_pins(document, number, out)
@@ -99,15 +99,15 @@ def remove_pins(document: MapDocument, number: int, pins: Iterable[int]) -> Refl
 
 
 def nudge_pins(
-    document: MapDocument, wanted: Mapping[int, Iterable[int]], by: FloatArray | tuple[float, float]
+    document: MapDocument, pins_by_patch: Mapping[int, Iterable[int]], by: FloatArray | tuple[float, float]
 ) -> ReflattenRequest:
-    """Pins, their numbers by patch, wanted (x, y) [m] farther on the map.
+    """Move the targets of pins, by patch and number, by (x, y) [m] on the map.
 
     Raises:
-        MapError: No such patch or pin, or the step is not finite.
+        MapError: Unknown patch or pin, or the step is not finite.
     """
     edits = []
-    for number, chosen in wanted.items():
+    for number, chosen in pins_by_patch.items():
         moved = set(chosen)
         _check_pins(document, number, moved)
         places = pin_places(document, number) + np.asarray(by, dtype=np.float64)
@@ -121,25 +121,25 @@ def nudge_pins(
     return request_reflatten(document, "Move pins", edits)
 
 
-def unpin(document: MapDocument, wanted: Mapping[int, Iterable[int]]) -> ReflattenRequest:
-    """Pins, their numbers by patch, taken out in one step.
+def unpin(document: MapDocument, pins_by_patch: Mapping[int, Iterable[int]]) -> ReflattenRequest:
+    """Remove pins, by patch and number, in one step.
 
     Raises:
-        MapError: No such patch or pin.
+        MapError: Unknown patch or pin.
     """
-    asked = [remove_pins(document, number, pins) for number, pins in wanted.items()]
-    return ReflattenRequest("Remove pins", tuple(job for part in asked for job in part.jobs))
+    requests = [remove_pins(document, number, pins) for number, pins in pins_by_patch.items()]
+    return ReflattenRequest("Remove pins", tuple(job for part in requests for job in part.jobs))
 
 
-def _check_pins(document: MapDocument, number: int, wanted: Iterable[int]) -> None:
+def _check_pins(document: MapDocument, number: int, numbers: Iterable[int]) -> None:
     document.chosen([number])
     pins = document.patches[number].pins
-    for pin in wanted:
+    for pin in numbers:
         if not 0 <= pin < len(pins):
             raise MapError("unknown pin number", place=document.patches[number].name, value=pin)
 
 
 def _chart_point(document: MapDocument, at: SurfacePoint) -> FloatArray:
-    """(2,) where a place of the body lies in its chart's own frame [m]."""
+    """Return the chart point (2,) of a point of the body [m]."""
     chart = document.charts[at.patch]
     return np.asarray(at.weights) @ chart.plane[chart.faces[at.face]]

@@ -1,8 +1,8 @@
-"""Edits that need a patch flattened again: a request for the worker, the work, and its result put into the document.
+"""Edits that flatten a patch again: a request for a worker, the computation, and the application of its result.
 
-A request is a plain value that crosses to another process. The window goes on with the old document meanwhile; the
-result finds its place by what the patch was like when it was asked for, so that one that comes too late is recognised,
-whatever was undone and redone in between. A result need not be put in: what it gains can be shown first.
+A request is a plain value that can be sent to another process. The window keeps the old document meanwhile. A result is
+matched by a fingerprint of the patch at the time of the request, so that outdated results are recognised whatever was
+undone and redone in between. A result can be previewed before it is applied.
 """
 
 from __future__ import annotations
@@ -28,25 +28,25 @@ from tactile_maps.skin.model.skin import Patch
 
 
 class StaleEdit(MapError):
-    """A result for a patch that has been changed since it was asked for; the document is as it was."""
+    """A result for a patch that was changed after the request; the document is unchanged."""
 
 
 @dataclass(frozen=True, eq=False)
 class FlattenJob:
-    """One patch to be flattened.
+    """Request for one patch.
 
     Attributes:
-        number: Of the patch.
-        patch: Its surface.
-        wanted: How.
-        before: Its chart now.
-        recut: Whether more is wanted otherwise than pins.
-        stamp: What the patch is like now; see ``chart_fingerprint``.
+        number: Number of the patch.
+        patch: The patch with its surface.
+        edit: Requested settings.
+        before: Current chart.
+        recut: Whether settings other than the pins change.
+        stamp: Fingerprint of the patch, see ``chart_fingerprint``.
     """
 
     number: int
     patch: Patch
-    wanted: PatchEdit
+    edit: PatchEdit
     before: Chart
     recut: bool
     stamp: str
@@ -54,11 +54,11 @@ class FlattenJob:
 
 @dataclass(frozen=True, eq=False)
 class ReflattenRequest:
-    """An edit that has to be computed: give it to ``reflatten``, in any process.
+    """An edit that requires computation by ``reflatten``, in any process.
 
     Attributes:
-        name: Of the step, for the history.
-        jobs: What is to be flattened; none if everything is as wanted already.
+        name: Name of the step in the history.
+        jobs: Patches to flatten; none if nothing changes.
     """
 
     name: str
@@ -67,10 +67,10 @@ class ReflattenRequest:
 
 @dataclass(frozen=True, eq=False)
 class ReflattenResult:
-    """A request's result: ``apply_result`` puts it into the document.
+    """Result of a request, applied to a document by ``apply_result``.
 
     Attributes:
-        request: What was asked for.
+        request: The request.
         charts: One for each job.
     """
 
@@ -79,7 +79,7 @@ class ReflattenResult:
 
     @property
     def gains(self) -> tuple[float | None, ...]:
-        """By how much each job's mean symmetric Dirichlet energy fell; 4 is an isometry. None if it is not known."""
+        """Decrease of each job's mean symmetric Dirichlet energy (4 is an isometry); None if unknown."""
         pairs = zip(self.request.jobs, self.charts, strict=True)
         return tuple(
             job.before.energies[-1] - chart.energies[-1] if job.before.energies and chart.energies else None
@@ -88,11 +88,11 @@ class ReflattenResult:
 
 
 def request_reflatten(
-    document: MapDocument, name: str, wanted: Iterable[tuple[int, PatchEdit]], *, anyway: bool = False
+    document: MapDocument, name: str, edits: Iterable[tuple[int, PatchEdit]], *, anyway: bool = False
 ) -> ReflattenRequest:
-    """What must be computed for the patches to be as wanted; those that are already need nothing, unless ``anyway``."""
+    """Return a request for patches with new settings; unchanged patches are skipped unless ``anyway``."""
     jobs = []
-    for number, edit in wanted:
+    for number, edit in edits:
         old = document.patches[number]
         if anyway or _recipe(edit) != _recipe(old):
             recut = _recipe(replace(edit, pins=())) != _recipe(replace(old, pins=()))
@@ -103,22 +103,22 @@ def request_reflatten(
 
 
 def set_method(document: MapDocument, numbers: Iterable[int], method: str) -> ReflattenRequest:
-    """The patches flattened by another method; the slider goes back to lengths where the method has none.
+    """Flatten patches by another method; the slider is reset to lengths for a method without slider.
 
     Raises:
-        MapError: No such patch or method.
+        MapError: Unknown patch or method.
     """
     slides = find_method(method).slides
-    wanted = {k: document.patches[k].lengths if slides else 1.0 for k in document.chosen(numbers)}
-    edits = [(k, replace(document.patches[k], method=method, lengths=lengths)) for k, lengths in wanted.items()]
+    lengths = {k: document.patches[k].lengths if slides else 1.0 for k in document.chosen(numbers)}
+    edits = [(k, replace(document.patches[k], method=method, lengths=value)) for k, value in lengths.items()]
     return request_reflatten(document, "Method", edits)
 
 
 def set_lengths(document: MapDocument, numbers: Iterable[int], lengths: float) -> ReflattenRequest:
-    """The patches' slider between angles (0) and lengths (1).
+    """Set the slider of patches between angles (0) and lengths (1).
 
     Raises:
-        MapError: No such patch, a value outside 0 to 1, or a method that has no slider.
+        MapError: Unknown patch, a value outside 0 to 1, or a method without slider.
     """
     if not 0 <= lengths <= 1:
         raise MapError("the slider between angles and lengths goes from 0 to 1", value=lengths)
@@ -131,33 +131,33 @@ def set_lengths(document: MapDocument, numbers: Iterable[int], lengths: float) -
     return request_reflatten(document, "Angles and lengths", edits)
 
 
-def reflatten(wanted: ReflattenRequest, *, progress: Progress = no_progress) -> ReflattenResult:
-    """Compute what a request asks for: a new chart for each of its patches.
+def reflatten(request: ReflattenRequest, *, progress: Progress = no_progress) -> ReflattenResult:
+    """Compute the new charts of a request.
 
     Args:
-        wanted: From any of the edits.
-        progress: Told what is being done and how far it is, 0 to 1, at least once a round; may raise to cancel.
+        request: The request of any edit.
+        progress: Receives the current step and the fraction done, at least once a round; may raise to cancel.
 
     Raises:
-        MapError: A patch cannot be flattened in this way; the document keeps what it had.
+        MapError: A patch cannot be flattened with these settings; the document is unchanged.
 
     Cost: as ``build_map`` for these patches.
     """
     charts: list[Chart] = []
-    for done, job in enumerate(wanted.jobs):
-        text = f"Flattening {job.wanted.name}"
-        share = done / len(wanted.jobs)
+    for done, job in enumerate(request.jobs):
+        text = f"Flattening {job.edit.name}"
+        share = done / len(request.jobs)
 
         def report(_iterate: Iterate, text: str = text, share: float = share) -> None:
             progress(text, share)
 
         progress(text, share)
         charts.append(_chart(job, report))
-    return ReflattenResult(wanted, tuple(charts))
+    return ReflattenResult(request, tuple(charts))
 
 
 def _chart(job: FlattenJob, on_round: OnRound) -> Chart:
-    how = job.wanted
+    how = job.edit
     chart = job.before
     if job.recut or (not how.pins and how.method in METHODS):
         chart = flatten_patch(job.patch, method=how.method, lengths=how.lengths, seams=how.seams, on_round=on_round)
@@ -170,13 +170,13 @@ def _chart(job: FlattenJob, on_round: OnRound) -> Chart:
 
 
 def kept_lengths(edit: PatchEdit) -> float:
-    """From 1, keep lengths, to 0, keep angles: what is kept between pins, whatever the method."""
+    """Return the slider value between pins, from 1 (lengths) to 0 (angles), for any method."""
     method = METHODS.get(edit.method)
     return edit.lengths if method is None or method.slides else method.lengths
 
 
 def _laid_over(chart: Chart, other: Chart) -> Chart:
-    """``chart`` turned and moved to lie on ``other``, of the same surface but maybe cut otherwise."""
+    """Return ``chart`` rotated and moved onto ``other`` of the same surface, possibly with other cuts."""
     if chart is other:
         return chart
     ours = chart.plane[chart.faces].reshape(-1, 2)
@@ -185,30 +185,28 @@ def _laid_over(chart: Chart, other: Chart) -> Chart:
 
 
 def _unwanted(job: FlattenJob, chart: Chart) -> list[Finding]:
-    """What the patch's topology took although a person would rather not."""
-    plan = job.wanted.seams
+    """Return findings for seams that the topology requires against the settings."""
+    plan = job.edit.seams
     found = []
     if plan.extra == 0:
         drawn = {tuple(edge) for edge in np.sort(plan.drawn, axis=1).tolist()}
         more = sum(tuple(edge) not in drawn for edge in np.sort(chart.seams, axis=1).tolist())
         if more:
             found.append(
-                Finding(
-                    "seam-needed", job.wanted.name, "additional seam: without it the patch cannot be flattened", more
-                )
+                Finding("seam-needed", job.edit.name, "additional seam: without it the patch cannot be flattened", more)
             )
     if plan.importance is not None:
         through = int((plan.importance[chart.seams] > 0).all(axis=1).sum())
         if through:
-            found.append(Finding("seam-in-interest", job.wanted.name, "no seam around it exists", through))
+            found.append(Finding("seam-in-interest", job.edit.name, "no seam around it exists", through))
     return found
 
 
 def apply_result(document: MapDocument, result: ReflattenResult) -> MapDocument:
-    """The document with the result in it: charts where the old ones lay; names and visibility as they are now.
+    """Apply a result: new charts at the position of the old ones, with the current names and visibility.
 
     Raises:
-        StaleEdit: A patch is not as it was when the result was asked for.
+        StaleEdit: A patch was changed after the request.
     """
     refreeze(result)
     for job, chart in zip(result.request.jobs, result.charts, strict=True):
@@ -216,7 +214,7 @@ def apply_result(document: MapDocument, result: ReflattenResult) -> MapDocument:
             name = document.patches[job.number].name
             raise StaleEdit("the patch was changed meanwhile", place=name, remedy="Do the edit again")
         now = document.patches[job.number]
-        edit = replace(job.wanted, name=now.name, visible=now.visible)
+        edit = replace(job.edit, name=now.name, visible=now.visible)
         if edit.pins:
             document = with_chart_in_frame(document, job.number, chart, edit)
         else:
@@ -225,9 +223,9 @@ def apply_result(document: MapDocument, result: ReflattenResult) -> MapDocument:
 
 
 def with_chart_in_frame(document: MapDocument, number: int, chart: Chart, edit: PatchEdit) -> MapDocument:
-    """The document with a chart and its pins in the old chart's frame, so that both stay where they are on the map.
+    """Return the document with a new chart and pins in the old chart's frame, at the same position on the map.
 
-    The chart's box comes to the origin, as every chart's; pins and placement make up for it.
+    The box of the chart moves to the origin, as for every chart; pins and placement compensate for it.
     """
     corner = chart.plane.min(axis=0)
     x, y = (float(value) for value in corner)
@@ -241,9 +239,9 @@ def with_chart_in_frame(document: MapDocument, number: int, chart: Chart, edit: 
 
 
 def chart_fingerprint(document: MapDocument, number: int) -> str:
-    """What a patch's chart is and how it came about, in few letters: the same for the same, in every process.
+    """Return a short fingerprint of a patch's chart and its settings, equal in every process.
 
-    Where the patch lies, its name and whether it is shown do not count. Cost: 0.2 ms for 10,000 faces.
+    Placement, name and visibility are not included. Cost: 0.2 ms for 10,000 faces.
     """
     if number not in range(len(document.patches)):
         return ""
@@ -255,7 +253,7 @@ def chart_fingerprint(document: MapDocument, number: int) -> str:
 
 
 def _recipe(edit: PatchEdit) -> str:
-    """What makes the chart, in few letters."""
+    """Return a short fingerprint of the settings that determine a chart."""
     seams = edit.seams
     pins = [(pin.at.face, *map(float, (*pin.at.weights, *pin.place))) for pin in edit.pins]
     parts = [edit.method, float(edit.lengths), seams.extra, pins, seams.drawn.tolist()]

@@ -1,7 +1,7 @@
-"""Seams drawn, erased and proposed, and areas of interest painted where none may go. All need reflattening.
+"""Seams: drawn, erased and proposed; and areas of interest that seams avoid. All edits require reflattening.
 
-A seam that would cut a patch in two is refused. A patch is a piece of skin with its own taxels, which the simulation,
-the controller and recordings know by number; splitting it is a change of the skin, which an edit of the map never is.
+A seam that would cut a patch in two is rejected. A patch is a part of the skin with its own taxels, which simulation,
+controllers and recordings refer to by number; splitting it would change the skin, which an edit of the map never does.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from tactile_maps.geometry.surface.connectivity import components_of
 from tactile_maps.geometry.surface.mesh import Mesh
 
 INTEREST_WEIGHT = 100.0
-"""How many times longer a seam may be to go around an area of interest."""
+"""Ratio by which a seam may be longer to avoid an area of interest."""
 
 
 class SeamCutsPatch(MapError):
@@ -33,22 +33,22 @@ class SeamInInterest(MapError):
 
 
 def draw_seam(document: MapDocument, number: int, through: Sequence[int]) -> ReflattenRequest:
-    """A seam along edges through vertices of the patch's surface, around areas of interest where there is a way.
+    """Draw a seam along edges through vertices of the patch's surface, around areas of interest if possible.
 
-    Seams that were there stay, but those that nobody asked for are chosen anew.
+    Drawn seams remain; automatic seams are chosen again.
 
     Raises:
-        SeamCutsPatch: With the drawn seams and the border it cuts the patch in two.
-        SeamInInterest: There is no way around an area of interest.
-        MapError: No such patch or vertex, fewer than two vertices, or no way between two of them.
+        SeamCutsPatch: Together with drawn seams and the border it would cut the patch in two.
+        SeamInInterest: It cannot avoid an area of interest.
+        MapError: Unknown patch or vertex, fewer than two vertices, or two that are not connected.
 
-    Cost: a Dijkstra a piece and two sorts of the edges; 10 ms for 10,000 faces.
+    Cost: a Dijkstra per part and two sorts of the edges; 10 ms for 10,000 faces.
     """
     surface, plan = _surface_and_plan(document, number)
     bad = [vertex for vertex in through if not 0 <= vertex < len(surface.vertices)]
     if bad:
         raise MapError("the patch has no such vertex", place=document.patches[number].name, value=bad[0])
-    places = [vertex for vertex, _ in groupby(through)]  # a pointer that rests marks a place twice
+    places = [vertex for vertex, _ in groupby(through)]  # a resting pointer marks a vertex twice
     path = shortest_edge_path(surface, places, importance=plan.importance)
     name = document.patches[number].name
     if plan.importance is not None and (plan.importance[path] > 0).all(axis=1).any():
@@ -64,30 +64,32 @@ def draw_seam(document: MapDocument, number: int, through: Sequence[int]) -> Ref
 
 
 def erase_seams(document: MapDocument, number: int, edges: IntArray) -> ReflattenRequest:
-    """Seams closed: ``edges`` (s, 2) of the patch's present seams, as vertex pairs of its surface.
+    """Close seams: ``edges`` (s, 2) of the patch's current seams, as vertex pairs of its surface.
 
-    The other present seams become drawn ones, and none is added but what the patch's topology asks for: a tube is cut
-    again along the shortest way, whatever is erased.
+    The remaining seams become drawn ones, and only seams that the topology requires are added: a tube is always cut
+    along a shortest path, whatever is erased.
 
     Raises:
-        MapError: No such patch, or an edge that is no seam.
+        MapError: Unknown patch, or an edge that is not a seam.
     """
     surface, plan = _surface_and_plan(document, number)
     present = np.sort(np.concatenate([document.charts[number].seams, plan.drawn]), axis=1)
     erased = _among(present, edges, len(surface.vertices))
     if erased.sum() == 0 or not _among(np.asarray(edges).reshape(-1, 2), present, len(surface.vertices)).all():
-        raise MapError("there is no seam to erase", place=document.patches[number].name, value=np.asarray(edges).size)
+        raise MapError(
+            "no seam to erase at these edges", place=document.patches[number].name, value=np.asarray(edges).size
+        )
     drawn = np.unique(present[~erased], axis=0)
     return _with_seams(document, number, "Erase a seam", replace(plan, drawn=drawn, extra=0))
 
 
 def propose_seam(document: MapDocument, number: int, *, more: int = 1) -> ReflattenRequest:
-    """``more`` seams than the patch has, each to the place farthest from the border and the seams before.
+    """Request ``more`` additional seams, each to the point farthest from border and existing seams.
 
-    Its ``ReflattenResult.gains`` says what it would gain; ``apply_result`` accepts it as it was shown.
+    ``ReflattenResult.gains`` of the result is the improvement; ``apply_result`` accepts the previewed result.
 
     Raises:
-        MapError: No such patch, or not at least one seam more.
+        MapError: Unknown patch, or ``more`` is below 1.
     """
     if more < 1:
         raise MapError("at least one seam must be proposed", value=more)
@@ -96,7 +98,7 @@ def propose_seam(document: MapDocument, number: int, *, more: int = 1) -> Reflat
 
 
 def extra_seams(document: MapDocument, number: int) -> int:
-    """How many seams the patch has besides the drawn ones and those that its topology asks for."""
+    """Return the number of seams in addition to drawn ones and those that the topology requires."""
     _, plan = _surface_and_plan(document, number)
     if plan.extra is not None:
         return plan.extra
@@ -106,12 +108,12 @@ def extra_seams(document: MapDocument, number: int) -> int:
 def paint_interest(
     document: MapDocument, number: int, vertices: Sequence[int] | IntArray, *, importance: float = INTEREST_WEIGHT
 ) -> ReflattenRequest:
-    """Vertices of the patch's surface made an area of interest, or with ``importance`` 0 an ordinary one again.
+    """Mark vertices of the patch's surface as area of interest, or as ordinary with ``importance`` 0.
 
-    Seams already drawn through it stay; it is for a person to erase what a person drew.
+    Seams already drawn through it remain until the user erases them.
 
     Raises:
-        MapError: No such patch or vertex, or an importance that is not a number from 0 up.
+        MapError: Unknown patch or vertex, or an importance that is negative or not finite.
     """
     surface, plan = _surface_and_plan(document, number)
     painted = np.asarray(vertices, dtype=np.int64)
@@ -127,13 +129,13 @@ def paint_interest(
 def paint_areas(
     document: MapDocument, painted: Mapping[int, Sequence[int] | IntArray], *, importance: float = INTEREST_WEIGHT
 ) -> ReflattenRequest:
-    """``paint_interest`` for vertices of several patches, by patch number, in one step.
+    """Apply ``paint_interest`` to vertices of several patches, by patch number, in one step.
 
     Raises:
         MapError: As ``paint_interest``.
     """
-    asked = [paint_interest(document, number, own, importance=importance) for number, own in painted.items()]
-    return ReflattenRequest(asked[0].name if asked else "", tuple(job for part in asked for job in part.jobs))
+    requests = [paint_interest(document, number, own, importance=importance) for number, own in painted.items()]
+    return ReflattenRequest(requests[0].name if requests else "", tuple(job for part in requests for job in part.jobs))
 
 
 def _surface_and_plan(document: MapDocument, number: int) -> tuple[Mesh, SeamPlan]:
@@ -146,13 +148,13 @@ def _with_seams(document: MapDocument, number: int, name: str, plan: SeamPlan) -
 
 
 def _in_one_piece(surface: Mesh, drawn: IntArray) -> bool:
-    """Whether every face can still be reached from every other without crossing ``drawn`` edges."""
+    """Return whether every face can be reached from every other without crossing ``drawn`` edges."""
     connectivity = surface.connectivity
     closed = ~_among(connectivity.edges[connectivity.twin_edges], drawn, len(surface.vertices))
     return bool(components_of(connectivity.twins[closed], len(surface.faces)).max() == 0)
 
 
 def _among(edges: IntArray, others: IntArray, count: int) -> BoolArray:
-    """(e,) which ``edges`` are among ``others``, whichever way round."""
+    """Return whether each of ``edges`` (e, 2) is among ``others``, in either direction."""
     keys = [np.sort(np.asarray(pairs).reshape(-1, 2), axis=1) @ [count, 1] for pairs in (edges, others)]
     return np.isin(keys[0], keys[1])

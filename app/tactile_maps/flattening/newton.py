@@ -33,7 +33,7 @@ class DescentStopped(MapError):
 
 @dataclass(frozen=True, eq=False)
 class Iterate:
-    """One round of a minimiser.
+    """Result of a round of a minimiser.
 
     Attributes:
         plane: (k, 2) vertex positions on the plane.

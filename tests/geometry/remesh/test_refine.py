@@ -55,14 +55,14 @@ def test_a_needle_becomes_a_ladder() -> None:
     assert len(subdivide(needle, longest=0.01).mesh.faces) == subdivided_count(needle, longest=0.01)
 
 
-def test_a_fine_mesh_is_returned_as_it_is() -> None:
+def test_fine_mesh_is_returned_unchanged() -> None:
     mesh = HARD_MESHES["sphere"]
     result = subdivide(mesh, longest=1.01 * longest(mesh))
     assert result.mesh is mesh
     assert np.array_equal(result.parent, np.arange(len(mesh.faces)))
 
 
-def test_an_absurd_number_of_faces_is_refused() -> None:
+def test_an_absurd_number_of_faces_is_rejected() -> None:
     with pytest.raises(MeshError, match="two million"):
         subdivide(HARD_MESHES["cube"], longest=1e-5)
 

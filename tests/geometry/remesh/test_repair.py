@@ -62,12 +62,12 @@ def test_unused_vertices_go() -> None:
     assert len(cleaned.vertices) == 3
 
 
-def test_nothing_with_area_is_an_error_that_names_the_mesh() -> None:
+def test_mesh_without_area_raises_an_error_with_its_name() -> None:
     with pytest.raises(MeshError, match="wrist: the mesh has no face with an area"):
         clean_mesh(Mesh(np.zeros((3, 3)), [[0, 1, 2]]), where="wrist")
 
 
-def test_vertices_within_the_tolerance_are_one_wherever_they_lie() -> None:
+def test_vertices_within_tolerance_are_welded_anywhere() -> None:
     rng = np.random.default_rng(0)
     points = rng.uniform(size=(200, 3))
     copies = np.concatenate([points, points + 4e-7 * rng.uniform(-1, 1, size=(200, 3)), points])
@@ -155,7 +155,7 @@ def told(result: RepairedMesh) -> dict[str, int]:
 
 
 @pytest.mark.parametrize("name", EVERY)
-def test_what_leaves_can_be_laid_flat(name: str) -> None:
+def test_repaired_mesh_can_be_flattened(name: str) -> None:
     mesh = repair_mesh(hard_mesh(name)).mesh
     assert mesh.connectivity.face_count.max() <= 2
     assert orient_faces(mesh.faces, mesh.face_areas).clashes == 0
@@ -261,7 +261,7 @@ def test_the_offset_does_not_matter(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", [*HOPELESS])
-def test_what_has_no_area_or_no_size_is_refused_by_name(name: str) -> None:
+def test_mesh_without_area_or_size_is_rejected_by_name(name: str) -> None:
     with pytest.raises(MeshError, match=f"{name}.*: the mesh (has no face with an area|is implausibly)"):
         repair_mesh(HOPELESS[name], where=name)
 

@@ -76,7 +76,7 @@ def test_each_level_has_fewer_faces_than_the_one_before():
     assert counts[-1] < 0.5 * counts[0]
 
 
-def test_what_is_flat_needs_few_triangles_and_loses_nothing():
+def test_flat_mesh_is_simplified_to_few_triangles_without_error():
     (level,) = simplify(MESHES["block"](), TOLERANCES[:1])
     assert level.error < 1e-9
     assert len(level.faces) < 40, "twelve are the least"

@@ -65,7 +65,7 @@ def test_a_mesh_refined_in_parts_becomes_one_surface_without_new_vertices(name: 
         assert repaired.mesh.area == pytest.approx(mesh.area, rel=1e-12)
 
 
-def test_the_parts_of_a_divided_face_lie_in_it_and_look_as_it_did() -> None:
+def test_parts_of_divided_face_are_inside_it_with_its_normal() -> None:
     mesh = refined_at_random(sphere(), 4)
     repaired = repair_mesh(mesh)
     parents = Mesh(mesh.vertices, mesh.faces)
@@ -100,7 +100,7 @@ def test_stitching_depends_on_the_shape_alone(scale: float, how: str) -> None:
 
 
 @pytest.mark.parametrize("height", [0.001, 0.02, 0.049])
-def test_a_crack_beside_one_straight_edge_is_closed(height: float) -> None:
+def test_crack_along_one_straight_edge_is_closed(height: float) -> None:
     for axis in (1, 2):
         mesh = joined(band(-0.3, 0, EVEN, ENDS), bent(band(0, 0.3, EVEN, EVEN), height, axis))
         assert len(repair_mesh(mesh).mesh.connectivity.boundary_loops) == 1
@@ -215,7 +215,7 @@ def test_a_face_that_would_fold_over_is_left_alone() -> None:
     assert "t-junction" not in counted(joined(coarse, fine))
 
 
-def test_a_mesh_without_a_border_is_returned_as_it_is() -> None:
+def test_mesh_without_border_is_returned_unchanged() -> None:
     ball = sphere()
     faces, owner, count = stitch_junctions(ball.vertices, ball.faces)
     assert faces is ball.faces

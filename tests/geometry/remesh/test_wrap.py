@@ -31,7 +31,7 @@ def test_triangles_are_well_shaped() -> None:
 
 @pytest.mark.parametrize("closing", [0.0, 0.012])
 @pytest.mark.parametrize("name", ["cube", "two components", "torus"])
-def test_few_nodes_are_asked_and_the_others_change_nothing(
+def test_exact_distance_is_computed_at_few_nodes_without_effect_on_the_surface(
     monkeypatch: pytest.MonkeyPatch, name: str, closing: float
 ) -> None:
     mesh = HARD_MESHES[name]
@@ -90,6 +90,6 @@ def test_loose_parts_are_said() -> None:
 
 
 @pytest.mark.parametrize("sizes", [(0, 1, 0), (1, 0, 0), (1, 1, -1), (np.nan, 1, 0), (1, np.inf, 0)])
-def test_senseless_sizes_are_refused(sizes: tuple[float, float, float]) -> None:
+def test_senseless_sizes_are_rejected(sizes: tuple[float, float, float]) -> None:
     with pytest.raises(MeshError, match="positive"):
         wrap_mesh(SPHERE, thickness=sizes[0], voxel=sizes[1], closing=sizes[2])

@@ -67,7 +67,7 @@ def test_a_layout_is_judged_by_its_points_alone(automatic, body):
     assert {row.name for row in comparison.measures} <= set(IDEALS)
 
 
-def test_the_body_is_asked_of_the_map_where_it_is_not_given(automatic, body):
+def test_body_distances_default_to_those_of_the_map(automatic, body):
     by_hand = TaxelLayout(automatic.taxel_points)
     assert compare_maps(by_hand, automatic).to_json() == compare_maps(by_hand, automatic, distances=body).to_json()
 
@@ -195,11 +195,11 @@ def test_a_taxel_drawn_twice_counts_once(skin, drawn):
     assert len(np.unique(numbers)) == len(numbers)
 
 
-def test_a_drawing_of_another_body_is_refused(skin, drawn):
+def test_a_drawing_of_another_body_is_rejected(skin, drawn):
     with pytest.raises(MapError, match=r"not of this skin.*mm from"):
         drawn_layout(replace(drawn, positions=drawn.positions + 0.5), skin)
 
 
-def test_a_file_without_points_is_refused(skin, drawn):
+def test_a_file_without_points_is_rejected(skin, drawn):
     with pytest.raises(MapError, match="no map points"):
         drawn_layout(replace(drawn, points=None), skin)

@@ -62,7 +62,7 @@ def test_stretch_is_that_of_each_triangle():
     assert mean > 4.01
 
 
-def test_a_known_stretch_is_told(flat):
+def test_known_stretch_is_measured(flat):
     found = distortion(_spoiled(flat, lambda plane: plane * [2, 0.5]))
     for values, expected in ((found.angle, 4), (found.area, 1), (found.isometry, 2), (found.energy, 8.5)):
         np.testing.assert_allclose(values, expected, rtol=1e-3)
@@ -89,7 +89,7 @@ def test_the_middle_and_the_tail_are_by_area():
     assert faces.spread(np.array([2.0, 1.0, 3.0, 9.0])).median == 2.0
 
 
-def test_nothing_has_no_spread():
+def test_distribution_without_faces_is_an_error():
     empty = Distortion(np.zeros((0, 2)), np.zeros(0, bool), np.zeros(0))
     for summarise in (lambda: empty.spread(np.zeros(0)), lambda: empty.mean_energy):
         with pytest.raises(MapError, match="without faces"):
@@ -131,7 +131,7 @@ def test_the_numbers_are_those_of_the_quality_card(three_patches):
         assert stretch(three_patches, kind).spread == card
 
 
-def test_what_is_known_need_not_be_measured_again(three_patches):
+def test_known_distortion_is_reused(three_patches):
     known = distortion(three_patches)
     for kind in MEASURES:
         again = stretch(three_patches, kind, known=known)
@@ -203,10 +203,10 @@ def test_spread_points_are_as_many_as_fit():
 
 
 @pytest.mark.parametrize("size", [0.0, -1.0, np.inf, np.nan])
-def test_patterns_without_a_size_are_refused(flat, size):
-    with pytest.raises(MapError, match="above zero"):
+def test_patterns_without_a_size_are_rejected(flat, size):
+    with pytest.raises(MapError, match="size of a pattern must be above zero"):
         checkerboard(np.zeros((1, 2)), side=size, blur=1e-3)
-    with pytest.raises(MapError, match="above zero"):
+    with pytest.raises(MapError, match="size of a pattern must be above zero"):
         TissotCircles(flat.skin.patches, radius=size, spacing=0.02)
-    with pytest.raises(MapError, match="above zero"):
+    with pytest.raises(MapError, match="size of a pattern must be above zero"):
         spaced_subset(np.zeros((3, 2)), size)

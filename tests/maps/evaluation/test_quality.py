@@ -103,13 +103,13 @@ def test_a_patch_in_the_hole_of_another_overlaps_nothing():
 
 
 @pytest.mark.long
-def test_what_is_known_of_the_body_need_not_be_measured_again(three_patches):
+def test_known_body_distances_are_reused(three_patches):
     body = BodyDistances(three_patches.skin, sources=3)
     image = TactileImage(three_patches)
     assert measure(three_patches, distances=body, images=(image,)) == measure(three_patches, sources=3)
 
 
-def test_modules_are_told_apart_where_they_are_known(three_patches):
+def test_known_modules_give_separate_scores(three_patches):
     modules = np.arange(len(three_patches.skin)) // 4
     quality = measure(three_patches, sources=3, modules=modules)
     assert 0 < quality.pairs_between_modules < quality.pairs
@@ -155,6 +155,6 @@ def test_what_is_unknown_is_null():
     assert quality.to_json()["trustworthiness"] is None
 
 
-def test_findings_are_told_with_kind_count_and_action():
+def test_findings_have_kind_count_and_action():
     (note, *_) = measure(build_map(skin_of(named("thin faces")))).to_json()["findings"]
     assert {"kind", "count", "action"} <= set(note)

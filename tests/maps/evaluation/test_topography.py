@@ -101,7 +101,7 @@ def test_the_same_seed_asks_the_same_taxels():
     assert one.sources.tolist() != other.sources.tolist()
 
 
-def test_too_many_taxels_are_asked_in_part(monkeypatch):
+def test_distances_of_many_taxels_use_some_rows(monkeypatch):
     monkeypatch.setattr(topography, "_ALL_EXACT", 0)
     monkeypatch.setattr(topography, "_MOST", 400)
     (patch,) = BodyDistances(skin_of(sheet(), taxels=40)).patches
@@ -137,7 +137,7 @@ def test_where_distances_are_not_exact_neighbours_are_an_arc_apart():
     assert body.lengths.sum() < body.patches[0].from_sources[i, j].sum()
 
 
-def test_what_cannot_be_exact_is_said():
+def test_inexact_distances_have_a_finding():
     (note,) = BodyDistances(skin_of(named("thin faces"))).findings
     assert note.kind == "inexact-distance"
 
@@ -233,7 +233,7 @@ def test_rank_correlation_and_stress_are_those_of_the_definition(cloud):
     assert shape.stress == pytest.approx(least, rel=1e-9)
 
 
-def test_pairs_between_modules_are_told_apart(cloud):
+def test_pairs_between_modules_are_counted_separately(cloud):
     points, distances, modules = cloud
     across = modules[distances.pairs[:, 0]] != modules[distances.pairs[:, 1]]
     torn = np.array(

@@ -23,7 +23,7 @@ def _changed(map_, *, header=None, **arrays):
     return pack_arrays(old_header | (header or {}), {k: v for k, v in merged.items() if v is not None})
 
 
-def test_what_is_saved_comes_back(three_patches, tmp_path):
+def test_saved_data_are_restored(three_patches, tmp_path):
     save_map(three_patches, tmp_path / "map.npz")
     back = load_map(tmp_path / "map.npz")
     assert map_to_bytes(back) == map_to_bytes(three_patches)
@@ -54,7 +54,7 @@ def test_findings_survive():
         ({"placements": [[0.0, 0.0, 0.0, 1]] * 3}, "header is broken"),
     ],
 )
-def test_a_broken_header_is_refused(three_patches, header, says):
+def test_a_broken_header_is_rejected(three_patches, header, says):
     with pytest.raises(MapError, match=says):
         map_from_bytes(_changed(three_patches, header=header), file="bad.npz")
 
@@ -90,7 +90,7 @@ def _bad_arrays(map_):
 
 
 @pytest.mark.parametrize("case", range(15))
-def test_a_broken_array_is_refused_with_file_patch_and_name(three_patches, case):
+def test_a_broken_array_is_rejected_with_file_patch_and_name(three_patches, case):
     name, values, says = _bad_arrays(three_patches)[case]
     with pytest.raises(MapError, match=says) as caught:
         map_from_bytes(_changed(three_patches, **{f"_0_{name}": values}), file="bad.npz")
@@ -98,7 +98,7 @@ def test_a_broken_array_is_refused_with_file_patch_and_name(three_patches, case)
     assert "patch 0" in str(caught.value)
 
 
-def test_a_chart_that_is_no_disk_is_refused():
+def test_a_chart_that_is_no_disk_is_rejected():
     """The right faces in the right place, but with the tube's ends left open: two borders."""
     map_ = build_map(skin_of(named("tube")))
     surface = map_.skin.patches[0].surface
@@ -110,7 +110,7 @@ def test_a_chart_that_is_no_disk_is_refused():
         map_from_bytes(_changed(map_, **parts))
 
 
-def test_a_map_without_a_sound_skin_is_refused(three_patches):
+def test_map_without_valid_skin_is_rejected(three_patches):
     with pytest.raises(MapError, match="no skin"):
         map_from_bytes(_changed(three_patches, skin=None))
     with pytest.raises(SkinError):
@@ -118,13 +118,13 @@ def test_a_map_without_a_sound_skin_is_refused(three_patches):
 
 
 @pytest.mark.parametrize("data", [b"", b"PK", b"\x93NUMPY", bytes(1000)])
-def test_bytes_of_another_kind_are_refused(data):
+def test_bytes_of_another_kind_are_rejected(data):
     with pytest.raises(MapError, match="damaged or of another kind"):
         map_from_bytes(data)
 
 
 @pytest.mark.parametrize("share", [0.1, 0.5, 0.9, 0.999])
-def test_a_cut_file_is_refused(three_patches, share):
+def test_a_cut_file_is_rejected(three_patches, share):
     data = map_to_bytes(three_patches)
     with pytest.raises(MapError):
         map_from_bytes(data[: int(share * len(data))])
@@ -163,7 +163,7 @@ def test_a_file_from_before_patches_could_be_scaled_is_read(three_patches):
     assert map_from_bytes(pack_arrays(old, arrays)).layout == three_patches.layout
 
 
-def test_a_scale_survives_and_an_absurd_one_is_refused(three_patches):
+def test_a_scale_survives_and_an_absurd_one_is_rejected(three_patches):
     places = [replace(place, scale=2.5, mirrored=True) for place in three_patches.layout.placements]
     scaled = replace(three_patches, layout=MapLayout(tuple(places)))
     assert map_from_bytes(map_to_bytes(scaled)).layout == scaled.layout

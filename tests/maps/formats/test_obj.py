@@ -67,12 +67,12 @@ def test_a_vertex_may_carry_more_than_its_place(tmp_path):
         ("# origin 0 0 m, side nan m\n", "line 1"),
     ],
 )
-def test_broken_files_are_refused_with_line_and_value(tmp_path, text, problem):
+def test_broken_files_are_rejected_with_line_and_value(tmp_path, text, problem):
     with pytest.raises(MapError, match=rf"map\.obj.*{problem}"):
         read(tmp_path, text)
 
 
-def test_absurd_sizes_and_missing_files_are_refused(tmp_path, monkeypatch):
+def test_absurd_sizes_and_missing_files_are_rejected(tmp_path, monkeypatch):
     monkeypatch.setattr(obj, "MAX_LINES", 5)
     with pytest.raises(MapError, match="more than 5 lines"):
         read(tmp_path, SQUARE)
@@ -126,7 +126,7 @@ def test_the_file_holds_the_body_and_the_map(three_patches, tmp_path):
     np.testing.assert_allclose(obj.uv[obj.corners] * obj.square[2] + obj.square[:2], flat, atol=1e-8)
 
 
-def test_what_is_written_reads_back(three_patches, tmp_path):
+def test_written_file_is_read_back(three_patches, tmp_path):
     write_map_obj(three_patches, tmp_path / "map.obj")
     back = read_map_obj(tmp_path / "map.obj", three_patches.skin)
     np.testing.assert_allclose(back.taxel_points, three_patches.taxel_points, atol=1e-8)
@@ -249,13 +249,13 @@ def test_other_seams_are_found_in_the_file(one, tmp_path):
         ({"change": lambda uv, k: uv + (uv[:, :1].mean() > 0.1) * 5}, "is in several pieces.*Join"),
     ],
 )
-def test_what_is_no_map_of_the_skin_is_refused(one, tmp_path, options, problem):
+def test_file_that_is_not_a_map_of_the_skin_is_rejected(one, tmp_path, options, problem):
     path = as_other_tool(one, tmp_path / "map.obj", **options)
     with pytest.raises(MapError, match=rf"map\.obj.*patch 0.*({problem})"):
         read_map_obj(path, one.skin)
 
 
-def test_a_closed_or_overlapping_unwrap_is_refused(tmp_path):
+def test_a_closed_or_overlapping_unwrap_is_rejected(tmp_path):
     tube = frustum(along=3, around=8)
     skin = skin_of(tube, taxels=5)
     rings = tube.vertices[:, :2] * (1 + 3 * tube.vertices[:, 2:])  # a ring: flat, but not opened
@@ -274,7 +274,7 @@ def test_a_closed_or_overlapping_unwrap_is_refused(tmp_path):
         read_map_obj(tmp_path / "map.obj", skin_of(strip, taxels=5))
 
 
-def test_another_skin_is_told_by_its_faces(one, tmp_path):
+def test_another_skin_is_recognised_by_its_faces(one, tmp_path):
     write_map_obj(one, tmp_path / "map.obj")
     with pytest.raises(MapError, match="does not have the skin's faces"):
         read_map_obj(tmp_path / "map.obj", skin_of(named("saddle"), named("sheet"), taxels=5))

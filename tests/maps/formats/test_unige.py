@@ -18,7 +18,7 @@ def tube():
     return build_map(skin_of(frustum(along=16, around=32), taxels=150))
 
 
-def test_what_is_written_reads_back(tube, tmp_path):
+def test_written_file_is_read_back(tube, tmp_path):
     write_unige_map(tube, tmp_path / "skin.json", name="tube")
     file = read_unige(tmp_path / "skin.json")
     wanted = unige_file_of(tube)
@@ -54,6 +54,6 @@ def test_no_face_is_stretched_across_a_seam():
     assert len(file.maps[0].faces) > 200
 
 
-def test_a_skin_on_several_links_is_refused(three_patches, tmp_path):
+def test_a_skin_on_several_links_is_rejected(three_patches, tmp_path):
     with pytest.raises(MapError, match=r"skin\.json.*one link.*link 0, link 1, link 2"):
         write_unige_map(three_patches, tmp_path / "skin.json")

@@ -158,7 +158,7 @@ def test_it_can_be_kept_in_a_file(skin, perfect):
     assert np.array_equal(again.taxel_points, map_.taxel_points)
 
 
-def test_a_taxel_without_place_lies_where_it_is_nearest_on_the_body(skin, perfect):
+def test_unplaced_taxel_is_at_the_closest_point_on_the_body(skin, perfect):
     placed = np.ones(60, dtype=bool)
     inner = np.linalg.norm(skin.patches[0].taxels.positions[:, :2] - [0.06, 0.04], axis=1)
     placed[inner.argmin()] = False
@@ -195,7 +195,7 @@ def test_triangles_between_links_are_not_made_but_said():
     assert on_top.charts[0].findings[0].count > note.count
 
 
-def test_maps_that_cannot_be_are_refused(skin, perfect):
+def test_invalid_learned_maps_are_rejected(skin, perfect):
     with pytest.raises(MapError, match="another skin"):
         learned_tactile_map(skin, _by_hand(perfect.points[1:]))
     with pytest.raises(MapError, match="fewer than three"):

@@ -46,7 +46,7 @@ def test_a_tube_is_cut_and_unrolled():
     assert np.abs(stretch[~torn] - 1).max() < 0.15
 
 
-def test_the_few_beside_the_surface_are_told_and_put_near():
+def test_taxels_off_the_surface_are_reported_and_placed_nearby():
     cloud = taxels_on(sheet(30, 20), 100).positions.copy()
     cloud = np.concatenate([cloud, cloud[50:51] + [0.001, 0.001, 0.3]])
     opened = flatten_point_cloud(cloud)
@@ -61,7 +61,7 @@ def test_the_few_beside_the_surface_are_told_and_put_near():
 @pytest.mark.parametrize(
     "cloud", [np.zeros((4, 3)), np.eye(3) * [1, 0, 0], np.random.default_rng(13).normal(size=(60, 3))]
 )
-def test_where_no_surface_is_it_says_so(cloud):
+def test_missing_surface_has_a_finding(cloud):
     with pytest.raises(MapError):
         flatten_point_cloud(cloud)
 
@@ -104,7 +104,7 @@ def tube():
     return skin_of(frustum(0.04, 0.04, length=0.16), taxels=160)
 
 
-def test_taxels_of_a_sheet_lie_where_they_lie(touched_sheet, misfit):
+def test_taxels_of_a_sheet_are_learned_at_their_positions(touched_sheet, misfit):
     learned = build(touched_sheet[1])
     assert learned.method == "geodesic-information"
     assert "no-learned-surface" not in [finding.kind for finding in learned.findings]

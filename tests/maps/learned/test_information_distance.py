@@ -64,7 +64,7 @@ def test_equal_pressures_share_a_level():
     assert len(set(levels[[0, 1, 3]])) == 1
 
 
-def test_taxels_of_a_sheet_lie_where_they_lie(touched_sheet, misfit):
+def test_taxels_of_a_sheet_are_learned_at_their_positions(touched_sheet, misfit):
     learned = build(touched_sheet[1])
     assert learned.method == "information-distance"
     assert learned.findings == ()

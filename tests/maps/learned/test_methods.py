@@ -29,13 +29,13 @@ def test_a_dead_taxel_is_named_and_spoils_nothing(method, touched_sheet, misfit,
 
 
 @pytest.mark.parametrize("method", LEARNING_METHODS)
-def test_a_skin_that_was_never_touched_is_refused(method):
+def test_a_skin_that_was_never_touched_is_rejected(method):
     with pytest.raises(MapError, match="too few taxels"):
         LEARNING_METHODS[method](np.zeros((50, 9)))
 
 
 @pytest.mark.parametrize("method", LEARNING_METHODS)
-def test_progress_is_told_and_may_cancel(method, touched_sheet):
+def test_progress_is_reported_and_may_cancel(method, touched_sheet):
     told = []
     LEARNING_METHODS[method](touched_sheet[1], progress=lambda text, fraction: told.append((text, fraction)))
     assert told

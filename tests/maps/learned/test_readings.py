@@ -57,6 +57,6 @@ def test_what_keeps_out_of_each_others_way_is_not_together():
 @pytest.mark.parametrize(
     "readings", [np.zeros((5, 4)), np.ones(5), np.full((3, 4), np.nan), np.zeros((0, 4)), np.eye(4)[:, :2]]
 )
-def test_readings_that_say_nothing_are_refused(readings):
+def test_invalid_readings_are_rejected(readings):
     with pytest.raises(MapError):
         detect_touch(readings)

@@ -8,7 +8,7 @@ from scipy.sparse import csr_matrix
 from tactile_maps.maps.learned.self_organising import build, train_batch_som
 
 
-def test_taxels_of_a_sheet_lie_where_they_lie(touched_sheet, misfit):
+def test_taxels_of_a_sheet_are_learned_at_their_positions(touched_sheet, misfit):
     """The square sheet stretches over the oblong skin, so places are less true than those from distances."""
     learned = build(touched_sheet[1])
     assert learned.method == "self-organising"
@@ -16,7 +16,7 @@ def test_taxels_of_a_sheet_lie_where_they_lie(touched_sheet, misfit):
     assert misfit(learned.points) < 1.5
 
 
-def test_units_side_by_side_want_alike():
+def test_adjacent_units_have_similar_prototypes():
     places = np.linspace(0, 1, 400)[:, None]
     contacts = np.exp(-0.5 * ((places - np.linspace(0, 1, 9)) / 0.1) ** 2)
     contacts /= np.linalg.norm(contacts, axis=1, keepdims=True)

@@ -37,7 +37,7 @@ def test_what_fires_shortly_after_is_near():
     assert np.isinf(dissimilarity(detect_touch(gaps), fading=1)[0, 1]), "at the same moment they never fire"
 
 
-def test_taxels_of_a_sheet_lie_where_they_lie(touched_sheet, misfit):
+def test_taxels_of_a_sheet_are_learned_at_their_positions(touched_sheet, misfit):
     learned = build(touched_sheet[1])
     assert learned.method == "temporal-correlation"
     assert misfit(learned.points) < 0.5

@@ -70,7 +70,7 @@ class TaxelLayout:
 
 @dataclass(frozen=True)
 class ComparedMeasure:
-    """One measure of both maps; None if a map does not have it or it is unknown.
+    """A measure of both maps; None if a map does not have it or it is unknown.
 
     Attributes:
         name: A key of ``MapQuality``.

@@ -122,7 +122,7 @@ DistortionMeasure: TypeAlias = Literal["angle", "area", "isometry"]
 
 @dataclass(frozen=True, eq=False)
 class Stretch:
-    """One measure of stretch over a map; 1 is no change.
+    """A measure of stretch over a map; 1 is no change.
 
     Attributes:
         measure: Name of the measure.

@@ -228,7 +228,7 @@ def group_name(patch: str) -> str:
 
 @dataclass(frozen=True, eq=False)
 class _Island:
-    """One patch as laid out in the file, face up; the chart has its true size."""
+    """A patch as laid out in the file, face up; the chart has its true size."""
 
     chart: Chart
     corner: FloatArray  # (2,) of its box, which is the origin of the chart [file units]

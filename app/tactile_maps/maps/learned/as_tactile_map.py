@@ -91,7 +91,7 @@ def characteristic_shape(points: FloatArray) -> CharacteristicShape:
     thin = signed_areas(points, faces) <= _THINNEST * longest**2
     kept = _peeled(faces, np.where(thin[:, None], np.inf, sides), limit)
     if thin[kept].any():
-        raise MapError("taxels lie in one line on the learned map", value=f"{int(thin[kept].sum())} triangles")
+        raise MapError("taxels are in one line on the learned map", value=f"{int(thin[kept].sum())} triangles")
     return CharacteristicShape(faces[kept], int((longest[kept] > limit).sum()))
 
 

@@ -304,14 +304,14 @@ def _blended(plates: _Plates, points: FloatArray, corners: IntArray, linear: Flo
 
 
 class _Plates:
-    """One plate for each taxel, in its own coordinates: from the taxel, in units of how far the stencil reaches.
+    """Thin plates around all taxels, each in coordinates relative to its taxel, in units of its radius.
 
     Args:
-        triangles: Of the taxels.
+        triangles: Triangles of the taxels.
 
     Attributes:
-        stencils: (n, STENCIL) the taxels of each plate.
-        sound: (n,) whether it could be solved.
+        stencils: (n, STENCIL) taxels of each plate.
+        sound: (n,) whether the plate was solved.
     """
 
     def __init__(self, triangles: TaxelTriangles) -> None:

@@ -131,7 +131,7 @@ _SIDES = {"l": "left", "left": "left", "r": "right", "right": "right"}
 _OPPOSITE = {"left": "right", "right": "left"}
 
 Unit = tuple[int, ...]
-"""One chart, or the left and right chart of a pair."""
+"""A chart, or the left and right chart of a pair."""
 
 
 def pack_charts(charts: Sequence[Chart], *, links: Sequence[str] | None = None) -> MapLayout:

@@ -245,7 +245,7 @@ class PinTool(MapEditTool):
         if not wanted:
             self._editor.told.emit("Select a pin, or point at one, to remove it")
         else:
-            self._ask(partial(unpin, wanted=wanted))
+            self._ask(partial(unpin, pins_by_patch=wanted))
 
     def remove_at(self, pin: SurfacePoint) -> None:
         """Take out the pin at a place of the body."""
@@ -361,7 +361,7 @@ class PinTool(MapEditTool):
         if self._may_ask():
             fine = event.modifiers() & Qt.KeyboardModifier.ShiftModifier
             self._nudge = self._nudge + (FINE_STEP if fine else STEP) * np.array(arrow)
-            self._ask(partial(nudge_pins, wanted=self.chosen, by=self._nudge))
+            self._ask(partial(nudge_pins, pins_by_patch=self.chosen, by=self._nudge))
             if not self._editor.busy:
                 self._nudge = np.zeros(2)
         return True
