@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import pkgutil
 import re
 import shlex
 import tomllib
@@ -98,6 +99,15 @@ def test_every_link_leads_somewhere(path):
         assert found.is_file(), f"{path.name}: {link}"
         assert not anchor or anchor in anchors(found), f"{path.name}: {link}"
         assert found.is_relative_to(ROOT / "assets") or path in ROOT_DOCUMENTS, f"{link} is not in the wheel"
+
+
+@pytest.mark.parametrize("path", DOCUMENTS, ids=lambda path: str(path.relative_to(ROOT)))
+def test_modules_and_files_that_documents_name_exist(path):
+    prose = re.sub(r"^```.*?^```", "", path.read_text(encoding="utf8"), flags=re.MULTILINE | re.DOTALL)
+    for name in re.findall(r"`(?:python -m )?((?:tactile_maps|tactile_widgets|tests)(?:\.\w+)+)", prose):
+        assert pkgutil.resolve_name(name) is not None, name
+    for file in re.findall(r"`((?:app|widgets|tests|assets|\.github)/[\w/.-]+)`", prose):
+        assert (ROOT / file).exists() or "icub-main" in prose, file
 
 
 def test_every_page_is_reached_from_the_index_and_every_picture_is_shown_and_small():

@@ -1,4 +1,4 @@
-"""Where the robots, scenes, findings and guide pages lie that come with the program."""
+"""Folder of the robots, scenes, findings and guide pages that are installed with the program."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ _PACKAGE = Path(__file__).parents[1]
 _INSTALLED = _PACKAGE / "assets"
 _CHECKOUT = _PACKAGE.parents[1] / "assets"
 ASSETS = _INSTALLED if _INSTALLED.is_dir() else _CHECKOUT
-"""Inside the package where a wheel was installed; beside ``app`` in a checkout, an editable install included."""
+"""Inside the package if a wheel is installed; next to ``app`` in a checkout, also with an editable installation."""
 
 
 def asset(*parts: str) -> Path:

@@ -46,7 +46,7 @@ def press_skin(
         at: Where.
         force: Of the ball on the skin [N], >= 0.
         radius: Of the ball [m], > 0.
-        model: How the force spreads, one of ``tactile_maps.tactile.models.CONTACT_MODELS``.
+        model: How the force spreads, one of ``tactile_maps.tactile.models.contact_model.CONTACT_MODELS``.
         layer: What the cover is made of; by default the usual foam.
 
     Returns:
