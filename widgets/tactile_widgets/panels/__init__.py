@@ -2,7 +2,7 @@
 
 ``panel_column`` holds all that ``registry`` lists, in the order of the window. ``maps`` has the panels of the map being
 edited, ``touch`` those of what the skin reads, ``control`` those of what the arm does, ``simulation`` those of what is
-simulated and what it costs; ``history_panel`` is the list of undo steps, ``findings_panel`` what opening
-noticed, ``messages_panel`` what the window has said, both as a ``note_list``. Their base class and controls are in
+simulated and what it costs; ``history_panel`` is the list of undo steps, and ``note_list`` contains the panels of
+findings and messages. Their base class and controls are in
 ``tactile_widgets.common.panel``, their diagrams in ``tactile_widgets.plots``.
 """

@@ -1,4 +1,4 @@
-"""The robot beside its map, the colour bar between them: one hover, one selection, one scale, one state."""
+"""The robot view and the map view side by side, with a shared pointer, selection, pressure scale and state."""
 
 from __future__ import annotations
 
@@ -32,11 +32,11 @@ from tactile_widgets.views.overlays.task_overlay_builder import TaskOverlayBuild
 from tactile_widgets.views.robot.robot_view import RobotView
 
 _NARROWEST = 250
-"""Of a view [px]: with the panels beside both, a window of 900 px shows all."""
+"""Minimum width of a view [px]: a window of 900 px then shows both views and the panels."""
 
 
 class LinkedViews(QWidget):
-    """Both views as one: what is shown in one is shown in the other, and a gesture on either goes on in the other."""
+    """Robot view, colour bar and map view. Selections and the pointer in one view are shown in the other."""
 
     menu_requested = Signal(PointedAt, QPoint)
     """Right click in either view: what is under the pointer, and its position on the screen."""
@@ -109,7 +109,7 @@ class LinkedViews(QWidget):
         self.level()
 
     def show_only(self, *, robot: bool, map_: bool) -> None:
-        """Without one of the views, and however narrow; the scale of pressures stays. For pictures."""
+        """Show one or both views without a minimum width, and always the colour bar; for figures."""
         self.robot.setVisible(robot)
         self.map.setVisible(map_)
         for side in (self.robot, self._right):
@@ -118,11 +118,11 @@ class LinkedViews(QWidget):
             self._right.setFixedWidth(self.bar.sizeHint().width())
 
     def level(self) -> None:
-        """Give both sides the same width."""
+        """Give both views the same width."""
         self._splitter.setSizes([1000, 1000])
 
     def show_prepared(self, prepared: PreparedScene) -> None:
-        """Another robot and map."""
+        """Show another robot and its map."""
         self._waiting = None
         self.robot.show_prepared(prepared)
         self.map.show_prepared(prepared)
@@ -131,13 +131,13 @@ class LinkedViews(QWidget):
         self._task.show_map(prepared.map)
 
     def set_paced(self, *, on: bool) -> None:
-        """Whether frames wait until both views can show them; what comes meanwhile is dropped for both."""
+        """Set whether frames wait until both views can show them; frames in between are dropped for both."""
         self._paced = on
 
     def show_frame(self, frame: Frame) -> None:
-        """Another instant, of which both views make a picture; the newest wins while one of them is busy.
+        """Show a frame in both views; while one of them is busy, only the newest frame is kept.
 
-        The map would be sooner, and then show another instant than the body does.
+        The map alone could be updated earlier, but would then show another time than the robot.
         """
         self._waiting = frame
         self._show_waiting()
@@ -163,11 +163,11 @@ class LinkedViews(QWidget):
             self.robot.display.draw_soon()
 
     def show_overlaid(self, regions: Sequence[ContactRegion]) -> None:
-        """Outline contacts of a second recording on the map; none for none."""
+        """Outline the contacts of a second recording on the map."""
         self.map.show_overlaid(regions)
 
     def show_settings(self, settings: ControlSettings) -> None:
-        """By these the arm is led in what is shown."""
+        """Show the task of these controller settings."""
         self._task.show_settings(settings)
         self._show_task()
 
@@ -176,30 +176,30 @@ class LinkedViews(QWidget):
         self.robot.display.show_task(self._task.shown)
 
     def set_faults(self, faults: TaxelFaults) -> None:
-        """Both mark the taxels that do not read what touches them."""
+        """Mark faulty taxels in both views."""
         self.faults = faults
         for part in (self.map, self.robot.display):
             part.set_faults(faults)
         self.faults_changed.emit(faults)
 
     def show_loading(self, text: str, fraction: float) -> None:
-        """The first robot is being prepared: one view says how far that is, the other waits."""
+        """Show the progress of preparing the first robot."""
         self.robot.card.show_loading(text, fraction)
         self.map.card.show_waiting()
 
     def show_last(self) -> None:
-        """Back to what was shown before, or to nothing."""
+        """Show the previous content again, or the empty views."""
         for view in (self.robot, self.map):
             view.card.show_last()
 
     def show_mode(self, mode: Mode) -> None:
-        """``live``, ``paused``, ``replaying`` or ``empty``."""
+        """Mark both views as paused or replaying."""
         for part in (self.robot.display, self.map):
             part.set_replaying(replaying=mode is Mode.REPLAYING)
             part.set_paused(paused=mode is Mode.PAUSED)
 
     def set_overlays(self, overlays: OverlayOptions) -> None:
-        """Both show what View > Overlay asks for."""
+        """Show the layers selected under View > Overlay in both views."""
         self.overlays = overlays
         self._show_overlays()
         self.overlays_changed.emit(overlays)
@@ -210,25 +210,31 @@ class LinkedViews(QWidget):
         self._overlay_body()
 
     def _overlay_body(self) -> None:
-        """The body shows the map's picture where there is one; touch alone it draws finer by itself."""
+        """Texture the robot with the map's image if it has a base layer; pressure alone is drawn finer without it."""
         textured = self.overlays.ground is not BaseLayer.PRESSURE
         self.robot.display.set_picture(self.map.skin_texture, textured=textured)
 
     def set_tool(self, tool: ToolKind) -> None:
-        """Both views take another tool."""
+        """Set the tool of both views."""
         self.tool = tool
         for view in (self.robot, self.map):
             view.set_tool(tool)
 
     def set_view_tool(self, tool: ViewTool | None) -> None:
-        """The tool that edits or controls, in both views; None for one that does neither."""
+        """Set the editing or control tool of both views; None for tools that do neither."""
         for view in (self.robot, self.map):
             view.set_view_tool(tool)
 
     def show_document(self, document: MapDocument, *, in_gesture: bool = False, led: bool = True) -> None:
-        """The same skin's map, edited; ``in_gesture`` while a gesture changes it, ``led`` where control uses it."""
+        """Show the edited map of the same skin.
+
+        Args:
+            document: The map.
+            in_gesture: More changes follow at once.
+            led: Whether the controller uses this map.
+        """
         if not in_gesture:
-            # Before the map: the picture that comes from there is laid on the body by the charts the body knows.
+            # First, because the map's image is mapped onto the robot by the charts that the robot view has.
             self.robot.display.show_map(document.map)
         self.map.show_document(document, in_gesture=in_gesture)
         if not in_gesture:
@@ -236,18 +242,18 @@ class LinkedViews(QWidget):
             self._show_task()
 
     def resize_brush(self, steps: int) -> None:
-        """Make the brush so many steps larger, or smaller where negative."""
+        """Enlarge the brush by this number of steps; negative values shrink it."""
         self.brush = resized_brush(self.brush, steps)
         for view in (self.robot, self.map):
             view.interaction.taxel_selector.set_radius(self.brush)
 
     def frame_all(self) -> None:
-        """Both show everything."""
+        """Fit both views."""
         self.robot.frame_all()
         self.map.frame_all()
 
     def show_taxels(self, taxels: IntArray) -> None:
-        """Select these taxels (k,), at least one, and bring them into sight in both views."""
+        """Select these taxels (k,), at least one, and look at them in both views."""
         prepared = self.robot.display.prepared
         if prepared is not None:
             self.selection.take(SelectionUpdate(taxels, SelectionMode.REPLACE))
@@ -255,11 +261,11 @@ class LinkedViews(QWidget):
             self.robot.display.look_at(prepared.skin.taxel_point(int(taxels[0])))
 
     def select_taxel(self, taxel: int) -> None:
-        """Select this taxel and no other."""
+        """Select this taxel only."""
         self.selection.take(SelectionUpdate(np.array([taxel]), SelectionMode.REPLACE))
 
     def frame_patch(self, at: SurfacePoint) -> None:
-        """Both look at the patch of a place of the skin, from above that place."""
+        """Look at the patch of a skin location in both views, the robot from above that location."""
         prepared = self.robot.display.prepared
         if prepared is not None:
             first, last = prepared.skin.first[at.patch : at.patch + 2]
@@ -268,12 +274,12 @@ class LinkedViews(QWidget):
             self.robot.display.look_at(at)
 
     def frame_seam(self, patch: int, vertices: IntArray, places: FloatArray) -> None:
-        """Both look at a seam: vertices (k,) of a patch, and places (n, 2) [m] of both its sides on the map."""
+        """Look at a seam in both views: vertices (k,) of a patch, and map points (n, 2) [m] of both sides."""
         self.map.frame_places(places)
         self.robot.display.frame_seam(patch, vertices)
 
     def set_theme(self, theme: Theme) -> None:
-        """Take another theme."""
+        """Set the theme."""
         for part in (self.robot.display, self.map, self.bar):
             part.set_theme(theme)
 

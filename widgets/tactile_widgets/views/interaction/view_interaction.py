@@ -1,7 +1,7 @@
-"""What mouse and keys do on a view: the one router for robot and map, from Qt's events to pokes, selections and edits.
+"""Mouse and keys on the views: routes Qt's events to pokes, selections, edits and the camera.
 
-A view answers what lies under a pixel and moves its camera (``ViewPort``); everything between is here, so that a user
-means the same in both.
+A view implements ``ViewPort``: it finds what is under a pixel and moves its camera. Everything else is here, so that
+gestures mean the same on the robot and on the map.
 """
 
 from __future__ import annotations
@@ -29,12 +29,12 @@ from tactile_widgets.views.interaction.view_tool import PointerHit, ShortcutOver
 
 
 class ViewPort(TaxelLocator, Protocol):
-    """A view that a user acts on.
+    """A view that the gestures act on.
 
     Attributes:
-        beside_skin: Whether tools and selections work beside the skin too, as on a map; else the view turns there.
-        turns: Whether a drag of the left button beside the skin turns the view, and with Shift pans it.
-        idle_cursor: Of the pointer where it can do nothing but move the view.
+        beside_skin: Whether tools and selections also work next to the skin, as on the map.
+        turns: Whether a left drag next to the skin turns the view, and with Shift pans it.
+        idle_cursor: Pointer shape where a drag can only move the view.
     """
 
     beside_skin: bool
@@ -42,47 +42,47 @@ class ViewPort(TaxelLocator, Protocol):
     idle_cursor: Qt.CursorShape
 
     def point_at(self, pixel: QPointF) -> SurfacePoint | None:
-        """The place of the skin under a pixel; None beside it, and under a message."""
+        """Return the skin location under a pixel; None next to the skin and under a placeholder."""
 
     def hit_at(self, pixel: QPointF, at: SurfacePoint | None) -> PointerHit | None:
-        """What a tool is told of a pixel over ``at``; None while there is nothing to act on."""
+        """Return what a tool needs to know about a pixel over ``at``; None if there is nothing to act on."""
 
     def empty_at(self, pixel: QPointF) -> bool:
-        """Whether there is neither skin nor a control of the view's own."""
+        """Whether there is neither skin nor one of the view's controls."""
 
     def over_control(self, pixel: QPointF) -> bool:
-        """Whether a control of the view's own, as the orientation cube, takes clicks there."""
+        """Whether one of the view's controls, such as the orientation cube, is there."""
 
     def click_control(self, pixel: QPointF) -> None:
-        """It was clicked."""
+        """Click the control there."""
 
     def navigate(self, drag: Panned, *, turn: bool) -> None:
         """Move the camera by a drag; ``turn`` to turn the view rather than to pan it."""
 
     def frame_all(self) -> None:
-        """Show everything."""
+        """Fit the view."""
 
     def set_hover(self, at: SurfacePoint | None) -> None:
-        """Mark the place under the pointer."""
+        """Mark the skin location under the pointer."""
 
     def set_pointer(self, shape: Qt.CursorShape) -> None:
         """Give the pointer this shape over the view."""
 
     def redraw_tool(self) -> None:
-        """What the active tool marks or paints has changed, or it is another one."""
+        """Redraw the marks of the active tool."""
 
 
 class ViewInteraction(QObject):
-    """Routes one view's mouse and keys to poke, selection, active tool and camera. Mutable; decides nothing else.
+    """Routes mouse and keys of one view to poke, selection, active tool and camera. Mutable.
 
     Args:
-        port: The view, as it answers.
-        view: The same view, as Qt's parent; gets the keys.
+        port: The view.
+        view: The same view as a Qt parent, which receives the keys.
 
     Attributes:
-        view_tool: The tool that takes presses of the left button, and keys; None for none.
-        taxel_selector: Selects taxels.
-        hover: The place of the skin under the pointer, or None.
+        view_tool: Tool that receives presses of the left button, and keys; None without one.
+        taxel_selector: Selection of taxels.
+        hover: Skin location under the pointer, or None.
     """
 
     poke_pressed = Signal(SurfacePoint)
@@ -90,17 +90,17 @@ class ViewInteraction(QObject):
     poke_moved = Signal(SurfacePoint)
     """The pressed finger moved here."""
     poke_released = Signal()
-    """The finger left."""
+    """The user's finger left the skin."""
     hovered = Signal(SurfacePoint)
     """Skin location under the pointer; None next to the skin."""
     cleared = Signal()
-    """Escape, while nothing else was going on."""
+    """Escape was pressed outside of any gesture."""
     menu_requested = Signal(QPointF)
     """The right button was clicked without a drag, at this pixel of the view."""
     latch_requested = Signal(SurfacePoint)
     """A Shift-click on the skin: a finger stays here."""
     space_tapped = Signal()
-    """Space, with which a drag pans, went down and up, and nothing was dragged."""
+    """Space, which pans during a drag, was pressed and released without one."""
 
     def __init__(self, port: ViewPort, view: QWidget) -> None:
         super().__init__(view)
@@ -126,14 +126,14 @@ class ViewInteraction(QObject):
         return self._poke.mode is not PokeState.IDLE or self.taxel_selector.busy or self._editing
 
     def set_tool(self, kind: ToolKind) -> None:
-        """Take another kind of tool; what the user was doing ends."""
+        """Set the kind of tool; the current gesture ends."""
         self.cancel()
         self._kind = kind
         self.taxel_selector.set_tool(kind)
         self._show_pointer()
 
     def set_view_tool(self, tool: ViewTool | None) -> None:
-        """Give presses of the left button, and keys, to ``tool``; what the one before was doing is given up."""
+        """Pass presses of the left button, and keys, to ``tool``; the previous tool's gesture is cancelled."""
         self.cancel()
         if self.view_tool is not None:
             self.view_tool.drawn.disconnect(self._port.redraw_tool)
@@ -144,10 +144,10 @@ class ViewInteraction(QObject):
         self._port.redraw_tool()
 
     def cancel(self, *, discard_drawing: bool = True) -> bool:
-        """End any gesture; whether there was one.
+        """Cancel the current gesture. Whether there was one.
 
-        With ``discard_drawing`` also what a tool keeps between presses: what is drawn click by click goes on in the
-        other view, and pressing there takes the focus from this one.
+        With ``discard_drawing``, also cancel what a tool keeps between presses. A drawing made click by click continues
+        in the other view, and pressing there moves the focus away from this one.
         """
         busy = self.busy
         editing = self._editing
@@ -161,7 +161,7 @@ class ViewInteraction(QObject):
     # The mouse.
 
     def press(self, event: QMouseEvent) -> None:
-        """A button went down: click a control, edit, select, poke, or else move the view."""
+        """Handle a pressed button: click a control, edit, select, poke, otherwise move the view."""
         self._tapping = False
         if self.busy:
             return
@@ -196,7 +196,7 @@ class ViewInteraction(QObject):
         return True
 
     def _press_skin(self, event: QMouseEvent, at: SurfacePoint | None) -> None:
-        """Poke at a place of the skin. Beside it, and with Shift or Control on it, move the view."""
+        """Poke the skin. Next to it, and with Shift or Control on it, move the view."""
         keys = event.modifiers()
         shift = bool(keys & Qt.KeyboardModifier.ShiftModifier)
         control = bool(keys & Qt.KeyboardModifier.ControlModifier)
@@ -208,14 +208,14 @@ class ViewInteraction(QObject):
             self._do(self._poke.press(event.position().toTuple(), at, button=event.button()))
 
     def _move_view(self, event: QMouseEvent, at: SurfacePoint | None, *, turn: bool, clicks: bool) -> None:
-        """Turn or pan by the drag that begins; where it ``clicks``, only once it has become one."""
+        """Turn or pan the view; if a click has a meaning here (``clicks``), only once the pointer has moved."""
         self._turning = turn
         slack = CLICK_PX if clicks else 0.0
         pixel = event.position().toTuple()
         self._do(self._poke.press(pixel, at, button=event.button(), pan=True, slack=slack))
 
     def move(self, event: QMouseEvent) -> None:
-        """The pointer moved: stroke, select, edit, move the view, or hover."""
+        """Handle pointer motion: stroke, select, edit, move the view, or hover."""
         pixel = event.position()
         idle = self._poke.mode is PokeState.IDLE
         if self._poke.mode is PokeState.PANNING:
@@ -233,7 +233,7 @@ class ViewInteraction(QObject):
         self._show_pointer()
 
     def release(self, event: QMouseEvent) -> None:
-        """A button came up: a gesture ends with the button that began it."""
+        """Handle a released button: it ends the gesture that it began."""
         if self._editing and self.view_tool is not None:
             if event.button() == Qt.MouseButton.LeftButton:
                 self._editing = False
@@ -248,7 +248,7 @@ class ViewInteraction(QObject):
             self.taxel_selector.release(event)
 
     def double_click(self, event: QMouseEvent) -> None:
-        """Frame all beside the skin; on it, or where a tool works beside it too, a second quick press is one more."""
+        """Fit the view next to the skin; otherwise handle a second press."""
         drawing = self.view_tool is not None and self._port.beside_skin
         if event.button() == Qt.MouseButton.LeftButton and not drawing and self._port.empty_at(event.position()):
             self._port.frame_all()
@@ -256,12 +256,12 @@ class ViewInteraction(QObject):
             self.press(event)
 
     def wheel(self, event: QWheelEvent) -> bool:
-        """Whether the wheel was for the active tool; else the view zooms."""
+        """Whether the active tool used the wheel; otherwise the view zooms."""
         hit = self._port.hit_at(event.position(), None)
         return hit is not None and self.view_tool is not None and self.view_tool.wheel(hit, event)
 
     def leave(self) -> None:
-        """The pointer left the view."""
+        """Handle the pointer leaving the view."""
         self._hover_at(None)
         self.taxel_selector.leave()
         if self.view_tool is not None and not self._editing:
@@ -270,9 +270,9 @@ class ViewInteraction(QObject):
     # The keys.
 
     def key(self, event: QKeyEvent) -> bool:
-        """Whether a key was for the gesture.
+        """Whether a gesture or the active tool used the key.
 
-        Escape ends what it does, or selects nothing; Space makes it pan; a tool has keys of its own.
+        Escape cancels the gesture, or clears the selection; Space pans during a drag.
         """
         escape = event.key() == Qt.Key.Key_Escape
         if escape and self.cancel():
@@ -290,7 +290,7 @@ class ViewInteraction(QObject):
         return True
 
     def key_up(self, event: QKeyEvent) -> None:
-        """A key came up."""
+        """Handle a released key."""
         if event.key() == Qt.Key.Key_Space and not event.isAutoRepeat():
             tapped = self._tapping
             self._space = False
@@ -300,7 +300,7 @@ class ViewInteraction(QObject):
                 self.space_tapped.emit()
 
     def focus_out(self) -> None:
-        """The keys go elsewhere: a finger never stays pressed where nothing can lift it."""
+        """Handle loss of the keyboard focus: the finger is lifted, because no release would arrive."""
         self._space = self._tapping = False
         self.cancel(discard_drawing=False)
 
@@ -332,7 +332,7 @@ class ViewInteraction(QObject):
             self.hovered.emit(at)
 
     def show_nothing(self) -> None:
-        """Another scene is shown: nothing is being dragged, nor under the pointer."""
+        """Handle another scene: cancel the gesture and clear the hover."""
         self.cancel()
         self._hit = PointerHit(None, None, 1.0)
         self._hover_at(None)

@@ -52,7 +52,7 @@ from tactile_widgets.views.overlays.task_overlay import NO_TASK, TaskOverlay
 _KEPT_IMAGES = 3
 """Number of skins whose map image is kept: a scene, the recording replayed over it, and one opened before."""
 _AROUND = 3.0
-"""Pitches that are seen around a taxel that is looked at."""
+"""Visible surroundings of a taxel that the view looks at [taxel pitches]."""
 _POKES = "Press a patch to poke the robot there. Drag beside the patches, or with the right button, to pan."
 _SELECTS = "Click taxels or draw around them to select them. Escape selects none."
 _EDITS = "Edit the map with the active tool. Drag with the middle button, or with Space, to pan."
@@ -400,13 +400,13 @@ class MapView(QGraphicsView):
         self.look(MapCamera.framing(self.camera.content, self.camera.origin))
 
     def frame_taxels(self, taxels: IntArray) -> None:
-        """Look at these taxels (k,), at least one, with some of what is around them."""
+        """Look at these taxels (k,), at least one, and their surroundings."""
         picture = self._picture
         if picture is not None:
             self._frame_places(picture.shapes.taxels[taxels], _AROUND * picture.shapes.pitch)
 
     def frame_places(self, points: FloatArray) -> None:
-        """Look at points of the map (k, 2) [m], at least one, with some of what is around them."""
+        """Look at map points (k, 2) [m], at least one, and their surroundings."""
         picture = self._picture
         if picture is not None:
             self._frame_places(picture.shapes.frame.to_scene(points), _AROUND * picture.shapes.pitch)
@@ -421,7 +421,7 @@ class MapView(QGraphicsView):
         self.look(self.camera.panned(dx, dy, self._room()))
 
     def zoom(self, factor: float, at: QPointF) -> None:
-        """Zoom so that what lies under the viewport point ``at`` stays there."""
+        """Zoom around the viewport point ``at``."""
         self.look(self.camera.zoomed(factor, (at.x(), at.y()), self._room()))
 
     def scene_point(self, position: QPointF) -> QPointF:
@@ -436,22 +436,22 @@ class MapView(QGraphicsView):
 
     @property
     def _picture(self) -> MapScene | None:
-        """What is there to be touched: nothing under a message."""
+        """The picture unless the placeholder covers it."""
         return None if self.card.isVisible() else self.picture
 
     def point_at(self, pixel: QPointF) -> SurfacePoint | None:
-        """The place of the skin under a pixel; None beside the patches, and under a message."""
+        """Return the skin location under a pixel; None next to the patches and under the placeholder."""
         if self._picture is None:
             return None
         place = self.scene_point(pixel)
         return self._picture.hit(place.x(), place.y())
 
     def pointed_at(self, pixel: QPointF) -> PointedAt:
-        """What is under a pixel."""
+        """Return what is under a pixel."""
         return PointedAt(self.point_at(pixel))
 
     def hit_at(self, pixel: QPointF, at: SurfacePoint | None) -> PointerHit | None:
-        """What a tool is told of a pixel over ``at``; None without a map, and under a message."""
+        """Return what a tool needs to know about a pixel over ``at``; None without a map."""
         if self._picture is None:
             return None
         scene = self.scene_point(pixel)
@@ -463,22 +463,22 @@ class MapView(QGraphicsView):
         return 1.0 / (frame.scale * self.viewportTransform().m11())
 
     def empty_at(self, pixel: QPointF) -> bool:
-        """Whether a pixel is beside the patches."""
+        """Whether a pixel is next to the patches."""
         return self.point_at(pixel) is None
 
     def over_control(self, pixel: QPointF) -> bool:
-        """A map has no controls of its own."""
+        """A map has no controls."""
         return False
 
     def click_control(self, pixel: QPointF) -> None:
-        """A map has no controls of its own."""
+        """A map has no controls."""
 
     def navigate(self, drag: Panned, *, turn: bool) -> None:
         """Pan."""
         self.pan(drag.dx, drag.dy)
 
     def set_pointer(self, shape: Qt.CursorShape) -> None:
-        """Give the pointer this shape."""
+        """Set the shape of the pointer."""
         self.viewport().setCursor(shape)
 
     def redraw_tool(self) -> None:
@@ -486,7 +486,7 @@ class MapView(QGraphicsView):
         self.viewport().update()
 
     def taxel_at(self, pixel: Pixel) -> int | None:
-        """The taxel nearest to a pixel of a patch; None beside the patches."""
+        """Return the taxel nearest to a pixel of a patch; None next to the patches."""
         at = self.point_at(QPointF(*pixel))
         return None if at is None or self._picture is None else nearest_taxel(self._picture.map, at)
 
@@ -495,7 +495,7 @@ class MapView(QGraphicsView):
         return np.zeros(len(taxels), bool)
 
     def pixel_of(self, at: SurfacePoint) -> QPointF:
-        """Where a body point is drawn in the viewport, finer than a pixel; raises MapError without a map."""
+        """Return where a skin location is drawn in the viewport, finer than a pixel; raises MapError without a map."""
         if self.picture is None:
             raise MapError("there is no map to find the point on", value=at, remedy="Show a prepared scene first")
         return self.viewportTransform().map(self.picture.place_of(at))
@@ -515,48 +515,44 @@ class MapView(QGraphicsView):
         return points * [view.m11(), view.m22()] + [view.dx(), view.dy()]
 
     def set_tool(self, tool: ToolKind) -> None:
-        """Take another tool; what the user was doing ends."""
+        """Set the tool; the current gesture ends."""
         self.interaction.set_tool(tool)
         kinds = ((tool.edits, _EDITS), (tool.controls, _LEADS), (tool.selects, _SELECTS), (True, _POKES))
         self.setAccessibleDescription(next(words for holds, words in kinds if holds))
 
     def set_view_tool(self, tool: ViewTool | None) -> None:
-        """Give presses of the left button, and keys, to ``tool``; what the one before was doing is given up."""
+        """Pass presses of the left button, and keys, to ``tool``; the previous tool's gesture is cancelled."""
         self.interaction.set_view_tool(tool)
 
     def _on_covered(self, covered: bool) -> None:
         if covered:
             self.interaction.cancel()
 
-    # Qt's events.
+    # Events.
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
-        """Qt: left, middle and right button make gestures."""
         if event.button() in _BUTTONS:
             self.interaction.press(event)
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
-        """Qt: part of a gesture."""
         self.interaction.move(event)
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
-        """Qt: part of a gesture."""
         self.interaction.release(event)
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
-        """Qt: left, middle and right button make gestures."""
         if event.button() in _BUTTONS:
             self.interaction.double_click(event)
 
     def wheelEvent(self, event: QWheelEvent) -> None:
-        """Qt: the tool's, where it has something to turn there; else it zooms."""
+        """Turn what the active tool has there, otherwise zoom."""
         notches = event.angleDelta().y() / 120
         if not self.interaction.wheel(event) and notches:
             self.zoom(WHEEL_STEP**notches, event.position())
         event.accept()
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Qt: gestures first; else F frames all, plus and minus zoom, arrows pan."""
+        """Pass keys to the gestures first; otherwise F fits the view, plus and minus zoom, arrows pan."""
         if self.interaction.key(event):
             return
         key = Qt.Key(event.key())
@@ -570,32 +566,30 @@ class MapView(QGraphicsView):
             event.ignore()
 
     def keyReleaseEvent(self, event: QKeyEvent) -> None:
-        """Qt: part of a gesture."""
         self.interaction.key_up(event)
 
     def focusOutEvent(self, event: QFocusEvent) -> None:
-        """Qt: what is held is let go."""
+        """Release what is held."""
         self.interaction.focus_out()
         super().focusOutEvent(event)
 
     def leaveEvent(self, event: QEvent) -> None:
-        """Qt: nothing is under the pointer."""
         self.interaction.leave()
         super().leaveEvent(event)
 
     def showEvent(self, event: QShowEvent) -> None:
-        """Qt: catch up with the newest frame."""
+        """Draw the newest frame."""
         super().showEvent(event)
         self._draw_frame()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Qt: keep showing the same part of the content, and covering it where a message does."""
+        """Keep showing the same part of the map, and covering it with the placeholder."""
         super().resizeEvent(event)
         self.look(self.camera)
         self.card.setGeometry(self.viewport().rect())
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Qt: the scene, then the marks, and what gesture and tool draw over it."""
+        """Paint the canvas items, the marks, and what gesture and tool draw over them."""
         super().paintEvent(event)
         if self._picture is None:
             return

@@ -178,11 +178,11 @@ class RobotView(QWidget):
             self.hidden_changed.emit()
 
     def set_tool(self, tool: ToolKind) -> None:
-        """Take another tool; what the user was doing ends."""
+        """Set the tool; the current gesture ends."""
         self.interaction.set_tool(tool)
 
     def set_view_tool(self, tool: ViewTool | None) -> None:
-        """Give left presses on the skin, and keys, to this tool; None for none."""
+        """Pass left presses on the skin, and keys, to this tool."""
         self.display.overlay.tool = tool
         self.interaction.set_view_tool(tool)
 
@@ -209,7 +209,7 @@ class RobotView(QWidget):
     # What the user asks.
 
     def point_at(self, pixel: QPointF) -> SurfacePoint | None:
-        """The place of the skin under a pixel; None beside the skin, and under a message."""
+        """Return the skin location under a pixel; None next to the skin and under the placeholder."""
         if self._picker is None or self.card.isVisible():
             return None
         scene = self.display.scene
@@ -217,7 +217,7 @@ class RobotView(QWidget):
         return scene.pick_flat(ray) if scene.morphed else self._picker.pick(ray, scene.body_poses)
 
     def pointed_at(self, pixel: QPointF) -> PointedAt:
-        """What is under a pixel: skin, or else the link or object there."""
+        """Return what is under a pixel: skin, otherwise the link or object there."""
         at = self.point_at(pixel)
         scene = self.display.scene
         if at is not None or self._picker is None or self.card.isVisible() or scene.morphed:
@@ -226,7 +226,7 @@ class RobotView(QWidget):
         return PointedAt(None, self._picker.bare_body(ray, scene.body_poses))
 
     def hit_at(self, pixel: QPointF, at: SurfacePoint | None) -> PointerHit | None:
-        """What a tool is told of a pixel over ``at``; None without a robot, and under a message."""
+        """Return what a tool needs to know about a pixel over ``at``; None without a robot."""
         if self.display.prepared is None or self.card.isVisible():
             return None
         size = self.display.pixel_size(at)
@@ -262,7 +262,7 @@ class RobotView(QWidget):
         self.display.look((orbit if turn else pan)(self.display.scene.viewpoint, drag.dx, drag.dy, self.height()))
 
     def set_pointer(self, shape: Qt.CursorShape) -> None:
-        """Give the pointer this shape."""
+        """Set the shape of the pointer."""
         self.display.canvas.widget.setCursor(shape)
 
     def redraw_tool(self) -> None:
@@ -301,7 +301,7 @@ class RobotView(QWidget):
         return self._taxels.hidden(taxels, scene.viewpoint, scene.body_poses)
 
     def taxel_at(self, pixel: Pixel) -> int | None:
-        """The taxel nearest to the skin under a pixel; None beside the skin."""
+        """Return the taxel nearest to the skin under a pixel; None next to the skin."""
         at = self.point_at(QPointF(*pixel))
         return None if at is None or self._taxels is None else self._taxels.nearest(at)
 
@@ -309,10 +309,10 @@ class RobotView(QWidget):
         covered = self.display.prepared is None or self.card.isVisible()
         return None if covered else self.display.overlay.cube_face_at(pixel)
 
-    # Qt's events.
+    # Events.
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Qt: all of the canvas's mouse and wheel; the canvas's own handling never sees them."""
+        """Handle all mouse and wheel events of the canvas instead of VTK."""
         if isinstance(event, QMouseEvent):
             self._mouse(event)
             return True
@@ -335,7 +335,7 @@ class RobotView(QWidget):
             (self.interaction.press if kind == QEvent.Type.MouseButtonPress else self.interaction.double_click)(event)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Qt: gestures first; else F frames the robot."""
+        """Pass keys to the gestures first; otherwise F fits the robot."""
         if self.interaction.key(event):
             event.accept()
         elif event.key() == Qt.Key.Key_F and not event.modifiers():
@@ -344,26 +344,25 @@ class RobotView(QWidget):
             super().keyPressEvent(event)
 
     def keyReleaseEvent(self, event: QKeyEvent) -> None:
-        """Qt: part of a gesture."""
         self.interaction.key_up(event)
 
     def focusOutEvent(self, event: QFocusEvent) -> None:
-        """Qt: what is held is let go."""
+        """Release what is held."""
         self.interaction.focus_out()
         super().focusOutEvent(event)
 
     def showEvent(self, event: QShowEvent) -> None:
-        """Qt: catch up with the newest frame."""
+        """Draw the newest frame."""
         super().showEvent(event)
         self.display.request()
 
     def hideEvent(self, event: QHideEvent) -> None:
-        """Qt: what nobody sees is not drawn."""
+        """Stop drawing while hidden."""
         super().hideEvent(event)
         self.display.stop()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Qt: draw at the new size, and keep covering it where a message does."""
+        """Draw at the new size, and keep covering the view with the placeholder."""
         super().resizeEvent(event)
         self.display.resize()
         self.card.setGeometry(self.rect())
