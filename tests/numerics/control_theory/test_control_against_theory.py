@@ -12,6 +12,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tactile_maps.control.force_loop.sampled_loop import critical_gain, sampled_loop_limit
 from tactile_maps.studies.loop_laws.closed_loop import Loop
 from tactile_maps.studies.loop_laws.predictions import (
     COMPARISONS,
@@ -21,7 +22,9 @@ from tactile_maps.studies.loop_laws.predictions import (
     OUR_SERVO,
     PERIOD,
 )
-from tactile_maps.studies.loop_laws.sampled_loop import LinearLoop, sampled_loop_limit
+from tactile_maps.studies.loop_laws.sampled_loop import (
+    LinearLoop,
+)
 from tactile_maps.studies.loop_laws.step_trials import (
     LoopTest,
     force_ripple,
@@ -29,7 +32,10 @@ from tactile_maps.studies.loop_laws.step_trials import (
     settling_samples,
     tracking_lag,
 )
-from tactile_maps.studies.testbeds.force_loop import Filter, critical_gain, stability_limit
+from tactile_maps.studies.testbeds.force_loop import (
+    Filter,
+    stability_limit,
+)
 
 DELAYS = range(5)
 

@@ -13,13 +13,14 @@ from typing import Any
 
 import numpy as np
 
+from tactile_maps.control.force_loop.loop_stability import SensorTiming
+from tactile_maps.control.force_loop.sampled_loop import critical_gain, max_stable_gain, sampled_loop_limit
 from tactile_maps.control.motion.command import ControllerName, ControlSettings
 from tactile_maps.control.motion.joint_impedance import INNER_FREQUENCY
 from tactile_maps.studies.loop_laws.closed_loop import IDEAL, Loop
 from tactile_maps.studies.loop_laws.sampled_loop import (
     LinearLoop,
     best_gain,
-    sampled_loop_limit,
     settling_on_stretched_map,
     settling_on_turned_map,
     settling_samples_of,
@@ -38,7 +39,6 @@ from tactile_maps.studies.testbeds.beside_ball import beside_ball, forearm_skin_
 from tactile_maps.studies.testbeds.force_loop import (
     Filter,
     ForceLoop,
-    critical_gain,
     force_loop_at_goal,
     predicted_gain_limit,
     stability_limit,
@@ -221,7 +221,7 @@ def gain_of_whole_arm(case: Case) -> Comparison:
     )
     setup, loop = _arm(case["robot"], case["seed"])
     explained = predicted_gain_limit(loop, settings)
-    ideal = sampled_loop_limit(0) / (loop.stiffness * loop.tick)
+    ideal = max_stable_gain(loop.stiffness, SensorTiming(loop.tick))
     return measured_gain_limit(setup, settings, explained, steps=_STEPS), ideal, explained
 
 

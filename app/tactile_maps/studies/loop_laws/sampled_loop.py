@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import expm
 
-from tactile_maps.control.force_loop.loop_stability import SensorTiming
 from tactile_maps.core.arrays import FloatArray, IntArray
 from tactile_maps.studies.loop_laws.closed_loop import IDEAL, Loop
 from tactile_maps.studies.loop_laws.gantry import MASS
@@ -25,16 +24,6 @@ SETTLING_BAND = 0.02
 MOST_SAMPLES = 1500
 """Samples, after which a loop counts as one that never settles."""
 _GAINS = 240
-
-
-def sampled_loop_limit(delay: float) -> float:
-    """Greatest stable gain of a sampled integral loop with ``delay`` samples: 2 sin(pi / (2 (2 d + 1)))."""
-    return 2 * math.sin(math.pi / (2 * (2 * delay + 1)))
-
-
-def max_stable_gain(stiffness: float, readings: SensorTiming) -> float:
-    """The force gain [m/s/N] up to which a sampled loop of ideal joints on a spring [N/m] is stable."""
-    return sampled_loop_limit(readings.delay / readings.period) / (stiffness * readings.period)
 
 
 def settling_samples_of(gains: NDArray[np.complex128] | FloatArray, delay: int) -> IntArray:

@@ -11,14 +11,21 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from tactile_maps.control.force_loop.sampled_loop import critical_gain
 from tactile_maps.control.motion.command import ControllerName, ControlSettings
 from tactile_maps.core.arrays import FloatArray
 from tactile_maps.core.errors import MapError
 from tactile_maps.session.inputs import ControlChanged
 from tactile_maps.studies.loop_laws.closed_loop import IDEAL, Loop, LoopResponse, Settings, run_loop
 from tactile_maps.studies.loop_laws.gantry import MASS
-from tactile_maps.studies.loop_laws.sampled_loop import SETTLING_BAND, samples_until_within
-from tactile_maps.studies.testbeds.force_loop import critical_gain, settled_session, stability_limit
+from tactile_maps.studies.loop_laws.sampled_loop import (
+    SETTLING_BAND,
+    samples_until_within,
+)
+from tactile_maps.studies.testbeds.force_loop import (
+    settled_session,
+    stability_limit,
+)
 from tactile_maps.studies.testbeds.path_following import PathSetup
 
 FORCE_GOAL = 3.0

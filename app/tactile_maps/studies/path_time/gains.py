@@ -8,9 +8,9 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
+from tactile_maps.control.force_loop.sampled_loop import critical_gain
 from tactile_maps.control.motion.command import ControlSettings
 from tactile_maps.control.motion.joint_impedance import INNER_FREQUENCY
-from tactile_maps.studies.testbeds.force_loop import critical_gain
 
 STIFFNESS = 2000.0
 """Of contact and posture loop in series, about, where the usual cover is pressed with a few newtons [N/m]."""

@@ -13,6 +13,7 @@ from dataclasses import replace
 from functools import lru_cache
 
 from tactile_maps.control.controller_registry import CONTROLLERS, has_task, settings_from
+from tactile_maps.control.force_loop.sampled_loop import critical_gain
 from tactile_maps.control.limit_texts import limit_texts
 from tactile_maps.control.motion.command import ControlSettings
 from tactile_maps.core.arrays import FloatArray
@@ -24,7 +25,6 @@ from tactile_maps.studies.path_time.body_path import path_length
 from tactile_maps.studies.path_time.gains import LAG
 from tactile_maps.studies.study.work_precision import ErrorKind, Law, Setting, Stage, Subject, Trial
 from tactile_maps.studies.testbeds.beside_ball import beside_ball
-from tactile_maps.studies.testbeds.force_loop import critical_gain
 from tactile_maps.studies.testbeds.path_following import PathSetup, run_path
 
 SPEEDS_MM_S = (15.0, 30.0, 60.0)

@@ -14,6 +14,7 @@ import mujoco
 import numpy as np
 from scipy.linalg import expm
 
+from tactile_maps.control.force_loop.pressed_arm import LoopFilter
 from tactile_maps.control.motion.command import ControlSettings
 from tactile_maps.control.motion.joint_impedance import INNER_FREQUENCY, JointImpedance
 from tactile_maps.core.arrays import FloatArray
@@ -33,11 +34,6 @@ _WIDENINGS = 10
 _PROBED = 5e-5
 """How far the point is moved either way to feel the stiffness [m]: by 0.25 of 3 N. The layer's springs stand apart, and
 over less way their number would count (2 %)."""
-
-
-def critical_gain(delay: int) -> float:
-    """Greatest gain without overshoot, that of the double real pole: d^d / (d + 1)^(d + 1)."""
-    return float(delay**delay / (delay + 1) ** (delay + 1))
 
 
 @dataclass(frozen=True)
@@ -219,14 +215,9 @@ def settled_session(setup: PathSetup, settings: ControlSettings) -> Session:
 
 
 def controller_filter(settings: ControlSettings) -> Filter:
-    """What a controller is along the normal."""
-    slow = settings.controller in ("admittance", "parallel")
-    return Filter(
-        settings.force_gain,
-        integral_time=math.inf if settings.controller == "admittance" else settings.integral_time,
-        position_gain=settings.position_gain if settings.controller == "parallel" else 0.0,
-        inertia_time=settings.inertia_time if slow else 0.0,
-    )
+    """Return the linear filter of a controller along the contact normal."""
+    loop = LoopFilter.of(settings)
+    return Filter(settings.force_gain, loop.integral_time, loop.position_gain, loop.inertia_time)
 
 
 def predicted_gain_limit(loop: ForceLoop, settings: ControlSettings) -> float:

@@ -9,6 +9,7 @@ import pytest
 
 from tactile_maps.control.force_loop.loop_stability import CONTACT_STIFFNESS, SensorTiming
 from tactile_maps.control.force_loop.pressed_arm import LoopFilter, pressed_arm
+from tactile_maps.control.force_loop.sampled_loop import max_stable_gain
 from tactile_maps.control.gain_limits import (
     CALM,
     GAIN_SHARE,
@@ -23,7 +24,6 @@ from tactile_maps.control.motion.command import ControlSettings
 from tactile_maps.control.motion.joint_impedance import INNER_FREQUENCY, JointImpedance
 from tactile_maps.control.motion.limits import Limit, LimitKind
 from tactile_maps.robots.kinematics import Configuration
-from tactile_maps.studies.loop_laws.sampled_loop import max_stable_gain
 from tests.support.touch import BAR_INERTIA, bar
 from tests.unit.control.contacts_by_hand import touch
 

@@ -8,19 +8,22 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tactile_maps.control.force_loop.sampled_loop import critical_gain, sampled_loop_limit
 from tactile_maps.core.errors import UsageError
 from tactile_maps.studies.loop_laws.closed_loop import Loop
 from tactile_maps.studies.loop_laws.sampled_loop import (
     MOST_SAMPLES,
     LinearLoop,
     best_gain,
-    sampled_loop_limit,
     samples_until_within,
     settling_on_stretched_map,
     settling_on_turned_map,
     settling_samples_of,
 )
-from tactile_maps.studies.testbeds.force_loop import Filter, critical_gain, stability_limit
+from tactile_maps.studies.testbeds.force_loop import (
+    Filter,
+    stability_limit,
+)
 
 UNIT = Loop(period=1.0, stiffness=1.0)
 

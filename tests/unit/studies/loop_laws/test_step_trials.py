@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from tactile_maps.control.force_loop.sampled_loop import sampled_loop_limit
 from tactile_maps.studies.loop_laws.closed_loop import Loop
-from tactile_maps.studies.loop_laws.sampled_loop import sampled_loop_limit
 from tactile_maps.studies.loop_laws.step_trials import (
     FORCE_STEP,
     PLACE_STEP,

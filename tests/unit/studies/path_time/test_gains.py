@@ -5,10 +5,9 @@ from __future__ import annotations
 import pytest
 
 from tactile_maps.control.controller_registry import check_settings
+from tactile_maps.control.force_loop.sampled_loop import critical_gain, sampled_loop_limit
 from tactile_maps.control.motion.command import ControlSettings
-from tactile_maps.studies.loop_laws.sampled_loop import sampled_loop_limit
 from tactile_maps.studies.path_time.gains import LAG, STIFFNESS, least_time, tune_gains
-from tactile_maps.studies.testbeds.force_loop import critical_gain
 
 NOMINAL_SETTINGS = ControlSettings(controller="hybrid", task="follow_path")
 

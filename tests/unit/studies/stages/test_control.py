@@ -11,13 +11,13 @@ import pytest
 
 from tactile_maps.control.controller_registry import check_settings, settings_from
 from tactile_maps.control.controllers import CONTROL_SCHEMES
+from tactile_maps.control.force_loop.sampled_loop import critical_gain
 from tactile_maps.control.motion.command import ControlSettings
 from tactile_maps.core.errors import SimulationError
 from tactile_maps.maps.build import build_map
 from tactile_maps.studies.path_time.body_path import path_length
 from tactile_maps.studies.stages.control import SPEEDS_MM_S, STAGE, stage_setting_of, with_stage_setting
 from tactile_maps.studies.study.work_precision import Setting, Subject, diagram, run_trials
-from tactile_maps.studies.testbeds.force_loop import critical_gain
 from tests.support.pressed_arm import forearm
 from tests.support.touch import prepared_bar
 
