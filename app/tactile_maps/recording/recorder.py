@@ -30,7 +30,7 @@ from tactile_maps.session.bundle import pack_scene
 from tactile_maps.session.frame import Failure, Frame
 from tactile_maps.session.inputs import MapEdited, SessionInput
 from tactile_maps.session.prepare import PreparedScene
-from tactile_maps.session.session import Session
+from tactile_maps.session.running_session import RunningSession
 
 FRAMES_A_CHUNK = 6
 """A killed process loses at most the frames of the chunk being filled."""
@@ -281,7 +281,7 @@ def versions() -> dict[str, str]:
     }
 
 
-def save_failure_report(session: Session, path: str | Path, *, overwrite: bool = False) -> Path:
+def save_failure_report(session: RunningSession, path: str | Path, *, overwrite: bool = False) -> Path:
     """Write why ``session`` stopped: its scene, all inputs, the last good frame and the error; return the file's path.
 
     The report can be replayed and verified: the simulation of the inputs must stop at the same tick with the same
@@ -304,7 +304,9 @@ def save_failure_report(session: Session, path: str | Path, *, overwrite: bool =
 
 
 @contextmanager
-def record(session: Session, path: str | Path, *, overwrite: bool = False, viewers: bool = True) -> Iterator[Recorder]:
+def record(
+    session: RunningSession, path: str | Path, *, overwrite: bool = False, viewers: bool = True
+) -> Iterator[Recorder]:
     """Write every tick of ``session`` to a file while the block runs, including the current frame.
 
     If the simulation fails, the file contains the error, and a replay stops at the same tick.

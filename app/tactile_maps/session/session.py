@@ -82,10 +82,6 @@ def skin_readings(effects: Effects, tick: float) -> SensorTiming:
     return SensorTiming(period, bus.delay + (0.5 * period if averaged else 0.0), highest, averaged)
 
 
-MAX_TICKS = 20
-"""Of one ``advance``: the rest of the wall time is dropped, so that a slow machine runs slower instead of choking."""
-
-
 def _checked_map(map_: TactileMap, skin: Skin) -> TactileMap:
     """The map, if its skin has the taxels of ``skin``; they may be believed to lie elsewhere.
 
@@ -220,7 +216,6 @@ class Session:
         ]
         self.inputs = InputLog((0, one) for one in (ControlChanged(runtime_settings.settings), *others))
         self._ticks = 0
-        self._remainder = 0.0
         self.failure: Failure | None = None
         self.scripted = self._wants_script and bool(self.prepared.scene.stimuli)
         self.frame = self._frame()
@@ -360,29 +355,6 @@ class Session:
             raise SimulationError("the duration is out of range", value=f"{seconds} s", remedy="Choose 0 s or more")
         for _ in range(round(seconds / self.prepared.scene.tick)):
             self.tick()
-        return self.frame
-
-    def advance(self, elapsed: float, *, each: Callable[[Frame], None] | None = None) -> Frame:
-        """Simulate ``elapsed`` seconds in whole ticks, keeping the remainder; the frame of the last tick.
-
-        Args:
-            elapsed: Seconds to simulate, finite and not negative.
-            each: Told every tick's frame, as a recorder wants it.
-
-        Raises:
-            SimulationError: There is no such time; nothing changed.
-            TactileMapsError: As ``tick``.
-        """
-        if not (math.isfinite(elapsed) and elapsed >= 0.0):
-            remedy = "Give seconds, finite and not negative"
-            raise SimulationError("there is no such time to simulate", place="elapsed", value=elapsed, remedy=remedy)
-        self._remainder += elapsed
-        count = int(self._remainder / self.prepared.scene.tick + 1e-9)
-        self._remainder = max(self._remainder - count * self.prepared.scene.tick, 0.0)
-        for _ in range(min(count, MAX_TICKS)):
-            frame = self.tick()
-            if each is not None:
-                each(frame)
         return self.frame
 
     def tick(self) -> Frame:

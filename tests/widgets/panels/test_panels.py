@@ -54,9 +54,7 @@ def touched(prepared):
     """A frame with one contact."""
     session = Session(prepared, scripted=False)
     session.submit(PokePressed(1, prepared.skin.taxel_point(70)))
-    session.advance(0.1)
-    for _ in range(5):
-        session.advance(0.1)
+    session.run_for(0.6)
     assert len(session.frame.regions) == 1
     return session.frame
 

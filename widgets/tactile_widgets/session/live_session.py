@@ -264,8 +264,8 @@ class LiveSession(QObject):
             self.frames_passed.emit(tuple(frame for frame in update.passed if frame is not update.frame))
             self.frame_ready.emit(update.frame)
             self.skin_comparison.show_frame(update.frame)
-            if isinstance(session := run.runner.session, Session):
-                self.reference.show_frame(session, update.frame)
+            if self.live_input is None:
+                self.reference.show_frame(run.runner.session, update.frame)
 
     def _tell_failure(self, run: LiveRun, failure: TactileMapsError) -> None:
         """The session stands still, or an input was refused and it goes on."""
@@ -660,24 +660,17 @@ class LiveSession(QObject):
     @property
     def can_report(self) -> bool:
         """Whether the session stopped by itself in a way that a report can repeat."""
-        return isinstance(self._reportable, Session)
-
-    @property
-    def _reportable(self) -> Session | None:
-        """The session that stopped by itself, if one is shown; readings never do."""
-        session = None if self._shown_run is None else self._shown_run.runner.session
-        return session if isinstance(session, Session) and session.failure is not None else None
+        return self._shown_run is not None and self._shown_run.runner.session.failure is not None
 
     def save_report(self, path: Path) -> None:
         """Keep what led to the stop in a file that replays and repeats it."""
         run = self._shown_run
-        session = self._reportable
-        if run is None or session is None:
+        if run is None or not self.can_report:
             return
         try:
             make_recording_folder(path.parent)
             with run.runner.lock:
-                save_failure_report(session, path)
+                save_failure_report(run.runner.session, path)
         except TactileMapsError as error:
             self.failed.emit(str(error))
         else:

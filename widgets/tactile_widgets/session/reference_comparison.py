@@ -6,7 +6,7 @@ from PySide6.QtCore import QObject, Signal
 
 from tactile_maps.session.frame import Frame
 from tactile_maps.session.input_log import InputLog, TimedInput
-from tactile_maps.session.session import Session
+from tactile_maps.session.running_session import RunningSession
 from tactile_widgets.session.backends import Backends
 from tactile_widgets.workers.reference_worker import ReferenceWorker
 from tactile_widgets.workers.worker_process import Result, SourceToken
@@ -49,7 +49,7 @@ class ReferenceComparison(QObject):
             self._wanted = wanted
             self._end()
 
-    def show_frame(self, session: Session, frame: Frame) -> None:
+    def show_frame(self, session: RunningSession, frame: Frame) -> None:
         """Compare a frame of this session, unless the reference is still on its way to one before."""
         if not self._wanted:
             return

@@ -10,10 +10,9 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 from tactile_maps.core.errors import SimulationError, TactileMapsError, describe_unexpected_error
-from tactile_maps.live.session.measured_session import MeasuredSession
 from tactile_maps.session.frame import Frame
 from tactile_maps.session.inputs import SessionInput
-from tactile_maps.session.session import MAX_TICKS, Session
+from tactile_maps.session.running_session import RunningSession
 from tactile_maps.tactile.poke import PokeInput
 from tactile_widgets.session.stroke import StrokePlan
 
@@ -27,6 +26,8 @@ LONGEST_GAP = 0.1
 UNREAD_SECONDS = 0.2
 """Wall seconds for which a session runs on while its window does not look: then it waits for it. They share Python's
 lock, and a window that builds the views of another scene, or lays a path, would be away for twice as long."""
+MAX_TICKS = 20
+"""Ticks of one batch at most; the rest of the wall time is dropped, so that a slow machine runs slower."""
 _SMOOTH = 0.1
 _MOST_RECENT = 1000
 """Frames kept for a window that is late; of more the oldest are dropped."""
@@ -87,9 +88,7 @@ class SessionRunner:
         strokes: What fingers are still to do.
     """
 
-    def __init__(
-        self, session: Session | MeasuredSession, each: Callable[[Frame], None], *, speed: float = 1.0
-    ) -> None:
+    def __init__(self, session: RunningSession, each: Callable[[Frame], None], *, speed: float = 1.0) -> None:
         self.session = session
         self._each = each
         self.lock = FairLock()
@@ -188,7 +187,7 @@ class ThreadRunner(SessionRunner):
 
     def __init__(
         self,
-        session: Session,
+        session: RunningSession,
         each: Callable[[Frame], None],
         *,
         speed: float = 1.0,

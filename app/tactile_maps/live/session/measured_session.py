@@ -30,6 +30,7 @@ from tactile_maps.live.readings.arrival import Arrived
 from tactile_maps.live.readings.readings import MalformedReadingError, Reading, Unit
 from tactile_maps.robots.model.robot import Joint
 from tactile_maps.session.frame import Frame
+from tactile_maps.session.input_log import InputLog
 from tactile_maps.session.inputs import (
     CalibrationUsed,
     MapEdited,
@@ -142,15 +143,10 @@ class MeasuredSession:
         frame: The newest frame.
         inputs: (tick, input) since the reset.
         map: Map on which contacts are located.
-        failure: None: readings do not diverge.
-        scripted: False.
         heard: Time of the newest value of each taxel and joint.
         implausible: Impossible values so far.
         noise: Noise of the untouched taxels, in the displayed pressures; None if no tare measured it.
     """
-
-    failure = None
-    scripted = False
 
     def __init__(
         self,
@@ -229,11 +225,13 @@ class MeasuredSession:
         self._mistimed = 0
         self._ticks = 0
         self._time = 0.0
-        self.inputs: list[tuple[int, SessionInput]] = [
-            (0, session_input) for session_input in self.runtime_settings.since(self._start)
-        ]
+        self.inputs = InputLog((0, session_input) for session_input in self.runtime_settings.since(self._start))
         self._recorded_calibration: CalibrationUsed | None = None
         self.frame = self._frame()
+
+    @property
+    def failure(self) -> None:
+        """None: readings cannot diverge."""
 
     @property
     def runtime_settings(self) -> RuntimeSettings:
@@ -528,7 +526,7 @@ class MeasuredSession:
                 self.map = session_input.map
             elif isinstance(session_input, ReadingChanged):
                 self._contacts.settings = self._reading = session_input.settings
-            self.inputs.append((self._ticks + 1, remembered(session_input)))
+            self.inputs.append(self._ticks + 1, remembered(session_input))
 
     def _use_unit(self, unit: Unit) -> None:
         if unit is self._unit:
@@ -704,7 +702,7 @@ class MeasuredSession:
         )
         self._baseline = used.baseline
         self._recorded_calibration = used
-        self.inputs.append((self._ticks, used))
+        self.inputs.append(self._ticks, used)
 
     def _frame(self) -> Frame:
         pressures = self._pressures()

@@ -7,7 +7,6 @@ from PySide6.QtCore import QObject
 
 from tactile_maps.contacts.pipeline import ReadingSettings
 from tactile_maps.core.arrays import BoolArray
-from tactile_maps.live.session.measured_session import MeasuredSession
 from tactile_maps.scene.effects import Effects
 from tactile_maps.session.frame import Frame
 from tactile_maps.session.inputs import CalibrationUsed
@@ -69,8 +68,8 @@ class FaultsPresenter(QObject):
         if (player := self._live.player) is not None:
             used = [one for tick, one in player.inputs if isinstance(one, CalibrationUsed) and tick <= frame.tick]
             broken[used[-1].broken if used else []] = True
-        elif self._live.runner is not None and isinstance(session := self._live.runner.session, MeasuredSession):
-            broken |= session.broken_taxels
+        elif (live_input := self._live.live_input) is not None:
+            broken |= live_input.session.broken_taxels
         return broken
 
     def _show(self) -> None:
